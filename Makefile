@@ -1,0 +1,94 @@
+# Works with GNU Make 3.81 (macOS) and later. `make PYTHON=/path/to/python3` chooses the interpreter.
+
+USABLE  = -c 'import sys; sys.exit(sys.version_info < (3, 11))'
+NAMES   = python3 python3.14 python3.13 python3.12 python3.11
+PYTHON ?= $(shell for p in $(NAMES); do if $$p $(USABLE) >/dev/null 2>&1; then command -v $$p; break; fi; done)
+VENV   ?= .venv
+PY      = $(VENV)/bin/python
+PIP     = $(PY) -m pip --disable-pip-version-check --quiet
+CODE    = exercises grader tests
+PYTEST  = $(PY) -m pytest -n auto --dist loadgroup
+
+.PHONY: help demo test lint unit test-all test-oldest bench format lock clean
+
+help:  ## this list
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1 | \2/p' Makefile | awk -F'|' '{ printf "%-20s %s\n", $$1, $$2 }'
+
+demo: $(VENV)/.runtime  ## the whole loop on a simulated class
+	$(VENV)/bin/qdot demo
+
+test: lint unit  ## everything that must pass before a commit
+
+lint: $(VENV)/.dev
+	$(VENV)/bin/ruff check $(CODE)
+	$(VENV)/bin/ruff format --check $(CODE)
+	$(VENV)/bin/mypy
+
+unit: $(VENV)/.dev
+	$(PYTEST)
+
+test-all: lint  ## the tests on every Python >= 3.11 of this machine
+	@found=; failed=; \
+	for p in $(NAMES) "$${PYENV_ROOT:-$$HOME/.pyenv}"/versions/3.*/bin/python3; do \
+	  v=`$$p -c 'import sys; v = sys.version_info; v >= (3, 11) and v[3] == "final" and print("%d.%d" % v[:2])' 2>/dev/null` || continue; \
+	  test -n "$$v" || continue; \
+	  case " $$found " in *" $$v "*) continue ;; esac; \
+	  found="$$found $$v"; echo "== Python $$v: $$p"; \
+	  $(MAKE) unit PYTHON="$$p" VENV=.venvs/$$v || failed="$$failed $$v"; \
+	done; \
+	echo "found Python:$$found; failed:$${failed:- none}"; test -n "$$found" && test -z "$$failed"
+
+test-oldest:  ## the tests with the lowest versions that pyproject.toml allows, on Python 3.11
+	@p="$(OLDEST)"; test -n "$$p" || { echo "make test-oldest: no Python 3.11 found; name one with OLDEST=/path/to/python3.11" >&2; exit 1; }; \
+	$(MAKE) oldest PYTHON="$$p" VENV=.venvs/oldest
+
+OLDEST ?= $(shell for p in python3.11 python3 "$${PYENV_ROOT:-$$HOME/.pyenv}"/versions/3.11.*/bin/python3; do \
+  if $$p -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' >/dev/null 2>&1; then command -v $$p; break; fi; done)
+
+# Old libraries warn of what newer ones mended: here warnings are shown, and are not errors.
+.PHONY: oldest
+oldest: $(VENV)/.oldest
+	$(PYTEST) -o filterwarnings=default
+
+bench: $(VENV)/.dev  ## the benchmarks of tests/bench
+	$(PY) -m tests.bench
+
+format: $(VENV)/.dev  ## rewrite the code as `make test` wants it
+	$(VENV)/bin/ruff check --fix-only $(CODE)
+	$(VENV)/bin/ruff format $(CODE)
+
+lock: .venvs/lock/.uv  ## choose the versions in constraints.txt anew
+	.venvs/lock/bin/uv pip compile pyproject.toml --group dev --upgrade --quiet --universal --python-version 3.11 \
+	  --fork-strategy fewest --generate-hashes --no-header --no-annotate --output-file constraints.txt
+
+clean:  ## remove environments, caches and what was built
+	rm -rf .venv .venvs build dist .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	find $(CODE) -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# Environments. A hidden file says what is in one, and is older than what it was made from when it has to be made again.
+
+$(VENV)/bin/python .venvs/lock/bin/python:
+	@test -n "$(PYTHON)" || { echo "qdot needs Python 3.11 or later, and none of these is: $(NAMES)" >&2; exit 1; }
+	"$(PYTHON)" -m venv --clear $(patsubst %/bin/python,%,$@)
+
+# The versions of constraints.txt; pip takes hashes only with a complete list, which has the developers' tools in it.
+$(VENV)/.runtime: pyproject.toml constraints.txt | $(VENV)/bin/python
+	sed -n '/==/s/ *\\$$//p' constraints.txt > $(VENV)/pins.txt
+	$(PIP) install --constraint $(VENV)/pins.txt --editable .
+	@touch $@
+
+$(VENV)/.dev: pyproject.toml constraints.txt | $(VENV)/bin/python
+	$(PIP) install --require-hashes --requirement constraints.txt
+	$(PIP) install --no-deps --no-build-isolation --editable .
+	@touch $@ $(VENV)/.runtime
+
+$(VENV)/.oldest: pyproject.toml | $(VENV)/bin/python
+	sed -n '/^dependencies = \[/,/^\]/s/^ *"\([A-Za-z0-9._-]*\)>=\([0-9.]*\),.*/\1==\2/p' pyproject.toml > $(VENV)/pins.txt
+	test -s $(VENV)/pins.txt
+	$(PIP) install 'pip>=25.1'
+	$(PIP) install --constraint $(VENV)/pins.txt --group dev --editable .
+	@touch $@
+
+.venvs/lock/.uv: | .venvs/lock/bin/python
+	.venvs/lock/bin/python -m pip --quiet install 'uv>=0.13,<0.14'
+	@touch $@
