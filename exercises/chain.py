@@ -1,0 +1,160 @@
+"""Serial chains as standard (distal) Denavit-Hartenberg tables.
+
+Frame i is carried by link i: T_{i-1,i} = Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i). The joint variable is
+`theta_i` of a revolute joint (rad) and `d_i` of a prismatic one (m), each with an offset if wanted.
+Everything is expressed in the world frame, in which the base frame O_0 stands at `base`.
+"""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import sympy as sp
+
+from exercises.errors import QdotError
+
+TASK_ROWS = ("vx", "vy", "vz", "wx", "wy", "wz")
+"""Names of the rows of the 6 x n Jacobian, linear first (6.6)."""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One row of the table: kind "R" or "P", and theta (rad), d (m), a (m), alpha (rad)."""
+
+    kind: str
+    theta: sp.Expr
+    d: sp.Expr
+    a: sp.Expr
+    alpha: sp.Expr
+
+    def __post_init__(self) -> None:
+        if self.kind not in ("R", "P"):
+            raise QdotError(f"a joint's kind is 'R' or 'P', not {self.kind!r}")
+        for name in ("theta", "d", "a", "alpha"):
+            object.__setattr__(self, name, sp.sympify(getattr(self, name)))
+
+
+@dataclass(frozen=True)
+class Base:
+    """Where frame O_0 stands in the world: position (m), turned by `yaw` about z_w, then by `tilt` about its x."""
+
+    position: tuple[sp.Expr, sp.Expr, sp.Expr] = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
+    yaw: sp.Expr = sp.S.Zero
+    tilt: sp.Expr = sp.S.Zero
+
+    @property
+    def is_world(self) -> bool:
+        """Whether O_0 is the world frame itself."""
+        return self == Base()
+
+
+@dataclass(frozen=True)
+class Point:
+    """The point of interest: `offset` (m) in the coordinates of frame `frame`, with which it moves."""
+
+    frame: int
+    offset: tuple[sp.Expr, sp.Expr, sp.Expr] = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
+
+    @property
+    def is_origin(self) -> bool:
+        """Whether the point is the origin of its frame."""
+        return all(value == 0 for value in self.offset)
+
+
+@dataclass(frozen=True)
+class Chain:
+    """A robot arm with what is asked of it: DH table, base, point of interest and task (rows that count)."""
+
+    name: str
+    joints: tuple[Joint, ...]
+    task: tuple[str, ...]
+    base: Base = field(default_factory=Base)
+    tool: Point | None = None
+    title: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.joints:
+            raise QdotError(f"{self.name}: an arm has at least one joint")
+        unknown = [row for row in self.task if row not in TASK_ROWS]
+        if unknown or len(set(self.task)) != len(self.task) or not self.task:
+            raise QdotError(f"{self.name}: task {list(self.task)}; it names some of {', '.join(TASK_ROWS)}, each once")
+        if not 0 <= self.point.frame <= len(self.joints):
+            raise QdotError(f"{self.name}: no frame O{self.point.frame}; the last one is O{len(self.joints)}")
+        for number, joint in enumerate(self.joints, 1):
+            self._check_row(number, joint)
+
+    def _check_row(self, number: int, joint: Joint) -> None:
+        variable = self.q[number - 1]
+        own = joint.theta if joint.kind == "R" else joint.d
+        other = joint.d if joint.kind == "R" else joint.theta
+        entry = "theta" if joint.kind == "R" else "d"
+        if (own - variable).free_symbols & set(self.q):
+            raise QdotError(
+                f"{self.name}: joint {number} ({joint.kind}): {entry} is {own}, but must be {variable} plus a constant"
+            )
+        for name, value in (("d" if joint.kind == "R" else "theta", other), ("a", joint.a), ("alpha", joint.alpha)):
+            clash = value.free_symbols & set(self.q)
+            if clash:
+                raise QdotError(
+                    f"{self.name}: joint {number}: {name} = {value} holds {min(map(str, clash))}, "
+                    "which is the variable of a joint"
+                )
+
+    @property
+    def n(self) -> int:
+        """The number of joints."""
+        return len(self.joints)
+
+    @property
+    def point(self) -> Point:
+        """The point of interest; the last frame's origin unless told otherwise."""
+        return self.tool if self.tool is not None else Point(len(self.joints))
+
+    @cached_property
+    def q(self) -> tuple[sp.Symbol, ...]:
+        """The joint variables, theta_i or d_i."""
+        names = (f"{'theta' if joint.kind == 'R' else 'd'}{i}" for i, joint in enumerate(self.joints, 1))
+        return tuple(sp.Symbol(name) for name in names)
+
+    @cached_property
+    def rates(self) -> tuple[sp.Symbol, ...]:
+        """The joint rates qd_1 ... qd_n (6.5)."""
+        return tuple(sp.Symbol(f"qd{i}") for i in range(1, self.n + 1))
+
+    @property
+    def offsets(self) -> tuple[sp.Expr, ...]:
+        """The constants that are added to the joint variables in the table."""
+        own = (joint.theta if joint.kind == "R" else joint.d for joint in self.joints)
+        return tuple(sp.expand(value - variable) for value, variable in zip(own, self.q, strict=True))
+
+    @property
+    def linear_rows(self) -> tuple[str, ...]:
+        """The coordinates in which the point moves and that the task counts: some of "x", "y", "z"."""
+        return tuple(row[1] for row in self.task if row[0] == "v")
+
+    @property
+    def is_planar(self) -> bool:
+        """Whether everything stays in the world's xy plane, whatever the joints do."""
+        if self.base.tilt not in (0, sp.pi):
+            return False
+        normal_up = all(joint.alpha in (0, sp.pi) for joint in self.joints[:-1])
+        if normal_up:
+            return all(joint.kind == "R" and joint.d == 0 for joint in self.joints) and self.point.offset[2] == 0
+        return self._is_polar()
+
+    def _is_polar(self) -> bool:
+        if [joint.kind for joint in self.joints] != ["R", "P"] or self.joints[0].d != 0:
+            return False
+        turned = self.joints[0].alpha in (sp.pi / 2, -sp.pi / 2) and self.joints[1].theta in (0, sp.pi)
+        return bool(turned and self.point.offset[1] == 0)
+
+    @property
+    def parameters(self) -> tuple[sp.Symbol, ...]:
+        """The symbols left open in the table, base and point (lengths and angles), by name."""
+        values = [v for joint in self.joints for v in (joint.theta, joint.d, joint.a, joint.alpha)]
+        values += [*self.base.position, self.base.yaw, self.base.tilt, *self.point.offset]
+        found = set().union(*(value.free_symbols for value in values)) - set(self.q)
+        return tuple(sorted(found, key=lambda symbol: symbol.name))
+
+    def with_task(self, *rows: str) -> "Chain":
+        """Return the same arm with other rows counted."""
+        return replace(self, task=tuple(rows))

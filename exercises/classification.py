@@ -1,0 +1,238 @@
+"""Boundary or internal: what kind of singularity a configuration is, established by computation.
+
+At a singular configuration let u span the directions that J cannot produce (u J = 0) and k the joint motions that do
+not move the task (J k = 0). To second order the arm moves by u . (dJ/dk k) along u. If that has one sign for all k,
+small motions reach one side of a surface only: the arm's reach folds back there. It is a boundary of the reach if,
+besides, no other configuration leads to the far side; otherwise, and where the sign changes or the second-order
+motion vanishes, the singularity is internal. Unlimited joint travel is assumed, as in the chapter.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from exercises.chain import TASK_ROWS, Chain
+from exercises.conditions import Piece, Space, pieces
+from exercises.expression import read
+from exercises.identity import Domain
+from exercises.kinematics import NumericChain
+from exercises.singularity import Component
+from exercises.stream import Stream
+
+REGULAR = 1e-7
+"""A singular value counts as zero below this part of the largest."""
+
+_STARTS, _STEPS = 120, 40
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What a set of singular configurations is: kind, whether all of it is of that kind, and what it looks like."""
+
+    kind: str
+    uniform: bool
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One arm in numbers at one configuration."""
+
+    arm: NumericChain
+    q: np.ndarray
+
+
+def domain_of(chain: Chain, values: Mapping[str, float] | None = None) -> Domain:
+    """Return the domain of a chain's symbols: joints, rates, task velocity, open lengths, and given values."""
+    roles: dict[str, str | float] = {}
+    for joint, q, rate in zip(chain.joints, chain.q, chain.rates, strict=True):
+        roles[q.name] = "angle" if joint.kind == "R" else "signed"
+        roles[rate.name] = "signed"
+    roles.update(dict.fromkeys(TASK_ROWS, "signed"))
+    for symbol in chain.parameters:
+        roles[symbol.name] = "angle" if symbol.name.startswith(("alpha", "beta")) else "length"
+    return Domain({**roles, **(values or {})})
+
+
+def samples_on(chain: Chain, condition: str, seed: str, arms: int = 6, each: int = 3) -> list[Sample]:
+    """Return configurations at which `condition` (text) holds, for several choices of the open lengths."""
+    joints = [q.name for q in chain.q]
+    found = []
+    for number in range(arms):
+        stream = Stream(f"{seed}/{condition}/{number}")
+        values = {symbol.name: round(stream.uniform(0.3, 1.0), 3) for symbol in chain.parameters}
+        space = Space(joints, domain_of(chain, values))
+        arm = NumericChain(chain, values)
+        for piece in pieces(read(condition), joints):
+            found += _configurations(space, piece, joints, stream, each, arm)
+    return found
+
+
+def _configurations(
+    space: Space, piece: Piece, joints: Sequence[str], stream: Stream, each: int, arm: NumericChain
+) -> list[Sample]:
+    values = space.on_piece(piece, space.names_of([[piece]]), stream, count=3 * each)
+    columns = np.array([values[joint] for joint in joints])
+    return [Sample(arm, columns[:, i]) for i in range(min(each, columns.shape[1]))]
+
+
+def classify(chain: Chain, component: Component) -> Kind:
+    """Classify a component of the singular set over samples of its configurations and of the open lengths.
+
+    Where some configurations are boundary and some internal, `kind` is "boundary" and `uniform` is False.
+    """
+    return classify_pieces(chain, component.pieces())
+
+
+def classify_pieces(chain: Chain, conditions: Sequence[str]) -> Kind:
+    """Classify the union of conditions (text), as `classify` does for a component."""
+    found = [sample for condition in conditions for sample in samples_on(chain, condition, "classify")]
+    kinds = {kind for sample in found if (kind := kind_at(chain, sample)) is not None}
+    kind = "boundary" if "boundary" in kinds else "internal"
+    return Kind(kind, len(kinds) == 1, _meaning(chain, found))
+
+
+def kind_at(chain: Chain, sample: Sample) -> str | None:
+    """Return "regular", "boundary" or "internal" for one configuration; None where more rank is lost than nearby."""
+    task = [TASK_ROWS.index(row) for row in chain.task]
+    jacobian = sample.arm.jacobian(sample.q)[task]
+    u, sigma, vt = np.linalg.svd(jacobian)
+    rank = int(np.sum(sigma > REGULAR * max(sigma[0], 1e-12)))
+    if rank == min(jacobian.shape):
+        return "regular"
+    lost, still = u[:, rank:], vt[rank:]
+    if jacobian.shape[0] > jacobian.shape[1] or lost.shape[1] > 1:
+        return "internal" if lost.shape[1] == 1 else _kind_of_many(sample, task, lost, still)
+    fold = _fold(sample, task, lost[:, 0], still)
+    if fold == 0:
+        return "internal"
+    return "internal" if _reached_beyond(sample, task, -fold * lost[:, 0]) else "boundary"
+
+
+def _kind_of_many(sample: Sample, task: list[int], lost: np.ndarray, still: np.ndarray) -> str | None:
+    """Several directions are lost at once: a boundary only if one of them folds."""
+    stream = Stream("directions")
+    for _ in range(40):
+        direction = lost @ np.array([stream.uniform(-1, 1) for _ in range(lost.shape[1])])
+        direction /= np.linalg.norm(direction)
+        fold = _fold(sample, task, direction, still)
+        if fold and not _reached_beyond(sample, task, -fold * direction):
+            return "boundary"
+    return "internal"
+
+
+def _fold(sample: Sample, task: list[int], lost: np.ndarray, still: np.ndarray) -> int:
+    """Return the sign of the second-order motion along `lost` if it has one for all still motions, else 0."""
+    step = 1e-4
+    rows = []
+    for k in still:
+        ahead, behind = (sample.arm.jacobian(sample.q + side * step * k)[task] for side in (1, -1))
+        rows.append(lost @ (ahead - behind) / (2 * step) @ still.T)
+    form = np.array(rows)
+    eigenvalues = np.linalg.eigvalsh((form + form.T) / 2)
+    if np.all(eigenvalues > 1e-5):
+        return 1
+    return -1 if np.all(eigenvalues < -1e-5) else 0
+
+
+def _reached_beyond(sample: Sample, task: list[int], direction: np.ndarray) -> bool:
+    """Tell whether some configuration reaches a place just beyond the fold (damped Newton from many starts)."""
+    frames = sample.arm.frames(sample.q)
+    reach = np.linalg.norm(np.diff(frames[:, :3, 3], axis=0), axis=1).sum() + 1e-9
+    linear = [row < 3 for row in task]
+    shift = 0.01 * reach * direction * np.array([1.0 if is_linear else 1.0 / reach for is_linear in linear])
+    stream = Stream("starts")
+    q = np.array([[stream.uniform(-np.pi, np.pi) for _ in sample.q] for _ in range(_STARTS)])
+    target_point = sample.arm.point_of(frames)
+    rotation = frames[-1, :3, :3]
+    for _ in range(_STEPS):
+        now = sample.arm.frames(q)
+        error = np.concatenate([target_point - sample.arm.point_of(now), _turn(rotation, now[:, -1, :3, :3])], axis=1)
+        residual = error[:, task] + shift
+        if np.any(np.linalg.norm(residual, axis=1) < 1e-6 * reach):
+            return True
+        jacobian = sample.arm.jacobian(q)[:, task]
+        square = jacobian @ jacobian.transpose(0, 2, 1) + 1e-9 * np.eye(len(task))
+        move = (jacobian.transpose(0, 2, 1) @ np.linalg.solve(square, residual[:, :, None]))[:, :, 0]
+        q += move * np.minimum(1.0, 0.6 / np.maximum(np.abs(move).max(axis=1, keepdims=True), 1e-12))
+    return False
+
+
+def _turn(target: np.ndarray, now: np.ndarray) -> np.ndarray:
+    """Return the small rotation vectors that bring orientations `now` (… x 3 x 3) to `target`."""
+    between = target @ now.transpose(0, 2, 1)
+    antisymmetric = (between - between.transpose(0, 2, 1)) / 2
+    return np.stack([antisymmetric[:, 2, 1], antisymmetric[:, 0, 2], antisymmetric[:, 1, 0]], axis=1)
+
+
+# --- what the pose looks like ---
+
+
+def _meaning(chain: Chain, samples: Sequence[Sample]) -> str:
+    point = "the point"
+    for joint in range(chain.n):
+        if chain.joints[joint].kind == "R" and joint < chain.point.frame and _all_near_axis(samples, joint):
+            return f"{point} lies on the axis of joint {joint + 1}, which then does not move it"
+    for i in range(chain.n):
+        for j in range(i + 1, chain.n):
+            if chain.joints[i].kind == chain.joints[j].kind == "R" and _coincide(samples, i, j):
+                return f"the axes of joints {i + 1} and {j + 1} lie on one line"
+    extremes = _extremes(chain, samples)
+    said = {
+        frozenset({1}): "arm stretched out",
+        frozenset({-1}): "arm folded back",
+        frozenset({1, -1}): "arm stretched out or folded back",
+    }
+    if extremes is not None:
+        axis, moving, signs = extremes
+        if chain.joints[moving].kind == "P":
+            return (
+                f"arm drawn in: {point} is as near to the axis of joint {axis + 1} as joint {moving + 1} can bring it"
+            )
+        return said[signs]
+    return "the columns of J are linearly dependent"
+
+
+def _all_near_axis(samples: Sequence[Sample], joint: int) -> bool:
+    """Tell whether the point is on the axis in all samples, and not in the poses around them as well."""
+    near = bool(samples) and all(_distance(sample, sample.q, joint) < 1e-5 for sample in samples)
+    return near and any(_distance(sample, sample.q + 0.3, joint) > 1e-3 for sample in samples)
+
+
+def _distance(sample: Sample, q: np.ndarray, joint: int) -> float:
+    frames = sample.arm.frames(q)
+    arm = sample.arm.point_of(frames) - frames[joint, :3, 3]
+    return float(np.linalg.norm(np.cross(frames[joint, :3, 2], arm)))
+
+
+def _coincide(samples: Sequence[Sample], i: int, j: int) -> bool:
+    for sample in samples:
+        frames = sample.arm.frames(sample.q)
+        axis, between = frames[i, :3, 2], frames[j, :3, 3] - frames[i, :3, 3]
+        apart = np.linalg.norm(np.cross(axis, frames[j, :3, 2])) + np.linalg.norm(np.cross(axis, between))
+        if apart > 1e-5:
+            return False
+    return bool(samples)
+
+
+def _extremes(chain: Chain, samples: Sequence[Sample]) -> tuple[int, int, frozenset[int]] | None:
+    """Find an axis from which the point is farthest or nearest with respect to a later joint, in all samples."""
+    for axis in range(chain.n):
+        for moving in range(axis + 1, min(chain.n, chain.point.frame)):
+            if chain.joints[axis].kind != "R":
+                continue
+            signs = {_extreme(sample, axis, moving) for sample in samples}
+            if samples and 0 not in signs:
+                return axis, moving, frozenset(signs)
+    return None
+
+
+def _extreme(sample: Sample, axis: int, moving: int) -> int:
+    step = 1e-3
+    away = np.zeros(len(sample.q))
+    away[moving] = step
+    middle, ahead, behind = (_distance(sample, sample.q + side * away, axis) for side in (0, 1, -1))
+    if abs(ahead - behind) > 1e-3 * abs(ahead + behind - 2 * middle) or abs(ahead + behind - 2 * middle) < 1e-9:
+        return 0
+    return 1 if middle > ahead else -1

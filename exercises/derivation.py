@@ -1,0 +1,281 @@
+"""Everything the chapter derives for one arm, worked out once per structure and filled with numbers per arm.
+
+A structure is a chain in which every length that is not zero is a symbol and joint offsets are taken into the joint
+variable. Its results are proved there (both routes to the Jacobian are the same function, exactly) and then hold for
+every arm of that structure.
+"""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import combinations
+
+import sympy as sp
+
+from exercises.chain import Base, Chain, Joint, Point
+from exercises.kinematics import (
+    differentiated_jacobian,
+    frames_and_point,
+    link_vector,
+    propagated_jacobian,
+    propagated_p_star,
+    propagated_rotations,
+    task_matrix,
+)
+from exercises.trigonometry import Factored, factored, same, substitute, textbook
+
+Values = dict[sp.Symbol, sp.Expr]
+
+
+@dataclass(frozen=True)
+class Structure:
+    """A chain with symbols for everything that can be measured, and what each symbol stands for."""
+
+    chain: Chain
+    values: tuple[tuple[sp.Symbol, sp.Expr], ...]
+
+
+def structure(chain: Chain) -> Structure:
+    """Return the structure of `chain`: lengths and odd angles as symbols, right angles and zeros kept."""
+    values: Values = {}
+
+    def length(name: str, value: sp.Expr) -> sp.Expr:
+        return sp.S.Zero if value == 0 else _named(name, value, values)
+
+    def angle(name: str, value: sp.Expr) -> sp.Expr:
+        right = (sp.S(2) * value / sp.pi).is_Integer
+        return sp.Mod(value, 2 * sp.pi) if right else _named(name, value, values)
+
+    joints = []
+    for i, (joint, variable, offset) in enumerate(zip(chain.joints, chain.q, chain.offsets, strict=True), 1):
+        if offset != 0:
+            values[variable] = variable + offset
+        a, alpha = length(f"a{i}", joint.a), angle(f"alpha{i}", joint.alpha)
+        if joint.kind == "R":
+            joints.append(Joint("R", variable, length(f"d{i}", joint.d), a, alpha))
+        else:
+            joints.append(Joint("P", angle(f"fixed{i}", joint.theta), variable, a, alpha))
+    base = Base(
+        tuple(length(f"base_{axis}", v) for axis, v in zip("xyz", chain.base.position, strict=True)),
+        angle("base_yaw", chain.base.yaw),
+        angle("base_tilt", chain.base.tilt),
+    )
+    offset3 = tuple(length(f"point_{axis}", v) for axis, v in zip("xyz", chain.point.offset, strict=True))
+    generic = Chain("structure", tuple(joints), chain.task, base, Point(chain.point.frame, offset3))
+    return Structure(generic, tuple(values.items()))
+
+
+def _named(name: str, value: sp.Expr, values: Values) -> sp.Symbol:
+    symbol = sp.Symbol(name)
+    if value != symbol:
+        values[symbol] = value
+    return symbol
+
+
+@dataclass(frozen=True)
+class _Generic:
+    """Results for a structure; what is expensive and not always asked for is a function of its own below."""
+
+    position: sp.Matrix
+    z: sp.Matrix
+    p_star: sp.Matrix
+    geometric: sp.Matrix
+
+
+@lru_cache(maxsize=4096)
+def _generic(chain: Chain) -> _Generic:
+    frames, point = frames_and_point(chain)
+    position = point.applyfunc(textbook)
+    moved = range(chain.n)
+    z = sp.Matrix.hstack(*(frames[i].rotation[:, 2].applyfunc(textbook) for i in moved))
+    p_star = sp.Matrix.hstack(*((point - frames[i].origin).applyfunc(textbook) for i in moved))
+    linear = differentiated_jacobian(position, chain.q).applyfunc(textbook)
+    angular = sp.Matrix(3, chain.n, lambda r, i: z[r, i] if chain.joints[i].kind == "R" else sp.S.Zero)
+    geometric = linear.col_join(angular)
+    _prove(chain, z, p_star, geometric)
+    return _Generic(position, z, p_star, geometric)
+
+
+def _prove(chain: Chain, z: sp.Matrix, p_star: sp.Matrix, geometric: sp.Matrix) -> None:
+    """Raise RuntimeError unless propagation gives the very same axes, vectors and columns as differentiation."""
+    rotations, recursion = propagated_rotations(chain), propagated_p_star(chain)
+    other_z = sp.Matrix.hstack(*(rotation[:, 2] for rotation in rotations[: chain.n]))
+    pairs = [(z, other_z, "z"), (geometric, propagated_jacobian(chain), "Jacobian")]
+    last = chain.point.frame
+    if last:
+        pairs.append((p_star[:, :last], sp.Matrix.hstack(*recursion[:last]), "p*"))
+    for ours, theirs, what in pairs:
+        if not all(same(a, b) for a, b in zip(ours, theirs, strict=True)):
+            raise RuntimeError(f"the two routes disagree on {what} of {chain}; please report this")
+
+
+def _laplace(matrix: sp.Matrix) -> sp.Expr:
+    """Return the determinant by expansion along rows, each minor worked out once (shared recipe, step 3)."""
+    names, back = _entry_symbols(matrix)
+    ring_matrix = matrix.applyfunc(lambda e: sp.expand(e.xreplace(names)))
+    memo: dict[tuple[int, ...], sp.Expr] = {(): sp.S.One}
+
+    def minor(columns: tuple[int, ...]) -> sp.Expr:
+        if columns not in memo:
+            row = matrix.rows - len(columns)
+            terms = [
+                (-1) ** k * ring_matrix[row, c] * minor(columns[:k] + columns[k + 1 :])
+                for k, c in enumerate(columns)
+                if ring_matrix[row, c] != 0
+            ]
+            memo[columns] = sp.expand(sp.Add(*terms))
+        return memo[columns]
+
+    return minor(tuple(range(matrix.cols))).xreplace(back)
+
+
+def _entry_symbols(matrix: sp.Matrix) -> tuple[dict[sp.Expr, sp.Symbol], dict[sp.Symbol, sp.Expr]]:
+    atoms = sorted(matrix.atoms(sp.sin, sp.cos), key=sp.default_sort_key)
+    names = {atom: sp.Symbol(f"t_{i}") for i, atom in enumerate(atoms)}
+    return names, {symbol: atom for atom, symbol in names.items()}
+
+
+@lru_cache(maxsize=4096)
+def _generic_minors(chain: Chain) -> tuple[Factored, ...]:
+    """Return every maximal minor of the task Jacobian, factored; just the determinant where it is square."""
+    jacobian = task_matrix(_generic(chain).geometric, chain.task)
+    rows, cols = jacobian.shape
+    size = min(rows, cols)
+    return tuple(
+        factored(_laplace(jacobian.extract(list(r), list(c))))
+        for r in combinations(range(rows), size)
+        for c in combinations(range(cols), size)
+    )
+
+
+@lru_cache(maxsize=4096)
+def _generic_inverse(chain: Chain) -> tuple[tuple[Factored, ...], ...]:
+    """Return the entries of the inverse by the adjugate: cofactor over determinant, common factors cancelled."""
+    jacobian = task_matrix(_generic(chain).geometric, chain.task)
+    (determinant,) = _generic_minors(chain)
+    n = jacobian.rows
+
+    def entry(i: int, j: int) -> Factored:
+        rest = jacobian.extract([r for r in range(n) if r != j], [c for c in range(n) if c != i])
+        cofactor = factored((-1) ** (i + j) * (_laplace(rest) if n > 1 else sp.S.One))
+        return cofactor.over(determinant)
+
+    return tuple(tuple(entry(i, j) for j in range(n)) for i in range(n))
+
+
+@lru_cache(maxsize=4096)
+def _generic_rates(chain: Chain) -> tuple[Factored, ...]:
+    """Return the rates by the adjugate, each over one denominator: (sum of cofactors times velocities) / det J."""
+    jacobian = task_matrix(_generic(chain).geometric, chain.task)
+    (determinant,) = _generic_minors(chain)
+    velocity = sp.Matrix(task_velocity(chain))
+    # By Cramer's rule: replacing column i by the velocity gives the numerator of rate i.
+    numerators = (_laplace(sp.Matrix.hstack(jacobian[:, :i], velocity, jacobian[:, i + 1 :])) for i in range(chain.n))
+    return tuple(_by_velocity(factored(numerator).over(determinant), tuple(velocity)) for numerator in numerators)
+
+
+def _by_velocity(rate: Factored, velocity: tuple[sp.Symbol, ...]) -> Factored:
+    """Return the same product with its numerator gathered by the task's velocities, as the book has it."""
+    gathered = tuple(
+        (sp.collect(sp.expand(f), velocity, textbook) if f.free_symbols & set(velocity) else f, power)
+        for f, power in rate.factors
+    )
+    return Factored(rate.coefficient, gathered)
+
+
+class Derivation:
+    """The results for one arm: SymPy matrices in the arm's own numbers and symbols, world frame.
+
+    `position` 3 x 1 (m); `z` and `p_star` 3 x n, column i being z_{i-1} and p*_{i-1}; `geometric` 6 x n (6.11, 6.12);
+    `jacobian` m x n, the rows of the task.
+    """
+
+    def __init__(self, chain: Chain) -> None:
+        self.chain = chain
+        found = structure(chain)
+        self._structure, self._values = found.chain, dict(found.values)
+        generic = _generic(found.chain)
+        self.position = self._fill(generic.position)
+        self.z = self._fill(generic.z)
+        self.p_star = self._fill(generic.p_star)
+        self.geometric = self._fill(generic.geometric)
+        self.jacobian = task_matrix(self.geometric, chain.task)
+
+    def fill(self, expression: sp.Expr) -> sp.Expr:
+        """Return an expression of the structure in this arm's numbers and symbols."""
+        return substitute(expression, self._values)
+
+    def _fill(self, matrix: sp.Matrix) -> sp.Matrix:
+        return matrix.applyfunc(self.fill)
+
+    @property
+    def generic_minors(self) -> tuple[Factored, ...]:
+        """The maximal minors of the structure's task Jacobian (one, the determinant, if square), factored."""
+        return _generic_minors(self._structure)
+
+    @property
+    def generic_joints(self) -> tuple[sp.Symbol, ...]:
+        """The joint variables of the structure (without offsets)."""
+        return self._structure.q
+
+    @property
+    def rotations(self) -> list[sp.Matrix]:
+        """R_0 ... R_n, absolute angles inside a run of parallel joints."""
+        frames, _ = frames_and_point(self._structure)
+        return [self._fill(frame.rotation) for frame in frames]
+
+    @property
+    def link_vectors(self) -> list[sp.Matrix]:
+        """r_1 ... r_n, each from O_{i-1} to O_i in frame i-1 (below 6.13)."""
+        return [link_vector(joint) for joint in self.chain.joints]
+
+    @property
+    def is_square(self) -> bool:
+        """Whether the task has as many rows as the arm has joints, so that det J and its inverse make sense."""
+        return len(self.chain.task) == self.chain.n
+
+    @property
+    def determinant(self) -> sp.Expr:
+        """det J in factored form; ValueError where J is not square."""
+        self._need_square("determinant")
+        return self.generic_minors[0].substituted(self._values)
+
+    @property
+    def inverse(self) -> sp.Matrix:
+        """J^-1, n x n, by the adjugate; ValueError where J is not square or never invertible."""
+        self._need_square("inverse")
+        if self.generic_minors[0].is_zero:
+            raise ValueError(f"{self.chain.name}: det J = 0 everywhere, so J has no inverse")
+        rows = [[entry.substituted(self._values) for entry in row] for row in _generic_inverse(self._structure)]
+        return sp.Matrix(rows)
+
+    def _need_square(self, what: str) -> None:
+        if not self.is_square:
+            shape = f"{len(self.chain.task)} x {self.chain.n}"
+            raise ValueError(f"{self.chain.name}: the {what} needs a square Jacobian, and this one is {shape}")
+
+    def link_jacobian(self, k: int) -> sp.Matrix:
+        """Return the 6 x n Jacobian of frame k: the velocity of O_k and of link k (6.9, 6.10, sums ending at k)."""
+        inner = derive(replace(self.chain, joints=self.chain.joints[:k], tool=None)).geometric
+        return sp.Matrix.hstack(inner, sp.zeros(6, self.chain.n - k))
+
+    def twist(self, jacobian: sp.Matrix | None = None) -> sp.Matrix:
+        """Return J qd for the geometric Jacobian (6.4), or for another with n columns."""
+        return (self.geometric if jacobian is None else jacobian) * sp.Matrix(self.chain.rates)
+
+    def rate_law(self) -> sp.Matrix:
+        """Return the joint rates qd = J^-1 xd for the task velocity symbols vx ... wz (6.7)."""
+        self._need_square("inverse velocity")
+        if self.generic_minors[0].is_zero:
+            raise ValueError(f"{self.chain.name}: det J = 0 everywhere, so no rates can be solved for")
+        return sp.Matrix([rate.substituted(self._values) for rate in _generic_rates(self._structure)])
+
+
+def task_velocity(chain: Chain) -> tuple[sp.Symbol, ...]:
+    """Return the symbols of the task's velocity, as in vx, vy."""
+    return tuple(sp.Symbol(row) for row in chain.task)
+
+
+@lru_cache(maxsize=4096)
+def derive(chain: Chain) -> Derivation:
+    """Return the derivation of `chain` (kept, as several questions ask for the same arm's)."""
+    return Derivation(chain)

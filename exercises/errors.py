@@ -1,0 +1,21 @@
+"""The one exception that a user is meant to read."""
+
+
+class QdotError(Exception):
+    """Bad input, told in one sentence: what was wrong, where, and what would be right.
+
+    The command line prints the message and leaves with code 2; no traceback is shown.
+    """
+
+
+def unknown(what: str, name: str, known: list[str] | tuple[str, ...]) -> QdotError:
+    """Return the error for a name that is not in a list, with the list and the likeliest meant.
+
+    >>> print(unknown("family", "scra", ["planar-2r", "scara"]))
+    unknown family 'scra' (did you mean 'scara'?); known: planar-2r, scara
+    """
+    import difflib
+
+    close = difflib.get_close_matches(name, known, n=1)
+    hint = f" (did you mean {close[0]!r}?)" if close else ""
+    return QdotError(f"unknown {what} {name!r}{hint}; known: {', '.join(known)}")

@@ -1,0 +1,206 @@
+"""Velocity kinematics of a chain, by two independent routes, in the chapter's notation.
+
+T_i: pose of frame i, R_i its rotation, O_i its origin; z_{i-1} = R_{i-1} (0, 0, 1): axis of joint i; p*_{i-1}:
+from O_{i-1} to the point of interest; p*_n is the point seen from O_n. World frame throughout; rows of a
+6 x n Jacobian are vx vy vz wx wy wz (6.6).
+
+Route 1 differentiates the position (6.1-6.4); route 2 propagates velocities (6.9-6.13). They share the DH table only:
+route 1 works in runs of parallel joints with absolute angles, route 2 multiplies rotation matrices joint by joint.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from exercises.chain import TASK_ROWS, Chain, Joint
+
+Z = sp.Matrix([0, 0, 1])
+
+
+def rot_z(angle: sp.Expr) -> sp.Matrix:
+    """Return the 3 x 3 rotation about z by `angle` (rad)."""
+    c, s = sp.cos(angle), sp.sin(angle)
+    return sp.Matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+
+
+def rot_x(angle: sp.Expr) -> sp.Matrix:
+    """Return the 3 x 3 rotation about x by `angle` (rad)."""
+    c, s = sp.cos(angle), sp.sin(angle)
+    return sp.Matrix([[1, 0, 0], [0, c, -s], [0, s, c]])
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A link frame: rotation R (3 x 3) and origin (3 x 1), in the world frame."""
+
+    rotation: sp.Matrix
+    origin: sp.Matrix
+
+
+class _Run:
+    """A frame as `outer` Rz(`angle`): inside a run of parallel joints only the absolute angle grows."""
+
+    def __init__(self, outer: sp.Matrix, angle: sp.Expr) -> None:
+        self.outer, self.angle = outer, angle
+
+    def turn_z(self, angle: sp.Expr) -> None:
+        self.angle = self.angle + angle
+
+    def turn_x(self, alpha: sp.Expr) -> None:
+        if alpha == 0:
+            return
+        if alpha in (sp.pi, -sp.pi):  # Rz(phi) Rx(pi) = Rx(pi) Rz(-phi): still parallel, counted the other way
+            self.outer, self.angle = self.outer * rot_x(alpha), -self.angle
+        else:
+            self.outer, self.angle = self.rotation() * rot_x(alpha), sp.S.Zero
+
+    def rotation(self) -> sp.Matrix:
+        return self.outer * rot_z(self.angle)
+
+    def vector(self, x: sp.Expr, y: sp.Expr, z: sp.Expr) -> sp.Matrix:
+        c, s = sp.cos(self.angle), sp.sin(self.angle)
+        return self.outer * sp.Matrix([x * c - y * s, x * s + y * c, z])
+
+
+def frames_and_point(chain: Chain) -> tuple[list[Frame], sp.Matrix]:
+    """Return frames 0 ... n and the position of the point of interest (3 x 1, m), by runs of parallel joints.
+
+    Angles come out absolute, as in cos(theta1 + theta2), so that nothing needs to be simplified.
+    """
+    run = _Run(sp.eye(3), sp.S.Zero)
+    run.turn_z(chain.base.yaw)
+    run.turn_x(chain.base.tilt)
+    origin = sp.Matrix(chain.base.position)
+    frames, point = [Frame(run.rotation(), origin)], None
+    for index in range(chain.n + 1):
+        if index == chain.point.frame:
+            point = origin + run.vector(*chain.point.offset)
+        if index < chain.n:
+            joint = chain.joints[index]
+            run.turn_z(joint.theta)
+            origin = origin + run.vector(joint.a, sp.S.Zero, joint.d)
+            run.turn_x(joint.alpha)
+            frames.append(Frame(run.rotation(), origin))
+    assert point is not None
+    return frames, point
+
+
+def joint_rotation(joint: Joint) -> sp.Matrix:
+    """Return the rotation Rz(theta) Rx(alpha) from frame i to frame i-1."""
+    return rot_z(joint.theta) * rot_x(joint.alpha)
+
+
+def link_vector(joint: Joint) -> sp.Matrix:
+    """Return r_i = [a c, a s, d], from O_{i-1} to O_i in frame i-1 (below 6.13)."""
+    return sp.Matrix([joint.a * sp.cos(joint.theta), joint.a * sp.sin(joint.theta), joint.d])
+
+
+def propagated_rotations(chain: Chain) -> list[sp.Matrix]:
+    """Return R_0 ... R_n by multiplying the joints' rotations."""
+    rotations = [rot_z(chain.base.yaw) * rot_x(chain.base.tilt)]
+    for joint in chain.joints:
+        rotations.append(rotations[-1] * joint_rotation(joint))
+    return rotations
+
+
+def propagated_p_star(chain: Chain) -> list[sp.Matrix]:
+    """Return p*_0 ... p*_k by the recursion (6.13), k being the point's frame; it starts with p*_k = R_k offset."""
+    rotations = propagated_rotations(chain)
+    last = chain.point.frame
+    p_star = [sp.zeros(3, 1)] * (last + 1)
+    p_star[last] = rotations[last] * sp.Matrix(chain.point.offset)
+    for i in range(last, 0, -1):
+        p_star[i - 1] = rotations[i - 1] * link_vector(chain.joints[i - 1]) + p_star[i]
+    return p_star
+
+
+def propagated_jacobian(chain: Chain) -> sp.Matrix:
+    """Return the 6 x n geometric Jacobian by (6.11) and (6.12): velocity of the point, angular velocity of link n.
+
+    Joints past the point's frame turn the last link without moving the point (a wrist centre, say).
+    """
+    rotations, p_star = propagated_rotations(chain), propagated_p_star(chain)
+    columns = []
+    for i, joint in enumerate(chain.joints):
+        z, zero = rotations[i] * Z, sp.zeros(3, 1)
+        carries = i < chain.point.frame
+        if joint.kind == "R":
+            columns.append((z.cross(p_star[i]) if carries else zero).col_join(z))
+        else:
+            columns.append((z if carries else zero).col_join(zero))
+    return sp.Matrix.hstack(*columns)
+
+
+def differentiated_jacobian(position: sp.Matrix, q: tuple[sp.Symbol, ...]) -> sp.Matrix:
+    """Return J_ij = d position_i / d q_j (6.3), m x n."""
+    return position.jacobian(sp.Matrix(q))
+
+
+def task_matrix(geometric: sp.Matrix, task: tuple[str, ...]) -> sp.Matrix:
+    """Return the rows of a 6 x n Jacobian that the task counts."""
+    return geometric.extract([TASK_ROWS.index(row) for row in task], list(range(geometric.cols)))
+
+
+class NumericChain:
+    """The same arm in numbers: a third, purely numerical reading of the DH table (4 x 4 products).
+
+    `values` gives each open parameter; poses are arrays of n joint values, or many of them at once (… x n).
+    """
+
+    def __init__(self, chain: Chain, values: Mapping[str, float]) -> None:
+        def number(expression: sp.Expr) -> float:
+            known = {symbol: values[symbol.name] for symbol in expression.free_symbols}
+            return float(expression.xreplace({k: sp.Float(v) for k, v in known.items()}))
+
+        self.kinds = tuple(joint.kind for joint in chain.joints)
+        self.offsets = [number(value) for value in chain.offsets]
+        self.fixed = [(number(j.d if j.kind == "R" else j.theta), number(j.a), number(j.alpha)) for j in chain.joints]
+        self.point_frame = chain.point.frame
+        self.offset = np.array([*map(number, chain.point.offset), 1.0])
+        self.base = _pose(number(chain.base.yaw), 0.0, 0.0, number(chain.base.tilt))
+        self.base[:3, 3] = [number(value) for value in chain.base.position]
+
+    def frames(self, q: np.ndarray) -> np.ndarray:
+        """Return the poses of frames 0 ... n, shape (…, n + 1, 4, 4), at joint values q of shape (…, n)."""
+        q = np.asarray(q, dtype=float)
+        poses = [np.broadcast_to(self.base, (*q.shape[:-1], 4, 4))]
+        for i, (kind, offset, (other, a, alpha)) in enumerate(zip(self.kinds, self.offsets, self.fixed, strict=True)):
+            own = q[..., i] + offset
+            theta, d = (own, other) if kind == "R" else (other, own)
+            poses.append(poses[-1] @ _pose(theta, d, a, alpha))
+        return np.stack(poses, axis=-3)
+
+    def point(self, q: np.ndarray) -> np.ndarray:
+        """Return the point of interest, shape (…, 3)."""
+        return self.point_of(self.frames(q))
+
+    def point_of(self, frames: np.ndarray) -> np.ndarray:
+        """Return the point of interest for poses as `frames` returns them."""
+        return np.asarray((frames[..., self.point_frame, :, :] @ self.offset)[..., :3])
+
+    def jacobian(self, q: np.ndarray) -> np.ndarray:
+        """Return the 6 x n Jacobian, shape (…, 6, n)."""
+        frames = self.frames(q)
+        point = self.point_of(frames)
+        columns = []
+        for i, kind in enumerate(self.kinds):
+            z = frames[..., i, :3, 2]
+            arm = point - frames[..., i, :3, 3]
+            linear, angular = (np.cross(z, arm), z) if kind == "R" else (z, np.zeros_like(z))
+            columns.append(np.concatenate([linear * (i < self.point_frame), angular], axis=-1))
+        return np.stack(columns, axis=-1)
+
+
+def _pose(theta: float | np.ndarray, d: float | np.ndarray, a: float, alpha: float) -> np.ndarray:
+    theta, d = np.broadcast_arrays(np.asarray(theta, dtype=float), np.asarray(d, dtype=float))
+    ct, st, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
+    zero, one = np.zeros_like(ct), np.ones_like(ct)
+    rows = [
+        [ct, -st * ca, st * sa, a * ct],
+        [st, ct * ca, -ct * sa, a * st],
+        [zero, sa * one, ca * one, d],
+        [zero, zero, zero, one],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

@@ -1,0 +1,269 @@
+"""Singular configurations of a chain for its task: where the task Jacobian loses rank (6.8), all of them.
+
+For a square Jacobian these are the zeros of the factors of det J. For any other shape they are the common zeros of
+all maximal minors: factors that all minors share, and, for what is left, combinations of conditions.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import sympy as sp
+
+from exercises.chain import Chain
+from exercises.derivation import Derivation, derive
+from exercises.trigonometry import Factored, factored, substitute
+
+RIGHT_ANGLES = (sp.S.Zero, sp.pi / 2, sp.pi, -sp.pi / 2)
+
+
+@dataclass(frozen=True)
+class Component:
+    """A part of the singular set: expressions that vanish together, and the joint values at which they do.
+
+    `solutions` holds (joint, values) for each condition, or is None where one of them ties several joints.
+    """
+
+    conditions: tuple[sp.Expr, ...]
+    solutions: tuple[tuple[sp.Symbol, tuple[sp.Expr, ...]], ...] | None
+
+    def pieces(self) -> list[str]:
+        """Return the conditions as text, one string for each value or combination of values.
+
+        >>> Component((sp.sin(sp.Symbol("theta2")),), ((sp.Symbol("theta2"), (sp.S.Zero, sp.pi)),)).pieces()
+        ['theta2 = 0', 'theta2 = pi']
+        """
+        if self.solutions is None:
+            return [" and ".join(f"{condition} = 0" for condition in self.conditions)]
+        texts = [""]
+        for joint, values in self.solutions:
+            texts = [f"{text} and {joint} = {value}".removeprefix(" and ") for text in texts for value in values]
+        return texts
+
+
+def singular_set(chain: Chain) -> tuple[Component, ...] | None:
+    """Return the components of the singular set, or None where the Jacobian has lost rank everywhere.
+
+    An empty tuple means that no configuration is singular.
+    """
+    return _components(derive(chain))
+
+
+def _components(derivation: Derivation) -> tuple[Component, ...] | None:
+    conjunctions = _common_zeros(derivation.generic_minors, derivation.generic_joints)
+    if conjunctions is None:
+        return None
+    found = []
+    for conjunction in conjunctions:
+        conditions = tuple(derivation.fill(condition) for condition in conjunction)
+        component = _solved(conditions, derivation.chain)
+        if component is not None and component not in found:
+            found.append(component)
+    return tuple(found)
+
+
+def _solved(conditions: tuple[sp.Expr, ...], chain: Chain) -> Component | None:
+    """Return the component, or None where the conditions have no real solution for the given numbers."""
+    solutions = []
+    tied = False
+    for condition in conditions:
+        solved = solve_condition(condition, chain)
+        if solved is None:
+            tied = True
+            if _never_zero(condition, chain):
+                return None
+        elif not solved[1]:
+            return None
+        else:
+            solutions.append(solved)
+    return Component(conditions, None if tied else tuple(solutions))
+
+
+def solve_condition(condition: sp.Expr, chain: Chain) -> tuple[sp.Symbol, tuple[sp.Expr, ...]] | None:
+    """Solve one condition for its joint: (joint, values), no values if there is no real solution.
+
+    Returns None where the condition ties several joints, or is of a form that no formula here solves.
+    """
+    joints = [q for q in chain.q if condition.has(q)]
+    if len(joints) != 1:
+        return None
+    (joint,) = joints
+    if chain.joints[chain.q.index(joint)].kind == "P":
+        return _solve_polynomial(condition, joint)
+    return _solve_angle(condition, joint)
+
+
+def _solve_polynomial(condition: sp.Expr, joint: sp.Symbol) -> tuple[sp.Symbol, tuple[sp.Expr, ...]] | None:
+    polynomial = sp.Poly(condition, joint)
+    if polynomial.degree() == 1:
+        a, b = polynomial.all_coeffs()
+        return joint, (sp.together(-b / a),)
+    if polynomial.degree() == 2 and not polynomial.free_symbols_in_domain:
+        return joint, tuple(root for root in sp.roots(polynomial) if root.is_real)
+    return None
+
+
+def _solve_angle(condition: sp.Expr, joint: sp.Symbol) -> tuple[sp.Symbol, tuple[sp.Expr, ...]] | None:
+    """Solve A + B cos(phi) + C sin(phi) = 0, phi being the joint's angle with its offset (shared recipe, step 7)."""
+    arguments = {atom.args[0] for atom in condition.atoms(sp.sin, sp.cos)}
+    phi = arguments.pop() if len(arguments) == 1 else joint
+    offset = sp.expand(phi - joint)
+    if offset.has(joint):
+        return None
+    cosine, sine = sp.Dummy("c"), sp.Dummy("s")
+    plain = sp.expand_trig(condition) if arguments else condition
+    polynomial = sp.Poly(sp.expand(plain).xreplace({sp.cos(phi): cosine, sp.sin(phi): sine}), cosine, sine)
+    if polynomial.total_degree() != 1 or polynomial.free_symbols & {joint}:
+        return None
+    a, b, c = (polynomial.coeff_monomial(monomial) for monomial in (1, cosine, sine))
+    values = [_principal(value - offset) for value in _roots_of_wave(a, b, c)]
+    return joint, tuple(values)
+
+
+def _roots_of_wave(a: sp.Expr, b: sp.Expr, c: sp.Expr) -> list[sp.Expr]:
+    if a == 0:
+        if b == 0:
+            return [sp.S.Zero, sp.pi]
+        if c == 0:
+            return [sp.pi / 2, -sp.pi / 2]
+        return [-sp.atan(b / c), sp.pi - sp.atan(b / c)]
+    if b == 0 and c != 0:
+        return [] if _exceeds(a, c) else [sp.asin(-a / c), sp.pi - sp.asin(-a / c)]
+    if c == 0:
+        return [] if _exceeds(a, b) else [sp.acos(-a / b), -sp.acos(-a / b)]
+    radius, shift = sp.sqrt(b**2 + c**2), sp.atan2(c, b)
+    return [] if _exceeds(a, radius) else [shift + sp.acos(-a / radius), shift - sp.acos(-a / radius)]
+
+
+def _exceeds(a: sp.Expr, b: sp.Expr) -> bool:
+    return bool(a.is_number and b.is_number and abs(sp.N(a)) > abs(sp.N(b)))
+
+
+def _principal(angle: sp.Expr) -> sp.Expr:
+    """Return the angle in (-pi, pi] where it is a number, by adding whole turns."""
+    angle = sp.expand(angle)
+    if not angle.is_number:
+        return angle
+    turns = -sp.floor((sp.N(angle, 30) + sp.N(sp.pi, 30)) / (2 * sp.N(sp.pi, 30)))
+    moved = sp.expand(angle + 2 * sp.pi * turns)
+    return sp.pi if moved == -sp.pi else moved
+
+
+def _never_zero(condition: sp.Expr, chain: Chain) -> bool:
+    """Tell whether a sum of waves cannot vanish: its constant part is larger than all amplitudes together."""
+    waves = condition.atoms(sp.sin, sp.cos)
+    if condition.free_symbols - set(chain.q) or any(condition.has(q) and not _in_waves(q, waves) for q in chain.q):
+        return False
+    names = {wave: sp.Dummy(f"w{i}") for i, wave in enumerate(sorted(waves, key=sp.default_sort_key))}
+    polynomial = sp.Poly(condition.xreplace(names), *names.values())
+    constant = polynomial.coeff_monomial(1)
+    others = sum(abs(coefficient) for coefficient in polynomial.coeffs()) - abs(constant)
+    return bool(sp.N(abs(constant) - others) > 0)
+
+
+def _in_waves(q: sp.Symbol, waves: Iterable[sp.Expr]) -> bool:
+    return any(wave.has(q) for wave in waves)
+
+
+# --- common zeros of several minors, on the structure (no offsets, lengths as symbols) ---
+
+Conjunction = tuple[sp.Expr, ...]
+Joints = tuple[sp.Symbol, ...]
+
+
+def _common_zeros(minors: tuple[Factored, ...], joints: Joints) -> list[Conjunction] | None:
+    minors = tuple(minor for minor in minors if not minor.is_zero)
+    if not minors:
+        return None
+    factor_sets = [[f for f, _ in minor.factors if f.free_symbols & set(joints)] for minor in minors]
+    shared = [f for f in factor_sets[0] if all(f in other for other in factor_sets[1:])]
+    left = [[f for f in factors if f not in shared] for factors in factor_sets]
+    conjunctions: list[Conjunction] = [(f,) for f in shared]
+    for leaf in _branches(left, joints, depth=0):
+        conjunction = tuple(dict.fromkeys(leaf))
+        if not any(f in conjunction for f in shared):
+            conjunctions.append(conjunction)
+    return _without_subsumed(_merged(conjunctions))
+
+
+def _branches(factor_sets: list[list[sp.Expr]], joints: Joints, depth: int) -> list[list[sp.Expr]]:
+    """Return combinations of conditions under which a factor of every set vanishes.
+
+    A condition that fixes an angle is put into the other sets before the search goes on, so that what it makes
+    vanish, or keeps from vanishing, is known. The simplest set goes first.
+    """
+    if any(not factors for factors in factor_sets):
+        return []
+    if not factor_sets:
+        return [[]]
+    factor_sets = sorted(factor_sets, key=lambda factors: (len(factors), sum(map(sp.count_ops, factors))))
+    first, rest = factor_sets[0], factor_sets[1:]
+    found = []
+    for factor in first:
+        for condition, values in _cases(factor, joints):
+            tried = (_after(factors, factor, values, joints) for factors in rest)
+            remaining = [factors for factors in tried if factors is not None]
+            found += [[condition, *leaf] for leaf in _branches(remaining, joints, depth + 1)]
+    return found
+
+
+def _cases(factor: sp.Expr, joints: Joints) -> list[tuple[sp.Expr, dict[sp.Symbol, sp.Expr]]]:
+    """Return the ways in which a factor vanishes: a condition to state and the substitution that it allows."""
+    if isinstance(factor, (sp.sin, sp.cos)):
+        angle = factor.args[0]
+        joint = max((q for q in joints if angle.has(q)), key=joints.index)
+        roots = (sp.S.Zero, sp.pi) if isinstance(factor, sp.sin) else (sp.pi / 2, -sp.pi / 2)
+        sign = sp.diff(angle, joint)
+        return [(_case(factor, root), {joint: sp.expand((root - angle) / sign + joint)}) for root in roots]
+    return [(factor, {})]
+
+
+def _case(factor: sp.Expr, root: sp.Expr) -> sp.Expr:
+    """Return a mark for "this factor is zero at this root", to be merged with its sibling root later."""
+    return sp.Function("at")(factor, root)
+
+
+def _after(
+    factors: list[sp.Expr], zero: sp.Expr, values: dict[sp.Symbol, sp.Expr], joints: Joints
+) -> list[sp.Expr] | None:
+    """Return the factors that can still vanish, or None where the product vanishes already."""
+    left: list[sp.Expr] = []
+    for factor in factors:
+        if factor == zero:
+            return None
+        moved = factored(sp.expand(substitute(factor, values))) if values else None
+        if moved is not None and moved.is_zero:
+            return None
+        if moved is None:
+            left.append(factor)
+        else:
+            left += [f for f, _ in moved.factors if f.free_symbols & set(joints)]
+    return left
+
+
+def _merged(conjunctions: list[Conjunction]) -> list[Conjunction]:
+    """Join cases that differ in the root of one factor only, as in theta3 = 0 and theta3 = pi, into the factor."""
+    marker = sp.Function("at")
+    found = {frozenset(conjunction) for conjunction in conjunctions}
+    changed = True
+    while changed:
+        changed = False
+        for conjunction in sorted(found, key=lambda c: sorted(map(str, c))):
+            for case in conjunction:
+                if getattr(case, "func", None) != marker:
+                    continue
+                rest = conjunction - {case}
+                siblings = {rest | {marker(case.args[0], root)} for root in RIGHT_ANGLES} & found
+                if len(siblings) == 2:
+                    found = (found - siblings) | {rest | {case.args[0]}}
+                    changed = True
+                    break
+            if changed:
+                break
+    return [
+        tuple(sorted(conjunction, key=lambda c: (sp.count_ops(c), sp.default_sort_key(c)))) for conjunction in found
+    ]
+
+
+def _without_subsumed(conjunctions: list[Conjunction]) -> list[Conjunction]:
+    kept = [c for c in conjunctions if not any(set(o) < set(c) for o in conjunctions)]
+    return sorted(kept, key=lambda c: (len(c), sp.count_ops(sp.Add(*c)), [sp.default_sort_key(x) for x in c]))

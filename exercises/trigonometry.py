@@ -1,0 +1,280 @@
+"""Trigonometric polynomials in the form in which a textbook writes them, and exact tests of equality.
+
+An entry of a Jacobian is a polynomial in lengths and in sines and cosines of whole-number sums of angles. Two forms
+are used here: the Fourier form, a sum of coefficient * cos(sum) and coefficient * sin(sum), which is unique, so that
+it proves equality; and the factored form, in which c^2 + s^2 is not replaced by 1 before factoring, because doing so
+destroys the factors (shared recipe, steps 3 to 6).
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import sympy as sp
+
+Key = tuple[int, ...]
+
+
+class Fourier:
+    """A trigonometric polynomial as {angle sum: (coefficient of cos, coefficient of sin)}.
+
+    `angles` are the symbols that occur inside sin and cos; an angle sum is the tuple of their whole-number factors,
+    the first that is not zero being positive. Coefficients are elements of a polynomial ring over the rationals.
+    """
+
+    def __init__(self, angles: tuple[sp.Symbol, ...], ring: Any, terms: dict[Key, tuple[Any, Any]]) -> None:
+        self.angles, self.ring = angles, ring
+        self.terms = {key: pair for key, pair in terms.items() if pair[0] or pair[1]}
+
+    def __add__(self, other: "Fourier") -> "Fourier":
+        terms = dict(self.terms)
+        for key, (c, s) in other.terms.items():
+            c0, s0 = terms.get(key, (self.ring.zero, self.ring.zero))
+            terms[key] = (c0 + c, s0 + s)
+        return Fourier(self.angles, self.ring, terms)
+
+    def __mul__(self, other: "Fourier") -> "Fourier":
+        zero, half = self.ring.zero, sp.QQ(1, 2)
+        terms: dict[Key, tuple[Any, Any]] = {}
+
+        def put(key: Key, c: Any, s: Any) -> None:
+            key, sign = _oriented(key)
+            c0, s0 = terms.get(key, (zero, zero))
+            terms[key] = (c0 + c, s0 + s * sign)
+
+        for ka, (ca, sa) in self.terms.items():
+            for kb, (cb, sb) in other.terms.items():
+                total = tuple(x + y for x, y in zip(ka, kb, strict=True))
+                difference = tuple(x - y for x, y in zip(ka, kb, strict=True))
+                cc, ss, sc, cs = ca * cb * half, sa * sb * half, sa * cb * half, ca * sb * half
+                put(total, cc - ss, sc + cs)
+                put(difference, cc + ss, sc - cs)
+        zero_key = (0,) * len(self.angles)
+        if zero_key in terms:
+            terms[zero_key] = (terms[zero_key][0], zero)
+        return Fourier(self.angles, self.ring, terms)
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether the function vanishes identically (exact)."""
+        return not self.terms
+
+    @property
+    def size(self) -> int:
+        """The number of terms when written out."""
+        return sum(len(c) + len(s) for c, s in self.terms.values())
+
+    def expression(self) -> sp.Expr:
+        """Return the SymPy expression, with the content of the coefficients taken out."""
+        out = []
+        for key, (c, s) in self.terms.items():
+            angle = sp.Add(*(k * symbol for k, symbol in zip(key, self.angles, strict=True)))
+            out += [c.as_expr() * sp.cos(angle), s.as_expr() * sp.sin(angle)]
+        return sp.Add(*out)
+
+
+def _oriented(key: Key) -> tuple[Key, int]:
+    for k in key:
+        if k:
+            return (key, 1) if k > 0 else (tuple(-x for x in key), -1)
+    return key, 1
+
+
+def _sorted(symbols: Iterable[sp.Symbol]) -> tuple[sp.Symbol, ...]:
+    return tuple(sorted(symbols, key=lambda symbol: symbol.name))
+
+
+def _trig_atoms(expression: sp.Expr) -> list[sp.Expr]:
+    return sorted(expression.atoms(sp.sin, sp.cos), key=sp.default_sort_key)
+
+
+def fourier(*expressions: sp.Expr) -> list[Fourier]:
+    """Return the Fourier form of each expression, all over the same angles and ring.
+
+    Raises ValueError where an expression is not a trigonometric polynomial with whole-number angle sums.
+    """
+    angles = _sorted(set().union(*(atom.free_symbols for e in expressions for atom in _trig_atoms(e))))
+    others = _sorted(set().union(*(e.free_symbols for e in expressions)) - set(angles))
+    ring = sp.polys.rings.PolyRing(others or (sp.Dummy("one"),), sp.QQ)
+    convert = _Converter(angles, ring)
+    return [convert(expression) for expression in expressions]
+
+
+class _Converter:
+    """Walk a SymPy tree and build its Fourier form."""
+
+    def __init__(self, angles: tuple[sp.Symbol, ...], ring: Any) -> None:
+        self.angles, self.ring = angles, ring
+        self.zero_key = (0,) * len(angles)
+
+    def constant(self, coefficient: Any) -> Fourier:
+        return Fourier(self.angles, self.ring, {self.zero_key: (coefficient, self.ring.zero)})
+
+    def __call__(self, e: sp.Expr) -> Fourier:
+        if e.is_Rational:
+            return self.constant(self.ring(sp.QQ(int(e.p), int(e.q))))
+        if e.is_Symbol:
+            return self.constant(self.ring.from_expr(e))
+        if e.is_Add:
+            total = self.constant(self.ring.zero)
+            for term in e.args:
+                total = total + self(term)
+            return total
+        if e.is_Mul or (e.is_Pow and e.exp.is_Integer and e.exp > 0):
+            factors = e.args if e.is_Mul else (e.base,) * int(e.exp)
+            product = self(factors[0])
+            for factor in factors[1:]:
+                product = product * self(factor)
+            return product
+        if isinstance(e, (sp.sin, sp.cos)):
+            return self._wave(e)
+        raise ValueError(f"{e} is not a trigonometric polynomial")
+
+    def _wave(self, e: sp.Expr) -> Fourier:
+        factors = e.args[0].expand().as_coefficients_dict()
+        if any(k not in self.angles or not v.is_Integer for k, v in factors.items()):
+            raise ValueError(f"{e}: the angle is not a whole-number sum of {self.angles}")
+        key, sign = _oriented(tuple(int(factors.get(symbol, 0)) for symbol in self.angles))
+        zero, one = self.ring.zero, self.ring.one
+        pair = (one, zero) if isinstance(e, sp.cos) else (zero, sign * one)
+        return Fourier(self.angles, self.ring, {key: pair})
+
+
+def same(a: sp.Expr, b: sp.Expr) -> bool:
+    """Tell whether two trigonometric polynomials are the same function; this is a proof, not a test at points."""
+    first, second = fourier(a, b)
+    return (first + second * fourier_constant(second, -1)).is_zero
+
+
+def fourier_constant(like: Fourier, value: int) -> Fourier:
+    """Return the constant `value` over the same angles and ring as `like`."""
+    return Fourier(like.angles, like.ring, {(0,) * len(like.angles): (like.ring(value), like.ring.zero)})
+
+
+@dataclass(frozen=True)
+class Factored:
+    """A product: a rational coefficient and factors with their powers, each of a fixed sign."""
+
+    coefficient: sp.Rational
+    factors: tuple[tuple[sp.Expr, int], ...]
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether the product is zero identically."""
+        return bool(self.coefficient == 0)
+
+    def expression(self) -> sp.Expr:
+        """Return the product as a SymPy expression."""
+        return sp.Mul(self.coefficient, *(factor**power for factor, power in self.factors))
+
+    def over(self, other: "Factored") -> "Factored":
+        """Return the quotient, with common factors cancelled (powers may become negative)."""
+        powers = dict(self.factors)
+        for factor, power in other.factors:
+            powers[factor] = powers.get(factor, 0) - power
+        left = tuple((factor, power) for factor, power in powers.items() if power)
+        return Factored(self.coefficient / other.coefficient, left)
+
+    def substituted(self, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
+        """Return the product with `values` put in, factor by factor."""
+        return sp.Mul(self.coefficient, *(substitute(f, values) ** power for f, power in self.factors))
+
+
+def substitute(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
+    """Return `expression` with symbols replaced all at once; SymPy folds right angles: cos(t + pi/2) = -sin(t)."""
+    return expression.xreplace(dict(values))
+
+
+@lru_cache(maxsize=20_000)
+def factored(expression: sp.Expr) -> Factored:
+    """Return the textbook's factored form of a trigonometric polynomial.
+
+    Sines and cosines of each angle sum are factored as independent symbols; then each factor takes the shorter of
+    that form and its Fourier form, so that c2*s23 - s2*c23 becomes s3 and c^2 + s^2 becomes 1.
+    """
+    if expression == 0:
+        return Factored(sp.S.Zero, ())
+    names, back = _as_symbols(expression)
+    coefficient, raw = sp.factor_list(expression.xreplace(names))
+    powers: dict[sp.Expr, int] = {}
+    for factor, power in raw:
+        content, short = _shortest(factor.xreplace(back))
+        if short == 0:
+            return Factored(sp.S.Zero, ())
+        pieces = _split(short)
+        coefficient *= content**power
+        for piece, inner in pieces:
+            powers[piece] = powers.get(piece, 0) + power * inner
+    ordered = sorted(powers.items(), key=lambda item: (sp.count_ops(item[0]), sp.default_sort_key(item[0])))
+    return Factored(sp.Rational(coefficient), tuple(ordered))
+
+
+def _as_symbols(expression: sp.Expr) -> tuple[dict[sp.Expr, sp.Symbol], dict[sp.Symbol, sp.Expr]]:
+    """Return a symbol for every sine and cosine, cosine and sine of one angle beside each other, and the way back."""
+    names: dict[sp.Expr, sp.Symbol] = {}
+    arguments = sorted({atom.args[0] for atom in _trig_atoms(expression)}, key=sp.default_sort_key)
+    for index, argument in enumerate(arguments):
+        names[sp.cos(argument)] = sp.Symbol(f"c_{index}")
+        names[sp.sin(argument)] = sp.Symbol(f"s_{index}")
+    return names, {symbol: atom for atom, symbol in names.items()}
+
+
+def _split(factor: sp.Expr) -> list[tuple[sp.Expr, int]]:
+    """Return the factors of an already shortened factor (a shortened one may have come out as a product)."""
+    if factor == 1:
+        return []
+    if factor.is_Mul:
+        return [(f.base, int(f.exp)) if f.is_Pow else (f, 1) for f in factor.args]
+    return [(factor.base, int(factor.exp))] if factor.is_Pow else [(factor, 1)]
+
+
+def _shortest(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
+    """Return (content, primitive form with a positive leading term), the shorter of given and Fourier form."""
+    forms = [factor]
+    if factor.is_Add:
+        short = fourier(factor)[0]
+        if short.is_zero:
+            return sp.S.One, sp.S.Zero
+        forms += [short.expression(), sp.expand(sp.expand_trig(short.expression())), *_reduced(factor)]
+    best = min(forms, key=lambda form: (len(sp.Add.make_args(form)), sp.count_ops(form)))
+    content, primitive = best.as_content_primitive()
+    if _leading(primitive).could_extract_minus_sign():
+        content, primitive = -content, sp.expand(-primitive)
+    names, back = _as_symbols(primitive)
+    return content, sp.factor_terms(primitive.xreplace(names)).xreplace(back) if primitive.is_Add else primitive
+
+
+def _reduced(expression: sp.Expr) -> list[sp.Expr]:
+    """Return the expression with s^2 = 1 - c^2, and with c^2 = 1 - s^2, for every angle sum in it."""
+    names, back = _as_symbols(expression)
+    waves = list(names.values())
+    if not waves:
+        return []
+    polynomial = sp.Poly(expression.xreplace(names), *waves)
+    forms = []
+    for first in (0, 1):
+        out = []
+        for powers, coefficient in polynomial.terms():
+            term = coefficient
+            for k in range(0, len(waves), 2):
+                kept, dropped = k + first, k + 1 - first
+                half, rest = divmod(powers[dropped], 2)
+                term *= waves[kept] ** powers[kept] * waves[dropped] ** rest * (1 - waves[kept] ** 2) ** half
+            out.append(term)
+        forms.append(sp.expand(sp.Add(*out)).xreplace(back))
+    return forms
+
+
+def _leading(expression: sp.Expr) -> sp.Expr:
+    return min(sp.Add.make_args(expression), key=sp.default_sort_key)
+
+
+def textbook(expression: sp.Expr) -> sp.Expr:
+    """Return a trigonometric polynomial as a textbook prints it: like terms gathered, common factors outside.
+
+    >>> t1, t2, a1, a2 = sp.symbols("theta1 theta2 a1 a2")
+    >>> textbook(a1 * sp.cos(t1) + a2 * sp.cos(t1) * sp.cos(t2))
+    (a1 + a2*cos(theta2))*cos(theta1)
+    """
+    return factored(expression).expression()
