@@ -1,0 +1,239 @@
+"""Evaluate expression trees at many points at once, with a bound on what rounding can have done.
+
+A tape is a list of steps in which equal sub-expressions occur once, and equal terms of a sum are counted, so that
+a1 - a1 + a1 - a1 ... is one step. Every value comes with its *magnitude*, the size of the terms that were added to
+make it: rounding errors are of the order of 1e-16 times the magnitude, so that a difference can be judged against
+what cancels and not against what is left.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import mpmath
+import numpy as np
+
+from exercises.expression import Node, ReadError
+
+BRANCHING = frozenset({"sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log", "power"})
+"""Functions that may agree with another on a part of the circle only; expressions with them need more points."""
+
+Step = tuple[str, tuple[int, ...], Any]
+
+
+@dataclass(frozen=True)
+class Tape:
+    """Steps (operation, indices of its operands, value) and the indices of the results."""
+
+    steps: tuple[Step, ...]
+    outputs: tuple[int, ...]
+
+    @property
+    def branches(self) -> bool:
+        """Whether a function with branches occurs."""
+        return any(op in BRANCHING for op, _, _ in self.steps)
+
+
+def compile_tape(nodes: Sequence[Node]) -> Tape:
+    """Return one tape for several scalar trees. Raises ReadError where a tree holds a list, set or equation."""
+    steps: list[Step] = []
+    known: dict[Step, int] = {}
+
+    def add(step: Step) -> int:
+        if step not in known:
+            known[step] = len(steps)
+            steps.append(step)
+        return known[step]
+
+    outputs = []
+    for node in nodes:
+        done: list[int] = []
+        stack: list[tuple[Node, tuple[Node, ...], tuple[int, ...], bool]] = [(node, *_parts(node), False)]
+        while stack:  # no recursion: a long sum is a deep tree
+            top, args, signs, ready = stack.pop()
+            if ready:
+                taken = tuple(done[len(done) - len(args) :])
+                del done[len(done) - len(args) :]
+                done.append(add(_total(taken, signs) if signs else _step(top, taken)))
+            else:
+                stack.append((top, args, signs, True))
+                stack.extend((arg, *_parts(arg), False) for arg in reversed(args))
+        outputs.append(done[0])
+    return Tape(tuple(steps), tuple(outputs))
+
+
+def _parts(node: Node) -> tuple[tuple[Node, ...], tuple[int, ...]]:
+    """Return the terms of a whole sum and their signs, or the operands of anything else and no signs."""
+    if node.kind not in ("+", "-"):
+        return node.args, ()
+    terms, signs, stack = [], [], [(node, 1)]
+    while stack:
+        top, sign = stack.pop()
+        if top.kind == "neg":
+            stack.append((top.args[0], -sign))
+        elif top.kind in ("+", "-"):
+            stack += [(top.args[1], sign if top.kind == "+" else -sign), (top.args[0], sign)]
+        else:
+            terms.append(top)
+            signs.append(sign)
+    return tuple(terms), tuple(signs)
+
+
+def _total(operands: tuple[int, ...], signs: tuple[int, ...]) -> Step:
+    counts: dict[int, int] = {}
+    for operand, sign in zip(operands, signs, strict=True):
+        counts[operand] = counts.get(operand, 0) + sign
+    return ("sum", tuple(counts), tuple(counts.values()))
+
+
+def _step(node: Node, operands: tuple[int, ...]) -> Step:
+    if node.kind in ("number", "decimal"):
+        return ("number", (), node.value)
+    if node.kind == "name":
+        return ("name", (), node.value)
+    if node.kind == "call":
+        return (str(node.value), operands, None)
+    if node.kind == "^":
+        exponent = node.args[1]
+        sign = -1 if exponent.kind == "neg" else 1
+        exponent = exponent.args[0] if exponent.kind == "neg" else exponent
+        if exponent.kind == "number" and exponent.value.denominator == 1 and exponent.value <= 1000:
+            return ("integer power", operands[:1], sign * int(exponent.value))
+        return ("power", operands, None)
+    if node.kind in ("neg", "*", "/"):
+        return (node.kind, operands, None)
+    said = {"list": "a list", "set": "a set", "dict": "a dictionary", "eq": "an equation", "blank": "a blank"}
+    raise ReadError(f"{said.get(node.kind, node.kind)} stands where a single expression is due")
+
+
+_CONSTANTS = {"pi": np.pi, "E": np.e, "I": 1j}
+
+_NUMPY: dict[str, Callable[..., Any]] = {
+    "sin": np.sin, "cos": np.cos, "tan": np.tan, "exp": np.exp, "log": np.log, "sqrt": np.sqrt,
+    "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh,
+    "abs": np.abs, "cot": lambda x: 1 / np.tan(x), "sec": lambda x: 1 / np.cos(x), "csc": lambda x: 1 / np.sin(x),
+    "acot": lambda x: np.arctan(1 / x), "sign": lambda x: np.where(x == 0, 0, x / np.abs(x)),
+}  # fmt: skip
+
+_SLOPES: dict[str, Callable[..., Any]] = {
+    "sin": np.cos, "cos": np.sin, "tan": lambda x: 1 / np.cos(x) ** 2, "exp": np.exp, "log": lambda x: 1 / x,
+    "sqrt": lambda x: 0.5 / np.sqrt(x), "asin": lambda x: 1 / np.sqrt(1 - x * x),
+    "acos": lambda x: 1 / np.sqrt(1 - x * x), "atan": lambda x: 1 / (1 + x * x), "sinh": np.cosh, "cosh": np.sinh,
+    "tanh": lambda x: 1 / np.cosh(x) ** 2, "abs": np.ones_like, "cot": lambda x: 1 / np.sin(x) ** 2,
+    "sec": lambda x: np.sin(x) / np.cos(x) ** 2, "csc": lambda x: np.cos(x) / np.sin(x) ** 2,
+    "acot": lambda x: 1 / (1 + x * x), "sign": np.zeros_like,
+}  # fmt: skip
+
+
+def evaluate(tape: Tape, values: Mapping[str, np.ndarray], points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return values (complex) and magnitudes, each of shape (outputs, points), in double precision.
+
+    `values` gives every name at every point; a missing one is a KeyError. What overflows or is undefined is nan.
+    """
+    out: list[tuple[np.ndarray, np.ndarray]] = []
+    with np.errstate(all="ignore"):
+        for op, operands, constant in tape.steps:
+            args = [out[i] for i in operands]
+            out.append(_double(op, args, constant, values, points))
+    return np.array([out[i][0] for i in tape.outputs]), np.array([out[i][1] for i in tape.outputs])
+
+
+def _double(op: str, args: list[Any], constant: Any, values: Mapping[str, np.ndarray], points: int) -> Any:
+    if op == "number" or (op == "name" and constant in _CONSTANTS):
+        number = _CONSTANTS[constant] if op == "name" else _as_float(constant)
+        value = np.full(points, number, dtype=complex)
+        return value, np.abs(value)
+    if op == "name":
+        value = np.asarray(values[constant], dtype=complex)
+        return value, np.abs(value)
+    if op == "sum":
+        value, magnitude = np.zeros(points, dtype=complex), np.zeros(points)
+        for count, (term, size) in zip(constant, args, strict=True):
+            value, magnitude = value + count * term, magnitude + abs(count) * size
+        return value, magnitude
+    x, mx = args[0]
+    if op == "neg":
+        return -x, mx
+    if op == "integer power":
+        value = x**constant if constant >= 0 else 1 / x**-constant
+        return value, np.abs(value) * (1 + abs(constant) * _ratio(mx, x))
+    if len(args) == 1:
+        value = _NUMPY[op](x)
+        return np.asarray(value, dtype=complex), np.abs(value) + np.abs(_SLOPES[op](x)) * mx
+    y, my = args[1]
+    if op == "*":
+        return x * y, mx * my
+    if op == "/":
+        return x / y, mx * my / np.abs(y) ** 2
+    if op == "power":
+        value = np.power(x, y)
+        return value, np.abs(value) * (1 + np.abs(y) * _ratio(mx, x) + np.abs(np.log(x)) * my)
+    assert op == "atan2"
+    value = np.where((x.imag == 0) & (y.imag == 0), np.arctan2(x.real, y.real), np.nan)
+    return value.astype(complex), 1 + (mx * np.abs(y) + my * np.abs(x)) / (np.abs(x) ** 2 + np.abs(y) ** 2)
+
+
+def _ratio(magnitude: np.ndarray, value: np.ndarray) -> np.ndarray:
+    return np.where(magnitude == 0, 1.0, magnitude / np.abs(value))
+
+
+def _as_float(number: Any) -> float:
+    try:
+        return float(number)
+    except OverflowError:
+        return float("inf")
+
+
+_LARGEST_EXPONENT = 1e5
+"""Beyond exp(1e5) a precise number costs memory without end (9**9**9**9); no answer of this field is that large."""
+
+_LARGEST_ANGLE = 1e60
+"""Beyond that, reducing an angle to one turn takes more digits than are carried."""
+
+
+def _bounded(function: Callable[[Any], Any], largest: float) -> Callable[[Any], Any]:
+    return lambda x: function(x) if abs(x) < largest else mpmath.nan
+
+
+def _wave(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    inside = _bounded(function, _LARGEST_ANGLE)
+    return lambda x: inside(x) if abs(mpmath.im(x)) < _LARGEST_EXPONENT else mpmath.nan
+
+
+def _power(x: Any, y: Any) -> Any:
+    if x == 0 or not mpmath.isfinite(x) or not mpmath.isfinite(y):
+        return x**y if mpmath.isfinite(x) and mpmath.isfinite(y) else mpmath.nan
+    return x**y if abs(y) * (1 + abs(mpmath.log(abs(x)))) < _LARGEST_EXPONENT else mpmath.nan
+
+
+_MP: dict[str, Callable[..., Any]] = {
+    **{name: _wave(getattr(mpmath, name)) for name in ("sin", "cos", "tan", "cot", "sec", "csc")},
+    **{name: _bounded(getattr(mpmath, name), _LARGEST_EXPONENT) for name in ("exp", "sinh", "cosh", "tanh")},
+    **{name: getattr(mpmath, name) for name in ("log", "sqrt", "asin", "acos", "atan", "sign")},
+    "abs": abs, "acot": lambda x: mpmath.atan(1 / x), "atan2": lambda y, x: mpmath.atan2(mpmath.re(y), mpmath.re(x)),
+    "*": lambda x, y: x * y, "/": lambda x, y: x / y, "neg": lambda x: -x, "power": _power,
+}  # fmt: skip
+
+
+def evaluate_precisely(tape: Tape, values: Mapping[str, float], digits: int) -> list[Any]:
+    """Return the results at one point with `digits` decimal digits, as mpmath numbers; nan where undefined."""
+    constants = {"pi": mpmath.pi, "E": mpmath.e, "I": mpmath.mpc(0, 1)}
+    with mpmath.workdps(digits):
+        out: list[Any] = []
+        for op, operands, constant in tape.steps:
+            try:
+                if op == "number":
+                    out.append(mpmath.mpf(constant.numerator) / constant.denominator)
+                elif op == "name":
+                    out.append(+constants[constant] if constant in constants else mpmath.mpf(values[constant]))
+                elif op == "integer power":
+                    out.append(_power(out[operands[0]], constant))
+                elif op == "sum":
+                    out.append(
+                        sum((count * out[i] for i, count in zip(operands, constant, strict=True)), mpmath.mpf(0))
+                    )
+                else:
+                    out.append(_MP[op](*(out[i] for i in operands)))
+            except (ZeroDivisionError, ValueError, OverflowError):
+                out.append(mpmath.nan)
+        return [out[i] for i in tape.outputs]
