@@ -1,0 +1,40 @@
+"""What a family is, and the draws that families share."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import sympy as sp
+
+from exercises.chain import Base, Chain
+from exercises.stream import Stream
+
+
+@dataclass(frozen=True)
+class Family:
+    """A kind of arm: its name, a title for people, the chapter's example it follows, and how one is drawn."""
+
+    name: str
+    title: str
+    source: str
+    sample: Callable[[Stream], Chain]
+
+
+def centimetres(rng: Stream, low: int, high: int) -> sp.Rational:
+    """Return a length in metres with two decimals, from `low` to `high` centimetres."""
+    return sp.Rational(rng.integer(low, high), 100)
+
+
+def turned(rng: Stream, step: int) -> sp.Expr:
+    """Return an angle in (-pi, pi] that is a multiple of `step` degrees."""
+    count = 360 // step
+    degrees = step * rng.below(count)
+    return sp.pi * sp.Rational(degrees if degrees <= 180 else degrees - 360, 180)
+
+
+def standing_in_plane(rng: Stream) -> Base:
+    """Return a base displaced in the world's xy plane, by other than zero along both axes."""
+
+    def coordinate() -> sp.Rational:
+        return sp.Rational(rng.choice([k for k in range(-9, 10) if k]), 10)
+
+    return Base((coordinate(), coordinate(), sp.S.Zero))

@@ -1,0 +1,26 @@
+"""polar-rp: a revolute joint that turns a prismatic one, with a lateral offset of the slide.
+
+det J = -(d2 + e): singular where the slide is drawn in until P is beside joint 1; with a1 = 0 that would be the axis.
+"""
+
+import sympy as sp
+
+from exercises.chain import Chain, Joint
+from exercises.families.base import Family, centimetres, standing_in_plane, turned
+from exercises.stream import Stream
+
+
+def sample(rng: Stream) -> Chain:
+    """Draw an arm: lateral offset, zero of the slide, offset of joint 1, side to which the slide points, base place."""
+    theta1, d2 = sp.symbols("theta1 d2")
+    side = rng.choice((1, -1))
+    joints = (
+        Joint("R", theta1 + turned(rng, 30), sp.S.Zero, centimetres(rng, 5, 40), side * sp.pi / 2),
+        Joint("P", sp.S.Zero, d2 + centimetres(rng, 10, 90), sp.S.Zero, sp.S.Zero),
+    )
+    return Chain("polar-rp", joints, ("vx", "vy"), standing_in_plane(rng), None, "planar polar (RP) arm")
+
+
+POLAR_RP = Family(
+    "polar-rp", "Planar polar arm (revolute, prismatic)", "equations 6.9 to 6.12 with a prismatic joint", sample
+)

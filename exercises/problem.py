@@ -1,0 +1,152 @@
+"""The nouns: what a problem is made of, and the identity that regenerates it."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import sympy as sp
+
+from exercises import ENGINE
+from exercises.chain import Chain
+from exercises.errors import QdotError
+from exercises.singularity import Component
+
+
+@dataclass(frozen=True)
+class ProblemId:
+    """Family, seed and questions; with the engine's version it regenerates the same problem for good."""
+
+    family: str
+    seed: int
+    questions: tuple[str, ...] = ()
+    engine: int = ENGINE
+
+    def __str__(self) -> str:
+        return f"{self.family}/{self.seed}"
+
+    @staticmethod
+    def parse(text: str) -> "ProblemId":
+        """Read FAMILY/SEED, as in planar-2r/7. Raises QdotError."""
+        match = re.fullmatch(r"([a-z0-9-]+)/(\d{1,19})", text)
+        if match is None or int(match.group(2)) >= 1 << 63:
+            raise QdotError(f"{text!r} is not a problem; write FAMILY/SEED, as in planar-2r/7")
+        return ProblemId(match.group(1), int(match.group(2)))
+
+
+@dataclass(frozen=True)
+class Expression:
+    """One formula."""
+
+    reference: sp.Expr
+
+
+@dataclass(frozen=True)
+class Matrix:
+    """A matrix or (one column) a vector, marked by entry."""
+
+    reference: sp.Matrix
+
+
+@dataclass(frozen=True)
+class ConditionSet:
+    """A set of configurations, as conditions on the joints."""
+
+    components: tuple[Component, ...]
+
+    def pieces(self) -> list[str]:
+        """Return every piece as text, in the form of cli.md's `singular`."""
+        return [piece for component in self.components for piece in component.pieces()]
+
+
+@dataclass(frozen=True)
+class Number:
+    """Numbers with a unit each, right within `tolerance` (relative; `floor` is an absolute least allowance)."""
+
+    reference: sp.Matrix
+    units: tuple[str, ...]
+    tolerance: float
+    floor: float
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One right option out of several; options are shown in this order under the letters A, B, C …"""
+
+    options: tuple[str, ...]
+    correct: int
+
+    @property
+    def letter(self) -> str:
+        """The letter of the right option."""
+        return "ABCDEFGH"[self.correct]
+
+
+Answer = Expression | Matrix | ConditionSet | Number | Choice
+
+TYPES = {Expression: "expression", Matrix: "matrix", ConditionSet: "singular", Number: "number", Choice: "choice"}
+
+
+@dataclass(frozen=True)
+class SymbolInfo:
+    """What a symbol of a problem stands for: role (joint, rate, velocity, length, angle), unit, given value."""
+
+    role: str
+    unit: str
+    value: sp.Expr | None = None
+
+
+@dataclass(frozen=True)
+class Part:
+    """One question of a problem: what is asked, its answer, points, and the parts whose result it builds on.
+
+    `details` are the quantities that the wording needs (which component, which frame, the given configuration).
+    """
+
+    name: str
+    kind: str
+    answer: Answer
+    points: float = 1.0
+    needs: tuple[str, ...] = ()
+    details: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def type(self) -> str:
+        """The type in cli.md: expression, matrix, singular, number or choice."""
+        return TYPES[type(self.answer)]
+
+    @property
+    def shape(self) -> tuple[int, int] | None:
+        """Rows and columns of a matrix or of numbers, else None."""
+        return self.answer.reference.shape if isinstance(self.answer, (Matrix, Number)) else None
+
+
+@dataclass(frozen=True)
+class Problem:
+    """An arm and the questions asked about it."""
+
+    id: ProblemId
+    chain: Chain
+    parts: tuple[Part, ...]
+
+    def symbols(self) -> dict[str, SymbolInfo]:
+        """Return every symbol that an answer may use, the table's numbers under their usual names included."""
+        found: dict[str, SymbolInfo] = {}
+        for joint, q, rate in zip(self.chain.joints, self.chain.q, self.chain.rates, strict=True):
+            revolute = joint.kind == "R"
+            found[q.name] = SymbolInfo("joint", "rad" if revolute else "m")
+            found[rate.name] = SymbolInfo("rate", "rad/s" if revolute else "m/s")
+        for row in self.chain.task:
+            found[row] = SymbolInfo("velocity", "m/s" if row[0] == "v" else "rad/s")
+        for symbol in self.chain.parameters:
+            angle = symbol.name.startswith(("alpha", "beta"))
+            found[symbol.name] = SymbolInfo("angle" if angle else "length", "rad" if angle else "m")
+        for number, joint in enumerate(self.chain.joints, 1):
+            for letter, value in (("a", joint.a), ("d", joint.d if joint.kind == "R" else sp.S.Zero)):
+                if value.is_number and value != 0:
+                    found.setdefault(f"{letter}{number}", SymbolInfo("length", "m", value))
+        return found
+
+    @property
+    def max_points(self) -> float:
+        """The points of all parts together."""
+        return sum(part.points for part in self.parts)

@@ -1,0 +1,86 @@
+"""Inverse Jacobian and inverse velocity, as formulas and as numbers (6.7; Example 6.2)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from exercises.chain import TASK_ROWS, Chain
+from exercises.derivation import derive, task_velocity
+from exercises.kinematics import NumericChain
+from exercises.problem import Matrix, Number
+from exercises.questions.base import Asked, Question, square
+from exercises.stream import Stream
+
+THREE_DIGITS = 0.005
+"""Relative tolerance of a number asked for to three significant digits: rounding 1.004999 to 1.00 moves it by 0.5 %."""
+
+
+def _inverse(chain: Chain, rng: Stream) -> Asked:
+    return Matrix(derive(chain).inverse), {}
+
+
+def _rates(chain: Chain, rng: Stream) -> Asked:
+    return Matrix(derive(chain).rate_law()), {}
+
+
+@dataclass(frozen=True)
+class Situation:
+    """A configuration in numbers that a person can work with: lengths, joint values, task velocity."""
+
+    lengths: dict[sp.Symbol, sp.Rational]
+    joints: dict[sp.Symbol, sp.Expr]
+    velocity: dict[sp.Symbol, sp.Rational]
+
+    @property
+    def values(self) -> dict[sp.Symbol, sp.Expr]:
+        """All of them together, for substitution."""
+        return {**self.lengths, **self.joints, **self.velocity}
+
+
+def draw_pose(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Expr]:
+    """Draw joint values: angles in steps of 5 degrees, slides in steps of 5 cm."""
+    return {
+        q: sp.pi * sp.Rational(5 * rng.integer(-35, 35), 180)
+        if joint.kind == "R"
+        else sp.Rational(rng.integer(2, 16), 20)
+        for q, joint in zip(chain.q, chain.joints, strict=True)
+    }
+
+
+def draw_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
+    """Draw a number for each length that the table leaves open."""
+    return {symbol: sp.Rational(rng.integer(6, 16), 20) for symbol in chain.parameters}
+
+
+def conditioning(chain: Chain, lengths: dict[sp.Symbol, sp.Rational], joints: dict[sp.Symbol, sp.Expr]) -> float:
+    """Return the smallest singular value of the task Jacobian over the largest, at a pose."""
+    arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in lengths.items()})
+    jacobian = arm.jacobian(np.array([float(joints[q]) for q in chain.q]))
+    sigma = np.linalg.svd(jacobian[[TASK_ROWS.index(row) for row in chain.task]], compute_uv=False)
+    return float(sigma[-1] / sigma[0])
+
+
+def draw_situation(chain: Chain, rng: Stream) -> Situation:
+    """Draw a situation well away from singular configurations."""
+    while True:
+        lengths, joints = draw_lengths(chain, rng), draw_pose(chain, rng)
+        velocity = {v: sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 20) for v in task_velocity(chain)}
+        if conditioning(chain, lengths, joints) > 0.15:
+            return Situation(lengths, joints, velocity)
+
+
+def _joint_rates(chain: Chain, rng: Stream) -> Asked:
+    situation = draw_situation(chain, rng)
+    exact = derive(chain).rate_law().xreplace(situation.values)
+    numbers = exact.applyfunc(lambda value: sp.Float(sp.N(value, 30), 10))
+    units = tuple("rad/s" if joint.kind == "R" else "m/s" for joint in chain.joints)
+    floor = 0.001 * max(abs(float(value)) for value in numbers)
+    return Number(numbers, units, THREE_DIGITS, floor), {"situation": situation}
+
+
+QUESTIONS = (
+    Question("inverse-jacobian", "Inverse Jacobian", "appendix", _inverse, ("jacobian", "determinant"), 2.0, square),
+    Question("inverse-velocity", "Inverse velocity", "6.7", _rates, ("jacobian", "inverse-jacobian"), 2.0, square),
+    Question("joint-rates", "Joint rates at a configuration", "6.7", _joint_rates, ("inverse-velocity",), 1.0, square),
+)
