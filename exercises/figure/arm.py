@@ -1,0 +1,250 @@
+"""The parts of an arm's drawing: links, joints, ground, joint angles and sliding lengths.
+
+Joint i turns or slides about z_{i-1}; its glyph stands on that axis where no other glyph is.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from exercises.chain import Chain
+from exercises.figure.labels import Request
+from exercises.figure.pose import Skeleton
+from exercises.figure.shapes import Circle, Glyph, Pair, Piece, Polyline, Shape, magnitude, with_offset
+from exercises.figure.view import Part, View, across, box, cylinder, tip, turned
+
+JOINT, HALF, SLEEVE = 9.0, 11.0, 19.0
+"""Pixels: radius of a revolute joint, half its length in space, half the length of a sleeve."""
+APART = 27.0
+ARC = {True: 31.0, False: 34.0}
+
+
+@dataclass(frozen=True)
+class Scene:
+    """An arm, its skeleton in the pose to draw, the view, and where the glyphs of the joints stand (n x 3)."""
+
+    chain: Chain
+    bones: Skeleton
+    view: View
+    places: tuple[np.ndarray, ...]
+
+    def axis(self, i: int) -> np.ndarray:
+        """Return z_{i-1}, the axis of joint i."""
+        return np.asarray(self.bones.frames[i - 1, :3, 2])
+
+    def is_flat(self, i: int) -> bool:
+        """Whether joint i is seen along its axis."""
+        return self.view.is_end_on(self.axis(i))
+
+
+def scene(chain: Chain, bones: Skeleton, view: View) -> Scene:
+    """Return the scene with a free place for each glyph."""
+    taken: list[np.ndarray] = []
+    order = sorted(range(chain.n), key=lambda i: _movable(bones, i) and i > 0)
+    places: dict[int, np.ndarray] = {}
+    for i in order:
+        places[i] = _free(bones, view, i, taken)
+        taken.append(places[i])
+    return Scene(chain, bones, view, tuple(places[i] for i in range(chain.n)))
+
+
+def _movable(bones: Skeleton, i: int) -> bool:
+    """Whether a link runs along the axis of joint i, on which its glyph may slide."""
+    return bool(np.linalg.norm(bones.corners[i] - bones.origins[i]) > 1e-6)
+
+
+def _free(bones: Skeleton, view: View, i: int, taken: list[np.ndarray]) -> np.ndarray:
+    origin, along = bones.origins[i], bones.corners[i] - bones.origins[i]
+    z = bones.frames[i, :3, 2]
+    spots = [origin + share * along for share in (0.0, 0.45, 0.6, 0.3)]
+    if not view.is_end_on(z):
+        spots += [origin + step * APART / view.scale * z for step in ((-1, 1) if i == 0 else (1, -1))]
+    for spot in spots:
+        if all(np.hypot(*np.subtract(view.px(spot), view.px(other))) >= APART - 3 for other in taken):
+            return np.asarray(spot)
+    return np.asarray(spots[0])
+
+
+def link(scene: Scene, i: int) -> Part:
+    """Return the bars of link i, with its lengths and, if it carries P, the way to P."""
+    bones, joint = scene.bones, scene.chain.joints[i - 1]
+    start, corner, end = bones.origins[i - 1], bones.corners[i - 1], bones.origins[i]
+    shapes: tuple[Shape, ...] = ()
+    labels: list[Request] = []
+    if joint.kind == "P":
+        place = scene.places[i - 1]
+        moved = float(np.linalg.norm(place - start)) > 1e-9
+        stick = 0.0 if i == 1 else 26.0 / scene.view.scale  # behind the sleeve, where there is no ground
+        back = place if moved else start - _unit(corner - start) * stick
+        shapes += _bar(scene.view, [back, corner], "rod") + _bar(scene.view, [start, place], "link")
+        shapes += _bar(scene.view, [corner, end], "link")
+    else:
+        shapes += _bar(scene.view, [start, corner, end], "link")
+        labels += _length(scene.view, start, corner, magnitude(joint.d))
+    labels += _length(scene.view, corner, end, magnitude(joint.a))
+    return Part(shapes, tuple(labels))
+
+
+def way_to_point(scene: Scene) -> Part:
+    """Return the bar from O_k to the point P, with its lengths."""
+    path = scene.bones.path
+    labels: list[Request] = []
+    for k, value in enumerate(scene.chain.point.offset):
+        labels += _length(scene.view, path[k], path[k + 1], magnitude(value))
+    return Part(_bar(scene.view, list(path), "link"), tuple(labels))
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    size = np.linalg.norm(vector)
+    return np.asarray(vector / size) if size > 1e-9 else np.zeros(3)
+
+
+def _bar(view: View, points: list[np.ndarray], style: str) -> tuple[Shape, ...]:
+    kept = [points[0]]
+    kept += [point for before, point in pairwise(points) if np.linalg.norm(point - before) > 1e-9]
+    if len(kept) < 2:
+        return ()
+    line = view.path(kept)
+    return (Polyline(line, style), Polyline(line, f"{style}-inside"))
+
+
+def _length(view: View, start: np.ndarray, end: np.ndarray, pieces: tuple[Piece, ...]) -> list[Request]:
+    """Return a label beside the middle of a straight piece, on either side of it."""
+    if np.linalg.norm(end - start) < 1e-9:
+        return []
+    return [Request(pieces, beside(view.px(start), view.px(end)), gap=8.0, rank=1)]
+
+
+def beside(first: Pair, second: Pair) -> tuple[tuple[Pair, Pair], ...]:
+    """Return anchors along a drawn line, with directions to both of its sides."""
+    dx, dy = second[0] - first[0], second[1] - first[1]
+    size = max(float(np.hypot(dx, dy)), 1e-9)
+    up = (dy / size, -dx / size)
+    if (round(up[1], 3), round(up[0], 3)) > (0.0, 0.0):
+        up = (-up[0], -up[1])
+    down = (-up[0], -up[1])
+    spots = [(first[0] + share * dx, first[1] + share * dy) for share in (0.5, 0.65, 0.35, 0.8, 0.2)]
+    return tuple((spot, side) for spot in spots for side in (up, down))
+
+
+def joint(scene: Scene, i: int) -> Part:
+    """Return the glyph of joint i."""
+    kind, place, z, view = scene.chain.joints[i - 1].kind, scene.places[i - 1], scene.axis(i), scene.view
+    shapes: tuple[Polyline | Circle, ...]
+    if scene.is_flat(i) and kind == "R":
+        center = view.px(place)
+        shapes = (Circle(center, JOINT, "joint-face"), *_seen_end_on(center, float(view.axes[2] @ z) > 0))
+    elif kind == "R":
+        shapes = cylinder(view, place, z, JOINT, HALF)
+    else:
+        half = min(SLEEVE, 0.4 * view.scale * float(np.linalg.norm(scene.bones.corners[i - 1] - place)))
+        shapes = box(view, place, z, max(half, 8.0), 9.0 if scene.chain.is_planar else 8.0)
+    return Part((Glyph(i, kind, shapes),))
+
+
+def _seen_end_on(center: Pair, out: bool) -> tuple[Polyline | Circle, ...]:
+    """Return a dot for an axis that comes out of the page, a cross for one that goes into it."""
+    if out:
+        return (Circle(center, 2.4, "dot"),)
+    (x, y), r = center, 0.7071 * JOINT
+    return (
+        Polyline(((x - r, y - r), (x + r, y + r)), "mark"),
+        Polyline(((x - r, y + r), (x + r, y - r)), "mark"),
+    )
+
+
+def ground(scene: Scene) -> Part:
+    """Return the hatched ground that carries the base: a line in a flat drawing, a plate in space."""
+    view, frame = scene.view, scene.bones.frames[0]
+    x, y, z, origin = frame[:3, 0], frame[:3, 1], frame[:3, 2], frame[:3, 3]
+    if view.is_end_on(z):
+        return _ground_line(view, origin, x, -y)
+    half = HALF if scene.chain.joints[0].kind == "R" else SLEEVE
+    low = min(float((scene.places[0] - origin) @ z) * view.scale, 0.0) - half
+    size, middle = 28.0 / view.scale, origin + low / view.scale * z
+    corners = [middle + size * (a * x + b * y) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
+    shapes: list[Shape] = [Polyline(view.path(corners), "plate", True)]
+    for k in np.linspace(-1.5, 1.5, 9):  # the lines a + b = k of the square
+        ends = [(min(1.0, k + 1), max(-1.0, k - 1)), (max(-1.0, k - 1), min(1.0, k + 1))]
+        shapes.append(Polyline(view.path([middle + size * (a * x + b * y) for a, b in ends]), "hatch"))
+    return Part(tuple(shapes))
+
+
+def _ground_line(view: View, origin: np.ndarray, x: np.ndarray, down: np.ndarray) -> Part:
+    unit = 1.0 / view.scale
+    foot = [origin, origin + unit * (24 * down - 13 * x), origin + unit * (24 * down + 13 * x)]
+    line = [origin + unit * (24 * down - 30 * x), origin + unit * (24 * down + 30 * x)]
+    ticks = [
+        Polyline(view.path([origin + unit * (24 * down + k * x), origin + unit * (32 * down + (k - 8) * x)]), "hatch")
+        for k in range(-24, 31, 9)
+    ]
+    return Part((Polyline(view.path(foot), "pedestal", True), *ticks, Polyline(view.path(line), "ground")))
+
+
+def joint_angle(scene: Scene, i: int) -> Part:
+    """Return the arc of theta_i from x_{i-1} to x_i about z_{i-1}, with dashed lines where no line is drawn yet."""
+    table, bones, view = scene.chain.joints[i - 1], scene.bones, scene.view
+    if table.kind != "R":
+        return Part()
+    angle = float(np.arctan2(np.sin(bones.entries[i - 1]), np.cos(bones.entries[i - 1])))
+    x, y, center = bones.frames[i - 1, :3, 0], bones.frames[i - 1, :3, 1], scene.places[i - 1]
+    label = with_offset(scene.chain.q[i - 1], scene.chain.offsets[i - 1], angle=True)
+    dashed = []
+    if np.linalg.norm(center - bones.origins[i - 1]) > 1e-9:
+        dashed.append(x)
+    if np.linalg.norm(bones.corners[i - 1] - center) > 1e-9 or table.a == 0:
+        dashed.append(turned(x, y, angle))
+    radius = ARC[scene.chain.is_planar] + (5.0 if i == 1 and not scene.chain.is_planar else 0.0)
+    return arc(view, center, (x, y), angle, radius, Request(label, (), "angle")) + Part(
+        tuple(Polyline(view.path([center, center + v * (radius + 14) / view.scale]), "dashed") for v in dashed)
+    )
+
+
+def arc(
+    view: View, center: np.ndarray, xy: tuple[np.ndarray, np.ndarray], angle: float, radius: float, label: Request
+) -> Part:
+    """Return an arc with an arrowhead from x towards y (sizes in pixels), labelled outside of it."""
+    count = max(8, int(abs(angle) * 12 + 1e-6))
+    turns = [angle * k / count for k in range(count + 1)]
+    points = view.path([center + turned(*xy, turn) * radius / view.scale for turn in turns])
+    anchors = []
+    for share in (0.5, 0.35, 0.65, 0.2, 0.8):
+        out = turned(*xy, share * angle)
+        anchors.append((view.px(center + out * radius / view.scale), view.heading(out)))
+    request = Request(label.pieces, tuple(anchors), label.style, gap=4.0)
+    return Part(tip(points, "arc", 7.0), (request,))
+
+
+def slide(scene: Scene, i: int) -> Part:
+    """Return the dimension line of a prismatic joint, from O_{i-1} along z_{i-1} to where d_i ends."""
+    if scene.chain.joints[i - 1].kind != "P":
+        return Part()
+    start, end = scene.bones.origins[i - 1], scene.bones.corners[i - 1]
+    moved = np.linalg.norm(scene.places[i - 1] - start) > 1e-9  # then there is a joint with its arc at O_{i-1}
+    label = with_offset(scene.chain.q[i - 1], scene.chain.offsets[i - 1], angle=False)
+    return dimension(scene, start, end, label, ARC[scene.chain.is_planar] + 9.0 if moved else 23.0)
+
+
+def dimension(scene: Scene, start: np.ndarray, end: np.ndarray, label: tuple[Piece, ...], away: float) -> Part:
+    """Return a dimension line between two points (3, m), `away` pixels aside, on the side without the arm."""
+    view, side = scene.view, _side(scene, start, end) / scene.view.scale
+    first, second = view.path([point + side * away for point in (start, end)])
+    middle = ((first[0] + second[0]) / 2, (first[1] + second[1]) / 2)
+    lines = tuple(
+        Polyline(view.path([point + side * 6.0, point + side * (away + 5.0)]), "extension") for point in (start, end)
+    )
+    arrows = (*tip((middle, first), "dimension", 7.0), *tip((middle, second), "dimension", 7.0))
+    anchors = tuple((spot, view.heading(side)) for spot, _ in beside(first, second)[::2])
+    return Part((*lines, *arrows), (Request(label, anchors, gap=4.0),))
+
+
+def _side(scene: Scene, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Return the unit vector square to a line, in the plane of the drawing, that leads away from the arm."""
+    toward = scene.view.axes[2]
+    side = np.cross(toward, end - start)
+    if np.linalg.norm(side) < 1e-9:
+        side = across(toward)[0]
+    side = side / np.linalg.norm(side)
+    middle = np.mean(np.vstack([scene.bones.origins, scene.bones.corners]), axis=0)
+    return np.asarray(-side if float(side @ (middle - start)) > 1e-9 else side)

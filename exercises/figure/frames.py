@@ -1,0 +1,121 @@
+"""The frames in an arm's drawing: axes, origins, the world frame with the base's place in it, and the point P."""
+
+import numpy as np
+
+from exercises.figure.arm import Scene, arc, beside, dimension
+from exercises.figure.labels import Request
+from exercises.figure.shapes import Circle, Piece, Polyline, Shape, magnitude, roman, signed, symbol
+from exercises.figure.view import Part, View, arrow
+
+AXIS = {True: 52.0, False: 54.0}
+"""Pixels: length of a frame's axis in a flat drawing and in space."""
+NAMES = "xyz"
+
+
+def axes(scene: Scene) -> Part:
+    """Return the axes of frames 0 ... n; axes that coincide are drawn once, with all their names."""
+    view, flat = scene.view, scene.chain.is_planar
+    found: dict[tuple[float, ...], tuple[np.ndarray, np.ndarray, str, tuple[Piece, ...]]] = {}
+    for i, frame in enumerate(scene.bones.frames):
+        for k, name in enumerate(NAMES):
+            axis, origin = frame[:3, k], frame[:3, 3]
+            shown = view.lies_flat(axis) if flat else name != "y" or (i == 0 and scene.chain.base.is_world)
+            if not shown:
+                continue
+            key = tuple((np.round(np.concatenate([origin * view.scale / 2, axis * 10])) + 0.0).tolist())
+            before = found[key][3] + roman(", ") if key in found else ()
+            found.setdefault(key, (origin, axis, name, ()))
+            found[key] = (*found[key][:3], (*before, *symbol(name, str(i))))
+    part = Part()
+    for origin, axis, name, pieces in found.values():
+        part += _axis(view, origin, axis, name, pieces, AXIS[flat])
+    return part
+
+
+def _axis(
+    view: View, origin: np.ndarray, axis: np.ndarray, name: str, pieces: tuple[Piece, ...], length: float
+) -> Part:
+    end = origin + axis * length / view.scale
+    request = Request(pieces, ((view.px(end), view.heading(axis)),), name, gap=3.0, rank=2)
+    return Part(arrow(view, origin, end, f"axis-{name}"), (request,))
+
+
+def origins(scene: Scene) -> Part:
+    """Return the names of the origins O_0 ... O_n and the point P, those that coincide in one label."""
+    names: list[tuple[np.ndarray, tuple[Piece, ...]]] = []
+    point = scene.bones.path[-1]
+    marks = [(point, symbol("P"))] + [(o, symbol("O", str(i))) for i, o in enumerate(scene.bones.origins)]
+    for place, pieces in marks:
+        for k, (other, before) in enumerate(names):
+            if np.linalg.norm(place - other) * scene.view.scale < 1.0:
+                names[k] = (other, (*before, *roman(" = "), *pieces))
+                break
+        else:
+            names.append((place, pieces))
+    labels = []
+    for number, (place, pieces) in enumerate(names):
+        spot = scene.view.px(place)
+        wishes = tuple((spot, wish) for wish in ((0.6, 0.8), (-0.6, 0.8), (0.7, -0.7), (-0.7, -0.7)))
+        labels.append(Request(pieces, wishes, "text", gap=11.0, rank=1 if number == 0 else 3))
+    dot = (Circle(scene.view.px(point), 4.6, "point"),)
+    return Part(dot, tuple(labels))
+
+
+def page_normals(scene: Scene) -> Part:
+    """Return the names of axes seen end-on, wherever some axis goes into the page of a flat drawing."""
+    view, n = scene.view, scene.chain.n
+    signs = [float(view.axes[2] @ frame[:3, 2]) for frame in scene.bones.frames]
+    if not scene.chain.is_planar or min(signs) > -0.9:
+        return Part()
+    labels = []
+    for i in range(n):
+        if abs(signs[i]) > 0.9:
+            spot = view.px(scene.bones.origins[i])
+            wishes = tuple((spot, wish) for wish in ((-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7), (0.7, -0.7)))
+            labels.append(Request(symbol("z", str(i)), wishes, "z", gap=11.0, rank=2))
+    return Part((), tuple(labels))
+
+
+def world(scene: Scene) -> Part:
+    """Return the world frame, the base's position in it as dashed legs, and the base's yaw; nothing if they agree."""
+    chain, view, base = scene.chain, scene.view, scene.chain.base
+    if base.is_world:
+        return Part()
+    place = scene.bones.origins[0]
+    apart = float(np.linalg.norm(place)) * view.scale > 1.0
+    length = AXIS[chain.is_planar] + (0.0 if apart else 18.0)
+    part, corner = Part(), np.zeros(3)
+    for k in range(2 if chain.is_planar else 3):
+        part += _axis(view, np.zeros(3), np.eye(3)[k], "w", symbol(NAMES[k], "w"), length)
+        leg = np.eye(3)[k] * place[k]
+        if base.position[k] != 0 and _covered(scene, k):
+            part += dimension(scene, corner, corner + leg, magnitude(base.position[k]), 46.0)
+        elif base.position[k] != 0:
+            line = Polyline(view.path([corner, corner + leg]), "leg")
+            wishes = beside(*view.path([corner, corner + leg]))
+            part += Part((line,), (Request(magnitude(base.position[k]), wishes, "text", gap=4.0, rank=1),))
+        corner = corner + leg
+    if apart:
+        spot = view.px(np.zeros(3))
+        part += Part((), (Request(symbol("O", "w"), ((spot, (-0.7, 0.7)), (spot, (0.7, 0.7))), gap=6.0, rank=3),))
+    return part + _yaw(scene, apart)
+
+
+def _covered(scene: Scene, k: int) -> bool:
+    """Whether the leg along axis k of the world frame ends at O_0 and the first link runs along it."""
+    rest, link = scene.chain.base.position[k + 1 :], scene.bones.corners[0] - scene.bones.origins[0]
+    return not any(rest) and abs(float(link[k])) > 0.99 * float(np.linalg.norm(link)) > 0
+
+
+def _yaw(scene: Scene, apart: bool) -> Part:
+    base, view, frame = scene.chain.base, scene.view, scene.bones.frames[0]
+    if base.yaw == 0:
+        return Part()
+    x, origin = frame[:3, 0], frame[:3, 3]
+    angle = float(np.arctan2(x[1], x[0]))
+    radius = AXIS[scene.chain.is_planar] - 7.0
+    end = origin + np.eye(3)[0] * (radius + 16) / view.scale
+    dashed: tuple[Shape, ...] = (Polyline(view.path([origin, end]), "dashed"),) if apart else ()
+    sign, letters = signed(base.yaw, angle=True)
+    label = Request((*(roman("−") if sign == "−" else ()), *letters), (), "angle")
+    return Part(dashed) + arc(view, origin, (np.eye(3)[0], np.eye(3)[1]), angle, radius, label)

@@ -1,0 +1,257 @@
+"""The pose in which an arm is drawn: drawing lengths for its table, and candidate poses with a score.
+
+Poses are told by the entries of the DH table (theta_i or d_i with the offset), since that is what a figure shows.
+"""
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import reduce
+
+import numpy as np
+import sympy as sp
+
+from exercises.chain import Base, Chain, Joint, Point
+from exercises.errors import QdotError
+from exercises.kinematics import NumericChain
+
+DEFAULT_LENGTH = 0.4
+"""Of a table without any number, in metres."""
+WIDTH, HEIGHT = 520, 360
+ROOM = (380.0, 240.0)
+"""What the arm's skeleton may take of the figure, in pixels; the rest is for axes and labels."""
+PLANE = np.eye(3)
+MANY = 2500
+
+
+def _axonometric(azimuth: float, elevation: float) -> np.ndarray:
+    ca, sa, ce, se = np.cos(azimuth), np.sin(azimuth), np.cos(elevation), np.sin(elevation)
+    return np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
+
+
+SPACE = _axonometric(np.radians(36.0), np.radians(24.0))
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """The arm in a pose, world frame, metres: frames (n+1 x 4 x 4), corners (n x 3), table entries (n), path to P.
+
+    Corner i-1 is O_{i-1} + d_i z_{i-1}, where link i turns from z_{i-1} to x_i; `path` goes from O_k to P.
+    """
+
+    frames: np.ndarray
+    corners: np.ndarray
+    entries: np.ndarray
+    path: np.ndarray
+
+    @property
+    def origins(self) -> np.ndarray:
+        """The origins O_0 ... O_n (n+1 x 3)."""
+        return np.asarray(self.frames[:, :3, 3])
+
+
+def camera(chain: Chain) -> np.ndarray:
+    """Return the directions right, up and towards the reader (rows) in the world frame."""
+    return PLANE if chain.is_planar else SPACE
+
+
+def drawn_chain(chain: Chain) -> Chain:
+    """Return the arm with numbers for all lengths, near enough to each other that the smallest can be seen."""
+    lengths = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
+    known = [abs(float(value)) for value in lengths if value.is_number and value != 0]
+    unit = max(known, default=DEFAULT_LENGTH)
+    values = _symbol_values(chain, unit)
+
+    def length(value: sp.Expr, least: float = 0.36) -> sp.Expr:
+        if value == 0:
+            return sp.S.Zero
+        if not value.is_number:
+            return sp.Float(float(value.xreplace(values)))
+        size = least + (1.0 - least) * min(abs(float(value)) / unit, 1.3)  # a base may be far away
+        return sp.Float((1 if value > 0 else -1) * unit * size)
+
+    def angle(value: sp.Expr) -> sp.Expr:
+        return value.xreplace(values)
+
+    def row(joint: Joint, variable: sp.Symbol) -> Joint:
+        d = variable if joint.kind == "P" else length(joint.d)
+        theta = variable if joint.kind == "R" else angle(joint.theta)
+        return Joint(joint.kind, theta, d, length(joint.a), angle(joint.alpha))
+
+    x, y, z = (length(value, 0.55) for value in chain.base.position)
+    u, v, w = (length(value) for value in chain.point.offset)
+    rows = tuple(row(joint, variable) for joint, variable in zip(chain.joints, chain.q, strict=True))
+    base = Base((x, y, z), angle(chain.base.yaw), angle(chain.base.tilt))
+    return replace(chain, joints=rows, base=base, tool=Point(chain.point.frame, (u, v, w)))
+
+
+def _symbol_values(chain: Chain, unit: float) -> dict[sp.Symbol, sp.Float]:
+    shares = itertools.chain((1.0, 0.85, 0.72, 0.62), itertools.repeat(0.55))
+    values: dict[sp.Symbol, sp.Float] = {}
+
+    def give(expression: sp.Expr, value: float) -> None:
+        for symbol in sorted(expression.free_symbols - set(chain.q), key=lambda s: s.name):
+            values.setdefault(symbol, sp.Float(value))
+
+    for index, joint in enumerate(chain.joints):
+        turns = joint.alpha not in (0, sp.pi)  # then a is a lateral offset, as a rule the smaller length
+        for expression, small in ((joint.d, False), (joint.a, turns)):
+            if expression.free_symbols - set(chain.q):
+                give(expression, unit * (0.5 if small else next(shares)))
+        give(joint.theta, 0.5)
+        give(joint.alpha, 0.5 + 0.1 * index)
+    for expression in chain.point.offset:
+        give(expression, 0.45 * unit)
+    for expression in chain.base.position:
+        give(expression, 0.7 * unit)
+    give(chain.base.yaw, 0.5)
+    give(chain.base.tilt, 0.5)
+    return values
+
+
+def told_pose(chain: Chain, pose: Mapping[str, float]) -> np.ndarray:
+    """Return the table's entries (n) for told joint values (rad, m), open symbols as drawn by default."""
+    missing = [variable.name for variable in chain.q if variable.name not in pose]
+    if missing:
+        raise QdotError(f"{chain.name}: the pose lacks {', '.join(missing)}; it tells {', '.join(map(str, chain.q))}")
+    shown = []
+    for joint, variable in zip(chain.joints, chain.q, strict=True):
+        entry = (joint.theta if joint.kind == "R" else joint.d).xreplace({variable: sp.Float(pose[variable.name])})
+        shown.append(float(entry.xreplace(_symbol_values(chain, DEFAULT_LENGTH))))
+    return np.array(shown)
+
+
+def candidates(chain: Chain, drawn: Chain) -> np.ndarray:
+    """Return a fixed list of poses (k x n): every combination of a few values, or an even choice of them."""
+    unit = max([abs(float(v)) for j in drawn.joints for v in (j.a, j.d) if v.is_number] + [0.0]) or DEFAULT_LENGTH
+    # only positive angles: the arrow of an arc is read as the positive sense
+    turns = (40, 50, 33, 65, 115, 130) if chain.is_planar else (40, 60, 30, 70, 115, 130, 145, 155)
+    slides = (1.7, 2.0) if chain.is_planar else (1.0, 0.75, 0.55)
+    choices = [
+        [float(np.radians(value)) for value in turns] if joint.kind == "R" else [unit * value for value in slides]
+        for joint in chain.joints
+    ]
+    total = reduce(lambda product, values: product * len(values), choices, 1)
+    step = 1 if total <= MANY else int(total * 0.6180339887) | 1
+    poses = []
+    for k in range(min(total, MANY)):
+        index, pose = k * step % total, []
+        for values in choices:
+            index, digit = divmod(index, len(values))
+            pose.append(values[digit])
+        poses.append(pose)
+    return np.array(poses)
+
+
+def skeletons(drawn: Chain, entries: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return frames (k x n+1 x 4 x 4), corners (k x n x 3) and paths to P (k x 4 x 3) for poses (k x n)."""
+    numeric = NumericChain(drawn, {})
+    frames = numeric.frames(entries)
+    lengths = np.stack(
+        [entries[:, i] if kind == "P" else np.full(len(entries), numeric.fixed[i][0])
+         for i, kind in enumerate(numeric.kinds)], axis=1
+    )  # fmt: skip
+    corners = frames[:, :-1, :3, 3] + lengths[..., None] * frames[:, :-1, :3, 2]
+    frame = frames[:, drawn.point.frame]
+    path = [frame[:, :3, 3]]
+    for axis, value in enumerate(drawn.point.offset):
+        path.append(path[-1] + float(value) * frame[:, :3, axis])
+    return frames, corners, np.stack(path, axis=1)
+
+
+def skeleton(drawn: Chain, entries: np.ndarray) -> Skeleton:
+    """Return the arm in one pose, told by the table's entries (n)."""
+    frames, corners, path = skeletons(drawn, entries[None])
+    return Skeleton(frames[0], corners[0], entries, path[0])
+
+
+def best_poses(chain: Chain, drawn: Chain, count: int) -> np.ndarray:
+    """Return the `count` candidate poses (count x n) whose bare skeletons are easiest to read, best first."""
+    entries = candidates(chain, drawn)
+    order = np.argsort(-np.round(scores(chain, drawn, entries), 3), kind="stable")
+    return np.asarray(entries[order[:count]])
+
+
+def scores(chain: Chain, drawn: Chain, entries: np.ndarray) -> np.ndarray:
+    """Return how easy the bare skeletons of poses (k x n) are to read (k); more is better."""
+    frames, corners, path = skeletons(drawn, entries)
+    view = camera(chain)
+    pieces = _segments(frames, corners, path, drawn.point.frame)
+    flat = pieces @ view[:2].T
+    spread = np.ptp(flat.reshape(len(entries), -1, 2), axis=1)
+    scale = 1.0 / np.maximum(np.max(spread / ROOM, axis=1), 1e-9)
+    lengths = np.linalg.norm(flat[:, :, 1] - flat[:, :, 0], axis=2) * scale[:, None]
+    score = 1.5 * np.minimum(lengths.min(axis=1) / 85, 1) + 1.8 * np.minimum(
+        _clearance(_with_last_x(flat, frames, view, scale)) * scale / 70, 1
+    )
+    score = score + 0.3 * np.minimum(lengths.mean(axis=1) / 150, 1) + _angles(chain, frames, entries, view)
+    up = frames[:, 0, :3, 1 if chain.is_planar else 2]
+    above = np.einsum("kspx,kx->ksp", pieces - frames[:, 0, None, None, :3, 3], up).reshape(len(entries), -1)
+    score = score + 3.0 * np.minimum(above.min(axis=1) * scale / 40, 0).clip(-1)
+    score = score + 0.4 * np.minimum((above[:, -1] * scale) / 60, 1)
+    if not chain.is_planar:
+        z_axes = np.linalg.norm(frames[:, :, :3, 2] @ view[:2].T, axis=2)
+        score = score + 0.8 * np.minimum(z_axes.min(axis=1) / 0.6, 1) + 0.9 * _axes_apart(frames, view)
+    ends = (frames[:, -1, :3, 3] - frames[:, 0, :3, 3]) @ view[:2].T
+    return np.asarray(score + 0.9 * np.minimum(np.linalg.norm(ends, axis=1) * scale / 260, 1))
+
+
+def _segments(frames: np.ndarray, corners: np.ndarray, path: np.ndarray, moved: int) -> np.ndarray:
+    """Return the straight pieces of all links that have a length (k x s x 2 x 3), in the arm's order."""
+    chain = [frames[:, 0, :3, 3]]
+    for i in range(corners.shape[1]):
+        chain += [corners[:, i], frames[:, i + 1, :3, 3]]
+    if moved == corners.shape[1]:
+        chain += [path[:, k] for k in range(1, 4)]
+    pairs = np.stack([np.stack(chain[:-1], axis=1), np.stack(chain[1:], axis=1)], axis=2)
+    some = np.linalg.norm(pairs[:, :, 1] - pairs[:, :, 0], axis=2).max(axis=0) > 1e-6
+    return pairs[:, some] if some.any() else pairs[:, :1]
+
+
+def _clearance(flat: np.ndarray) -> np.ndarray:
+    """Return the least distance of pieces that are no neighbours (and of far ends of neighbours), per pose (k)."""
+    shares = np.linspace(0.0, 1.0, 6)[:, None]
+    points = flat[:, :, None, 0] * (1 - shares) + flat[:, :, None, 1] * shares
+    least = np.full(len(flat), np.inf)
+    for i, j in itertools.combinations(range(flat.shape[1]), 2):
+        first, second = (points[:, i, :4], points[:, j, 2:]) if j == i + 1 else (points[:, i], points[:, j])
+        gaps = np.linalg.norm(first[:, :, None] - second[:, None], axis=3).reshape(len(flat), -1)
+        least = np.minimum(least, gaps.min(axis=1) * (1.3 if j == i + 1 else 1.0))
+    return np.where(np.isinf(least), 1.0, least)
+
+
+def _with_last_x(flat: np.ndarray, frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Return drawn pieces (k x s x 2 x 2) and, as one more, the x axis of the last frame, which must keep clear too."""
+    start = frames[:, -1, :3, 3] @ view[:2].T
+    end = start + 50 / scale[:, None] * (frames[:, -1, :3, 0] @ view[:2].T)
+    return np.concatenate([flat, np.stack([start, end], axis=1)[:, None]], axis=1)
+
+
+def _angles(chain: Chain, frames: np.ndarray, entries: np.ndarray, view: np.ndarray) -> np.ndarray:
+    """Return how well the joint angles are seen (k), with a liking for those near 45 degrees."""
+    worst, liked = np.ones(len(entries)), np.zeros(len(entries))
+    for i, joint in enumerate(chain.joints):
+        if joint.kind == "P":
+            continue
+        x, y = frames[:, i, :3, 0] @ view[:2].T, frames[:, i, :3, 1] @ view[:2].T
+        end = x * np.cos(entries[:, i, None]) + y * np.sin(entries[:, i, None])
+        turn = np.abs(np.arctan2(x[:, 0] * end[:, 1] - x[:, 1] * end[:, 0], (x * end).sum(axis=1)))
+        seen = np.minimum(np.minimum(turn, np.pi - turn + 0.3) / np.radians(35), 1)
+        seen = seen * np.minimum(np.linalg.norm(end, axis=1) / 0.5, 1)
+        worst = np.minimum(worst, seen)
+        if i > 0 or chain.is_planar:
+            liked = liked + np.clip(1.4 - np.abs(entries[:, i] - 0.8), 0, 1) * 1.2 / chain.n
+    return np.asarray(1.2 * worst + liked)
+
+
+def _axes_apart(frames: np.ndarray, view: np.ndarray) -> np.ndarray:
+    """Return how well the x and z axes that start at one origin are told apart (k), 1 from 20 degrees on."""
+    worst = np.ones(len(frames))
+    arrows = [(frames[:, i, :3, 3], frames[:, i, :3, k]) for i in range(frames.shape[1]) for k in (0, 2)]
+    for (place, first), (other, second) in itertools.combinations(arrows, 2):
+        if np.max(np.abs(place - other)) > 1e-6 or np.max(np.linalg.norm(first - second, axis=1)) < 1e-6:
+            continue
+        a, b = first @ view[:2].T, second @ view[:2].T
+        turn = np.abs(np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)))
+        worst = np.minimum(worst, turn / np.radians(20))
+    return worst

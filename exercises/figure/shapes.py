@@ -1,0 +1,161 @@
+"""Plain shapes of a figure, in pixels with y down, and the lettering of symbols, lengths and angles."""
+
+import re
+from dataclasses import dataclass
+
+import sympy as sp
+
+Pair = tuple[float, float]
+FONT = 15.0
+SUB = 0.72
+GREEK = {
+    "theta": "θ", "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "phi": "φ", "psi": "ψ",
+    "lambda": "λ", "lamda": "λ", "rho": "ρ", "omega": "ω", "eta": "η", "mu": "μ",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Polyline:
+    """A line through `points`, or a filled polygon if `closed`; `style` is a class that the template knows."""
+
+    points: tuple[Pair, ...]
+    style: str
+    closed: bool = False
+
+
+@dataclass(frozen=True)
+class Circle:
+    """A circle, radius in pixels."""
+
+    center: Pair
+    radius: float
+    style: str
+
+
+@dataclass(frozen=True)
+class Glyph:
+    """The drawing of joint `number`, of kind "R" or "P"."""
+
+    number: int
+    kind: str
+    shapes: tuple[Polyline | Circle, ...]
+
+
+@dataclass(frozen=True)
+class Run:
+    """A piece of lettering in one font; `dy` moves the baseline, in pixels, from the piece before."""
+
+    text: str
+    italic: bool
+    size: float
+    dy: float
+
+
+@dataclass(frozen=True)
+class Text:
+    """Lettering centred on `x` with its baseline at `y`; `box` is left, top, right, bottom, an upper estimate."""
+
+    x: float
+    y: float
+    runs: tuple[Run, ...]
+    style: str
+    box: tuple[float, float, float, float]
+
+
+Shape = Polyline | Circle | Glyph
+
+
+@dataclass(frozen=True)
+class Figure:
+    """Shapes from back to front, with the lettering on top, in a box of width x height pixels."""
+
+    width: int
+    height: int
+    shapes: tuple[Shape, ...]
+    texts: tuple[Text, ...]
+
+    @property
+    def inner(self) -> tuple[int, int]:
+        """Width and height of the frame, half a pixel inside."""
+        return self.width - 1, self.height - 1
+
+
+Piece = tuple[str, bool, bool]
+"""Text, whether it is italic, whether it is a subscript."""
+
+
+def roman(text: str) -> tuple[Piece, ...]:
+    """Return upright lettering."""
+    return ((text, False, False),)
+
+
+def symbol(letter: str, index: str = "") -> tuple[Piece, ...]:
+    """Return an italic letter with an upright subscript."""
+    sub: tuple[Piece, ...] = ((index, index.isalpha(), True),) if index else ()
+    return ((letter, True, False), *sub)
+
+
+def named(name: str) -> tuple[Piece, ...]:
+    """Return the lettering of a symbol called as in "a1", "theta2", "b_x" or "h"."""
+    found = re.fullmatch(r"([A-Za-z]+?)_?(\d+|(?<=_)\w+)?", name)
+    letter, index = (found[1], found[2] or "") if found else (name, "")
+    return symbol(GREEK.get(letter, letter), index)
+
+
+def signed(expression: sp.Expr, angle: bool) -> tuple[str, tuple[Piece, ...]]:
+    """Return the sign ("+" or "−") and the lettering of the rest of a length (m) or an angle (rad)."""
+    sign, size = ("−", -expression) if expression.could_extract_minus_sign() else ("+", expression)
+    if size.is_number:
+        return sign, roman(f"{decimal(size * 180 / sp.pi)}°" if angle else f"{decimal(size)} m")
+    if isinstance(size, sp.Symbol):
+        return sign, named(size.name)
+    factor, rest = size.as_coeff_Mul()
+    if isinstance(rest, sp.Symbol):
+        return sign, (*roman(f"{decimal(factor)} "), *named(rest.name))
+    if isinstance(size, sp.Add):
+        pieces: tuple[Piece, ...] = ()
+        for number, term in enumerate(size.as_ordered_terms()):
+            inner, letters = signed(term, angle)
+            pieces += (*(roman(f" {inner} ") if number else roman("−") if inner == "−" else ()), *letters)
+        return sign, pieces
+    return sign, roman(str(size))
+
+
+def decimal(number: sp.Expr) -> str:
+    """Return a number with at most three decimals and no needless zeros."""
+    text = f"{float(number):.3f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text
+
+
+def magnitude(expression: sp.Expr) -> tuple[Piece, ...]:
+    """Return the lettering of a length as it stands beside a drawn line: without sign."""
+    return signed(expression, angle=False)[1]
+
+
+def with_offset(variable: sp.Symbol, offset: sp.Expr, angle: bool) -> tuple[Piece, ...]:
+    """Return the lettering of a joint variable plus its offset, as in θ1 + 30°."""
+    if offset == 0:
+        return named(variable.name)
+    sign, rest = signed(offset, angle)
+    return (*named(variable.name), *roman(f" {sign} "), *rest)
+
+
+def runs(pieces: tuple[Piece, ...], font: float = FONT) -> tuple[Run, ...]:
+    """Return the runs of some lettering, subscripts lowered and made smaller."""
+    done, low = [], 0.0
+    for text, italic, sub in pieces:
+        level = 0.24 * font if sub else 0.0
+        done.append(Run(text, italic, font * SUB if sub else font, level - low))
+        low = level
+    return tuple(done)
+
+
+def extent(pieces: tuple[Piece, ...], font: float = FONT) -> Pair:
+    """Return an upper estimate of width and height (pixels) of some lettering in any serif font."""
+    narrow, wide = set(" .,1iljt°"), set("mwMWOθ=+−ωφψ")
+    width = 0.0
+    for text, _, sub in pieces:
+        for letter in text:
+            share = 0.34 if letter in narrow else 0.74 if letter in wide else 0.56
+            width += share * font * (SUB if sub else 1.0)
+    return width + 2.0, font * 1.16

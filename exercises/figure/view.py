@@ -1,0 +1,134 @@
+"""From metres in the world frame to pixels: the view, and solid shapes seen in it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from exercises.figure.labels import Request
+from exercises.figure.shapes import Pair, Polyline, Shape
+
+ARROW = 8.0
+
+
+@dataclass(frozen=True)
+class Part:
+    """Some shapes, back to front, and the labels that belong to them."""
+
+    shapes: tuple[Shape, ...] = ()
+    labels: tuple[Request, ...] = ()
+
+    def __add__(self, other: "Part") -> "Part":
+        return Part(self.shapes + other.shapes, self.labels + other.labels)
+
+
+@dataclass(frozen=True)
+class View:
+    """A parallel projection: `axes` are right, up and towards the reader (rows), `scale` pixels per metre."""
+
+    axes: np.ndarray
+    scale: float
+    shift: Pair = (0.0, 0.0)
+
+    def px(self, point: np.ndarray) -> Pair:
+        """Return where a point (3, m) is drawn."""
+        right, up = self.axes[:2] @ point
+        return float(self.scale * right + self.shift[0]), float(-self.scale * up + self.shift[1])
+
+    def path(self, points: list[np.ndarray]) -> tuple[Pair, ...]:
+        """Return where points are drawn."""
+        return tuple(self.px(point) for point in points)
+
+    def heading(self, vector: np.ndarray) -> Pair:
+        """Return the drawn unit direction of a vector (3), or upwards if it points at the reader."""
+        right, up = self.axes[:2] @ vector
+        size = float(np.hypot(right, up))
+        return (float(right) / size, -float(up) / size) if size > 1e-6 else (0.0, -1.0)
+
+    def lies_flat(self, vector: np.ndarray) -> bool:
+        """Whether a unit vector (3) is seen at its full length."""
+        return bool(abs(self.axes[2] @ vector) < 0.2)
+
+    def is_end_on(self, vector: np.ndarray) -> bool:
+        """Whether a unit vector (3) points at the reader or away."""
+        return bool(abs(self.axes[2] @ vector) > 0.999)
+
+
+def hull(points: list[Pair]) -> tuple[Pair, ...]:
+    """Return the convex hull of points in the plane."""
+    ordered = sorted({(round(x, 6), round(y, 6)) for x, y in points})
+
+    def chain(side: list[Pair]) -> list[Pair]:
+        kept: list[Pair] = []
+        for p in side:
+            while len(kept) > 1 and _turn(kept[-2], kept[-1], p) <= 1e-9:
+                kept.pop()
+            kept.append(p)
+        return kept[:-1]
+
+    return tuple(chain(ordered) + chain(ordered[::-1]))
+
+
+def _turn(a: Pair, b: Pair, c: Pair) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def across(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return two unit vectors that stand on a unit vector and on each other."""
+    other = np.eye(3)[int(np.argmin(np.round(np.abs(axis), 6)))]
+    first = np.cross(axis, other)
+    first = first / np.linalg.norm(first)
+    return first, np.cross(axis, first)
+
+
+def cylinder(view: View, center: np.ndarray, axis: np.ndarray, radius: float, half: float) -> tuple[Polyline, ...]:
+    """Return a cylinder about an axis (sizes in pixels): its outline and the end that is turned to the reader."""
+    u, v = across(axis)
+    turns = np.linspace(0.0, 2 * np.pi, 41)[:-1]
+    ring = [(u * np.cos(t) + v * np.sin(t)) * radius / view.scale for t in turns]
+    near = axis * (1.0 if view.axes[2] @ axis >= 0 else -1.0) * half / view.scale
+    front, back = [view.path([center + end + r for r in ring]) for end in (near, -near)]
+    outline = hull([*front, *back])
+    return (Polyline(outline, "joint-side", True), Polyline(front, "joint-face", True))
+
+
+def box(view: View, center: np.ndarray, axis: np.ndarray, half: float, side: float) -> tuple[Polyline, ...]:
+    """Return a square sleeve along an axis (sizes in pixels): the faces that are turned to the reader."""
+    u, v = across(axis)
+    sizes = np.array([half, side, side]) / view.scale
+    edges = [e * s for e, s in zip((axis, u, v), sizes, strict=True)]
+    faces = []
+    for k in range(3):
+        normal, first, second = edges[k], edges[(k + 1) % 3], edges[(k + 2) % 3]
+        toward = float(view.axes[2] @ normal)
+        if abs(toward) * view.scale < 1e-6:
+            continue
+        middle = center + normal * (1.0 if toward > 0 else -1.0)
+        corners = [middle + first + second, middle - first + second, middle - first - second, middle + first - second]
+        faces.append(Polyline(view.path(corners), "joint-face" if k == 0 else "joint-side", True))
+    return tuple(faces)
+
+
+def arrow(view: View, start: np.ndarray, end: np.ndarray, style: str) -> tuple[Polyline, ...]:
+    """Return a straight arrow between two points (3, m)."""
+    return tip((view.px(start), view.px(end)), style)
+
+
+def tip(points: tuple[Pair, ...], style: str, size: float = ARROW) -> tuple[Polyline, ...]:
+    """Return a line that ends in an arrowhead."""
+    (x0, y0), (x1, y1) = points[-2], points[-1]
+    length = float(np.hypot(x1 - x0, y1 - y0))
+    if length < 1e-6:
+        return ()
+    if len(points) == 2:
+        size = min(size, 0.6 * length)
+    ux, uy = (x1 - x0) / length, (y1 - y0) / length
+    wing = 0.36 * size
+    bx, by = x1 - ux * size, y1 - uy * size
+    head = ((x1, y1), (bx - uy * wing, by + ux * wing), (bx + uy * wing, by - ux * wing))
+    last = (x1 - ux * min(size, length) * 0.7, y1 - uy * min(size, length) * 0.7)
+    return (Polyline((*points[:-1], last), style), Polyline(head, f"{style}-head", True))
+
+
+def turned(x: np.ndarray, y: np.ndarray, angle: float) -> np.ndarray:
+    """Return the unit vector at an angle (rad) from x towards y."""
+    return np.asarray(x * np.cos(angle) + y * np.sin(angle))

@@ -1,0 +1,95 @@
+"""An arm in words: what its figure shows, exactly, for readers who do not see it."""
+
+from dataclasses import replace
+
+import sympy as sp
+
+from exercises.chain import Base, Chain, Point
+from exercises.figure.shapes import signed
+
+NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
+KINDS = {"R": "revolute", "P": "prismatic"}
+
+
+def exact(chain: Chain) -> Chain:
+    """Return the same arm with sympy numbers where its base or point hold Python ones."""
+    (x, y, z), (u, v, w) = (map(sp.sympify, three) for three in (chain.base.position, chain.point.offset))
+    base = Base((x, y, z), sp.sympify(chain.base.yaw), sp.sympify(chain.base.tilt))
+    return replace(chain, base=base, tool=Point(chain.point.frame, (u, v, w)))
+
+
+def title_text(chain: Chain) -> str:
+    """Return a title, as in "Planar arm with joints RRR"."""
+    return f"{'Planar' if chain.is_planar else 'Spatial'} arm with joints {''.join(j.kind for j in chain.joints)}"
+
+
+def alt_text(chain: Chain) -> str:
+    """Return a description of the arm: its joints, the lengths of its links, its base, and where P is."""
+    chain = exact(chain)
+    count = NUMBERS[chain.n] if chain.n < len(NUMBERS) else str(chain.n)
+    joints = f"{count} joint{'s' if chain.n > 1 else ''}"
+    where = "drawn flat in the plane of x_w and y_w, seen from +z_w" if chain.is_planar else "drawn in space"
+    sentences = [f"A {'planar' if chain.is_planar else 'spatial'} arm with {joints} in series, {where}.", _base(chain)]
+    sentences += [_joint(chain, i) for i in range(1, chain.n + 1)]
+    return " ".join([*sentences, _point(chain), "Lengths are not to scale."])
+
+
+def _plain(expression: sp.Expr, angle: bool) -> str:
+    if expression == 0:
+        return "0"
+    sign, pieces = signed(expression, angle)
+    words = "".join(text for text, _, _ in pieces).replace("°", " degrees")
+    return f"{'minus ' if sign == '−' else ''}{words}"
+
+
+def _triple(values: tuple[sp.Expr, sp.Expr, sp.Expr]) -> str:
+    return f"({', '.join(_plain(value, angle=False) for value in values)})"
+
+
+def _base(chain: Chain) -> str:
+    base = chain.base
+    if base.is_world:
+        return "The base frame O0 is the world frame."
+    turns = [f"turned by {_plain(base.yaw, angle=True)} about z_w"] if base.yaw != 0 else []
+    if base.tilt != 0:
+        mount = {sp.pi: "ceiling", -sp.pi: "ceiling", sp.pi / 2: "wall", -sp.pi / 2: "wall"}.get(base.tilt)
+        hung = f" (mounted on the {mount})" if mount and not chain.is_planar else ""
+        turns.append(f"{'then ' if turns else ''}tilted by {_plain(base.tilt, angle=True)} about its own x axis{hung}")
+    at = "at the world's origin" if not any(base.position) else f"at {_triple(base.position)} in the world frame"
+    return f"The base frame O0 is {at}{', ' if turns else ''}{', '.join(turns)}."
+
+
+def _joint(chain: Chain, i: int) -> str:
+    row, variable, offset = chain.joints[i - 1], chain.q[i - 1], chain.offsets[i - 1]
+    angle = row.kind == "R"
+    entry = _plain(variable, angle)
+    if offset != 0:
+        sign, rest = _plain(offset, angle).startswith("minus "), _plain(offset, angle).removeprefix("minus ")
+        entry += f" {'minus' if sign else 'plus'} {rest}"
+    moves = f"turns by {entry} about" if angle else f"slides by {entry} along"
+    lengths = []
+    if angle and row.d != 0:
+        lengths.append(f"{_plain(row.d, angle=False)} along z{i - 1}")
+    if row.a != 0:
+        lengths.append(f"{_plain(row.a, angle=False)} along x{i}")
+    run = f"; link {i} is {' and '.join(lengths)}" if lengths else ""
+    if not angle and row.theta != 0:
+        run += f"; x{i} is turned by {_plain(row.theta, angle=True)} about z{i - 1}"
+    return f"Joint {i} is {KINDS[row.kind]}: it {moves} z{i - 1}{run}{_twist(chain, i)}."
+
+
+def _twist(chain: Chain, i: int) -> str:
+    alpha = chain.joints[i - 1].alpha
+    if alpha == 0:
+        return ""
+    if alpha in (sp.pi, -sp.pi):
+        return f"; z{i} points against z{i - 1}"
+    return f"; z{i} is turned from z{i - 1} by {_plain(alpha, angle=True)} about x{i}"
+
+
+def _point(chain: Chain) -> str:
+    frame = chain.point.frame
+    last = ", the last frame" if frame == chain.n else ""
+    if chain.point.is_origin:
+        return f"The point P is O{frame}, the origin of frame {frame}{last}."
+    return f"The point P is at {_triple(chain.point.offset)} in frame {frame}{last}."

@@ -1,0 +1,42 @@
+"""Jinja2 templates: found, configured and rendered in one place; templates format and never compute."""
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+from exercises.latex import tex, tex_angle, tex_length
+
+_HERE = Path(__file__).parent
+_MARKUP = (".html.j2", ".svg.j2", ".xml.j2")
+
+
+def template_folder() -> Path:
+    """Return the folder of the templates: inside the package (wheel) or beside it (checkout)."""
+    for folder in (_HERE / "templates", _HERE.parent / "templates"):
+        if folder.is_dir():
+            return folder
+    raise FileNotFoundError(f"no templates folder in {_HERE} or beside it")
+
+
+@cache
+def environment() -> jinja2.Environment:
+    """Return the environment: undefined names are errors, markup is escaped, line ends are kept plain."""
+    made = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(template_folder()),
+        undefined=jinja2.StrictUndefined,
+        autoescape=lambda name: bool(name and name.endswith(_MARKUP)),
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    made.filters.update(tex=tex, tex_length=tex_length, tex_angle=tex_angle)
+    made.filters["json"] = lambda value: json.dumps(value, ensure_ascii=False)
+    return made
+
+
+def render(template: str, **context: Any) -> str:
+    """Return the text of `template` (a file of templates/) with `context` filled in."""
+    return environment().get_template(template).render(**context)

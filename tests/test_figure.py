@@ -1,0 +1,156 @@
+"""The figure of an arm: what must hold for the drawing of any chain."""
+
+import re
+import xml.etree.ElementTree as ET
+from functools import cache
+from itertools import combinations
+
+import pytest
+import sympy as sp
+
+from exercises.chain import Base, Chain, Joint, Point
+from exercises.figure import alt_text, arm_figure, figure_svg, fixed
+from exercises.figure.shapes import Figure, Glyph, Polyline
+
+SVG = "{http://www.w3.org/2000/svg}"
+PI = sp.pi
+A1, A2, A3, D1, D4, D6, H = sp.symbols("a1 a2 a3 d1 d4 d6 h")
+Q = sp.Rational
+
+
+def turning(i: int, a: sp.Expr = 0, alpha: sp.Expr = 0, d: sp.Expr = 0, offset: sp.Expr = 0) -> Joint:
+    return Joint("R", sp.Symbol(f"theta{i}") + offset, d, a, alpha)
+
+
+def sliding(i: int, a: sp.Expr = 0, alpha: sp.Expr = 0, theta: sp.Expr = 0, offset: sp.Expr = 0) -> Joint:
+    return Joint("P", theta, sp.Symbol(f"d{i}") + offset, a, alpha)
+
+
+def flat(*joints: Joint, base: Base | None = None, tool: Point | None = None) -> Chain:
+    return Chain("flat", joints, ("vx", "vy"), base or Base(), tool)
+
+
+def spatial(*joints: Joint, base: Base | None = None) -> Chain:
+    return Chain("spatial", joints, ("vx", "vy", "vz"), base or Base())
+
+
+def elbow(base: Base | None = None, alpha: sp.Expr = -PI / 2, offset: sp.Expr = 0) -> Chain:
+    first = turning(1, Q(1, 10), alpha, Q(7, 20), offset)
+    return spatial(first, turning(2, A2, offset=-offset), turning(3, Q(11, 50)), base=base)
+
+
+ARMS = {
+    "1r": flat(turning(1, A1)),
+    "2r": flat(turning(1, A1), turning(2, A2)),
+    "2r-l": flat(turning(1, A1), turning(2, A2), tool=Point(2, (sp.S.Zero, H, sp.S.Zero))),
+    "2r-moved": flat(turning(1, Q(9, 20)), turning(2, Q(1, 10)), base=Base((Q(-3, 10), Q(1, 5), sp.S.Zero), -PI / 4)),
+    "2r-counted-back": flat(turning(1, A1, PI), turning(2, A2), tool=Point(2, (sp.S.Zero, -H, sp.S.Zero))),
+    "2r-from-behind": flat(turning(1, A1, PI), turning(2, A2), base=Base(yaw=PI / 6, tilt=PI)),
+    "3r": flat(turning(1, A1), turning(2, A2, offset=PI / 6), turning(3, A3)),
+    "rp": flat(turning(1, A1, PI / 2), sliding(2)),
+    "rp-back": flat(turning(1, Q(1, 10), -PI / 2, offset=PI / 2), sliding(2, offset=Q(1, 5))),
+    "rp-straight": flat(turning(1, 0, PI / 2), sliding(2, theta=PI), tool=Point(2, (H, sp.S.Zero, sp.S.Zero))),
+    "elbow-floor": elbow(),
+    "elbow-wall": elbow(Base((0, 0, Q(1, 2)), PI / 2, PI / 2), PI / 2, PI / 2),
+    "elbow-ceiling": elbow(Base((0, 0, sp.S.One), 0, PI), offset=PI / 2),
+    "spherical": spatial(turning(1, 0, -PI / 2, D1), turning(2, 0, PI / 2), sliding(3)),
+    "stanford": spatial(turning(1, 0, -PI / 2, Q(2, 5)), turning(2, 0, PI / 2, Q(3, 20)), sliding(3)),
+    "scara": spatial(turning(1, A1, 0, D1), turning(2, A2, PI), sliding(3), turning(4, 0, 0, D4)),
+    "gantry": spatial(sliding(1, 0, -PI / 2), sliding(2, 0, -PI / 2, -PI / 2), sliding(3)),
+    "puma": spatial(
+        turning(1, 0, -PI / 2, Q(33, 50)), turning(2, Q(43, 100), 0, Q(3, 20)), turning(3, Q(-1, 50), PI / 2),
+        turning(4, 0, -PI / 2, Q(43, 100)), turning(5, 0, PI / 2), turning(6, 0, 0, D6),
+    ),
+}  # fmt: skip
+
+
+@cache
+def drawn(chain: Chain) -> Figure:
+    return arm_figure(chain)
+
+
+every_arm = pytest.mark.parametrize("chain", ARMS.values(), ids=ARMS)
+
+
+@every_arm
+def test_svg_is_well_formed_and_has_a_text_alternative(chain: Chain) -> None:
+    root = ET.fromstring(figure_svg(chain, name="problem-7"))
+    assert root.tag == f"{SVG}svg" and root.get("role") == "img"
+    ids = [element.get("id") for element in root.iter() if element.get("id")]
+    assert root.get("aria-labelledby", "").split() == ids == ["problem-7-title", "problem-7-desc"]
+    assert root.findtext(f"{SVG}desc") == alt_text(chain)
+
+
+@every_arm
+def test_svg_is_self_contained_and_has_clean_numbers(chain: Chain) -> None:
+    svg = figure_svg(chain)
+    assert not re.search(r"<style|<script|href|url\(", svg)
+    assert "nan" not in svg.lower() and "inf" not in svg.lower() and not re.search(r"-0\.0(?!\d)", svg)
+    assert all(re.fullmatch(r"-?\d+\.\d", pair) for points in re.findall(r' points="([^"]*)"', svg)
+               for pair in re.split(r"[ ,]", points))  # fmt: skip
+
+
+@every_arm
+def test_same_arm_same_figure(chain: Chain) -> None:
+    assert arm_figure(chain) == drawn(chain)
+
+
+@every_arm
+def test_one_glyph_for_each_joint(chain: Chain) -> None:
+    glyphs = [shape for shape in drawn(chain).shapes if isinstance(shape, Glyph)]
+    assert sorted((glyph.number, glyph.kind) for glyph in glyphs) == [
+        (i, joint.kind) for i, joint in enumerate(chain.joints, 1)
+    ]
+    assert figure_svg(chain).count("data-joint=") == chain.n
+
+
+@every_arm
+def test_labels_keep_apart(chain: Chain) -> None:
+    boxes = [text.box for text in drawn(chain).texts]
+    for a, b in combinations(boxes, 2):
+        assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1]
+
+
+@every_arm
+def test_everything_is_inside(chain: Chain) -> None:
+    figure = drawn(chain)
+    shapes = [inner for shape in figure.shapes for inner in (shape.shapes if isinstance(shape, Glyph) else (shape,))]
+    points = [p for shape in shapes if isinstance(shape, Polyline) for p in shape.points]
+    points += [corner for text in figure.texts for corner in (text.box[:2], text.box[2:])]
+    assert all(0 <= x <= figure.width and 0 <= y <= figure.height for x, y in points)
+
+
+@every_arm
+def test_all_variables_and_the_point_are_named(chain: Chain) -> None:
+    words = ["".join(run.text for run in text.runs) for text in drawn(chain).texts]
+    for variable in chain.q:
+        name = variable.name.replace("theta", "θ")
+        assert any(word.startswith(name) for word in words), name
+    assert any(word.startswith("P") for word in words)
+
+
+def test_offset_is_part_of_the_drawn_angle() -> None:
+    words = ["".join(run.text for run in text.runs) for text in drawn(ARMS["3r"]).texts]
+    assert "θ2 + 30°" in words and "θ1" in words
+
+
+def test_told_pose_is_drawn() -> None:
+    stretched = arm_figure(ARMS["2r"], {"theta1": 0.0, "theta2": 0.0})
+    links = [shape for shape in stretched.shapes if isinstance(shape, Polyline) and shape.style == "link"]
+    assert len({round(y, 6) for link in links for _, y in link.points}) == 1
+
+
+def test_alt_text_says_what_is_drawn() -> None:
+    assert alt_text(ARMS["2r-l"]) == (
+        "A planar arm with two joints in series, drawn flat in the plane of x_w and y_w, seen from +z_w. "
+        "The base frame O0 is the world frame. "
+        "Joint 1 is revolute: it turns by θ1 about z0; link 1 is a1 along x1. "
+        "Joint 2 is revolute: it turns by θ2 about z1; link 2 is a2 along x2. "
+        "The point P is at (0, h, 0) in frame 2, the last frame. Lengths are not to scale."
+    )
+    assert "mounted on the wall" in alt_text(ARMS["elbow-wall"])
+    assert "turns by θ1 minus 90 degrees" in alt_text(flat(turning(1, A1, offset=-PI / 2)))
+
+
+def test_numbers_have_one_decimal_and_no_negative_zero() -> None:
+    assert [fixed(value) for value in (-0.04, 0.0, 12.25, -3.21)] == ["0.0", "0.0", "12.3", "-3.2"]
