@@ -1,0 +1,129 @@
+"""The commands about what is asked: init, families, questions, show, solve, generate."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from exercises.assignment import load_assignment
+from exercises.console import note, one_of, progress, say
+from exercises.families import FAMILIES
+from exercises.generate import generate as make_problem
+from exercises.generate import questions_of
+from exercises.problem import ProblemId
+from exercises.questions import QUESTIONS
+from exercises.release import CORES, Released, init_assignment, release
+from exercises.show import show as show_problem
+from exercises.solve import read_robot, solution_json, solution_latex, solution_text
+from exercises.solve import solve as solve_chain
+
+SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
+SOLVE_FORMATS = ("text", "latex", "json")
+
+Jobs = Annotated[
+    int, typer.Option("--jobs", "-j", min=1, help="How many processes work at once.", show_default="cores")
+]
+
+
+def init(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder to make.")],
+    title: Annotated[str, typer.Option(help="The assignment's title.")] = "Velocity kinematics",
+    key: Annotated[str, typer.Option(help="File name of the notebooks, without .ipynb.")] = "velocity",
+) -> None:
+    """Make a new assignment folder: assignment.toml, roster.csv, .gitignore, a secret and a README.
+
+    Edit assignment.toml and roster.csv, then run `qdot generate DIR`. Nothing that is there already is overwritten.
+    """
+    init_assignment(folder, title, key)
+    say(f"made {folder}: put your class into {folder / 'roster.csv'}, then run: qdot generate {folder}")
+
+
+def families(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
+    """List the robot families that problems can be drawn from, and the questions that each can be asked."""
+    rows = [
+        {"name": f.name, "title": f.title, "source": f.source, "questions": list(questions_of(f.name))}
+        for f in FAMILIES.values()
+    ]
+    if as_json:
+        say(json.dumps(rows, ensure_ascii=False, indent=1))
+        return
+    for row in rows:
+        missing = [name for name in QUESTIONS if name not in row["questions"]]
+        say(f"{row['name']:<12} {row['title']} ({row['source']})")
+        say(" " * 13 + ("all questions" if not missing else "all questions but " + ", ".join(missing)))
+
+
+def questions(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
+    """List the questions that can be asked, in the chapter's order."""
+    rows = [
+        {"name": q.name, "title": q.title, "source": q.source, "points": q.points, "needs": list(q.needs)}
+        for q in QUESTIONS.values()
+    ]
+    if as_json:
+        say(json.dumps(rows, ensure_ascii=False, indent=1))
+        return
+    for row in rows:
+        say(f"{row['name']:<20} {row['title']} ({row['source']})")
+
+
+def show(
+    problem: Annotated[str, typer.Argument(metavar="PROBLEM", help="FAMILY/SEED, as in planar-2r/7.")],
+    solution: Annotated[bool, typer.Option("--solution", help="Add the reference and the worked steps.")] = False,
+    format: Annotated[str, typer.Option("--format", "-f", help=f"One of {', '.join(SHOW_FORMATS)}.")] = "text",
+    ask: Annotated[str, typer.Option("--questions", help="Names with commas between; default: all that apply.")] = "",
+) -> None:
+    """Show one problem: statement, figure, parts; with --solution the answers and how they are derived.
+
+    The same FAMILY/SEED shows the same problem on every machine.
+    """
+    from dataclasses import replace
+
+    one_of(format, SHOW_FORMATS, "--format")
+    identity = ProblemId.parse(problem)
+    if ask:
+        identity = replace(identity, questions=tuple(name.strip() for name in ask.split(",")))
+    made = make_problem(identity)
+    certificate = None
+    if format == "json":
+        from exercises.verify import certify
+
+        certificate = certify(made).as_json()
+    say(show_problem(made, solution, format, certificate))
+
+
+def solve(
+    robot: Annotated[Path, typer.Argument(metavar="ROBOT.toml", help="Your DH table; see the README.")],
+    format: Annotated[str, typer.Option("--format", "-f", help=f"One of {', '.join(SOLVE_FORMATS)}.")] = "text",
+) -> None:
+    """Derive everything the book would for your own arm: position, Jacobian both ways, determinant, singularities.
+
+    ROBOT.toml has a name, optionally task = ["vx", "vy"] and point = "O3" or [x, y, z], and a [[joint]] for each row of
+    the standard DH table: kind = "R" or "P", theta, d, a, alpha.
+    """
+    one_of(format, SOLVE_FORMATS, "--format")
+    found = solve_chain(read_robot(robot))
+    say({"text": solution_text, "latex": solution_latex, "json": solution_json}[format](found))
+
+
+def generate(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="An assignment folder, as `qdot init` makes one.")],
+    jobs: Jobs = CORES,
+) -> None:
+    """Write released/STUDENT/KEY.ipynb for every student and solutions/STUDENT/KEY.ipynb for the staff.
+
+    Notebooks that are up to date are kept, so that a run that was stopped goes on where it was.
+    """
+    assignment = load_assignment(folder)
+    counts = {"written": 0, "rewritten": 0, "kept": 0}
+    with progress("generating", len(assignment.roster)) as counter:
+
+        def each(released: Released) -> None:
+            counts[released.outcome] += 1
+            counter.step()
+
+        release(assignment, min(jobs, len(assignment.roster)), each)
+    said = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
+    say(f"{len(assignment.roster)} students: {said}; hand out {folder / 'released'}, keep {folder / 'solutions'}")
+    if counts["rewritten"]:
+        note("The assignment, the secret or qdot changed since notebooks were written: hand the new ones out.")

@@ -1,0 +1,152 @@
+"""An assignment's folder: what is wrong in it is told with file, line or key, and what would be right."""
+
+from pathlib import Path
+
+import pytest
+
+from exercises.assignment import load_assignment
+from exercises.errors import QdotError
+from exercises.release import Released, init_assignment, release
+
+PROBLEM = '[[problem]]\nfamily = "planar-2r"\nquestions = ["position"]\n'
+TOML = f'title = "T"\nkey = "hw"\n\n{PROBLEM}'
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    init_assignment(tmp_path / "hw", "A title", "hw")
+    return tmp_path / "hw"
+
+
+def test_a_new_folder_is_an_assignment(folder: Path) -> None:
+    assignment = load_assignment(folder)
+    assert assignment.title == "A title"
+    assert [slot.name for slot in assignment.slots] == ["p1", "p2", "p3", "p4"]
+    assert (folder / "secret.txt").stat().st_mode & 0o777 == 0o600
+    assert "secret.txt" in (folder / ".gitignore").read_text()
+
+
+def test_init_overwrites_nothing(folder: Path) -> None:
+    before = (folder / "secret.txt").read_text()
+    with pytest.raises(QdotError, match="already"):
+        init_assignment(folder, "other", "other")
+    assert (folder / "secret.txt").read_text() == before
+
+
+@pytest.mark.parametrize(
+    ("toml", "said"),
+    [
+        (TOML + "question = []\n", "line 7: unknown key 'problem.1.question' (did you mean 'questions'?)"),
+        ('titel = "T"\n' + TOML, "line 1: unknown key 'titel' (did you mean 'title'?)"),
+        (TOML.replace("planar-2r", "planer-2r"), "problem 1: unknown family 'planer-2r' (did you mean 'planar-2r'?)"),
+        (TOML.replace("position", "positon"), "problem 1: unknown question 'positon' (did you mean 'position'?)"),
+        (TOML.replace('["position"]', '["position", "position"]'), "asked twice"),
+        (TOML.replace("planar-2r", "planar-3r").replace('"position"', '"determinant"'), "not square"),
+        (TOML + "points = [1, 2]\n", "points has 2 numbers for 1 questions"),
+        (TOML + "points = [-1]\n", "must be positive"),
+        (TOML + 'points = ["one"]\n', "line 7: problem.1.points"),
+        (TOML.replace('key = "hw"', 'key = "../hw"'), "line 2: key = '../hw'"),
+        (TOML.replace('title = "T"\n', ""), "the key 'title' is missing"),
+        ('title = "T"\nkey = "hw"\n', "the key 'problem' is missing"),
+        ('title = "T\n', "line 1"),
+        ("", "is missing"),
+    ],
+)
+def test_what_is_wrong_in_assignment_toml_is_told(folder: Path, toml: str, said: str) -> None:
+    (folder / "assignment.toml").write_text(toml)
+    with pytest.raises(QdotError) as caught:
+        load_assignment(folder)
+    assert "assignment.toml" in str(caught.value)
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("roster", "said"),
+    [
+        ("student,name\ns1,A\ns2,B\ns1,C\n", "line 4: student 's1' is already on line 2"),
+        ("student\nAda\nada\n", "line 3: student 'ada' is already on line 2"),
+        ("name,student\nA,s1\n", "the first column is 'name'"),
+        ("", "is empty"),
+        ("student\n", "no student is listed"),
+        ("student\n../s1\n", "can't be a student's identifier"),
+        ("student\n.\n", "can't be a student's identifier"),
+        ("student\na/b\n", "can't be a student's identifier"),
+        ('student\n"a\nb"\n', "can't be a student's identifier"),
+    ],
+)
+def test_what_is_wrong_in_the_roster_is_told(folder: Path, roster: str, said: str) -> None:
+    (folder / "roster.csv").write_text(roster)
+    with pytest.raises(QdotError) as caught:
+        load_assignment(folder)
+    assert "roster.csv" in str(caught.value)
+    assert said in str(caught.value)
+
+
+def test_roster_keeps_names_and_further_columns(folder: Path) -> None:
+    (folder / "roster.csv").write_bytes("\ufeffStudent,Name,Email,Group\r\nzoë,Zoë É,z@x.org,B\r\n\r\n".encode())
+    (student,) = load_assignment(folder).roster
+    assert (student.id, student.name, student.email, student.others) == ("zoë", "Zoë É", "z@x.org", (("group", "B"),))
+
+
+def test_bytes_that_are_no_text_are_told(folder: Path) -> None:
+    (folder / "roster.csv").write_bytes(b"student\n\xff\xfe\n")
+    with pytest.raises(QdotError, match="UTF-8"):
+        load_assignment(folder)
+
+
+def test_the_secret_is_needed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    secret = (folder / "secret.txt").read_text().strip()
+    with_file = load_assignment(folder)
+    (folder / "secret.txt").unlink()
+    monkeypatch.delenv("QDOT_SECRET", raising=False)
+    with pytest.raises(QdotError, match=r"secret\.txt is missing"):
+        load_assignment(folder)
+    monkeypatch.setenv("QDOT_SECRET", secret)
+    assert load_assignment(folder).digest == with_file.digest
+    (folder / "secret.txt").write_text("short\n")
+    with pytest.raises(QdotError, match="at least 16"):
+        load_assignment(folder)
+
+
+def test_the_digest_follows_what_decides_the_problems(folder: Path) -> None:
+    before = load_assignment(folder).digest
+    assert load_assignment(folder).digest == before
+    path = folder / "assignment.toml"
+    path.write_text(path.read_text().replace('"polar-rp"', '"elbow-3r"'))
+    assert load_assignment(folder).digest != before
+
+
+def outcomes(folder: Path) -> dict[str, str]:
+    found: dict[str, str] = {}
+
+    def each(released: Released) -> None:
+        found[released.student] = released.outcome
+
+    release(load_assignment(folder), 1, each)
+    return found
+
+
+def test_release_keeps_what_is_there_and_goes_on(folder: Path) -> None:
+    (folder / "assignment.toml").write_text(TOML)
+    assert outcomes(folder) == {"s001": "written", "s002": "written"}
+    first = folder / "released" / "s001" / "hw.ipynb"
+    before = first.read_bytes()
+    with (folder / "roster.csv").open("a") as roster:
+        roster.write("s003,Third,\n")
+    (folder / "solutions" / "s002" / "hw.ipynb").unlink()
+    assert outcomes(folder) == {"s001": "kept", "s002": "rewritten", "s003": "written"}
+    assert first.read_bytes() == before
+    (folder / "assignment.toml").write_text(TOML.replace("position", "jacobian"))
+    assert set(outcomes(folder).values()) == {"rewritten"}
+    assert first.read_bytes() != before
+    assert not list(folder.rglob("*.tmp"))
+
+
+def test_the_students_notebook_gives_no_seed_away(folder: Path) -> None:
+    (folder / "assignment.toml").write_text(TOML)
+    outcomes(folder)
+    assignment = load_assignment(folder)
+    text = (folder / "released" / "s001" / "hw.ipynb").read_text()
+    ((_, problem),) = assignment.problems("s001")
+    assert str(problem.id.seed) not in text
+    assert assignment.secret not in text
