@@ -1,0 +1,197 @@
+"""Grade a class: every student's notebook run, read, compared and marked, on several processes, resumable.
+
+Each student's result is kept in graded/.cache as soon as it is there, under a key made of the submission, the
+assignment, and the versions of problems and grader; a rerun takes from there what has not changed.
+"""
+
+import contextlib
+import datetime
+import hashlib
+import json
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from exercises.assignment import Assignment
+from exercises.errors import QdotError
+from exercises.files import write_atomically
+from exercises.problem import Problem
+from grader.marking import mark, variable
+from grader.sandbox import Limits, Run, Sandbox
+from grader.submission import Found, Submission, Unreadable, cell_of, other_student, read_submission, wrong_assignment
+
+GRADER = 1
+"""Version of the grader: any change of what a submission earns raises it."""
+
+Result = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Task:
+    """One student to grade."""
+
+    student: str
+    found: Found | None
+
+
+def grade_class(
+    assignment: Assignment, submissions: dict[str, Found], jobs: int, limits: Limits, each: Callable[[Result], None]
+) -> list[Result]:
+    """Grade everybody on the roster and return the results in its order; `each` is told of every one as it comes.
+
+    Raises QdotError where another grader is at work in the same folder.
+    """
+    tasks = [Task(student.id, submissions.get(student.id)) for student in assignment.roster]
+    cache = assignment.folder / "graded" / ".cache"
+    cache.mkdir(parents=True, exist_ok=True)
+    results = []
+    with _alone(cache / "lock"):
+        for result in _graded(assignment, tasks, jobs, limits, cache):
+            results.append(result)
+            each(result)
+    return results
+
+
+@contextlib.contextmanager
+def _alone(lock: Path) -> Any:
+    """Hold a lock that the system lets go of when this process ends, however it ends."""
+    import fcntl
+
+    with lock.open("w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise QdotError(
+                f"{lock.parent.parent} is being graded by another 'qdot grade'; wait until it is done"
+            ) from None
+        yield
+
+
+def _graded(assignment: Assignment, tasks: Sequence[Task], jobs: int, limits: Limits, cache: Path) -> Any:
+    if jobs == 1 or len(tasks) == 1:
+        _start_worker(assignment, limits, cache)
+        try:
+            yield from map(_grade_here, tasks)
+        finally:
+            _stop_worker()
+        return
+    with ProcessPoolExecutor(jobs, initializer=_start_worker, initargs=(assignment, limits, cache)) as pool:
+        try:
+            yield from pool.map(_grade_here, tasks)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+_worker: tuple[Assignment, Sandbox, Path] | None = None
+
+
+def _start_worker(assignment: Assignment, limits: Limits, cache: Path) -> None:
+    global _worker  # noqa: PLW0603 - set once when a worker process starts
+    _worker = (assignment, Sandbox(limits), cache)
+
+
+def _stop_worker() -> None:
+    if _worker is not None:
+        _worker[1].close()
+
+
+def _grade_here(task: Task) -> Result:
+    assert _worker is not None
+    assignment, sandbox, cache = _worker
+    kept = cache / f"{hashlib.sha256(task.student.encode()).hexdigest()[:24]}.json"
+    key = _cache_key(assignment, task)
+    try:
+        stored = json.loads(kept.read_text(encoding="utf-8"))
+        if stored["key"] == key:
+            result: Result = stored["result"]
+            return result
+    except (OSError, ValueError, KeyError, TypeError):
+        pass  # nothing kept yet, or damaged: grade
+    result = grade_student(assignment, task.student, task.found, sandbox)
+    write_atomically(kept, json.dumps({"key": key, "result": result}))
+    return result
+
+
+def _cache_key(assignment: Assignment, task: Task) -> str:
+    content = hashlib.sha256(f"{assignment.digest}/{GRADER}/{assignment.due}/{task.student}".encode())
+    for path in task.found.files if task.found else ():
+        with contextlib.suppress(OSError):
+            content.update(f"{path.name}/{int(path.stat().st_mtime)}/".encode() + path.read_bytes())
+    return content.hexdigest()
+
+
+def grade_student(assignment: Assignment, student: str, found: Found | None, sandbox: Sandbox) -> Result:
+    """Grade one student: regenerate the problems from the assignment, run the notebook, mark every part."""
+    problems = assignment.problems(student)
+    if found is None:
+        return _result(assignment, student, problems, None, Run(), "nothing was handed in", [])
+    notes = [found.note] if found.note else []
+    try:
+        submission = read_submission(found.files[0])
+    except Unreadable as error:
+        return _result(assignment, student, problems, None, Run(), str(error), notes, found.files[0])
+    obstacle = wrong_assignment(submission, assignment)
+    if obstacle is not None:
+        return _result(assignment, student, problems, submission, Run(), obstacle, notes)
+    names = [variable(slot, part.name) for slot, problem in problems for part in problem.parts]
+    run = sandbox.run(submission.cells, names)
+    notes += [note for note in (other_student(submission, student), run.note) if note]
+    return _result(assignment, student, problems, submission, run, None, notes)
+
+
+def _result(
+    assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]], submission: Submission | None,
+    run: Run, obstacle: str | None, notes: Sequence[str], file: Path | None = None,
+) -> Result:  # fmt: skip
+    marked: list[dict[str, Any]] = []
+    for slot, problem in problems:
+        reasons = {}
+        for part in problem.parts:
+            name = variable(slot, part.name)
+            reasons[name] = obstacle or _why_missing(submission, run, slot, part.name)
+        verdicts = mark(problem, slot, run.answers, reasons, assignment.secret)
+        marked.append({"id": str(problem.id), "slot": slot, "parts": [verdict.as_json() for verdict in verdicts]})
+    parts = [part for problem in marked for part in problem["parts"]]
+    return {
+        "student": student,
+        "assignment": assignment.key,
+        "submission": _submission_json(submission, file),
+        "score": round(sum(part["points"] or 0.0 for part in parts), 4),
+        "max_score": round(sum(part["max_points"] for part in parts), 4),
+        "late": _late(assignment, submission),
+        "obstacle": obstacle,
+        "notes": list(notes),
+        "problems": marked,
+    }
+
+
+def _why_missing(submission: Submission | None, run: Run, slot: str, part: str) -> str:
+    name = variable(slot, part)
+    if name in run.failures:
+        return f"{name} has no value that can be read: {run.failures[name]}"
+    cell = cell_of(submission, slot, part) if submission is not None else None
+    if cell is not None and cell in run.cell_errors:
+        return f"its cell stopped: {run.cell_errors[cell]}"
+    if run.note:
+        return run.note
+    return f"{name} is not set anywhere in the notebook" if cell is None else f"its cell does not set {name}"
+
+
+def _submission_json(submission: Submission | None, file: Path | None) -> dict[str, Any] | None:
+    if submission is None:
+        return None if file is None else {"file": file.name, "sha256": None, "received": None}
+    return {"file": submission.file.name, "sha256": submission.sha256, "received": submission.received.isoformat()}
+
+
+def _late(assignment: Assignment, submission: Submission | None) -> dict[str, Any] | None:
+    """Return by how much a submission is late, by the time of its file; no points are taken off."""
+    if assignment.due is None or submission is None:
+        return None
+    due = assignment.due if assignment.due.tzinfo else assignment.due.astimezone()
+    late = submission.received - due
+    if late <= datetime.timedelta(0):
+        return None
+    return {"due": due.isoformat(), "received": submission.received.isoformat(), "seconds": int(late.total_seconds())}

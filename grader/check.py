@@ -1,0 +1,60 @@
+"""What a student can know before handing in: which answers are found, and how they are read."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from exercises.errors import QdotError
+from exercises.expression import ReadError, as_matrix, has_blank, read
+from grader.marking import variable
+from grader.sandbox import Sandbox
+from grader.submission import Unreadable, read_submission
+
+
+@dataclass(frozen=True)
+class Row:
+    """One answer cell: the part, whether it can be read, and what is to be said of it."""
+
+    part: str
+    readable: bool
+    said: str
+
+
+def check_notebook(path: Path) -> list[Row]:
+    """Run a notebook and tell for each answer cell what the grader would read. Raises QdotError for no notebook."""
+    try:
+        submission = read_submission(path)
+    except Unreadable as error:
+        raise QdotError(str(error)) from None
+    parts = [part for part in submission.parts if part is not None and "." in part]
+    if not parts:
+        raise QdotError(f"{path} has no answer cells; is it a notebook that qdot made?")
+    names = {part: variable(*part.split(".", 1)) for part in parts}
+    with Sandbox() as sandbox:
+        run = sandbox.run(submission.cells, list(names.values()))
+    rows = []
+    for part, name in names.items():
+        if name in run.answers:
+            rows.append(_row(part, run.answers[name]))
+        else:
+            cell = submission.parts.index(part)
+            reason = run.failures.get(name) or run.cell_errors.get(cell) or run.note or f"{name} is not set"
+            rows.append(Row(part, False, reason))
+    return rows
+
+
+def _row(part: str, text: str) -> Row:
+    try:
+        node = read(text)
+    except ReadError as error:
+        return Row(part, False, str(error))
+    if has_blank(node):
+        return Row(part, False, "left blank, wholly or in part")
+    shape = ""
+    if node.kind == "list":
+        try:
+            rows = as_matrix(node)
+            shape = f"{len(rows)} x {len(rows[0])} matrix " if len(rows) * len(rows[0]) > 1 else ""
+        except ReadError:
+            shape = ""
+    shown = text if len(text) <= 300 else text[:300] + " …"
+    return Row(part, True, shape + shown)

@@ -1,0 +1,173 @@
+"""The commands about what is handed in: verify, check, compare, grade, demo."""
+
+import json
+import sys
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from exercises.assignment import load_assignment
+from exercises.commands import Jobs
+from exercises.console import note, progress, say
+from exercises.errors import QdotError, unknown
+from exercises.families import FAMILIES
+from exercises.problem import ProblemId
+from exercises.release import CORES
+from grader.batch import Result, grade_class
+from grader.compare import TYPES, as_json, compare_line
+from grader.compare import compare as compare_texts
+from grader.reports.tables import status
+from grader.sandbox import Limits
+from grader.submission import find_submissions
+
+
+def verify(
+    what: Annotated[
+        list[str], typer.Argument(metavar="PROBLEM… | DIR", help="Problems, or an assignment folder.")
+    ] = [],  # noqa: B006
+    family: Annotated[str, typer.Option(help="Verify problems of this family …")] = "",
+    count: Annotated[int, typer.Option(min=1, help="… that many, seeds 0, 1, 2, …")] = 100,
+    jobs: Jobs = CORES,
+) -> None:
+    """Certify problems: derivations agree with the numbers, singular sets are complete, references get full marks.
+
+    Leaves with code 1 if a problem fails; each failure is printed with what was found.
+    """
+    from grader.certify import certify_all
+
+    identities = list(_problems(what, family, count))
+    failed = 0
+    with progress("verifying", len(identities)) as counter:
+        for identity, failures in certify_all(identities, jobs):
+            counter.step()
+            failed += bool(failures)
+            for failure in failures:
+                say(f"{identity} ({', '.join(identity.questions) or 'all questions'}): {failure}")
+    say(f"{len(identities)} problems verified, {failed} failed")
+    if failed:
+        raise typer.Exit(1)
+
+
+def _problems(what: list[str], family: str, count: int) -> Iterator[ProblemId]:
+    if family:
+        if family not in FAMILIES:
+            raise unknown("family", family, list(FAMILIES))
+        yield from (ProblemId(family, seed) for seed in range(count))
+    for item in what:
+        if Path(item).is_dir():
+            assignment = load_assignment(Path(item))
+            for student in assignment.roster:
+                yield from (problem.id for _, problem in assignment.problems(student.id))
+        else:
+            yield ProblemId.parse(item)
+    if not family and not what:
+        raise QdotError("name problems (planar-2r/7), an assignment folder, or --family with --count")
+
+
+def check(
+    notebook: Annotated[Path, typer.Argument(metavar="NOTEBOOK", help="Your notebook.")],
+) -> None:
+    """Show a student what will be read from each answer cell; no marks, and no key is needed.
+
+    Leaves with code 1 if an answer is blank or can't be read.
+    """
+    from grader.check import check_notebook
+
+    rows = check_notebook(notebook)
+    for row in rows:
+        say(f"{'ok ' if row.readable else '-- '} {row.part}: {row.said}")
+    unreadable = sum(not row.readable for row in rows)
+    say(f"{len(rows) - unreadable} of {len(rows)} answers can be read; whether they are right is not checked here")
+    if unreadable:
+        raise typer.Exit(1)
+
+
+def compare(
+    student: Annotated[str, typer.Argument(metavar="STUDENT", help="The answer, as text.")] = "",
+    reference: Annotated[str, typer.Argument(metavar="REFERENCE", help="What it is compared with.")] = "",
+    type: Annotated[str, typer.Option("--type", "-t", help=f"One of {', '.join(TYPES)}.")] = "expression",
+    joints: Annotated[str, typer.Option(help="Joint variables of a singular set, with commas between.")] = "",
+    batch: Annotated[
+        str, typer.Option("--batch", metavar="FILE.jsonl", help="Many, one JSON object a line; - reads standard input.")
+    ] = "",
+) -> None:
+    """Compare two answers as the grader does, and say how sure it is.
+
+    Example: qdot compare "a1*a2*s2" "a1*a2*sin(theta2)"
+    """
+    if batch:
+        for number, line in enumerate(_lines(batch), 1):
+            if line.strip():
+                say(json.dumps(compare_line(line, number), ensure_ascii=False))
+        return
+    if not reference:
+        raise QdotError("compare takes two texts, STUDENT and REFERENCE, or --batch FILE.jsonl")
+    texts: Any = [reference] if type == "singular" else reference
+    names = tuple(name.strip() for name in joints.split(",") if name.strip())
+    say(json.dumps(as_json(compare_texts(type, student, texts, names)), ensure_ascii=False))
+
+
+def _lines(batch: str) -> Iterable[str]:
+    if batch == "-":
+        yield from sys.stdin
+        return
+    try:
+        with Path(batch).open(encoding="utf-8") as file:
+            yield from file
+    except (OSError, UnicodeDecodeError) as error:
+        raise QdotError(f"{batch} can't be read: {error}") from None
+
+
+def grade(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The assignment folder.")],
+    submissions: Annotated[Path | None, typer.Argument(metavar="SUBMISSIONS", help="Default: DIR/submitted.")] = None,
+    jobs: Jobs = CORES,
+    fail_under: Annotated[
+        float, typer.Option(metavar="PERCENT", help="Leave with code 1 if a student has less.")
+    ] = 0.0,
+    seconds: Annotated[float, typer.Option(min=1, help="Wall time that a notebook may take.")] = Limits().seconds,
+) -> None:
+    """Grade SUBMISSIONS/STUDENT/*.ipynb (or SUBMISSIONS/STUDENT.ipynb) of everybody on the roster.
+
+    Writes DIR/graded/results.jsonl, DIR/graded/grades.csv and DIR/graded/feedback/STUDENT.html. What has been graded
+    and has not changed is not graded again, so that a run that was stopped goes on where it was.
+    """
+    from grader.reports.write import write_reports
+
+    assignment = load_assignment(folder)
+    found, strangers = find_submissions(assignment, submissions or folder / "submitted")
+    for name in strangers:
+        note(f"{name}: no student of that name is on the roster; not graded")
+    limits = Limits(seconds=seconds, cell_seconds=min(Limits().cell_seconds, seconds))
+    with progress("grading", len(assignment.roster)) as counter:
+        results = grade_class(assignment, found, min(jobs, len(assignment.roster)), limits, lambda _: counter.step())
+    write_reports(assignment, results)
+    _summary(results, folder)
+    if any(status(result) == "ungraded" for result in results):
+        raise QdotError(
+            "qdot failed on some answers, which have no mark: see 'ungraded' in grades.csv; please report it"
+        )
+    if any(100 * result["score"] / result["max_score"] < fail_under for result in results):
+        raise typer.Exit(1)
+
+
+def _summary(results: list[Result], folder: Path) -> None:
+    kinds: dict[str, int] = {}
+    for result in results:
+        kinds[status(result)] = kinds.get(status(result), 0) + 1
+    handed_in = [100 * r["score"] / r["max_score"] for r in results if r["submission"] is not None]
+    mean = f"mean {sum(handed_in) / len(handed_in):.1f} % of those handed in; " if handed_in else ""
+    said = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
+    say(f"{len(results)} students: {said}; {mean}see {folder / 'graded'}")
+
+
+def demo(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Where to put it.")] = Path("qdot-demo"),
+    jobs: Jobs = CORES,
+) -> None:
+    """Do the whole loop on a simulated class of 30: init, generate, hand in (right, wrong, blank, broken …), grade."""
+    from grader.demo import run_demo
+
+    run_demo(folder, jobs)

@@ -1,0 +1,113 @@
+"""The grader's comparison by itself: two texts in, a judgement out (`qdot compare`)."""
+
+import contextlib
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from exercises.errors import QdotError
+from exercises.expression import Node, ReadError, as_matrix, names, read
+from exercises.identity import Domain, default_role
+from grader.judge import judge_angles, judge_expression, judge_matrix, judge_singular
+from grader.verdict import Judgement, Outcome
+
+TYPES = ("expression", "matrix", "angles", "singular")
+
+
+def compare(kind: str, student: str, reference: Any, joints: Sequence[str] = ()) -> Judgement:
+    """Compare a student's text with a reference (text, or a list as in cli.md) of one of TYPES.
+
+    Symbols have the roles of their names: theta* an angle, a*, d*, L* a length, others any number. Raises QdotError
+    for a reference that can't be read or a type that is none.
+    """
+    if kind not in TYPES:
+        raise QdotError(f"type {kind!r} is none of {', '.join(TYPES)}")
+    texts = _flat(reference)
+    try:
+        nodes = [read(text) for text in texts]
+    except ReadError as error:
+        raise QdotError(f"the reference can't be read: {error}") from None
+    domain = _domain(nodes, student, joints)
+    seed = hashlib.sha256(repr((kind, student, reference)).encode("utf-8", "surrogatepass")).hexdigest()
+    if kind == "expression":
+        return judge_expression(student, texts[0], domain, seed)
+    if kind == "matrix":
+        return judge_matrix(student, _rows(reference), domain, seed)
+    if kind == "angles":
+        return judge_angles(student, texts[0], domain, seed)
+    found = joints or sorted(name for name in domain.roles if name.startswith("theta"))
+    return judge_singular(student, texts, found, domain, seed)
+
+
+def _flat(reference: Any) -> list[str]:
+    if isinstance(reference, str):
+        return [reference]
+    if isinstance(reference, list) and reference:
+        return [text for item in reference for text in _flat(item)]
+    raise QdotError(f"a reference is a text, a list of texts or a list of rows, not {str(reference)[:60]!r}")
+
+
+def _rows(reference: Any) -> list[list[str]]:
+    if isinstance(reference, str):
+        try:
+            return [[_text(entry) for entry in row] for row in as_matrix(read(reference))]
+        except ReadError as error:
+            raise QdotError(f"the reference is no matrix: {error}") from None
+    rows = [row if isinstance(row, list) else [row] for row in reference]
+    if len({len(row) for row in rows}) != 1:
+        raise QdotError("the rows of the reference have different lengths")
+    return [[str(entry) for entry in row] for row in rows]
+
+
+def _text(node: Node) -> str:
+    """Return a text that reads as the same tree."""
+    if node.kind in ("number", "decimal"):
+        return f"({node.value.numerator}/{node.value.denominator})"
+    if node.kind == "name":
+        return str(node.value)
+    inner = [_text(arg) for arg in node.args]
+    if node.kind == "call":
+        return f"{node.value}({', '.join(inner)})"
+    return f"(-{inner[0]})" if node.kind == "neg" else f"({inner[0]}{node.kind}{inner[1]})"
+
+
+def _domain(nodes: Sequence[Node], student: str, joints: Sequence[str]) -> Domain:
+    """Return the roles of the reference's symbols and the joints, and of a student's of the usual names."""
+    used = set().union(*(names(node) for node in nodes), joints)
+    with contextlib.suppress(ReadError):  # the judgement will say what can't be read
+        used |= names(read(student, used))
+    return Domain({name: default_role(name) for name in sorted(used)})
+
+
+def compare_line(line: str, number: int) -> dict[str, Any]:
+    """Return the answer to one line of a batch, as in cli.md. Raises QdotError for a line that is no request."""
+    try:
+        request = json.loads(line)
+    except ValueError as error:
+        raise QdotError(f"line {number} is not JSON: {error}") from None
+    required = ("type", "reference", "student")
+    if not isinstance(request, dict) or any(key not in request for key in required):
+        raise QdotError(f"line {number}: an object with {', '.join(required)} (and id, joints) is due")
+    return {"id": request.get("id"), **as_json(safely(request, number))}
+
+
+def safely(request: Mapping[str, Any], number: int) -> Judgement:
+    """Return the judgement; what fails in our own code is UNGRADED and does not stop the batch."""
+    student = request["student"] if isinstance(request["student"], str) else json.dumps(request["student"])
+    try:
+        return compare(str(request["type"]), student, request["reference"], request.get("joints") or ())
+    except QdotError as error:
+        raise QdotError(f"line {number}: {error}") from None
+    except Exception as error:  # our own failure is told, and is no verdict
+        return Judgement(Outcome.UNGRADED, 0.0, f"qdot failed: {type(error).__name__}: {error}"[:300])
+
+
+def as_json(judgement: Judgement) -> dict[str, Any]:
+    """Return outcome, reason and certificate as plain data."""
+    certificate = judgement.certificate
+    return {
+        "outcome": judgement.outcome.value,
+        "reason": judgement.reason,
+        "certificate": None if certificate is None else certificate.as_json(),
+    }

@@ -1,0 +1,206 @@
+"""`qdot demo`: the whole loop on a simulated class of 30: answers right, wrong in the usual ways, or broken."""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import nbformat
+
+from exercises.assignment import Assignment, Student, load_assignment
+from exercises.console import note, progress, say
+from exercises.errors import QdotError
+from exercises.files import write_atomically
+from exercises.problem import Choice, ConditionSet, Number, Part, Problem
+from exercises.release import init_assignment, release
+from grader.batch import grade_class
+from grader.reports.tables import status
+from grader.reports.write import write_reports
+from grader.sandbox import Limits
+from grader.submission import find_submissions
+
+TITLE, KEY = "Velocity kinematics, demonstration", "velocity"
+SECRET = "a demonstration needs no secret, so that it shows the same class everywhere"  # noqa: S105
+
+NAMES = (
+    "Ada Lovelace", "Blaise Pascal", "Chen Jingrun", "Dorothy Vaughan", "Emmy Noether", "Felix Klein", "Grace Hopper",
+    "Henri Poincaré", "Ingrid Daubechies", "Jacques Denavit", "Katherine Johnson", "Leonhard Euler",
+    "Maryam Mirzakhani", "Niels Abel", "Olga Ladyzhenskaya", "Paul Erdős", "Qin Jiushao", "Richard Hartenberg", "Sofja Kowalewskaja",
+    "Terence Tao", "Uta Merzbach", "Vera Rubin", "William Hamilton", "Xu Guangqi", "Yutaka Taniyama", "Zu Chongzhi",
+    "Arthur Cayley", "Bernhard Riemann", "Carl Jacobi", "David Hilbert",
+)  # fmt: skip
+
+Edit = Callable[[str, Part], str]
+"""Turns the right-hand side of a right answer into a student's, as Python text."""
+
+
+def _right(code: str, part: Part) -> str:  # noqa: ARG001 - an edit takes both
+    return code
+
+
+def _symbolic(part: Part) -> bool:
+    return not isinstance(part.answer, (Choice, ConditionSet, Number))
+
+
+def _mapped(code: str, function: str) -> str:
+    return (
+        f"Matrix([{code}]).applyfunc({function})" if not code.startswith("Matrix") else f"{code}.applyfunc({function})"
+    )
+
+
+def _expanded(code: str, part: Part) -> str:
+    """Return the answer as another person would write it: sums of angles taken apart."""
+    if not _symbolic(part) or not code.startswith("Matrix"):
+        return f"({code}).expand(trig=True)" if _symbolic(part) else code
+    return _mapped(code, "lambda entry: entry.expand(trig=True)")
+
+
+def _sign(code: str, part: Part) -> str:
+    if isinstance(part.answer, Choice):
+        return '"A"'
+    return code if isinstance(part.answer, ConditionSet) else f"-({code})"
+
+
+def _relative(code: str, part: Part) -> str:
+    """Take relative angles for absolute ones: theta2 where theta1 + theta2 is due."""
+    changes = "{theta1 + theta2 + theta3: theta3, theta1 + theta2: theta2, theta2 + theta3: theta3}"
+    return f"({code}).subs({changes})" if _symbolic(part) else code
+
+
+def _transposed(code: str, part: Part) -> str:
+    return f"{code}.T" if _symbolic(part) and part.shape is not None and 1 not in part.shape else code
+
+
+def _dropped(code: str, part: Part) -> str:
+    """Forget what joint 2 adds: the derivative with respect to theta2, or its rate, is taken for zero."""
+    if _symbolic(part) and part.shape is not None and part.shape[1] > 1:
+        return f"{code} * Matrix.diag(*[0 if i == 1 else 1 for i in range({part.shape[1]})])"
+    return f"({code}).subs(qd2, 0)" if _symbolic(part) else code
+
+
+def _degrees(code: str, part: Part) -> str:
+    return f"180 / pi * {code}" if isinstance(part.answer, Number) else "{theta2: [0, 180]}" if _is_set(part) else code
+
+
+def _is_set(part: Part) -> bool:
+    return isinstance(part.answer, ConditionSet)
+
+
+def _only_first(code: str, part: Part) -> str:
+    """Find the first singular condition only, as who forgets pi, or the shoulder."""
+    return f"{code}[:1]" if _is_set(part) else code
+
+
+def _half(code: str, part: Part) -> str:
+    return code if len(part.name) % 2 else _blank(part)
+
+
+def _blank(part: Part) -> str:
+    return '"blank"' if isinstance(part.answer, Choice) else "blank"
+
+
+def _raises(code: str, part: Part) -> str:
+    return "1/0" if part.name in ("jacobian", "geometric-jacobian") else code
+
+
+def _nan(code: str, part: Part) -> str:
+    return 'float("nan")' if part.name == "determinant" else code
+
+
+def _loops(code: str, part: Part) -> str:
+    return f"[{code} for _ in iter(int, 1)][0]" if part.name == "determinant" else code
+
+
+def _unknown(code: str, part: Part) -> str:
+    return f'({code}) * Symbol("k")' if _symbolic(part) else code
+
+
+EDITS: Sequence[tuple[str, Edit]] = (
+    ("right", _right), ("right, in another form", _expanded), ("a sign wrong throughout", _sign),
+    ("relative for absolute angles", _relative), ("matrices transposed", _transposed),
+    ("joint 2 forgotten", _dropped), ("degrees for radians", _degrees), ("first singular condition only", _only_first),
+    ("half of it", _half), ("a cell that raises", _raises), ("nan", _nan), ("an endless loop", _loops),
+    ("an unknown symbol", _unknown),
+)  # fmt: skip
+
+FILES = ("blank", "cut off", "another assignment", "never handed in")
+"""What else happens to notebooks in a class."""
+
+RIGHT = 13
+"""So many students, beside the usual mistakes, have everything right, in one of two forms."""
+
+
+def kinds() -> list[str]:
+    """Return what becomes of each of the 30 students."""
+    usual = [name for name, _ in EDITS] + list(FILES)
+    return usual + ["right" if i % 2 else "right, in another form" for i in range(RIGHT)]
+
+
+def run_demo(folder: Path, jobs: int) -> None:
+    """Make a class in `folder`, hand in its notebooks, grade them, and say where to look."""
+    students = [Student(f"s{i:03d}", name, f"s{i:03d}@example.org") for i, name in enumerate(NAMES, 1)]
+    if folder.exists() and any(folder.iterdir()):
+        _same_demo(folder)
+    else:
+        init_assignment(folder, TITLE, KEY, students, SECRET)
+    assignment = load_assignment(folder)
+    with progress("generating", len(students)) as counter:
+        release(assignment, min(jobs, len(students)), lambda _: counter.step())
+    with progress("handing in", len(students)) as counter:
+        for student, kind in zip(assignment.roster, kinds(), strict=True):
+            hand_in(assignment, student.id, kind)
+            counter.step()
+    found, _ = find_submissions(assignment, folder / "submitted")
+    with progress("grading", len(students)) as counter:
+        results = grade_class(
+            assignment, found, min(jobs, len(students)), Limits(cell_seconds=2), lambda _: counter.step()
+        )
+    write_reports(assignment, results)
+    for student, kind, result in zip(assignment.roster, kinds(), results, strict=True):
+        score = f"{result['score']:5.1f} of {result['max_score']:g}"
+        say(f"{student.id}  {student.name:<20} {kind:<32} {score}  {status(result)}")
+    first = assignment.roster[0].id
+    say("")
+    say(f"a student's notebook   {folder / 'released' / first / f'{KEY}.ipynb'}")
+    say(f"the staff's            {folder / 'solutions' / first / f'{KEY}.ipynb'}")
+    say(f"a feedback page        {folder / 'graded' / 'feedback' / f'{assignment.roster[8].id}.html'}")
+    say(f"grades                 {folder / 'graded' / 'grades.csv'}")
+
+
+def _same_demo(folder: Path) -> None:
+    try:
+        same = load_assignment(folder).title == TITLE
+    except QdotError:
+        same = False
+    if not same:
+        raise QdotError(f"{folder} is there already and is not a demonstration of qdot's; name a new folder")
+    note(f"{folder} is there already; going on with it")
+
+
+def hand_in(assignment: Assignment, student: str, kind: str) -> None:
+    """Write what a student of that kind hands in, made from the notebook that was handed out."""
+    released = assignment.folder / "released" / student / f"{assignment.key}.ipynb"
+    text = released.read_text(encoding="utf-8")
+    target = assignment.folder / "submitted" / student / f"{assignment.key}.ipynb"
+    edits = dict(EDITS)
+    if kind in edits:
+        text = answered(text, assignment.problems(student), edits[kind])
+    elif kind == "cut off":
+        text = text[: len(text) // 2]
+    elif kind == "another assignment":
+        text = text.replace(f'"assignment": "{assignment.key}"', '"assignment": "trajectories"')
+    if kind != "never handed in":
+        write_atomically(target, text)
+
+
+def answered(text: str, problems: Sequence[tuple[str, Problem]], edit: Edit) -> str:
+    """Return the student's notebook with every answer cell filled in from the reference, through `edit`."""
+    from exercises.answer_code import answer_code
+
+    parts: Mapping[str, Part] = {f"{slot}.{part.name}": part for slot, problem in problems for part in problem.parts}
+    notebook = nbformat.reads(text, as_version=4)
+    for cell in notebook.cells:
+        name = cell.metadata.get("qdot", {}).get("part")
+        if name in parts:
+            left = cell.source.split("=", 1)[0]
+            cell.source = f"{left}= {edit(answer_code(parts[name]), parts[name])}"
+    return json.dumps(notebook, indent=1, sort_keys=True, ensure_ascii=False) + "\n"

@@ -1,0 +1,293 @@
+"""Judge one answer, given as text, against a reference: expressions, matrices, singular sets, numbers, choices."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from exercises.conditions import Piece, SetComparison, Space, compare_sets, pieces
+from exercises.expression import Node, ReadError, as_matrix, has_blank, names, read
+from exercises.identity import Certificate, Comparison, Domain, compare_entries, number
+from exercises.tape import compile_tape, evaluate
+from grader.verdict import Judgement, correct, graded, missing, wrong
+
+Rows = Sequence[Sequence[str]]
+
+
+@lru_cache(maxsize=10_000)
+def _reference_node(text: str, known: frozenset[str]) -> Node:
+    return read(text, known)
+
+
+def _read(student: str, domain: Domain) -> Node | Judgement:
+    """Return the tree of an answer, or the judgement on one that is empty or no expression."""
+    if not student.strip():
+        return missing()
+    try:
+        node = read(student, domain.roles)
+    except ReadError as error:
+        return wrong(f"this can't be read as an answer: {error}")
+    return missing("the answer was left blank") if _all_blank(node) else node
+
+
+def _all_blank(node: Node) -> bool:
+    if node.kind in ("list", "set"):
+        return all(_all_blank(arg) for arg in node.args) and bool(node.args)
+    return node.kind == "blank"
+
+
+def judge_expression(student: str, reference: str, domain: Domain, seed: str) -> Judgement:
+    """Judge a formula."""
+    node = _read(student, domain)
+    if isinstance(node, Judgement):
+        return node
+    if node.kind in ("list", "set", "dict"):
+        return wrong("a list or matrix stands where a single expression is due")
+    try:
+        found = compare_entries([node], [_reference_node(reference, frozenset(domain.roles))], domain, seed)
+    except ReadError as error:
+        return wrong(f"this can't be read as an answer: {error}")
+    if all(found.equal):
+        return correct(found.certificate)
+    return wrong(_difference(found, None, 1) + _unknown_symbols([node], domain), found.certificate)
+
+
+def judge_matrix(student: str, reference: Rows, domain: Domain, seed: str) -> Judgement:
+    """Judge a matrix or vector by entry.
+
+    The share is that of the right entries among those that are not zero in the reference, less the zeros that were
+    answered with something else: a matrix of zeros earns nothing.
+    """
+    node = _read(student, domain)
+    if isinstance(node, Judgement):
+        return node
+    try:
+        rows = as_matrix(node)
+    except ReadError as error:
+        return wrong(f"this can't be read as a matrix: {error}")
+    shape = (len(reference), len(reference[0]))
+    rows = _as_column(rows, shape)
+    if (len(rows), len(rows[0])) != shape:
+        return wrong(_shape_reason((len(rows), len(rows[0])), shape))
+    known = frozenset(domain.roles)
+    student_nodes = [entry for row in rows for entry in row]
+    reference_nodes = [_reference_node(entry, known) for row in reference for entry in row]
+    blanks = [has_blank(entry) for entry in student_nodes]
+    filled = [_never() if blank else entry for blank, entry in zip(blanks, student_nodes, strict=True)]
+    try:
+        found = compare_entries(filled, reference_nodes, domain, seed)
+    except ReadError as error:
+        return wrong(f"this can't be read as a matrix of expressions: {error}")
+    equal = [same and not blank for same, blank in zip(found.equal, blanks, strict=True)]
+    if all(equal):
+        judged = correct(found.certificate)
+    else:
+        share = _share(equal, [entry == "0" for row in reference for entry in row])
+        judged = graded(share, _matrix_reason(found, equal, blanks, shape) + _unknown_symbols(student_nodes, domain),
+                        found.certificate)  # fmt: skip
+    columns = shape[1]
+    marks = tuple(tuple(equal[i : i + columns]) for i in range(0, len(equal), columns))
+    return replace(judged, entries=marks)
+
+
+def _never() -> Node:
+    """Return an expression that equals no reference: a name that no problem has."""
+    return Node("name", value="left blank")
+
+
+def _as_column(rows: list[list[Node]], shape: tuple[int, int]) -> list[list[Node]]:
+    """Take a row for the column that is due: a vector written the other way is the same vector."""
+    if shape[1] == 1 and len(rows) == 1 and len(rows[0]) == shape[0]:
+        return [[entry] for entry in rows[0]]
+    return rows
+
+
+def _share(equal: Sequence[bool], is_zero: Sequence[bool]) -> float:
+    zeros = list(is_zero) if not all(is_zero) else [False] * len(is_zero)
+    counted = [same for same, zero in zip(equal, zeros, strict=True) if not zero]
+    spoiled = sum(not same for same, zero in zip(equal, zeros, strict=True) if zero)
+    return max(0, sum(counted) - spoiled) / len(counted)
+
+
+def _shape_reason(found: tuple[int, int], due: tuple[int, int]) -> str:
+    turned = " (transposed?)" if found == due[::-1] and due[0] != due[1] and 1 not in due else ""
+    return f"the answer is {found[0]} x {found[1]}, and {due[0]} x {due[1]} is due{turned}"
+
+
+def _matrix_reason(found: Comparison, equal: Sequence[bool], blanks: Sequence[bool], shape: tuple[int, int]) -> str:
+    count = f"{sum(equal)} of {len(equal)} entries are right; "
+    if all(same or blank for same, blank in zip(equal, blanks, strict=True)):
+        return count + "the others were left blank"
+    return count + _difference(found, blanks, shape[1])
+
+
+def _difference(found: Comparison, blanks: Sequence[bool] | None, columns: int) -> str:
+    example = found.certificate.counterexample
+    assert example is not None
+    entry = int(example["entry"])
+    if blanks is not None and blanks[entry]:
+        return "some were left blank"
+    where = "" if blanks is None else _entry_name(entry, columns, len(found.equal)) + " "
+    at = ", ".join(f"{name} = {value:g}" for name, value in example["at"].items() if name != "left blank")
+    at = f" at {at}" if at else ""
+    return f"{where}differs{at}: yours {_shown(example['yours'])}, expected {_shown(example['expected'])}"
+
+
+def _shown(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _entry_name(entry: int, columns: int, total: int) -> str:
+    if columns == 1:
+        return f"entry {entry + 1}" if total > 1 else "the entry"
+    return f"entry ({entry // columns + 1}, {entry % columns + 1})"
+
+
+def _unknown_symbols(nodes: Sequence[Node], domain: Domain) -> str:
+    used = set().union(*(names(node) for node in nodes)) - set(domain.roles)
+    if not used:
+        return ""
+    listed = ", ".join(repr(name) for name in sorted(used)[:5])
+    return f"; {listed} {'is' if len(used) == 1 else 'are'} no symbol of this problem ({', '.join(domain.roles)})"
+
+
+def judge_numbers(
+    student: str, reference: Sequence[float], units: Sequence[str], tolerance: float, floor: float
+) -> Judgement:
+    """Judge numbers, each right within a relative tolerance (or the absolute floor, for values near zero)."""
+    node = _read(student, Domain({}))
+    if isinstance(node, Judgement):
+        return node
+    try:
+        rows = as_matrix(node)
+        rows = _as_column(rows, (len(reference), 1))
+        if (len(rows), len(rows[0])) != (len(reference), 1):
+            return wrong(_shape_reason((len(rows), len(rows[0])), (len(reference), 1)))
+        entries = [row[0] for row in rows]
+        symbols = set().union(*(names(entry) for entry in entries))
+        if symbols:
+            return wrong(f"numbers are due, and {', '.join(sorted(symbols)[:5])} is left in the answer")
+        blanks = [has_blank(entry) for entry in entries]
+        filled = [Node("name", value="E") if blank else entry for blank, entry in zip(blanks, entries, strict=True)]
+        values = evaluate(compile_tape(filled), {}, 1)[0][:, 0]
+    except ReadError as error:
+        return wrong(f"this can't be read as numbers: {error}")
+    allowed = [max(tolerance * abs(due), floor) for due in reference]
+    equal = [
+        bool(np.isfinite(value) and abs(value - due) <= room and not blank)
+        for value, due, room, blank in zip(values, reference, allowed, blanks, strict=True)
+    ]
+    marks = tuple((same,) for same in equal)
+    if all(equal):
+        return replace(correct(Certificate("numeric", 1), f"right to {100 * tolerance:g} %"), entries=marks)
+    first = equal.index(False)
+    due, unit = reference[first], units[first]
+    example = {"entry": first, "at": {}, "yours": number(complex(values[first])), "expected": float(f"{due:.4g}")}
+    said = "was left blank" if blanks[first] else f"is {_shown(example['yours'])}, and {due:.4g} {unit} is right"
+    reason = f"{sum(equal)} of {len(equal)} numbers are right; number {first + 1} {said}"
+    judged = graded(sum(equal) / len(equal), reason, Certificate("numeric", 1, None, example))
+    return replace(judged, entries=marks)
+
+
+def judge_choice(student: str, options: Sequence[str], right: int) -> Judgement:
+    """Judge a letter (in any case, in brackets or quotes) or the option's own text."""
+    said = student.strip().strip("\"'()[]{}. ").casefold()
+    if said in ("", "blank", "ellipsis", "none"):
+        return missing("the answer was left blank")
+    letters = [letter.casefold() for letter in "ABCDEFGH"[: len(options)]]
+    texts = [option.casefold() for option in options]
+    chosen = letters.index(said) if said in letters else texts.index(said) if said in texts else None
+    if chosen is None:
+        return wrong(f"{student[:40]!r} is none of the options {', '.join('ABCDEFGH'[: len(options)])}")
+    if chosen == right:
+        return correct(Certificate("exact", 1, 0.0))
+    return wrong(f"{'ABCDEFGH'[chosen]} is not the right option", Certificate("exact", 1, 0.0))
+
+
+def judge_singular(
+    student: str, reference: Sequence[str], joints: Sequence[str], domain: Domain, seed: str
+) -> Judgement:
+    """Judge a set of singular configurations by what it contains.
+
+    The share is that of the reference's pieces that are claimed, less one for each claimed piece that is not singular.
+    """
+    node = _read(student, domain)
+    if isinstance(node, Judgement):
+        return node
+    known = frozenset(domain.roles)
+    truth = [piece for text in reference for piece in pieces(_reference_node(text, known), joints)]
+    try:
+        node = _named(node, truth, joints)
+        return _judge_set(pieces(_without_blanks(node), joints), truth, Space(joints, domain), seed)
+    except ReadError as error:
+        return wrong(f"this can't be read as conditions: {error}")
+
+
+def judge_angles(student: str, reference: str, domain: Domain, seed: str) -> Judgement:
+    """Judge a set of angles against another, modulo whole turns."""
+    node = _read(student, domain)
+    if isinstance(node, Judgement):
+        return node
+    joint = Node("name", value="angle")
+    inner = Domain({**domain.roles, "angle": "angle"})
+    try:
+        claimed, truth = (
+            pieces(Node("in", (joint, values)), ["angle"])
+            for values in (_without_blanks(node), _reference_node(reference, frozenset(domain.roles)))
+        )
+        return _judge_set(claimed, truth, Space(["angle"], inner), seed)
+    except ReadError as error:
+        return wrong(f"this can't be read as a set of angles: {error}")
+
+
+def _without_blanks(node: Node) -> Node:
+    if node.kind in ("list", "set"):
+        return Node(node.kind, tuple(arg for arg in node.args if arg.kind != "blank"))
+    return node
+
+
+def _named(node: Node, truth: Sequence[Piece], joints: Sequence[str]) -> Node:
+    """Give bare values, as in {0, pi}, to the joint that they must mean; ReadError where that is not clear."""
+    values = node.args if node.kind in ("list", "set") else (node,)
+    if not values or any(_says_a_condition(value, joints) for value in values):
+        return node
+    meant = {atom.joint for piece in truth for atom in piece}
+    if len(meant) != 1 or None in meant:
+        raise ReadError(f"say which joint has these values, as in {{{joints[-1]}: [0, pi/3]}}")
+    return Node("in", (Node("name", value=meant.pop()), Node("set", tuple(values))))
+
+
+def _says_a_condition(node: Node, joints: Sequence[str]) -> bool:
+    return node.kind in ("eq", "in", "dict", "and", "or", "list", "set") or bool(names(node) & set(joints))
+
+
+def _judge_set(claimed: Sequence[Piece], truth: Sequence[Piece], space: Space, seed: str) -> Judgement:
+    found = compare_sets(claimed, truth, space, seed)
+    if found.equal and claimed:
+        return correct(Certificate("numeric", found.points))
+    # What is claimed beyond the truth must not earn what it happens to cover: only sound pieces count for the share.
+    sound = [piece for piece, held in zip(claimed, found.sound, strict=True) if held]
+    covered = [held for held in compare_sets(sound, truth, space, seed).covered if held is not None]
+    surplus = sum(held is False for held in found.sound)
+    share = max(0, sum(covered) - surplus) / len(covered) if covered else 0.0
+    return graded(min(share, 0.99), _set_reason(found, space.joints), _set_certificate(found))
+
+
+def _set_certificate(found: SetComparison) -> Certificate:
+    return Certificate("numeric", found.points, None, {"missing": found.missing, "surplus": found.surplus})
+
+
+def _set_reason(found: SetComparison, joints: Sequence[str]) -> str:
+    said = []
+    if found.missing is not None:
+        said.append(f"a singular configuration is missing: {_pose(found.missing, joints)}")
+    if found.surplus is not None:
+        said.append(f"not singular, though claimed: {_pose(found.surplus, joints)}")
+    return "; ".join(said) or "no configuration is claimed"
+
+
+def _pose(at: Mapping[str, Any], joints: Sequence[str]) -> str:
+    shown = [name for name in (*joints, *(n for n in at if n not in joints)) if name in at]
+    return ", ".join(f"{name} = {at[name]:.4g}" for name in shown) or "(any)"

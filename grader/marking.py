@@ -1,0 +1,78 @@
+"""Mark a student's answers to a problem: each part against its reference, points by the judgement's share."""
+
+from collections.abc import Mapping
+
+from exercises.identity import Domain
+from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part, Problem
+from grader.judge import judge_choice, judge_expression, judge_matrix, judge_numbers, judge_singular
+from grader.verdict import Judgement, Outcome, Verdict, missing
+
+
+def domain_of(problem: Problem) -> Domain:
+    """Return what each symbol of the problem may be; a length that is given has its value."""
+    roles: dict[str, str | float] = {}
+    for name, info in problem.symbols().items():
+        if info.value is not None:
+            roles[name] = float(info.value)
+        elif info.role == "joint":
+            roles[name] = "angle" if info.unit == "rad" else "signed"
+        else:
+            roles[name] = {"length": "length", "angle": "angle"}.get(info.role, "signed")
+    return Domain(roles)
+
+
+def judge(problem: Problem, part: Part, answer: str, seed: str) -> Judgement:
+    """Judge the text of an answer to a part; `seed` draws the points at which it is compared."""
+    reference = part.answer
+    if isinstance(reference, Choice):
+        return judge_choice(answer, reference.options, reference.correct)
+    if isinstance(reference, Number):
+        values = [float(value) for value in reference.reference]
+        return judge_numbers(answer, values, reference.units, reference.tolerance, reference.floor)
+    domain = domain_of(problem)
+    if isinstance(reference, Expression):
+        return judge_expression(answer, str(reference.reference), domain, seed)
+    if isinstance(reference, Matrix):
+        rows = [[str(entry) for entry in row] for row in reference.reference.tolist()]
+        return judge_matrix(answer, rows, domain, seed)
+    assert isinstance(reference, ConditionSet)
+    return judge_singular(answer, reference.pieces(), [q.name for q in problem.chain.q], domain, seed)
+
+
+def mark(
+    problem: Problem, slot: str, answers: Mapping[str, str], reasons: Mapping[str, str], secret: str
+) -> list[Verdict]:
+    """Return a verdict for each part; `answers` and `reasons` (why there is none) are by variable name.
+
+    What goes wrong in our own code is UNGRADED: it is told loudly, and is no mark.
+    """
+    verdicts = []
+    for part in problem.parts:
+        name = variable(slot, part.name)
+        answer = answers.get(name)
+        if answer is None:
+            judgement = missing(reasons.get(name, "no answer was found for this part"))
+        else:
+            judgement = _judged(problem, part, answer, f"{secret}/{problem.id}/{part.name}/{answer}")
+        points = None if judgement.outcome is Outcome.UNGRADED else round(part.points * judgement.share, 4)
+        verdicts.append(Verdict(part.name, judgement, points, part.points, answer))
+    return verdicts
+
+
+def _judged(problem: Problem, part: Part, answer: str, seed: str) -> Judgement:
+    try:
+        return judge(problem, part, answer, seed)
+    except Exception as error:  # our own failure, whatever it is, must not become a mark
+        reason = (
+            f"qdot failed on this answer ({type(error).__name__}: {error}); it has no mark yet, tell your instructor"
+        )
+        return Judgement(Outcome.UNGRADED, 0.0, reason[:500])
+
+
+def variable(slot: str, part: str) -> str:
+    """Return the name of the variable that holds the answer to a part.
+
+    >>> variable("p1", "inverse-jacobian")
+    'p1_inverse_jacobian'
+    """
+    return f"{slot}_{part.replace('-', '_')}"

@@ -1,0 +1,255 @@
+"""The program in which students' notebooks run: nothing of qdot is imported here, and no reference is ever present.
+
+It reads one JSON request a line, forks a child for each, and writes what the child reports, a JSON line at a time. The
+child has NumPy and SymPy loaded already, limits on memory, processor time, file size and wall time, and a folder of
+its own. Answers leave it as text. Whatever a notebook does, it can only report about itself.
+"""
+
+import contextlib
+import json
+import os
+import re
+import resource
+import select
+import shutil
+import signal
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+import numpy
+import sympy
+
+Report = Callable[[dict[str, Any]], None]
+Answer = Callable[[str], None]
+
+LONGEST_ANSWER = 400_000
+LONGEST_REPORT = 4_000_000
+
+
+def text_of(value: Any, depth: int = 0) -> str:
+    """Return a value as the text of an expression; raise TypeError for what is none."""
+    if depth > 6:
+        raise TypeError("lists nest too deeply")
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (sympy.MatrixBase, numpy.ndarray)):
+        return text_of(value.tolist(), depth + 1)
+    if isinstance(value, sympy.Basic):
+        return str(sympy.sstr(value, full_prec=True))
+    if isinstance(value, numpy.generic):
+        return text_of(value.item(), depth + 1)
+    if value is Ellipsis:
+        return "blank"
+    if value is None or isinstance(value, (bool, int, float)):
+        return repr(value)
+    if isinstance(value, complex):
+        return f"({value.real!r} + I*({value.imag!r}))"
+    return text_of_container(value, depth + 1)
+
+
+def text_of_container(value: Any, depth: int) -> str:
+    """Return a list, set or dictionary as text; raise TypeError for anything else."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{text_of(k, depth)}: {text_of(v, depth)}" for k, v in value.items()) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(text_of(item, depth) for item in value) + "]"
+    if isinstance(value, (set, frozenset)):
+        return "{" + ", ".join(sorted(text_of(item, depth) for item in value)) + "}"
+    raise TypeError(f"a {type(value).__name__} is not an expression")
+
+
+def plain_python(source: str) -> str:
+    """Return a cell's source with IPython's magic lines (%..., !...) taken out."""
+    return re.sub(r"(?m)^(\s*)[%!].*$", r"\1pass", source)
+
+
+class Overtime(BaseException):
+    """A cell ran longer than it may. Not an Exception, so that `except Exception` does not swallow it."""
+
+
+def _ring(_signal: int, _frame: Any) -> None:
+    raise Overtime
+
+
+def run_cells(request: dict[str, Any], report: Report) -> None:
+    """Run the cells in order, each within its time; report every answer as soon as it is there."""
+    wanted = request["names"]
+    namespace: dict[str, Any] = {"__name__": "__main__", "display": lambda *_args, **_options: None}
+    last: dict[str, Any] = {}
+    signal.signal(signal.SIGALRM, _ring)
+    for index, source in enumerate(request["cells"]):
+        error = None
+        try:
+            signal.setitimer(signal.ITIMER_REAL, request["cell_seconds"])
+            code = compile(plain_python(source), f"<cell {index + 1}>", "exec", dont_inherit=True)
+            exec(code, namespace)  # noqa: S102 - this is the contained process
+        except Overtime:
+            error = f"it ran longer than {request['cell_seconds']:g} s"
+        except SystemExit:
+            error = "it called exit()"
+        except BaseException as raised:
+            error = describe(raised)
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+        if error is not None:
+            report({"cell": index, "error": error})
+        report_answers(namespace, wanted, last, request["cell_seconds"], report)
+    report({"done": True})
+
+
+def describe(raised: BaseException) -> str:
+    """Return an exception as one short line; a hostile one must not break the report."""
+    try:
+        return f"{type(raised).__name__}: {raised}".splitlines()[0][:300]
+    except BaseException:
+        return "an exception that can't be shown"
+
+
+def report_answers(
+    namespace: dict[str, Any], wanted: list[str], last: dict[str, Any], seconds: float, report: Report
+) -> None:
+    """Report each answer that is new or has changed, as text or as the reason why it is none."""
+    for name in wanted:
+        if name not in namespace:
+            continue
+        try:
+            signal.setitimer(signal.ITIMER_REAL, seconds)
+            found = {"text": text_of(namespace[name])[: LONGEST_ANSWER + 1]}
+        except BaseException as raised:
+            found = {"error": describe(raised)}
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+        if last.get(name) != found:
+            last[name] = found
+            report({"name": name, **found})
+
+
+def limit(request: dict[str, Any]) -> None:
+    """Set the limits of the child; a limit that this machine does not know is left out."""
+    memory, seconds = request["memory"], int(request["seconds"]) + 1
+    wanted = [
+        ("RLIMIT_CPU", seconds), ("RLIMIT_FSIZE", 10_000_000), ("RLIMIT_NOFILE", 64), ("RLIMIT_CORE", 0),
+        ("RLIMIT_AS", memory),
+    ]  # fmt: skip
+    for name, value in wanted:
+        with contextlib.suppress(AttributeError, ValueError, OSError):
+            resource.setrlimit(getattr(resource, name), (value, value))
+
+
+def close_all_but(kept: set[int]) -> None:
+    """Close every descriptor above standard error except those in `kept`: other notebooks' channels among them."""
+    low = 3
+    for descriptor in sorted(kept):
+        os.closerange(low, descriptor)
+        low = descriptor + 1
+    os.closerange(low, resource.getrlimit(resource.RLIMIT_NOFILE)[0] if sys.platform == "darwin" else 65536)
+
+
+def child(request: dict[str, Any], folder: str, output: int, received: int) -> NoReturn:
+    """Be the process in which one notebook runs; never return."""
+    try:
+        os.setsid()
+        null = os.open(os.devnull, os.O_RDWR)
+        for descriptor in (0, 1, 2):
+            os.dup2(null, descriptor)
+        close_all_but({output, received})
+        os.chdir(folder)
+        limit(request)
+        sys.setrecursionlimit(3000)
+        sent = 0
+
+        def report(line: dict[str, Any]) -> None:
+            nonlocal sent
+            data = (json.dumps(line) + "\n").encode()
+            sent += len(data)
+            if sent <= LONGEST_REPORT:
+                while data:
+                    data = data[os.write(output, data) :]
+                os.read(received, 1)  # wait until it is safe outside, whatever the next cell does
+
+        run_cells(request, report)
+    finally:
+        os._exit(0)
+
+
+def serve(request: dict[str, Any], answer: Answer) -> None:
+    """Run one notebook in a child and pass its report on; kill whatever is left of it."""
+    folder = tempfile.mkdtemp(prefix="qdot-run-")
+    reading, writing = os.pipe()
+    received, receipt = os.pipe()
+    pid = os.fork()
+    if pid == 0:
+        child(request, folder, writing, received)
+    os.close(writing)
+    os.close(received)
+    os.set_blocking(receipt, False)
+    ended = relay(reading, receipt, time.monotonic() + request["seconds"], answer)
+    os.close(receipt)
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.killpg(pid, signal.SIGKILL)
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(pid, signal.SIGKILL)
+    os.close(reading)
+    _, status = os.waitpid(pid, 0)
+    shutil.rmtree(folder, ignore_errors=True)
+    crashed = os.WIFSIGNALED(status) and os.WTERMSIG(status) != signal.SIGKILL
+    answer(json.dumps({"end": ended if ended != "closed" or not crashed else "crashed"}))
+
+
+def relay(reading: int, receipt: int, deadline: float, answer: Answer) -> str:
+    """Pass whole lines on until the child is done, closes its end, says too much or runs out of time."""
+    buffer, total = b"", 0
+    while True:
+        left = deadline - time.monotonic()
+        if left <= 0 or not select.select([reading], [], [], left)[0]:
+            return "overtime"
+        data = os.read(reading, 65536)
+        total += len(data)
+        if not data or total > LONGEST_REPORT + 100_000:
+            return "closed"
+        *lines, buffer = (buffer + data).split(b"\n")
+        for line in lines:
+            content: Any = {}
+            with contextlib.suppress(ValueError, RecursionError):  # a notebook may write anything into its pipe
+                content = json.loads(line)
+            if isinstance(content, dict) and "end" not in content:
+                answer(json.dumps(content))
+                if content.get("done") is True:
+                    return "done"
+            with contextlib.suppress(OSError):
+                os.write(receipt, b".")
+
+
+def warm_up() -> None:
+    """Do once what reference-like code does, so that SymPy's first-use costs are paid before the fork."""
+    x, y = sympy.symbols("x y")
+    matrix = sympy.Matrix([[sympy.cos(x), -sympy.sin(x)], [sympy.sin(x), y * sympy.cos(x + y)]])
+    sympy.simplify(matrix.det())
+    matrix.inv()
+    matrix.diff(x)
+    sympy.sstr(sympy.And(sympy.Eq(x, 0), sympy.Eq(y, sympy.atan2(1, 2))))
+    numpy.linalg.svd(numpy.eye(3))
+
+
+def main() -> None:
+    """Serve requests until the input ends."""
+    results = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    requests = os.fdopen(os.dup(0), encoding="utf-8")
+    os.set_inheritable(results.fileno(), False)
+    warm_up()
+    os.dup2(2, 1)
+
+    def answer(line: str) -> None:
+        results.write(line + "\n")
+        results.flush()
+
+    answer(json.dumps({"ready": True}))
+    for line in iter(requests.readline, ""):
+        serve(json.loads(line), answer)
+
+
+if __name__ == "__main__":
+    main()

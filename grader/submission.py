@@ -1,0 +1,166 @@
+"""What was handed in: found in the folder of submissions, read, and told apart from what can't be graded."""
+
+import datetime
+import hashlib
+import re
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import nbformat
+
+from exercises.assignment import Assignment
+from exercises.errors import QdotError
+from grader.marking import variable
+
+LARGEST = 50_000_000
+
+
+class Unreadable(Exception):
+    """A submission that can't be graded at all; the text says why, to the student."""
+
+
+@dataclass(frozen=True)
+class Submission:
+    """A notebook as handed in: code cells, the part that each was made for, and what its metadata claims."""
+
+    file: Path
+    sha256: str
+    received: datetime.datetime
+    cells: tuple[str, ...]
+    parts: tuple[str | None, ...]
+    claims: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Found:
+    """The notebooks of one student, the one to grade first."""
+
+    files: tuple[Path, ...]
+
+    @property
+    def note(self) -> str:
+        """What was ambiguous, in words."""
+        if len(self.files) < 2:
+            return ""
+        others = ", ".join(path.name for path in self.files[1:])
+        return f"{len(self.files)} notebooks were handed in; {self.files[0].name} was graded, not {others}"
+
+
+def find_submissions(assignment: Assignment, root: Path) -> tuple[dict[str, Found], list[str]]:
+    """Return what each student handed in, and the names in the folder that belong to nobody on the roster.
+
+    `root/STUDENT/*.ipynb` or `root/STUDENT.ipynb`. Of several, the one with the assignment's file name goes first, else
+    the one whose metadata name the assignment, else the first by name. Raises QdotError where `root` is no folder.
+    """
+    if not root.is_dir():
+        raise QdotError(f"{root} is not a folder of submissions; it holds STUDENT/*.ipynb or STUDENT.ipynb")
+    by_id = {student.id: student.id for student in assignment.roster}
+    found: dict[str, list[Path]] = {}
+    strangers = []
+    for path in sorted(root.iterdir()):
+        if path.name.startswith("."):
+            continue
+        name = path.name if path.is_dir() else path.stem
+        if not path.is_dir() and path.suffix != ".ipynb":
+            continue
+        if name not in by_id:
+            strangers.append(path.name)
+            continue
+        notebooks = sorted(path.glob("*.ipynb")) if path.is_dir() else [path]
+        found.setdefault(name, []).extend(p for p in notebooks if p.is_file() and not p.name.startswith("."))
+    return {name: Found(tuple(_best_first(files, assignment))) for name, files in found.items() if files}, strangers
+
+
+def _best_first(files: Sequence[Path], assignment: Assignment) -> list[Path]:
+    if len(files) == 1:
+        return list(files)
+    mark = f'"assignment": "{assignment.key}"'
+
+    def rank(path: Path) -> tuple[bool, bool, str]:
+        try:
+            named = mark in path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError):
+            named = False
+        return (path.name != f"{assignment.key}.ipynb", not named, path.name)
+
+    return sorted(files, key=rank)
+
+
+def read_submission(path: Path) -> Submission:
+    """Read a notebook. Raises Unreadable with a reason for whatever is none."""
+    try:
+        data = path.read_bytes() if path.stat().st_size <= LARGEST else None
+        received = datetime.datetime.fromtimestamp(int(path.stat().st_mtime), datetime.UTC)
+    except OSError as error:
+        raise Unreadable(f"{path.name} can't be read: {error.strerror}") from None
+    if data is None:
+        raise Unreadable(
+            f"{path.name} is larger than {LARGEST // 1_000_000} MB; clear its outputs and hand it in again"
+        )
+    notebook = _notebook(path.name, data)
+    claims = _plain(notebook.get("metadata", {})).get("qdot", {})
+    code = [cell for cell in notebook.cells if cell.get("cell_type") == "code"]
+    return Submission(
+        path, hashlib.sha256(data).hexdigest(), received,
+        tuple(_source(cell) for cell in code), tuple(_part(cell) for cell in code),
+        claims if isinstance(claims, dict) else {},
+    )  # fmt: skip
+
+
+def _notebook(name: str, data: bytes) -> Any:
+    try:
+        text = data.decode("utf-8-sig")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            notebook = nbformat.reads(text, as_version=4)
+        if not isinstance(notebook.get("cells"), list):
+            raise ValueError("it has no cells")
+        return notebook
+    except RecursionError:
+        raise Unreadable(f"{name} is not a notebook: it nests too deeply") from None
+    except Exception as error:  # nbformat raises many kinds, all of them about the file
+        first = (str(error).splitlines() or [type(error).__name__])[0][:200]
+        raise Unreadable(f"{name} can't be read as a notebook (damaged or cut off?): {first}") from None
+
+
+def _plain(value: Any) -> dict[str, Any]:
+    return value if isinstance(value, dict) else {}
+
+
+def _source(cell: Any) -> str:
+    source = cell.get("source", "")
+    return "".join(map(str, source)) if isinstance(source, list) else str(source)
+
+
+def _part(cell: Any) -> str | None:
+    part = _plain(_plain(cell.get("metadata")).get("qdot")).get("part")
+    return part if isinstance(part, str) else None
+
+
+def wrong_assignment(submission: Submission, assignment: Assignment) -> str | None:
+    """Return the reason why a notebook is not of this assignment, if its metadata say so."""
+    claimed = submission.claims.get("assignment")
+    if isinstance(claimed, str) and claimed != assignment.key:
+        return f"this notebook belongs to the assignment {claimed[:80]!r}, and {assignment.key!r} is graded here"
+    return None
+
+
+def other_student(submission: Submission, student: str) -> str | None:
+    """Return a note where the metadata name another student; the problems graded are this student's all the same."""
+    claimed = submission.claims.get("student")
+    if isinstance(claimed, str) and claimed != student:
+        return (
+            f"the notebook says that it was handed out to {claimed[:80]!r}; it was graded against {student}'s problems"
+        )
+    return None
+
+
+def cell_of(submission: Submission, slot: str, part: str) -> int | None:
+    """Return the index of the code cell that answers a part: by its metadata, failing that by its assignment."""
+    if f"{slot}.{part}" in submission.parts:
+        return submission.parts.index(f"{slot}.{part}")
+    pattern = re.compile(rf"(?m)^\s*{re.escape(variable(slot, part))}\s*=(?!=)")
+    return next((i for i, source in enumerate(submission.cells) if pattern.search(source)), None)

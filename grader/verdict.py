@@ -1,0 +1,76 @@
+"""What is said of an answer: outcome, points, the reason, and the certificate behind it."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from exercises.identity import Certificate
+
+
+class Outcome(StrEnum):
+    """CORRECT only when every comparison passed; UNGRADED when qdot itself failed, which is never a mark."""
+
+    CORRECT = "correct"
+    PARTIAL = "partial"
+    WRONG = "wrong"
+    MISSING = "missing"
+    UNGRADED = "ungraded"
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """How good an answer is: share of the points from 0 to 1, the reason, which entries are right."""
+
+    outcome: Outcome
+    share: float
+    reason: str
+    certificate: Certificate | None = None
+    entries: tuple[tuple[bool, ...], ...] | None = None
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The judgement on one part with its points (None where ungraded) and the answer's text."""
+
+    part: str
+    judgement: Judgement
+    points: float | None
+    max_points: float
+    answer: str | None
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the form of results.jsonl."""
+        certificate = self.judgement.certificate
+        return {
+            "name": self.part,
+            "outcome": self.judgement.outcome.value,
+            "points": self.points,
+            "max_points": self.max_points,
+            "reason": self.judgement.reason,
+            "mistake": None,
+            "followed_from": None,
+            "certificate": None if certificate is None else certificate.as_json(),
+            "answer": self.answer,
+            "entries": None if self.judgement.entries is None else [list(row) for row in self.judgement.entries],
+        }
+
+
+def missing(reason: str = "nothing was handed in for this part") -> Judgement:
+    """Return the judgement on an answer that is not there."""
+    return Judgement(Outcome.MISSING, 0.0, reason)
+
+
+def wrong(reason: str, certificate: Certificate | None = None) -> Judgement:
+    """Return the judgement on an answer that is wrong throughout."""
+    return Judgement(Outcome.WRONG, 0.0, reason, certificate)
+
+
+def graded(share: float, reason: str, certificate: Certificate | None = None) -> Judgement:
+    """Return the judgement for a share of the points; CORRECT is said by `correct` alone."""
+    outcome = Outcome.WRONG if share <= 0 else Outcome.PARTIAL
+    return Judgement(outcome, max(0.0, share), reason, certificate)
+
+
+def correct(certificate: Certificate | None = None, reason: str = "right") -> Judgement:
+    """Return the judgement on an answer of which every comparison passed."""
+    return Judgement(Outcome.CORRECT, 1.0, reason, certificate)

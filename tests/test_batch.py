@@ -1,0 +1,240 @@
+"""Grading a class: every kind of submission gets its verdict, nobody's trouble is another's, and nothing is lost."""
+
+import csv
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from exercises.assignment import Assignment, load_assignment
+from exercises.errors import QdotError
+from exercises.problem import Part
+from exercises.release import init_assignment, release
+from grader import marking
+from grader.batch import grade_class
+from grader.demo import answered
+from grader.reports.feedback import feedback_page
+from grader.reports.tables import grades_csv, results_jsonl, status
+from grader.reports.write import write_reports
+from grader.sandbox import Limits
+from grader.submission import find_submissions
+
+TOML = """title = "T"
+key = "hw"
+[[problem]]
+family = "planar-2r"
+questions = ["position", "jacobian", "determinant"]
+[[problem]]
+family = "polar-rp"
+questions = ["joint-rates", "singular-angles"]
+"""
+STUDENTS = [f"s{i:02d}" for i in range(1, 13)]
+Text = Callable[[str], str]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("class") / "hw"
+    init_assignment(folder, "T", "hw", secret="0123456789abcdef")
+    (folder / "assignment.toml").write_text(TOML)
+    (folder / "roster.csv").write_text("student,name\n" + "".join(f"{s},=Name {s}\n" for s in STUDENTS))
+    release(load_assignment(folder), 1, lambda _: None)
+    return folder
+
+
+@pytest.fixture
+def assignment(made: Path, tmp_path: Path) -> Assignment:
+    """An assignment of its own for each test, the notebooks shared."""
+    for name in ("assignment.toml", "roster.csv", "secret.txt"):
+        (tmp_path / name).write_bytes((made / name).read_bytes())
+    (tmp_path / "released").symlink_to(made / "released")
+    return load_assignment(tmp_path)
+
+
+def right(assignment: Assignment, student: str, change: Callable[[str, Part], str] = lambda code, _: code) -> str:
+    text = (assignment.folder / "released" / student / "hw.ipynb").read_text()
+    return answered(text, assignment.problems(student), change)
+
+
+def hand_in(assignment: Assignment, name: str, text: str | bytes) -> Path:
+    path = assignment.folder / "submitted" / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def grade(assignment: Assignment, jobs: int = 1) -> dict[str, dict[str, Any]]:
+    (assignment.folder / "submitted").mkdir(exist_ok=True)
+    found, _ = find_submissions(assignment, assignment.folder / "submitted")
+    results = grade_class(assignment, found, jobs, Limits(seconds=20, cell_seconds=2), lambda _: None)
+    assert [result["student"] for result in results] == STUDENTS
+    return {result["student"]: result for result in results}
+
+
+def parts(result: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    return {f"{problem['slot']}.{part['name']}": part for problem in result["problems"] for part in problem["parts"]}
+
+
+def cells_changed(text: str, change: Callable[[list[dict[str, Any]]], None]) -> str:
+    notebook = json.loads(text)
+    change(notebook["cells"])
+    return json.dumps(notebook)
+
+
+def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
+    full = right(assignment, "s01")
+    hand_in(assignment, "s01/hw.ipynb", full)
+    hand_in(assignment, "s02.ipynb", right(assignment, "s02"))
+    hand_in(assignment, "s03/my answers.ipynb", right(assignment, "s03"))
+    hand_in(assignment, "s04/hw.ipynb", full)  # copied from s01
+    hand_in(assignment, "s05/hw.ipynb", full[:3000])
+    hand_in(assignment, "s06/hw.ipynb", b"")
+    hand_in(assignment, "s07/hw.ipynb", full.replace('"assignment": "hw"', '"assignment": "other"'))
+    hand_in(assignment, "s08/hw.ipynb", (assignment.folder / "released" / "s08" / "hw.ipynb").read_text())
+    hand_in(assignment, "s09/hw.ipynb", right(assignment, "s09", lambda c, p: "1/0" if p.name == "position" else c))
+    hand_in(assignment, "s10/hw.ipynb", b"\xff\xfe{}")
+    hand_in(assignment, "s11/notes.txt", "no notebook")
+    hand_in(assignment, "stranger/hw.ipynb", full)
+    _, strangers = find_submissions(assignment, assignment.folder / "submitted")
+    assert strangers == ["stranger"]
+    graded = grade(assignment, jobs=2)
+    for student in ("s01", "s02", "s03"):
+        assert graded[student]["score"] == graded[student]["max_score"]
+    assert graded["s04"]["score"] < 2
+    assert "handed out to 's01'" in graded["s04"]["notes"][0]
+    for student, said in (("s05", "damaged or cut off"), ("s06", "damaged or cut off"), ("s10", "damaged or cut off")):
+        assert said in graded[student]["obstacle"]
+        assert status(graded[student]) == "unusable"
+    assert "belongs to the assignment 'other'" in graded["s07"]["obstacle"]
+    assert {part["outcome"] for part in parts(graded["s08"]).values()} == {"missing"}
+    assert parts(graded["s09"])["p1.position"]["reason"] == "its cell stopped: ZeroDivisionError: division by zero"
+    assert graded["s09"]["score"] == graded["s09"]["max_score"] - 1
+    for student in ("s11", "s12"):
+        assert status(graded[student]) == "missing"
+        assert graded[student]["score"] == 0
+
+
+def test_a_grade_does_not_depend_on_who_else_is_graded_or_how(assignment: Assignment) -> None:
+    for student in ("s01", "s02"):
+        hand_in(assignment, f"{student}/hw.ipynb", right(assignment, student, lambda c, p: c if "r" in p.name else "a1"))
+    one = grade(assignment)
+    for path in (assignment.folder / "graded" / ".cache").glob("*.json"):
+        path.unlink()
+    hand_in(assignment, "s03/hw.ipynb", right(assignment, "s03"))
+    two = grade(assignment, jobs=2)
+    assert one["s01"] == two["s01"]
+    assert one["s02"] == two["s02"]
+
+
+def test_a_rerun_takes_what_has_not_changed_and_grades_what_has(
+    assignment: Assignment, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01"))
+    first = grade(assignment)
+    marked: list[str] = []
+    monkeypatch.setattr("grader.batch.mark", lambda *args: marked.append(args[1]) or [])  # type: ignore[func-returns-value]
+    assert grade(assignment) == first
+    assert marked == []
+    monkeypatch.undo()
+    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s02"))
+    assert grade(assignment)["s01"]["score"] < first["s01"]["score"]
+    damaged = next((assignment.folder / "graded" / ".cache").glob("*.json"))
+    damaged.write_text('{"key": ')
+    assert grade(assignment)["s02"] == first["s02"]
+
+
+def test_two_graders_do_not_work_in_one_folder(assignment: Assignment) -> None:
+    import fcntl
+
+    grade(assignment)
+    with (assignment.folder / "graded" / ".cache" / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        with pytest.raises(QdotError, match="another 'qdot grade'"):
+            grade(assignment)
+
+
+def test_our_own_failure_is_ungraded_and_no_mark(assignment: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
+    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01"))
+
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("ours")
+
+    monkeypatch.setattr(marking, "judge_matrix", broken)
+    graded = grade(assignment)["s01"]
+    part = parts(graded)["p1.jacobian"]
+    assert (part["outcome"], part["points"]) == ("ungraded", None)
+    assert "tell your instructor" in part["reason"]
+    assert parts(graded)["p1.determinant"]["outcome"] == "correct"
+    assert status(graded) == "ungraded"
+
+
+def test_answers_are_found_without_metadata_and_in_any_order(assignment: Assignment) -> None:
+    def strip(cells: list[dict[str, Any]]) -> None:
+        for cell in cells:
+            cell["metadata"] = {}
+
+    def turn(cells: list[dict[str, Any]]) -> None:
+        cells[2:] = cells[:1:-1]
+
+    hand_in(assignment, "s01/hw.ipynb", cells_changed(right(assignment, "s01"), strip))
+    hand_in(assignment, "s02/hw.ipynb", cells_changed(right(assignment, "s02"), turn))
+    graded = grade(assignment)
+    assert graded["s01"]["score"] == graded["s01"]["max_score"]
+    assert graded["s02"]["score"] == graded["s02"]["max_score"]
+
+
+def test_metadata_of_a_submission_decide_nothing(assignment: Assignment) -> None:
+    def forge(cells: list[dict[str, Any]]) -> None:
+        for cell in cells:
+            if "qdot" in cell["metadata"]:
+                cell["metadata"]["qdot"].update(points=1000, part="p9.anything", reference="0")
+
+    text = cells_changed(right(assignment, "s01", lambda *_: "0"), forge)
+    hand_in(assignment, "s01/hw.ipynb", text.replace('"engine": 1', '"engine": 99'))
+    graded = grade(assignment)["s01"]
+    assert graded["score"] == 0
+    assert graded["max_score"] == 7
+
+
+def test_reports_hold_what_the_contract_says(assignment: Assignment) -> None:
+    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01", lambda c, p: "<script>alert(1)</script>"))
+    os.utime(assignment.folder / "submitted/s01/hw.ipynb", (1_700_000_000, 1_700_000_000))
+    results = list(grade(assignment).values())
+    lines = [json.loads(line) for line in results_jsonl(results).splitlines()]
+    assert len(lines) == len(STUDENTS)
+    for key in ("student", "assignment", "submission", "score", "max_score", "late", "problems"):
+        assert key in lines[0]
+    assert lines[0]["submission"]["received"] == "2023-11-14T22:13:20+00:00"
+    for key in ("name", "outcome", "points", "max_points", "reason", "mistake", "followed_from", "certificate"):
+        assert key in lines[0]["problems"][0]["parts"][0]
+    table = list(csv.DictReader(grades_csv(results, assignment.roster).splitlines()))
+    assert table[0]["name"] == "'=Name s01"
+    assert table[1]["status"] == "missing"
+    assert set(table[0]) >= {"student", "p1.position", "p2.joint-rates", "score", "max_score", "percent", "status"}
+    write_reports(assignment, results)
+    page = (assignment.folder / "graded" / "feedback" / "s01.html").read_text()
+    assert "<script>alert" not in page
+    assert str(lines[0]["problems"][0]["id"]) not in page
+
+
+def test_the_feedback_page_says_per_part_what_was_right(assignment: Assignment) -> None:
+    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01", lambda c, p: f"-({c})" if p.name == "jacobian" else c))
+    page = feedback_page(assignment, assignment.roster[0], grade(assignment)["s01"])
+    assert page.count('class="part correct"') == 4
+    assert page.count('class="part wrong"') == 1
+    assert "differs at" in page
+
+
+def test_late_work_is_told_and_costs_nothing(assignment: Assignment) -> None:
+    path = assignment.folder / "assignment.toml"
+    path.write_text(path.read_text().replace('key = "hw"', 'key = "hw"\ndue = 2023-11-14T22:00:00Z'))
+    due = load_assignment(assignment.folder)
+    for student, when in (("s01", 1_700_000_000), ("s02", 1_699_990_000)):
+        os.utime(hand_in(due, f"{student}/hw.ipynb", right(due, student)), (when, when))
+    graded = grade(due)
+    assert graded["s01"]["late"]["seconds"] == 800
+    assert graded["s01"]["score"] == graded["s01"]["max_score"]
+    assert graded["s02"]["late"] is None

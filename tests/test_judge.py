@@ -1,0 +1,218 @@
+"""Judging one answer: right in any form, wrong in the usual ways, hostile, empty."""
+
+import pytest
+
+from exercises.identity import Domain
+from grader.judge import judge_angles, judge_choice, judge_expression, judge_matrix, judge_numbers, judge_singular
+from grader.verdict import Outcome
+
+DOMAIN = Domain(
+    {
+        "theta1": "angle", "theta2": "angle", "theta3": "angle", "a1": "length", "a2": "length", "a3": "length",
+        "d1": "length", "qd1": "signed", "qd2": "signed", "L": 0.35,
+    }
+)  # fmt: skip
+PX = "a1*cos(theta1) + a2*cos(theta1 + theta2)"
+J = [
+    ["-a1*sin(theta1) - a2*sin(theta1 + theta2)", "-a2*sin(theta1 + theta2)"],
+    ["a1*cos(theta1) + a2*cos(theta1 + theta2)", "a2*cos(theta1 + theta2)"],
+]
+ELBOW = ["theta3 = 0", "theta3 = pi", "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) = 0"]
+JOINTS = ["theta1", "theta2", "theta3"]
+
+
+def expression(student: str) -> Outcome:
+    return judge_expression(student, PX, DOMAIN, "seed").outcome
+
+
+@pytest.mark.parametrize(
+    "student",
+    [
+        PX,
+        "a2*cos(theta2 + theta1) + cos(theta1)*a1",
+        "a1*c1 + a2*c12",
+        "a_1 cos(θ_1) + a2 cos(θ₁+θ₂)",
+        "a1*np.cos(theta1) + a2*(np.cos(theta1)*np.cos(theta2) - np.sin(theta1)*np.sin(theta2))",
+        "a1*(1 - tan(theta1/2)**2)/(1 + tan(theta1/2)**2) + a2*sin(theta1 + theta2 + pi/2)",
+        "sqrt(a1**2)*cos(theta1) + a2*cos(theta1 + theta2)",
+        "a1*cos(theta1) + a2*cos(theta1 + theta2)*sin(theta2)/sin(theta2)",
+        "a1*(exp(I*theta1) + exp(-I*theta1))/2 + a2*cos(theta1 + theta2)",
+    ],
+)
+def test_any_equivalent_form_is_right(student: str) -> None:
+    assert expression(student) is Outcome.CORRECT
+
+
+@pytest.mark.parametrize(
+    "student",
+    [
+        "a1*cos(theta1) - a2*cos(theta1 + theta2)",
+        "a1*cos(theta1) + a2*cos(theta2)",
+        "a1*sin(theta1) + a2*sin(theta1 + theta2)",
+        "a1*cos(theta1)",
+        "a1*cos(pi*theta1/180) + a2*cos(pi*(theta1 + theta2)/180)",
+        "a1*cos(theta1) + a2*cos(theta1 + theta2) + a2/10000",
+        "a1*sqrt(cos(theta1)**2) + a2*cos(theta1 + theta2)",
+        "a1*cos(theta1) + a2*cos(theta1 + theta2) + k",
+        "nan", "oo", "None", "1e400", "0/0", "a1**9**9**9", "1/(9**9**9**9)",
+        "__import__('os').system('true')", "(" * 5000, "sin(" * 2000, "lambda: 0", "[" + PX + "]", "\x00", "\ud800",
+    ],
+)  # fmt: skip
+def test_wrong_and_hostile_answers_fail(student: str) -> None:
+    assert expression(student) is Outcome.WRONG
+
+
+@pytest.mark.parametrize("student", ["", "   ", "blank", "...", "Ellipsis"])
+def test_blank_is_missing(student: str) -> None:
+    assert expression(student) is Outcome.MISSING
+
+
+def test_a_rejection_shows_where_and_both_values() -> None:
+    judged = judge_expression("a1*cos(theta1)", PX, DOMAIN, "seed")
+    assert judged.certificate is not None
+    example = judged.certificate.counterexample
+    assert example is not None
+    assert set(example["at"]) == {"a1", "a2", "theta1", "theta2"}
+    assert "yours" in judged.reason
+    assert "expected" in judged.reason
+
+
+def test_a_given_length_may_be_called_by_its_name() -> None:
+    assert judge_expression("L*cos(theta1)", "7*cos(theta1)/20", DOMAIN, "s").outcome is Outcome.CORRECT
+    assert judge_expression("0.35*cos(theta1)", "7*cos(theta1)/20", DOMAIN, "s").outcome is Outcome.CORRECT
+    assert judge_expression("a1*cos(theta1)", "7*cos(theta1)/20", DOMAIN, "s").outcome is Outcome.WRONG
+
+
+def test_matrix_is_marked_by_entry() -> None:
+    text = str(J).replace("'", "")
+    assert judge_matrix(text, J, DOMAIN, "s").outcome is Outcome.CORRECT
+    assert judge_matrix(f"Matrix({text})", J, DOMAIN, "s").outcome is Outcome.CORRECT
+    half = judge_matrix(f"[[{J[0][0]}, {J[0][1]}], [blank, 0]]", J, DOMAIN, "s")
+    assert half.outcome is Outcome.PARTIAL
+    assert half.share == 0.5
+    assert half.entries == ((True, True), (False, False))
+    turned = judge_matrix(f"[[{J[0][0]}, {J[1][0]}], [{J[0][1]}, {J[1][1]}]]", J, DOMAIN, "s")
+    assert turned.outcome is Outcome.PARTIAL
+    assert "entry (1, 2)" in turned.reason
+
+
+def test_zeros_earn_nothing_by_themselves() -> None:
+    reference = [["0", "0"], ["0", "cos(theta1)"]]
+    assert judge_matrix("[[0, 0], [0, 0]]", reference, DOMAIN, "s").share == 0
+    assert judge_matrix("[[0, 0], [1, cos(theta1)]]", reference, DOMAIN, "s").share == 0
+    assert judge_matrix("[[0, 0], [0, cos(theta1)]]", reference, DOMAIN, "s").outcome is Outcome.CORRECT
+
+
+@pytest.mark.parametrize(
+    ("student", "said"),
+    [("[1, 2, 3]", "3 x 1"), ("5", "1 x 1"), ("[[1, 2], [3]]", "different lengths"), ("[[1, 2], [3, [4]]]", "list"),
+     ("sin(theta1", "expected ')'"), ("{1: 2}", "1 x 1")],
+)  # fmt: skip
+def test_wrong_shapes_are_told(student: str, said: str) -> None:
+    judged = judge_matrix(student, J, DOMAIN, "s")
+    assert judged.outcome is Outcome.WRONG
+    assert said in judged.reason
+
+
+def test_a_vector_may_lie_or_stand() -> None:
+    reference = [["a1"], ["a2"], ["a3"]]
+    for student in ("[a1, a2, a3]", "[[a1], [a2], [a3]]", "[[a1, a2, a3]]", "a1, a2, a3"):
+        assert judge_matrix(student, reference, DOMAIN, "s").outcome is Outcome.CORRECT
+
+
+def test_zero_entries_accept_rounding_noise_and_nothing_else() -> None:
+    reference = [["0"], ["cos(theta1)"]]
+    assert judge_matrix("[1e-17*a1, cos(theta1)]", reference, DOMAIN, "s").outcome is Outcome.CORRECT
+    assert judge_matrix("[1e-7*a1, cos(theta1)]", reference, DOMAIN, "s").outcome is not Outcome.CORRECT
+
+
+def test_numbers_to_three_digits() -> None:
+    def outcome(student: str) -> Outcome:
+        return judge_numbers(student, [1.0045, -0.2], ["rad/s", "rad/s"], 0.005, 0.001).outcome
+
+    assert outcome("[1.00, -0.2]") is Outcome.CORRECT
+    assert outcome("[1.0045, -1/5]") is Outcome.CORRECT
+    assert outcome("[1.0, -0.21]") is Outcome.PARTIAL
+    assert outcome("[57.55, -11.46]") is Outcome.WRONG
+    assert outcome("[nan, -0.2]") is Outcome.WRONG
+    assert outcome("[blank, blank]") is Outcome.MISSING
+    assert outcome("[theta1, -0.2]") is Outcome.WRONG
+    assert outcome("1.0") is Outcome.WRONG
+
+
+@pytest.mark.parametrize("student", ["B", "b", '"B"', "(B)", "B.", "an internal singularity"])
+def test_choice_accepts_letter_and_text(student: str) -> None:
+    options = ("a boundary singularity", "an internal singularity", "none")
+    assert judge_choice(student, options, 1).outcome is Outcome.CORRECT
+    assert judge_choice(student, options, 0).outcome is Outcome.WRONG
+
+
+def test_choice_blank_or_unknown() -> None:
+    assert judge_choice("blank", ("x", "y"), 0).outcome is Outcome.MISSING
+    assert judge_choice("C", ("x", "y"), 0).outcome is Outcome.WRONG
+
+
+SHOULDER = "Eq(a1 + a2*cos(theta2) + a3*cos(theta2 + theta3), 0)"
+
+
+@pytest.mark.parametrize(
+    "student",
+    [
+        f"[Eq(sin(theta3), 0), {SHOULDER}]",
+        f"[{{theta3: [0, pi]}}, {SHOULDER}]",
+        f"[{{theta3: {{-pi, 0}}}}, {SHOULDER}]",
+        f"theta3 in {{0, pi}}, {SHOULDER}",
+        f"theta3 = k*pi, {SHOULDER}",
+        f"[sin(theta3), {SHOULDER}]",
+        f"Or(Eq(tan(theta3), 0), {SHOULDER})",
+        "sin(theta3)*(a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)) = 0",
+        f"[blank, Eq(sin(theta3)**2, 0), {SHOULDER}]",
+    ],
+)
+def test_singular_sets_in_many_forms(student: str) -> None:
+    assert judge_singular(student, ELBOW, JOINTS, DOMAIN, "s").outcome is Outcome.CORRECT
+
+
+@pytest.mark.parametrize(
+    ("student", "outcome"),
+    [
+        ("[Eq(sin(theta3), 0)]", Outcome.PARTIAL),
+        (f"[Eq(theta3, 0), {SHOULDER}]", Outcome.PARTIAL),
+        (f"[Eq(sin(theta2), 0), Eq(sin(theta3), 0), {SHOULDER}]", Outcome.PARTIAL),
+        ("[Eq(sin(theta2), 0), Eq(sin(theta3), 0)]", Outcome.PARTIAL),
+        ("[Eq(sin(theta2), 0)]", Outcome.WRONG),
+        ("[{theta3: [0, 180]}]", Outcome.WRONG),
+        ("[blank]", Outcome.MISSING),
+        ("[]", Outcome.WRONG),
+        ("Eq(cos(theta1)**2 + sin(theta1)**2, 1)", Outcome.WRONG),
+        ("[0, pi]", Outcome.WRONG),
+        ("True", Outcome.WRONG),
+    ],
+)
+def test_missing_and_surplus_conditions(student: str, outcome: Outcome) -> None:
+    assert judge_singular(student, ELBOW, JOINTS, DOMAIN, "s").outcome is outcome
+
+
+def test_bare_values_belong_to_the_only_joint() -> None:
+    assert judge_singular("{0, pi}", ["theta2 = 0", "theta2 = pi"], JOINTS, DOMAIN, "s").outcome is Outcome.CORRECT
+    assert judge_singular("{0}", ["theta2 = 0", "theta2 = pi"], JOINTS, DOMAIN, "s").share == 0.5
+
+
+def test_conditions_that_hold_together() -> None:
+    reference = [f"theta2 = {p} and theta3 = {q}" for p in ("0", "pi") for q in ("0", "pi")]
+    together = "And(Eq(sin(theta2), 0), Eq(sin(theta3), 0))"
+    assert judge_singular(together, reference, JOINTS, DOMAIN, "s").outcome is Outcome.CORRECT
+    assert (
+        judge_singular("{theta2: [0, pi], theta3: [0, pi]}", reference, JOINTS, DOMAIN, "s").outcome is Outcome.CORRECT
+    )
+    assert (
+        judge_singular("sin(theta2) = 0, sin(theta3) = 0", reference, JOINTS, DOMAIN, "s").outcome
+        is not Outcome.CORRECT
+    )
+    assert judge_singular("And(Eq(theta2, 0), Eq(theta3, 0))", reference, JOINTS, DOMAIN, "s").share == 0.25
+
+
+def test_angles_are_equal_modulo_whole_turns() -> None:
+    assert judge_angles("{2*pi, 3*pi}", "{0, pi}", DOMAIN, "s").outcome is Outcome.CORRECT
+    assert judge_angles("{0, pi/2, pi}", "{0, pi}", DOMAIN, "s").outcome is Outcome.PARTIAL
+    assert judge_angles("{0, 3.14}", "{0, pi}", DOMAIN, "s").outcome is not Outcome.CORRECT

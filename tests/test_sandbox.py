@@ -1,0 +1,138 @@
+"""Running students' code: answers come out as text, and whatever a notebook does costs only that notebook."""
+
+import ast
+from collections.abc import Iterator
+
+import pytest
+
+from grader.sandbox import RUNNER, Limits, Sandbox
+
+IMPORTS = "from sympy import *\nimport numpy as np\nx, y = symbols('x y')"
+
+
+@pytest.fixture(scope="module")
+def sandbox() -> Iterator[Sandbox]:
+    with Sandbox(Limits(seconds=20, cell_seconds=1.5)) as made:
+        yield made
+
+
+@pytest.mark.parametrize(
+    ("code", "text"),
+    [
+        ("Matrix([[cos(x), 1], [0, y]])", "[[cos(x), 1], [0, y]]"),
+        ("[[1, 2.5], [x, 0]]", "[[1, 2.5], [x, 0]]"),
+        ("np.array([[1.0, 2.0]])", "[[1.0, 2.0]]"),
+        ("np.float64(0.1)", "0.1"),
+        ("{x: [0, pi]}", "{x: [0, pi]}"),
+        ("Eq(sin(x), 0)", "Eq(sin(x), 0)"),
+        ("And(Eq(x, 0), Eq(y, pi))", "Eq(x, 0) & Eq(y, pi)"),
+        ("FiniteSet(0, pi)", "{0, pi}"),
+        ("ImmutableMatrix([x])", "[[x]]"),
+        ("'a1*c12'", "a1*c12"),
+        ("...", "blank"),
+        ("1 + 2j", "(1.0 + I*(2.0))"),
+        ("float('nan')", "nan"),
+    ],
+)
+def test_values_leave_as_text(sandbox: Sandbox, code: str, text: str) -> None:
+    run = sandbox.run([IMPORTS, f"p = {code}"], ["p"])
+    assert run.answers == {"p": text}
+    assert run.end == "done"
+
+
+def test_what_is_no_expression_is_told(sandbox: Sandbox) -> None:
+    run = sandbox.run(["p = lambda q: q", "q = open", "r = object()"], ["p", "q", "r"])
+    assert run.answers == {}
+    assert "not an expression" in run.failures["p"]
+
+
+def test_the_last_value_counts_and_other_names_stay_inside(sandbox: Sandbox) -> None:
+    run = sandbox.run(["p = 1", "p = 2; other = 3"], ["p"])
+    assert run.answers == {"p": "2"}
+
+
+def test_a_cell_that_raises_costs_itself_only(sandbox: Sandbox) -> None:
+    run = sandbox.run(["p = 1", "q = 1/0", "syntax error here", "r = p + 1", "s = q"], ["p", "q", "r", "s"])
+    assert run.answers == {"p": "1", "r": "2"}
+    assert run.cell_errors[1] == "ZeroDivisionError: division by zero"
+    assert run.cell_errors[2].startswith("SyntaxError")
+    assert run.cell_errors[4].startswith("NameError")
+
+
+@pytest.mark.parametrize(
+    ("cell", "said"),
+    [
+        ("while True: pass", "longer than"),
+        ("def f(): f()\nf()", "RecursionError"),
+        ("x = [0] * 10**11", "MemoryError"),
+        ("exit()", "exit"),
+        ("import sys; sys.exit(3)", "exit"),
+        ("raise BaseException('no')", "BaseException"),
+        ("open('big', 'wb').write(b'x' * 10**8)", "OSError"),
+    ],
+)
+def test_misbehaviour_ends_with_its_cell(sandbox: Sandbox, cell: str, said: str) -> None:
+    run = sandbox.run(["a = 1", cell, "b = 2"], ["a", "b"])
+    assert run.answers == {"a": "1", "b": "2"}
+    assert said in run.cell_errors[1]
+
+
+def test_magics_output_and_display_are_harmless(sandbox: Sandbox) -> None:
+    run = sandbox.run(["%matplotlib inline\n!pip install x\ndisplay(1)", "print('x' * 10**7)", "p = 5"], ["p"])
+    assert run.answers == {"p": "5"}
+    assert run.cell_errors == {}
+
+
+@pytest.mark.parametrize(
+    ("cell", "end"),
+    [
+        ("import os; os._exit(0)", "closed"),
+        ("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", "crashed"),
+        ("import os, signal; os.kill(os.getppid(), signal.SIGKILL)", "lost"),
+        ("import signal; signal.signal(signal.SIGALRM, signal.SIG_IGN)\nwhile True: pass", "overtime"),
+    ],
+)
+def test_what_ends_the_process_keeps_the_answers_before_and_the_next_notebook(cell: str, end: str) -> None:
+    with Sandbox(Limits(seconds=3, cell_seconds=1)) as sandbox:
+        run = sandbox.run(["a = 1", cell, "b = 2"], ["a", "b"])
+        assert run.answers == {"a": "1"}
+        assert run.end == end
+        assert run.note
+        assert sandbox.run(["a = 3"], ["a"]).answers == {"a": "3"}
+
+
+def test_an_exception_that_fights_back_is_contained(sandbox: Sandbox) -> None:
+    cell = "class E(Exception):\n    def __str__(self): raise SystemError\nraise E"
+    assert sandbox.run([cell, "a = 1"], ["a"]).answers == {"a": "1"}
+    liar = "class L:\n    def __class_getitem__(c, k): raise ValueError\np = L()"
+    assert "not an expression" in sandbox.run([liar], ["p"]).failures["p"]
+
+
+def test_forged_reports_say_nothing_of_other_names(sandbox: Sandbox) -> None:
+    forge = (
+        'import os, json\nfor fd in range(3, 40):\n    try: os.write(fd, b\'{"end": "done"}\\n[1]\\n5\\n'
+        '{"name": "zz", "text": "1"}\\n\\xff\\xfe\\n\')\n    except OSError: pass'
+    )
+    run = sandbox.run(["a = 1", forge, "b = 2"], ["a", "b"])
+    assert run.answers == {"a": "1", "b": "2"}
+    assert run.end == "done"
+
+
+def test_nothing_of_qdot_is_in_the_process(sandbox: Sandbox) -> None:
+    cell = "import sys\np = str(sorted(m for m in sys.modules if m.split('.')[0] in ('exercises', 'grader')))"
+    assert sandbox.run([cell], ["p"]).answers == {"p": "[]"}
+    imported = {
+        name.name.split(".")[0]
+        for node in ast.walk(ast.parse(RUNNER.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Import)
+        for name in node.names
+    }
+    assert not imported & {"exercises", "grader"}
+
+
+def test_a_notebook_starts_in_an_empty_folder_of_its_own_that_is_gone_after(sandbox: Sandbox) -> None:
+    cell = "import os\np = str(os.listdir('.'))\nopen('left', 'w').write('x')\nq = os.getcwd()"
+    first = sandbox.run([cell], ["p", "q"])
+    second = sandbox.run([cell + "\nr = str(os.path.exists(" + repr(first.answers["q"]) + "))"], ["p", "q", "r"])
+    assert first.answers["p"] == second.answers["p"] == "[]"
+    assert second.answers["r"] == "False"
