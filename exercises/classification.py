@@ -23,7 +23,12 @@ from exercises.stream import Stream
 REGULAR = 1e-7
 """A singular value counts as zero below this part of the largest."""
 
-_STARTS, _STEPS = 120, 40
+_STARTS, _STEPS = 80, 40
+_EARLY, _KEPT = 8, 20
+"""Searches for a configuration beyond a fold; after `_EARLY` steps only the `_KEPT` nearest go on."""
+
+_BEYOND = 1e-4
+"""How far beyond a fold that is, of the reach: less than the hole that a folded arm leaves."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +60,7 @@ def domain_of(chain: Chain, values: Mapping[str, float] | None = None) -> Domain
     return Domain({**roles, **(values or {})})
 
 
-def samples_on(chain: Chain, condition: str, seed: str, arms: int = 6, each: int = 3) -> list[Sample]:
+def samples_on(chain: Chain, condition: str, seed: str, arms: int = 4, each: int = 2) -> list[Sample]:
     """Return configurations at which `condition` (text) holds, for several choices of the open lengths."""
     joints = [q.name for q in chain.q]
     found = []
@@ -141,18 +146,22 @@ def _reached_beyond(sample: Sample, task: list[int], direction: np.ndarray) -> b
     frames = sample.arm.frames(sample.q)
     reach = np.linalg.norm(np.diff(frames[:, :3, 3], axis=0), axis=1).sum() + 1e-9
     linear = [row < 3 for row in task]
-    shift = 0.01 * reach * direction * np.array([1.0 if is_linear else 1.0 / reach for is_linear in linear])
+    shift = _BEYOND * reach * direction * np.array([1.0 if is_linear else 1.0 / reach for is_linear in linear])
     stream = Stream("starts")
     q = np.array([[stream.uniform(-np.pi, np.pi) for _ in sample.q] for _ in range(_STARTS)])
     target_point = sample.arm.point_of(frames)
     rotation = frames[-1, :3, :3]
-    for _ in range(_STEPS):
+    for step in range(_STEPS):
         now = sample.arm.frames(q)
         error = np.concatenate([target_point - sample.arm.point_of(now), _turn(rotation, now[:, -1, :3, :3])], axis=1)
         residual = error[:, task] + shift
-        if np.any(np.linalg.norm(residual, axis=1) < 1e-6 * reach):
+        distance = np.linalg.norm(residual, axis=1)
+        if np.any(distance < 1e-6 * reach):
             return True
-        jacobian = sample.arm.jacobian(q)[:, task]
+        if step == _EARLY:
+            kept = np.argsort(distance, kind="stable")[:_KEPT]
+            q, residual, now = q[kept], residual[kept], now[kept]
+        jacobian = sample.arm.jacobian_of(now)[:, task]
         square = jacobian @ jacobian.transpose(0, 2, 1) + 1e-9 * np.eye(len(task))
         move = (jacobian.transpose(0, 2, 1) @ np.linalg.solve(square, residual[:, :, None]))[:, :, 0]
         q += move * np.minimum(1.0, 0.6 / np.maximum(np.abs(move).max(axis=1, keepdims=True), 1e-12))

@@ -40,7 +40,10 @@ def init(
 
 
 def families(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
-    """List the robot families that problems can be drawn from, and the questions that each can be asked."""
+    """List the robot families that problems can be drawn from, and the questions that each can be asked.
+
+    A family's name goes into assignment.toml (family = "planar-2r") and before a seed: `qdot show planar-2r/7`.
+    """
     rows = [
         {"name": f.name, "title": f.title, "source": f.source, "questions": list(questions_of(f.name))}
         for f in FAMILIES.values()
@@ -55,7 +58,10 @@ def families(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")
 
 
 def questions(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
-    """List the questions that can be asked, in the chapter's order."""
+    """List the questions that can be asked, in the chapter's order, with the equation that each is about.
+
+    Their names go into assignment.toml: questions = ["position", "jacobian"].
+    """
     rows = [
         {"name": q.name, "title": q.title, "source": q.source, "points": q.points, "needs": list(q.needs)}
         for q in QUESTIONS.values()

@@ -5,6 +5,7 @@ A set is a union of pieces, a piece is a list of atoms that hold together, and a
 (Gauss-Newton) and looked for in the other.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from exercises.expression import Node, names
+from exercises.expression import Node, ReadError, names
 from exercises.identity import TOLERANCE, Domain
 from exercises.stream import Stream
 from exercises.tape import Tape, compile_tape, evaluate
@@ -20,8 +21,9 @@ from exercises.tape import Tape, compile_tape, evaluate
 SAMPLES = 48
 MEMBER = 1e-6
 """How near a configuration found by Gauss-Newton must be: at a double zero, as of sin(theta)^2, it is that exact."""
-_PROJECTED = 1e-13
+_PROJECTED = 1e-14
 _WHOLE_NUMBERS = ("k", "n", "m")
+_MOST_PIECES = 500
 
 
 @dataclass(frozen=True)
@@ -39,15 +41,14 @@ def pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
     """Return the union of pieces that a tree stands for.
 
     Understood: equations, `theta2 in {0, pi}`, `{theta2: [0, pi]}`, a bare expression (that vanishes), `and`, `or`,
-    lists of these, bare values where the arm has one joint, `k*pi` for every whole number k. Raises ReadError.
+    lists of these, `k*pi` for every whole number k. Raises ReadError.
     """
     if node.kind in ("or", "list", "set"):
         return [piece for arg in node.args for piece in pieces(arg, joints)]
     if node.kind == "and":
-        return [sum(combination, ()) for combination in product(*(pieces(arg, joints) for arg in node.args))]
+        return _together([pieces(arg, joints) for arg in node.args])
     if node.kind == "dict":
-        per_joint = [_assigned(pair.args[0], pair.args[1], joints) for pair in node.args]
-        return [sum(combination, ()) for combination in product(*per_joint)]
+        return _together([_assigned(pair.args[0], pair.args[1], joints) for pair in node.args])
     if node.kind == "in":
         return _assigned(node.args[0], node.args[1], joints)
     if node.kind == "eq":
@@ -59,6 +60,14 @@ def pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
                 return _assigned(own, other, joints)
         return _vanishing(Node("-", (left, right)))
     return _vanishing(node)
+
+
+def _together(sets: Sequence[Sequence[Piece]]) -> list[Piece]:
+    """Return the pieces of an intersection: every combination of one piece of each set."""
+    count = math.prod(len(pieces_) for pieces_ in sets)
+    if count > _MOST_PIECES:
+        raise ReadError(f"the conditions make {count} cases; more than {_MOST_PIECES} are not read")
+    return [sum(combination, ()) for combination in product(*sets)]
 
 
 def _assigned(joint: Node, values: Node, joints: Sequence[str]) -> list[Piece]:
@@ -195,7 +204,7 @@ class Space:
             return np.asarray(np.abs(found[0]) <= tolerance * (1e-3 + size[0]))
         gap = values[atom.joint] - found[0].real
         if self.domain.roles.get(atom.joint) == "angle":
-            gap = np.angle(np.exp(1j * gap))
+            gap = np.angle(np.exp(1j * np.where(np.isfinite(gap), gap, np.nan)))
         return np.asarray((np.abs(gap) <= tolerance) & (np.abs(found[0].imag) <= tolerance))
 
 

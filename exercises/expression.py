@@ -14,7 +14,7 @@ from fractions import Fraction
 from typing import Any
 
 MAX_DEPTH = 60
-MAX_LENGTH = 1_000_000
+MAX_LENGTH = 300_000
 
 FUNCTIONS = {
     **{name: name for name in ("sin", "cos", "tan", "cot", "sec", "csc", "asin", "acos", "atan", "acot")},

@@ -182,7 +182,10 @@ class NumericChain:
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         """Return the 6 x n Jacobian, shape (…, 6, n)."""
-        frames = self.frames(q)
+        return self.jacobian_of(self.frames(q))
+
+    def jacobian_of(self, frames: np.ndarray) -> np.ndarray:
+        """Return the 6 x n Jacobian for poses as `frames` returns them."""
         point = self.point_of(frames)
         columns = []
         for i, kind in enumerate(self.kinds):
@@ -194,13 +197,11 @@ class NumericChain:
 
 
 def _pose(theta: float | np.ndarray, d: float | np.ndarray, a: float, alpha: float) -> np.ndarray:
-    theta, d = np.broadcast_arrays(np.asarray(theta, dtype=float), np.asarray(d, dtype=float))
+    """Return Rz(theta) Tz(d) Tx(a) Rx(alpha) as 4 x 4 matrices, one for each theta and d."""
+    theta, d = np.asarray(theta, dtype=float), np.asarray(d, dtype=float)
     ct, st, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
-    zero, one = np.zeros_like(ct), np.ones_like(ct)
-    rows = [
-        [ct, -st * ca, st * sa, a * ct],
-        [st, ct * ca, -ct * sa, a * st],
-        [zero, sa * one, ca * one, d],
-        [zero, zero, zero, one],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    pose = np.zeros((*np.broadcast_shapes(theta.shape, d.shape), 4, 4))
+    pose[..., 0, 0], pose[..., 0, 1], pose[..., 0, 2], pose[..., 0, 3] = ct, -st * ca, st * sa, a * ct
+    pose[..., 1, 0], pose[..., 1, 1], pose[..., 1, 2], pose[..., 1, 3] = st, ct * ca, -ct * sa, a * st
+    pose[..., 2, 1], pose[..., 2, 2], pose[..., 2, 3], pose[..., 3, 3] = sa, ca, d, 1.0
+    return pose

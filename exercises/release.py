@@ -3,7 +3,6 @@
 import os
 import secrets
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from exercises.assignment import SECRET_FILE, Assignment, Student
 from exercises.errors import QdotError
 from exercises.files import write_atomically
 from exercises.notebook import notebook_text, solution_notebook, student_notebook
+from exercises.parallel import ordered_map
 from exercises.render import render
 
 EXAMPLE_STUDENTS = (Student("s001", "Ada Example", "ada@example.org"), Student("s002", "Bo Example", "bo@example.org"))
@@ -75,27 +75,14 @@ def release(assignment: Assignment, jobs: int, each: Callable[[Released], None])
     A rerun after a stop goes on where it was: what is up to date is kept.
     """
     students = [student.id for student in assignment.roster]
-    if jobs == 1 or len(students) == 1:
-        for student in students:
-            each(release_one(assignment, student))
-        return
-    with ProcessPoolExecutor(jobs, initializer=_worker, initargs=(assignment,)) as pool:
-        try:
-            for released in pool.map(_release_here, students, chunksize=_chunk(len(students), jobs)):
-                each(released)
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-
-
-def _chunk(count: int, jobs: int) -> int:
-    return max(1, min(16, count // (4 * jobs)))
+    for released in ordered_map(_release_here, students, jobs, _start_worker, (assignment,)):
+        each(released)
 
 
 _assignment: Assignment | None = None
 
 
-def _worker(assignment: Assignment) -> None:
+def _start_worker(assignment: Assignment) -> None:
     global _assignment  # noqa: PLW0603 - set once when a worker process starts
     _assignment = assignment
 

@@ -18,7 +18,7 @@ class Stream:
     """Draw integers, choices and uniform numbers that depend on `seed` (a text) and on nothing else.
 
     >>> Stream("planar-2r/7").below(1000)
-    740
+    424
     """
 
     def __init__(self, seed: str) -> None:

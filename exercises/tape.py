@@ -155,7 +155,9 @@ def _double(op: str, args: list[Any], constant: Any, values: Mapping[str, np.nda
     if op == "neg":
         return -x, mx
     if op == "integer power":
-        value = x**constant if constant >= 0 else 1 / x**-constant
+        if constant > 0:  # defined at x = 0, where the ratio below is not
+            return x**constant, np.abs(x) ** (constant - 1) * (np.abs(x) + constant * mx)
+        value = 1 / x**-constant
         return value, np.abs(value) * (1 + abs(constant) * _ratio(mx, x))
     if len(args) == 1:
         value = _NUMPY[op](x)

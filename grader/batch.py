@@ -9,7 +9,6 @@ import datetime
 import hashlib
 import json
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from typing import Any
 from exercises.assignment import Assignment
 from exercises.errors import QdotError
 from exercises.files import write_atomically
+from exercises.parallel import ordered_map
 from exercises.problem import Problem
 from grader.marking import mark, variable
 from grader.sandbox import Limits, Run, Sandbox
@@ -48,9 +48,12 @@ def grade_class(
     cache.mkdir(parents=True, exist_ok=True)
     results = []
     with _alone(cache / "lock"):
-        for result in _graded(assignment, tasks, jobs, limits, cache):
-            results.append(result)
-            each(result)
+        try:
+            for result in ordered_map(_grade_here, tasks, jobs, _start_worker, (assignment, limits, cache)):
+                results.append(result)
+                each(result)
+        finally:
+            _stop_worker()
     return results
 
 
@@ -69,22 +72,6 @@ def _alone(lock: Path) -> Any:
         yield
 
 
-def _graded(assignment: Assignment, tasks: Sequence[Task], jobs: int, limits: Limits, cache: Path) -> Any:
-    if jobs == 1 or len(tasks) == 1:
-        _start_worker(assignment, limits, cache)
-        try:
-            yield from map(_grade_here, tasks)
-        finally:
-            _stop_worker()
-        return
-    with ProcessPoolExecutor(jobs, initializer=_start_worker, initargs=(assignment, limits, cache)) as pool:
-        try:
-            yield from pool.map(_grade_here, tasks)
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-
-
 _worker: tuple[Assignment, Sandbox, Path] | None = None
 
 
@@ -94,6 +81,7 @@ def _start_worker(assignment: Assignment, limits: Limits, cache: Path) -> None:
 
 
 def _stop_worker() -> None:
+    """End the sandbox that this process has started, if it has graded itself; a worker's ends with the worker."""
     if _worker is not None:
         _worker[1].close()
 

@@ -1,9 +1,9 @@
 """The certificate of a problem from the grader's side, above both packages: the reference earns full marks."""
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 
 from exercises.generate import generate
+from exercises.parallel import ordered_map
 from exercises.problem import Choice, ConditionSet, Expression, Part, Problem, ProblemId
 from exercises.verify import certify
 from grader.marking import judge
@@ -41,9 +41,8 @@ def _failures(identity: ProblemId) -> list[str]:
 
 def certify_all(identities: Sequence[ProblemId], jobs: int) -> Iterator[tuple[ProblemId, list[str]]]:
     """Yield every problem with its failures, in order."""
-    jobs = min(jobs, len(identities))
-    if jobs <= 1:
-        yield from ((identity, _failures(identity)) for identity in identities)
-        return
-    with ProcessPoolExecutor(jobs) as pool:
-        yield from zip(identities, pool.map(_failures, identities, chunksize=4), strict=True)
+    yield from zip(identities, ordered_map(_failures, identities, jobs, _nothing, ()), strict=True)
+
+
+def _nothing() -> None:
+    """Prepare nothing."""

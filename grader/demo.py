@@ -24,8 +24,8 @@ SECRET = "a demonstration needs no secret, so that it shows the same class every
 NAMES = (
     "Ada Lovelace", "Blaise Pascal", "Chen Jingrun", "Dorothy Vaughan", "Emmy Noether", "Felix Klein", "Grace Hopper",
     "Henri Poincaré", "Ingrid Daubechies", "Jacques Denavit", "Katherine Johnson", "Leonhard Euler",
-    "Maryam Mirzakhani", "Niels Abel", "Olga Ladyzhenskaya", "Paul Erdős", "Qin Jiushao", "Richard Hartenberg", "Sofja Kowalewskaja",
-    "Terence Tao", "Uta Merzbach", "Vera Rubin", "William Hamilton", "Xu Guangqi", "Yutaka Taniyama", "Zu Chongzhi",
+    "Maryam Mirzakhani", "Niels Abel", "Olga Ladyzhenskaya", "Paul Erdős", "Qin Jiushao", "Richard Hartenberg",
+    "Sofja Kowalewskaja", "Terence Tao", "Uta Merzbach", "Vera Rubin", "William Hamilton", "Xu Guangqi", "Yutaka Taniyama", "Zu Chongzhi",
     "Arthur Cayley", "Bernhard Riemann", "Carl Jacobi", "David Hilbert",
 )  # fmt: skip
 

@@ -119,7 +119,9 @@ def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
 
 def test_a_grade_does_not_depend_on_who_else_is_graded_or_how(assignment: Assignment) -> None:
     for student in ("s01", "s02"):
-        hand_in(assignment, f"{student}/hw.ipynb", right(assignment, student, lambda c, p: c if "r" in p.name else "a1"))
+        hand_in(
+            assignment, f"{student}/hw.ipynb", right(assignment, student, lambda c, p: c if "r" in p.name else "a1")
+        )
     one = grade(assignment)
     for path in (assignment.folder / "graded" / ".cache").glob("*.json"):
         path.unlink()

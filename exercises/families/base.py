@@ -24,6 +24,11 @@ def centimetres(rng: Stream, low: int, high: int) -> sp.Rational:
     return sp.Rational(rng.integer(low, high), 100)
 
 
+def millimetres(rng: Stream, low: int, high: int) -> sp.Rational:
+    """Return a length in metres with three decimals, from `low` to `high` millimetres."""
+    return sp.Rational(rng.integer(low, high), 1000)
+
+
 def turned(rng: Stream, step: int) -> sp.Expr:
     """Return an angle in (-pi, pi] that is a multiple of `step` degrees."""
     count = 360 // step

@@ -11,14 +11,15 @@ from exercises.stream import Stream
 
 
 def sample(rng: Stream) -> Chain:
-    """Draw an arm: lengths (all different), offsets of joints 2 and 3, base place."""
+    """Draw an arm: lengths (all different), offsets of joints 2 and 3, sense of their axes, base place."""
     variables = sp.symbols("theta1 theta2 theta3")
     first, second = centimetres(rng, 40, 70), centimetres(rng, 20, 35)
     lengths = rng.shuffled([first, second, None])
     offsets = (sp.S.Zero, turned(rng, 15), turned(rng, 15))
+    twists = (rng.choice((sp.S.Zero, sp.pi)), rng.choice((sp.S.Zero, sp.pi)), sp.S.Zero)
     joints = tuple(
-        Joint("R", q + offset, sp.S.Zero, sp.Symbol(f"a{i}") if length is None else length, sp.S.Zero)
-        for i, (q, offset, length) in enumerate(zip(variables, offsets, lengths, strict=True), 1)
+        Joint("R", q + offset, sp.S.Zero, sp.Symbol(f"a{i}") if length is None else length, twist)
+        for i, (q, offset, length, twist) in enumerate(zip(variables, offsets, lengths, twists, strict=True), 1)
     )
     return Chain("planar-3r", joints, ("vx", "vy"), standing_in_plane(rng), None, "planar 3R arm")
 

@@ -1,12 +1,13 @@
 """polar-rp: a revolute joint that turns a prismatic one, with a lateral offset of the slide.
 
 det J = -(d2 + e): singular where the slide is drawn in until P is beside joint 1; with a1 = 0 that would be the axis.
+The zero e of the slide is given to the millimetre, as it alone decides the determinant and the singular position.
 """
 
 import sympy as sp
 
 from exercises.chain import Chain, Joint
-from exercises.families.base import Family, centimetres, standing_in_plane, turned
+from exercises.families.base import Family, centimetres, millimetres, standing_in_plane, turned
 from exercises.stream import Stream
 
 
@@ -16,7 +17,7 @@ def sample(rng: Stream) -> Chain:
     side = rng.choice((1, -1))
     joints = (
         Joint("R", theta1 + turned(rng, 30), sp.S.Zero, centimetres(rng, 5, 40), side * sp.pi / 2),
-        Joint("P", sp.S.Zero, d2 + centimetres(rng, 10, 90), sp.S.Zero, sp.S.Zero),
+        Joint("P", sp.S.Zero, d2 + rng.choice((1, -1)) * millimetres(rng, 105, 895), sp.S.Zero, sp.S.Zero),
     )
     return Chain("polar-rp", joints, ("vx", "vy"), standing_in_plane(rng), None, "planar polar (RP) arm")
 

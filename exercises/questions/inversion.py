@@ -56,7 +56,7 @@ def draw_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
 def conditioning(chain: Chain, lengths: dict[sp.Symbol, sp.Rational], joints: dict[sp.Symbol, sp.Expr]) -> float:
     """Return the smallest singular value of the task Jacobian over the largest, at a pose."""
     arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in lengths.items()})
-    jacobian = arm.jacobian(np.array([float(joints[q]) for q in chain.q]))
+    jacobian = arm.jacobian(np.array([float(joints[q].xreplace(lengths)) for q in chain.q]))
     sigma = np.linalg.svd(jacobian[[TASK_ROWS.index(row) for row in chain.task]], compute_uv=False)
     return float(sigma[-1] / sigma[0])
 

@@ -1,6 +1,6 @@
 """Singular configurations and their type (6.8; Examples 6.2 and 6.3, with the shoulder that the book leaves out)."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 
@@ -36,10 +36,14 @@ def _has_singularities(chain: Chain) -> str | None:
 
 @dataclass(frozen=True)
 class Place:
-    """The configurations that a question speaks of: given joint values, or a condition that ties several joints."""
+    """The configurations that a question speaks of: given joint values, or those that a condition ties together.
+
+    The prompt shows joint values or `words`, never the condition: it is an answer to another question.
+    """
 
     joints: dict[sp.Symbol, sp.Expr]
     condition: sp.Expr | None = None
+    words: str = ""
 
 
 def _type(chain: Chain, rng: Stream) -> Asked:
@@ -55,38 +59,52 @@ def _type(chain: Chain, rng: Stream) -> Asked:
 
 def _place(chain: Chain, components: tuple[Component, ...], kind: str, rng: Stream) -> Place | None:
     if kind == "regular":
-        return _regular_place(chain, rng)
+        return _regular_place(chain, components, rng)
     for component in rng.shuffled(components):
         if component.solutions is None:
-            if len(component.conditions) == 1 and _is_throughout(chain, component, kind):
-                return Place({}, component.conditions[0])
+            found = classify_pieces(chain, component.pieces())
+            words = found.meaning.split(",")[0]
+            if len(component.conditions) == 1 and found.uniform and found.kind == kind and "axis" in words:
+                return Place({}, component.conditions[0], words)
         else:
             for joints in _poses(chain, component, rng):
-                if _is_always(chain, joints, kind, rng):
+                if _kinds(chain, joints) == {kind}:
                     return Place(joints)
     return None
 
 
-def _regular_place(chain: Chain, rng: Stream) -> Place:
-    while True:
+def _regular_place(chain: Chain, components: tuple[Component, ...], rng: Stream) -> Place:
+    """Draw a pose that looks like a singular one: what a slip of a sign or of a right angle makes of a root."""
+    roots = [solution for component in components for solution in component.solutions or ()]
+    for _ in range(200):
         joints = draw_pose(chain, rng)
-        clear = all(conditioning(chain, draw_lengths(chain, rng), joints) > 0.12 for _ in range(4))
-        if clear and not _turns_singular(chain, joints, rng):
+        if roots:
+            joint, values = rng.choice(roots)
+            slip = rng.choice((sp.pi / 2, -sp.pi / 2)) if joint.name.startswith("theta") else sp.Rational(1, 10)
+            value = rng.choice(values)
+            joints[joint] = rng.choice((-value, value + slip, slip - value))
+        clear = _is_well_conditioned(chain, joints, rng) and not _turns_singular(chain, joints)
+        if clear and _kinds(chain, joints) == {"regular"}:
             return Place(joints)
+    raise RuntimeError(f"no regular configuration of {chain} was found; please report this")
 
 
-def _turns_singular(chain: Chain, joints: dict[sp.Symbol, sp.Expr], rng: Stream) -> bool:
-    """Tell whether det J has both signs at a pose as the open lengths vary, so that it vanishes for some of them."""
+def _turns_singular(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> bool:
+    """Tell whether det J changes its sign with the open lengths, so that the pose is singular for some of them."""
     if len(chain.task) != chain.n:
         return False
     rows = [TASK_ROWS.index(row) for row in chain.task]
-    signs = {np.sign(np.linalg.det(s.arm.jacobian(s.q)[rows])) for s in _samples(chain, joints, rng, EXTREMES)}
+    signs = set()
+    for lengths in product((0.001, 0.1, 0.7, 5.0, 1000.0), repeat=len(chain.parameters)):
+        values = dict(zip(chain.parameters, map(sp.Float, lengths), strict=True))
+        q = np.array([float(sp.N(joints[symbol].xreplace(values))) for symbol in chain.q])
+        arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in values.items()})
+        signs.add(float(np.sign(np.linalg.det(arm.jacobian(q)[rows]))))
     return len(signs) > 1
 
 
-def _is_throughout(chain: Chain, component: Component, kind: str) -> bool:
-    found = classify_pieces(chain, component.pieces())
-    return found.uniform and found.kind == kind
+def _is_well_conditioned(chain: Chain, joints: dict[sp.Symbol, sp.Expr], rng: Stream) -> bool:
+    return all(conditioning(chain, draw_lengths(chain, rng), joints) > 0.12 for _ in range(4))
 
 
 def _poses(chain: Chain, component: Component, rng: Stream) -> Iterator[dict[sp.Symbol, sp.Expr]]:
@@ -100,25 +118,22 @@ def _poses(chain: Chain, component: Component, rng: Stream) -> Iterator[dict[sp.
         yield {**draw_pose(chain, rng), **values}
 
 
-LENGTHS = (0.107, 0.193, 0.391, 0.713, 1.193, 2.909)
-"""What an open length is tried as, in m: whether a fold is the edge of the reach may turn on which link is longer."""
-
-EXTREMES = (0.001, 0.1, 0.713, 5.0, 1000.0)
-"""The same, for the sign of det J: a pose is regular for every length if the sign stays."""
+_TRIED_LENGTHS = (sp.Rational(1, 20), sp.Rational(3, 10), sp.Rational(7, 10), sp.S(2), sp.S(6))
+"""An answer that holds "for any lengths that are not given" is tried with very different ones."""
 
 
-def _is_always(chain: Chain, joints: dict[sp.Symbol, sp.Expr], kind: str, rng: Stream) -> bool:
-    """Tell whether a pose is of one kind whatever the open lengths are."""
-    return all(kind_at(chain, sample) == kind for sample in _samples(chain, joints, rng, LENGTHS))
-
-
-def _samples(chain: Chain, joints: dict[sp.Symbol, sp.Expr], rng: Stream, lengths: Sequence[float]) -> Iterator[Sample]:
-    columns = [rng.shuffled(lengths) for _ in chain.parameters]
-    for row in zip(*columns, strict=True) if columns else [()]:
-        values = dict(zip(chain.parameters, row, strict=True))
-        numbers = {symbol: sp.Float(value) for symbol, value in values.items()}
-        q = np.array([float(sp.N(joints[symbol].xreplace(numbers))) for symbol in chain.q])
-        yield Sample(NumericChain(chain, {symbol.name: value for symbol, value in values.items()}), q)
+def _kinds(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> set[str | None]:
+    """Return the kinds that a pose has over the tried lengths, each open length taking each of them in turn."""
+    kinds = set()
+    count = len(_TRIED_LENGTHS) if chain.parameters else 1
+    for first in range(count):
+        lengths = {s: _TRIED_LENGTHS[(first + 2 * i) % count] for i, s in enumerate(chain.parameters)}
+        q = np.array([float(sp.N(joints[symbol].xreplace(lengths))) for symbol in chain.q])
+        arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in lengths.items()})
+        kinds.add(kind_at(chain, Sample(arm, q)))
+        if len(kinds) > 1:
+            break
+    return kinds
 
 
 QUESTIONS = (

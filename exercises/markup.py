@@ -1,0 +1,182 @@
+"""Our Markdown with LaTeX formulas as HTML with MathML, as a LaTeX body, and as text for a terminal.
+
+Understood is what the templates use: headings, paragraphs, emphasis, code, lists, tables, `$…$` and `$$…$$`.
+"""
+
+import re
+import textwrap
+from collections.abc import Callable, Sequence
+
+from markdown_it import MarkdownIt
+from markdown_it.token import Token
+
+from exercises.mathml import mathml
+from exercises.unicode_math import shown_width, unicode_math
+
+WIDTH = 100
+_FORMULA = re.compile(r"\$\$(.+?)\$\$|\$([^$]+?)\$", re.DOTALL)
+_HOLDER = re.compile("\ue000(\\d+)\ue001")
+
+
+def _parsed(text: str) -> tuple[list[Token], list[tuple[str, bool]]]:
+    """Return the tokens of a text, with holders for its formulas, and these: LaTeX, and whether on lines of its own."""
+    formulas: list[tuple[str, bool]] = []
+
+    def hold(match: re.Match[str]) -> str:
+        block = match.group(1) is not None
+        formulas.append((" ".join((match.group(1) or match.group(2)).split()), block))
+        return f"\ue000{len(formulas) - 1}\ue001"
+
+    return MarkdownIt("commonmark").enable("table").parse(_FORMULA.sub(hold, text)), formulas
+
+
+def to_html(text: str) -> str:
+    """Return HTML, formulas as MathML; raw HTML in the text is kept."""
+    tokens, formulas = _parsed(text)
+    parser = MarkdownIt("commonmark").enable("table")
+    page = parser.renderer.render(tokens, parser.options, {})
+    return _HOLDER.sub(lambda match: mathml(*formulas[int(match.group(1))]), str(page))
+
+
+# --- LaTeX ---
+
+_SPECIAL = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "…": r"\dots{}"}
+_SPECIAL.update({ch: f"\\{ch}" for ch in "&%$#_{}"})
+_SPECIAL.update({"×": r"$\times$", "−": "$-$", "–": "--"})
+_OPEN = {
+    "paragraph_open": "\n", "bullet_list_open": "\n\\begin{itemize}\n", "ordered_list_open": "\n\\begin{enumerate}\n",
+    "list_item_open": "\\item ", "strong_open": r"\textbf{", "em_open": r"\emph{", "tbody_open": "\\midrule\n",
+}  # fmt: skip
+_CLOSE = {
+    "paragraph_close": "\n", "bullet_list_close": "\\end{itemize}\n", "ordered_list_close": "\\end{enumerate}\n",
+    "heading_close": "}\n", "strong_close": "}", "em_close": "}", "softbreak": "\n", "hardbreak": r"\\" + "\n",
+    "table_close": "\\bottomrule\n\\end{tabular}\n\\end{center}\n",
+}  # fmt: skip
+_SECTIONS = {"h1": "section", "h2": "section", "h3": "subsection"}
+
+
+def latex_escaped(text: str) -> str:
+    """Return plain text with LaTeX's special characters made harmless."""
+    return "".join(_SPECIAL.get(ch, ch) for ch in text)
+
+
+def to_latex(text: str) -> str:
+    """Return the body of a LaTeX document; needs amsmath and booktabs, leaves raw HTML out."""
+    tokens, formulas = _parsed(text)
+
+    def formula(match: re.Match[str]) -> str:
+        latex, block = formulas[int(match.group(1))]
+        return f"\\[\n{latex}\n\\]" if block else f"${latex}$"
+
+    return _HOLDER.sub(formula, _latex_of(tokens)).strip() + "\n"
+
+
+def _latex_of(tokens: Sequence[Token]) -> str:
+    out: list[str] = []
+    for index, token in enumerate(tokens):
+        if token.type in _OPEN:
+            out.append("" if token.hidden else _OPEN[token.type])
+        elif token.type in _CLOSE:
+            out.append("\n" if token.hidden else _CLOSE[token.type])
+        elif token.type == "inline":
+            out.append(_latex_of(token.children or []))
+        elif token.type == "text":
+            out.append(latex_escaped(token.content))
+        elif token.type == "code_inline":
+            out.append(rf"\texttt{{{latex_escaped(token.content)}}}")
+        elif token.type == "heading_open":
+            out.append(f"\n\\{_SECTIONS.get(token.tag, 'subsubsection')}*{{")
+        elif token.type == "table_open":
+            columns = sum(t.type == "th_open" for t in tokens[index:])
+            out.append(f"\n\\begin{{center}}\n\\begin{{tabular}}{{{'c' * columns}}}\n\\toprule\n")
+        elif token.type in ("th_close", "td_close"):
+            out.append(r" \\" + "\n" if tokens[index + 1].type == "tr_close" else " & ")
+    return "".join(out)
+
+
+# --- terminal ---
+
+
+def to_text(text: str) -> str:
+    """Return text for a terminal, at most 100 characters wide except for long formulas."""
+    tokens, formulas = _parsed(text)
+
+    def formula(match: re.Match[str]) -> str:
+        latex, block = formulas[int(match.group(1))]
+        return f"\n\n{textwrap.indent(unicode_math(latex), '    ')}\n\n" if block else unicode_math(latex).strip()
+
+    lines = _Lines(lambda inline: _HOLDER.sub(formula, _plain(inline)))
+    for index, token in enumerate(tokens):
+        lines.take(token, tokens[index - 1])
+    return re.sub(r"\n{3,}", "\n\n", "\n\n".join(lines.blocks)).strip() + "\n"
+
+
+def _plain(inline: Token) -> str:
+    shown = {"softbreak": " ", "hardbreak": "\n"}
+    return "".join(shown.get(child.type, child.content) for child in inline.children or [])
+
+
+class _Lines:
+    """Blocks of text as they are found: paragraphs, list items, tables."""
+
+    def __init__(self, show: Callable[[Token], str]) -> None:
+        self.show = show
+        self.blocks: list[str] = []
+        self.markers: list[str] = []
+        self.item, self.follows_item = "", False
+        self.table: list[list[str]] = []
+
+    def take(self, token: Token, opener: Token) -> None:
+        """Take a token into account; `opener` is the token before it."""
+        if token.type in ("bullet_list_open", "ordered_list_open"):
+            self.markers.append("•")
+            self.follows_item = False
+        elif token.type.endswith("_list_close"):
+            self.markers.pop()
+            self.item = ""
+        elif token.type == "list_item_open":
+            self.item = f"{token.info}. " if token.info else f"{self.markers[-1]} "
+        elif token.type == "tr_open":
+            self.table.append([])
+        elif token.type == "table_close":
+            self.blocks.append(_table(self.table))
+            self.table = []
+        elif token.type == "inline":
+            self._inline(token, opener)
+
+    def _inline(self, token: Token, opener: Token) -> None:
+        text = self.show(token)
+        if opener.type in ("th_open", "td_open"):
+            self.table[-1].append(text)
+        elif opener.type == "heading_open":
+            self.blocks.append(f"{text}\n{('=' if opener.tag in ('h1', 'h2') else '-') * shown_width(text)}")
+        else:
+            shown = _wrapped(text, self.item, "  " * len(self.markers))
+            if opener.hidden and self.item.strip() and self.follows_item:  # a list without empty lines
+                self.blocks[-1] += f"\n{shown}"
+            else:
+                self.blocks.append(shown)
+            self.follows_item = bool(self.item)
+            self.item = " " * len(self.item)
+
+
+def _wrapped(text: str, item: str, indent: str) -> str:
+    """Wrap prose, leave formulas on their lines as they are."""
+    prefix = indent + item if item else indent
+    rest = " " * len(prefix)
+    pieces = [piece for piece in re.split(r"\n{2,}", text) if piece.strip()]
+    shown = []
+    for number, piece in enumerate(pieces):
+        if piece.startswith("    "):
+            shown.append(textwrap.indent(piece, rest))
+        else:
+            start = prefix if number == 0 else rest
+            shown.append(textwrap.fill(piece, WIDTH, initial_indent=start, subsequent_indent=rest))
+    return "\n\n".join(shown)
+
+
+def _table(rows: Sequence[Sequence[str]]) -> str:
+    widths = [max(shown_width(row[c]) for row in rows) for c in range(len(rows[0]))]
+    lines = ["  ".join(cell.center(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows]
+    lines.insert(1, "  ".join("─" * w for w in widths))
+    return textwrap.indent("\n".join(lines), "    ")

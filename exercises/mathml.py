@@ -1,0 +1,42 @@
+"""LaTeX formulas as MathML, which browsers show without a script.
+
+Chromium stretches brackets only where a mathematical font is installed, and aligns no columns; so brackets around a
+matrix are drawn as its border, and alignment is written as a style.
+"""
+
+import re
+from functools import lru_cache
+
+from latex2mathml.converter import convert
+
+_CORNERS = ", ".join(
+    f"linear-gradient(currentColor, currentColor) {x} {y} / 5px 1.5px" for x in ("0", "100%") for y in ("0", "100%")
+)
+_BRACKETS = (
+    f"border: solid currentColor; border-width: 0 1.5px; padding: 0.15em 0.2em; background: {_CORNERS}; "
+    "background-repeat: no-repeat"
+)
+_MATRIX = re.compile(r"<mo>&#x0005B;</mo><mtable>((?:(?!<mtable).)*?)</mtable><mo>&#x0005D;</mo>")
+_NAME = r"(?=<mi>(?:arc)?(?:sin|cos|tan)</mi>)"
+_FUNCTION = re.compile(rf"(?<=</mn>|</mi>){_NAME}|(?<=</msub>){_NAME}")
+
+
+@lru_cache(maxsize=8192)
+def mathml(latex: str, block: bool = False) -> str:
+    r"""Return a formula as a MathML element for a browser; `block` is for one that stands on lines of its own.
+
+    >>> mathml("a_{1}")
+    '<math xmlns="http://www.w3.org/1998/Math/MathML" display="inline"><mrow><msub>...</msub></mrow></math>'
+    """
+    shown = plain_mathml(latex, block)
+    shown = _MATRIX.sub(rf'<mtable style="{_BRACKETS}">\1</mtable>', shown)
+    for side, gap in (("right", "0.5ex 0.3em 0.5ex 0"), ("left", "0.5ex 1.5em 0.5ex 0")):
+        shown = shown.replace(f' columnalign="{side}"', f' style="text-align: {side}; padding: {gap}"')
+    return _FUNCTION.sub('<mspace width="0.17em" />', shown)
+
+
+def plain_mathml(latex: str, block: bool = False) -> str:
+    """Return a formula as MathML without regard to what browsers make of it."""
+    # latex2mathml knows align*, which is laid out as aligned is, and not aligned itself.
+    known = latex.replace("{aligned}", "{align*}")
+    return str(convert(known, display="block" if block else "inline"))

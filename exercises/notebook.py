@@ -1,0 +1,141 @@
+"""Problems as Jupyter notebooks (nbformat 4.5): the student's with blanks, the staff's with answers and worked steps.
+
+The same problems give the same bytes: cell ids come from the names of the parts, and nothing depends on the time.
+A notebook holds no seed, so that a student can't regenerate the answers from it.
+"""
+
+import base64
+import html
+import json
+from collections.abc import Iterator, Sequence
+
+import nbformat
+from nbformat import NotebookNode
+from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
+
+from exercises import ENGINE
+from exercises.answer_code import answer_code, placeholder_code, python_text
+from exercises.figure import alt_text, figure_svg
+from exercises.problem import Part, Problem
+from exercises.questions import QUESTIONS
+from exercises.render import render
+from exercises.statement import prompt, statement, worked_solution
+
+KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
+Problems = Sequence[tuple[str, Problem]]
+
+
+def student_notebook(title: str, key: str, student: str, problems: Problems) -> NotebookNode:
+    """Return the notebook that a student fills in; `problems` are (slot, problem), the slots being p1, p2, …"""
+    return _notebook("student", title, key, student, problems)
+
+
+def solution_notebook(title: str, key: str, student: str, problems: Problems) -> NotebookNode:
+    """Return the same notebook with the references filled in, and a worked solution after each part."""
+    return _notebook("solution", title, key, student, problems)
+
+
+def notebook_text(notebook: NotebookNode) -> str:
+    """Return the file's text: sorted keys, one space of indent as Jupyter writes it, a newline at the end."""
+    return json.dumps(notebook, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
+
+
+def answer_name(slot: str, part: Part) -> str:
+    """Return the name that an answer cell assigns, as in p1_inverse_jacobian."""
+    return f"{slot}_{part.name.replace('-', '_')}"
+
+
+def figure_image(problem: Problem, name: str) -> str:
+    """Return the arm's figure as an HTML image with its SVG inside, for Markdown; it shows in every notebook reader."""
+    svg = base64.b64encode(figure_svg(problem.chain, name).encode()).decode()
+    alternative = html.escape(alt_text(problem.chain))
+    return f'<img alt="{alternative}" src="data:image/svg+xml;base64,{svg}" width="640">'
+
+
+def points_text(points: float) -> str:
+    """Return points as in "1 point" or "2.5 points"."""
+    return f"{points:g} {'point' if points == 1 else 'points'}"
+
+
+def _notebook(kind: str, title: str, key: str, student: str, problems: Problems) -> NotebookNode:
+    families = {slot: problem.id.family for slot, problem in problems}
+    own = {"assignment": key, "student": student, "engine": ENGINE, "kind": kind, "problems": families}
+    notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": own})
+    opening = render("notebook-title.md.j2", title=title, key=key, student=student, kind=kind)
+    notebook.cells = [_markdown("title", opening), _code("setup", _setup(problems))]
+    for number, (slot, problem) in enumerate(problems, 1):
+        notebook.cells.extend(_problem_cells(kind, number, slot, problem))
+    nbformat.validate(notebook)
+    return notebook
+
+
+def _problem_cells(kind: str, number: int, slot: str, problem: Problem) -> Iterator[NotebookNode]:
+    heading = f"{number} {problem.chain.title[:1].upper()}{problem.chain.title[1:] or 'Arm'}"
+    yield _markdown(f"{slot}-statement", statement(problem, heading, figure_image(problem, slot)))
+    for index, part in enumerate(problem.parts, 1):
+        label = f"{number}.{index}"
+        yield _markdown(f"{slot}-{part.name}-question", _prompt(label, problem, part))
+        code = placeholder_code(part) if kind == "student" else answer_code(part)
+        source = f"{answer_name(slot, part)} = {code}"
+        yield _code(f"{slot}-{part.name}", source, {"qdot": {"part": f"{slot}.{part.name}"}})
+        if kind == "solution":
+            text = render("notebook-solution.md.j2", number=label, solution=worked_solution(problem, part))
+            yield _markdown(f"{slot}-{part.name}-solution", text)
+        if part.name == _later_of_pair(problem):
+            yield _code(f"{slot}-self-check", _check(slot, problem))
+
+
+def _prompt(label: str, problem: Problem, part: Part) -> str:
+    title = QUESTIONS[part.kind].title
+    points = points_text(part.points)
+    return render("notebook-prompt.md.j2", number=label, title=title, points=points, prompt=prompt(problem, part))
+
+
+# --- set-up and self-check ---
+
+
+def _later_of_pair(problem: Problem) -> str | None:
+    """Return which of position and jacobian is asked last, or None where they can't be checked against each other."""
+    asked = [part.name for part in problem.parts if part.name in ("position", "jacobian")]
+    return asked[-1] if len(asked) == 2 and len(problem.chain.linear_rows) == len(problem.chain.task) else None
+
+
+def _setup(problems: Problems) -> str:
+    names: dict[str, list[str]] = {}
+    for _, problem in problems:
+        for name, info in problem.symbols().items():
+            listed = names.setdefault(info.role, [])
+            if name not in listed:
+                listed.append(name)
+    lines = [_symbols_line(sorted(listed, key=_natural)) for listed in names.values()]
+    self_check = any(_later_of_pair(problem) for _, problem in problems)
+    return render("notebook-setup.py.j2", symbol_lines=lines, self_check=self_check)
+
+
+def _symbols_line(names: Sequence[str]) -> str:
+    if len(names) == 1:
+        return f'{names[0]} = Symbol("{names[0]}")'
+    return f'{", ".join(names)} = symbols("{" ".join(names)}")'
+
+
+def _natural(name: str) -> tuple[str, int]:
+    letters = name.rstrip("0123456789")
+    return letters, int(name[len(letters) :] or 0)
+
+
+def _check(slot: str, problem: Problem) -> str:
+    parts = {part.name: answer_name(slot, part) for part in problem.parts}
+    given = [(name, python_text(i.value)) for name, i in problem.symbols().items() if i.value is not None]
+    names = {"position": parts["position"], "jacobian": parts["jacobian"]}
+    return render("notebook-check.py.j2", **names, joints=problem.chain.q, given=given)
+
+
+# --- cells ---
+
+
+def _markdown(name: str, text: str) -> NotebookNode:
+    return new_markdown_cell(text.strip(), id=name)
+
+
+def _code(name: str, text: str, metadata: dict[str, object] | None = None) -> NotebookNode:
+    return new_code_cell(text.strip(), id=name, metadata=metadata or {})

@@ -1,0 +1,204 @@
+"""One problem in the forms of `qdot show`: text, LaTeX, a page, JSON, a notebook."""
+
+import json
+import textwrap
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import sympy as sp
+
+from exercises.answer_code import answer_code
+from exercises.chain import Chain
+from exercises.errors import unknown
+from exercises.figure import alt_text, figure_svg
+from exercises.markup import latex_escaped, to_html, to_latex, to_text
+from exercises.notebook import notebook_text, points_text, solution_notebook, student_notebook
+from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part, Problem, SymbolInfo
+from exercises.questions import QUESTIONS
+from exercises.render import render
+from exercises.statement import prompt, statement, worked_solution
+
+Json = dict[str, Any]
+
+
+def show(problem: Problem, solution: bool, format: str, certificate: Mapping[str, Any] | None = None) -> str:
+    """Return the problem as text, latex, html, json or ipynb, with references and worked steps if `solution`.
+
+    `certificate` goes into the JSON as it is. Raises QdotError for another format.
+    """
+    if format not in FORMATS:
+        raise unknown("format", format, list(FORMATS))
+    if format == "json":
+        return json.dumps(problem_json(problem, solution, certificate), indent=2, ensure_ascii=False) + "\n"
+    return FORMATS[format](problem, solution)
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """A part as a template shows it: texts in the target's own markup."""
+
+    name: str
+    title: str
+    points: str
+    prompt: str
+    solution: str
+    code: str
+
+
+def _pieces(problem: Problem, solution: bool, convert: Callable[[str], str]) -> list[_Piece]:
+    return [
+        _Piece(
+            part.name,
+            QUESTIONS[part.kind].title,
+            points_text(part.points),
+            convert(prompt(problem, part)),
+            convert(worked_solution(problem, part)) if solution else "",
+            answer_code(part) if solution else "",
+        )
+        for part in problem.parts
+    ]
+
+
+def problem_title(problem: Problem) -> str:
+    """Return a title for people, as in "Planar 2R arm with a bent tool"."""
+    title = problem.chain.title or "arm"
+    return title[0].upper() + title[1:]
+
+
+def _footer(problem: Problem) -> str:
+    return f"{problem.id}, engine {problem.id.engine}"
+
+
+def _as_text(problem: Problem, solution: bool) -> str:
+    return render(
+        "problem.txt.j2",
+        title=f"{problem_title(problem)} ({problem.id})",
+        statement=to_text(statement(problem, "")),
+        figure=textwrap.fill(f"Figure: {alt_text(problem.chain)}", 100),
+        parts=_pieces(problem, solution, lambda text: to_text(text).rstrip()),
+        footer=_footer(problem),
+    )
+
+
+def _as_latex(problem: Problem, solution: bool) -> str:
+    return render(
+        "problem.tex.j2",
+        title=latex_escaped(problem_title(problem)),
+        statement=to_latex(statement(problem, "")),
+        figure=latex_escaped(alt_text(problem.chain)),
+        parts=_pieces(problem, solution, lambda text: to_latex(text).rstrip()),
+    )
+
+
+def _as_html(problem: Problem, solution: bool) -> str:
+    return render(
+        "problem.html.j2",
+        title=problem_title(problem),
+        statement=to_html(statement(problem, "")),
+        figure=figure_svg(problem.chain),
+        parts=_pieces(problem, solution, to_html),
+        footer=_footer(problem),
+    )
+
+
+def _as_notebook(problem: Problem, solution: bool) -> str:
+    make = solution_notebook if solution else student_notebook
+    key = str(problem.id).replace("/", "-")
+    return notebook_text(make(problem_title(problem), key, "", [("p1", problem)]))
+
+
+# --- JSON ---
+
+
+def problem_json(problem: Problem, solution: bool, certificate: Mapping[str, Any] | None = None) -> Json:
+    """Return the problem as plain data, in the form of cli.md's `show --format json`."""
+    found: Json = {
+        "id": str(problem.id),
+        "family": problem.id.family,
+        "seed": problem.id.seed,
+        "engine": problem.id.engine,
+        "title": problem_title(problem),
+        "robot": robot_json(problem.chain),
+        "symbols": {name: _symbol_json(info) for name, info in problem.symbols().items()},
+        "statement": statement(problem, ""),
+        "parts": [_part_json(problem, part, solution) for part in problem.parts],
+    }
+    if certificate is not None:
+        found["certificate"] = dict(certificate)
+    return found
+
+
+def robot_json(chain: Chain) -> Json:
+    """Return a chain as plain data: DH rows, base, point, task; expressions as text."""
+    base, point = chain.base, chain.point
+    return {
+        "name": chain.name,
+        "title": chain.title,
+        "joints": [
+            {"kind": joint.kind, **{name: str(getattr(joint, name)) for name in ("theta", "d", "a", "alpha")}}
+            for joint in chain.joints
+        ],
+        "base": {"position": [str(value) for value in base.position], "yaw": str(base.yaw), "tilt": str(base.tilt)},
+        "point": {"frame": point.frame, "offset": [str(value) for value in point.offset]},
+        "task": list(chain.task),
+    }
+
+
+def _symbol_json(info: SymbolInfo) -> Json:
+    found: Json = {"role": info.role, "unit": info.unit}
+    if info.role in ("length", "angle"):
+        found["value"] = None if info.value is None else str(info.value)
+    return found
+
+
+def _part_json(problem: Problem, part: Part, solution: bool) -> Json:
+    found: Json = {
+        "name": part.name,
+        "kind": part.kind,
+        "type": part.type,
+        "shape": None if part.shape is None else list(part.shape),
+        "prompt": prompt(problem, part),
+        "points": part.points,
+        "needs": list(part.needs),
+    }
+    if isinstance(part.answer, Choice):
+        found["options"] = list(part.answer.options)
+    if isinstance(part.answer, Number):
+        found |= {"units": list(part.answer.units), "tolerance": part.answer.tolerance, "floor": part.answer.floor}
+    if solution:
+        found["reference"] = reference_json(part)
+        found["solution"] = worked_solution(problem, part)
+    return found
+
+
+def reference_json(part: Part) -> str | list[Any]:
+    """Return a reference: a string, a list for a vector or a set of conditions, a list of rows for a matrix."""
+    answer = part.answer
+    if isinstance(answer, Expression):
+        return str(answer.reference)
+    if isinstance(answer, ConditionSet):
+        return answer.pieces()
+    if isinstance(answer, Choice):
+        return answer.letter
+    if isinstance(answer, Number):
+        return [f"{float(value):.10g}" for value in answer.reference]
+    assert isinstance(answer, Matrix)
+    return matrix_json(answer.reference)
+
+
+def matrix_json(matrix: sp.Matrix) -> list[Any]:
+    """Return a matrix as a list of rows of text, a column as a plain list."""
+    if matrix.cols == 1:
+        return [str(entry) for entry in matrix]
+    return [[str(entry) for entry in row] for row in matrix.tolist()]
+
+
+FORMATS: dict[str, Callable[[Problem, bool], str]] = {
+    "text": _as_text,
+    "latex": _as_latex,
+    "html": _as_html,
+    "json": lambda problem, solution: show(problem, solution, "json"),
+    "ipynb": _as_notebook,
+}
+"""Every form in which a problem can be shown."""

@@ -1,0 +1,143 @@
+"""Everything the chapter derives for a user's own arm: as data, step by step for a terminal, and as LaTeX."""
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import sympy as sp
+
+from exercises.chain import Chain
+from exercises.derivation import derive
+from exercises.latex import tex
+from exercises.markup import latex_escaped, to_latex, to_text
+from exercises.problem import Part, Problem, ProblemId
+from exercises.questions import QUESTIONS
+from exercises.render import render
+from exercises.robot_file import read_robot
+from exercises.show import matrix_json
+from exercises.statement import worked_solution
+from exercises.stream import Stream
+from exercises.wording import Wording
+from exercises.worked import Found, Worked
+
+SECTIONS = (
+    "position", "jacobian", "velocity", "joint-axes", "position-vectors", "geometric-jacobian", "twist", "determinant",
+    "inverse-jacobian", "inverse-velocity", "singular-angles",
+)  # fmt: skip
+"""What is derived, in the chapter's order."""
+BY_HAND = 3
+"""Up to so many joints the inverse is written out."""
+
+ALWAYS_SINGULAR = (
+    "The Jacobian for this task has less than full rank in every configuration, so that no configuration stands out as "
+    "singular. Count other rows (`task`), or look at another point (`point`)."
+)
+NEVER_SINGULAR = (
+    "The Jacobian for this task has full rank in every configuration: the arm has no singular configuration."
+)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The results for a chain; `determinant` is None where J is not square, `singular` where it never has full rank."""
+
+    chain: Chain
+    position: sp.Matrix
+    jacobian: sp.Matrix
+    geometric: sp.Matrix
+    determinant: sp.Expr | None
+    singular: tuple[Found, ...] | None
+    note: str | None
+
+
+def solve(chain: Chain) -> Solution:
+    """Return what the chapter would derive for `chain`; base frame, metres, radians."""
+    d, worked = derive(chain), Worked(chain)
+    determinant = d.determinant if d.is_square else None
+    singular = None if all(minor.is_zero for minor in d.generic_minors) else tuple(worked.found)
+    note = ALWAYS_SINGULAR if singular is None else (None if singular else NEVER_SINGULAR)
+    return Solution(chain, d.position, d.geometric[:3, :], d.geometric, determinant, singular, note)
+
+
+def solution_json(solution: Solution) -> str:
+    """Return the results as JSON, in the form of cli.md's `solve --format json`."""
+    return json.dumps(solution_data(solution), indent=2, ensure_ascii=False) + "\n"
+
+
+def solution_data(solution: Solution) -> dict[str, Any]:
+    """Return the results as plain data."""
+    found: dict[str, Any] = {
+        "name": solution.chain.title,
+        "position": matrix_json(solution.position),
+        "jacobian": _rows(solution.jacobian),
+        "geometric_jacobian": _rows(solution.geometric),
+        "task": list(solution.chain.task),
+        "determinant": None if solution.determinant is None else str(solution.determinant),
+        "singular": None if solution.singular is None else [_found_json(found) for found in solution.singular],
+    }
+    if solution.note:
+        found["note"] = solution.note
+    return found
+
+
+def _rows(matrix: sp.Matrix) -> list[list[str]]:
+    return [[str(entry) for entry in row] for row in matrix.tolist()]
+
+
+def _found_json(found: Found) -> dict[str, Any]:
+    conditions = [str(condition) for condition in found.conditions]
+    solved = found.solutions and {joint.name: [str(value) for value in values] for joint, values in found.solutions}
+    return {
+        "condition": " and ".join(conditions),
+        "conditions": conditions,
+        "solutions": solved or None,
+        "type": found.kind.kind,
+        "uniform": found.kind.uniform,
+        "meaning": found.kind.meaning,
+    }
+
+
+# --- step by step ---
+
+
+def solution_text(solution: Solution) -> str:
+    """Return the derivation step by step for a terminal."""
+    title = f"Velocity kinematics of {solution.chain.title}"
+    return f"{title}\n{'=' * len(title)}\n\n{to_text(_markdown(solution))}"
+
+
+def solution_latex(solution: Solution) -> str:
+    """Return the derivation step by step as a LaTeX article."""
+    return render("solve.tex.j2", title=latex_escaped(solution.chain.title), body=to_latex(_markdown(solution)))
+
+
+def _markdown(solution: Solution) -> str:
+    chain = solution.chain
+    sections = [{"title": QUESTIONS[name].title, "text": text} for name, text in _sections(solution)]
+    return render(
+        "solve.md.j2",
+        chain=chain,
+        w=Wording(chain),
+        steps=Worked(chain),
+        sections=sections,
+        note=solution.note,
+        tex=tex,
+    )
+
+
+def _sections(solution: Solution) -> list[tuple[str, str]]:
+    chain = solution.chain
+    found = []
+    for name in SECTIONS:
+        question = QUESTIONS[name]
+        too_large = chain.n > BY_HAND and name in ("inverse-jacobian", "inverse-velocity")
+        if too_large or question.objection(chain) is not None:
+            continue
+        answer, details = question.ask(chain, Stream("solve"))
+        part = Part(name, name, answer, details=details)
+        problem = Problem(ProblemId("own", 0), chain, (part,))
+        found.append((name, worked_solution(problem, part)))
+    return found
+
+
+__all__ = ["Solution", "read_robot", "solution_data", "solution_json", "solution_latex", "solution_text", "solve"]

@@ -1,0 +1,53 @@
+"""A problem in words: its statement, the prompt of each part, and worked solutions, as Markdown with LaTeX."""
+
+import re
+from functools import lru_cache
+from typing import Any
+
+from exercises.chain import Chain
+from exercises.derivation import derive
+from exercises.latex import tex
+from exercises.problem import Part, Problem
+from exercises.render import environment, render
+from exercises.wording import Wording
+from exercises.worked import Worked
+
+
+def statement(problem: Problem, title: str, figure: str = "") -> str:
+    """Return what is given: arm, DH table, base, point P, task, symbols. `figure` is Markdown that shows the arm."""
+    chain = problem.chain
+    arm = chain.title or "arm"
+    article = "an" if arm[0] in "aeiou" else "a"
+    text = render(
+        "statement.md.j2", chain=chain, title=title, figure=figure, w=Wording(chain), arm=arm, article=article
+    )
+    return _tidy(text)
+
+
+def prompt(problem: Problem, part: Part) -> str:
+    """Return what is asked, in which frame and units, and the form of the answer; nothing of the answer itself."""
+    return _tidy(_macros(part).prompt(part, problem.chain, Wording(problem.chain)))
+
+
+def worked_solution(problem: Problem, part: Part) -> str:
+    """Return the way to the answer as the chapter would print it: formula, steps, result, what it means."""
+    chain, steps = problem.chain, _worked(problem.chain)
+    text = _macros(part).solution(part, chain, derive(chain), Wording(chain), steps)
+    used = [(name, tex(angle)) for angle, name in steps.angles.items() if name in text]
+    return _tidy(render("solution.md.j2", angles=used, solution=text))
+
+
+@lru_cache(maxsize=256)
+def _worked(chain: Chain) -> Worked:
+    """Return the steps of an arm, kept because several parts show the same ones."""
+    return Worked(chain)
+
+
+def _macros(part: Part) -> Any:
+    return environment().get_template(f"questions/{part.kind}.md.j2").module
+
+
+def _tidy(text: str) -> str:
+    """Return text without spaces at line ends and without runs of empty lines, which macros leave behind."""
+    lines = "\n".join(line.rstrip() for line in text.strip().splitlines())
+    return re.sub(r"\n{3,}", "\n\n", lines) + "\n"

@@ -1,0 +1,184 @@
+"""LaTeX formulas as text for a terminal: Greek letters, subscripts, matrices drawn over several lines.
+
+The formula is parsed by latex2mathml; its MathML tree is laid out in boxes of characters. A fraction stays on one
+line, as (a + b)/c.
+"""
+
+import re
+import unicodedata
+import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+from exercises.mathml import plain_mathml
+
+_SUBSCRIPTS = str.maketrans("0123456789+-−()aehijklmnoprstuv", "₀₁₂₃₄₅₆₇₈₉₊₋₋₍₎ₐₑₕᵢⱼₖₗₘₙₒₚᵣₛₜᵤᵥ")
+_SUPERSCRIPTS = str.maketrans("0123456789+-()*Tinjk−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻⁽⁾*ᵀⁱⁿʲᵏ⁻")
+_SUB_ABLE, _SUPER_ABLE = set("0123456789+-−()aehijklmnoprstuv"), set("0123456789+-()*Tinjk−")
+_BINARY = {"+", "-", "−", "=", "≠", "×", "⋅", "→", "±"}
+_OPENS = {"", "(", "[", "=", "+", "-", "−", ",", "×", "⋅", "≠"}
+_BRACKETS = {"[": "⎡⎢⎣", "]": "⎤⎥⎦", "(": "⎛⎜⎝", ")": "⎞⎟⎠"}
+
+
+@dataclass(frozen=True)
+class _Box:
+    """Lines of equal width; `middle` is the line that stands level with its neighbours."""
+
+    lines: tuple[str, ...]
+    middle: int = 0
+
+    @property
+    def width(self) -> int:
+        return shown_width(self.lines[0])
+
+    @property
+    def is_flat(self) -> bool:
+        return len(self.lines) == 1
+
+
+def shown_width(text: str) -> int:
+    """Return how many columns a text takes in a terminal: the dot over a letter takes none."""
+    return sum(not unicodedata.combining(ch) for ch in text)
+
+
+def _flat(text: str) -> _Box:
+    return _Box((text,))
+
+
+def _beside(boxes: Sequence[_Box]) -> _Box:
+    boxes = [box for box in boxes if box.lines[0]]
+    if not boxes:
+        return _flat("")
+    above = max(box.middle for box in boxes)
+    below = max(len(box.lines) - box.middle for box in boxes)
+    rows = []
+    for row in range(-above, below):
+        inside = (box.lines[box.middle + row] if 0 <= box.middle + row < len(box.lines) else None for box in boxes)
+        rows.append("".join(" " * box.width if t is None else t for t, box in zip(inside, boxes, strict=True)))
+    return _Box(tuple(rows), above)
+
+
+def _grid(rows: Sequence[Sequence[_Box]], aligned: bool) -> _Box:
+    """Lay out a matrix, or (aligned) a column of equations, whose cells join without a gap."""
+    columns = max(len(row) for row in rows)
+    widths = [max((row[c].width for row in rows if c < len(row)), default=0) for c in range(columns)]
+    lines: list[str] = []
+    for row in rows:
+        padded = []
+        for c, box in enumerate(row):
+            free = widths[c] - box.width
+            left = free if aligned and c % 2 == 0 else 0
+            padded.append(_Box(tuple(" " * left + line + " " * (free - left) for line in box.lines), box.middle))
+            if c < columns - 1 and not (aligned and c % 2 == 0):
+                padded.append(_flat("  "))
+        lines += _beside(padded).lines
+    width = max(map(shown_width, lines))
+    return _Box(tuple(line + " " * (width - shown_width(line)) for line in lines), (len(lines) - 1) // 2)
+
+
+def _grown(bracket: str, height: int) -> _Box:
+    if height == 1 or bracket not in _BRACKETS:
+        return _flat(bracket)
+    top, side, bottom = tuple(_BRACKETS[bracket])
+    return _Box((top, *[side] * (height - 2), bottom), (height - 1) // 2)
+
+
+def _tag(node: ET.Element) -> str:
+    return node.tag.rpartition("}")[2]
+
+
+def _walk(node: ET.Element) -> _Box:
+    tag, children = _tag(node), list(node)
+    if tag in ("mi", "mn", "mo", "mtext"):
+        return _flat((node.text or "").replace("\xa0", " "))
+    if tag == "mspace":
+        return _flat(" ")
+    if tag == "mtable":
+        return _grid([[_row(list(cell)) for cell in row] for row in children], node.get("columnspacing") is not None)
+    if tag in ("msub", "msup", "msubsup"):
+        return _scripts(tag, [_walk(child) for child in children])
+    if tag == "mover":
+        return _beside([_walk(children[0]), _flat("\u0307")])
+    if tag == "mfrac":
+        return _fraction(_walk(children[0]), _walk(children[1]))
+    if tag == "msqrt":
+        return _beside([_flat("√("), _row(children), _flat(")")])
+    return _row(children)
+
+
+def _scripts(tag: str, boxes: Sequence[_Box]) -> _Box:
+    shown = boxes[0]
+    kinds = {"msub": ["sub"], "msup": ["sup"], "msubsup": ["sub", "sup"]}[tag]
+    for kind, box in zip(kinds, boxes[1:], strict=True):
+        text = box.lines[0].replace(" ", "")
+        able, table, mark = (_SUB_ABLE, _SUBSCRIPTS, "_") if kind == "sub" else (_SUPER_ABLE, _SUPERSCRIPTS, "^")
+        if text == "∘":
+            text = "°"
+        elif text and set(text) <= able:
+            text = text.translate(table)
+        else:
+            text = mark + (text if len(text) == 1 else f"({text})")
+        shown = _beside([shown, _flat(text)] if text != "*" else [boxes[0], _flat(text), *_after(shown, boxes[0])])
+    return shown
+
+
+def _after(shown: _Box, base: _Box) -> list[_Box]:
+    """Return what stands behind the letter already: the star of p* comes before its index."""
+    return [_flat(shown.lines[0].removeprefix(base.lines[0]))]
+
+
+def _fraction(top: _Box, bottom: _Box) -> _Box:
+    def one(box: _Box, tight: bool) -> str:
+        text = box.lines[0].strip()
+        return f"({text})" if re.search(r" [-+−] |^[-−]", text) or (tight and " " in text) else text
+
+    return _flat(f"{one(top, False)}/{one(bottom, True)}")
+
+
+def _row(children: Sequence[ET.Element]) -> _Box:
+    """Join the parts of a row: signs with spaces around them, factors with a space between, brackets grown."""
+    boxes: list[_Box] = []
+    before, called = "", False
+    parts = [(child, _walk(child)) for child in children]
+    for index, (child, box) in enumerate(parts):
+        text = box.lines[0]
+        is_sign = _tag(child) == "mo"
+        if boxes and (not is_sign or (text == "(" and not called)) and _needs_space(before, text):
+            boxes.append(_flat(" "))
+        boxes.append(_sign(parts, index, before) if is_sign else box)
+        called = re.fullmatch(r"[a-z]{3,}2?|[A-Z]_.|[A-Z][ₐ-ₜ]", text) is not None
+        before = "]" if len(box.lines) > 1 and not is_sign else text.strip()[-1:]
+    return _beside(boxes)
+
+
+def _sign(parts: Sequence[tuple[ET.Element, _Box]], index: int, before: str) -> _Box:
+    """Return a sign or bracket as it stands in a row."""
+    text = parts[index][1].lines[0]
+    if text in _BRACKETS:
+        return _grown(text, _height_beside(parts, index, text))
+    if text in _BINARY and not (text in "-−+" and before in _OPENS):
+        return _flat(f" {text} ")
+    return _flat(", ") if text == "," and index < len(parts) - 1 else parts[index][1]
+
+
+def _height_beside(parts: Sequence[tuple[ET.Element, _Box]], index: int, bracket: str) -> int:
+    """Return the height of what a bracket encloses directly."""
+    inside = index + 1 if bracket in "([" else index - 1
+    return len(parts[inside][1].lines) if 0 <= inside < len(parts) else 1
+
+
+def _needs_space(before: str, text: str) -> bool:
+    return bool(before) and before not in _OPENS | set(" √-|∂/") and not text.startswith(tuple(" )],'/:"))
+
+
+@lru_cache(maxsize=4096)
+def unicode_math(latex: str) -> str:
+    r"""Return a formula as text, over several lines where it holds a matrix.
+
+    >>> unicode_math(r"a_{1} c_{12} - \dot{\theta}_{2}")
+    'a₁ c₁₂ − θ̇₂'
+    """
+    root = ET.fromstring(plain_mathml(latex))  # noqa: S314 - our own formula, converted by our own call
+    box = _row(list(root))
+    return "\n".join(line.rstrip() for line in box.lines)

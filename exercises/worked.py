@@ -1,0 +1,258 @@
+"""What a worked solution shows between the formula and its result: vectors, products, cofactors, numbers.
+
+Everything is worked out on the structure of the arm (no numbers, no offsets), where the algebra is exact and short,
+and then filled with the arm's own numbers. World frame; notation of the chapter.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import combinations
+
+import sympy as sp
+
+from exercises.chain import Chain
+from exercises.classification import Kind, classify_pieces
+from exercises.derivation import Derivation, derive, structure, task_velocity
+from exercises.kinematics import frames_and_point, joint_rotation, link_vector
+from exercises.latex import angle_names
+from exercises.problem import Part
+from exercises.questions.inversion import Situation
+from exercises.questions.singular import Place
+from exercises.singularity import Component, singular_set
+from exercises.trigonometry import substitute, textbook
+
+
+@dataclass(frozen=True)
+class Column:
+    """The effect of joint `number` (6.12): its axis z, its vector p*, and z x p*."""
+
+    number: int
+    kind: str
+    z: sp.Matrix
+    p_star: sp.Matrix
+    cross: sp.Matrix
+    carries: bool
+
+
+@dataclass(frozen=True)
+class Recursion:
+    """One step of (6.13), from p*_i to p*_{i-1}."""
+
+    number: int
+    rotation: sp.Matrix
+    link: sp.Matrix
+    turned: sp.Matrix
+    p_star: sp.Matrix
+
+
+@dataclass(frozen=True)
+class Found:
+    """A component of the singular set with what it is; `solutions` are (joint, values), None where joints are tied.
+
+    `cases` says the same of each value, where a single joint has several and they differ.
+    """
+
+    conditions: tuple[sp.Expr, ...]
+    solutions: tuple[tuple[sp.Symbol, tuple[sp.Expr, ...]], ...] | None
+    kind: Kind
+    cases: tuple[tuple[sp.Symbol, sp.Expr, Kind], ...] = ()
+
+
+class Worked:
+    """The steps for one arm; templates read its properties."""
+
+    def __init__(self, chain: Chain) -> None:
+        self.chain = chain
+        self.d: Derivation = derive(chain)
+        found = structure(chain)
+        self._structure, self._values = found.chain, dict(found.values)
+
+    @cached_property
+    def angles(self) -> dict[sp.Expr, str]:
+        """Short names for the sums of angles that c_{12} can't say, for display."""
+        return angle_names(self.d.position, self.d.geometric, self.d.p_star, *self.d.rotations)
+
+    def _fill(self, matrix: sp.Matrix) -> sp.Matrix:
+        """Return a matrix of the structure, tidied, in this arm's numbers."""
+        return matrix.applyfunc(lambda entry: substitute(textbook(sp.expand(entry)), self._values))
+
+    @cached_property
+    def transforms(self) -> list[sp.Matrix]:
+        """T_{0,1} ... T_{n-1,n}, 4 x 4, row by row of the table."""
+        found = []
+        for joint in self.chain.joints:
+            pose = joint_rotation(joint).row_join(link_vector(joint))
+            found.append(pose.col_join(sp.Matrix([[0, 0, 0, 1]])))
+        return found
+
+    @cached_property
+    def origins(self) -> list[sp.Matrix]:
+        """O_0 ... O_k, k being the frame in which the point is fixed (3 x 1, m)."""
+        frames, _ = frames_and_point(self._structure)
+        return [self._fill(frame.origin) for frame in frames[: self.chain.point.frame + 1]]
+
+    @cached_property
+    def recursion(self) -> list[Recursion]:
+        """The steps of (6.13), the last joint first; for a point in the last frame."""
+        generic = derive(self._structure)
+        steps = []
+        for i in range(self.chain.point.frame, 0, -1):
+            joint, rotation = self._structure.joints[i - 1], generic.rotations[i - 1]
+            link = sp.Matrix([joint.a * sp.cos(joint.theta), joint.a * sp.sin(joint.theta), joint.d])
+            turned = self._fill(rotation * link)
+            p_star = self.d.p_star[:, i - 1]
+            steps.append(Recursion(i, self.d.rotations[i - 1], self.d.link_vectors[i - 1], turned, p_star))
+        return steps
+
+    @property
+    def last_vector(self) -> sp.Matrix:
+        """p*_k of the point's own frame: R_k times its coordinates there (zero for an origin)."""
+        k = self.chain.point.frame
+        return self._fill(derive(self._structure).rotations[k] * sp.Matrix(self._structure.point.offset))
+
+    @cached_property
+    def columns(self) -> list[Column]:
+        """The columns of the geometric Jacobian (6.12)."""
+        return [self._column(self.d.z, self.d.p_star, self.d.geometric, i) for i in range(self.chain.n)]
+
+    def _column(self, z: sp.Matrix, p_star: sp.Matrix, jacobian: sp.Matrix, i: int) -> Column:
+        carries = i < self.chain.point.frame
+        return Column(i + 1, self.chain.joints[i].kind, z[:, i], p_star[:, i], jacobian[:3, i], carries)
+
+    def link_columns(self, k: int) -> list[Column]:
+        """Return the columns for frame k: p* goes from O_{i-1} to O_k, and only joints 1 ... k count."""
+        inner = derive(self._to_frame(k))
+        return [self._column(inner.z, inner.p_star, inner.geometric, i) for i in range(k)]
+
+    def _to_frame(self, k: int) -> Chain:
+        return Chain(self.chain.name, self.chain.joints[:k], self.chain.task, self.chain.base)
+
+    @property
+    def rates(self) -> sp.Matrix:
+        """The vector of joint rates."""
+        return sp.Matrix(self.chain.rates)
+
+    @property
+    def velocity(self) -> sp.Matrix:
+        """The vector of the task's velocity."""
+        return sp.Matrix(task_velocity(self.chain))
+
+    @cached_property
+    def cofactors(self) -> sp.Matrix:
+        """The cofactors of the task Jacobian, (-1)^(i+j) times the minor (appendix)."""
+        generic = derive(self._structure).jacobian
+        n = generic.rows
+        return self._fill(sp.Matrix(n, n, lambda i, j: generic.cofactor(i, j) if n > 1 else sp.S.One))
+
+    @cached_property
+    def expansion(self) -> tuple[str, sp.Expr]:
+        """The row or column with the most zeros, in words, and the sum of its entries times their cofactors."""
+        jacobian, n = self.d.jacobian, self.chain.n
+        lines = [(f"row {i + 1}", [(i, j) for j in range(n)]) for i in range(n)]
+        lines += [(f"column {j + 1}", [(i, j) for i in range(n)]) for j in range(n)]
+        name, places = min(lines, key=lambda line: sum(jacobian[place] != 0 for place in line[1]))
+        return name, sp.Add(*(jacobian[place] * self.cofactors[place] for place in places))
+
+    @cached_property
+    def minors(self) -> list[tuple[str, sp.Expr]]:
+        """The maximal minors of a Jacobian that is not square: which columns (or rows), and the factored minor."""
+        rows, cols = self.d.jacobian.shape
+        size, count = min(rows, cols), max(rows, cols)
+        what = "columns" if cols > rows else "rows"
+        labels = [f"{what} {', '.join(str(i + 1) for i in chosen)}" for chosen in combinations(range(count), size)]
+        values = (minor.substituted(self._values) for minor in self.d.generic_minors)
+        return list(zip(labels, values, strict=True))
+
+    # --- singular configurations ---
+
+    @cached_property
+    def found(self) -> list[Found]:
+        """The components of the singular set, classified."""
+        return [self._classified(component) for component in singular_set(self.chain) or ()]
+
+    def _classified(self, component: Component) -> Found:
+        conditions = tuple(without_factor(condition) for condition in component.conditions)
+        kind = _kind(self.chain, tuple(component.pieces()))
+        return Found(conditions, component.solutions, kind, self._cases(component, kind))
+
+    def _cases(self, component: Component, kind: Kind) -> tuple[tuple[sp.Symbol, sp.Expr, Kind], ...]:
+        if component.solutions is None or len(component.solutions) != 1 or " or " not in kind.meaning:
+            return ()
+        ((joint, values),) = component.solutions
+        return tuple((joint, value, _kind(self.chain, (f"{joint} = {value}",))) for value in values)
+
+    @property
+    def is_elbow(self) -> bool:
+        """Whether the arm is that of Example 6.3: a turning column that carries two parallel joints."""
+        joints = self.chain.joints
+        return (
+            self.chain.n >= 3
+            and [joint.kind for joint in joints[:3]] == ["R", "R", "R"]
+            and joints[0].alpha in (sp.pi / 2, -sp.pi / 2)
+            and joints[1].alpha in (0, sp.pi)
+            and self.chain.task == ("vx", "vy", "vz")
+        )
+
+    def of_place(self, place: Place) -> Found | None:
+        """Return the component that a place lies on, or None where the arm is not singular."""
+        for component in singular_set(self.chain) or ():
+            if place.condition is not None:
+                if place.condition in component.conditions:
+                    return self._classified(component)
+            elif component.solutions is not None and all(
+                place.joints[q] in values for q, values in component.solutions
+            ):
+                here = " and ".join(f"{q} = {place.joints[q]}" for q, _ in component.solutions)
+                conditions = tuple(without_factor(condition) for condition in component.conditions)
+                return Found(conditions, component.solutions, _kind(self.chain, (here,)))
+        return None
+
+    # --- numbers ---
+
+    def numeric(self, situation: Situation, expression: sp.Matrix | sp.Expr) -> sp.Matrix | sp.Expr:
+        """Return the numbers that a formula takes in a situation, to four significant digits."""
+        filled = expression.xreplace(situation.values)
+        return filled.applyfunc(_four_digits) if isinstance(filled, sp.MatrixBase) else _four_digits(filled)
+
+    def at(self, place: Place, expression: sp.Expr) -> sp.Expr:
+        """Return an expression at a configuration, the open lengths kept, numbers to four digits."""
+        filled = sp.expand(sp.N(expression.xreplace(place.joints), 15))
+        return filled.xreplace({number: _four_digits(number) for number in filled.atoms(sp.Float)})
+
+    def three_digits(self, part: Part) -> list[str]:
+        """Return the numbers of an answer to three significant digits."""
+        return [three_digits(value) for value in part.answer.reference]  # type: ignore[union-attr]
+
+
+@lru_cache(maxsize=1024)
+def _kind(chain: Chain, pieces: tuple[str, ...]) -> Kind:
+    """Return what a set of singular configurations is; kept, as it takes a quarter of a second to establish."""
+    return classify_pieces(chain, pieces)
+
+
+def without_factor(condition: sp.Expr) -> sp.Expr:
+    """Return what has to vanish without numbers and signs before it, as in sin(theta3) for -2 sin(theta3)."""
+    coefficient, rest = condition.as_coeff_Mul()
+    if rest.is_Add or coefficient == 1:
+        return condition
+    return rest
+
+
+def three_digits(value: sp.Expr) -> str:
+    """Return a number to three significant digits, without an exponent where it can be read without.
+
+    >>> three_digits(sp.Float("0.0752277")), three_digits(sp.Float("-12.345"))
+    ('0.0752', '-12.3')
+    """
+    return _plain(f"{float(value):#.3g}")
+
+
+def _plain(text: str) -> str:
+    return f"{float(text):.0f}" if "e+" in text else text.rstrip(".")
+
+
+def _four_digits(value: sp.Expr) -> sp.Expr:
+    number = sp.N(value, 15)
+    if abs(number) < sp.Float("1e-12"):
+        return sp.S.Zero
+    return sp.Float(f"{float(number):.4g}", 10)

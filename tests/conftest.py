@@ -1,0 +1,60 @@
+"""Settings of every test: Hypothesis draws the same examples in CI, and new ones on a developer's machine.
+
+QDOT_SEEDS (default 12) is the number of problems that the tests draw from each family.
+"""
+
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sympy as sp
+from hypothesis import HealthCheck, settings
+
+from exercises.chain import TASK_ROWS, Chain, Joint, Point
+
+# Computer algebra takes the time it takes; a slow example is not a wrong one.
+settings.register_profile("here", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("ci", settings.get_profile("here"), derandomize=True, print_blob=True)
+settings.load_profile("ci" if os.environ.get("CI") else "here")
+
+
+@dataclass(frozen=True)
+class TextbookArm:
+    """A record of ground_truth.json and its chain, with the point and the rows that its task speaks of."""
+
+    record: dict[str, Any]
+    chain: Chain
+
+
+def _angle(text: str) -> sp.Expr:
+    """Read degrees and joint variables, as in theta1+90."""
+    terms = text.split("+")
+    return sp.Add(*(sp.pi * int(t) / 180 if t.lstrip("-").isdigit() else sp.Symbol(t) for t in terms))
+
+
+def _textbook_arm(record: dict[str, Any]) -> TextbookArm:
+    joints = [
+        Joint(
+            row["type"], _angle(row["theta_deg"]), sp.sympify(row["d"]), sp.sympify(row["a"]), _angle(row["alpha_deg"])
+        )
+        for row in record["dh"]
+    ]
+    frame = int(record["task_reference_point"].removeprefix("tip ").removeprefix("O"))
+    task = [row for row in record["task_rows"] if row in TASK_ROWS]
+    return TextbookArm(record, Chain(record["name"], tuple(joints), tuple(task), tool=Point(frame)))
+
+
+@pytest.fixture(scope="session")
+def textbook_arms() -> dict[str, TextbookArm]:
+    """The arms of ground_truth.json by name."""
+    records = json.loads((Path(__file__).parent / "data" / "ground_truth.json").read_text(encoding="utf-8"))
+    return {record["name"]: _textbook_arm(record) for record in records}
+
+
+@pytest.fixture(scope="session")
+def seeds() -> range:
+    """The seeds of the problems to draw from each family."""
+    return range(int(os.environ.get("QDOT_SEEDS", "12")))

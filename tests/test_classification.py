@@ -1,0 +1,103 @@
+"""Boundary or internal: the kinds of the textbook arms' singularities, and of single configurations."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from exercises.chain import Chain, Joint
+from exercises.classification import Sample, classify_pieces, domain_of, kind_at
+from exercises.kinematics import NumericChain
+
+RECORDS = json.loads((Path(__file__).parent / "data" / "ground_truth.json").read_text(encoding="utf-8"))
+
+UNDECIDED = {"Scorbot_5R_full_6x5"}
+"""Six rows and five joints: the pose has no reach to have a boundary of; the record speaks of the point's."""
+
+KINDS = [
+    (record["name"], number)
+    for record in RECORDS
+    if record["name"] not in UNDECIDED and all(len(row) == 2 for row in record["task_rows"])
+    for number in range(len(record["singular_set"]))
+]
+T1, T2, T3 = sp.symbols("theta1 theta2 theta3")
+
+
+def expected(classification: str) -> tuple[str, bool]:
+    """Return kind and uniformity that a record states: boundary, interior …, or one of both (mixed)."""
+    if classification.startswith("interior"):
+        return "internal", True
+    return "boundary", classification == "boundary"
+
+
+@pytest.mark.parametrize(("name", "number"), KINDS)
+def test_textbook_kinds(name: str, number: int, textbook_arms: Mapping[str, Any]) -> None:
+    arm = textbook_arms[name]
+    part = arm.record["singular_set"][number]
+    condition = " and ".join(f"({text.removesuffix(' = 0')}) = 0" for text in part["conditions"])
+    found = classify_pieces(arm.chain, [condition])
+    assert (found.kind, found.uniform) == expected(part["classification"])
+
+
+def planar(*lengths: float) -> tuple[Chain, NumericChain]:
+    angles = sp.symbols("theta1 theta2 theta3")
+    joints = (Joint("R", q, 0, sp.Float(a), 0) for q, a in zip(angles, lengths, strict=False))
+    chain = Chain("planar", tuple(joints), ("vx", "vy"))
+    return chain, NumericChain(chain, {})
+
+
+@pytest.mark.parametrize(
+    ("lengths", "q", "kind"),
+    [
+        ((0.5, 0.3), (0.4, 0.0), "boundary"),
+        ((0.5, 0.3), (0.4, np.pi), "boundary"),
+        ((0.4, 0.4), (0.4, np.pi), "internal"),
+        ((0.5, 0.3), (0.4, 1.0), "regular"),
+        ((0.9, 0.3, 0.2), (0.4, np.pi, 0.0), "boundary"),
+        ((0.9, 0.3, 0.2), (0.4, 0.0, np.pi), "internal"),
+        ((0.5, 0.4, 0.3), (0.4, np.pi, np.pi), "internal"),
+        ((0.5, 0.4, 0.3), (0.4, 0.0, 0.0), "boundary"),
+    ],
+)
+def test_the_kind_of_a_planar_pose_is_that_of_its_reach(
+    lengths: tuple[float, ...], q: tuple[float, ...], kind: str
+) -> None:
+    """A fold is an edge of the annulus between the longest link less the others and all of them, or inside it."""
+    chain, arm = planar(*lengths)
+    assert kind_at(chain, Sample(arm, np.array(q))) == kind
+
+
+def test_planar_kinds_are_those_of_the_annulus() -> None:
+    """For every way to fold three links, the distance from the base tells the kind."""
+    for lengths in [(0.9, 0.3, 0.2), (0.2, 0.9, 0.35), (0.5, 0.45, 0.3), (0.31, 0.22, 0.8)]:
+        chain, arm = planar(*lengths)
+        edges = {sum(lengths), max(0.0, 2 * max(lengths) - sum(lengths))}
+        for second in (0.0, np.pi):
+            for third in (0.0, np.pi):
+                q = np.array([0.3, second, third])
+                reach = float(np.linalg.norm(arm.point(q)))
+                on_edge = any(abs(reach - edge) < 1e-9 and edge > 0 for edge in edges)
+                assert kind_at(chain, Sample(arm, q)) == ("boundary" if on_edge else "internal"), (lengths, q)
+
+
+def test_what_a_pose_looks_like_is_said() -> None:
+    chain = Chain("2R", (Joint("R", T1, 0, sp.Symbol("a1"), 0), Joint("R", T2, 0, sp.Symbol("a2"), 0)), ("vx", "vy"))
+    assert classify_pieces(chain, ["theta2 = 0"]).meaning == "arm stretched out"
+    assert classify_pieces(chain, ["theta2 = pi"]).meaning == "arm folded back"
+
+
+def test_the_roles_of_an_arms_symbols() -> None:
+    chain = Chain("RP", (Joint("R", T1, 0, sp.Symbol("a1"), sp.Symbol("alpha1")), Joint("P", 0, "d2", 0, 0)), ("vx",))
+    roles = domain_of(chain, {"a1": 0.5}).roles
+    expected_roles = {"theta1": "angle", "d2": "signed", "qd1": "signed", "vx": "signed", "alpha1": "angle", "a1": 0.5}
+    assert {name: roles[name] for name in expected_roles} == expected_roles
+
+
+def test_a_narrow_hole_in_the_reach_is_a_boundary_still() -> None:
+    for gap in (0.02, 0.005, 0.001):
+        chain, arm = planar(0.5, 0.5 - gap)
+        assert kind_at(chain, Sample(arm, np.array([0.4, np.pi]))) == "boundary"

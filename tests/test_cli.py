@@ -1,0 +1,229 @@
+"""The command line as its contract says: results on stdout, one clear message and code 2 for bad input, code 1 as told."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from exercises.families import FAMILIES
+from exercises.questions import QUESTIONS
+from grader.cli import app
+
+runner = CliRunner()
+
+ELBOW = """name = "elbow"
+task = ["vx", "vy", "vz"]
+""" + "".join(
+    f'[[joint]]\nkind = "R"\ntheta = "theta{i}"\nd = {d}\na = "a{i}"\nalpha = {alpha}\n'
+    for i, d, alpha in ((1, '"d1"', '"-pi/2"'), (2, 0, 0), (3, 0, 0))
+)
+
+
+def run(*args: str | Path, code: int = 0, stdin: str | None = None) -> str:
+    result = runner.invoke(app, [str(arg) for arg in args], input=stdin)
+    assert result.exit_code == code, result.output + str(result.exception)
+    return result.stdout
+
+
+def fails(*args: str | Path) -> str:
+    result = runner.invoke(app, [str(arg) for arg in args])
+    assert result.exit_code == 2, result.output
+    assert "Traceback" not in result.output
+    lines = result.stderr.strip().splitlines()
+    assert len(lines) == 1
+    return lines[0]
+
+
+def test_help_lists_every_command_and_each_explains_itself() -> None:
+    listed = run("--help")
+    for command in (
+        "init",
+        "families",
+        "questions",
+        "show",
+        "solve",
+        "verify",
+        "generate",
+        "check",
+        "compare",
+        "grade",
+        "demo",
+    ):
+        assert command in listed
+        assert len(run(command, "--help")) > 250
+
+
+def test_families_and_questions() -> None:
+    families = json.loads(run("families", "--json"))
+    assert [family["name"] for family in families] == list(FAMILIES)
+    assert [question["name"] for question in json.loads(run("questions", "--json"))] == list(QUESTIONS)
+    assert "planar-2r" in run("families")
+    assert "inverse-velocity" in run("questions")
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_show_json_has_the_contracts_shape(family: str) -> None:
+    shown = json.loads(run("show", f"{family}/7", "--solution", "--format", "json"))
+    assert set(shown) >= {"id", "family", "seed", "engine", "robot", "symbols", "parts", "certificate"}
+    assert shown["id"] == f"{family}/7"
+    assert shown["certificate"]["passed"] is True
+    for joint in shown["robot"]["joints"]:
+        assert set(joint) >= {"kind", "theta", "d", "a", "alpha"}
+    for part in shown["parts"]:
+        assert set(part) >= {"name", "kind", "type", "prompt", "points", "needs", "reference"}
+        assert "$" in part["prompt"] or part["prompt"]
+    hidden = json.loads(run("show", f"{family}/7", "--format", "json"))
+    assert all("reference" not in part for part in hidden["parts"])
+
+
+@pytest.mark.parametrize("format", ["text", "latex", "html", "ipynb"])
+def test_show_in_every_format_is_the_same_twice(format: str) -> None:
+    first = run("show", "polar-rp/3", "--solution", "-f", format)
+    assert len(first) > 1000
+    assert run("show", "polar-rp/3", "--solution", "-f", format) == first
+
+
+@pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        (("show", "planar-2r"), "FAMILY/SEED"),
+        (("show", "planer-2r/7"), "did you mean 'planar-2r'"),
+        (("show", "planar-2r/7", "--format", "pdf"), "none of text, latex, html, json, ipynb"),
+        (("show", "planar-2r/7", "--questions", "jacobean"), "did you mean 'jacobian'"),
+        (("show", "planar-3r/7", "--questions", "determinant"), "not square"),
+        (("solve", "nowhere.toml"), "nowhere.toml"),
+        (("verify",), "name problems"),
+        (("verify", "--family", "x"), "unknown family 'x'"),
+        (("generate", "nowhere"), "qdot init nowhere"),
+        (("grade", "nowhere"), "qdot init nowhere"),
+        (("check", "nowhere.ipynb"), "nowhere.ipynb"),
+        (("compare", "a1"), "two texts"),
+        (("compare", "a1", "a1", "--type", "word"), "none of expression"),
+        (("compare", "a1", "a1+"), "the reference can't be read"),
+        (("compare", "--batch", "nowhere.jsonl"), "nowhere.jsonl"),
+    ],
+)
+def test_bad_input_gets_one_message_and_code_2(args: tuple[str, ...], said: str) -> None:
+    assert said in fails(*args)
+
+
+def test_a_misspelt_option_is_code_2() -> None:
+    assert runner.invoke(app, ["show", "planar-2r/7", "--solutoin"]).exit_code == 2
+    assert runner.invoke(app, ["shwo"]).exit_code == 2
+
+
+def test_solve_prints_example_63(tmp_path: Path) -> None:
+    (tmp_path / "elbow.toml").write_text(ELBOW)
+    found = json.loads(run("solve", tmp_path / "elbow.toml", "--format", "json"))
+    assert found["task"] == ["vx", "vy", "vz"]
+    assert [len(found["jacobian"]), len(found["geometric_jacobian"])] == [3, 6]
+    judged = run("compare", found["determinant"], "a2*a3*sin(theta3)*(a1 + a2*cos(theta2) + a3*cos(theta2 + theta3))")
+    assert json.loads(judged)["outcome"] == "correct"
+    elbow, shoulder = found["singular"]
+    assert elbow["solutions"] == {"theta3": ["0", "pi"]}
+    assert (elbow["condition"], elbow["type"]) == ("sin(theta3)", "boundary")
+    assert shoulder["solutions"] is None
+    assert shoulder["type"] == "internal"
+    assert "det" in run("solve", tmp_path / "elbow.toml")
+    assert r"\begin{document}" in run("solve", tmp_path / "elbow.toml", "--format", "latex")
+
+
+def test_compare_by_argument_and_by_batch(tmp_path: Path) -> None:
+    judged = json.loads(run("compare", "a1*a2*s2", "a1*a2*sin(theta2)"))
+    assert judged["outcome"] == "correct"
+    assert set(judged["certificate"]) == {"method", "points", "bound", "counterexample"}
+    wrong = json.loads(run("compare", "a1*a2*c2", "a1*a2*sin(theta2)"))
+    assert wrong["certificate"]["counterexample"]["at"]
+    requests: list[dict[str, Any]] = [
+        {"id": 1, "type": "matrix", "reference": [["a1", "0"], ["0", "a2"]], "student": "[[a1, 0], [0, a2*2]]"},
+        {"id": 2, "type": "angles", "reference": "{0, pi}", "student": "{pi, 2*pi}"},
+        {"id": 3, "type": "singular", "reference": ["sin(theta3) = 0"], "student": "theta3 in {0, pi}",
+         "joints": ["theta1", "theta2", "theta3"]},
+        {"id": 4, "type": "matrix", "reference": ["a1", "a2"], "student": "[a1, a2]"},
+        {"id": 5, "type": "expression", "reference": "a1", "student": ""},
+    ]  # fmt: skip
+    lines = "".join(json.dumps(request) + "\n" for request in requests)
+    (tmp_path / "b.jsonl").write_text(lines)
+    expected = ["partial", "correct", "correct", "correct", "missing"]
+    for source, stdin in ((tmp_path / "b.jsonl", None), ("-", lines)):
+        answers = [json.loads(line) for line in run("compare", "--batch", source, stdin=stdin).splitlines()]
+        assert [answer["outcome"] for answer in answers] == expected
+        assert [answer["id"] for answer in answers] == [1, 2, 3, 4, 5]
+    (tmp_path / "b.jsonl").write_text('{"id": 1}\n')
+    assert "line 1" in fails("compare", "--batch", tmp_path / "b.jsonl")
+
+
+def test_verify_problems_and_folders(tmp_path: Path) -> None:
+    assert "2 problems verified, 0 failed" in run("verify", "planar-2r/7", "polar-rp/1", "--jobs", "1")
+    assert "3 problems verified, 0 failed" in run("verify", "--family", "planar-3r", "--count", "3", "--jobs", "2")
+
+
+def test_verify_says_what_failed_and_leaves_with_1(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("grader.certify.reference_text", lambda part: "theta1")
+    said = run("verify", "planar-2r/7", "--jobs", "1", code=1)
+    assert "planar-2r/7" in said
+    assert "the reference itself is judged wrong" in said
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("cli") / "hw"
+    run("init", made, "--key", "hw", "--title", "Home work")
+    toml = made / "assignment.toml"
+    toml.write_text('title = "T"\nkey = "hw"\n[[problem]]\nfamily = "polar-rp"\nquestions = ["position", "jacobian"]\n')
+    said = run("generate", made, "--jobs", "2")
+    assert "2 written" in said
+    return made
+
+
+def test_generate_grade_and_check(folder: Path) -> None:
+    assert "2 kept" in run("generate", folder)
+    assert "not a folder of submissions" in fails("grade", folder)
+    blank = folder / "released" / "s001" / "hw.ipynb"
+    solved = folder / "solutions" / "s001" / "hw.ipynb"
+    assert "0 of 2 answers can be read" in run("check", blank, code=1)
+    assert "2 of 2 answers can be read" in run("check", solved)
+    target = folder / "in" / "s001" / "hw.ipynb"
+    target.parent.mkdir(parents=True)
+    target.write_bytes(solved.read_bytes())
+    said = run("grade", folder, folder / "in", "--jobs", "1")
+    assert "1 graded, 1 missing" in said
+    rows = [json.loads(line) for line in (folder / "graded" / "results.jsonl").read_text().splitlines()]
+    assert [(row["student"], row["score"], row["max_score"]) for row in rows] == [("s001", 3, 3), ("s002", 0, 3)]
+    assert (folder / "graded" / "feedback" / "s002.html").exists()
+    run("grade", folder, folder / "in", "--fail-under", "50", code=1)
+
+
+def test_a_stopped_pipe_and_ctrl_c_end_quietly(folder: Path) -> None:
+    qdot = [sys.executable, "-m", "grader.cli"]
+    shown = subprocess.Popen([*qdot, "questions", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert shown.stdout is not None
+    shown.stdout.close()
+    _, errors = shown.communicate(timeout=60)
+    assert b"Traceback" not in errors
+
+
+def test_a_killed_generation_leaves_whole_files_and_a_rerun_finishes(tmp_path: Path) -> None:
+    made = tmp_path / "hw"
+    run("init", made, "--key", "hw")
+    toml = 'title = "T"\nkey = "hw"\n[[problem]]\nfamily = "polar-rp"\nquestions = ["position"]\n'
+    (made / "assignment.toml").write_text(toml)
+    (made / "roster.csv").write_text("student\n" + "".join(f"s{i}\n" for i in range(40)))
+    process = subprocess.Popen(
+        [sys.executable, "-m", "grader.cli", "generate", str(made), "--jobs", "1"],
+        stderr=subprocess.DEVNULL,
+        env=os.environ,
+    )
+    while process.poll() is None and len(list(made.glob("solutions/*/hw.ipynb"))) < 3:
+        pass
+    process.kill()
+    process.wait()
+    for path in made.glob("*/*/hw.ipynb"):
+        json.loads(path.read_text())
+    run("generate", made, "--jobs", "1")
+    assert len(list(made.glob("solutions/*/hw.ipynb"))) == len(list(made.glob("released/*/hw.ipynb"))) == 40

@@ -1,0 +1,141 @@
+"""Sets of configurations: the same set however it is written, and what is missing or too much."""
+
+import contextlib
+import time
+
+import pytest
+
+from exercises.conditions import Space, compare_sets, pieces
+from exercises.expression import ReadError, read
+from exercises.identity import Domain
+
+JOINTS = ("theta1", "theta2", "theta3")
+DOMAIN = Domain({**dict.fromkeys(JOINTS, "angle"), **dict.fromkeys(("a1", "a2", "a3"), "length")})
+SPACE = Space(JOINTS, DOMAIN)
+
+
+def equal(claimed: str, reference: str, space: Space = SPACE, seed: str = "seed") -> bool:
+    left, right = (pieces(read(text), space.joints) for text in (claimed, reference))
+    return compare_sets(left, right, space, seed).equal
+
+
+FOLD = "[theta2 = 0, theta2 = pi]"
+SAME_FOLD = [
+    "{theta2: [0, pi]}", "{theta2: {0, pi}}", "theta2 = k*pi", "theta2 = n*pi", "Eq(sin(theta2), 0)", "sin(theta2) = 0",
+    "sin(theta2)^2 = 0", "sin(theta2)", "theta2 in {0, -pi}", "theta2 in [0, 3*pi]", "tan(theta2) = 0",
+    "theta2 = 0 or theta2 = pi", "Or(Eq(theta2, 0), Eq(theta2, pi))", "[theta2 = 0, theta2 = 2*pi, theta2 = -pi]",
+    "0 = theta2 or pi = theta2", "theta2 = [0, pi]", "a1*a2*sin(theta2) = 0", "cos(theta2)^2 = 1", "{theta2: k*pi}",
+    "s2 = 0", "theta2 = acos(1) or theta2 = acos(-1)",
+    "sin(theta1 + theta2)*cos(theta1) = cos(theta1 + theta2)*sin(theta1)",
+    "theta2 - pi = 0 or theta2 = 0",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("claimed", SAME_FOLD)
+def test_a_set_is_the_same_however_it_is_written(claimed: str) -> None:
+    assert equal(claimed, FOLD)
+    assert equal(FOLD, claimed)
+
+
+@pytest.mark.parametrize(
+    "claimed",
+    [
+        "theta2 = 0", "theta2 = pi", "theta2 in {0, pi, pi/2}", "theta3 = 0 or theta3 = pi", "cos(theta2) = 0",
+        "theta2 = 0 or theta2 = 180", "theta2 in {0, 3.14}", "theta2 = 0 and theta2 = pi", "sin(2*theta2) = 0",
+        "theta2 = 2*k*pi", "sin(theta2) = 0 and sin(theta3) = 0", "theta1 = 0 and sin(theta2) = 0", "sin(theta2/2) = 0",
+        "sin(theta2)*sin(theta3) = 0", "a1 = 0", "0 = 0", "1 = 0",
+    ],
+)  # fmt: skip
+def test_another_set_is_another(claimed: str) -> None:
+    assert not equal(claimed, FOLD)
+
+
+def test_pieces_missing_and_too_many_are_told_apart() -> None:
+    def compare(claimed: str) -> tuple[tuple[bool | None, ...], tuple[bool | None, ...]]:
+        found = compare_sets(pieces(read(claimed), JOINTS), pieces(read(FOLD), JOINTS), SPACE, "seed")
+        return found.covered, found.sound
+
+    assert compare("theta2 = 0") == ((True, False), (True,))
+    assert compare("[theta2 = 0, theta2 = pi, theta3 = 0]") == ((True, True), (True, True, False))
+    found = compare_sets(pieces(read("theta2 = 0"), JOINTS), pieces(read(FOLD), JOINTS), SPACE, "seed")
+    assert found.missing is not None
+    assert found.missing["theta2"] == pytest.approx(3.14159, abs=1e-4)
+    assert found.surplus is None
+
+
+def test_nothing_claimed_covers_nothing() -> None:
+    found = compare_sets([], pieces(read(FOLD), JOINTS), SPACE, "seed")
+    assert not found.equal
+    assert found.missing is not None
+
+
+SHOULDER = "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) = 0"
+LONG_ENOUGH = Space(JOINTS, Domain({**DOMAIN.roles, "a1": 0.1, "a2": 0.5, "a3": 0.4}))
+BOTH_BRANCHES = (
+    "theta3 = acos(-(a1 + a2*cos(theta2))/a3) - theta2 or theta3 = -acos(-(a1 + a2*cos(theta2))/a3) - theta2"
+)
+
+
+@pytest.mark.parametrize(
+    "claimed",
+    [
+        "a1 + a2*c2 + a3*c23 = 0", "a3*c23 = -a1 - a2*c2", "Eq(a1 + a2*c2, -a3*c23)", BOTH_BRANCHES,
+        "(a1 + a2*c2 + a3*c23)^2 = 0", "a1 + (a2 + a3*c3)*c2 - a3*s2*s3 = 0",
+    ],
+)  # fmt: skip
+def test_a_condition_that_ties_joints_is_the_same_however_it_is_written(claimed: str) -> None:
+    assert equal(claimed, SHOULDER, LONG_ENOUGH)
+
+
+@pytest.mark.parametrize(
+    "claimed",
+    [
+        BOTH_BRANCHES.partition(" or ")[0], "a2*c2 + a3*c23 = 0", "a1 + a2*c2 - a3*c23 = 0", "a1 + a2*c2 + a3*c3 = 0",
+        SHOULDER + " or sin(theta3) = 0", "a1 + a2*c2 = 0 and c23 = 0",
+    ],
+)  # fmt: skip
+def test_a_condition_that_ties_joints_is_not_another(claimed: str) -> None:
+    assert not equal(claimed, SHOULDER, LONG_ENOUGH)
+
+
+def test_conditions_that_hold_together() -> None:
+    line = "[" + ", ".join(f"theta2 = {x} and theta3 = {y}" for x in ("0", "pi") for y in ("0", "pi")) + "]"
+    for claimed in ("And(Eq(sin(theta2), 0), Eq(sin(theta3), 0))", "{theta2: [0, pi], theta3: [0, pi]}",
+                    "sin(theta2)^2 + sin(theta3)^2 = 0", "s2 = 0 and s23 = 0"):  # fmt: skip
+        assert equal(claimed, line), claimed
+    assert not equal("sin(theta2) = 0 or sin(theta3) = 0", line)
+    assert not equal("{theta2: [0, pi], theta3: 0}", line)
+
+
+def test_a_slide_has_no_full_turns() -> None:
+    space = Space(("theta1", "d2"), Domain({"theta1": "angle", "d2": "signed"}))
+    assert equal("d2 = -7/20", "20*d2 + 7 = 0", space)
+    assert equal("d2 = -0.35", "d2 = -7/20", space)
+    assert not equal("d2 = -7/20 + 2*pi", "d2 = -7/20", space)
+
+
+def test_a_piece_that_does_not_exist_for_the_lengths_is_neither_right_nor_wrong() -> None:
+    short = Space(JOINTS, Domain({**DOMAIN.roles, "a1": 2.0, "a2": 0.5, "a3": 0.4}))
+    found = compare_sets(pieces(read(SHOULDER), JOINTS), pieces(read(FOLD), JOINTS), short, "seed")
+    assert found.sound == (None,)
+
+
+@pytest.mark.parametrize("text", ["theta2 in theta3 in 0 =", "{theta2: }", "[theta2 = [[0]]]", "theta2 = ...", "{...}"])
+def test_what_is_no_condition_is_refused(text: str) -> None:
+    with pytest.raises(ReadError):
+        pieces(read(text), JOINTS)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "theta2 = k*n*m*pi", "theta2 in {" + ",".join(f"{k}*pi" for k in range(300)) + "}", "theta2 = 9**9**9**9",
+        "theta2 = 1e300*exp(1000)", "theta2 = 1/0",
+        " and ".join(["(theta1 = 0 or theta1 = pi)"] * 24),
+    ],
+)  # fmt: skip
+def test_no_claim_stalls_the_comparison(text: str) -> None:
+    start = time.perf_counter()
+    with contextlib.suppress(ReadError):
+        compare_sets(pieces(read(text), JOINTS), pieces(read(FOLD), JOINTS), SPACE, "seed")
+    assert time.perf_counter() - start < 5.0

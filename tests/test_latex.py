@@ -1,0 +1,125 @@
+"""Formulas as the textbook prints them: its own lines first, then what must hold for every family's answers."""
+
+import re
+
+import pytest
+import sympy as sp
+
+from exercises.families import FAMILIES
+from exercises.generate import generate
+from exercises.latex import symbol_latex, tex, tex_angle, tex_length
+from exercises.problem import Expression, Matrix, Problem, ProblemId
+from exercises.unicode_math import unicode_math
+
+T1, T2, T3, A1, A2, A3, D2 = sp.symbols("theta1 theta2 theta3 a1 a2 a3 d2")
+QD1, QD2, VX, VY = sp.symbols("qd1 qd2 vx vy")
+Q = sp.Rational
+S, C = sp.sin, sp.cos
+
+
+def plain(expression: sp.Expr) -> str:
+    """Return LaTeX without the braces of indices."""
+    return re.sub(r"_\{(\w+)\}", r"_\1", tex(expression))
+
+
+BOOK = [
+    (A1 * C(T1) + A2 * C(T1 + T2), "a_1 c_1 + a_2 c_12"),
+    (-A1 * S(T1) - A2 * S(T1 + T2), "-a_1 s_1 - a_2 s_12"),
+    (C(T1) * (A1 + A2 * C(T2) + A3 * C(T2 + T3)), "c_1 (a_1 + a_2 c_2 + a_3 c_23)"),
+    (-A3 * S(T1) * S(T2 + T3), "-a_3 s_1 s_23"),
+    (sp.Symbol("d1") - A2 * S(T2) - A3 * S(T2 + T3), "d_1 - a_2 s_2 - a_3 s_23"),
+    (A2 * A3 * S(T3) * (A1 + A2 * C(T2)), "a_2 a_3 s_3 (a_1 + a_2 c_2)"),
+    ((C(T1 + T2) * VX + S(T1 + T2) * VY) / (A1 * S(T2)), r"\frac{c_12 v_x + s_12 v_y}{a_1 s_2}"),
+]
+OURS = [
+    (D2 + Q(33, 100), "d_2 + 0.33"),
+    (C(T1 + T2 + sp.pi / 6), r"\cos(\theta_1 + \theta_2 + \tfrac{\pi}{6})"),
+    (C(-T1 + T2 + sp.pi / 3), r"\cos(\theta_2 - \theta_1 + \tfrac{\pi}{3})"),
+    (A1 / 2 + Q(1, 10), "0.5 a_1 + 0.1"),
+    (Q(20, 7) / (A1 * S(T2)), r"\frac{1}{0.35 a_1 s_2}"),
+    (sp.pi - sp.atan(4), r"\pi - \arctan(4)"),
+    (-sp.atan(Q(2, 7)), r"-\arctan(\tfrac{2}{7})"),
+    (-(-A1 - A2 * C(T2)) / S(T2), r"\frac{a_1 + a_2 c_2}{s_2}"),
+    (A1 * C(T1) - Q(3, 5), "a_1 c_1 - 0.6"),
+    (S(T1) ** 2, "s_1^{2}"),
+    (sp.sqrt(3) * A1 / 2, r"\frac{\sqrt{3} a_1}{2}"),
+    (sp.S.Zero, "0"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("expression", "expected"), BOOK + OURS)
+def test_as_printed(expression: sp.Expr, expected: str) -> None:
+    assert plain(expression) == expected
+
+
+def test_rates_stand_behind_their_coefficients() -> None:
+    assert (
+        plain(A1 * S(T1) * QD1 + (A1 + A2 * C(T2)) * QD2) == r"a_1 s_1 \dot{\theta}_1 + (a_1 + a_2 c_2) \dot{\theta}_2"
+    )
+
+
+def test_prismatic_rates_are_rates_of_d() -> None:
+    assert symbol_latex("qd2", ("2",)) == r"\dot{d}_{2}"
+
+
+def test_table_entries() -> None:
+    assert tex_angle(T2 - sp.pi / 2) == r"\theta_{2} - 90^\circ"
+    assert tex_angle(sp.S.Zero) == "0"
+    assert tex_length(Q(7, 20)) == r"0.35\,\text{m}"
+    assert tex_length(A1) == "a_{1}"
+
+
+# --- read back: what is printed means what was meant ---
+
+PROBLEMS = [generate(ProblemId(family, seed)) for family in FAMILIES for seed in range(2)]
+
+
+def _entries(problem: Problem) -> list[sp.Expr]:
+    found: list[sp.Expr] = []
+    for part in problem.parts:
+        if isinstance(part.answer, Expression):
+            found.append(part.answer.reference)
+        elif isinstance(part.answer, Matrix):
+            found += list(part.answer.reference)
+    return found
+
+
+def _long_wave(match: re.Match[str]) -> str:
+    angles = "+".join(f"theta{digit}" for digit in match.group(2))
+    return f"{'cos' if match.group(1) == 'c' else 'sin'}({angles})"
+
+
+def _read_back(text: str) -> sp.Expr:
+    """Return the expression of a printed formula, by Python's own rules for what is left after rewriting."""
+    text = text.replace(r"\,", " ").replace("{}", "")
+    while True:
+        changed = re.sub(r"\\t?frac\{((?:[^{}]|\{[^{}]*\})*)\}\{((?:[^{}]|\{[^{}]*\})*)\}", r"((\1)/(\2))", text)
+        if changed == text:
+            break
+        text = changed
+    text = re.sub(r"\\dot\{(?:\\theta|d)\}_\{(\d)\}", r"qd\1", text)
+    text = re.sub(r"\\?\b(theta|[avwd])_\{(\w)\}", r"\1\2", text)
+    text = re.sub(r"\\omega_\{(\w)\}", r"w\1", text)
+    text = re.sub(r"\b([cs])_\{(\d+)\}", _long_wave, text)
+    text = text.replace(r"\left", "").replace(r"\right", "").replace("\\", "").replace("^{2}", "**2")
+    text = re.sub(r"(?<=[\w)]) (?=[\w(])", "*", text)
+    names = {name: sp.Symbol(name) for name in re.findall(r"[a-z]+\d|[vw][xyz]", text)}
+    return sp.sympify(re.sub(r"\d*\.\d+", lambda m: f"Rational('{m.group()}')", text), locals=names)
+
+
+@pytest.mark.parametrize("problem", PROBLEMS, ids=lambda problem: str(problem.id))
+def test_printed_formulas_mean_the_same(problem: Problem) -> None:
+    for entry in set(_entries(problem)):
+        shown = tex(entry, problem.chain)
+        back = _read_back(shown)
+        values = {s: sp.Float(0.3 + 0.17 * i) for i, s in enumerate(sorted(entry.free_symbols, key=str))}
+        assert abs(float((back - entry).xreplace(values))) < 1e-9, shown
+
+
+@pytest.mark.parametrize("problem", PROBLEMS[::2], ids=lambda problem: str(problem.id))
+def test_formulas_have_a_form_for_terminals(problem: Problem) -> None:
+    for part in problem.parts:
+        if isinstance(part.answer, Matrix):
+            text = unicode_math(tex(part.answer.reference, problem.chain))
+            assert "\\" not in text and "{" not in text
+            assert len(text.splitlines()) == part.answer.reference.rows

@@ -1,0 +1,119 @@
+"""Every question of every family: its references, held against the snapshot in tests/snapshots.
+
+A reference that changes changes what an id regenerates: raise exercises.ENGINE with it. Then write the snapshots anew:
+
+    QDOT_UPDATE_SNAPSHOTS=1 python -m pytest tests/test_questions.py
+"""
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sympy as sp
+
+from exercises import ENGINE
+from exercises.expression import read
+from exercises.families import FAMILIES
+from exercises.generate import generate, questions_of
+from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part, Problem, ProblemId
+from exercises.questions import QUESTIONS
+
+SNAPSHOTS = Path(__file__).parent / "snapshots"
+SEEDS = (0, 1, 2)
+
+
+def plain(value: object) -> Any:
+    """Return what JSON can hold; SymPy as text."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in sorted(value.items(), key=lambda pair: str(pair[0]))}
+    if isinstance(value, (tuple, list)):
+        return [plain(item) for item in value]
+    return value if value is None or isinstance(value, (str, int, float)) else str(value)
+
+
+def answer_of(part: Part) -> Any:
+    answer = part.answer
+    if isinstance(answer, ConditionSet):
+        return answer.pieces()
+    if isinstance(answer, Choice):
+        return {"options": list(answer.options), "correct": answer.letter}
+    if isinstance(answer, Expression):
+        return str(answer.reference)
+    return [[str(entry) for entry in row] for row in answer.reference.tolist()]
+
+
+def arm_of(problem: Problem) -> Any:
+    chain = problem.chain
+    rows = [[j.kind, str(j.theta), str(j.d), str(j.a), str(j.alpha)] for j in chain.joints]
+    return {"rows": rows, "base": plain(chain.base), "point": plain(chain.point), "task": list(chain.task)}
+
+
+def snapshot(family: str) -> dict[str, Any]:
+    problems = [generate(ProblemId(family, seed)) for seed in SEEDS]
+    found: dict[str, Any] = {
+        str(problem.id): {
+            "arm": arm_of(problem),
+            "parts": {part.name: {"answer": answer_of(part), "details": plain(part.details)} for part in problem.parts},
+        }
+        for problem in problems
+    }
+    text = json.dumps(found, sort_keys=True, ensure_ascii=False)
+    return {"engine": ENGINE, "sha256": hashlib.sha256(text.encode()).hexdigest(), "problems": found}
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_what_an_id_regenerates_has_not_changed(family: str) -> None:
+    path, found = SNAPSHOTS / f"{family}.json", snapshot(family)
+    if os.environ.get("QDOT_UPDATE_SNAPSHOTS") == "1":
+        SNAPSHOTS.mkdir(exist_ok=True)
+        path.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    assert path.exists(), f"no snapshot of {family} yet: QDOT_UPDATE_SNAPSHOTS=1 python -m pytest {__file__}"
+    stored = json.loads(path.read_text(encoding="utf-8"))
+    for identity, problem in stored["problems"].items():
+        for name, part in problem["parts"].items():
+            assert found["problems"][identity]["parts"].get(name) == part, f"{identity}: {name} is another"
+    assert found == stored
+
+
+def test_there_is_no_snapshot_of_what_is_no_family() -> None:
+    assert {path.stem for path in SNAPSHOTS.glob("*.json")} <= set(FAMILIES)
+
+
+@pytest.mark.parametrize("name", QUESTIONS)
+def test_a_question_is_registered_under_its_name(name: str) -> None:
+    question = QUESTIONS[name]
+    assert question.name == name
+    assert question.title
+    assert question.source
+    assert question.points > 0
+    assert all(need in QUESTIONS for need in question.needs)
+
+
+@pytest.mark.parametrize(("family", "name"), [(family, name) for family in FAMILIES for name in questions_of(family)])
+def test_an_answer_is_well_formed(family: str, name: str) -> None:
+    problem = generate(ProblemId(family, 5, (name,)))
+    (part,) = problem.parts
+    answer, known = part.answer, set(problem.symbols())
+    if isinstance(answer, (Expression, Matrix, Number)):
+        symbols = answer.reference.free_symbols
+        assert {symbol.name for symbol in symbols} <= known
+        assert not answer.reference.has(sp.nan, sp.oo, sp.zoo)
+    if isinstance(answer, (Matrix, Number)):
+        assert part.shape == answer.reference.shape
+    if isinstance(answer, Number):
+        assert len(answer.units) == len(answer.reference)
+        assert 0 < answer.tolerance < 0.05
+        assert answer.floor > 0
+    if isinstance(answer, ConditionSet):
+        assert answer.pieces()
+        assert all(read(text, known) for text in answer.pieces())
+    if isinstance(answer, Choice):
+        assert len(set(answer.options)) == len(answer.options) >= 2
+        assert 0 <= answer.correct < len(answer.options)

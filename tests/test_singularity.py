@@ -1,0 +1,158 @@
+"""Singular sets: those of the textbook arms, sound and complete, and the solutions of single conditions."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from exercises.chain import TASK_ROWS, Chain, Joint
+from exercises.classification import domain_of
+from exercises.conditions import Piece, Space, compare_sets, pieces
+from exercises.expression import Node, read
+from exercises.kinematics import NumericChain
+from exercises.singularity import Component, singular_set, solve_condition
+from exercises.stream import Stream
+from exercises.verify import singular_configurations
+
+RECORDS = json.loads((Path(__file__).parent / "data" / "ground_truth.json").read_text(encoding="utf-8"))
+PLAIN = [record["name"] for record in RECORDS if all(row[0] in "vw" and len(row) == 2 for row in record["task_rows"])]
+PI = sp.pi
+T1, T2, T3 = sp.symbols("theta1 theta2 theta3")
+A1, A2, A3 = sp.symbols("a1 a2 a3")
+R = sp.Rational
+
+
+def claimed(components: Sequence[Component], joints: list[str]) -> list[Piece]:
+    return [piece for part in components for text in part.pieces() for piece in pieces(read(text), joints)]
+
+
+def stated(record: Mapping[str, Any], joints: list[str]) -> list[Piece]:
+    together = [Node("and", tuple(read(text) for text in part["conditions"])) for part in record["singular_set"]]
+    return [piece for node in together for piece in pieces(node, joints)]
+
+
+@pytest.mark.parametrize("name", PLAIN)
+def test_textbook_singular_sets(name: str, textbook_arms: Mapping[str, Any]) -> None:
+    arm = textbook_arms[name]
+    joints = [q.name for q in arm.chain.q]
+    found = singular_set(arm.chain)
+    assert found is not None
+    space = Space(joints, domain_of(arm.chain))
+    compared = compare_sets(claimed(found, joints), stated(arm.record, joints), space, name)
+    assert compared.equal
+    assert all(compared.covered)
+    assert all(compared.sound)
+
+
+@pytest.mark.parametrize("name", [name for name in PLAIN if name != "cartesian_PPP"])
+def test_every_singular_configuration_found_by_search_is_in_the_set(
+    name: str, textbook_arms: Mapping[str, Any]
+) -> None:
+    chain = textbook_arms[name].chain
+    joints = [q.name for q in chain.q]
+    stream = Stream(name)
+    lengths = {symbol.name: stream.uniform(0.3, 1.0) for symbol in chain.parameters}
+    starts = np.array([[stream.uniform(-3, 3) for _ in joints] for _ in range(12)])
+    q = singular_configurations(NumericChain(chain, lengths), starts, [TASK_ROWS.index(row) for row in chain.task])
+    assert len(q)
+    space = Space(joints, domain_of(chain, lengths))
+    values = {**dict(zip(joints, q.T, strict=True)), **{k: np.full(len(q), v) for k, v in lengths.items()}}
+    found = singular_set(chain)
+    assert found is not None
+    assert space.contains(claimed(found, joints), values, len(q)).all()
+
+
+def test_the_books_singular_set_of_the_scorbot_is_not_ours(textbook_arms: Mapping[str, Any]) -> None:
+    """Printed: s2 = 0 and s3 = 0; right: s3 = 0 or the shoulder."""
+    chain = textbook_arms["elbow_RRR_shoulder_offset_(Scorbot_point_P)"].chain
+    joints = [q.name for q in chain.q]
+    ours = claimed(singular_set(chain) or (), joints)
+    for printed in ("And(Eq(sin(theta2), 0), Eq(sin(theta3), 0))", "sin(theta3) = 0", "[s2 = 0, s3 = 0]"):
+        assert not compare_sets(pieces(read(printed), joints), ours, Space(joints, domain_of(chain)), "book").equal
+
+
+def elbow(a1: sp.Expr, a2: sp.Expr, a3: sp.Expr) -> Chain:
+    joints = (
+        Joint("R", T1, sp.Symbol("d1"), a1, -PI / 2),
+        Joint("R", T2, 0, a2, 0),
+        Joint("R", T3, 0, a3, 0),
+    )
+    return Chain("elbow", joints, ("vx", "vy", "vz"))
+
+
+def test_a_shoulder_that_the_numbers_rule_out_is_no_component() -> None:
+    assert len(singular_set(elbow(R(1, 10), R(1, 2), R(2, 5))) or ()) == 2
+    assert len(singular_set(elbow(R(2), R(1, 2), R(2, 5))) or ()) == 1
+
+
+def test_the_task_decides_what_is_singular() -> None:
+    flat = Chain("2R", (Joint("R", T1, 0, A1, 0), Joint("R", T2, 0, A2, 0)), ("vx", "vy"))
+    assert [part.pieces() for part in singular_set(flat) or ()] == [["theta2 = 0", "theta2 = pi"]]
+    assert singular_set(flat.with_task("vx", "vy", "vz", "wx", "wy", "wz")) == ()
+    assert singular_set(flat.with_task("vx", "vz")) is None
+
+
+def test_offsets_move_the_solutions() -> None:
+    joints = (Joint("R", T1, 0, A1, 0), Joint("R", T2 + PI / 3, 0, A2, 0))
+    (component,) = singular_set(Chain("2R", joints, ("vx", "vy"))) or ()
+    assert set(component.pieces()) == {"theta2 = -pi/3", "theta2 = 2*pi/3"}
+
+
+@pytest.mark.parametrize(
+    ("condition", "values"),
+    [
+        (sp.sin(T2), {0.0, np.pi}),
+        (sp.cos(T2), {np.pi / 2, -np.pi / 2}),
+        (sp.sin(T2 + PI / 4), {-np.pi / 4, 3 * np.pi / 4}),
+        (3 * sp.sin(T2) + 4 * sp.cos(T2), {-np.arctan(4 / 3), np.pi - np.arctan(4 / 3)}),
+        (1 + 2 * sp.cos(T2), {2 * np.pi / 3, -2 * np.pi / 3}),
+        (1 + 2 * sp.sin(T2), {-np.pi / 6, -5 * np.pi / 6}),
+        (2 + sp.cos(T2), set()),
+        (3 + sp.cos(T2) + sp.sin(T2), set()),
+    ],
+)
+def test_a_condition_on_one_angle_is_solved(condition: sp.Expr, values: set[float]) -> None:
+    chain = Chain("2R", (Joint("R", T1, 0, A1, 0), Joint("R", T2, 0, A2, 0)), ("vx", "vy"))
+    solved = solve_condition(condition, chain)
+    assert solved is not None
+    assert solved[0] == T2
+    assert sorted(float(value) for value in solved[1]) == pytest.approx(sorted(values))
+
+
+def test_every_solution_of_a_wave_solves_it() -> None:
+    chain = Chain("2R", (Joint("R", T1, 0, A1, 0), Joint("R", T2, 0, A2, 0)), ("vx", "vy"))
+    for a, b, c in [(1, 2, 3), (-1, 2, -3), (0, 1, -5), (2, 0, -3), (-1, -4, 0), (0, -1, 2)]:
+        wave = a + b * sp.cos(T2 + PI / 7) + c * sp.sin(T2 + PI / 7)
+        solved = solve_condition(wave, chain)
+        assert solved is not None
+        assert len(solved[1]) == 2
+        for value in solved[1]:
+            assert abs(float(wave.subs(T2, value))) < 1e-12
+            assert -np.pi - 1e-12 < float(value) <= np.pi + 1e-12
+
+
+def test_a_condition_on_several_joints_stays_a_condition() -> None:
+    assert solve_condition(A1 + A2 * sp.cos(T2) + A3 * sp.cos(T2 + T3), elbow(A1, A2, A3)) is None
+    shoulder = singular_set(elbow(A1, A2, A3)) or ()
+    assert shoulder[1].solutions is None
+    assert shoulder[1].pieces() == ["a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) = 0"]
+
+
+def test_a_slide_is_solved_for_its_travel() -> None:
+    joints = (Joint("R", T1, 0, 0, PI / 2), Joint("P", 0, sp.Symbol("d2") + R(1, 4), 0, 0))
+    (component,) = singular_set(Chain("RP", joints, ("vx", "vy"))) or ()
+    assert component.pieces() == ["d2 = -1/4"]
+
+
+def test_symmetric_arms_have_symmetric_sets(textbook_arms: Mapping[str, Any]) -> None:
+    """Turning or moving the base changes no singularity."""
+    chain = textbook_arms["elbow_RRR"].chain
+    moved = replace(chain, base=replace(chain.base, position=(R(1), R(2), R(3)), yaw=PI / 6, tilt=PI / 2))
+    joints = [q.name for q in chain.q]
+    ours, theirs = (claimed(singular_set(c) or (), joints) for c in (moved, chain))
+    assert compare_sets(ours, theirs, Space(joints, domain_of(chain)), "moved").equal

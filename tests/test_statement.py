@@ -1,0 +1,172 @@
+"""Wording: every prompt and worked solution of every family and question, in every markup."""
+
+import re
+import shutil
+import xml.etree.ElementTree as ET
+from html.parser import HTMLParser
+
+import pytest
+
+from exercises.answer_code import answer_code
+from exercises.errors import QdotError
+from exercises.families import FAMILIES
+from exercises.generate import generate
+from exercises.markup import to_html, to_latex, to_text
+from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part, Problem, ProblemId
+from exercises.questions import QUESTIONS
+from exercises.render import template_folder
+from exercises.show import FORMATS, problem_json, show
+from exercises.statement import prompt, statement, worked_solution
+
+PROBLEMS = [generate(ProblemId(family, seed)) for family in FAMILIES for seed in range(2)]
+PARTS = [(problem, part) for problem in PROBLEMS for part in problem.parts]
+
+
+def _name(value: object) -> str:
+    return str(value.id) if isinstance(value, Problem) else value.name if isinstance(value, Part) else ""
+
+
+def test_every_question_has_its_templates() -> None:
+    there = {path.name.removesuffix(".md.j2") for path in (template_folder() / "questions").iterdir()}
+    assert there == set(QUESTIONS)
+
+
+@pytest.mark.parametrize(("problem", "part"), PARTS, ids=_name)
+def test_prompt_asks_and_gives_nothing_away(problem: Problem, part: Part) -> None:
+    text = prompt(problem, part)
+    _is_clean(text)
+    assert "**Answer:**" in text
+    if part.shape is not None and isinstance(part.answer, Matrix):
+        assert f"{part.shape[0]} × {part.shape[1]}" in text
+    code = answer_code(part)
+    assert code not in text or isinstance(part.answer, Choice)
+    if isinstance(part.answer, Number):
+        assert all(unit in text for unit in part.answer.units) and "three significant digits" in text
+    if part.kind == "singular-angles":  # the same words for every arm with this task
+        assert not re.search(r"\bone condition|two conditions", text)
+        assert {prompt(p, q) for p, q in PARTS if q.kind == part.kind and p.id.family == problem.id.family} == {text}
+
+
+@pytest.mark.parametrize(("problem", "part"), PARTS, ids=_name)
+def test_worked_solution_ends_in_the_reference(problem: Problem, part: Part) -> None:
+    text = worked_solution(problem, part)
+    _is_clean(text)
+    if isinstance(part.answer, Choice):
+        assert f"**{part.answer.letter}**" in text
+    if isinstance(part.answer, ConditionSet):
+        for component in part.answer.components:
+            assert component.solutions is not None or "ties several joints" in text
+    if isinstance(part.answer, (Expression, Matrix)) and part.kind != "link-velocity":
+        assert re.search(r"\(6\.\d+\)|6\.\d+\)|appendix|det J|O_|\$z_|z_\{", text)
+
+
+def _is_clean(text: str) -> None:
+    assert not re.search(r"\bNone\b|Undefined|<exercises|\{\{|\{%|\n\n\n", text)
+    assert text.count("$$") % 2 == 0 and text.replace("$$", "").count("$") % 2 == 0
+    for formula in re.findall(r"\$\$(.+?)\$\$|\$([^$]+)\$", text, re.DOTALL):
+        latex = "".join(formula)
+        assert latex.count("{") == latex.count("}"), latex
+        assert latex.count(r"\left") == latex.count(r"\right"), latex
+        assert latex.count(r"\begin{") == latex.count(r"\end{"), latex
+
+
+def test_elbow_solution_speaks_of_the_books_mistake() -> None:
+    problem = next(p for p in PROBLEMS if p.id.family == "elbow-3r")
+    part = next(part for part in problem.parts if part.kind == "singular-angles")
+    text = worked_solution(problem, part)
+    assert "Straightening joint 2 alone" in text and "axis of joint 1" in text
+
+
+@pytest.mark.parametrize("problem", PROBLEMS, ids=_name)
+def test_statement_gives_table_point_task_and_symbols(problem: Problem) -> None:
+    text, chain = statement(problem, "A title"), problem.chain
+    _is_clean(text)
+    assert len(re.findall(r"^\| \d", text, re.MULTILINE)) == chain.n
+    for name in [*chain.q, *chain.rates, *chain.parameters]:
+        assert f"`{name}`" in text
+    assert "degrees" in text and "radians" in text and "$P$" in text and "$T_{i-1,i}" in text
+    assert ("world frame" in text) == (not chain.base.is_world) or "is the world frame" in text
+
+
+# --- markups ---
+
+
+class _Balance(HTMLParser):
+    """Check that tags close in order."""
+
+    VOID = ("meta", "br", "img", "hr", "link")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: object) -> None:
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: object) -> None:
+        return
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+@pytest.mark.parametrize("problem", PROBLEMS[::2], ids=_name)
+@pytest.mark.parametrize("solution", [False, True])
+def test_pages_texts_and_documents(problem: Problem, solution: bool) -> None:
+    page = show(problem, solution, "html")
+    checker = _Balance()
+    checker.feed(page)
+    assert not checker.open and "<math" in page and "<svg" in page and "$" not in page
+    for formula in re.findall(r"<math.*?</math>", page, re.DOTALL):
+        ET.fromstring(formula)
+    assert not re.search(r"""(?:src|href)=["']?https?:""", page)  # self-contained
+    text = show(problem, solution, "text")
+    assert "$" not in text and "\\" not in text and "**" not in text
+    latex = show(problem, solution, "latex")
+    assert latex.count(r"\begin{") == latex.count(r"\end{") and latex.count("{") == latex.count("}")
+    for answer in [answer_code(part) for part in problem.parts if part.kind in ("jacobian", "determinant")]:
+        assert (answer.splitlines()[-1] in text) == solution
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no LaTeX on this machine")
+def test_latex_compiles(tmp_path: object) -> None:
+    import subprocess
+    from pathlib import Path
+
+    folder = Path(str(tmp_path))
+    (folder / "x.tex").write_text(show(PROBLEMS[0], True, "latex"), encoding="utf-8")
+    done = subprocess.run(["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "x.tex"], cwd=folder)
+    assert done.returncode == 0
+
+
+@pytest.mark.parametrize("problem", PROBLEMS[::2], ids=_name)
+def test_json_is_the_contract(problem: Problem) -> None:
+    plain, full = problem_json(problem, False), problem_json(problem, True, {"method": "exact"})
+    assert {"id", "family", "seed", "engine", "robot", "symbols", "parts"} <= set(plain)
+    assert "certificate" not in plain and full["certificate"] == {"method": "exact"}
+    assert not any("reference" in part or "solution" in part for part in plain["parts"])
+    for part, given in zip(problem.parts, full["parts"], strict=True):
+        assert {"name", "kind", "type", "shape", "prompt", "points", "needs", "reference"} <= set(given)
+        reference = given["reference"]
+        if isinstance(part.answer, (Expression, Choice)):
+            assert isinstance(reference, str)
+        elif part.shape is not None and part.shape[1] > 1:
+            assert [len(row) for row in reference] == [part.shape[1]] * part.shape[0]
+        else:
+            assert all(isinstance(text, str) for text in reference)
+
+
+def test_unknown_format_is_refused() -> None:
+    with pytest.raises(QdotError, match="known: text, latex, html, json, ipynb"):
+        show(PROBLEMS[0], False, "pdf")
+    assert tuple(FORMATS) == ("text", "latex", "html", "json", "ipynb")
+
+
+def test_markdown_subset() -> None:
+    text = "## A $x_{1}$\n\nSome **bold** `code_1` and $a < b$.\n\n- one\n- two\n\n1. first\n\n"
+    text += "| a | b |\n|:-:|:-:|\n| $1$ | 2 |\n"
+    assert "<strong>bold</strong>" in to_html(text) and "<th" in to_html(text)
+    assert r"\subsection" not in to_latex(text) and r"\section*{A $x_{1}$}" in to_latex(text)
+    assert r"\texttt{code\_1}" in to_latex(text) and r"$1$ & 2 \\" in to_latex(text)
+    assert "• one\n  • two" in to_text(text) and "A x₁" in to_text(text)

@@ -1,0 +1,101 @@
+"""The house's rules that a machine can check: imports look one way, modules stay of a size, no text names a machine."""
+
+import ast
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+MODULES = sorted((*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py")))
+
+LAYERS = {
+    "exercises": [
+        "errors", "stream", "chain", "expression", "tape", "kinematics", "trigonometry", "derivation", "singularity", "identity",
+        "conditions", "classification", "problem", "families", "questions", "generate", "verify",
+    ],
+    "grader": ["verdict", "judge", "compare", "marking", "submission", "sandbox", "batch", "certify", "reports", "commands", "cli"],
+}  # fmt: skip
+"""From the bottom up; a module imports from those before it (modules that are not listed stand above the listed ones)."""
+
+
+def name_of(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+def imports(path: Path) -> set[str]:
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found.add(node.module)
+            found.update(f"{node.module}.{alias.name}" for alias in node.names)
+    return found
+
+
+def layer(module: str, package: str) -> int | None:
+    parts = module.split(".")
+    if parts[0] != package or len(parts) < 2:
+        return None
+    for part in parts[1:]:
+        if part in LAYERS[package]:
+            return LAYERS[package].index(part)
+    return None
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_imports_look_one_way(path: Path) -> None:
+    module = name_of(path)
+    used = imports(path)
+    if module.startswith("exercises"):
+        assert not [name for name in used if name.split(".")[0] == "grader"]
+    for package in LAYERS:
+        own = layer(module, package)
+        if own is not None:
+            above = [name for name in used if (other := layer(name, package)) is not None and other > own]
+            assert not above
+
+
+def test_there_is_no_circle() -> None:
+    graph = {name_of(path): imports(path) for path in MODULES}
+    graph = {name: {other for other in used if other in graph and other != name} for name, used in graph.items()}
+    done: set[str] = set()
+    while graph:
+        free = {name for name, used in graph.items() if used <= done}
+        assert free, f"these import each other in a circle: {sorted(graph)}"
+        done |= free
+        graph = {name: used for name, used in graph.items() if name not in free}
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_a_module_opens_with_what_it_is_and_is_of_one_subject(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert ast.get_docstring(ast.parse(text))
+    assert len(text.splitlines()) <= 450
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_students_text_is_never_executed_outside_the_runner(path: Path) -> None:
+    if path.name == "runner.py":
+        return
+    calls = {
+        node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call)
+    }
+    assert not calls & {"eval", "exec", "parse_expr", "lambdify"}
+    assert "pickle" not in imports(path)
+
+
+def test_no_tracked_text_names_a_machine_or_a_registry() -> None:
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
+    if listed.returncode:
+        return  # not a checkout
+    pattern = re.compile(r"(?<![A-Za-z0-9_.~])/(work|farm|home|Users|root)/|index-url|registry *= *\"http")
+    for name in listed.stdout.splitlines():
+        path = ROOT / name
+        if path.is_file() and path.name != Path(__file__).name:
+            found = pattern.search(path.read_text(encoding="utf-8", errors="replace"))
+            assert found is None, f"{name}: {found and found.group()}"

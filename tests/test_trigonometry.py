@@ -1,0 +1,74 @@
+"""Trigonometric polynomials: the Fourier form proves equality, the factored form keeps the function."""
+
+import pytest
+import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from exercises.trigonometry import factored, fourier, same, textbook
+
+T1, T2, T3, A1, A2, A3 = sp.symbols("theta1 theta2 theta3 a1 a2 a3")
+ANGLES = [T1, T2, T1 + T2, T1 - T2, T1 + T2 + T3, 2 * T1, T3]
+
+terms = st.builds(
+    lambda number, length, waves: sp.Mul(number, length, *waves),
+    st.integers(-3, 3),
+    st.sampled_from([sp.S.One, A1, A2, A1 * A2, A3**2]),
+    st.lists(st.sampled_from([f(angle) for f in (sp.sin, sp.cos) for angle in ANGLES]), max_size=3),
+)
+polynomials = st.lists(terms, min_size=1, max_size=4).map(lambda items: sp.Add(*items))
+
+
+def at_a_point(expression: sp.Expr) -> float:
+    values = {T1: 0.7, T2: -1.9, T3: 2.3, A1: 0.31, A2: 1.7, A3: 0.83}
+    return float(expression.xreplace({k: sp.Float(v, 30) for k, v in values.items()}).evalf(25))
+
+
+@given(polynomials, polynomials)
+def test_sums_and_products_of_fourier_forms_are_those_of_the_functions(a: sp.Expr, b: sp.Expr) -> None:
+    first, second = fourier(a, b)
+    assert at_a_point((first + second).expression()) == pytest.approx(at_a_point(a + b), abs=1e-9)
+    assert at_a_point((first * second).expression()) == pytest.approx(at_a_point(a * b), abs=1e-9)
+
+
+@settings(max_examples=60)
+@given(polynomials)
+def test_factoring_keeps_the_function(expression: sp.Expr) -> None:
+    assert same(factored(expression).expression(), expression)
+    assert same(textbook(expression), expression)
+
+
+@given(polynomials)
+def test_an_expanded_form_is_the_same_and_a_changed_one_is_not(expression: sp.Expr) -> None:
+    assert same(sp.expand(sp.expand_trig(expression)), expression)
+    assert not same(expression + A1 * sp.sin(T2), expression)
+
+
+@pytest.mark.parametrize(
+    ("given_as", "printed"),
+    [
+        (sp.cos(T2) * sp.sin(T2 + T3) - sp.sin(T2) * sp.cos(T2 + T3), "sin(theta3)"),
+        (A1 * sp.cos(T1) ** 2 + A1 * sp.sin(T1) ** 2, "a1"),
+        (A1 * sp.sin(T1) * sp.cos(T2) + A1 * sp.cos(T1) * sp.sin(T2), "a1*sin(theta1 + theta2)"),
+        (A1 * sp.cos(T1) + A2 * sp.cos(T1) * sp.cos(T2), "(a1 + a2*cos(theta2))*cos(theta1)"),
+        (sp.cos(T1) - sp.cos(T1), "0"),
+    ],
+)
+def test_a_result_is_printed_as_in_a_textbook(given_as: sp.Expr, printed: str) -> None:
+    assert str(textbook(given_as)) == printed
+
+
+def test_a_product_is_told_by_its_factors() -> None:
+    shoulder = A1 + A2 * sp.cos(T2) + A3 * sp.cos(T2 + T3)
+    found = factored(sp.expand(A2 * A3 * sp.sin(T3) * shoulder))
+    assert {(str(f), power) for f, power in found.factors} == {
+        ("a2", 1), ("a3", 1), ("sin(theta3)", 1), ("a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)", 1),
+    }  # fmt: skip
+    assert found.over(factored(A2 * sp.sin(T3))).expression() == A3 * shoulder
+    assert factored(sp.S.Zero).is_zero
+
+
+@pytest.mark.parametrize("wrong", [sp.sqrt(A1), sp.sin(T1 / 2), 1 / sp.cos(T1), sp.tan(T1)])
+def test_what_is_no_trigonometric_polynomial_is_refused(wrong: sp.Expr) -> None:
+    with pytest.raises(ValueError, match="not a"):
+        fourier(wrong)
