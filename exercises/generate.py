@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from exercises import ENGINE
-from exercises.chain import Chain
+from exercises.arm.chain import Chain
 from exercises.errors import QdotError, unknown
 from exercises.families import FAMILIES
 from exercises.problem import Part, Problem, ProblemId

@@ -14,12 +14,12 @@ from nbformat import NotebookNode
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 
 from exercises import ENGINE
-from exercises.answer_code import answer_code, placeholder_code, python_text
 from exercises.figure import alt_text, figure_svg
-from exercises.problem import Part, Problem
+from exercises.problem import Part, Problem, variable
 from exercises.questions import QUESTIONS
 from exercises.render import render
-from exercises.statement import prompt, statement, worked_solution
+from exercises.writing.answer_code import answer_code, placeholder_code, python_text
+from exercises.writing.statement import prompt, statement, worked_solution
 
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 Problems = Sequence[tuple[str, Problem]]
@@ -38,11 +38,6 @@ def solution_notebook(title: str, key: str, student: str, problems: Problems) ->
 def notebook_text(notebook: NotebookNode) -> str:
     """Return the file's text: sorted keys, one space of indent as Jupyter writes it, a newline at the end."""
     return json.dumps(notebook, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
-
-
-def answer_name(slot: str, part: Part) -> str:
-    """Return the name that an answer cell assigns, as in p1_inverse_jacobian."""
-    return f"{slot}_{part.name.replace('-', '_')}"
 
 
 def figure_image(problem: Problem, name: str) -> str:
@@ -76,7 +71,7 @@ def _problem_cells(kind: str, number: int, slot: str, problem: Problem) -> Itera
         label = f"{number}.{index}"
         yield _markdown(f"{slot}-{part.name}-question", _prompt(label, problem, part))
         code = placeholder_code(part) if kind == "student" else answer_code(part)
-        source = f"{answer_name(slot, part)} = {code}"
+        source = f"{variable(slot, part.name)} = {code}"
         yield _code(f"{slot}-{part.name}", source, {"qdot": {"part": f"{slot}.{part.name}"}})
         if kind == "solution":
             text = render("notebook-solution.md.j2", number=label, solution=worked_solution(problem, part))
@@ -124,7 +119,7 @@ def _natural(name: str) -> tuple[str, int]:
 
 
 def _check(slot: str, problem: Problem) -> str:
-    parts = {part.name: answer_name(slot, part) for part in problem.parts}
+    parts = {part.name: variable(slot, part.name) for part in problem.parts}
     given = [(name, python_text(i.value)) for name, i in problem.symbols().items() if i.value is not None]
     names = {"position": parts["position"], "jacobian": parts["jacobian"]}
     return render("notebook-check.py.j2", **names, joints=problem.chain.q, given=given)

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from exercises import ENGINE
-from exercises.chain import Chain
+from exercises.arm.chain import Chain
+from exercises.arm.singularity import Component
 from exercises.errors import QdotError
-from exercises.singularity import Component
 
 
 @dataclass(frozen=True)
@@ -150,3 +150,12 @@ class Problem:
     def max_points(self) -> float:
         """The points of all parts together."""
         return sum(part.points for part in self.parts)
+
+
+def variable(slot: str, part: str) -> str:
+    """Return the name of the variable that holds the answer to a part.
+
+    >>> variable("p1", "inverse-jacobian")
+    'p1_inverse_jacobian'
+    """
+    return f"{slot}_{part.replace('-', '_')}"

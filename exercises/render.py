@@ -7,7 +7,7 @@ from typing import Any
 
 import jinja2
 
-from exercises.latex import tex, tex_angle, tex_length
+from exercises.writing.latex import tex, tex_angle, tex_length
 
 _HERE = Path(__file__).parent
 _MARKUP = (".html.j2", ".svg.j2", ".xml.j2")

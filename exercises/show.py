@@ -8,16 +8,16 @@ from typing import Any
 
 import sympy as sp
 
-from exercises.answer_code import answer_code
-from exercises.chain import Chain
+from exercises.arm.chain import Chain
 from exercises.errors import unknown
 from exercises.figure import alt_text, figure_svg
-from exercises.markup import latex_escaped, to_html, to_latex, to_text
 from exercises.notebook import notebook_text, points_text, solution_notebook, student_notebook
 from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part, Problem, SymbolInfo
 from exercises.questions import QUESTIONS
 from exercises.render import render
-from exercises.statement import prompt, statement, worked_solution
+from exercises.writing.answer_code import answer_code
+from exercises.writing.markup import latex_escaped, to_html, to_latex, to_text
+from exercises.writing.statement import prompt, statement, worked_solution
 
 Json = dict[str, Any]
 

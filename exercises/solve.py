@@ -6,19 +6,19 @@ from typing import Any
 
 import sympy as sp
 
-from exercises.chain import Chain
-from exercises.derivation import derive
-from exercises.latex import tex
-from exercises.markup import latex_escaped, to_latex, to_text
+from exercises.arm.chain import Chain
+from exercises.arm.derivation import derive
+from exercises.arm.robot_file import read_robot
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.render import render
-from exercises.robot_file import read_robot
 from exercises.show import matrix_json
-from exercises.statement import worked_solution
 from exercises.stream import Stream
-from exercises.wording import Wording
-from exercises.worked import Found, Worked
+from exercises.writing.latex import tex
+from exercises.writing.markup import latex_escaped, to_latex, to_text
+from exercises.writing.statement import worked_solution
+from exercises.writing.wording import Wording
+from exercises.writing.worked import Found, Worked
 
 SECTIONS = (
     "position", "jacobian", "velocity", "joint-axes", "position-vectors", "geometric-jacobian", "twist", "determinant",

@@ -17,8 +17,8 @@ from exercises.assignment import Assignment
 from exercises.errors import QdotError
 from exercises.files import write_atomically
 from exercises.parallel import ordered_map
-from exercises.problem import Problem
-from grader.marking import mark, variable
+from exercises.problem import Problem, variable
+from grader.marking import mark
 from grader.sandbox import Limits, Run, Sandbox
 from grader.submission import Found, Submission, Unreadable, cell_of, other_student, read_submission, wrong_assignment
 

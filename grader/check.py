@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from exercises.errors import QdotError
-from exercises.expression import ReadError, as_matrix, has_blank, read
-from grader.marking import variable
+from exercises.formula.expression import ReadError, as_matrix, has_blank, read
+from exercises.problem import variable
 from grader.sandbox import Sandbox
 from grader.submission import Unreadable, read_submission
 

@@ -22,11 +22,11 @@ TITLE, KEY = "Velocity kinematics, demonstration", "velocity"
 SECRET = "a demonstration needs no secret, so that it shows the same class everywhere"  # noqa: S105
 
 NAMES = (
-    "Ada Lovelace", "Blaise Pascal", "Chen Jingrun", "Dorothy Vaughan", "Emmy Noether", "Felix Klein", "Grace Hopper",
-    "Henri Poincaré", "Ingrid Daubechies", "Jacques Denavit", "Katherine Johnson", "Leonhard Euler",
+    "Ada Lovelace", "Blaise Pascal", "Chen Jingrun", "Dorothy Vaughan", "Emmy Noether", "Felix Klein",
+    "Grace Hopper", "Henri Poincaré", "Ingrid Daubechies", "Jacques Denavit", "Katherine Johnson", "Leonhard Euler",
     "Maryam Mirzakhani", "Niels Abel", "Olga Ladyzhenskaya", "Paul Erdős", "Qin Jiushao", "Richard Hartenberg",
-    "Sofja Kowalewskaja", "Terence Tao", "Uta Merzbach", "Vera Rubin", "William Hamilton", "Xu Guangqi", "Yutaka Taniyama", "Zu Chongzhi",
-    "Arthur Cayley", "Bernhard Riemann", "Carl Jacobi", "David Hilbert",
+    "Sofja Kowalewskaja", "Terence Tao", "Uta Merzbach", "Vera Rubin", "William Hamilton", "Xu Guangqi",
+    "Yutaka Taniyama", "Zu Chongzhi", "Arthur Cayley", "Bernhard Riemann", "Carl Jacobi", "David Hilbert",
 )  # fmt: skip
 
 Edit = Callable[[str, Part], str]
@@ -194,7 +194,7 @@ def hand_in(assignment: Assignment, student: str, kind: str) -> None:
 
 def answered(text: str, problems: Sequence[tuple[str, Problem]], edit: Edit) -> str:
     """Return the student's notebook with every answer cell filled in from the reference, through `edit`."""
-    from exercises.answer_code import answer_code
+    from exercises.writing.answer_code import answer_code
 
     parts: Mapping[str, Part] = {f"{slot}.{part.name}": part for slot, problem in problems for part in problem.parts}
     notebook = nbformat.reads(text, as_version=4)

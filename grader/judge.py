@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from exercises.conditions import Piece, SetComparison, Space, compare_sets, pieces
-from exercises.expression import Node, ReadError, as_matrix, has_blank, names, read
-from exercises.identity import Certificate, Comparison, Domain, compare_entries, number
-from exercises.tape import compile_tape, evaluate
+from exercises.formula.conditions import Piece, SetComparison, Space, compare_sets, pieces
+from exercises.formula.expression import Node, ReadError, as_matrix, has_blank, names, read
+from exercises.formula.identity import Certificate, Comparison, Domain, compare_entries, number
+from exercises.formula.tape import compile_tape, evaluate
 from grader.verdict import Judgement, correct, graded, missing, wrong
 
 Rows = Sequence[Sequence[str]]

@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping
 
-from exercises.identity import Domain
-from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part, Problem
+from exercises.formula.identity import Domain
+from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part, Problem, variable
 from grader.judge import judge_choice, judge_expression, judge_matrix, judge_numbers, judge_singular
 from grader.verdict import Judgement, Outcome, Verdict, missing
 
@@ -67,12 +67,3 @@ def _judged(problem: Problem, part: Part, answer: str, seed: str) -> Judgement:
             f"qdot failed on this answer ({type(error).__name__}: {error}); it has no mark yet, tell your instructor"
         )
         return Judgement(Outcome.UNGRADED, 0.0, reason[:500])
-
-
-def variable(slot: str, part: str) -> str:
-    """Return the name of the variable that holds the answer to a part.
-
-    >>> variable("p1", "inverse-jacobian")
-    'p1_inverse_jacobian'
-    """
-    return f"{slot}_{part.replace('-', '_')}"

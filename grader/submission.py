@@ -13,7 +13,7 @@ import nbformat
 
 from exercises.assignment import Assignment
 from exercises.errors import QdotError
-from grader.marking import variable
+from exercises.problem import variable
 
 LARGEST = 50_000_000
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-from exercises.identity import Certificate
+from exercises.formula.identity import Certificate
 
 
 class Outcome(StrEnum):

@@ -13,7 +13,7 @@ import pytest
 import sympy as sp
 from hypothesis import HealthCheck, settings
 
-from exercises.chain import TASK_ROWS, Chain, Joint, Point
+from exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
 
 # Computer algebra takes the time it takes; a slow example is not a wrong one.
 settings.register_profile("here", deadline=None, suppress_health_check=[HealthCheck.too_slow])

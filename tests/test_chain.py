@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from exercises.chain import Base, Chain, Joint, Point
+from exercises.arm.chain import Base, Chain, Joint, Point
 from exercises.errors import QdotError
 
 T1, T2, A1, A2 = sp.symbols("theta1 theta2 a1 a2")

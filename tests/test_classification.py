@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.chain import Chain, Joint
-from exercises.classification import Sample, classify_pieces, domain_of, kind_at
-from exercises.kinematics import NumericChain
+from exercises.arm.chain import Chain, Joint
+from exercises.arm.classification import Sample, classify_pieces, domain_of, kind_at
+from exercises.arm.kinematics import NumericChain
 
 RECORDS = json.loads((Path(__file__).parent / "data" / "ground_truth.json").read_text(encoding="utf-8"))
 

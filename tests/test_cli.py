@@ -1,4 +1,4 @@
-"""The command line as its contract says: results on stdout, one clear message and code 2 for bad input, code 1 as told."""
+"""The command line as its contract says: results on stdout, one clear message and code 2 for bad input."""
 
 import json
 import os

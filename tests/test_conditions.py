@@ -1,13 +1,12 @@
 """Sets of configurations: the same set however it is written, and what is missing or too much."""
 
 import contextlib
-import time
 
 import pytest
 
-from exercises.conditions import Space, compare_sets, pieces
-from exercises.expression import ReadError, read
-from exercises.identity import Domain
+from exercises.formula.conditions import Space, compare_sets, pieces
+from exercises.formula.expression import ReadError, read
+from exercises.formula.identity import Domain
 
 JOINTS = ("theta1", "theta2", "theta3")
 DOMAIN = Domain({**dict.fromkeys(JOINTS, "angle"), **dict.fromkeys(("a1", "a2", "a3"), "length")})
@@ -135,7 +134,6 @@ def test_what_is_no_condition_is_refused(text: str) -> None:
     ],
 )  # fmt: skip
 def test_no_claim_stalls_the_comparison(text: str) -> None:
-    start = time.perf_counter()
-    with contextlib.suppress(ReadError):
-        compare_sets(pieces(read(text), JOINTS), pieces(read(FOLD), JOINTS), SPACE, "seed")
-    assert time.perf_counter() - start < 5.0
+    every_turn = text.startswith(("theta2 = k", "theta2 in"))  # long ways to say what is right
+    with contextlib.suppress(ReadError):  # refused, or compared; what would be wrong is to hang
+        assert compare_sets(pieces(read(text), JOINTS), pieces(read(FOLD), JOINTS), SPACE, "seed").equal is every_turn

@@ -5,15 +5,15 @@ from functools import cache
 import pytest
 import sympy as sp
 
-from exercises.chain import Chain
-from exercises.derivation import derive
+from exercises.arm.chain import Chain
+from exercises.arm.derivation import derive
+from exercises.arm.singularity import singular_set
+from exercises.difficulty import difficulty, step
 from exercises.families import FAMILIES
 from exercises.families.base import centimetres, standing_in_plane, turned
 from exercises.generate import applicable, sample_chain
 from exercises.problem import ProblemId
-from exercises.singularity import singular_set
 from exercises.stream import Stream
-from exercises.verify import difficulty, step
 
 ARMS = 200
 MOST_TERMS, MOST_TERMS_OF_A_FACTOR = 15, 4

@@ -8,7 +8,7 @@ from itertools import combinations
 import pytest
 import sympy as sp
 
-from exercises.chain import Base, Chain, Joint, Point
+from exercises.arm.chain import Base, Chain, Joint, Point
 from exercises.figure import alt_text, arm_figure, figure_svg, fixed
 from exercises.figure.shapes import Figure, Glyph, Polyline
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from exercises.identity import Domain
+from exercises.formula.identity import Domain
 from grader.judge import judge_angles, judge_choice, judge_expression, judge_matrix, judge_numbers, judge_singular
 from grader.verdict import Outcome
 

@@ -6,9 +6,8 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exercises.chain import Base, Chain, Joint, Point
-from exercises.expression import read
-from exercises.kinematics import (
+from exercises.arm.chain import Base, Chain, Joint, Point
+from exercises.arm.kinematics import (
     NumericChain,
     differentiated_jacobian,
     frames_and_point,
@@ -16,7 +15,8 @@ from exercises.kinematics import (
     propagated_p_star,
     propagated_rotations,
 )
-from exercises.tape import compile_tape, evaluate
+from exercises.formula.expression import read
+from exercises.formula.tape import compile_tape, evaluate
 
 RIGHT = st.sampled_from([sp.S.Zero, sp.pi / 2, sp.pi, -sp.pi / 2])
 LENGTH = st.sampled_from([sp.S.Zero, sp.Rational(1, 2), sp.Rational(-3, 10), sp.Symbol("h")])

@@ -7,9 +7,9 @@ import sympy as sp
 
 from exercises.families import FAMILIES
 from exercises.generate import generate
-from exercises.latex import symbol_latex, tex, tex_angle, tex_length
 from exercises.problem import Expression, Matrix, Problem, ProblemId
-from exercises.unicode_math import unicode_math
+from exercises.writing.latex import symbol_latex, tex, tex_angle, tex_length
+from exercises.writing.unicode_math import unicode_math
 
 T1, T2, T3, A1, A2, A3, D2 = sp.symbols("theta1 theta2 theta3 a1 a2 a3 d2")
 QD1, QD2, VX, VY = sp.symbols("qd1 qd2 vx vy")

@@ -9,11 +9,11 @@ from collections.abc import Iterator
 
 import pytest
 
-from exercises.answer_code import answer_code
 from exercises.families import FAMILIES
 from exercises.generate import generate
-from exercises.problem import ConditionSet, Expression, Matrix, Number, Part, Problem, ProblemId
-from grader.marking import mark, variable
+from exercises.problem import ConditionSet, Expression, Matrix, Number, Part, Problem, ProblemId, variable
+from exercises.writing.answer_code import answer_code
+from grader.marking import mark
 from grader.sandbox import Limits, Sandbox
 from grader.verdict import Outcome, Verdict
 

@@ -10,11 +10,11 @@ import nbformat
 import pytest
 import sympy as sp
 
-from exercises.answer_code import answer_code, placeholder_code
 from exercises.families import FAMILIES
 from exercises.generate import generate
-from exercises.notebook import answer_name, notebook_text, solution_notebook, student_notebook
-from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part, Problem, ProblemId
+from exercises.notebook import notebook_text, solution_notebook, student_notebook
+from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part, Problem, ProblemId, variable
+from exercises.writing.answer_code import answer_code, placeholder_code
 
 PROBLEMS = [(f"p{i}", generate(ProblemId(family, 40 + i))) for i, family in enumerate(FAMILIES, 1)]
 SLOTTED = [(slot, problem, part) for slot, problem in PROBLEMS for part in problem.parts]
@@ -61,14 +61,14 @@ def test_students_notebook_holds_no_answer(slot: str, problem: Problem, part: Pa
     code = answer_code(part)
     if not isinstance(part.answer, Choice):
         assert code not in sources
-    assert f"{answer_name(slot, part)} = {placeholder_code(part)}" in sources
+    assert f"{variable(slot, part.name)} = {placeholder_code(part)}" in sources
 
 
 def test_untouched_notebook_runs_and_self_check_waits() -> None:
     space, printed = _run(STUDENT)
     assert "Answer both" in printed
     for slot, _, part in SLOTTED:
-        value = space[answer_name(slot, part)]
+        value = space[variable(slot, part.name)]
         if part.shape is not None:
             assert sp.Matrix(value).shape == part.shape
 
@@ -82,7 +82,7 @@ def test_every_answer_cell_is_marked() -> None:
 
 @pytest.mark.parametrize(("slot", "problem", "part"), SLOTTED, ids=_name)
 def test_staffs_answers_are_the_references(slot: str, problem: Problem, part: Part) -> None:
-    value, answer = SPACE[answer_name(slot, part)], part.answer
+    value, answer = SPACE[variable(slot, part.name)], part.answer
     if isinstance(answer, (Expression, Matrix)):
         ours, theirs = sp.Matrix([value]), sp.Matrix([answer.reference])
         assert not any(entry.atoms(sp.Float) for entry in ours)

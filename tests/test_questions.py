@@ -17,8 +17,8 @@ import pytest
 import sympy as sp
 
 from exercises import ENGINE
-from exercises.expression import read
 from exercises.families import FAMILIES
+from exercises.formula.expression import read
 from exercises.generate import generate, questions_of
 from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS

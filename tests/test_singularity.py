@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.chain import TASK_ROWS, Chain, Joint
-from exercises.classification import domain_of
-from exercises.conditions import Piece, Space, compare_sets, pieces
-from exercises.expression import Node, read
-from exercises.kinematics import NumericChain
-from exercises.singularity import Component, singular_set, solve_condition
+from exercises.arm.chain import TASK_ROWS, Chain, Joint
+from exercises.arm.classification import domain_of
+from exercises.arm.kinematics import NumericChain
+from exercises.arm.singularity import Component, singular_set, solve_condition
+from exercises.formula.conditions import Piece, Space, compare_sets, pieces
+from exercises.formula.expression import Node, read
 from exercises.stream import Stream
-from exercises.verify import singular_configurations
+from exercises.verify.singular import singular_configurations
 
 RECORDS = json.loads((Path(__file__).parent / "data" / "ground_truth.json").read_text(encoding="utf-8"))
 PLAIN = [record["name"] for record in RECORDS if all(row[0] in "vw" and len(row) == 2 for row in record["task_rows"])]

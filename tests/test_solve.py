@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.chain import TASK_ROWS, Chain
-from exercises.classification import domain_of
-from exercises.conditions import Space, compare_sets, pieces
-from exercises.derivation import derive
+from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.classification import domain_of
+from exercises.arm.derivation import derive
+from exercises.arm.robot_file import to_sympy
 from exercises.errors import QdotError
-from exercises.expression import read
-from exercises.robot_file import to_sympy
+from exercises.formula.conditions import Space, compare_sets, pieces
+from exercises.formula.expression import read
 from exercises.solve import Solution, read_robot, solution_data, solution_json, solution_latex, solution_text, solve
 
 TRUTH = json.loads((Path(__file__).parent / "data" / "ground_truth.json").read_text(encoding="utf-8"))

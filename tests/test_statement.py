@@ -7,16 +7,16 @@ from html.parser import HTMLParser
 
 import pytest
 
-from exercises.answer_code import answer_code
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
 from exercises.generate import generate
-from exercises.markup import to_html, to_latex, to_text
 from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.render import template_folder
 from exercises.show import FORMATS, problem_json, show
-from exercises.statement import prompt, statement, worked_solution
+from exercises.writing.answer_code import answer_code
+from exercises.writing.markup import to_html, to_latex, to_text
+from exercises.writing.statement import prompt, statement, worked_solution
 
 PROBLEMS = [generate(ProblemId(family, seed)) for family in FAMILIES for seed in range(2)]
 PARTS = [(problem, part) for problem in PROBLEMS for part in problem.parts]

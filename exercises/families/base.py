@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from exercises.chain import Base, Chain
+from exercises.arm.chain import Base, Chain
 from exercises.stream import Stream
 
 

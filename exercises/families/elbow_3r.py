@@ -6,7 +6,7 @@ the floor, hangs from the ceiling or is fixed to a wall.
 
 import sympy as sp
 
-from exercises.chain import Base, Chain, Joint
+from exercises.arm.chain import Base, Chain, Joint
 from exercises.families.base import Family, centimetres, turned
 from exercises.stream import Stream
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import sympy as sp
 
-from exercises.chain import Chain, Joint, Point
+from exercises.arm.chain import Chain, Joint, Point
 from exercises.families.base import Family, centimetres, standing_in_plane, turned
 from exercises.stream import Stream
 

@@ -5,7 +5,7 @@ The arm is singular where all three links lie on one line: two conditions that h
 
 import sympy as sp
 
-from exercises.chain import Chain, Joint
+from exercises.arm.chain import Chain, Joint
 from exercises.families.base import Family, centimetres, standing_in_plane, turned
 from exercises.stream import Stream
 

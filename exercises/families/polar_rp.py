@@ -6,7 +6,7 @@ The zero e of the slide is given to the millimetre, as it alone decides the dete
 
 import sympy as sp
 
-from exercises.chain import Chain, Joint
+from exercises.arm.chain import Chain, Joint
 from exercises.families.base import Family, centimetres, millimetres, standing_in_plane, turned
 from exercises.stream import Stream
 

@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from exercises.chain import Chain
+from exercises.arm.chain import Chain
 from exercises.figure import frames
 from exercises.figure.arm import ground, joint, joint_angle, link, scene, slide, way_to_point
 from exercises.figure.labels import Placement, place

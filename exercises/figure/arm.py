@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from exercises.chain import Chain
+from exercises.arm.chain import Chain
 from exercises.figure.labels import Request
 from exercises.figure.pose import Skeleton
 from exercises.figure.shapes import Circle, Glyph, Pair, Piece, Polyline, Shape, magnitude, with_offset

@@ -11,9 +11,9 @@ from functools import reduce
 import numpy as np
 import sympy as sp
 
-from exercises.chain import Base, Chain, Joint, Point
+from exercises.arm.chain import Base, Chain, Joint, Point
+from exercises.arm.kinematics import NumericChain
 from exercises.errors import QdotError
-from exercises.kinematics import NumericChain
 
 DEFAULT_LENGTH = 0.4
 """Of a table without any number, in metres."""

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import sympy as sp
 
-from exercises.chain import Base, Chain, Point
+from exercises.arm.chain import Base, Chain, Point
 from exercises.figure.shapes import signed
 
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")

@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from exercises.chain import Chain
-from exercises.derivation import derive
+from exercises.arm.chain import Chain
+from exercises.arm.derivation import derive
 from exercises.problem import Answer
 from exercises.stream import Stream
 

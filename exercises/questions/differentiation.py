@@ -2,8 +2,8 @@
 
 import sympy as sp
 
-from exercises.chain import Chain
-from exercises.derivation import derive
+from exercises.arm.chain import Chain
+from exercises.arm.derivation import derive
 from exercises.problem import Expression, Matrix
 from exercises.questions.base import Asked, Question, square
 from exercises.stream import Stream

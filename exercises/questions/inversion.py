@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from exercises.chain import TASK_ROWS, Chain
-from exercises.derivation import derive, task_velocity
-from exercises.kinematics import NumericChain
+from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.derivation import derive, task_velocity
+from exercises.arm.kinematics import NumericChain
 from exercises.problem import Matrix, Number
 from exercises.questions.base import Asked, Question, square
 from exercises.stream import Stream

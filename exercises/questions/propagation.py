@@ -1,7 +1,7 @@
 """Axes, position vectors, columns and twists by velocity propagation (6.9 to 6.13; Example 6.4)."""
 
-from exercises.chain import Chain
-from exercises.derivation import derive
+from exercises.arm.chain import Chain
+from exercises.arm.derivation import derive
 from exercises.problem import Matrix
 from exercises.questions.base import Asked, Question
 from exercises.stream import Stream

@@ -7,13 +7,13 @@ from itertools import product
 import numpy as np
 import sympy as sp
 
-from exercises.chain import TASK_ROWS, Chain
-from exercises.classification import Sample, classify_pieces, kind_at
-from exercises.kinematics import NumericChain
+from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.classification import Sample, classify_pieces, kind_at
+from exercises.arm.kinematics import NumericChain
+from exercises.arm.singularity import Component, singular_set
 from exercises.problem import Choice, ConditionSet
 from exercises.questions.base import Asked, Question
 from exercises.questions.inversion import conditioning, draw_lengths, draw_pose
-from exercises.singularity import Component, singular_set
 from exercises.stream import Stream
 
 OPTIONS = {

@@ -12,10 +12,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from exercises.assignment import Assignment, Student, load_assignment
+from exercises.problem import variable
 from exercises.release import init_assignment, release_one
 from grader.batch import grade_student
 from grader.demo import answered
-from grader.marking import variable
 from grader.sandbox import Sandbox
 from grader.submission import Found, read_submission
 

@@ -10,8 +10,8 @@ from collections.abc import Callable, Sequence
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
-from exercises.mathml import mathml
-from exercises.unicode_math import shown_width, unicode_math
+from exercises.writing.mathml import mathml
+from exercises.writing.unicode_math import shown_width, unicode_math
 
 WIDTH = 100
 _FORMULA = re.compile(r"\$\$(.+?)\$\$|\$([^$]+?)\$", re.DOTALL)

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from exercises.expression import Node, ReadError, names
-from exercises.identity import TOLERANCE, Domain
+from exercises.formula.expression import Node, ReadError, names
+from exercises.formula.identity import TOLERANCE, Domain
+from exercises.formula.tape import Tape, compile_tape, evaluate
 from exercises.stream import Stream
-from exercises.tape import Tape, compile_tape, evaluate
 
 SAMPLES = 48
 MEMBER = 1e-6

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from exercises.chain import TASK_ROWS, Chain, Joint
+from exercises.arm.chain import TASK_ROWS, Chain, Joint
 
 Z = sp.Matrix([0, 0, 1])
 

@@ -10,16 +10,16 @@ from itertools import combinations
 
 import sympy as sp
 
-from exercises.chain import Chain
-from exercises.classification import Kind, classify_pieces
-from exercises.derivation import Derivation, derive, structure, task_velocity
-from exercises.kinematics import frames_and_point, joint_rotation, link_vector
-from exercises.latex import angle_names
+from exercises.arm.chain import Chain
+from exercises.arm.classification import Kind, classify_pieces
+from exercises.arm.derivation import Derivation, derive, structure, task_velocity
+from exercises.arm.kinematics import frames_and_point, joint_rotation, link_vector
+from exercises.arm.singularity import Component, singular_set
+from exercises.arm.trigonometry import substitute, textbook
 from exercises.problem import Part
 from exercises.questions.inversion import Situation
 from exercises.questions.singular import Place
-from exercises.singularity import Component, singular_set
-from exercises.trigonometry import substitute, textbook
+from exercises.writing.latex import angle_names
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,9 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from exercises.expression import Node, names
+from exercises.formula.expression import Node, names
+from exercises.formula.tape import Tape, compile_tape, evaluate, evaluate_precisely
 from exercises.stream import Stream
-from exercises.tape import Tape, compile_tape, evaluate, evaluate_precisely
 
 TOLERANCE = 1e-9
 POINTS = 24

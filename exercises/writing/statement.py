@@ -4,13 +4,13 @@ import re
 from functools import lru_cache
 from typing import Any
 
-from exercises.chain import Chain
-from exercises.derivation import derive
-from exercises.latex import tex
+from exercises.arm.chain import Chain
+from exercises.arm.derivation import derive
 from exercises.problem import Part, Problem
 from exercises.render import environment, render
-from exercises.wording import Wording
-from exercises.worked import Worked
+from exercises.writing.latex import tex
+from exercises.writing.wording import Wording
+from exercises.writing.worked import Worked
 
 
 def statement(problem: Problem, title: str, figure: str = "") -> str:

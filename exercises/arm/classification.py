@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from exercises.chain import TASK_ROWS, Chain
-from exercises.conditions import Piece, Space, pieces
-from exercises.expression import read
-from exercises.identity import Domain
-from exercises.kinematics import NumericChain
-from exercises.singularity import Component
+from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.kinematics import NumericChain
+from exercises.arm.singularity import Component
+from exercises.formula.conditions import Piece, Space, pieces
+from exercises.formula.expression import read
+from exercises.formula.identity import Domain
 from exercises.stream import Stream
 
 REGULAR = 1e-7

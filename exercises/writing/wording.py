@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from exercises.chain import Chain
-from exercises.classification import Kind
-from exercises.latex import symbol_latex, tex, tex_angle, tex_length
+from exercises.arm.chain import Chain
+from exercises.arm.classification import Kind
+from exercises.writing.latex import symbol_latex, tex, tex_angle, tex_length
 
 NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 _OF_ALL = {1: "", 2: "both "}

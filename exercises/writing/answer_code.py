@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import sympy as sp
 from sympy.printing.str import StrPrinter
 
+from exercises.arm.singularity import Component
 from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part
-from exercises.singularity import Component
 
 
 class _Exact(StrPrinter):

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from exercises.chain import Chain
-from exercises.derivation import Derivation, derive
-from exercises.trigonometry import Factored, factored, substitute
+from exercises.arm.chain import Chain
+from exercises.arm.derivation import Derivation, derive
+from exercises.arm.trigonometry import Factored, factored, substitute
 
 RIGHT_ANGLES = (sp.S.Zero, sp.pi / 2, sp.pi, -sp.pi / 2)
 

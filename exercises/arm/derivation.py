@@ -11,8 +11,8 @@ from itertools import combinations
 
 import sympy as sp
 
-from exercises.chain import Base, Chain, Joint, Point
-from exercises.kinematics import (
+from exercises.arm.chain import Base, Chain, Joint, Point
+from exercises.arm.kinematics import (
     differentiated_jacobian,
     frames_and_point,
     link_vector,
@@ -21,7 +21,7 @@ from exercises.kinematics import (
     propagated_rotations,
     task_matrix,
 )
-from exercises.trigonometry import Factored, factored, same, substitute, textbook
+from exercises.arm.trigonometry import Factored, factored, same, substitute, textbook
 
 Values = dict[sp.Symbol, sp.Expr]
 

@@ -25,10 +25,10 @@ from typing import Any
 
 import sympy as sp
 
-from exercises.chain import TASK_ROWS, Chain, Joint, Point
-from exercises.derivation import derive
+from exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
+from exercises.arm.derivation import derive
 from exercises.errors import QdotError
-from exercises.expression import Node, ReadError, read
+from exercises.formula.expression import Node, ReadError, read
 
 ROW_KEYS = ("kind", "theta", "d", "a", "alpha")
 TOP_KEYS = ("name", "task", "point", "joint")

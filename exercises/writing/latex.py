@@ -12,7 +12,7 @@ from functools import cache
 
 import sympy as sp
 
-from exercises.chain import Chain
+from exercises.arm.chain import Chain
 
 Key = tuple[object, ...]
 

@@ -1,0 +1,24 @@
+"""How hard an arm is to work through by hand: one number, and the step of a scale (shared scale of the mathematics)."""
+
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.arm.derivation import derive
+from exercises.arm.singularity import singular_set
+
+
+def difficulty(chain: Chain) -> int:
+    """Return terms of J + 4 x conditions of the singular set + 8 x those that tie several joints.
+
+    The conditions are the factors of det J that can vanish, where J is square. Example 6.3 has 15 + 8 + 8 = 31.
+    """
+    entries = [sp.expand(entry) for entry in derive(chain).jacobian]
+    terms = sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0)
+    factors = {condition for component in singular_set(chain) or () for condition in component.conditions}
+    tying = sum(len(factor.free_symbols & set(chain.q)) > 1 for factor in factors)
+    return terms + 4 * len(factors) + 8 * tying
+
+
+def step(chain: Chain) -> int:
+    """Return the band of the difficulty: 0 below 10, 1 below 16, 2 below 24, 3 below 34, 4 above."""
+    return sum(difficulty(chain) >= least for least in (10, 16, 24, 34))

@@ -1,0 +1,110 @@
+"""Certify problems: every reference is tested against the arm in numbers, by ways it was not derived by.
+
+The references come from symbolic algebra on a structure (`derivation`). Here they are read back from their text, as
+an answer is, evaluated at random places and held against products of 4 x 4 matrices, finite differences of the poses
+and NumPy's linear algebra. A singular set is tested both ways: at every piece of it the rank is less, and every
+configuration of less rank that Newton's method finds lies in it.
+"""
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.formula.expression import Node, ReadError, names, read
+from exercises.problem import Choice, ConditionSet, Part, Problem, ProblemId
+from exercises.verify import formulas, singular
+from exercises.verify.ground import Check, Ground
+
+
+@dataclass(frozen=True)
+class ProblemCertificate:
+    """What was tested of a problem, and how it came out."""
+
+    problem: ProblemId
+    engine: int
+    checks: tuple[Check, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every check held."""
+        return all(check.passed for check in self.checks)
+
+    @property
+    def failures(self) -> tuple[Check, ...]:
+        """The checks that did not hold."""
+        return tuple(check for check in self.checks if not check.passed)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the form in which `show` and `verify` print it."""
+        checks = [check._asdict() for check in self.checks]
+        return {"problem": str(self.problem), "engine": self.engine, "passed": self.passed, "checks": checks}
+
+
+def certify(problem: Problem) -> ProblemCertificate:
+    """Test every reference of a problem; a question for which there is no test here fails, too.
+
+    >>> from exercises.generate import generate
+    >>> certify(generate(ProblemId("planar-2r", 7, ("determinant",)))).passed
+    True
+    """
+    ground = Ground(problem)
+    checks = [_one_meaning(problem.chain)]
+    for part in problem.parts:
+        checks.append(_readable(ground, part))
+        if checks[-1].passed:
+            checks += [Check(f"{part.name}: {name}", held, detail) for name, held, detail in _checks_of(ground, part)]
+    return ProblemCertificate(problem.id, problem.id.engine, tuple(checks))
+
+
+def _checks_of(ground: "Ground", part: Part) -> Iterator[Check]:
+    known = CHECKS.get(part.kind)
+    if known is None:
+        yield Check("known", False, "nothing in exercises.verify.CHECKS tests this kind of question")
+    else:
+        yield from known(ground, part)
+
+
+def _one_meaning(chain: Chain) -> Check:
+    """Look for a symbol that stands for two things, as a length named after another entry of the table does."""
+    taken = {symbol.name for symbol in (*chain.q, *chain.rates)} | set(TASK_ROWS)
+    twice = sorted(symbol.name for symbol in chain.parameters if symbol.name in taken)
+    for symbol in chain.parameters:
+        match = re.fullmatch(r"([ad])([1-9]\d*)", symbol.name)
+        if match and int(match.group(2)) <= chain.n:
+            joint = chain.joints[int(match.group(2)) - 1]
+            own = joint.a if match.group(1) == "a" else joint.d
+            if own != 0 and not own.has(symbol):
+                twice.append(symbol.name)
+    return Check("symbols", not twice, f"{', '.join(twice)} stands for two things" if twice else "each has one meaning")
+
+
+def _trees(ground: Ground, part: Part) -> list[Node]:
+    answer = part.answer
+    if isinstance(answer, ConditionSet):
+        return [read(text, ground.known) for text in answer.pieces()]
+    return [] if isinstance(answer, Choice) else [ground.tree(entry) for entry in formulas.reference(part)]
+
+
+def _usable(ground: Ground, part: Part) -> set[str]:
+    """Return the symbols that a part may use: all of the problem's; joints and lengths in conditions on them."""
+    if isinstance(part.answer, ConditionSet):
+        return {symbol.name for symbol in (*ground.chain.q, *ground.chain.parameters)}
+    return set(ground.known)
+
+
+def _readable(ground: Ground, part: Part) -> Check:
+    """Read every text of the reference as an answer is read, and look for symbols that the problem does not have."""
+    name = f"{part.name}: readable"
+    try:
+        strange = set[str]().union(*map(names, _trees(ground, part))) - _usable(ground, part)
+    except ReadError as error:
+        return Check(name, False, str(error))
+    if strange:
+        return Check(name, False, f"{', '.join(sorted(strange))} is no symbol of the problem")
+    return Check(name, True, "its text is understood, and holds the problem's symbols only")
+
+
+CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {**formulas.CHECKS, **singular.CHECKS}
+"""The test of each kind of question; one that is not here can't be certified."""

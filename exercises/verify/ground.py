@@ -1,0 +1,116 @@
+"""The arm in numbers, against which references are held: products of 4 x 4 matrices and finite differences."""
+
+from typing import NamedTuple
+
+import numpy as np
+import sympy as sp
+
+from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.classification import domain_of
+from exercises.arm.kinematics import NumericChain
+from exercises.formula.expression import Node, read
+from exercises.formula.tape import compile_tape, evaluate
+from exercises.problem import Problem
+from exercises.stream import Stream
+
+ARMS, POSES = 3, 4
+
+_H = 1e-5
+
+
+class Check(NamedTuple):
+    """One thing that was tested: its name, whether it held, and what was found."""
+
+    name: str
+    passed: bool
+    detail: str
+
+
+class Ground:
+    """The arm in numbers at random places: ARMS choices of the open lengths, POSES poses of each.
+
+    Arrays begin with the place: `frames` (…, n + 1, 4, 4), `point` (…, 3), `jacobian` (…, 6, n) by z x p;
+    `carried` (…, n, n + 1, 6) is the velocity of each frame's origin and link for each joint's unit rate, and
+    `moved` (…, n, 3) that of the point, both by central differences of the poses.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem, self.chain = problem, problem.chain
+        self.stream = Stream(f"verify/{problem.id.engine}/{problem.id}")
+        self.task = [TASK_ROWS.index(row) for row in self.chain.task]
+        self.known, self._trees = frozenset(problem.symbols()), dict[sp.Expr, Node]()
+        self.lengths = [_lengths(self.chain, self.stream) for _ in range(ARMS)]
+        self.arms = [NumericChain(self.chain, lengths) for lengths in self.lengths]
+        poses = [random_poses(self.chain, self.stream, POSES) for _ in self.arms]
+        self.points = ARMS * POSES
+        self.values = self._named(poses)
+        self.frames = np.concatenate([arm.frames(q) for arm, q in zip(self.arms, poses, strict=True)])
+        self.point = np.concatenate([arm.point(q) for arm, q in zip(self.arms, poses, strict=True)])
+        self.jacobian = np.concatenate([arm.jacobian(q) for arm, q in zip(self.arms, poses, strict=True)])
+        differences = [_differences(arm, q) for arm, q in zip(self.arms, poses, strict=True)]
+        self.carried, self.moved = (np.concatenate(arrays) for arrays in zip(*differences, strict=True))
+
+    def _named(self, poses: list[np.ndarray]) -> dict[str, np.ndarray]:
+        values = {q.name: np.concatenate([pose[:, i] for pose in poses]) for i, q in enumerate(self.chain.q)}
+        for name in (*(rate.name for rate in self.chain.rates), *TASK_ROWS):
+            values[name] = np.array([self.stream.uniform(-2, 2) for _ in range(self.points)])
+        for symbol in self.chain.parameters:
+            values[symbol.name] = np.repeat([lengths[symbol.name] for lengths in self.lengths], POSES)
+        return values
+
+    @property
+    def task_jacobian(self) -> np.ndarray:
+        """The rows of the task, (…, m, n)."""
+        return self.jacobian[:, self.task]
+
+    @property
+    def differenced_jacobian(self) -> np.ndarray:
+        """The 6 x n Jacobian by finite differences: the point's velocity and the last link's angular velocity."""
+        angular = self.carried[:, :, self.chain.n, 3:]
+        return np.concatenate([self.moved, angular], axis=2).transpose(0, 2, 1)
+
+    @property
+    def rates(self) -> np.ndarray:
+        """Joint rates, (…, n, 1)."""
+        return np.stack([self.values[rate.name] for rate in self.chain.rates], axis=1)[:, :, None]
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Task velocities, (…, m, 1)."""
+        return np.stack([self.values[row] for row in self.chain.task], axis=1)[:, :, None]
+
+    def tree(self, entry: sp.Expr) -> Node:
+        """Return the tree of an entry's text, read as an answer is. Raises ReadError."""
+        if entry not in self._trees:
+            self._trees[entry] = read(str(entry), self.known)
+        return self._trees[entry]
+
+    def read(self, entries: sp.Matrix) -> np.ndarray:
+        """Return the values of symbolic entries by way of their text, (…, rows, columns); complex if one is."""
+        tape = compile_tape([self.tree(entry) for entry in entries])
+        found = evaluate(tape, self.values, self.points)[0]
+        real = found.real if np.all(np.abs(found.imag) <= 1e-12 * (1 + np.abs(found))) else found
+        return real.T.reshape(self.points, *entries.shape)
+
+
+def _lengths(chain: Chain, stream: Stream) -> dict[str, float]:
+    roles = domain_of(chain).roles
+    ends = {"angle": (-np.pi, np.pi), "length": (0.25, 1.25)}
+    return {symbol.name: stream.uniform(*ends[str(roles[symbol.name])]) for symbol in chain.parameters}
+
+
+def random_poses(chain: Chain, stream: Stream, count: int) -> np.ndarray:
+    """Return `count` poses, (count, n), angles on the whole circle."""
+    ends = [(-np.pi, np.pi) if joint.kind == "R" else (-1.5, 1.5) for joint in chain.joints]
+    return np.array([[stream.uniform(*pair) for pair in ends] for _ in range(count)])
+
+
+def _differences(arm: NumericChain, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return velocities of frames (…, n, n + 1, 6) and of the point (…, n, 3) for unit rates, by differences."""
+    nudge = _H * np.eye(q.shape[1])
+    ahead, behind = (arm.frames(q[:, None, :] + side * nudge) for side in (1, -1))
+    slope = (ahead - behind) / (2 * _H)
+    spin = slope[..., :3, :3] @ arm.frames(q)[:, None, :, :3, :3].swapaxes(-1, -2)
+    angular = np.stack([spin[..., 2, 1], spin[..., 0, 2], spin[..., 1, 0]], axis=-1)
+    moved = (arm.point_of(ahead) - arm.point_of(behind)) / (2 * _H)
+    return np.concatenate([slope[..., :3, 3], angular], axis=-1), moved

@@ -1,0 +1,132 @@
+"""Tests of singular sets, both ways, and of the type of a singularity, found again for other lengths."""
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.arm.classification import REGULAR, Sample, domain_of, kind_at, samples_on
+from exercises.arm.kinematics import NumericChain
+from exercises.formula.conditions import Space, pieces
+from exercises.formula.expression import read
+from exercises.problem import Choice, ConditionSet, Part
+from exercises.questions.singular import OPTIONS, Place
+from exercises.verify.ground import ARMS, Check, Ground, random_poses
+
+STARTS, STEPS, SINGULAR = 30, 40, 1e-9
+"""Searches for singular configurations on each arm, Newton steps of each, and sigma_min/sigma_max of a find."""
+
+
+def _singular(ground: Ground, part: Part) -> Iterator[Check]:
+    assert isinstance(part.answer, ConditionSet)
+    joints = [q.name for q in ground.chain.q]
+    texts = part.answer.pieces()
+    claimed = [piece for text in texts for piece in pieces(read(text, ground.known), joints)]
+    yield from _sound(ground, texts, claimed, joints)
+    yield _complete(ground, claimed, joints)
+
+
+def _sound(ground: Ground, texts: Sequence[str], claimed: list[Any], joints: list[str]) -> Iterator[Check]:
+    """Draw configurations on every piece: there are some, and the Jacobian has lost rank there."""
+    for text, piece in zip(texts, claimed, strict=True):
+        ratios: list[float] = []
+        for lengths, arm in zip(ground.lengths, ground.arms, strict=True):
+            space = Space(joints, domain_of(ground.chain, lengths))
+            values = space.on_piece(piece, space.names_of([[piece]]), ground.stream, count=8)
+            q = np.stack([values[joint] for joint in joints], axis=1)
+            ratios += _ratios(arm.jacobian(q)[:, ground.task]).tolist()
+        detail = f"{len(ratios)} configurations, sigma_min/sigma_max at most {max(ratios, default=0.0):.1e}"
+        yield Check(f"rank at {text}", bool(ratios) and max(ratios) < REGULAR, detail)
+
+
+def _ratios(jacobians: np.ndarray) -> np.ndarray:
+    sigma = np.linalg.svd(jacobians, compute_uv=False)
+    return np.asarray(sigma[..., -1] / np.maximum(sigma[..., 0], 1e-300))
+
+
+def _complete(ground: Ground, claimed: list[Any], joints: list[str]) -> Check:
+    """Search for singular configurations from random poses, and look for each in the claimed set."""
+    found = 0
+    for lengths, arm in zip(ground.lengths, ground.arms, strict=True):
+        q = singular_configurations(arm, random_poses(ground.chain, ground.stream, STARTS), ground.task)
+        found += len(q)
+        space = Space(joints, domain_of(ground.chain, lengths))
+        values = dict(zip(joints, q.T, strict=True))
+        values.update({name: np.full(len(q), length) for name, length in lengths.items()})
+        outside = np.nonzero(~space.contains(claimed, values, len(q)))[0]
+        if len(outside):
+            at = ", ".join(f"{name} = {column[outside[0]]:.4g}" for name, column in values.items())
+            return Check("complete", False, f"J loses rank at {at}, which no condition covers")
+    return Check("complete", True, f"all of {found} singular configurations found by search are covered")
+
+
+def singular_configurations(arm: NumericChain, starts: np.ndarray, task: Sequence[int]) -> np.ndarray:
+    """Return singular configurations of J[task], (…, n), that Gauss-Newton on its maximal minors reaches."""
+    q, nudge = starts.copy(), 1e-6 * np.eye(starts.shape[1])
+    for _ in range(STEPS):
+        around = np.concatenate([q[:, None], q[:, None] + nudge, q[:, None] - nudge], axis=1)
+        minors = _minors(arm.jacobian(around)[..., task, :])
+        n = q.shape[1]
+        slopes = (minors[:, 1 : n + 1] - minors[:, n + 1 :]) / 2e-6
+        move = np.einsum("pim,pm->pi", np.linalg.pinv(slopes.swapaxes(1, 2), rcond=1e-8), minors[:, 0])
+        q -= move * np.minimum(1.0, 0.7 / np.maximum(np.abs(move).max(axis=1, keepdims=True), 1e-300))
+    return np.asarray(q[_ratios(arm.jacobian(q)[:, task]) < SINGULAR])
+
+
+def _minors(jacobians: np.ndarray) -> np.ndarray:
+    """Return all maximal minors of (…, m, n), stacked along the last axis."""
+    rows, columns = jacobians.shape[-2:]
+    size = min(rows, columns)
+    chosen = [
+        jacobians[..., np.array(r)[:, None], np.array(c)]
+        for r in combinations(range(rows), size)
+        for c in combinations(range(columns), size)
+    ]
+    return np.stack([np.linalg.det(minor) for minor in chosen], axis=-1)
+
+
+def _type(ground: Ground, part: Part) -> Iterator[Check]:
+    """Find the kind again for lengths that the question has not tried."""
+    kind, place = str(part.details["type"]), part.details["place"]
+    assert isinstance(part.answer, Choice)
+    assert isinstance(place, Place)
+    options = part.answer.options
+    right = len(set(options)) == len(options) and options[part.answer.correct] == OPTIONS[kind]
+    yield Check("option", right, f"{part.answer.letter} is {options[part.answer.correct]}")
+    samples = _samples(ground, place)
+    kinds = {str(kind_at(ground.chain, sample)) for sample in samples}
+    detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations"
+    yield Check("kind", bool(samples) and kinds == {kind}, detail)
+    if kind == "regular" and place.condition is None and len(ground.task) == ground.chain.n:
+        yield _regular_throughout(ground, place)
+
+
+def _regular_throughout(ground: Ground, place: Place) -> Check:
+    """Look at the sign of det J for short and long lengths: where it stays, the pose is regular for all of them."""
+    signs = set()
+    for _ in range(40):
+        lengths = {name: value * 4 ** ground.stream.uniform(-1, 1) for name, value in ground.lengths[0].items()}
+        arm, q = NumericChain(ground.chain, lengths), _pose(ground.chain, place, lengths)
+        signs.add(float(np.sign(np.linalg.det(arm.jacobian(q)[ground.task]))))
+    return Check("regular for all lengths", len(signs) == 1, f"signs of det J: {sorted(signs)}")
+
+
+def _samples(ground: Ground, place: Place) -> list[Sample]:
+    if place.condition is not None:
+        return samples_on(ground.chain, f"{place.condition} = 0", f"verify/{ground.problem.id}", arms=ARMS, each=1)
+    pairs = zip(ground.arms, ground.lengths, strict=True)
+    return [Sample(arm, _pose(ground.chain, place, lengths)) for arm, lengths in pairs]
+
+
+def _pose(chain: Chain, place: Place, lengths: dict[str, float]) -> np.ndarray:
+    numbers = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
+    return np.array([float(sp.N(place.joints[q].xreplace(numbers))) for q in chain.q])
+
+
+CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {
+    "singular-angles": _singular,
+    "singularity-type": _type,
+}
