@@ -8,6 +8,9 @@ import pytest
 from typer.testing import CliRunner
 
 from exercises.assignment import load_assignment
+from exercises.figure import figure_svg
+from exercises.generate import sample_chain
+from exercises.problem import ProblemId
 from grader.cli import app
 
 ROOT = Path(__file__).parent.parent
@@ -52,3 +55,8 @@ def test_make_targets_and_links_exist() -> None:
         assert re.search(rf"^{target}:", makefile, re.MULTILINE)
     for link in re.findall(r"\]\(([^)#]+)\)", README):
         assert (ROOT / link).exists(), link
+
+
+def test_the_picture_is_what_qdot_draws() -> None:
+    drawn = figure_svg(sample_chain(ProblemId("planar-2r", 7)))
+    assert (ROOT / "docs" / "planar-2r.svg").read_text(encoding="utf-8") == drawn
