@@ -240,3 +240,14 @@ def test_late_work_is_told_and_costs_nothing(assignment: Assignment) -> None:
     assert graded["s01"]["late"]["seconds"] == 800
     assert graded["s01"]["score"] == graded["s01"]["max_score"]
     assert graded["s02"]["late"] is None
+
+
+def test_worked_solutions_are_on_the_page_when_the_assignment_says_so(assignment: Assignment) -> None:
+    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01"))
+    result = grade(assignment)["s01"]
+    assert "Worked solution" not in feedback_page(assignment, assignment.roster[0], result)
+    path = assignment.folder / "assignment.toml"
+    path.write_text(path.read_text().replace('key = "hw"', 'key = "hw"\nfeedback = "solutions"'))
+    page = feedback_page(load_assignment(assignment.folder), assignment.roster[0], result)
+    assert page.count("Worked solution") == 5
+    assert "<math" in page

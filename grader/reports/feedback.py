@@ -3,8 +3,11 @@
 from typing import Any
 
 from exercises.assignment import Assignment, Student
+from exercises.families import FAMILIES
 from exercises.questions import QUESTIONS
 from exercises.render import render
+from exercises.writing.markup import to_html
+from exercises.writing.statement import worked_solution
 
 WORDS = {
     "correct": "right", "partial": "partly right", "wrong": "wrong", "missing": "not answered",
@@ -13,13 +16,20 @@ WORDS = {
 
 
 def feedback_page(assignment: Assignment, student: Student, result: dict[str, Any]) -> str:
-    """Return the student's page as self-contained HTML; nothing in it regenerates a problem."""
+    """Return the student's page as self-contained HTML; nothing in it regenerates a problem.
+
+    The worked solutions are on it where the assignment says `feedback = "solutions"`.
+    """
+    solutions = _solutions(assignment, student) if assignment.feedback == "solutions" else {}
     problems = [
         {
-            "title": f"Problem {number}",
-            "parts": [_part(number, index, part) for index, part in enumerate(entry["parts"], 1)],
+            "title": f"Problem {number}: {FAMILIES[slot.family].title}",
+            "parts": [
+                {**_part(number, index, part), "solution": solutions.get((slot.name, part["name"]))}
+                for index, part in enumerate(entry["parts"], 1)
+            ],
         }
-        for number, entry in enumerate(result["problems"], 1)
+        for number, (slot, entry) in enumerate(zip(assignment.slots, result["problems"], strict=True), 1)
     ]
     return render(
         "feedback.html.j2",
@@ -31,6 +41,15 @@ def feedback_page(assignment: Assignment, student: Student, result: dict[str, An
         max_score=f"{result['max_score']:g}",
         problems=problems,
     )
+
+
+def _solutions(assignment: Assignment, student: Student) -> dict[tuple[str, str], str]:
+    """Return the worked solution of every part as HTML, by slot and part."""
+    return {
+        (slot, part.name): to_html(worked_solution(problem, part))
+        for slot, problem in assignment.problems(student.id)
+        for part in problem.parts
+    }
 
 
 def _part(number: int, index: int, part: dict[str, Any]) -> dict[str, Any]:
