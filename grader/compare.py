@@ -35,14 +35,16 @@ def compare(kind: str, student: str, reference: Any, joints: Sequence[str] = ())
     if kind == "matrix":
         return judge_matrix(student, _rows(reference), domain, seed)
     if kind == "angles":
-        return judge_angles(student, texts[0], domain, seed)
+        return judge_angles(student, "{" + ", ".join(texts) + "}" if len(texts) > 1 else texts[0], domain, seed)
     found = joints or sorted(name for name in domain.roles if name.startswith("theta"))
     return judge_singular(student, texts, found, domain, seed)
 
 
 def _flat(reference: Any) -> list[str]:
-    if isinstance(reference, str):
+    if isinstance(reference, str) and reference.strip():
         return [reference]
+    if isinstance(reference, (int, float)) and not isinstance(reference, bool):
+        return [repr(reference)]
     if isinstance(reference, list) and reference:
         return [text for item in reference for text in _flat(item)]
     raise QdotError(f"a reference is a text, a list of texts or a list of rows, not {str(reference)[:60]!r}")
@@ -94,13 +96,34 @@ def compare_line(line: str, number: int) -> dict[str, Any]:
 
 def safely(request: Mapping[str, Any], number: int) -> Judgement:
     """Return the judgement; what fails in our own code is UNGRADED and does not stop the batch."""
-    student = request["student"] if isinstance(request["student"], str) else json.dumps(request["student"])
+    joints = request.get("joints") or ()
+    if not isinstance(joints, (list, tuple)) or not all(isinstance(joint, str) for joint in joints):
+        raise QdotError(f'line {number}: joints is a list of names, as in ["theta1", "theta2"]')
     try:
-        return compare(str(request["type"]), student, request["reference"], request.get("joints") or ())
+        return compare(str(request["type"]), as_text(request["student"]), request["reference"], joints)
     except QdotError as error:
         raise QdotError(f"line {number}: {error}") from None
     except Exception as error:  # our own failure is told, and is no verdict
         return Judgement(Outcome.UNGRADED, 0.0, f"qdot failed: {type(error).__name__}: {error}"[:300])
+
+
+def as_text(student: Any) -> str:
+    """Return an answer given as text, number or nested lists of them as one text; nothing for null."""
+    if student is None:
+        return ""
+    if isinstance(student, list):
+        return "[" + ", ".join(as_text(item) for item in student) + "]"
+    return student if isinstance(student, str) else repr(student)
+
+
+def likely_type(reference: str) -> str:
+    """Return the type that a reference looks like: a matrix for a list, angles for a set, else an expression."""
+    try:
+        return {"list": "matrix", "set": "angles", "eq": "singular", "or": "singular"}.get(
+            read(reference).kind, "expression"
+        )
+    except ReadError:
+        return "expression"
 
 
 def as_json(judgement: Judgement) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """Judge one answer, given as text, against a reference: expressions, matrices, singular sets, numbers, choices."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -38,11 +39,31 @@ def _all_blank(node: Node) -> bool:
     return node.kind == "blank"
 
 
+def _right_side(node: Node, domain: Domain) -> Node:
+    """Return what stands right of "det = …": an equation whose left side is a name of the student's own."""
+    if node.kind == "eq" and node.args[0].kind == "name" and node.args[0].value not in domain.roles:
+        return node.args[1]
+    return node
+
+
+def _unlabelled(node: Node, labels: Sequence[str]) -> Node:
+    """Return the entries of {qd1: …, qd2: …}, of [qd1 = …, qd2 = …], or of either inside a list, in their order."""
+    while node.kind in ("list", "set") and len(node.args) == 1 and node.args[0].kind in ("dict", "list"):
+        if node.kind == "list" and node.args[0].kind == "list":
+            break
+        node = node.args[0]
+    if not labels or node.kind not in ("dict", "list") or not all(arg.kind in ("pair", "eq") for arg in node.args):
+        return node
+    found = {arg.args[0].value: arg.args[1] for arg in node.args}
+    return Node("list", tuple(found[label] for label in labels)) if set(found) == set(labels) else node
+
+
 def judge_expression(student: str, reference: str, domain: Domain, seed: str) -> Judgement:
     """Judge a formula."""
     node = _read(student, domain)
     if isinstance(node, Judgement):
         return node
+    node = _right_side(node, domain)
     if node.kind in ("list", "set", "dict"):
         return wrong("a list or matrix stands where a single expression is due")
     try:
@@ -51,11 +72,11 @@ def judge_expression(student: str, reference: str, domain: Domain, seed: str) ->
         return wrong(f"this can't be read as an answer: {error}")
     if all(found.equal):
         return correct(found.certificate)
-    return wrong(_difference(found, None, 1) + _unknown_symbols([node], domain), found.certificate)
+    return wrong(_unknown_symbols([node], domain) or _difference(found, 1), found.certificate)
 
 
-def judge_matrix(student: str, reference: Rows, domain: Domain, seed: str) -> Judgement:
-    """Judge a matrix or vector by entry.
+def judge_matrix(student: str, reference: Rows, domain: Domain, seed: str, labels: Sequence[str] = ()) -> Judgement:
+    """Judge a matrix or vector by entry; `labels` name the entries of a vector, as qd1, qd2, for those who use them.
 
     The share is that of the right entries among those that are not zero in the reference, less the zeros that were
     answered with something else: a matrix of zeros earns nothing.
@@ -64,7 +85,7 @@ def judge_matrix(student: str, reference: Rows, domain: Domain, seed: str) -> Ju
     if isinstance(node, Judgement):
         return node
     try:
-        rows = as_matrix(node)
+        rows = as_matrix(_unlabelled(_right_side(node, domain), labels))
     except ReadError as error:
         return wrong(f"this can't be read as a matrix: {error}")
     shape = (len(reference), len(reference[0]))
@@ -75,26 +96,22 @@ def judge_matrix(student: str, reference: Rows, domain: Domain, seed: str) -> Ju
     student_nodes = [entry for row in rows for entry in row]
     reference_nodes = [_reference_node(entry, known) for row in reference for entry in row]
     blanks = [has_blank(entry) for entry in student_nodes]
-    filled = [_never() if blank else entry for blank, entry in zip(blanks, student_nodes, strict=True)]
+    filled = [due if blank else own for blank, own, due in zip(blanks, student_nodes, reference_nodes, strict=True)]
     try:
         found = compare_entries(filled, reference_nodes, domain, seed)
     except ReadError as error:
         return wrong(f"this can't be read as a matrix of expressions: {error}")
     equal = [same and not blank for same, blank in zip(found.equal, blanks, strict=True)]
+    is_zero = [entry == "0" for row in reference for entry in row]
     if all(equal):
         judged = correct(found.certificate)
     else:
-        share = _share(equal, [entry == "0" for row in reference for entry in row])
-        judged = graded(share, _matrix_reason(found, equal, blanks, shape) + _unknown_symbols(student_nodes, domain),
-                        found.certificate)  # fmt: skip
+        said = _unknown_symbols(student_nodes, domain) or _difference(found, shape[1]) or "the others were left blank"
+        reason = f"{_count(equal, blanks, is_zero)}; {said}"
+        judged = graded(_share(equal, blanks, is_zero), reason, found.certificate)
     columns = shape[1]
     marks = tuple(tuple(equal[i : i + columns]) for i in range(0, len(equal), columns))
     return replace(judged, entries=marks)
-
-
-def _never() -> Node:
-    """Return an expression that equals no reference: a name that no problem has."""
-    return Node("name", value="left blank")
 
 
 def _as_column(rows: list[list[Node]], shape: tuple[int, int]) -> list[list[Node]]:
@@ -104,11 +121,25 @@ def _as_column(rows: list[list[Node]], shape: tuple[int, int]) -> list[list[Node
     return rows
 
 
-def _share(equal: Sequence[bool], is_zero: Sequence[bool]) -> float:
+def _share(equal: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool]) -> float:
     zeros = list(is_zero) if not all(is_zero) else [False] * len(is_zero)
     counted = [same for same, zero in zip(equal, zeros, strict=True) if not zero]
-    spoiled = sum(not same for same, zero in zip(equal, zeros, strict=True) if zero)
-    return max(0, sum(counted) - spoiled) / len(counted)
+    return min(max(0, sum(counted) - _spoiled(equal, blanks, zeros)) / len(counted), 0.99)
+
+
+def _spoiled(equal: Sequence[bool], blanks: Sequence[bool], zeros: Sequence[bool]) -> int:
+    return sum(zero and not same and not blank for same, blank, zero in zip(equal, blanks, zeros, strict=True))
+
+
+def _count(equal: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool]) -> str:
+    """Say how many entries are right as they are counted: those that are zero in the reference earn nothing."""
+    zeros = list(is_zero) if not all(is_zero) else [False] * len(is_zero)
+    right = sum(same and not zero for same, zero in zip(equal, zeros, strict=True))
+    total = len(zeros) - sum(zeros)
+    which = f"{total} entries that are not zero" if any(zeros) else f"{total} entries"
+    spoiled = _spoiled(equal, blanks, zeros)
+    also = f", and {spoiled} that should be zero {'is' if spoiled == 1 else 'are'} not" if spoiled else ""
+    return f"{right} of {which} are right{also}" if total > 1 or spoiled else "it is not right"
 
 
 def _shape_reason(found: tuple[int, int], due: tuple[int, int]) -> str:
@@ -116,21 +147,14 @@ def _shape_reason(found: tuple[int, int], due: tuple[int, int]) -> str:
     return f"the answer is {found[0]} x {found[1]}, and {due[0]} x {due[1]} is due{turned}"
 
 
-def _matrix_reason(found: Comparison, equal: Sequence[bool], blanks: Sequence[bool], shape: tuple[int, int]) -> str:
-    count = f"{sum(equal)} of {len(equal)} entries are right; "
-    if all(same or blank for same, blank in zip(equal, blanks, strict=True)):
-        return count + "the others were left blank"
-    return count + _difference(found, blanks, shape[1])
-
-
-def _difference(found: Comparison, blanks: Sequence[bool] | None, columns: int) -> str:
+def _difference(found: Comparison, columns: int) -> str:
+    """Say where an entry differs, and by how much; nothing where none that was answered does."""
     example = found.certificate.counterexample
-    assert example is not None
-    entry = int(example["entry"])
-    if blanks is not None and blanks[entry]:
-        return "some were left blank"
-    where = "" if blanks is None else _entry_name(entry, columns, len(found.equal)) + " "
-    at = ", ".join(f"{name} = {value:g}" for name, value in example["at"].items() if name != "left blank")
+    if example is None:
+        return ""
+    total = len(found.equal)
+    where = _entry_name(int(example["entry"]), columns) + " " if total > 1 else ""
+    at = ", ".join(f"{name} = {value:g}" for name, value in example["at"].items())
     at = f" at {at}" if at else ""
     return f"{where}differs{at}: yours {_shown(example['yours'])}, expected {_shown(example['expected'])}"
 
@@ -139,10 +163,8 @@ def _shown(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def _entry_name(entry: int, columns: int, total: int) -> str:
-    if columns == 1:
-        return f"entry {entry + 1}" if total > 1 else "the entry"
-    return f"entry ({entry // columns + 1}, {entry % columns + 1})"
+def _entry_name(entry: int, columns: int) -> str:
+    return f"entry {entry + 1}" if columns == 1 else f"entry ({entry // columns + 1}, {entry % columns + 1})"
 
 
 def _unknown_symbols(nodes: Sequence[Node], domain: Domain) -> str:
@@ -150,18 +172,27 @@ def _unknown_symbols(nodes: Sequence[Node], domain: Domain) -> str:
     if not used:
         return ""
     listed = ", ".join(repr(name) for name in sorted(used)[:5])
-    return f"; {listed} {'is' if len(used) == 1 else 'are'} no symbol of this problem ({', '.join(domain.roles)})"
+    known = ", ".join(sorted(domain.roles))
+    return f"{listed} {'is' if len(used) == 1 else 'are'} no symbol of this problem; known: {known}"
 
 
 def judge_numbers(
-    student: str, reference: Sequence[float], units: Sequence[str], tolerance: float, floor: float
+    student: str,
+    reference: Sequence[float],
+    units: Sequence[str],
+    tolerance: float,
+    floor: float,
+    labels: Sequence[str] = (),
 ) -> Judgement:
-    """Judge numbers, each right within a relative tolerance (or the absolute floor, for values near zero)."""
+    """Judge numbers, each right within a relative tolerance (or the absolute floor, for values near zero).
+
+    `labels` name them, as qd1, qd2, for those who answer with a dictionary or equations.
+    """
     node = _read(student, Domain({}))
     if isinstance(node, Judgement):
         return node
     try:
-        rows = as_matrix(node)
+        rows = as_matrix(_unlabelled(node, labels))
         rows = _as_column(rows, (len(reference), 1))
         if (len(rows), len(rows[0])) != (len(reference), 1):
             return wrong(_shape_reason((len(rows), len(rows[0])), (len(reference), 1)))
@@ -197,8 +228,11 @@ def judge_choice(student: str, options: Sequence[str], right: int) -> Judgement:
     if said in ("", "blank", "ellipsis", "none"):
         return missing("the answer was left blank")
     letters = [letter.casefold() for letter in "ABCDEFGH"[: len(options)]]
-    texts = [option.casefold() for option in options]
-    chosen = letters.index(said) if said in letters else texts.index(said) if said in texts else None
+    lettered = re.match(r"([a-h])\s*[.):]", said)
+    if lettered is not None:
+        said = lettered.group(1)
+    meant = [index for index, option in enumerate(options) if len(said) > 3 and said in option.casefold()]
+    chosen = letters.index(said) if said in letters else meant[0] if len(meant) == 1 else None
     if chosen is None:
         return wrong(f"{student[:40]!r} is none of the options {', '.join('ABCDEFGH'[: len(options)])}")
     if chosen == right:
@@ -244,7 +278,7 @@ def judge_angles(student: str, reference: str, domain: Domain, seed: str) -> Jud
 
 def _without_blanks(node: Node) -> Node:
     if node.kind in ("list", "set"):
-        return Node(node.kind, tuple(arg for arg in node.args if arg.kind != "blank"))
+        return Node(node.kind, tuple(arg for arg in node.args if not has_blank(arg)))
     return node
 
 

@@ -28,15 +28,22 @@ def judge(problem: Problem, part: Part, answer: str, seed: str) -> Judgement:
         return judge_choice(answer, reference.options, reference.correct)
     if isinstance(reference, Number):
         values = [float(value) for value in reference.reference]
-        return judge_numbers(answer, values, reference.units, reference.tolerance, reference.floor)
+        rates = _labels(problem, part)
+        return judge_numbers(answer, values, reference.units, reference.tolerance, reference.floor, rates)
     domain = domain_of(problem)
     if isinstance(reference, Expression):
         return judge_expression(answer, str(reference.reference), domain, seed)
     if isinstance(reference, Matrix):
         rows = [[str(entry) for entry in row] for row in reference.reference.tolist()]
-        return judge_matrix(answer, rows, domain, seed)
+        return judge_matrix(answer, rows, domain, seed, _labels(problem, part))
     assert isinstance(reference, ConditionSet)
     return judge_singular(answer, reference.pieces(), [q.name for q in problem.chain.q], domain, seed)
+
+
+def _labels(problem: Problem, part: Part) -> tuple[str, ...]:
+    """Return the names of a vector of joint rates, by which `solve` returns them; nothing for other answers."""
+    rates = part.kind in ("inverse-velocity", "joint-rates")
+    return tuple(rate.name for rate in problem.chain.rates) if rates else ()
 
 
 def mark(

@@ -74,16 +74,23 @@ def _ring(_signal: int, _frame: Any) -> None:
     raise Overtime
 
 
+def set_alarm(seconds: float) -> None:
+    """Ring after so much processor time, which a busy machine does not shorten, or thrice that on the clock."""
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    signal.setitimer(signal.ITIMER_REAL, 3 * seconds)
+
+
 def run_cells(request: dict[str, Any], report: Report) -> None:
     """Run the cells in order, each within its time; report every answer as soon as it is there."""
     wanted = request["names"]
     namespace: dict[str, Any] = {"__name__": "__main__", "display": lambda *_args, **_options: None}
     last: dict[str, Any] = {}
     signal.signal(signal.SIGALRM, _ring)
+    signal.signal(signal.SIGPROF, _ring)
     for index, source in enumerate(request["cells"]):
         error = None
         try:
-            signal.setitimer(signal.ITIMER_REAL, request["cell_seconds"])
+            set_alarm(request["cell_seconds"])
             code = compile(plain_python(source), f"<cell {index + 1}>", "exec", dont_inherit=True)
             exec(code, namespace)  # noqa: S102 - this is the contained process
         except Overtime:
@@ -93,7 +100,7 @@ def run_cells(request: dict[str, Any], report: Report) -> None:
         except BaseException as raised:
             error = describe(raised)
         finally:
-            signal.setitimer(signal.ITIMER_REAL, 0)
+            set_alarm(0)
         if error is not None:
             report({"cell": index, "error": error})
         report_answers(namespace, wanted, last, request["cell_seconds"], report)
@@ -116,12 +123,12 @@ def report_answers(
         if name not in namespace:
             continue
         try:
-            signal.setitimer(signal.ITIMER_REAL, seconds)
+            set_alarm(seconds)
             found = {"text": text_of(namespace[name])[: LONGEST_ANSWER + 1]}
         except BaseException as raised:
             found = {"error": describe(raised)}
         finally:
-            signal.setitimer(signal.ITIMER_REAL, 0)
+            set_alarm(0)
         if last.get(name) != found:
             last[name] = found
             report({"name": name, **found})
@@ -148,6 +155,72 @@ def close_all_but(kept: set[int]) -> None:
     os.closerange(low, resource.getrlimit(resource.RLIMIT_NOFILE)[0] if sys.platform == "darwin" else 65536)
 
 
+READABLE = tuple(
+    os.path.realpath(path)
+    for path in (
+        sys.prefix, sys.base_prefix, *(path for path in sys.path if path), "/usr/lib", "/usr/share", "/usr/local/lib",
+        "/lib", "/lib64", "/System/Library", "/Library/Fonts", "/etc/localtime", "/etc/fonts", "/etc/ssl",
+        "/dev/null", "/dev/urandom", "/dev/random",
+    )
+)  # fmt: skip
+"""What Python and its libraries read; everything else on the machine is none of a notebook's business."""
+
+HIDDEN = ("exercises", "grader")
+"""Packages that a notebook may not load: with them and the secret, the answers could be regenerated."""
+
+REFUSED = (
+    "subprocess.", "os.system", "os.exec", "os.posix_spawn", "os.spawn", "os.fork", "os.kill", "os.killpg", "pty.",
+    "socket.", "ctypes.", "signal.pthread_kill", "os.link", "os.symlink", "os.chown", "sys.setprofile", "sys.settrace",
+    "gc.get_", "webbrowser.", "ftplib.", "smtplib.", "urllib.",
+)  # fmt: skip
+
+
+def is_inside(path: Any, folders: tuple[str, ...]) -> bool:
+    """Tell whether a path, links resolved, is one of the folders or lies in it; a descriptor that is open does."""
+    if isinstance(path, int) or path is None:
+        return True
+    real = os.path.realpath(os.fsdecode(path))
+    return any(real == folder or real.startswith(folder.rstrip("/") + "/") for folder in folders)
+
+
+def guard(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
+    """Return an audit hook: read the libraries, write in the own folder, and nothing else.
+
+    Once added, a hook can't be removed. It watches what Python code does; what a hostile C library would do is for the
+    operating system's means.
+    """
+    own = (os.path.realpath(folder),)
+    writing = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
+    packages = tuple(os.path.realpath(f"{path}/{name}") for path in sys.path for name in HIDDEN)
+
+    def refuse(what: str) -> NoReturn:
+        raise PermissionError(f"a notebook that is graded may not {what}")
+
+    def hook(event: str, args: tuple[Any, ...]) -> None:
+        if event == "open":
+            path, _, flags = args
+            changes = isinstance(flags, int) and flags & writing and path not in ("/dev/null", b"/dev/null")
+            if not is_inside(path, own if changes else (*own, *READABLE)) or is_inside_hidden(path):
+                refuse(f"open {str(path)[:200]!r}")
+        elif event == "import" and str(args[0]).split(".")[0] in HIDDEN:
+            refuse(f"import {str(args[0])[:100]}")
+        elif event.startswith(("os.listdir", "os.scandir", "os.walk", "glob.", "os.chdir")):
+            if not is_inside(args[0], (*own, *READABLE)):
+                refuse(f"look into {str(args[0])[:200]!r}")
+        elif event.startswith(
+            ("os.rename", "os.remove", "os.rmdir", "os.mkdir", "os.chmod", "os.truncate", "os.utime")
+        ):
+            if not all(is_inside(arg, own) for arg in args[:2] if isinstance(arg, (str, bytes))):
+                refuse(f"change {str(args[0])[:200]!r}")
+        elif event.startswith(REFUSED):
+            refuse(f"use {event}")
+
+    def is_inside_hidden(path: Any) -> bool:
+        return not isinstance(path, int) and is_inside(path, packages)
+
+    return hook
+
+
 def child(request: dict[str, Any], folder: str, output: int, received: int) -> NoReturn:
     """Be the process in which one notebook runs; never return."""
     try:
@@ -159,6 +232,9 @@ def child(request: dict[str, Any], folder: str, output: int, received: int) -> N
         os.chdir(folder)
         limit(request)
         sys.setrecursionlimit(3000)
+        os.environ.update(HOME=folder, TMPDIR=folder, MPLCONFIGDIR=folder, XDG_CACHE_HOME=folder)
+        tempfile.tempdir = folder
+        sys.addaudithook(guard(folder))
         sent = 0
 
         def report(line: dict[str, Any]) -> None:

@@ -23,10 +23,10 @@ RUNNER = Path(__file__).with_name("runner.py")
 
 @dataclass(frozen=True)
 class Limits:
-    """What a notebook may use: seconds of wall time in all and per cell, bytes of memory."""
+    """What a notebook may use: seconds on the clock in all, seconds of processor time per cell, bytes of memory."""
 
-    seconds: float = 30.0
-    cell_seconds: float = 10.0
+    seconds: float = 120.0
+    cell_seconds: float = 20.0
     memory: int = 3 << 30
 
 

@@ -216,3 +216,99 @@ def test_angles_are_equal_modulo_whole_turns() -> None:
     assert judge_angles("{2*pi, 3*pi}", "{0, pi}", DOMAIN, "s").outcome is Outcome.CORRECT
     assert judge_angles("{0, pi/2, pi}", "{0, pi}", DOMAIN, "s").outcome is Outcome.PARTIAL
     assert judge_angles("{0, 3.14}", "{0, pi}", DOMAIN, "s").outcome is not Outcome.CORRECT
+
+
+THREE = [f"theta2 = {p} and theta3 = {q}" for p in ("0", "pi") for q in ("0", "pi")]
+SINE, FACTORS = ["sin(theta3) = 0"], ["sin(theta3) = 0", "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) = 0"]
+WAVE = "acos((-a1 - a2*cos(theta2))/a3)"
+
+
+@pytest.mark.parametrize(
+    ("reference", "student"),
+    [
+        (SINE, "cos(theta3)**2 = 1"),
+        (SINE, "cos(theta3) = 1 or cos(theta3) = -1"),
+        (SINE, "sin(theta3)**2 = 0"),
+        (SINE, "1 - cos(2*theta3) = 0"),
+        (SINE, "abs(cos(theta3)) = 1"),
+        (SINE, "1e-9*sin(theta3) = 0"),
+        (SINE, "Union(ImageSet(Lambda(_n, 2*_n*pi + pi), Integers), ImageSet(Lambda(_n, 2*_n*pi), Integers))"),
+        (FACTORS, f"sin(theta3)**3 = 0, {SHOULDER}"),
+        (FACTORS, f"theta3 = 0 or pi, {SHOULDER}"),
+        (FACTORS, f"theta3 = 0, pi, {SHOULDER}"),
+        (FACTORS, f"[(theta3, [0, pi]), {SHOULDER}]"),
+        (FACTORS, f"[(theta3, 0), (theta3, pi), {SHOULDER}]"),
+        (FACTORS, f"sin(theta3) = 0, theta3 = -theta2 + {WAVE}, theta3 = -theta2 - {WAVE}"),
+        (FACTORS, f"sin(theta3) = 0, cos(theta2) = 2, {SHOULDER}"),
+        (
+            THREE,
+            "a1**2*a2**2*sin(theta2)**2 + a2**2*a3**2*sin(theta3)**2"
+            " + a1**2*(a2*sin(theta2) + a3*sin(theta2 + theta3))**2 = 0",
+        ),
+    ],
+)
+def test_conditions_of_any_order_and_scale_are_right(reference: list[str], student: str) -> None:
+    reference = ["theta3 = 0", "theta3 = pi"] if student.startswith("Union") else reference
+    assert judge_singular(student, reference, JOINTS, DOMAIN, "s").outcome is Outcome.CORRECT
+
+
+@pytest.mark.parametrize(
+    ("reference", "student"),
+    [
+        (SINE, "1e-13 = 0"),
+        (SINE, "Eq(1e-13*cos(theta1)**2 + 1e-13*sin(theta1)**2 + 0*theta1, 0)"),
+        (ELBOW, "theta3 = 0 or theta3 = pi or 1e-10 = 0"),
+        (ELBOW, "Eq(1e-10*theta3, 0)"),
+        (SINE, "theta3 = 0, pi, sqrt(cos(theta1)) = 0"),
+        (SINE, "theta3 = 0, theta3 = 3.1416"),
+        (SINE, "theta3 = 0.000001, theta3 = pi"),
+        (FACTORS, f"sin(theta3) = 0, theta3 = -theta2 + {WAVE}"),
+        (FACTORS, "sin(theta3) = 0, a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) + 1e-7 = 0"),
+    ],
+)
+def test_what_holds_nowhere_or_beside_is_not_right(reference: list[str], student: str) -> None:
+    assert judge_singular(student, reference, JOINTS, DOMAIN, "s").outcome is not Outcome.CORRECT
+
+
+def test_vectors_of_rates_as_sympy_solves_them() -> None:
+    reference, labels = [["qd2*a1"], ["a2"]], ("qd1", "qd2")
+    for student in (
+        "{qd1: qd2*a1, qd2: a2}",
+        "[{qd2: a2, qd1: qd2*a1}]",
+        "{(qd2*a1, a2)}",
+        "[Eq(qd1, a1*qd2), Eq(qd2, a2)]",
+    ):
+        assert judge_matrix(student, reference, DOMAIN, "s", labels).outcome is Outcome.CORRECT
+    assert judge_matrix("{qd1: a2, qd2: a1}", reference, DOMAIN, "s", labels).outcome is Outcome.WRONG
+    assert judge_numbers("{qd2: 2.0, qd1: 1.0}", [1, 2], ["", ""], 0.005, 0.001, labels).outcome is Outcome.CORRECT
+
+
+def test_plausible_ways_to_write_an_answer() -> None:
+    assert judge_expression("detJ = a1*a2", "a1*a2", DOMAIN, "s").outcome is Outcome.CORRECT
+    text = "a1*cos(theta1(t))*Derivative(theta1(t), t)"
+    assert judge_expression(text, "a1*cos(theta1)*qd1", DOMAIN, "s").outcome is Outcome.CORRECT
+    columns = "[[[0], [0], [1]], [[a1], [0], [1]]]"
+    assert judge_matrix(columns, [["0", "a1"], ["0", "0"], ["1", "1"]], DOMAIN, "s").outcome is Outcome.CORRECT
+    options = ("a boundary singularity", "an internal singularity", "no singularity: full rank")
+    for student in ("C. no singularity", "C) whatever", "no singularity", "c"):
+        assert judge_choice(student, options, 2).outcome is Outcome.CORRECT
+    assert judge_choice("singularity", options, 2).outcome is Outcome.WRONG
+
+
+def test_a_blank_costs_itself_only() -> None:
+    reference = [["0", "a1"], ["0", "a2"]]
+    assert judge_matrix("[[blank, a1], [blank, a2]]", reference, DOMAIN, "s").share > 0.9
+    assert judge_matrix("[[blank, a1], [blank, a2]]", reference, DOMAIN, "s").outcome is Outcome.PARTIAL
+    judged = judge_singular(
+        "[blank, Eq(theta2, blank), Eq(theta2, pi)]", ["theta2 = 0", "theta2 = pi"], JOINTS, DOMAIN, "s"
+    )
+    assert judged.share == 0.5
+
+
+def test_an_unknown_symbol_is_named_first() -> None:
+    judged = judge_expression("k*a1", "a1", DOMAIN, "s")
+    assert judged.reason.startswith("'k' is no symbol of this problem; known: L, a1,")
+
+
+def test_a_bare_joint_or_value_is_asked_about() -> None:
+    assert "stands alone" in judge_singular("theta2", SINE, JOINTS, DOMAIN, "s").reason

@@ -27,7 +27,8 @@ FUNCTIONS = {
 ARITY = {"atan2": 2}
 
 CONTAINERS = {
-    "Matrix", "MutableDenseMatrix", "ImmutableDenseMatrix", "ImmutableMatrix", "array", "FiniteSet",
+    "Matrix", "Union", "ImageSet",
+    "MutableDenseMatrix", "ImmutableDenseMatrix", "ImmutableMatrix", "array", "FiniteSet",
     "Eq", "Equality", "Or", "And", "Rational", "Integer", "Float", "Pow", "list", "set", "tuple", "Tuple",
 }  # fmt: skip
 
@@ -252,6 +253,11 @@ class _Parser:
         name = _plain_name(raw)
         if name in FUNCTIONS or (name.lower() in FUNCTIONS and name not in self.known):
             return self.function(FUNCTIONS.get(name) or FUNCTIONS[name.lower()])
+        if name in ("Derivative", "Lambda") and self.peek() == "(":
+            return self.bound(name)
+        if name in self.known and self.peek() == "(" and self.text_at(1) == "t" and self.text_at(2) == ")":
+            self.at += 3  # theta1(t), as dynamicsymbols prints it
+            return Node("name", value=name)
         if name in CONTAINERS and self.peek() == "(":
             self.at += 1
             return _container(name, self.bracketed(")", "args").args, self)
@@ -265,6 +271,21 @@ class _Parser:
         if angles:
             return Node("call", (_sum([Node("name", value=a) for a in angles]),), "cos" if name[0] in "cC" else "sin")
         return Node("name", value=name)
+
+    def text_at(self, ahead: int) -> str:
+        return self.tokens[min(self.at + ahead, len(self.tokens) - 1)][1]
+
+    def bound(self, name: str) -> Node:
+        """Read Derivative(theta1(t), t), which is the rate qd1, or Lambda(_n, …), whose _n is any whole number."""
+        self.at += 1
+        args = self.bracketed(")", "args").args
+        if name == "Derivative" and len(args) == 2 and args[0].kind == "name":
+            match = re.fullmatch(r"(?:theta|d)(\d+)", str(args[0].value))
+            if match is not None:
+                return Node("name", value=f"qd{match.group(1)}")
+        if name == "Lambda" and len(args) == 2 and args[0].kind == "name":
+            return renamed(args[1], str(args[0].value), "k")
+        raise self.fail(f"this {name} is not understood")
 
     def function(self, name: str) -> Node:
         power = None
@@ -311,8 +332,10 @@ def _container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
         return Node("or", args)
     if name == "And" and args:
         return Node("and", args)
-    if name == "FiniteSet":
+    if name in ("FiniteSet", "Union"):
         return Node("set", args)
+    if name == "ImageSet" and len(args) == 2 and args[1].value == "Integers":
+        return args[0]
     if name in ("Rational", "Pow") and len(args) == 2:
         return Node("/" if name == "Rational" else "^", args)
     if len(args) == 1:
@@ -338,6 +361,13 @@ def read(text: str, known: Iterable[str] = ()) -> Node:
     return _Parser(text.translate(_DASHES), frozenset(known)).whole()
 
 
+def renamed(node: Node, old: str, new: str) -> Node:
+    """Return the tree with one name put for another."""
+    if node.kind == "name":
+        return Node("name", value=new) if node.value == old else node
+    return Node(node.kind, tuple(renamed(arg, old, new) for arg in node.args), node.value)
+
+
 def names(node: Node) -> set[str]:
     """Return the names in a tree that are not constants."""
     found, stack = set(), [node]
@@ -360,6 +390,12 @@ def has_blank(node: Node) -> bool:
     return False
 
 
+def _is_column(node: Node) -> bool:
+    """Tell whether a node is [[a], [b], …], a column vector as SymPy writes it."""
+    one_each = all(item.kind == "list" and len(item.args) == 1 and item.args[0].kind != "list" for item in node.args)
+    return node.kind == "list" and len(node.args) > 1 and one_each
+
+
 def as_matrix(node: Node) -> list[list[Node]]:
     """Return rows of scalars: a list of rows, a list of scalars (a column), or a scalar (1 x 1).
 
@@ -367,6 +403,10 @@ def as_matrix(node: Node) -> list[list[Node]]:
     """
     if node.kind != "list":
         return [[node]]
+    if node.args and all(_is_column(item) for item in node.args):  # a list of column vectors, side by side
+        columns = [[entry.args[0] for entry in item.args] for item in node.args]
+        if len({len(column) for column in columns}) == 1:
+            return [list(row) for row in zip(*columns, strict=True)]
     rows = [list(item.args) if item.kind == "list" else [item] for item in node.args]
     if not rows:
         raise ReadError("the list is empty")
