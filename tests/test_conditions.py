@@ -2,11 +2,13 @@
 
 import contextlib
 
+import numpy as np
 import pytest
 
 from exercises.formula.conditions import Space, compare_sets, pieces
 from exercises.formula.expression import ReadError, read
 from exercises.formula.identity import Domain
+from exercises.stream import Stream
 
 JOINTS = ("theta1", "theta2", "theta3")
 DOMAIN = Domain({**dict.fromkeys(JOINTS, "angle"), **dict.fromkeys(("a1", "a2", "a3"), "length")})
@@ -137,3 +139,13 @@ def test_no_claim_stalls_the_comparison(text: str) -> None:
     every_turn = text.startswith(("theta2 = k", "theta2 in"))  # long ways to say what is right
     with contextlib.suppress(ReadError):  # refused, or compared; what would be wrong is to hang
         assert compare_sets(pieces(read(text), JOINTS), pieces(read(FOLD), JOINTS), SPACE, "seed").equal is every_turn
+
+
+@pytest.mark.parametrize("text", ["sin(theta2) = 0", "sin(theta2)^2 = 0", "tan(theta2) = 0", "1 = cos(theta2)^2"])
+def test_poses_are_found_on_every_branch_of_a_condition(text: str) -> None:
+    (piece,) = pieces(read(text), JOINTS)
+    values = SPACE.on_piece(piece, SPACE.names_of([[piece]]), Stream("branches"), count=60)["theta2"]
+    at_zero, at_pi = (np.sum(np.abs(np.sin(values / 2)) < 1e-3), np.sum(np.abs(np.cos(values / 2)) < 1e-3))
+    assert at_zero > 10
+    assert at_pi > 10
+    assert at_zero + at_pi > 50

@@ -242,8 +242,10 @@ WAVE = "acos((-a1 - a2*cos(theta2))/a3)"
         (FACTORS, f"sin(theta3) = 0, cos(theta2) = 2, {SHOULDER}"),
         (
             THREE,
-            "a1**2*a2**2*sin(theta2)**2 + a2**2*a3**2*sin(theta3)**2"
-            " + a1**2*(a2*sin(theta2) + a3*sin(theta2 + theta3))**2 = 0",
+            (
+                "a1**2*a2**2*sin(theta2)**2 + a2**2*a3**2*sin(theta3)**2"
+                " + a1**2*(a2*sin(theta2) + a3*sin(theta2 + theta3))**2 = 0"
+            ),
         ),
     ],
 )
@@ -260,10 +262,12 @@ def test_conditions_of_any_order_and_scale_are_right(reference: list[str], stude
         (ELBOW, "theta3 = 0 or theta3 = pi or 1e-10 = 0"),
         (ELBOW, "Eq(1e-10*theta3, 0)"),
         (SINE, "theta3 = 0, pi, sqrt(cos(theta1)) = 0"),
+        (SINE, "theta3 = pi"),
+        (SINE, "theta3 = 0"),
         (SINE, "theta3 = 0, theta3 = 3.1416"),
         (SINE, "theta3 = 0.000001, theta3 = pi"),
         (FACTORS, f"sin(theta3) = 0, theta3 = -theta2 + {WAVE}"),
-        (FACTORS, "sin(theta3) = 0, a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) + 1e-7 = 0"),
+        (FACTORS, "sin(theta3) = 0, a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) + 1e-6 = 0"),
     ],
 )
 def test_what_holds_nowhere_or_beside_is_not_right(reference: list[str], student: str) -> None:

@@ -60,13 +60,13 @@ def domain_of(chain: Chain, values: Mapping[str, float] | None = None) -> Domain
     return Domain({**roles, **(values or {})})
 
 
-def samples_on(chain: Chain, condition: str, seed: str, arms: int = 4, each: int = 2) -> list[Sample]:
+def samples_on(chain: Chain, condition: str, seed: str, arms: int = 5, each: int = 3) -> list[Sample]:
     """Return configurations at which `condition` (text) holds, for several choices of the open lengths."""
     joints = [q.name for q in chain.q]
     found = []
     for number in range(arms):
         stream = Stream(f"{seed}/{condition}/{number}")
-        values = {symbol.name: round(stream.uniform(0.3, 1.0), 3) for symbol in chain.parameters}
+        values = {symbol.name: round(0.4 * 3.5 ** stream.uniform(0, 1), 3) for symbol in chain.parameters}
         space = Space(joints, domain_of(chain, values))
         arm = NumericChain(chain, values)
         for piece in pieces(read(condition), joints):
@@ -109,26 +109,36 @@ def kind_at(chain: Chain, sample: Sample) -> str | None:
     lost, still = u[:, rank:], vt[rank:]
     if jacobian.shape[0] > jacobian.shape[1] or lost.shape[1] > 1:
         return "internal" if lost.shape[1] == 1 else _kind_of_many(sample, task, lost, still)
-    fold = _fold(sample, task, lost[:, 0], still)
-    if fold == 0:
-        return "internal"
-    return "internal" if _reached_beyond(sample, task, -fold * lost[:, 0]) else "boundary"
+    return "boundary" if _is_edge(sample, task, lost[:, 0], still) else "internal"
 
 
 def _kind_of_many(sample: Sample, task: list[int], lost: np.ndarray, still: np.ndarray) -> str | None:
     """Several directions are lost at once: a boundary only if one of them folds."""
     stream = Stream("directions")
-    for _ in range(40):
+    for _ in range(12):
         direction = lost @ np.array([stream.uniform(-1, 1) for _ in range(lost.shape[1])])
-        direction /= np.linalg.norm(direction)
-        fold = _fold(sample, task, direction, still)
-        if fold and not _reached_beyond(sample, task, -fold * direction):
+        if _is_edge(sample, task, direction / np.linalg.norm(direction), still):
             return "boundary"
     return "internal"
 
 
-def _fold(sample: Sample, task: list[int], lost: np.ndarray, still: np.ndarray) -> int:
-    """Return the sign of the second-order motion along `lost` if it has one for all still motions, else 0."""
+def _is_edge(sample: Sample, task: list[int], lost: np.ndarray, still: np.ndarray) -> bool:
+    """Tell whether no configuration reaches beyond the place, on a side to which small motions do not lead.
+
+    A still motion of second order zero (a joint that moves nothing) takes no part; if all are, either side may be
+    the far one.
+    """
+    forward, backward = _folds(sample, task, lost, still)
+    if forward or backward:
+        sides = [] if forward and backward else [-lost] if forward else [lost]
+    else:
+        # The search is sure for a point that can move in as many directions as are counted, and only for that.
+        sides = [lost, -lost] if max(task) < 3 and len(task) <= len(sample.q) else []
+    return any(not _reached_beyond(sample, task, side) for side in sides)
+
+
+def _folds(sample: Sample, task: list[int], lost: np.ndarray, still: np.ndarray) -> tuple[bool, bool]:
+    """Tell whether still motions lead, to second order, forward along `lost`, and whether they lead backward."""
     step = 1e-4
     rows = []
     for k in still:
@@ -136,19 +146,18 @@ def _fold(sample: Sample, task: list[int], lost: np.ndarray, still: np.ndarray) 
         rows.append(lost @ (ahead - behind) / (2 * step) @ still.T)
     form = np.array(rows)
     eigenvalues = np.linalg.eigvalsh((form + form.T) / 2)
-    if np.all(eigenvalues > 1e-5):
-        return 1
-    return -1 if np.all(eigenvalues < -1e-5) else 0
+    return bool(np.any(eigenvalues > 1e-5)), bool(np.any(eigenvalues < -1e-5))
 
 
 def _reached_beyond(sample: Sample, task: list[int], direction: np.ndarray) -> bool:
     """Tell whether some configuration reaches a place just beyond the fold (damped Newton from many starts)."""
     frames = sample.arm.frames(sample.q)
-    reach = np.linalg.norm(np.diff(frames[:, :3, 3], axis=0), axis=1).sum() + 1e-9
-    linear = [row < 3 for row in task]
-    shift = _BEYOND * reach * direction * np.array([1.0 if is_linear else 1.0 / reach for is_linear in linear])
     stream = Stream("starts")
     q = np.array([[stream.uniform(-np.pi, np.pi) for _ in sample.q] for _ in range(_STARTS)])
+    links = np.diff(sample.arm.frames(q)[:, :, :3, 3], axis=1)
+    reach = float(np.median(np.linalg.norm(links, axis=2).sum(axis=1))) + 1e-9
+    linear = [row < 3 for row in task]
+    shift = _BEYOND * reach * direction * np.array([1.0 if is_linear else 1.0 / reach for is_linear in linear])
     target_point = sample.arm.point_of(frames)
     rotation = frames[-1, :3, :3]
     for step in range(_STEPS):
@@ -188,19 +197,25 @@ def _meaning(chain: Chain, samples: Sequence[Sample]) -> str:
             if chain.joints[i].kind == chain.joints[j].kind == "R" and _coincide(samples, i, j):
                 return f"the axes of joints {i + 1} and {j + 1} lie on one line"
     extremes = _extremes(chain, samples)
-    said = {
-        frozenset({1}): "arm stretched out",
-        frozenset({-1}): "arm folded back",
-        frozenset({1, -1}): "arm stretched out or folded back",
-    }
-    if extremes is not None:
-        axis, moving, signs = extremes
-        if chain.joints[moving].kind == "P":
-            return (
-                f"arm drawn in: {point} is as near to the axis of joint {axis + 1} as joint {moving + 1} can bring it"
-            )
-        return said[signs]
-    return "the columns of J are linearly dependent"
+    if extremes is None:
+        return "the columns of J are linearly dependent"
+    axis, movers, signs = extremes
+    mover = f"joint {movers[0] + 1}"
+    if chain.joints[movers[0]].kind == "P":
+        return f"arm drawn in: {point} is as near to the axis of joint {axis + 1} as {mover} can bring it"
+    if all(_parallel(samples, axis, moving) for moving in movers):
+        return _EXTENDED[signs]
+    if signs == frozenset({1, -1}):
+        return f"{point} is as far from or as near to the axis of joint {axis + 1} as {mover} can bring it"
+    how = "far from" if 1 in signs else "near to"
+    return f"{point} is as {how} the axis of joint {axis + 1} as {mover} can bring it"
+
+
+_EXTENDED = {
+    frozenset({1}): "arm stretched out",
+    frozenset({-1}): "arm folded back",
+    frozenset({1, -1}): "arm stretched out or folded back",
+}
 
 
 def _all_near_axis(samples: Sequence[Sample], joint: int) -> bool:
@@ -216,6 +231,12 @@ def _distance(sample: Sample, q: np.ndarray, joint: int) -> float:
 
 
 def _coincide(samples: Sequence[Sample], i: int, j: int) -> bool:
+    """Tell whether two axes lie on one line in all samples, and not in the poses around them as well."""
+    around = [Sample(sample.arm, sample.q + 0.3 * np.arange(1, len(sample.q) + 1)) for sample in samples]
+    return _on_one_line(samples, i, j) and not _on_one_line(around, i, j)
+
+
+def _on_one_line(samples: Sequence[Sample], i: int, j: int) -> bool:
     for sample in samples:
         frames = sample.arm.frames(sample.q)
         axis, between = frames[i, :3, 2], frames[j, :3, 3] - frames[i, :3, 3]
@@ -225,16 +246,26 @@ def _coincide(samples: Sequence[Sample], i: int, j: int) -> bool:
     return bool(samples)
 
 
-def _extremes(chain: Chain, samples: Sequence[Sample]) -> tuple[int, int, frozenset[int]] | None:
-    """Find an axis from which the point is farthest or nearest with respect to a later joint, in all samples."""
+def _extremes(chain: Chain, samples: Sequence[Sample]) -> tuple[int, list[int], frozenset[int]] | None:
+    """Find an axis from which the point is farthest or nearest in all samples, and the later joints that make it so.
+
+    The sign of a sample is 1 where it is farthest with respect to each of those joints, else -1.
+    """
     for axis in range(chain.n):
-        for moving in range(axis + 1, min(chain.n, chain.point.frame)):
-            if chain.joints[axis].kind != "R":
-                continue
-            signs = {_extreme(sample, axis, moving) for sample in samples}
-            if samples and 0 not in signs:
-                return axis, moving, frozenset(signs)
+        if chain.joints[axis].kind != "R":
+            continue
+        later = range(axis + 1, min(chain.n, chain.point.frame))
+        signs = {moving: [_extreme(sample, axis, moving) for sample in samples] for moving in later}
+        movers = [moving for moving in later if samples and 0 not in signs[moving]]
+        if movers:
+            each = (all(signs[moving][i] == 1 for moving in movers) for i in range(len(samples)))
+            return axis, movers, frozenset(1 if farthest else -1 for farthest in each)
     return None
+
+
+def _parallel(samples: Sequence[Sample], i: int, j: int) -> bool:
+    frames = [sample.arm.frames(sample.q) for sample in samples]
+    return all(np.linalg.norm(np.cross(f[i, :3, 2], f[j, :3, 2])) < 1e-6 for f in frames)
 
 
 def _extreme(sample: Sample, axis: int, moving: int) -> int:

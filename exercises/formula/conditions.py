@@ -19,8 +19,9 @@ from exercises.formula.tape import Tape, compile_tape, evaluate
 from exercises.stream import Stream
 
 SAMPLES = 48
-MEMBER = 1e-6
-"""How near a configuration found by Gauss-Newton must be: at a double zero, as of sin(theta)^2, it is that exact."""
+MEMBER = 1e-7
+"""How near a configuration that was searched for must be; at a double zero, as of |cos| = 1, rounding allows 2e-8."""
+
 _STILL, _ARRIVED, _VANISHED = 1e-10, 1e-5, 1e-9
 """A step below which nothing moves, one at which a search has arrived, and how small the residual is then."""
 
@@ -194,6 +195,8 @@ class Space:
 
     def _descend(self, ready: _Ready, values: dict[str, np.ndarray], count: int, squared: bool) -> np.ndarray:
         last = np.full(count, np.inf)
+        # How large the terms are at random, not where they vanish: near 0, sin(theta) has no larger terms than itself.
+        typical = np.nanmedian(self._zeros(ready, values, count)[1], axis=1, keepdims=True)
         for _ in range(_MOST_STEPS):
             residual, _ = self._zeros(ready, values, count)
             if not ready.free or np.all((last < _STILL) | ~np.isfinite(residual).all(axis=0)):
@@ -209,10 +212,49 @@ class Space:
             last = np.where(good, np.abs(move).max(axis=1), np.inf)
             for k, joint in enumerate(ready.free):
                 values[joint] = values[joint] - move[:, k]
-        residual, size = self._zeros(ready, values, count)
+        if not squared:
+            last = np.minimum(last, self._polish(ready, values, count, typical[0]))
+        residual, _ = self._zeros(ready, values, count)
         with np.errstate(all="ignore"):
-            near = np.all(np.abs(residual) <= (1e-7 if squared else _VANISHED) * size, axis=0)
+            near = np.all(np.abs(residual) <= (1e-7 if squared else _VANISHED) * typical, axis=0)
         return np.asarray(near & ((last < _ARRIVED) | (not ready.free)))
+
+    def _polish(self, ready: _Ready, values: dict[str, np.ndarray], count: int, typical: np.ndarray) -> np.ndarray:
+        """Move poses near a double zero, as of det(J J^T), to where the slope vanishes; return the last steps.
+
+        There the expression itself tells the place to half the digits only; its slope, by complex steps, tells it to
+        almost all. Expressions with branches have no such slope, and are left as they are.
+        """
+        last = np.full(count, np.inf)
+        assert ready.zeros is not None
+        if len(ready.zeros.outputs) != 1 or ready.zeros.branches or not ready.free:
+            return last
+        for _ in range(8):
+            slope = self._complex_slopes(ready, values, count)
+            flat = np.linalg.norm(slope, axis=1) < 1e-2 * typical
+            bend = np.empty((count, len(ready.free), len(ready.free)))
+            for k, joint in enumerate(ready.free):
+                ahead, behind = ({**values, joint: values[joint] + side * 1e-5} for side in (1, -1))
+                ahead_slope, behind_slope = (self._complex_slopes(ready, at, count) for at in (ahead, behind))
+                bend[:, :, k] = (ahead_slope - behind_slope) / 2e-5
+            good = flat & np.isfinite(bend).all(axis=(1, 2))
+            bend[~good] = 0.0
+            move = np.einsum("pij,pj->pi", np.linalg.pinv(bend, rcond=1e-7, hermitian=False), slope)
+            move = np.where(good[:, None], np.clip(move, -0.05, 0.05), 0.0)
+            last = np.where(good, np.abs(move).max(axis=1), np.inf)
+            for k, joint in enumerate(ready.free):
+                values[joint] = values[joint] - move[:, k]
+        return last
+
+    def _complex_slopes(self, ready: _Ready, values: Mapping[str, np.ndarray], count: int) -> np.ndarray:
+        """Return the slope of one zero, (count, joints), to the last digit: Im f(x + ih) / h needs no difference."""
+        assert ready.zeros is not None
+        columns = []
+        for joint in ready.free:
+            found, _ = evaluate(ready.zeros, {**values, joint: values[joint] + 1e-20j}, count)
+            columns.append(found[0].imag / 1e-20)
+        slopes = np.stack(columns, axis=1)
+        return np.where(np.isfinite(slopes), slopes, 0.0)
 
     def _slopes(self, ready: _Ready, values: Mapping[str, np.ndarray], count: int) -> np.ndarray:
         """Return the derivatives of the zeros for the free joints, (count, zeros, joints), by central differences."""
@@ -249,6 +291,8 @@ class Space:
         self, sets: Sequence[Piece], values: Mapping[str, np.ndarray], count: int, tolerance: float = MEMBER
     ) -> np.ndarray:
         """Tell for each configuration whether it lies in the union of the pieces."""
+        if count == 0:
+            return np.zeros(0, dtype=bool)
         member = np.zeros(count, dtype=bool)
         for piece in sets:
             holds = np.ones(count, dtype=bool)
@@ -266,6 +310,12 @@ class Space:
             gap = np.angle(np.exp(1j * np.where(np.isfinite(gap), gap, np.nan)))
         return np.asarray((np.abs(gap) <= tolerance) & (np.abs(found.imag) <= tolerance))
 
+    def _typical(self, ready: _Ready, values: Mapping[str, np.ndarray], count: int) -> float:
+        """Return how large the terms of an expression are at random poses (where it vanishes they may vanish, too)."""
+        stream = Stream("typical")
+        poses = {joint: np.array([stream.uniform(-3, 3) for _ in range(count)]) for joint in ready.free}
+        return float(np.nanmedian(self._zeros(ready, {**values, **poses}, count)[1][0]))
+
     def _vanishes(self, atom: Atom, values: Mapping[str, np.ndarray], count: int, tolerance: float) -> np.ndarray:
         """Tell where an expression is zero, by the distance to its zero: |f| / |f's slope|, whatever its scale.
 
@@ -273,10 +323,10 @@ class Space:
         """
         ready = _ready((atom,), self.joints)
         assert ready.zeros is not None
-        residual, size = (array[0] for array in self._zeros(ready, values, count))
+        residual = self._zeros(ready, values, count)[0][0]
         slope = np.linalg.norm(self._slopes(ready, values, count)[:, 0], axis=1) if ready.free else np.zeros(count)
         with np.errstate(all="ignore"):
-            rounding = 1e-14 * size if ready.free else 0.0
+            rounding = 1e-14 * self._typical(ready, values, count) if ready.free else 0.0
             return np.asarray((np.abs(residual) <= tolerance * slope) | (np.abs(residual) <= rounding))
 
 
