@@ -61,8 +61,8 @@ lock: .venvs/lock/.uv  ## choose the versions in constraints.txt anew
 	.venvs/lock/bin/uv pip compile pyproject.toml --group dev --upgrade --quiet --universal --python-version 3.11 \
 	  --fork-strategy fewest --generate-hashes --no-header --no-annotate --output-file constraints.txt
 
-clean:  ## remove environments, caches and what was built
-	rm -rf .venv .venvs build dist .hypothesis .mypy_cache .pytest_cache .ruff_cache
+clean:  ## remove environments, caches, the demonstration and what was built
+	rm -rf .venv .venvs build dist qdot-demo .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find $(CODE) -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # Environments. A hidden file says what is in one, and is older than what it was made from when it has to be made again.

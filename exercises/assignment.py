@@ -88,9 +88,18 @@ class Assignment:
 
     @property
     def digest(self) -> str:
-        """A short text that changes whenever the assignment, the secret or the engine does, and tells none of them."""
-        content = repr((ENGINE, self.title, self.key, self.slots, self.secret))
-        return hashlib.sha256(content.encode()).hexdigest()[:16]
+        """A short text that changes whenever the problems do (engine, secret, key, families, questions)."""
+        slots = [(slot.name, slot.family, slot.questions) for slot in self.slots]
+        return _short_hash(repr((ENGINE, self.secret, self.key, slots)))
+
+    @property
+    def edition(self) -> str:
+        """A short text that changes whenever the notebooks do: with the digest, the title or the points."""
+        return _short_hash(repr((self.digest, self.title, [slot.points for slot in self.slots])))
+
+
+def _short_hash(content: str) -> str:
+    return hashlib.sha256(content.encode()).hexdigest()[:16]
 
 
 def load_assignment(folder: Path) -> Assignment:
@@ -122,7 +131,8 @@ def _assignment_file(path: Path) -> AssignmentFile:
     try:
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise QdotError(f"{path}: {error}") from None
+        hint = "; put text in quotes" if "invalid value" in str(error).lower() else ""
+        raise QdotError(f"{path}: {error}{hint}") from None
     try:
         return AssignmentFile.model_validate(content)
     except pydantic.ValidationError as error:
@@ -130,8 +140,8 @@ def _assignment_file(path: Path) -> AssignmentFile:
 
 
 def _first_problem(error: pydantic.ValidationError, text: str) -> str:
-    """Return the first thing that is wrong as a sentence with its line and key."""
-    first = error.errors()[0]
+    """Return one thing that is wrong as a sentence with its line and key; a misspelt key before those that it lacks."""
+    first = min(error.errors(), key=lambda found: found["type"] != "extra_forbidden")
     location, kind = first["loc"], first["type"]
     key = ".".join(str(part + 1) if isinstance(part, int) else str(part) for part in location)
     where = _line_of(text, location)
@@ -180,9 +190,11 @@ def _slot(path: Path, number: int, entry: ProblemEntry) -> Slot:
 
 
 def read_roster(path: Path) -> tuple[Student, ...]:
-    """Read roster.csv: the first column is `student`; `name`, `email` and others may follow."""
+    """Read roster.csv: the first column is `student`; others may follow. Commas or semicolons separate."""
     text = _read_text(path)
-    rows = list(csv.reader(io.StringIO(text)))
+    header_line = text.partition("\n")[0]
+    separator = ";" if ";" in header_line and "," not in header_line else ","  # as many a spreadsheet saves it
+    rows = list(csv.reader(io.StringIO(text), delimiter=separator))
     if not rows:
         raise QdotError(f"{path} is empty; its first line is 'student,name,email', then a line a student")
     if not rows[0] or rows[0][0].strip().lower() != "student":

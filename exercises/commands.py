@@ -1,16 +1,18 @@
 """The commands about what is asked: init, families, questions, show, solve, generate."""
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from exercises.assignment import load_assignment
 from exercises.console import note, one_of, progress, say
+from exercises.difficulty import step
 from exercises.families import FAMILIES
 from exercises.generate import generate as make_problem
-from exercises.generate import questions_of
+from exercises.generate import questions_of, sample_chain
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.release import CORES, Released, init_assignment, release
@@ -31,36 +33,49 @@ def init(
     title: Annotated[str, typer.Option(help="The assignment's title.")] = "Velocity kinematics",
     key: Annotated[str, typer.Option(help="File name of the notebooks, without .ipynb.")] = "velocity",
 ) -> None:
-    """Make a new assignment folder: assignment.toml, roster.csv, .gitignore, a secret and a README.
+    """Make a new assignment folder.
 
-    Edit assignment.toml and roster.csv, then run `qdot generate DIR`. Nothing that is there already is overwritten.
+    In it are assignment.toml, roster.csv, .gitignore, a secret, a README and the folder submitted. Edit
+    assignment.toml and roster.csv, then run `qdot generate DIR`. Nothing that is there already is overwritten.
     """
     init_assignment(folder, title, key)
     say(f"made {folder}: put your class into {folder / 'roster.csv'}, then run: qdot generate {folder}")
 
 
 def families(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
-    """List the robot families that problems can be drawn from, and the questions that each can be asked.
+    """List the robot families and what each can be asked.
 
-    A family's name goes into assignment.toml (family = "planar-2r") and before a seed: `qdot show planar-2r/7`.
+    The difficulty is a step from 0 to 4 of a scale: how much there is to work out for such an arm by hand. A
+    family's name goes into assignment.toml (family = "planar-2r") and before a seed: `qdot show planar-2r/7`.
     """
-    rows = [
-        {"name": f.name, "title": f.title, "source": f.source, "questions": list(questions_of(f.name))}
+    rows: list[dict[str, Any]] = [
+        {
+            "name": f.name,
+            "title": f.title,
+            "source": f.source,
+            "questions": list(questions_of(f.name)),
+            "difficulty": step(sample_chain(ProblemId(f.name, 0))),
+        }
         for f in FAMILIES.values()
     ]
     if as_json:
         say(json.dumps(rows, ensure_ascii=False, indent=1))
         return
     for row in rows:
-        missing = [name for name in QUESTIONS if name not in row["questions"]]
         say(f"{row['name']:<12} {row['title']} ({row['source']})")
-        say(" " * 13 + ("all questions" if not missing else "all questions but " + ", ".join(missing)))
+        say(" " * 13 + _asked(row["questions"]) + f"; difficulty {row['difficulty']}")
+
+
+def _asked(names: Sequence[str]) -> str:
+    missing = [name for name in QUESTIONS if name not in names]
+    return "all questions" if not missing else "all questions but " + ", ".join(missing)
 
 
 def questions(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
-    """List the questions that can be asked, in the chapter's order, with the equation that each is about.
+    """List the questions that can be asked.
 
-    Their names go into assignment.toml: questions = ["position", "jacobian"].
+    They stand in the chapter's order, with the equation that each is about. Their names go into assignment.toml:
+    questions = ["position", "jacobian"].
     """
     rows = [
         {"name": q.name, "title": q.title, "source": q.source, "points": q.points, "needs": list(q.needs)}
@@ -79,9 +94,10 @@ def show(
     format: Annotated[str, typer.Option("--format", "-f", help=f"One of {', '.join(SHOW_FORMATS)}.")] = "text",
     ask: Annotated[str, typer.Option("--questions", help="Names with commas between; default: all that apply.")] = "",
 ) -> None:
-    """Show one problem: statement, figure, parts; with --solution the answers and how they are derived.
+    """Show one problem, with or without its solution.
 
-    The same FAMILY/SEED shows the same problem on every machine.
+    It has statement, figure and parts; with --solution the answers and how they are derived. The same FAMILY/SEED
+    shows the same problem on every machine.
     """
     from dataclasses import replace
 
@@ -102,10 +118,11 @@ def solve(
     robot: Annotated[Path, typer.Argument(metavar="ROBOT.toml", help="Your DH table; see the README.")],
     format: Annotated[str, typer.Option("--format", "-f", help=f"One of {', '.join(SOLVE_FORMATS)}.")] = "text",
 ) -> None:
-    """Derive everything the book would for your own arm: position, Jacobian both ways, determinant, singularities.
+    """Derive everything the book would for your own arm.
 
-    ROBOT.toml has a name, optionally task = ["vx", "vy"] and point = "O3" or [x, y, z], and a [[joint]] for each row of
-    the standard DH table: kind = "R" or "P", theta, d, a, alpha.
+    That is position, Jacobian both ways, determinant and singularities. ROBOT.toml has a name, optionally task =
+    ["vx", "vy"] and point = "O3" or [x, y, z], and a [[joint]] for each row of the standard DH table: kind = "R" or
+    "P", theta, d, a, alpha.
     """
     one_of(format, SOLVE_FORMATS, "--format")
     found = solve_chain(read_robot(robot))
@@ -116,9 +133,10 @@ def generate(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="An assignment folder, as `qdot init` makes one.")],
     jobs: Jobs = CORES,
 ) -> None:
-    """Write released/STUDENT/KEY.ipynb for every student and solutions/STUDENT/KEY.ipynb for the staff.
+    """Write the notebooks of a class, and their solutions.
 
-    Notebooks that are up to date are kept, so that a run that was stopped goes on where it was.
+    Every student has released/STUDENT/KEY.ipynb, and the staff solutions/STUDENT/KEY.ipynb. Notebooks that are up
+    to date are kept, so that a run that was stopped goes on where it was.
     """
     assignment = load_assignment(folder)
     counts = {"written": 0, "rewritten": 0, "kept": 0}

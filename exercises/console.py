@@ -22,24 +22,32 @@ def note(text: str) -> None:
 
 @contextmanager
 def progress(title: str, total: int) -> Iterator["Counter"]:
-    """Show a bar with rate and time left on standard error while the block works through `total` items."""
+    """Show a bar with rate and time left on standard error while the block works through `total` items.
+
+    Nothing is shown where standard error is no terminal.
+    """
+    if not sys.stderr.isatty():
+        yield Counter(None, title, total)
+        return
     columns = (
         TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"),
         TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn(),
     )  # fmt: skip
-    with Progress(*columns, console=Console(stderr=True), transient=not sys.stderr.isatty()) as bar:
+    with Progress(*columns, console=Console(stderr=True)) as bar:
         yield Counter(bar, title, total)
 
 
 class Counter:
-    """Counts what is done on a progress bar."""
+    """Counts what is done, on a progress bar where there is one."""
 
-    def __init__(self, bar: Progress, title: str, total: int) -> None:
+    def __init__(self, bar: Progress | None, title: str, total: int) -> None:
         self._bar = bar
-        self._task = bar.add_task(title, total=total, rate="")
+        self._task = bar.add_task(title, total=total, rate="") if bar is not None else None
 
     def step(self) -> None:
         """Count one more."""
+        if self._bar is None or self._task is None:
+            return
         task = self._bar.tasks[0]
         rate = "" if not task.finished_speed and not task.speed else f"{task.finished_speed or task.speed:.1f}/s"
         self._bar.update(self._task, advance=1, rate=rate)

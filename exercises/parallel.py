@@ -1,47 +1,150 @@
-"""Many like things done on several processes, their results in order; what was begun is not waited for after a stop."""
+"""Many like things done on several processes, their results in order; a stop ends the processes at once."""
 
+import functools
 import multiprocessing
+import os
 import signal
-from collections.abc import Callable, Iterator, Sequence
+import threading
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from typing import Any, TypeVar
+from contextlib import contextmanager
+from multiprocessing import connection, forkserver, resource_tracker
+from multiprocessing.process import BaseProcess
+from typing import Any, NoReturn, TypeVar
 
 from exercises.errors import QdotError
 
+State = TypeVar("State")
 Item = TypeVar("Item")
 Made = TypeVar("Made")
 
+MANY = 500
+"""From so many items on they are sent to the processes in chunks."""
+
 
 def ordered_map(
-    work: Callable[[Item], Made],
+    work: Callable[[State, Item], Made],
     items: Sequence[Item],
     jobs: int,
-    setup: Callable[..., None],
+    setup: Callable[..., State],
     arguments: tuple[Any, ...],
-) -> Iterator[Made]:
-    """Yield `work(item)` for each item in order, on up to `jobs` processes, each prepared by `setup(*arguments)` once.
+) -> Generator[Made, None, None]:
+    """Yield `work(state, item)` for each item in order, on up to `jobs` processes.
 
-    With one job everything is done here. Raises QdotError where a process dies: what was finished has been yielded.
+    Each process makes its state once, by `setup(*arguments)`; a state's `close` is called in the end, if it has one.
+    With one job everything is done here. Close the generator (`contextlib.closing`) so that a stop ends the processes.
+    Raises QdotError where a process dies: what was finished has been yielded.
     """
     jobs = min(jobs, len(items))
     if jobs <= 1:
-        setup(*arguments)
-        yield from map(work, items)
+        state = setup(*arguments)
+        try:
+            for item in items:
+                yield work(state, item)
+        finally:
+            _close(state)
         return
+    before = set(multiprocessing.active_children())
     # A fork of this process would copy the thread that draws the progress bar in whatever state it is.
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["exercises.generate"])
     with ProcessPoolExecutor(jobs, context, _begin, (setup, arguments)) as pool:
         try:
-            yield from pool.map(work, items, chunksize=max(1, min(16, len(items) // (8 * jobs))))
+            chunk = max(1, min(16, len(items) // (8 * jobs))) if len(items) >= MANY else 1
+            resource_tracker.ensure_running()  # it would undo what comes next
+            with _ctrl_c_put_off():  # whatever starts in here never sees a Ctrl-C, and starts whole
+                forkserver.ensure_running()
+                made = pool.map(functools.partial(_work_here, work), items, chunksize=chunk)
+            yield from made
         except BrokenProcessPool:
             raise QdotError("a worker process died (out of memory?); run the same command again to go on") from None
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
+            _end(set(multiprocessing.active_children()) - before)
             raise
 
 
-def _begin(setup: Callable[..., None], arguments: tuple[Any, ...]) -> None:
+@contextmanager
+def _ctrl_c_put_off() -> Iterator[None]:
+    """Let a Ctrl-C take effect after the block only; processes that start in it are born deaf to it."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    pressed: list[bool] = []
+    previous = signal.signal(signal.SIGINT, lambda *_: pressed.append(True))  # another thread may be given the signal
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        signal.signal(signal.SIGINT, previous)
+    if pressed:
+        raise KeyboardInterrupt
+
+
+def _end(processes: set[BaseProcess]) -> None:
+    for process in processes:
+        process.terminate()
+    left = {process.sentinel for process in processes}
+    while left:
+        ended = connection.wait(left, timeout=1)
+        if not ended:
+            break
+        left.difference_update(sentinel for sentinel in ended if isinstance(sentinel, int))
+    for process in processes:
+        if process.sentinel in left:
+            process.kill()
+
+
+# --- in the process that does the work ---
+
+_state: Any = None
+_busy = False
+
+
+def _begin(setup: Callable[..., object], arguments: tuple[Any, ...]) -> None:
+    global _state  # noqa: PLW0603 - set once when a process starts
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that shows progress
-    setup(*arguments)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    signal.signal(signal.SIGTERM, _terminated)
+    threading.Thread(target=_follow_parent, daemon=True).start()
+    _state = setup(*arguments)
+
+
+def _work_here(work: Callable[[Any, Item], Made], item: Item) -> Made:
+    global _busy  # noqa: PLW0603 - says whether there is something to tidy up
+    _busy = True
+    try:
+        return work(_state, item)
+    except SystemExit:
+        _leave()
+    finally:
+        _busy = False
+
+
+def _follow_parent() -> None:
+    """Leave when the process that wants the results is gone, however it ended."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os.kill(os.getpid(), signal.SIGTERM)
+
+
+def _terminated(*_: object) -> None:
+    if _busy:
+        raise SystemExit(1)  # half-written files are taken away on the way out
+    _leave()
+
+
+def _leave() -> NoReturn:
+    try:
+        _close(_state)
+    finally:
+        os._exit(1)
+
+
+def _close(state: object) -> None:
+    close = getattr(state, "close", None)
+    if close is not None:
+        close()

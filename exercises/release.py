@@ -3,12 +3,13 @@
 import os
 import secrets
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
 from exercises.assignment import SECRET_FILE, Assignment, Student
 from exercises.errors import QdotError
-from exercises.files import write_atomically
+from exercises.files import make_folder, write_atomically
 from exercises.notebook import notebook_text, solution_notebook, student_notebook
 from exercises.parallel import ordered_map
 from exercises.render import render
@@ -25,14 +26,12 @@ def init_assignment(
     if there:
         raise QdotError(f"{folder} has {', '.join(there)} already; name a new folder")
     context = {"title": title, "key": key, "students": students, "secret_file": SECRET_FILE}
-    try:
-        write_atomically(folder / SECRET_FILE, (secret or secrets.token_hex(32)) + "\n", mode=0o600)
-        write_atomically(folder / "roster.csv", render("init/roster.csv.j2", **context))
-        write_atomically(folder / ".gitignore", render("init/gitignore.j2", **context))
-        write_atomically(folder / "README.md", render("init/README.md.j2", **context))
-        write_atomically(folder / "assignment.toml", render("init/assignment.toml.j2", **context))
-    except OSError as error:
-        raise QdotError(f"{folder} can't be written: {error.strerror}") from None
+    write_atomically(folder / SECRET_FILE, (secret or secrets.token_hex(32)) + "\n", mode=0o600)
+    write_atomically(folder / "roster.csv", render("init/roster.csv.j2", **context))
+    write_atomically(folder / ".gitignore", render("init/gitignore.j2", **context))
+    write_atomically(folder / "README.md", render("init/README.md.j2", **context))
+    make_folder(folder / "submitted")
+    write_atomically(folder / "assignment.toml", render("init/assignment.toml.j2", **context))
 
 
 @dataclass(frozen=True)
@@ -51,20 +50,20 @@ def _paths(assignment: Assignment, student: str) -> tuple[Path, Path]:
 def release_one(assignment: Assignment, student: str) -> Released:
     """Write both notebooks of one student, unless they are there and made from this very assignment."""
     paths = _paths(assignment, student)
-    if all(_made_from(path, assignment.digest) for path in paths):
+    if all(_made_from(path, assignment.edition) for path in paths):
         return Released(student, "kept")
     outcome = "rewritten" if any(path.exists() for path in paths) else "written"
     problems = assignment.problems(student)
     for path, make in zip(paths, (student_notebook, solution_notebook), strict=True):
         notebook = make(assignment.title, assignment.key, student, problems)
-        notebook.metadata["qdot"]["digest"] = assignment.digest
+        notebook.metadata["qdot"].update(digest=assignment.digest, edition=assignment.edition)
         write_atomically(path, notebook_text(notebook))
     return Released(student, outcome)
 
 
-def _made_from(path: Path, digest: str) -> bool:
+def _made_from(path: Path, edition: str) -> bool:
     try:
-        return f'"digest": "{digest}"' in path.read_text(encoding="utf-8")
+        return f'"edition": "{edition}"' in path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
         return False
 
@@ -75,21 +74,13 @@ def release(assignment: Assignment, jobs: int, each: Callable[[Released], None])
     A rerun after a stop goes on where it was: what is up to date is kept.
     """
     students = [student.id for student in assignment.roster]
-    for released in ordered_map(_release_here, students, jobs, _start_worker, (assignment,)):
-        each(released)
+    with closing(ordered_map(release_one, students, jobs, _itself, (assignment,))) as every:
+        for released in every:
+            each(released)
 
 
-_assignment: Assignment | None = None
-
-
-def _start_worker(assignment: Assignment) -> None:
-    global _assignment  # noqa: PLW0603 - set once when a worker process starts
-    _assignment = assignment
-
-
-def _release_here(student: str) -> Released:
-    assert _assignment is not None
-    return release_one(_assignment, student)
+def _itself(assignment: Assignment) -> Assignment:
+    return assignment
 
 
 def _cores() -> int:

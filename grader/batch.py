@@ -15,12 +15,21 @@ from typing import Any
 
 from exercises.assignment import Assignment
 from exercises.errors import QdotError
-from exercises.files import write_atomically
+from exercises.files import cannot_write, make_folder, write_atomically
 from exercises.parallel import ordered_map
 from exercises.problem import Problem, variable
 from grader.marking import mark
 from grader.sandbox import Limits, Run, Sandbox
-from grader.submission import Found, Submission, Unreadable, cell_of, other_student, read_submission, wrong_assignment
+from grader.submission import (
+    Found,
+    Note,
+    Submission,
+    Unreadable,
+    cell_of,
+    oddities,
+    read_submission,
+    wrong_assignment,
+)  # fmt: skip
 
 GRADER = 1
 """Version of the grader: any change of what a submission earns raises it."""
@@ -45,15 +54,15 @@ def grade_class(
     """
     tasks = [Task(student.id, submissions.get(student.id)) for student in assignment.roster]
     cache = assignment.folder / "graded" / ".cache"
-    cache.mkdir(parents=True, exist_ok=True)
+    make_folder(cache)
     results = []
-    with _alone(cache / "lock"):
-        try:
-            for result in ordered_map(_grade_here, tasks, jobs, _start_worker, (assignment, limits, cache)):
-                results.append(result)
-                each(result)
-        finally:
-            _stop_worker()
+    with (
+        _alone(cache / "lock"),
+        contextlib.closing(ordered_map(_grade, tasks, jobs, _Desk, (assignment, limits, cache))) as every,
+    ):
+        for result in every:
+            results.append(result)
+            each(result)
     return results
 
 
@@ -62,7 +71,11 @@ def _alone(lock: Path) -> Any:
     """Hold a lock that the system lets go of when this process ends, however it ends."""
     import fcntl
 
-    with lock.open("w") as file:
+    try:
+        file = lock.open("w")
+    except OSError as error:
+        raise cannot_write(lock, error) from None
+    with file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
@@ -72,23 +85,18 @@ def _alone(lock: Path) -> Any:
         yield
 
 
-_worker: tuple[Assignment, Sandbox, Path] | None = None
+class _Desk:
+    """What a process has on its desk while it grades: the assignment, a sandbox, the folder of what is graded."""
+
+    def __init__(self, assignment: Assignment, limits: Limits, cache: Path) -> None:
+        self.assignment, self.sandbox, self.cache = assignment, Sandbox(limits), cache
+
+    def close(self) -> None:
+        self.sandbox.close()
 
 
-def _start_worker(assignment: Assignment, limits: Limits, cache: Path) -> None:
-    global _worker  # noqa: PLW0603 - set once when a worker process starts
-    _worker = (assignment, Sandbox(limits), cache)
-
-
-def _stop_worker() -> None:
-    """End the sandbox that this process has started, if it has graded itself; a worker's ends with the worker."""
-    if _worker is not None:
-        _worker[1].close()
-
-
-def _grade_here(task: Task) -> Result:
-    assert _worker is not None
-    assignment, sandbox, cache = _worker
+def _grade(desk: _Desk, task: Task) -> Result:
+    assignment, sandbox, cache = desk.assignment, desk.sandbox, desk.cache
     kept = cache / f"{hashlib.sha256(task.student.encode()).hexdigest()[:24]}.json"
     key = _cache_key(assignment, task)
     try:
@@ -104,7 +112,7 @@ def _grade_here(task: Task) -> Result:
 
 
 def _cache_key(assignment: Assignment, task: Task) -> str:
-    content = hashlib.sha256(f"{assignment.digest}/{GRADER}/{assignment.due}/{task.student}".encode())
+    content = hashlib.sha256(f"{assignment.edition}/{GRADER}/{assignment.due}/{task.student}".encode())
     for path in task.found.files if task.found else ():
         with contextlib.suppress(OSError):
             content.update(f"{path.name}/{int(path.stat().st_mtime)}/".encode() + path.read_bytes())
@@ -116,7 +124,7 @@ def grade_student(assignment: Assignment, student: str, found: Found | None, san
     problems = assignment.problems(student)
     if found is None:
         return _result(assignment, student, problems, None, Run(), "nothing was handed in", [])
-    notes = [found.note] if found.note else []
+    notes = [Note(found.note, found.note)] if found.note else []
     try:
         submission = read_submission(found.files[0])
     except Unreadable as error:
@@ -126,13 +134,15 @@ def grade_student(assignment: Assignment, student: str, found: Found | None, san
         return _result(assignment, student, problems, submission, Run(), obstacle, notes)
     names = [variable(slot, part.name) for slot, problem in problems for part in problem.parts]
     run = sandbox.run(submission.cells, names)
-    notes += [note for note in (other_student(submission, student), run.note) if note]
+    notes += oddities(submission, assignment, student)
+    if run.note:
+        notes.append(Note(run.note, run.note))
     return _result(assignment, student, problems, submission, run, None, notes)
 
 
 def _result(
     assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]], submission: Submission | None,
-    run: Run, obstacle: str | None, notes: Sequence[str], file: Path | None = None,
+    run: Run, obstacle: str | None, notes: Sequence[Note], file: Path | None = None,
 ) -> Result:  # fmt: skip
     marked: list[dict[str, Any]] = []
     for slot, problem in problems:
@@ -151,7 +161,8 @@ def _result(
         "max_score": round(sum(part["max_points"] for part in parts), 4),
         "late": _late(assignment, submission),
         "obstacle": obstacle,
-        "notes": list(notes),
+        "notes": [note.student for note in notes if note.student],
+        "staff_notes": [note.staff for note in notes],
         "problems": marked,
     }
 

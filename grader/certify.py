@@ -1,6 +1,7 @@
 """The certificate of a problem from the grader's side, above both packages: the reference earns full marks."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
+from contextlib import closing
 
 from exercises.generate import generate
 from exercises.parallel import ordered_map
@@ -32,16 +33,17 @@ def failures_of(problem: Problem) -> list[str]:
     return failed
 
 
-def _failures(identity: ProblemId) -> list[str]:
+def _failures(_: None, identity: ProblemId) -> list[str]:
     try:
         return failures_of(generate(identity))
     except RuntimeError as error:
         return [str(error)]
 
 
-def certify_all(identities: Sequence[ProblemId], jobs: int) -> Iterator[tuple[ProblemId, list[str]]]:
+def certify_all(identities: Sequence[ProblemId], jobs: int) -> Generator[tuple[ProblemId, list[str]], None, None]:
     """Yield every problem with its failures, in order."""
-    yield from zip(identities, ordered_map(_failures, identities, jobs, _nothing, ()), strict=True)
+    with closing(ordered_map(_failures, identities, jobs, _nothing, ())) as found:
+        yield from zip(identities, found, strict=True)
 
 
 def _nothing() -> None:

@@ -4,10 +4,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from exercises.errors import QdotError
-from exercises.formula.expression import ReadError, as_matrix, has_blank, read
+from exercises.formula.expression import Node, ReadError, as_matrix, has_blank, read
 from exercises.problem import variable
 from grader.sandbox import Sandbox
 from grader.submission import Unreadable, read_submission
+
+STATEMENTS = ("eq", "and", "or", "in", "pair", "dict", "set")
+"""Kinds of nodes that are conditions, and no entries of a matrix."""
 
 
 @dataclass(frozen=True)
@@ -43,18 +46,30 @@ def check_notebook(path: Path) -> list[Row]:
 
 
 def _row(part: str, text: str) -> Row:
+    shown = text if len(text) <= 300 else text[:300] + " …"
+    if not text.strip():
+        return Row(part, False, "left blank")
     try:
         node = read(text)
     except ReadError as error:
         return Row(part, False, str(error))
     if has_blank(node):
-        return Row(part, False, "left blank, wholly or in part")
-    shape = ""
-    if node.kind == "list":
-        try:
-            rows = as_matrix(node)
-            shape = f"{len(rows)} x {len(rows[0])} matrix " if len(rows) * len(rows[0]) > 1 else ""
-        except ReadError:
-            shape = ""
-    shown = text if len(text) <= 300 else text[:300] + " …"
-    return Row(part, True, shape + shown)
+        return Row(part, False, "left blank" if _all_blank(node) else f"partly left blank: {shown}")
+    return Row(part, True, ("" if ".singular" in part else _shape(node)) + shown)
+
+
+def _all_blank(node: Node) -> bool:
+    return node.kind == "blank" or (bool(node.args) and all(map(_all_blank, node.args)))
+
+
+def _shape(node: Node) -> str:
+    """Return the shape of a matrix of expressions in words; a list of conditions has none."""
+    if node.kind != "list":
+        return ""
+    try:
+        rows = as_matrix(node)
+    except ReadError:
+        return ""
+    if len(rows) * len(rows[0]) < 2 or any(entry.kind in STATEMENTS for row in rows for entry in row):
+        return ""
+    return f"{len(rows)} x {len(rows[0])} matrix "

@@ -1,41 +1,68 @@
-"""The command `qdot`: one program, composed of the commands that each package defines."""
+"""The command `qdot`: one program, composed of the commands that each package defines.
+
+Nothing slow is imported before `main` has seen to it that Ctrl-C ends the program in one line.
+"""
 
 import functools
+import io
 import os
+import signal
 import sys
 from collections.abc import Callable
-from importlib.metadata import version
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
-import typer
+if TYPE_CHECKING:
+    import typer
 
-from exercises import commands as asking
-from exercises.errors import QdotError
-from grader import commands as grading
+HELP = """Velocity-kinematics problems for a class: drawn for each student, written out as notebooks, graded.
 
-app = typer.Typer(
-    name="qdot",
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-    help="""Velocity-kinematics problems for a class: drawn for each student, written out as notebooks, graded.
+Start with `qdot demo`, which does all of it for a simulated class; then `qdot init DIR`."""
 
-    Start with `qdot demo`, which does all of it for a simulated class; then `qdot init DIR`.""",
-)
+STOPPED = "stopped; run the same command again to go on"
 
 
-@app.callback(invoke_without_command=True)
-def _top(
-    show_version: Annotated[bool, typer.Option("--version", is_eager=True, help="Print the version.")] = False,
-) -> None:
-    if show_version:
-        typer.echo(f"qdot {version('qdot')}")
-        raise typer.Exit
+@functools.cache
+def program() -> "typer.Typer":
+    """Return the program with all its commands."""
+    import typer
+
+    from exercises import commands as asking
+    from grader import commands as grading
+
+    app = typer.Typer(
+        name="qdot", no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
+        help=HELP,
+    )  # fmt: skip
+
+    @app.callback(invoke_without_command=True)
+    def _top(
+        show_version: Annotated[bool, typer.Option("--version", is_eager=True, help="Print the version.")] = False,
+    ) -> None:
+        if show_version:
+            from importlib.metadata import version
+
+            typer.echo(f"qdot {version('qdot')}")
+            raise typer.Exit
+
+    for command in (
+        asking.init, asking.families, asking.questions, asking.show, asking.solve, grading.verify, asking.generate,
+        grading.check, grading.compare, grading.grade, grading.demo,
+    ):  # fmt: skip
+        app.command()(_guarded(command))
+    return app
+
+
+def __getattr__(name: str) -> Any:
+    if name == "app":
+        return program()
+    raise AttributeError(name)
 
 
 def _guarded(command: Callable[..., None]) -> Callable[..., None]:
     """Return the command with its errors told in one line: 2 for bad input or our own failure, 130 for Ctrl-C."""
+    import typer
+
+    from exercises.errors import QdotError
 
     @functools.wraps(command)
     def run(*args: object, **options: object) -> None:
@@ -44,7 +71,7 @@ def _guarded(command: Callable[..., None]) -> Callable[..., None]:
         except QdotError as error:
             _leave(str(error), 2)
         except KeyboardInterrupt:
-            _leave("stopped; run the same command again to go on", 130)
+            _leave(STOPPED, 130)
         except BrokenPipeError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # whoever read our output has gone
         except (typer.Exit, typer.Abort, typer.BadParameter):
@@ -58,20 +85,26 @@ def _guarded(command: Callable[..., None]) -> Callable[..., None]:
     return run
 
 
-def _leave(message: str, code: int) -> None:
+def _leave(message: str, code: int) -> NoReturn:
+    import typer
+
     sys.stderr.write(f"qdot: {message}\n")
     raise typer.Exit(code)
 
 
-for command in (
-    asking.init, asking.families, asking.questions, asking.show, asking.solve, grading.verify, asking.generate,
-    grading.check, grading.compare, grading.grade, grading.demo,
-):  # fmt: skip
-    app.command()(_guarded(command))
+def _stop_at_once(*_: object) -> NoReturn:
+    os.write(2, f"qdot: {STOPPED}\n".encode())
+    os._exit(130)
 
 
 def main() -> None:
     """Run the command line: 0 done, 1 something is not as it should be, 2 bad input or our own failure."""
+    usual = signal.signal(signal.SIGINT, _stop_at_once)  # nothing has been begun yet
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal that knows no "θ" shows "?"
+    app = program()
+    signal.signal(signal.SIGINT, usual)
     app()
 
 

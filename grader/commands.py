@@ -3,6 +3,7 @@
 import json
 import sys
 from collections.abc import Iterable, Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,11 +17,11 @@ from exercises.families import FAMILIES
 from exercises.problem import ProblemId
 from exercises.release import CORES
 from grader.batch import Result, grade_class
-from grader.compare import TYPES, as_json, compare_line
+from grader.compare import TYPES, as_json, compare_line, likely_type
 from grader.compare import compare as compare_texts
-from grader.reports.tables import status
+from grader.reports.tables import staff_notes, status
 from grader.sandbox import Limits
-from grader.submission import find_submissions
+from grader.submission import OTHER_EDITION, find_submissions
 
 
 def verify(
@@ -31,16 +32,17 @@ def verify(
     count: Annotated[int, typer.Option(min=1, help="… that many, seeds 0, 1, 2, …")] = 100,
     jobs: Jobs = CORES,
 ) -> None:
-    """Certify problems: derivations agree with the numbers, singular sets are complete, references get full marks.
+    """Certify problems: their references hold in numbers.
 
+    Derivations agree with the numbers, singular sets are complete, and the references get full marks from the grader.
     Leaves with code 1 if a problem fails; each failure is printed with what was found.
     """
     from grader.certify import certify_all
 
     identities = list(_problems(what, family, count))
     failed = 0
-    with progress("verifying", len(identities)) as counter:
-        for identity, failures in certify_all(identities, jobs):
+    with progress("verifying", len(identities)) as counter, closing(certify_all(identities, jobs)) as every:
+        for identity, failures in every:
             counter.step()
             failed += bool(failures)
             for failure in failures:
@@ -69,9 +71,9 @@ def _problems(what: list[str], family: str, count: int) -> Iterator[ProblemId]:
 def check(
     notebook: Annotated[Path, typer.Argument(metavar="NOTEBOOK", help="Your notebook.")],
 ) -> None:
-    """Show a student what will be read from each answer cell; no marks, and no key is needed.
+    """Show what will be read from each answer of a notebook.
 
-    Leaves with code 1 if an answer is blank or can't be read.
+    For students: no marks are given, and no key is needed. Leaves with code 1 if an answer is blank or can't be read.
     """
     from grader.check import check_notebook
 
@@ -87,15 +89,17 @@ def check(
 def compare(
     student: Annotated[str, typer.Argument(metavar="STUDENT", help="The answer, as text.")] = "",
     reference: Annotated[str, typer.Argument(metavar="REFERENCE", help="What it is compared with.")] = "",
-    type: Annotated[str, typer.Option("--type", "-t", help=f"One of {', '.join(TYPES)}.")] = "expression",
+    type: Annotated[
+        str, typer.Option("--type", "-t", help=f"One of {', '.join(TYPES)}; default: by the reference.")
+    ] = "",
     joints: Annotated[str, typer.Option(help="Joint variables of a singular set, with commas between.")] = "",
     batch: Annotated[
         str, typer.Option("--batch", metavar="FILE.jsonl", help="Many, one JSON object a line; - reads standard input.")
     ] = "",
 ) -> None:
-    """Compare two answers as the grader does, and say how sure it is.
+    """Compare two answers as the grader does.
 
-    Example: qdot compare "a1*a2*s2" "a1*a2*sin(theta2)"
+    It says how sure it is. Example: qdot compare "a1*a2*s2" "a1*a2*sin(theta2)"
     """
     if batch:
         for number, line in enumerate(_lines(batch), 1):
@@ -104,9 +108,10 @@ def compare(
         return
     if not reference:
         raise QdotError("compare takes two texts, STUDENT and REFERENCE, or --batch FILE.jsonl")
-    texts: Any = [reference] if type == "singular" else reference
+    kind = type or likely_type(reference)
+    texts: Any = [reference] if kind == "singular" else reference
     names = tuple(name.strip() for name in joints.split(",") if name.strip())
-    say(json.dumps(as_json(compare_texts(type, student, texts, names)), ensure_ascii=False))
+    say(json.dumps(as_json(compare_texts(kind, student, texts, names)), ensure_ascii=False))
 
 
 def _lines(batch: str) -> Iterable[str]:
@@ -129,10 +134,11 @@ def grade(
     ] = 0.0,
     seconds: Annotated[float, typer.Option(min=1, help="Wall time that a notebook may take.")] = Limits().seconds,
 ) -> None:
-    """Grade SUBMISSIONS/STUDENT/*.ipynb (or SUBMISSIONS/STUDENT.ipynb) of everybody on the roster.
+    """Grade what a class has handed in, and write feedback.
 
-    Writes DIR/graded/results.jsonl, DIR/graded/grades.csv and DIR/graded/feedback/STUDENT.html. What has been graded
-    and has not changed is not graded again, so that a run that was stopped goes on where it was.
+    Reads SUBMISSIONS/STUDENT/*.ipynb (or SUBMISSIONS/STUDENT.ipynb) of everybody on the roster. Writes
+    DIR/graded/results.jsonl, DIR/graded/grades.csv and DIR/graded/feedback/STUDENT.html. What has been graded and
+    has not changed is not graded again, so that a run that was stopped goes on where it was.
     """
     from grader.reports.write import write_reports
 
@@ -140,10 +146,11 @@ def grade(
     found, strangers = find_submissions(assignment, submissions or folder / "submitted")
     for name in strangers:
         note(f"{name}: no student of that name is on the roster; not graded")
-    limits = Limits(seconds=seconds, cell_seconds=min(Limits().cell_seconds, seconds))
+    limits = Limits(seconds=seconds, cell_seconds=max(1, min(20, seconds / 4)) if seconds < 80 else seconds / 6)
     with progress("grading", len(assignment.roster)) as counter:
         results = grade_class(assignment, found, min(jobs, len(assignment.roster)), limits, lambda _: counter.step())
     write_reports(assignment, results)
+    _tell_notes(results)
     _summary(results, folder)
     if any(status(result) == "ungraded" for result in results):
         raise QdotError(
@@ -151,6 +158,21 @@ def grade(
         )
     if any(100 * result["score"] / result["max_score"] < fail_under for result in results):
         raise typer.Exit(1)
+
+
+def _tell_notes(results: list[Result]) -> None:
+    """Tell the staff what is odd, a line for each student and note; other editions in one line for the whole class."""
+    for result in results:
+        for said in staff_notes(result):
+            if said != OTHER_EDITION:
+                note(f"{result['student']}: {said}")
+    handed_in = sum(result["submission"] is not None for result in results)
+    others = sum(OTHER_EDITION in result["staff_notes"] for result in results)
+    if others:
+        note(
+            f"WARNING: {others} of {handed_in} notebooks were made from another assignment.toml or secret: "
+            "hand out the new ones, or put the old ones back"
+        )
 
 
 def _summary(results: list[Result], folder: Path) -> None:
@@ -167,7 +189,10 @@ def demo(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Where to put it.")] = Path("qdot-demo"),
     jobs: Jobs = CORES,
 ) -> None:
-    """Do the whole loop on a simulated class of 30: init, generate, hand in (right, wrong, blank, broken …), grade."""
+    """Do the whole loop on a simulated class of 30.
+
+    Makes the folder, generates, hands in what is right, wrong, blank or broken, and grades it.
+    """
     from grader.demo import run_demo
 
     run_demo(folder, jobs)

@@ -12,7 +12,7 @@ from exercises.errors import QdotError
 from exercises.files import write_atomically
 from exercises.problem import Choice, ConditionSet, Number, Part, Problem
 from exercises.release import init_assignment, release
-from grader.batch import grade_class
+from grader.batch import Result, grade_class
 from grader.reports.tables import status
 from grader.reports.write import write_reports
 from grader.sandbox import Limits
@@ -155,15 +155,19 @@ def run_demo(folder: Path, jobs: int) -> None:
             assignment, found, min(jobs, len(students)), Limits(cell_seconds=2), lambda _: counter.step()
         )
     write_reports(assignment, results)
+    say(f"{'id':<4}  {'name':<20} {'handed in':<32} {'points':>{len(_score(results[0]))}}  status")
     for student, kind, result in zip(assignment.roster, kinds(), results, strict=True):
-        score = f"{result['score']:5.1f} of {result['max_score']:g}"
-        say(f"{student.id}  {student.name:<20} {kind:<32} {score}  {status(result)}")
+        say(f"{student.id:<4}  {student.name:<20} {kind:<32} {_score(result)}  {status(result)}")
     first = assignment.roster[0].id
     say("")
     say(f"a student's notebook   {folder / 'released' / first / f'{KEY}.ipynb'}")
     say(f"the staff's            {folder / 'solutions' / first / f'{KEY}.ipynb'}")
     say(f"a feedback page        {folder / 'graded' / 'feedback' / f'{assignment.roster[8].id}.html'}")
     say(f"grades                 {folder / 'graded' / 'grades.csv'}")
+
+
+def _score(result: Result) -> str:
+    return f"{result['score']:5.1f} of {result['max_score']:g}"
 
 
 def _same_demo(folder: Path) -> None:

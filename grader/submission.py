@@ -2,6 +2,7 @@
 
 import datetime
 import hashlib
+import json
 import re
 import warnings
 from collections.abc import Mapping, Sequence
@@ -55,6 +56,8 @@ def find_submissions(assignment: Assignment, root: Path) -> tuple[dict[str, Foun
     `root/STUDENT/*.ipynb` or `root/STUDENT.ipynb`. Of several, the one with the assignment's file name goes first, else
     the one whose metadata name the assignment, else the first by name. Raises QdotError where `root` is no folder.
     """
+    if not root.exists():
+        raise QdotError(f"{root} does not exist; put what was handed in there, as STUDENT/*.ipynb or STUDENT.ipynb")
     if not root.is_dir():
         raise QdotError(f"{root} is not a folder of submissions; it holds STUDENT/*.ipynb or STUDENT.ipynb")
     by_id = {student.id: student.id for student in assignment.roster}
@@ -111,19 +114,26 @@ def read_submission(path: Path) -> Submission:
 
 
 def _notebook(name: str, data: bytes) -> Any:
+    """Return the notebook. What is wrong is told in our own words: the libraries' quote the file's innards."""
+    if not data.strip():
+        raise Unreadable(f"{name} is empty")
     try:
         text = data.decode("utf-8-sig")
+        json.loads(text)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             notebook = nbformat.reads(text, as_version=4)
-        if not isinstance(notebook.get("cells"), list):
-            raise ValueError("it has no cells")
-        return notebook
+        if isinstance(notebook.get("cells"), list):
+            return notebook
+    except UnicodeDecodeError:
+        raise Unreadable(f"{name} is not a Jupyter notebook: it is not text") from None
+    except json.JSONDecodeError as error:
+        raise Unreadable(f"{name} is not a Jupyter notebook, or was cut off (line {error.lineno})") from None
     except RecursionError:
-        raise Unreadable(f"{name} is not a notebook: it nests too deeply") from None
-    except Exception as error:  # nbformat raises many kinds, all of them about the file
-        first = (str(error).splitlines() or [type(error).__name__])[0][:200]
-        raise Unreadable(f"{name} can't be read as a notebook (damaged or cut off?): {first}") from None
+        raise Unreadable(f"{name} is not a Jupyter notebook: it nests too deeply") from None
+    except Exception:  # noqa: S110 - nbformat raises many kinds, all of them about the file
+        pass
+    raise Unreadable(f"{name} is not a Jupyter notebook: it is JSON, but has no cells that can be read")
 
 
 def _plain(value: Any) -> dict[str, Any]:
@@ -148,14 +158,31 @@ def wrong_assignment(submission: Submission, assignment: Assignment) -> str | No
     return None
 
 
-def other_student(submission: Submission, student: str) -> str | None:
-    """Return a note where the metadata name another student; the problems graded are this student's all the same."""
-    claimed = submission.claims.get("student")
+OTHER_EDITION = "made from another assignment.toml or secret than what is graded with"
+
+
+@dataclass(frozen=True)
+class Note:
+    """Something odd about a submission, in words for the staff and in words for the student (who may see none)."""
+
+    staff: str
+    student: str = ""
+
+
+def oddities(submission: Submission, assignment: Assignment, student: str) -> list[Note]:
+    """Return what the metadata make odd; they decide nothing: the problems graded are this student's all the same."""
+    claims, notes = submission.claims, []
+    claimed = claims.get("student")
     if isinstance(claimed, str) and claimed != student:
-        return (
-            f"the notebook says that it was handed out to {claimed[:80]!r}; it was graded against {student}'s problems"
-        )
-    return None
+        said = "this notebook was handed out to somebody else; it was graded against your own problems"
+        notes.append(Note(f"the notebook was handed out to {claimed[:80]!r}", said))
+    if claims.get("kind") == "solution":
+        notes.append(Note("the notebook is the staff's, with the solutions"))
+    digest = claims.get("digest")
+    if isinstance(digest, str) and digest != assignment.digest:
+        said = "this notebook was made from another version of the assignment; ask your instructor for the right one"
+        notes.append(Note(OTHER_EDITION, said))
+    return notes
 
 
 def cell_of(submission: Submission, slot: str, part: str) -> int | None:

@@ -23,6 +23,7 @@ def test_a_new_folder_is_an_assignment(folder: Path) -> None:
     assert assignment.title == "A title"
     assert [slot.name for slot in assignment.slots] == ["p1", "p2", "p3", "p4"]
     assert (folder / "secret.txt").stat().st_mode & 0o777 == 0o600
+    assert (folder / "submitted").is_dir()
     assert "secret.txt" in (folder / ".gitignore").read_text()
 
 
@@ -49,6 +50,8 @@ def test_init_overwrites_nothing(folder: Path) -> None:
         (TOML.replace('title = "T"\n', ""), "the key 'title' is missing"),
         ('title = "T"\nkey = "hw"\n', "the key 'problem' is missing"),
         ('title = "T\n', "line 1"),
+        ('titel = "T"\n' + TOML.replace('title = "T"\n', ""), "unknown key 'titel' (did you mean 'title'?)"),
+        (TOML.replace('"hw"', "hw"), "put text in quotes"),
         ("", "is missing"),
     ],
 )
@@ -88,6 +91,12 @@ def test_roster_keeps_names_and_further_columns(folder: Path) -> None:
     assert (student.id, student.name, student.email, student.others) == ("zoë", "Zoë É", "z@x.org", (("group", "B"),))
 
 
+def test_a_roster_with_semicolons_is_read(folder: Path) -> None:
+    (folder / "roster.csv").write_text('student;name;email\ns1;"Lovelace, Ada";a@x.org\n')
+    (student,) = load_assignment(folder).roster
+    assert (student.id, student.name, student.email) == ("s1", "Lovelace, Ada", "a@x.org")
+
+
 def test_bytes_that_are_no_text_are_told(folder: Path) -> None:
     (folder / "roster.csv").write_bytes(b"student\n\xff\xfe\n")
     with pytest.raises(QdotError, match="UTF-8"):
@@ -116,6 +125,27 @@ def test_the_digest_follows_what_decides_the_problems(folder: Path) -> None:
     assert load_assignment(folder).digest != before
 
 
+def test_the_digest_is_about_problems_and_the_edition_about_notebooks(folder: Path) -> None:
+    (folder / "assignment.toml").write_text(TOML)
+    before = load_assignment(folder)
+    for changed, other_problems in (
+        (TOML.replace('"T"', '"U"'), False),
+        (TOML + "points = [3]\n", False),
+        (TOML.replace("position", "jacobian"), True),
+        (TOML + PROBLEM, True),
+    ):
+        (folder / "assignment.toml").write_text(changed)
+        after = load_assignment(folder)
+        assert (after.digest != before.digest) == other_problems
+        assert after.edition != before.edition
+
+
+def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(QdotError, match=r"file.*can't be written: "):
+        init_assignment(tmp_path / "file" / "hw", "T", "hw")
+
+
 def outcomes(folder: Path) -> dict[str, str]:
     found: dict[str, str] = {}
 
@@ -136,6 +166,8 @@ def test_release_keeps_what_is_there_and_goes_on(folder: Path) -> None:
     (folder / "solutions" / "s002" / "hw.ipynb").unlink()
     assert outcomes(folder) == {"s001": "kept", "s002": "rewritten", "s003": "written"}
     assert first.read_bytes() == before
+    (folder / "assignment.toml").write_text(TOML + "points = [3]\n")
+    assert set(outcomes(folder).values()) == {"rewritten"}
     (folder / "assignment.toml").write_text(TOML.replace("position", "jacobian"))
     assert set(outcomes(folder).values()) == {"rewritten"}
     assert first.read_bytes() != before

@@ -20,7 +20,7 @@ from grader.reports.feedback import feedback_page
 from grader.reports.tables import grades_csv, results_jsonl, status
 from grader.reports.write import write_reports
 from grader.sandbox import Limits
-from grader.submission import find_submissions
+from grader.submission import OTHER_EDITION, find_submissions
 
 TOML = """title = "T"
 key = "hw"
@@ -104,8 +104,10 @@ def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
     for student in ("s01", "s02", "s03"):
         assert graded[student]["score"] == graded[student]["max_score"]
     assert graded["s04"]["score"] < 2
-    assert "handed out to 's01'" in graded["s04"]["notes"][0]
-    for student, said in (("s05", "damaged or cut off"), ("s06", "damaged or cut off"), ("s10", "damaged or cut off")):
+    assert "handed out to 's01'" in graded["s04"]["staff_notes"][0]
+    assert "somebody else" in graded["s04"]["notes"][0]
+    assert "s01" not in feedback_page(assignment, assignment.roster[3], graded["s04"])
+    for student, said in (("s05", "or was cut off (line"), ("s06", "is empty"), ("s10", "it is not text")):
         assert said in graded[student]["obstacle"]
         assert status(graded[student]) == "unusable"
     assert "belongs to the assignment 'other'" in graded["s07"]["obstacle"]
@@ -215,7 +217,16 @@ def test_reports_hold_what_the_contract_says(assignment: Assignment) -> None:
     table = list(csv.DictReader(grades_csv(results, assignment.roster).splitlines()))
     assert table[0]["name"] == "'=Name s01"
     assert table[1]["status"] == "missing"
-    assert set(table[0]) >= {"student", "p1.position", "p2.joint-rates", "score", "max_score", "percent", "status"}
+    assert set(table[0]) >= {
+        "student",
+        "p1.position",
+        "p2.joint-rates",
+        "score",
+        "max_score",
+        "percent",
+        "status",
+        "note",
+    }
     write_reports(assignment, results)
     page = (assignment.folder / "graded" / "feedback" / "s01.html").read_text()
     assert "<script>alert" not in page
@@ -228,6 +239,62 @@ def test_the_feedback_page_says_per_part_what_was_right(assignment: Assignment) 
     assert page.count('class="part correct"') == 4
     assert page.count('class="part wrong"') == 1
     assert "differs at" in page
+
+
+def test_what_stops_the_grading_stands_once_on_the_page(assignment: Assignment) -> None:
+    hand_in(assignment, "s01/hw.ipynb", '{"cells": 3}')
+    result = grade(assignment)["s01"]
+    page = feedback_page(assignment, assignment.roster[0], result)
+    assert page.count(result["obstacle"]) == 1
+    assert "hw.ipynb is not a Jupyter notebook" in page
+    assert 'class="part' not in page
+
+
+def test_entries_are_shown_and_names_keep_their_case(assignment: Assignment) -> None:
+    def change(code: str, part: Part) -> str:
+        return {"jacobian": f"7*({code})", "position": "foo", "determinant": "bar"}.get(part.name, code)
+
+    hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01", change).replace("p1_determinant = bar", "pass"))
+    page = feedback_page(assignment, assignment.roster[0], grade(assignment)["s01"])
+    assert page.count("<table") == 1
+    assert page.count("✗</td>") == 4
+    assert "P1_" not in page
+    assert "Matrices are marked by the entries" in page
+
+
+def test_odd_notebooks_are_told_to_the_staff(assignment: Assignment) -> None:
+    hand_in(assignment, "s01/hw.ipynb", (assignment.folder / "released" / "s02" / "hw.ipynb").read_text())
+    full = right(assignment, "s02")
+    hand_in(assignment, "s02/hw.ipynb", full)
+    hand_in(assignment, "s02/old.ipynb", full)
+    hand_in(assignment, "s03/hw.ipynb", full.replace('"kind": "student"', '"kind": "solution"'))
+    hand_in(assignment, "s04/hw.ipynb", full.replace(assignment.digest, "0" * 16).replace('"s02"', '"s04"'))
+    results = list(grade(assignment).values())
+    table = list(csv.DictReader(grades_csv(results, assignment.roster).splitlines()))
+    for row, said in zip(
+        table, ("handed out to 's02'", "2 notebooks", "with the solutions", OTHER_EDITION), strict=False
+    ):
+        assert said in row["note"]
+    assert table[4]["note"] == ""
+    assert "another version" in results[3]["notes"][0]
+
+
+def test_a_changed_secret_is_told_and_a_changed_title_is_not(assignment: Assignment) -> None:
+    for student in STUDENTS:
+        hand_in(assignment, f"{student}/hw.ipynb", right(assignment, student))
+    path = assignment.folder / "assignment.toml"
+    path.write_text(path.read_text().replace('"T"', '"U"'))
+    retitled = grade(load_assignment(assignment.folder))
+    assert not any(result["staff_notes"] for result in retitled.values())
+    (assignment.folder / "secret.txt").write_text("another secret of a good length")
+    changed = grade(load_assignment(assignment.folder), jobs=2)
+    assert all(OTHER_EDITION in result["staff_notes"] for result in changed.values())
+
+
+def test_a_folder_that_cannot_be_written_is_told(assignment: Assignment) -> None:
+    (assignment.folder / "graded").write_text("a file")
+    with pytest.raises(QdotError, match=r"graded.*can't be written: "):
+        grade(assignment)
 
 
 def test_late_work_is_told_and_costs_nothing(assignment: Assignment) -> None:

@@ -2,8 +2,11 @@
 
 import json
 import os
+import shutil
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -183,10 +186,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_generate_grade_and_check(folder: Path) -> None:
     assert "2 kept" in run("generate", folder)
-    assert "not a folder of submissions" in fails("grade", folder)
+    assert "does not exist" in fails("grade", folder, folder / "nowhere")
+    assert "not a folder of submissions" in fails("grade", folder, folder / "roster.csv")
     blank = folder / "released" / "s001" / "hw.ipynb"
     solved = folder / "solutions" / "s001" / "hw.ipynb"
-    assert "0 of 2 answers can be read" in run("check", blank, code=1)
+    assert "p1.position: left blank\n" in run("check", blank, code=1)
     assert "2 of 2 answers can be read" in run("check", solved)
     target = folder / "in" / "s001" / "hw.ipynb"
     target.parent.mkdir(parents=True)
@@ -197,6 +201,72 @@ def test_generate_grade_and_check(folder: Path) -> None:
     assert [(row["student"], row["score"], row["max_score"]) for row in rows] == [("s001", 3, 3), ("s002", 0, 3)]
     assert (folder / "graded" / "feedback" / "s002.html").exists()
     run("grade", folder, folder / "in", "--fail-under", "50", code=1)
+
+
+def test_another_assignment_toml_is_told_in_one_line(folder: Path, tmp_path: Path) -> None:
+    for name in ("released", "solutions"):
+        shutil.copytree(folder / name, tmp_path / name)
+    for name in ("assignment.toml", "roster.csv", "secret.txt"):
+        shutil.copy(folder / name, tmp_path / name)
+    toml = tmp_path / "assignment.toml"
+    toml.write_text(toml.read_text().replace('"jacobian"', '"joint-axes"'))
+    result = runner.invoke(app, ["grade", str(tmp_path), str(tmp_path / "solutions"), "--jobs", "1"])
+    assert result.stderr.count("2 of 2 notebooks were made from another assignment.toml or secret") == 1
+    assert "s001: the notebook is the staff's" in result.stderr
+
+
+def test_check_calls_a_list_of_conditions_no_matrix(tmp_path: Path) -> None:
+    text = run("show", "planar-2r/7", "--questions", "jacobian,singular-angles", "--solution", "--format", "ipynb")
+    (tmp_path / "n.ipynb").write_text(text)
+    said = run("check", tmp_path / "n.ipynb")
+    assert "jacobian: 2 x 2 matrix" in said
+    assert said.count("matrix") == 1
+
+
+def test_help_lines_are_whole() -> None:
+    assert "..." not in run("--help").split("Commands:")[1]
+
+
+def test_families_say_how_hard_they_are() -> None:
+    rows = {row["name"]: row["difficulty"] for row in json.loads(run("families", "--json"))}
+    assert rows["planar-2r"] < rows["elbow-3r"]
+    assert "difficulty" in run("families")
+
+
+def test_a_terminal_without_unicode_is_no_failure() -> None:
+    shown = subprocess.run(
+        [sys.executable, "-m", "grader.cli", "show", "planar-2r/7"],
+        capture_output=True, env={**os.environ, "PYTHONIOENCODING": "ascii"}, timeout=60,
+    )  # fmt: skip
+    assert shown.returncode == 0, shown.stderr
+    assert not shown.stderr
+
+
+def alive(group: int) -> list[str]:
+    """Return what runs in a process group; an ended process that nobody has asked for doesn't."""
+    listed = subprocess.run(["ps", "-A", "-o", "pgid=,stat=,command="], capture_output=True, text=True, check=True)
+    rows = [line.split(None, 2) for line in listed.stdout.splitlines()]
+    return [row[-1] for row in rows if row[0] == str(group) and not row[1].startswith("Z")]
+
+
+@pytest.mark.skipif(shutil.which("ps") is None, reason="needs ps")
+@pytest.mark.parametrize("seconds", [0.3, 1.2, 4])
+def test_ctrl_c_ends_everything_at_once_in_one_line(tmp_path: Path, seconds: float) -> None:
+    made = tmp_path / "hw"
+    run("init", made)
+    (made / "roster.csv").write_text("student\n" + "".join(f"s{i}\n" for i in range(2000)))
+    process = subprocess.Popen(
+        [sys.executable, "-m", "grader.cli", "generate", str(made), "--jobs", "2"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
+    )  # fmt: skip
+    time.sleep(seconds)
+    os.killpg(process.pid, signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert errors == b"qdot: stopped; run the same command again to go on\n"
+    assert process.returncode == 130
+    time.sleep(0.5)
+    assert alive(process.pid) == []
+    assert not list(made.rglob("*.tmp"))
 
 
 def test_a_stopped_pipe_and_ctrl_c_end_quietly(folder: Path) -> None:

@@ -33,7 +33,7 @@ def test_every_command_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     ran = []
     for command in commands():
         if command[0] == "grade":
-            shutil.copytree("homework/solutions", "homework/submitted")
+            shutil.copytree("homework/solutions", "homework/submitted", dirs_exist_ok=True)
         if command[0] == "check":
             shutil.copy("homework/solutions/s001/velocity.ipynb", "velocity.ipynb")
         result = CliRunner().invoke(app, command)

@@ -1,6 +1,9 @@
 """Running students' code: answers come out as text, and whatever a notebook does costs only that notebook."""
 
 import ast
+import sys
+import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -186,3 +189,27 @@ def test_what_a_notebook_needs_is_allowed(sandbox: Sandbox) -> None:
     run = sandbox.run(cells, [f"p{i}" for i in range(1, 8)])
     assert run.cell_errors == {}
     assert len(run.answers) == 7
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells a process that its parent has ended")
+def test_a_stopped_grader_leaves_no_notebook_running() -> None:
+    sandbox = Sandbox(Limits(seconds=30, cell_seconds=30))
+    run = sandbox.run(["import os; pid = str(os.getpid())"], ["pid"])
+    assert run.answers["pid"].isdigit()
+    thread = threading.Thread(target=sandbox.run, args=(["while True: pass"], ["a"]))
+    thread.start()
+    runner = sandbox._process
+    assert runner is not None
+    children = Path(f"/proc/{runner.pid}/task/{runner.pid}/children")
+    deadline = time.monotonic() + 20
+    while not children.read_text().split() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    (child,) = children.read_text().split()
+    runner.kill()
+    thread.join()
+    while Path(f"/proc/{child}/stat").exists() and time.monotonic() < deadline:
+        state = Path(f"/proc/{child}/stat").read_text().split()[2]
+        if state == "Z":
+            break
+        time.sleep(0.05)
+    assert not Path(f"/proc/{child}").exists() or Path(f"/proc/{child}/stat").read_text().split()[2] == "Z"

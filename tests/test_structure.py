@@ -11,11 +11,15 @@ ROOT = Path(__file__).parent.parent
 MODULES = sorted((*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py")))
 
 LAYERS = {
-    "exercises": """errors stream chain expression tape kinematics trigonometry derivation singularity identity
-        conditions classification problem families questions generate verify writing notebook release commands""",
-    "grader": "verdict judge compare marking submission sandbox batch certify reports demo commands cli",
+    "exercises": """errors files stream console parallel
+        formula.expression formula.tape formula.identity formula.conditions
+        arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.classification arm.robot_file
+        difficulty problem families questions generate verify writing.latex render writing figure
+        notebook show solve assignment release commands""",
+    "grader": """verdict judge compare marking runner sandbox submission batch check certify reports demo
+        commands cli""",
 }
-"""From the bottom up: a module imports only from those before it; one that is not listed stands above them."""
+"""From the bottom up: a module imports only from those before it; a folder stands for what is in it."""
 
 
 def name_of(path: Path) -> str:
@@ -34,13 +38,25 @@ def imports(path: Path) -> set[str]:
 
 
 def layer(module: str, package: str) -> int | None:
+    """Return the place of the longest beginning of a module's name that is listed; None for another package's."""
     parts = module.split(".")
-    if parts[0] != package or len(parts) < 2:
-        return None
-    for part in parts[1:]:
-        if part in LAYERS[package].split():
-            return LAYERS[package].split().index(part)
+    for length in range(len(parts), 1, -1):
+        name = ".".join(parts[1:length])
+        if parts[0] == package and name in LAYERS[package].split():
+            return LAYERS[package].split().index(name)
     return None
+
+
+def test_every_module_has_its_place_in_the_layers_and_on_the_map() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    for package, listed in LAYERS.items():
+        modules = [name_of(path) for path in MODULES if name_of(path).count(".") and name_of(path).startswith(package)]
+        folders = {"exercises.formula", "exercises.arm"}  # without code of their own
+        assert not [name for name in modules if layer(name, package) is None and name not in folders]
+        assert not [name for name in listed.split() if not any(f"{package}.{name}" in module for module in modules)]
+        for name in {module.split(".")[1] for module in modules}:
+            folder = "/" if (ROOT / package / name).is_dir() else ""
+            assert f"`{name}{folder}`" in text, f"CONTRIBUTING.md doesn't say what {package}/{name} is"
 
 
 @pytest.mark.parametrize("path", MODULES, ids=name_of)

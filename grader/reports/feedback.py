@@ -1,5 +1,6 @@
 """The page that a student gets back: per part, what was right and what was not, and why."""
 
+import re
 from typing import Any
 
 from exercises.assignment import Assignment, Student
@@ -14,12 +15,17 @@ WORDS = {
     "ungraded": "not graded yet",
 }  # fmt: skip
 
+OURS = r"the|this|its|it|not|nothing|no|entry|numbers?|a singular|say|left|qdot failed|cells?"
+"""Words with which the grader's reasons begin; whatever else begins one may be a name out of the notebook."""
+
 
 def feedback_page(assignment: Assignment, student: Student, result: dict[str, Any]) -> str:
     """Return the student's page as self-contained HTML; nothing in it regenerates a problem.
 
     The worked solutions are on it where the assignment says `feedback = "solutions"`.
     """
+    if result["obstacle"] is not None:
+        return _page(assignment, student, result, [])
     solutions = _solutions(assignment, student) if assignment.feedback == "solutions" else {}
     problems = [
         {
@@ -31,6 +37,10 @@ def feedback_page(assignment: Assignment, student: Student, result: dict[str, An
         }
         for number, (slot, entry) in enumerate(zip(assignment.slots, result["problems"], strict=True), 1)
     ]
+    return _page(assignment, student, result, problems)
+
+
+def _page(assignment: Assignment, student: Student, result: dict[str, Any], problems: list[dict[str, Any]]) -> str:
     return render(
         "feedback.html.j2",
         title=assignment.title,
@@ -61,7 +71,16 @@ def _part(number: int, index: int, part: dict[str, Any]) -> dict[str, Any]:
         "word": WORDS[part["outcome"]],
         "points": "–" if part["points"] is None else f"{round(part['points'], 2):g}",
         "max_points": f"{part['max_points']:g}",
-        "reason": part["reason"][:1].upper() + part["reason"][1:],
+        "reason": _sentence(part["reason"]),
         "answer": None if answer is None else answer if len(answer) <= 2000 else answer[:2000] + " …",
-        "entries": part["entries"],
+        "entries": part["entries"] if part["outcome"] in ("partial", "wrong") and _several(part["entries"]) else None,
     }
+
+
+def _several(entries: list[list[bool]] | None) -> bool:
+    return entries is not None and sum(map(len, entries)) > 1
+
+
+def _sentence(reason: str) -> str:
+    """Return a reason with a capital, if its first word is one of ours: `p1_jacobian` and `a2` are names."""
+    return reason[:1].upper() + reason[1:] if re.match(rf"({OURS})\b", reason) else reason
