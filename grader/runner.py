@@ -223,7 +223,7 @@ def guard(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
 
 
 def die_with_parent() -> None:
-    """Have Linux kill this process when the one that started it ends, so that a stopped grader leaves nothing running."""
+    """Have Linux kill this process when its parent ends: a stopped grader leaves nothing running."""
     with contextlib.suppress(OSError, AttributeError):
         ctypes.CDLL(None).prctl(1, signal.SIGKILL)
 
