@@ -18,7 +18,8 @@ from exercises.figure import alt_text, figure_svg
 from exercises.problem import Part, Problem, variable
 from exercises.questions import QUESTIONS
 from exercises.render import render
-from exercises.writing.answer_code import answer_code, placeholder_code, python_text
+from exercises.writing.answer_code import WIDTH, answer_code, placeholder_code, python_text
+from exercises.writing.latex import natural
 from exercises.writing.statement import prompt, statement, worked_solution
 
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
@@ -70,8 +71,8 @@ def _problem_cells(kind: str, number: int, slot: str, problem: Problem) -> Itera
     for index, part in enumerate(problem.parts, 1):
         label = f"{number}.{index}"
         yield _markdown(f"{slot}-{part.name}-question", _prompt(label, problem, part))
-        code = placeholder_code(part) if kind == "student" else answer_code(part)
-        source = f"{variable(slot, part.name)} = {code}"
+        start = f"{variable(slot, part.name)} = "
+        source = start + (placeholder_code if kind == "student" else answer_code)(part, len(start))
         yield _code(f"{slot}-{part.name}", source, {"qdot": {"part": f"{slot}.{part.name}"}})
         if kind == "solution":
             text = render("notebook-solution.md.j2", number=label, solution=worked_solution(problem, part))
@@ -102,7 +103,7 @@ def _setup(problems: Problems) -> str:
             listed = names.setdefault(info.role, [])
             if name not in listed:
                 listed.append(name)
-    lines = [_symbols_line(sorted(listed, key=_natural)) for listed in names.values()]
+    lines = [_symbols_line(sorted(listed, key=natural)) for listed in names.values()]
     self_check = any(_later_of_pair(problem) for _, problem in problems)
     return render("notebook-setup.py.j2", symbol_lines=lines, self_check=self_check)
 
@@ -110,12 +111,11 @@ def _setup(problems: Problems) -> str:
 def _symbols_line(names: Sequence[str]) -> str:
     if len(names) == 1:
         return f'{names[0]} = Symbol("{names[0]}")'
-    return f'{", ".join(names)} = symbols("{" ".join(names)}")'
-
-
-def _natural(name: str) -> tuple[str, int]:
-    letters = name.rstrip("0123456789")
-    return letters, int(name[len(letters) :] or 0)
+    line = f'{", ".join(names)} = symbols("{" ".join(names)}")'
+    if len(line) <= WIDTH:
+        return line
+    half = (len(names) + 1) // 2
+    return "\n".join(map(_symbols_line, (names[:half], names[half:])))
 
 
 def _check(slot: str, problem: Problem) -> str:

@@ -134,6 +134,12 @@ def test_offset_is_part_of_the_drawn_angle() -> None:
     assert "θ2 + 30°" in words and "θ1" in words
 
 
+def test_all_z_axes_are_named_where_one_lies_in_the_plane() -> None:
+    words = ["".join(run.text for run in text.runs) for text in drawn(ARMS["rp"]).texts]
+    assert all(any(f"z{i}" in word for word in words) for i in range(3))
+    assert not any("z" in run.text for text in drawn(ARMS["2r"]).texts for run in text.runs)
+
+
 def test_told_pose_is_drawn() -> None:
     stretched = arm_figure(ARMS["2r"], {"theta1": 0.0, "theta2": 0.0})
     links = [shape for shape in stretched.shapes if isinstance(shape, Polyline) and shape.style == "link"]

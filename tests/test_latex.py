@@ -8,8 +8,10 @@ import sympy as sp
 from exercises.families import FAMILIES
 from exercises.generate import generate
 from exercises.problem import Expression, Matrix, Problem, ProblemId
-from exercises.writing.latex import symbol_latex, tex, tex_angle, tex_length
+from exercises.writing.latex import AngleNames, angle_names, symbol_latex, tex, tex_angle, tex_length
+from exercises.writing.mathml import mathml
 from exercises.writing.unicode_math import unicode_math
+from exercises.writing.worked import Worked, link_angles
 
 T1, T2, T3, A1, A2, A3, D2 = sp.symbols("theta1 theta2 theta3 a1 a2 a3 d2")
 QD1, QD2, VX, VY = sp.symbols("qd1 qd2 vx vy")
@@ -44,6 +46,8 @@ OURS = [
     (S(T1) ** 2, "s_1^{2}"),
     (sp.sqrt(3) * A1 / 2, r"\frac{\sqrt{3} a_1}{2}"),
     (sp.S.Zero, "0"),
+    ((D2 + 1) * C(T1), "c_1 (d_2 + 1)"),
+    ((D2 + 1) * C(T1 + sp.pi / 3), r"(d_2 + 1) \cos(\theta_1 + \tfrac{\pi}{3})"),
 ]  # fmt: skip
 
 
@@ -66,7 +70,49 @@ def test_table_entries() -> None:
     assert tex_angle(T2 - sp.pi / 2) == r"\theta_{2} - 90^\circ"
     assert tex_angle(sp.S.Zero) == "0"
     assert tex_length(Q(7, 20)) == r"0.35\,\text{m}"
-    assert tex_length(A1) == "a_{1}"
+    assert tex_length(A1) == "a_{1}" and tex_length(sp.S.Zero) == "0"
+    assert tex_length(D2 - Q(33, 100)) == r"d_{2} - 0.33\,\text{m}"
+
+
+# --- named angles ---
+
+
+def named(expression: sp.Expr, *links: sp.Expr) -> tuple[str, AngleNames]:
+    names = angle_names(links, sp.Matrix([expression]))
+    return re.sub(r"_\{(\w+)\}", r"_\1", tex(expression, None, names)), names
+
+
+def test_angles_are_named_as_those_of_links() -> None:
+    link = T1 - 2 * sp.pi / 3  # SymPy folds its cosine to -cos(theta1 + pi/3)
+    shown, names = named(A1 * C(link) - A2 * S(link), link)
+    assert shown == r"a_1 \cos \varphi_1 - a_2 \sin \varphi_1"
+    assert list(names.meanings.values()) == [link]
+    back = T1 - T2 - sp.pi / 6
+    shown, names = named(A2 * S(-back), T1, back)
+    assert shown == r"-a_2 \sin \varphi_12" and list(names.meanings.values()) == [back]
+    assert named(A1 * C(T1 + sp.pi), T1 + sp.pi)[0] == "-a_1 c_1"
+
+
+def test_no_product_reads_as_the_argument_of_a_cosine() -> None:
+    link = T1 + sp.pi / 3
+    assert named((D2 + Q(1, 2)) * C(link), link)[0] == r"(d_2 + 0.5) \cos \varphi_1"
+    assert named(QD2 * C(link), link)[0] == r"\cos \varphi_1\, \dot{\theta}_2"
+    spaced = mathml(r"(d_{2} + 0.5) \cos \varphi_{1}")
+    assert re.search(r"</mo><mspace[^>]*><mi>cos</mi><mspace[^>]*><msub>", spaced)
+    assert unicode_math(r"(d_{2} + 0.5) \cos \varphi_{1}\, \dot{d}_{2}") == "(d₂ + 0.5) cos φ₁ d\u0307₂"
+
+
+def test_different_angles_have_different_names() -> None:
+    names = angle_names([], sp.Matrix([C(T1 + sp.pi / 3), C(T1 + sp.pi / 4)])).meanings
+    assert len(names) == 2 and sorted(map(str, names)) == [r"\varphi'_{1}", r"\varphi_{1}"]
+
+
+def test_stacked_matrices_keep_apart() -> None:
+    column = r"\begin{bmatrix} 1 \\ 2 \end{bmatrix}"
+    stacked = rf"\begin{{aligned}} a &= {column} \\[6pt] b &= {column} \end{{aligned}}"
+    assert [bool(line) for line in unicode_math(stacked).splitlines()] == [True, True, False, True, True]
+    assert "6pt" not in mathml(stacked) and "1.1ex" in mathml(stacked)
+    assert unicode_math(r"\begin{aligned} a &= 1 \\ b &= 2 \end{aligned}") == "a = 1\nb = 2"
 
 
 # --- read back: what is printed means what was meant ---
@@ -114,6 +160,16 @@ def test_printed_formulas_mean_the_same(problem: Problem) -> None:
         back = _read_back(shown)
         values = {s: sp.Float(0.3 + 0.17 * i) for i, s in enumerate(sorted(entry.free_symbols, key=str))}
         assert abs(float((back - entry).xreplace(values))) < 1e-9, shown
+
+
+@pytest.mark.parametrize("problem", PROBLEMS, ids=lambda problem: str(problem.id))
+def test_named_angles_are_the_links_own(problem: Problem) -> None:
+    links, names = link_angles(problem.chain), Worked(problem.chain).angles
+    assert all(any(sp.expand(meaning - link) == 0 for link in links) for meaning in names.meanings.values())
+    for entry in set(_entries(problem)):
+        values = {s: sp.Float(0.3 + 0.17 * i) for i, s in enumerate(sorted(entry.free_symbols, key=str))}
+        back = entry.xreplace(names.waves).subs(names.meanings)
+        assert abs(float((back - entry).xreplace(values))) < 1e-9
 
 
 @pytest.mark.parametrize("problem", PROBLEMS[::2], ids=lambda problem: str(problem.id))

@@ -58,10 +58,10 @@ def test_metadata_says_what_it_is_and_no_seed() -> None:
 @pytest.mark.parametrize(("slot", "problem", "part"), SLOTTED, ids=_name)
 def test_students_notebook_holds_no_answer(slot: str, problem: Problem, part: Part) -> None:
     sources = "\n".join(cell.source for cell in STUDENT.cells)
-    code = answer_code(part)
+    start = f"{variable(slot, part.name)} = "
     if not isinstance(part.answer, Choice):
-        assert code not in sources
-    assert f"{variable(slot, part.name)} = {placeholder_code(part)}" in sources
+        assert answer_code(part) not in sources and answer_code(part, len(start)) not in sources
+    assert start + placeholder_code(part, len(start)) in sources
 
 
 def test_untouched_notebook_runs_and_self_check_waits() -> None:
@@ -99,6 +99,26 @@ def test_staffs_answers_are_the_references(slot: str, problem: Problem, part: Pa
         assert not any(condition in (True, False) for condition in value)
 
 
+def test_code_fits_the_cells() -> None:
+    for notebook in (STUDENT, STAFF):
+        lines = [line for c in notebook.cells if c.cell_type == "code" for line in c.source.splitlines()]
+        assert max(map(len, lines)) <= 88
+
+
+def test_long_answers_are_broken_before_signs() -> None:
+    a1, angle = sp.Symbol("a1"), sp.Symbol("theta1") + sp.Symbol("theta2") + sp.pi / 6
+    entry = a1 * sp.cos(angle) + sp.Rational(47, 100) * sp.sin(angle) + sp.Rational(3, 500)
+    column = Part("x", "position", Matrix(sp.Matrix([entry, 0])))
+    assert answer_code(column, 20) == (
+        "Matrix([\n    a1*cos(theta1 + theta2 + pi/6) + 47*sin(theta1 + theta2 + pi/6)/100\n"
+        "        + Rational(3, 500),\n    0,\n])"
+    )
+    assert placeholder_code(column) == "Matrix([blank, blank])"
+    square = Part("x", "jacobian", Matrix(sp.Matrix([[a1, 0], [1, 2]])))
+    assert answer_code(square) == "Matrix([[a1, 0], [1, 2]])"
+    assert placeholder_code(square) == "Matrix([[blank, blank], [blank, blank]])"
+
+
 def test_self_check_of_the_reference_agrees() -> None:
     assert PRINTED.count("is the derivative of your position") == len(PROBLEMS)
 
@@ -113,7 +133,7 @@ def test_self_check_finds_what_is_wrong() -> None:
     wrong[1, 0] = -wrong[1, 0]
     assert "[(2, 1)]" in _said(space, position, wrong, [theta1, theta2])
     assert "should be 2 x 2, and is 2 x 1" in _said(space, position, right[:, 0], [theta1, theta2])
-    assert "not the derivative" in _said(space, position.subs(a1, 0.5), right, [theta1, theta2])
+    assert "Not the derivative" in _said(space, position.subs(a1, 0.5), right, [theta1, theta2])
     assert "is the derivative" in _said(space, position.subs(a1, 0.5), right, [theta1, theta2], {a1: 0.5})
 
 

@@ -84,6 +84,7 @@ def test_statement_gives_table_point_task_and_symbols(problem: Problem) -> None:
     assert len(re.findall(r"^\| \d", text, re.MULTILINE)) == chain.n
     for name in [*chain.q, *chain.rates, *chain.parameters]:
         assert f"`{name}`" in text
+    assert "not to scale" in text
     assert "degrees" in text and "radians" in text and "$P$" in text and "$T_{i-1,i}" in text
     assert ("world frame" in text) == (not chain.base.is_world) or "is the world frame" in text
 

@@ -62,13 +62,13 @@ def origins(scene: Scene) -> Part:
 
 
 def page_normals(scene: Scene) -> Part:
-    """Return the names of axes seen end-on, wherever some axis goes into the page of a flat drawing."""
+    """Return the names of the z axes seen end-on, where some z axis of a flat drawing points otherwise than to us."""
     view, n = scene.view, scene.chain.n
     signs = [float(view.axes[2] @ frame[:3, 2]) for frame in scene.bones.frames]
-    if not scene.chain.is_planar or min(signs) > -0.9:
+    if not scene.chain.is_planar or min(signs) > 0.9:
         return Part()
-    labels = []
-    for i in range(n):
+    labels, named = [], n if min(map(abs, signs)) > 0.9 else n + 1
+    for i in range(named):
         if abs(signs[i]) > 0.9:
             spot = view.px(scene.bones.origins[i])
             wishes = tuple((spot, wish) for wish in ((-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7), (0.7, -0.7)))

@@ -1,5 +1,7 @@
 """Answers as Python text with SymPy: references for the staff's notebook, placeholders for the student's."""
 
+import re
+import textwrap
 from collections.abc import Sequence
 
 import sympy as sp
@@ -7,6 +9,9 @@ from sympy.printing.str import StrPrinter
 
 from exercises.arm.singularity import Component
 from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part
+
+WIDTH = 88
+"""Columns of a line of code in a notebook, as far as it can be broken."""
 
 
 class _Exact(StrPrinter):
@@ -28,44 +33,61 @@ def python_text(expression: sp.Expr) -> str:
     return str(_Exact().doprint(expression))
 
 
-def answer_code(part: Part) -> str:
-    """Return the reference as the right-hand side of an assignment."""
+def answer_code(part: Part, taken: int = 0) -> str:
+    """Return the reference as the right-hand side of an assignment, `taken` columns of whose line are used already."""
     answer = part.answer
     if isinstance(answer, Expression):
-        return python_text(answer.reference)
+        return _bracketed(python_text(answer.reference), taken)
     if isinstance(answer, Matrix):
-        return _matrix([[python_text(entry) for entry in row] for row in answer.reference.tolist()])
+        return _matrix([[python_text(entry) for entry in row] for row in answer.reference.tolist()], taken)
     if isinstance(answer, Number):
-        return f"Matrix([{', '.join(python_text(value) for value in answer.reference)}])"
+        return _matrix([[python_text(value)] for value in answer.reference], taken)
     if isinstance(answer, ConditionSet):
-        return _listed([text for component in answer.components for text in _alternatives(component)])
+        return _listed([text for component in answer.components for text in _alternatives(component)], taken)
     return f'"{answer.letter}"'
 
 
-def placeholder_code(part: Part) -> str:
+def placeholder_code(part: Part, taken: int = 0) -> str:
     """Return a placeholder of the right shape: what an unanswered cell assigns."""
     if isinstance(part.answer, (Matrix, Number)):
         rows, columns = part.answer.reference.shape
-        if isinstance(part.answer, Number):
-            return f"Matrix([{', '.join(['blank'] * rows)}])"
-        return _matrix([["blank"] * columns] * rows)
+        return _matrix([["blank"] * columns] * rows, taken)
     if isinstance(part.answer, ConditionSet):
         return "[blank]"
     return '"blank"' if isinstance(part.answer, Choice) else "blank"
 
 
-def _listed(items: Sequence[str]) -> str:
-    if sum(map(len, items)) < 80:
-        return f"[{', '.join(items)}]"
-    return "[\n" + "".join(f"    {item},\n" for item in items) + "]"
+def _matrix(rows: Sequence[Sequence[str]], taken: int) -> str:
+    """Return a matrix row by row, a column as Matrix([..., ...])."""
+    inside = taken + len("Matrix()")
+    if all(len(row) == 1 for row in rows):
+        return f"Matrix({_listed([row[0] for row in rows], inside)})"
+    return f"Matrix({_listed([_listed(row, len('    ,'), 1) for row in rows], inside)})"
 
 
-def _matrix(rows: Sequence[Sequence[str]]) -> str:
-    shown = [f"[{', '.join(row)}]" for row in rows]
-    if sum(map(len, shown)) < 80:
-        return f"Matrix([{', '.join(shown)}])"
-    lines = "".join(f"    {row},\n" for row in shown)
-    return f"Matrix([\n{lines}])"
+def _listed(items: Sequence[str], taken: int, depth: int = 0) -> str:
+    """Return a list, on one line where it fits behind what is `taken`."""
+    line = f"[{', '.join(items)}]"
+    if taken + len(line) <= WIDTH and "\n" not in line:
+        return line
+    indent = "    " * depth
+    shown = "".join(f"{_wrapped(item + ',', depth + 1)}\n" for item in items)
+    return f"[\n{shown}{indent}]"
+
+
+def _bracketed(text: str, taken: int) -> str:
+    return text if taken + len(text) <= WIDTH else f"(\n{_wrapped(text, 1)}\n)"
+
+
+def _wrapped(text: str, depth: int) -> str:
+    """Return text that stands in brackets on lines of its own, broken before signs and never inside cos(...)."""
+    indent = "    " * depth
+    if "\n" in text:  # broken already
+        return indent + text
+    tied = re.sub(r"(?<=[a-z]\()[^()]*(?=\))", lambda match: match.group().replace(" ", "\0"), text)
+    tied = re.sub(r" ([-+]) ", " \\1\0", tied)
+    wrapper = textwrap.TextWrapper(WIDTH, indent, indent + "    ", break_long_words=False, break_on_hyphens=False)
+    return wrapper.fill(tied).replace("\0", " ")
 
 
 def _alternatives(component: Component) -> list[str]:

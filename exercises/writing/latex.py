@@ -1,8 +1,8 @@
 r"""Formulas as the textbook prints them: c_1, s_{12}, decimals for lengths, dotted joint rates.
 
 The order of terms and factors is decided here, by what a reader expects and never by SymPy's internal order: joint
-angles before constants, a_1 + a_2 c_2 + a_3 c_{23} by the last joint that occurs, a sine or cosine before the bracket
-that it multiplies, rates and velocities behind their coefficients, by index.
+angles before constants, a_1 + a_2 c_2 + a_3 c_{23} by the last joint that occurs, c_1 before the bracket that it
+multiplies but \cos\varphi_1 behind it, rates and velocities behind their coefficients, by index.
 """
 
 import re
@@ -23,6 +23,8 @@ _FUNCTIONS = {
 _NAMED = re.compile(r"(theta|alpha|beta|qd|[a-zA-Z])(\d*)")
 _VELOCITY = re.compile(r"[vw][xyz]")
 _RATE = re.compile(r"qd\d+")
+_ANGLE = re.compile(r"\\varphi'*_\{(\d+)\}")
+"""The name of a symbol that stands for an angle."""
 
 
 @cache
@@ -63,8 +65,8 @@ def decimal(value: sp.Expr) -> str | None:
 # --- order ---
 
 
-def _natural(name: str) -> Key:
-    """Sort symbols by the letters of their names, then by their numbers: a2 before a10."""
+def natural(name: str) -> Key:
+    """Return a key that sorts names by their letters, then by their numbers: a2 before a10."""
     match = re.fullmatch(r"(.*?)(\d*)", name)
     assert match is not None
     return (match.group(1), int(match.group(2) or -1))
@@ -72,8 +74,14 @@ def _natural(name: str) -> Key:
 
 def _wave_key(wave: sp.Expr) -> Key:
     """Sort sines and cosines by the last joint in them, by how many joints they sum, cosines first."""
-    joints = sorted(_index(s) for s in wave.args[0].free_symbols)
+    joints = sorted(joint for s in wave.args[0].free_symbols for joint in _joints(s))
     return (max(joints, default=0), -len(joints), joints, isinstance(wave, sp.sin), _flat(wave))
+
+
+def _joints(symbol: sp.Symbol) -> list[int]:
+    """Return the joint that a symbol belongs to, or those whose angles are summed in a named angle."""
+    named = _ANGLE.fullmatch(symbol.name)
+    return [int(digit) for digit in named.group(1)] if named else [_index(symbol)]
 
 
 def _index(symbol: sp.Symbol) -> int:
@@ -90,7 +98,7 @@ def _term_key(term: sp.Expr) -> Key:
     """Sort the terms of a sum: by rate or velocity, then by the sines and cosines in them, then by their symbols."""
     moving = sorted(_moving_key(s) for s in term.free_symbols if _moves(s))
     waves = sorted(_wave_key(wave)[:4] for wave in term.atoms(sp.sin, sp.cos))
-    names = sorted(_natural(s.name) for s in term.free_symbols)
+    names = sorted(natural(s.name) for s in term.free_symbols)
     joint_first = not any(name[0] == "theta" for name in names)
     if not waves and not moving and names:
         return ([], [], joint_first, False, names, _flat(term))
@@ -107,14 +115,14 @@ def _moving_key(symbol: sp.Symbol) -> Key:
 
 
 def _factor_key(factor: sp.Expr) -> Key:
-    """Sort the factors of a product: numbers, symbols, sines and cosines, brackets, rates and velocities."""
+    r"""Sort the factors of a product: numbers, symbols, c_1 and s_1, brackets, \cos\varphi_1, rates and velocities."""
     base = factor.base if factor.is_Pow else factor
     if base.is_number:
         return (0, _flat(factor))
     if base.is_Symbol:
-        return (4, _moving_key(base)) if _moves(base) else (1, _natural(base.name))
+        return (5, _moving_key(base)) if _moves(base) else (1, natural(base.name))
     if isinstance(base, (sp.sin, sp.cos)):
-        return (2, _wave_key(base))
+        return (2 if joint_sum(base.args[0]) is not None else 4, _wave_key(base))
     return (3, base.is_Add, _flat(factor))
 
 
@@ -139,8 +147,8 @@ class _Signed:
 class _Printer:
     """Print SymPy trees; a term comes as sign and size, so that signs can be moved out of brackets and back."""
 
-    def __init__(self, prismatic: tuple[str, ...], angles: Mapping[sp.Expr, str]) -> None:
-        self.prismatic, self.angles = prismatic, angles
+    def __init__(self, prismatic: tuple[str, ...]) -> None:
+        self.prismatic = prismatic
 
     def text(self, expression: sp.Expr) -> str:
         terms = self.terms(expression)
@@ -202,7 +210,12 @@ class _Printer:
 
     def factors(self, factors: Sequence[sp.Expr], flips: set[sp.Expr], alone: bool) -> list[str]:
         """Return the printed factors; a sum is bracketed unless it stands alone above or below a fraction line."""
-        return [self.factor(factor, factor in flips, alone) for factor in factors]
+        shown = [self.factor(factor, factor in flips, alone) for factor in factors]
+        for k, factor in enumerate(factors[:-1]):
+            follows_angle = re.search(r"varphi'*_\{\d+\}$", shown[k]) is not None
+            if follows_angle and any(map(_moves, factors[k + 1].free_symbols)) and factor.atoms(sp.sin, sp.cos):
+                shown[k] += r"\,"  # \cos\varphi_1 \dot\theta_1 is not the cosine of a product
+        return shown
 
     def factor(self, factor: sp.Expr, flip: bool = False, alone: bool = False) -> str:
         if factor.is_Add:
@@ -239,11 +252,11 @@ class _Printer:
     def call(self, expression: sp.Expr, power: str) -> str:
         word = _FUNCTIONS[expression.func]
         if isinstance(expression, (sp.sin, sp.cos)):
-            short = _joint_sum(expression.args[0])
+            short = joint_sum(expression.args[0])
             if short is not None:
                 return f"{word[1]}_{{{short}}}{power}"
-            if expression.args[0] in self.angles:
-                return f"{word}{power} {self.angles[expression.args[0]]}"
+            if _ANGLE.fullmatch(str(expression.args[0])):
+                return f"{word}{power} {expression.args[0]}"
         return f"{word}{power}{_bracketed(', '.join(self.text(arg) for arg in expression.args))}"
 
     def number(self, value: sp.Expr) -> _Signed:
@@ -291,7 +304,7 @@ def _float_digits(value: sp.Float) -> str:
     return rf"{digits} \cdot 10^{{{int(power)}}}" if power else digits
 
 
-def _joint_sum(angle: sp.Expr) -> str | None:
+def joint_sum(angle: sp.Expr) -> str | None:
     """Return "12" for theta1 + theta2, and None for an angle that the shorthand can't say."""
     digits = []
     for term in sp.Add.make_args(angle):
@@ -302,23 +315,58 @@ def _joint_sum(angle: sp.Expr) -> str | None:
     return "".join(sorted(digits))
 
 
-def angle_names(*matrices: sp.Matrix) -> dict[sp.Expr, str]:
-    r"""Return a short name, as in \varphi_{12}, for each angle in sines and cosines that c_{12} can't say."""
+@dataclass(frozen=True)
+class AngleNames:
+    r"""Short names, as in \varphi_{12}, for angles that c_{12} can't say.
+
+    `waves` says each sine and cosine with symbols of these names, `meanings` says what these symbols are.
+    """
+
+    waves: Mapping[sp.Expr, sp.Expr]
+    meanings: Mapping[sp.Symbol, sp.Expr]
+
+
+def angle_names(links: Sequence[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
+    r"""Name the angles in the sines and cosines of `matrices`, preferably as those of the links.
+
+    SymPy has -cos(theta1 + pi/3) for cos(theta1 - 2 pi/3); where the latter is a link's angle, it is what is named.
+
+    >>> t1, (a1, phi) = sp.Symbol("theta1"), sp.symbols(r"a1 \varphi_{1}")
+    >>> names = angle_names([t1 - 2 * sp.pi / 3], sp.Matrix([a1 * sp.cos(t1 - 2 * sp.pi / 3)]))
+    >>> names.meanings, (a1 * sp.cos(t1 - 2 * sp.pi / 3)).xreplace(names.waves) == a1 * sp.cos(phi)
+    ({\varphi_{1}: theta1 - 2*pi/3}, True)
+    """
     found = {wave.args[0] for matrix in matrices for wave in matrix.atoms(sp.sin, sp.cos)}
-    names: dict[sp.Expr, str] = {}
+    waves: dict[sp.Expr, sp.Expr] = {}
+    meanings: dict[sp.Symbol, sp.Expr] = {}
     for angle in sorted(found, key=lambda a: (len(a.free_symbols), _flat(a))):
-        joints = sorted(_index(symbol) for symbol in angle.free_symbols)
-        if _joint_sum(angle) is None and joints:
-            name = rf"\varphi_{{{''.join(map(str, joints))}}}"
-            while name in names.values():
-                name = name.replace(r"\varphi", r"\varphi'", 1)
-            names[angle] = name
-    return names
+        if joint_sum(angle) is not None or not angle.free_symbols:
+            continue
+        meaning, sense, rest = _as_link(angle, links) or (angle, 1, sp.S.Zero)
+        name = next((symbol for symbol, other in meanings.items() if other == meaning), None) or _new(meaning, meanings)
+        meanings[name] = meaning
+        waves |= {wave(angle): wave(sense * name + rest) for wave in (sp.sin, sp.cos)}
+    return AngleNames(waves, meanings)
 
 
-def tex(
-    expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: Mapping[sp.Expr, str] | None = None
-) -> str:
+def _as_link(angle: sp.Expr, links: Sequence[sp.Expr]) -> tuple[sp.Expr, int, sp.Expr] | None:
+    """Return a link's angle, a sense and quarter turns that make up `angle`, or None."""
+    for link in links:
+        for sense in (1, -1):
+            rest = sp.expand(angle - sense * link)
+            if (2 * rest / sp.pi).is_Integer:
+                return link, sense, rest
+    return None
+
+
+def _new(angle: sp.Expr, names: Mapping[sp.Symbol, sp.Expr]) -> sp.Symbol:
+    name = rf"\varphi_{{{''.join(map(str, sorted(_index(symbol) for symbol in angle.free_symbols)))}}}"
+    while sp.Symbol(name) in names:
+        name = name.replace(r"\varphi", r"\varphi'", 1)
+    return sp.Symbol(name)
+
+
+def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
     r"""Return the LaTeX of an expression or matrix in the textbook's notation, with names for angles if given.
 
     >>> t1, t2, a1 = sp.symbols("theta1 theta2 a1")
@@ -326,20 +374,24 @@ def tex(
     '-a_{1} s_{1} - 0.4 \\cos(\\theta_{1} + \\theta_{2} + \\tfrac{\\pi}{6})'
     """
     prismatic = () if chain is None else tuple(q.name[1:] for q in chain.q if q.name.startswith("d"))
-    printer = _Printer(prismatic, angles or {})
+    printer, expression = _Printer(prismatic), sp.sympify(expression)
+    if angles is not None:
+        expression = expression.xreplace(angles.waves)
     if not isinstance(expression, sp.MatrixBase):
-        return printer.text(sp.sympify(expression))
+        return printer.text(expression)
     rows = (" & ".join(printer.text(entry) for entry in expression.row(r)) for r in range(expression.rows))
     return r"\begin{bmatrix} " + r" \\ ".join(rows) + r" \end{bmatrix}"
 
 
 def tex_length(value: sp.Expr) -> str:
-    r"""Return a length for a table or sentence: a symbol, or decimals with their unit."""
+    r"""Return a length for a table or sentence; one that ends in a number has its unit.
+
+    >>> tex_length(sp.Symbol("d2") + sp.Rational(33, 100))
+    'd_{2} + 0.33\\,\\text{m}'
+    """
     value = sp.sympify(value)
-    digits = decimal(abs(value)) if value.is_number else None
-    if digits is None:
-        return tex(value)
-    return f"{'-' if value < 0 else ''}{digits}" + (r"\,\text{m}" if value != 0 else "")
+    constant = sp.Add(*(term for term in sp.Add.make_args(value) if term.is_number))
+    return tex(value) + (r"\,\text{m}" if constant != 0 and decimal(constant) is not None else "")
 
 
 def tex_angle(value: sp.Expr) -> str:

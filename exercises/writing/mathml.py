@@ -17,8 +17,12 @@ _BRACKETS = (
     "background-repeat: no-repeat"
 )
 _MATRIX = re.compile(r"<mo>&#x0005B;</mo><mtable>((?:(?!<mtable).)*?)</mtable><mo>&#x0005D;</mo>")
-_NAME = r"(?=<mi>(?:arc)?(?:sin|cos|tan)</mi>)"
-_FUNCTION = re.compile(rf"(?<=</mn>|</mi>){_NAME}|(?<=</msub>){_NAME}")
+_APART = r"\\[6pt]"
+_WORDS = "sin", "cos", "tan"
+_BEFORE = "|".join(f"(?<={end})" for end in ("</mn>", "</mi>", "</msub>", "&#x00029;</mo>"))
+_BEHIND = "|".join(f"(?<=<mi>{word}</mi>)" for word in _WORDS)
+_FUNCTION = re.compile(rf"(?:{_BEFORE})(?=<mi>(?:arc)?(?:{'|'.join(_WORDS)})</mi>)|(?:{_BEHIND})(?=<m(?:i|sub)>)")
+"""Places before a function's name, and between the name and an argument without brackets."""
 
 
 @lru_cache(maxsize=8192)
@@ -30,13 +34,15 @@ def mathml(latex: str, block: bool = False) -> str:
     """
     shown = plain_mathml(latex, block)
     shown = _MATRIX.sub(rf'<mtable style="{_BRACKETS}">\1</mtable>', shown)
-    for side, gap in (("right", "0.5ex 0.3em 0.5ex 0"), ("left", "0.5ex 1.5em 0.5ex 0")):
-        shown = shown.replace(f' columnalign="{side}"', f' style="text-align: {side}; padding: {gap}"')
+    over = "1.1ex" if _APART in latex else "0.5ex"
+    for side, gap in (("right", "0.3em"), ("left", "1.5em")):
+        style = f"text-align: {side}; padding: {over} {gap} {over} 0"
+        shown = shown.replace(f' columnalign="{side}"', f' style="{style}"')
     return _FUNCTION.sub('<mspace width="0.17em" />', shown)
 
 
 def plain_mathml(latex: str, block: bool = False) -> str:
     """Return a formula as MathML without regard to what browsers make of it."""
-    # latex2mathml knows align*, which is laid out as aligned is, and not aligned itself.
-    known = latex.replace("{aligned}", "{align*}")
+    # latex2mathml knows align*, which is laid out as aligned is, and not aligned itself; nor room between rows.
+    known = latex.replace("{aligned}", "{align*}").replace(_APART, r"\\")
     return str(convert(known, display="block" if block else "inline"))

@@ -33,7 +33,7 @@ def worked_solution(problem: Problem, part: Part) -> str:
     """Return the way to the answer as the chapter would print it: formula, steps, result, what it means."""
     chain, steps = problem.chain, _worked(problem.chain)
     text = _macros(part).solution(part, chain, derive(chain), Wording(chain), steps)
-    used = [(name, tex(angle)) for angle, name in steps.angles.items() if name in text]
+    used = [(name, tex(angle)) for name, angle in steps.angles.meanings.items() if str(name) in text]
     return _tidy(render("solution.md.j2", angles=used, solution=text))
 
 

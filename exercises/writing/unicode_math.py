@@ -60,10 +60,11 @@ def _beside(boxes: Sequence[_Box]) -> _Box:
 
 
 def _grid(rows: Sequence[Sequence[_Box]], aligned: bool) -> _Box:
-    """Lay out a matrix, or (aligned) a column of equations, whose cells join without a gap."""
+    """Lay out a matrix, or (aligned) a column of equations, whose cells join without a gap; matrices keep apart."""
     columns = max(len(row) for row in rows)
     widths = [max((row[c].width for row in rows if c < len(row)), default=0) for c in range(columns)]
     lines: list[str] = []
+    before_is_flat = True
     for row in rows:
         padded = []
         for c, box in enumerate(row):
@@ -72,7 +73,11 @@ def _grid(rows: Sequence[Sequence[_Box]], aligned: bool) -> _Box:
             padded.append(_Box(tuple(" " * left + line + " " * (free - left) for line in box.lines), box.middle))
             if c < columns - 1 and not (aligned and c % 2 == 0):
                 padded.append(_flat("  "))
-        lines += _beside(padded).lines
+        shown = _beside(padded)
+        if aligned and lines and not (shown.is_flat and before_is_flat):
+            lines.append("")
+        lines += shown.lines
+        before_is_flat = shown.is_flat
     width = max(map(shown_width, lines))
     return _Box(tuple(line + " " * (width - shown_width(line)) for line in lines), (len(lines) - 1) // 2)
 

@@ -182,8 +182,9 @@ class Wording:
         """Return a sentence on what a set of singular configurations looks like, and of what kind it is."""
         if kind.uniform:
             what = "a boundary" if kind.kind == "boundary" else "an internal"
-            return f"{sentence(kind.meaning)} This is {what} singularity."
-        return f"{sentence(kind.meaning)} Some of these configurations are boundary singularities, the others internal."
+            return f"{self.sentence(kind.meaning)} This is {what} singularity."
+        mixed = "Some of these configurations are boundary singularities, the others internal."
+        return f"{self.sentence(kind.meaning)} {mixed}"
 
     def case(self, kind: Kind) -> str:
         """Return the same for one value of a joint, shorter."""
@@ -192,15 +193,11 @@ class Wording:
             return f"{said}, {'a boundary' if kind.kind == 'boundary' else 'an internal'} singularity."
         return f"{said}; a boundary singularity in some of these configurations, an internal one in the others."
 
-    def sentence(self, words: str) -> str:
-        """Return words as a sentence."""
-        return sentence(words)
-
-
-def sentence(words: str) -> str:
-    """Return words as a sentence that speaks of P by name."""
-    said = words.replace("the point", "$P$")
-    return f"{said[0].upper()}{said[1:]}."
+    @staticmethod
+    def sentence(words: str) -> str:
+        """Return words as a sentence that speaks of P by name."""
+        said = words.replace("the point", "$P$")
+        return f"{said[0].upper()}{said[1:]}."
 
 
 def triple(values: tuple[sp.Expr, sp.Expr, sp.Expr]) -> str:

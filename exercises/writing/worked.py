@@ -19,7 +19,7 @@ from exercises.arm.trigonometry import substitute, textbook
 from exercises.problem import Part
 from exercises.questions.inversion import Situation
 from exercises.questions.singular import Place
-from exercises.writing.latex import angle_names
+from exercises.writing.latex import AngleNames, angle_names, joint_sum
 
 
 @dataclass(frozen=True)
@@ -68,9 +68,16 @@ class Worked:
         self._structure, self._values = found.chain, dict(found.values)
 
     @cached_property
-    def angles(self) -> dict[sp.Expr, str]:
+    def angles(self) -> AngleNames:
         """Short names for the sums of angles that c_{12} can't say, for display."""
-        return angle_names(self.d.position, self.d.geometric, self.d.p_star, *self.d.rotations)
+        shown = (self.d.position, self.d.geometric, self.d.p_star, *self.d.rotations)
+        return angle_names(link_angles(self.chain), *shown)
+
+    @property
+    def has_quarter_turns(self) -> bool:
+        """Whether some link's angle is theta_1 + ... and quarter turns, which are worked out and not named."""
+        links = (link.as_independent(*self.chain.q, as_Add=True) for link in link_angles(self.chain))
+        return any(rest != 0 and (2 * rest / sp.pi).is_Integer and joint_sum(angle) for rest, angle in links)
 
     def _fill(self, matrix: sp.Matrix) -> sp.Matrix:
         """Return a matrix of the structure, tidied, in this arm's numbers."""
@@ -222,6 +229,26 @@ class Worked:
     def three_digits(self, part: Part) -> list[str]:
         """Return the numbers of an answer to three significant digits."""
         return [three_digits(value) for value in part.answer.reference]  # type: ignore[union-attr]
+
+
+def link_angles(chain: Chain) -> list[sp.Expr]:
+    """Return the angle of every link inside its run of parallel joints, multiples of pi in (-pi, pi].
+
+    Where all axes are parallel, this is the angle of x_i in the world frame.
+    """
+    total, sense = chain.base.yaw, 1
+    found: list[sp.Expr] = []
+    for turn, alpha in [(sp.S.Zero, chain.base.tilt), *((joint.theta, joint.alpha) for joint in chain.joints)]:
+        total = sp.expand(total + sense * turn)
+        rest = sp.Add(*(t for t in sp.Add.make_args(total) if t.is_number))
+        if (rest / sp.pi).is_Rational:
+            total = total - rest + sp.pi - sp.Mod(sp.pi - rest, 2 * sp.pi)
+        found.append(total)
+        if alpha in (sp.pi, -sp.pi):
+            sense = -sense
+        elif alpha != 0:
+            total, sense = sp.S.Zero, 1
+    return found[1:]
 
 
 @lru_cache(maxsize=1024)
