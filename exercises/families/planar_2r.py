@@ -1,7 +1,7 @@
 """planar-2r: the arm of Examples 6.1, 6.2 and 6.4, its tool bent off the last link.
 
 The bend (a point P beside the last frame's origin) makes every answer the arm's own: det J = a1 (a2 s2 + h c2), so
-that even the singular angles differ from arm to arm. One of the two lengths is a number, the other a symbol.
+that even the singular angles differ from arm to arm. a2 and h are numbers, a1 a symbol or a number.
 """
 
 from dataclasses import replace
@@ -16,8 +16,8 @@ from exercises.stream import Stream
 def sample(rng: Stream) -> Chain:
     """Draw an arm: lengths, side of the bend, offset of joint 2, sense of its axis, base place and heading."""
     theta1, theta2 = sp.symbols("theta1 theta2")
-    lengths: list[sp.Expr] = list(sp.symbols("a1 a2"))
-    lengths[rng.below(2)] = centimetres(rng, 20, 80)
+    first = rng.choice((sp.Symbol("a1"), centimetres(rng, 20, 80)))
+    lengths = (first, centimetres(rng, 20, 80))  # a2 is a number always, as the singular angles depend on it
     bend = centimetres(rng, 5, 30) * rng.choice((1, -1))
     joints = (
         Joint("R", theta1, sp.S.Zero, lengths[0], rng.choice((sp.S.Zero, sp.pi))),

@@ -15,7 +15,7 @@ def sample(rng: Stream) -> Chain:
     variables = sp.symbols("theta1 theta2 theta3")
     first, second = centimetres(rng, 40, 70), centimetres(rng, 20, 35)
     lengths = rng.shuffled([first, second, None])
-    offsets = (sp.S.Zero, turned(rng, 15), turned(rng, 15))
+    offsets = (sp.S.Zero, turned(rng, 5), turned(rng, 5))
     twists = (rng.choice((sp.S.Zero, sp.pi)), rng.choice((sp.S.Zero, sp.pi)), sp.S.Zero)
     joints = tuple(
         Joint("R", q + offset, sp.S.Zero, sp.Symbol(f"a{i}") if length is None else length, twist)
