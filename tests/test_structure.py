@@ -107,7 +107,9 @@ def test_no_tracked_text_names_a_machine_or_a_registry() -> None:
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
     if listed.returncode:
         return  # not a checkout
-    pattern = re.compile(r"(?<![A-Za-z0-9_.~])/(work|farm|home|Users|root)/|index-url|registry *= *\"http")
+    pattern = re.compile(
+        r"(?<![A-Za-z0-9_.~])/(?:work|farm|home|Users|root)/|index" + r"-url|registry" + r" *= *\"http"
+    )
     for name in listed.stdout.splitlines():
         path = ROOT / name
         if path.is_file() and path.name != Path(__file__).name:
