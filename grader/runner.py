@@ -18,6 +18,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy
@@ -156,18 +157,26 @@ def close_all_but(kept: set[int]) -> None:
     os.closerange(low, resource.getrlimit(resource.RLIMIT_NOFILE)[0] if sys.platform == "darwin" else 65536)
 
 
+HIDDEN = ("exercises", "grader")
+"""Packages that a notebook may not load: with them and the secret, the answers could be regenerated."""
+
+
+def library_folders() -> list[str]:
+    """Return the folders that modules come from, but not a checkout of qdot (an editable install)."""
+    kept = [path for path in sys.path if "site-packages" in path or "dist-packages" in path]
+    other = [path for path in sys.path if path and path not in kept]
+    return kept + [path for path in other if not any(Path(path, name).is_dir() for name in HIDDEN)]
+
+
 READABLE = tuple(
     os.path.realpath(path)
     for path in (
-        sys.prefix, sys.base_prefix, *(path for path in sys.path if path), "/usr/lib", "/usr/share", "/usr/local/lib",
-        "/lib", "/lib64", "/System/Library", "/Library/Fonts", "/etc/localtime", "/etc/fonts", "/etc/ssl",
-        "/dev/null", "/dev/urandom", "/dev/random",
+        sys.prefix, sys.base_prefix, *library_folders(), "/usr/lib", "/usr/share", "/usr/local/lib", "/lib", "/lib64",
+        "/System/Library", "/Library/Fonts", "/etc/localtime", "/etc/fonts", "/etc/ssl", "/dev/null", "/dev/urandom",
+        "/dev/random",
     )
 )  # fmt: skip
 """What Python and its libraries read; everything else on the machine is none of a notebook's business."""
-
-HIDDEN = ("exercises", "grader")
-"""Packages that a notebook may not load: with them and the secret, the answers could be regenerated."""
 
 REFUSED = (
     "subprocess.", "os.system", "os.exec", "os.posix_spawn", "os.spawn", "os.fork", "os.kill", "os.killpg", "pty.",
@@ -222,17 +231,19 @@ def guard(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
     return hook
 
 
-def die_with_parent() -> None:
+def die_with_parent(parent: int) -> None:
     """Have Linux kill this process when its parent ends: a stopped grader leaves nothing running."""
     with contextlib.suppress(OSError, AttributeError):
         ctypes.CDLL(None).prctl(1, signal.SIGKILL)
+    if os.getppid() != parent:  # it has ended before this was asked for
+        os._exit(1)
 
 
 def child(request: dict[str, Any], folder: str, output: int, received: int) -> NoReturn:
     """Be the process in which one notebook runs; never return."""
     try:
         os.setsid()
-        die_with_parent()
+        die_with_parent(request["runner"])
         null = os.open(os.devnull, os.O_RDWR)
         for descriptor in (0, 1, 2):
             os.dup2(null, descriptor)
@@ -264,6 +275,7 @@ def serve(request: dict[str, Any], answer: Answer) -> None:
     folder = tempfile.mkdtemp(prefix="qdot-run-")
     reading, writing = os.pipe()
     received, receipt = os.pipe()
+    request["runner"] = os.getpid()
     pid = os.fork()
     if pid == 0:
         child(request, folder, writing, received)

@@ -176,6 +176,13 @@ def test_a_notebook_reads_and_writes_nothing_of_the_machines_owner(sandbox: Sand
     assert sorted(path.name for path in secret.parent.iterdir()) == ["secret.txt"]
 
 
+def test_a_checkout_of_qdot_is_not_readable(sandbox: Sandbox) -> None:
+    checkout = RUNNER.parent.parent
+    run = sandbox.run([f"a = open({str(checkout / 'grader' / 'judge.py')!r}).read()[:9]",
+                       f"b = open({str(checkout / 'README.md')!r}).read()[:9]"], ["a", "b"])  # fmt: skip
+    assert run.answers == {}
+
+
 def test_what_a_notebook_needs_is_allowed(sandbox: Sandbox) -> None:
     cells = [
         "open('notes.txt', 'w').write('x'); p1 = open('notes.txt').read()",
