@@ -1,7 +1,7 @@
 """planar-2r: the arm of Examples 6.1, 6.2 and 6.4, its tool bent off the last link.
 
 The bend (a point P beside the last frame's origin) makes every answer the arm's own: det J = a1 (a2 s2 + h c2), so
-that even the singular angles differ from arm to arm. a2 and h are numbers, a1 a symbol or a number.
+that even the singular angles differ from arm to arm. a1 stays a symbol, a2 and h are numbers.
 """
 
 from dataclasses import replace
@@ -16,14 +16,13 @@ from exercises.stream import Stream
 def sample(rng: Stream) -> Chain:
     """Draw an arm: lengths, side of the bend, offset of joint 2, sense of its axis, base place and heading."""
     theta1, theta2 = sp.symbols("theta1 theta2")
-    first = rng.choice((sp.Symbol("a1"), centimetres(rng, 20, 80)))
-    lengths = (first, centimetres(rng, 20, 80))  # a2 is a number always, as the singular angles depend on it
+    lengths = (sp.Symbol("a1"), centimetres(rng, 20, 80))  # a2 is the number, as the singular angles depend on it
     bend = centimetres(rng, 5, 30) * rng.choice((1, -1))
     joints = (
         Joint("R", theta1, sp.S.Zero, lengths[0], rng.choice((sp.S.Zero, sp.pi))),
         Joint("R", theta2 + turned(rng, 90), sp.S.Zero, lengths[1], sp.S.Zero),
     )
-    base = replace(standing_in_plane(rng), yaw=turned(rng, 30))
+    base = replace(standing_in_plane(rng), yaw=turned(rng, 15))
     point = Point(2, (sp.S.Zero, bend, sp.S.Zero))
     return Chain("planar-2r", joints, ("vx", "vy"), base, point, "planar 2R arm with a bent tool")
 
