@@ -51,6 +51,11 @@ class Run:
         return said.get(self.end, "")
 
 
+def _writable(text: str) -> str:
+    """Return the text without what no file can hold (lone surrogates), each replaced by a question mark."""
+    return text.encode("utf-8", "replace").decode("utf-8")
+
+
 class Sandbox:
     """A place to run notebooks, one after the other; close it, or use it in a `with` statement."""
 
@@ -105,13 +110,13 @@ class Sandbox:
                 return
             name, cell = line.get("name"), line.get("cell")
             if name in names and isinstance(line.get("text"), str):
-                run.answers[str(name)] = line["text"]
+                run.answers[str(name)] = _writable(line["text"])
                 run.failures.pop(str(name), None)
             elif name in names:
-                run.failures[str(name)] = str(line.get("error"))[:300]
+                run.failures[str(name)] = _writable(str(line.get("error"))[:300])
                 run.answers.pop(str(name), None)
             elif isinstance(cell, int) and not isinstance(cell, bool):
-                run.cell_errors[cell] = str(line.get("error"))[:300]
+                run.cell_errors[cell] = _writable(str(line.get("error"))[:300])
 
     def _started(self) -> "subprocess.Popen[bytes]":
         if self._process is not None and self._process.poll() is None:

@@ -318,3 +318,17 @@ def test_worked_solutions_are_on_the_page_when_the_assignment_says_so(assignment
     page = feedback_page(load_assignment(assignment.folder), assignment.roster[0], result)
     assert page.count("Worked solution") == 5
     assert "<math" in page
+
+
+def test_text_that_no_file_can_hold_costs_only_its_own_part(assignment: Assignment) -> None:
+    bad = right(assignment, "s01", lambda code, part: '"a1 \\ud800"' if part.name == "determinant" else code)
+    notebook = json.loads(bad)
+    notebook["metadata"]["qdot"]["student"] = "\ud800"
+    hand_in(assignment, "s01/hw.ipynb", json.dumps(notebook))
+    hand_in(assignment, "s02/hw.ipynb", right(assignment, "s02"))
+    graded = grade(assignment)
+    write_reports(assignment, list(graded.values()))
+    assert graded["s01"]["score"] == graded["s01"]["max_score"] - 1
+    assert parts(graded["s01"])["p1.determinant"]["outcome"] == "wrong"
+    assert graded["s02"]["score"] == graded["s02"]["max_score"]
+    assert len((assignment.folder / "graded" / "results.jsonl").read_text().splitlines()) == len(STUDENTS)
