@@ -7,7 +7,7 @@ A notebook holds no seed, so that a student can't regenerate the answers from it
 import base64
 import html
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import nbformat
 from nbformat import NotebookNode
@@ -41,9 +41,9 @@ def notebook_text(notebook: NotebookNode) -> str:
     return json.dumps(notebook, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
 
 
-def figure_image(problem: Problem, name: str) -> str:
+def figure_image(problem: Problem, name: str, pose: Mapping[str, float] | None = None) -> str:
     """Return the arm's figure as an HTML image with its SVG inside, for Markdown; it shows in every notebook reader."""
-    svg = base64.b64encode(figure_svg(problem.chain, name).encode()).decode()
+    svg = base64.b64encode(figure_svg(problem.chain, name, pose).encode()).decode()
     alternative = html.escape(alt_text(problem.chain))
     return f'<img alt="{alternative}" src="data:image/svg+xml;base64,{svg}" width="640">'
 
@@ -70,7 +70,7 @@ def _problem_cells(kind: str, number: int, slot: str, problem: Problem) -> Itera
     yield _markdown(f"{slot}-statement", statement(problem, heading, figure_image(problem, slot)))
     for index, part in enumerate(problem.parts, 1):
         label = f"{number}.{index}"
-        yield _markdown(f"{slot}-{part.name}-question", _prompt(label, problem, part))
+        yield _markdown(f"{slot}-{part.name}-question", _prompt(label, slot, problem, part))
         start = f"{variable(slot, part.name)} = "
         source = start + (placeholder_code if kind == "student" else answer_code)(part, len(start))
         yield _code(f"{slot}-{part.name}", source, {"qdot": {"part": f"{slot}.{part.name}"}})
@@ -81,10 +81,12 @@ def _problem_cells(kind: str, number: int, slot: str, problem: Problem) -> Itera
             yield _code(f"{slot}-self-check", _check(slot, problem))
 
 
-def _prompt(label: str, problem: Problem, part: Part) -> str:
+def _prompt(label: str, slot: str, problem: Problem, part: Part) -> str:
     title = QUESTIONS[part.kind].title
     points = points_text(part.points)
-    return render("notebook-prompt.md.j2", number=label, title=title, points=points, prompt=prompt(problem, part))
+    asked = prompt(problem, part)
+    figure = "" if part.pose is None else figure_image(problem, f"{slot}-{part.name}", part.pose)
+    return render("notebook-prompt.md.j2", number=label, title=title, points=points, prompt=asked, figure=figure)
 
 
 # --- set-up and self-check ---

@@ -69,6 +69,14 @@ class Number:
 
 
 @dataclass(frozen=True)
+class Direction:
+    """A vector that counts up to a factor other than zero; `tolerance` is relative, None where it is a formula."""
+
+    reference: sp.Matrix
+    tolerance: float | None = None
+
+
+@dataclass(frozen=True)
 class Choice:
     """One right option out of several; options are shown in this order under the letters A, B, C …"""
 
@@ -81,14 +89,21 @@ class Choice:
         return "ABCDEFGH"[self.correct]
 
 
-Answer = Expression | Matrix | ConditionSet | Number | Choice
+Answer = Expression | Matrix | ConditionSet | Number | Direction | Choice
 
-TYPES = {Expression: "expression", Matrix: "matrix", ConditionSet: "singular", Number: "number", Choice: "choice"}
+TYPES = {
+    Expression: "expression",
+    Matrix: "matrix",
+    ConditionSet: "singular",
+    Number: "number",
+    Direction: "direction",
+    Choice: "choice",
+}
 
 
 @dataclass(frozen=True)
 class SymbolInfo:
-    """What a symbol of a problem stands for: role (joint, rate, velocity, length, angle), unit, given value."""
+    """What a symbol of a problem stands for: role (joint, rate, velocity, force, length, angle), unit, given value."""
 
     role: str
     unit: str
@@ -99,7 +114,9 @@ class SymbolInfo:
 class Part:
     """One question of a problem: what is asked, its answer, points, and the parts whose result it builds on.
 
-    `details` are the quantities that the wording needs (which component, which frame, the given configuration).
+    `details` are the quantities that the wording needs (which component, which frame, the given configuration). Two
+    of them mean the same in every question: `symbols` (name -> SymbolInfo) may be used in answers beside those of the
+    arm, and `pose` (joint's name -> value) is drawn as a figure under the prompt.
     """
 
     name: str
@@ -111,13 +128,23 @@ class Part:
 
     @property
     def type(self) -> str:
-        """The type in cli.md: expression, matrix, singular, number or choice."""
+        """The type in cli.md: expression, matrix, singular, number, direction or choice."""
         return TYPES[type(self.answer)]
 
     @property
     def shape(self) -> tuple[int, int] | None:
-        """Rows and columns of a matrix or of numbers, else None."""
-        return self.answer.reference.shape if isinstance(self.answer, (Matrix, Number)) else None
+        """Rows and columns of a matrix, of numbers or of a direction, else None."""
+        return self.answer.reference.shape if isinstance(self.answer, (Matrix, Number, Direction)) else None
+
+    @property
+    def symbols(self) -> Mapping[str, SymbolInfo]:
+        """The symbols that this part brings with it, as the forces of a static question."""
+        return self.details.get("symbols", {})  # type: ignore[return-value]
+
+    @property
+    def pose(self) -> Mapping[str, float] | None:
+        """The joint values in which the arm is drawn under the prompt, or None."""
+        return self.details.get("pose")  # type: ignore[return-value]
 
 
 @dataclass(frozen=True)
@@ -144,6 +171,8 @@ class Problem:
             for letter, value in (("a", joint.a), ("d", joint.d if joint.kind == "R" else sp.S.Zero)):
                 if value.is_number and value != 0:
                     found.setdefault(f"{letter}{number}", SymbolInfo("length", "m", value))
+        for part in self.parts:
+            found.update(part.symbols)
         return found
 
     @property

@@ -12,7 +12,7 @@ from exercises.arm.chain import Chain
 from exercises.errors import unknown
 from exercises.figure import alt_text, figure_svg
 from exercises.notebook import notebook_text, points_text, solution_notebook, student_notebook
-from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part, Problem, SymbolInfo
+from exercises.problem import Choice, ConditionSet, Direction, Expression, Matrix, Number, Part, Problem, SymbolInfo
 from exercises.questions import QUESTIONS
 from exercises.render import render
 from exercises.writing.answer_code import answer_code
@@ -44,6 +44,7 @@ class _Piece:
     prompt: str
     solution: str
     code: str
+    figure: str
 
 
 def _pieces(problem: Problem, solution: bool, convert: Callable[[str], str]) -> list[_Piece]:
@@ -55,6 +56,7 @@ def _pieces(problem: Problem, solution: bool, convert: Callable[[str], str]) -> 
             convert(prompt(problem, part)),
             convert(worked_solution(problem, part)) if solution else "",
             answer_code(part) if solution else "",
+            "" if part.pose is None else figure_svg(problem.chain, part.name, part.pose),
         )
         for part in problem.parts
     ]
@@ -183,7 +185,7 @@ def reference_json(part: Part) -> str | list[Any]:
         return answer.letter
     if isinstance(answer, Number):
         return [f"{float(value):.10g}" for value in answer.reference]
-    assert isinstance(answer, Matrix)
+    assert isinstance(answer, (Matrix, Direction))
     return matrix_json(answer.reference)
 
 

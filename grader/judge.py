@@ -72,7 +72,7 @@ def judge_expression(student: str, reference: str, domain: Domain, seed: str) ->
         return wrong(f"this can't be read as an answer: {error}")
     if all(found.equal):
         return correct(found.certificate)
-    return wrong(_unknown_symbols([node], domain) or _difference(found, 1), found.certificate)
+    return wrong(unknown_symbols([node], domain) or _difference(found, 1), found.certificate)
 
 
 def judge_matrix(student: str, reference: Rows, domain: Domain, seed: str, labels: Sequence[str] = ()) -> Judgement:
@@ -81,17 +81,10 @@ def judge_matrix(student: str, reference: Rows, domain: Domain, seed: str, label
     The share is that of the right entries among those that are not zero in the reference, less the zeros that were
     answered with something else: a matrix of zeros earns nothing.
     """
-    node = _read(student, domain)
-    if isinstance(node, Judgement):
-        return node
-    try:
-        rows = as_matrix(_unlabelled(_right_side(node, domain), labels))
-    except ReadError as error:
-        return wrong(f"this can't be read as a matrix: {error}")
+    rows = answer_rows(student, (len(reference), len(reference[0])), domain, labels)
+    if isinstance(rows, Judgement):
+        return rows
     shape = (len(reference), len(reference[0]))
-    rows = _as_column(rows, shape)
-    if (len(rows), len(rows[0])) != shape:
-        return wrong(_shape_reason((len(rows), len(rows[0])), shape))
     known = frozenset(domain.roles)
     student_nodes = [entry for row in rows for entry in row]
     reference_nodes = [_reference_node(entry, known) for row in reference for entry in row]
@@ -106,12 +99,28 @@ def judge_matrix(student: str, reference: Rows, domain: Domain, seed: str, label
     if all(equal):
         judged = correct(found.certificate)
     else:
-        said = _unknown_symbols(student_nodes, domain) or _difference(found, shape[1]) or "the others were left blank"
+        said = unknown_symbols(student_nodes, domain) or _difference(found, shape[1]) or "the others were left blank"
         reason = f"{_count(equal, blanks, is_zero)}; {said}"
         judged = graded(_share(equal, blanks, is_zero), reason, found.certificate)
     columns = shape[1]
     marks = tuple(tuple(equal[i : i + columns]) for i in range(0, len(equal), columns))
     return replace(judged, entries=marks)
+
+
+def answer_rows(
+    student: str, shape: tuple[int, int], domain: Domain, labels: Sequence[str] = ()
+) -> list[list[Node]] | Judgement:
+    """Return the entries of an answer that is a matrix of that shape, or the judgement on one that is not."""
+    node = _read(student, domain)
+    if isinstance(node, Judgement):
+        return node
+    try:
+        rows = as_matrix(_unlabelled(_right_side(node, domain), labels))
+    except ReadError as error:
+        return wrong(f"this can't be read as a matrix: {error}")
+    rows = _as_column(rows, shape)
+    found = (len(rows), len(rows[0]))
+    return rows if found == shape else wrong(_shape_reason(found, shape))
 
 
 def _as_column(rows: list[list[Node]], shape: tuple[int, int]) -> list[list[Node]]:
@@ -167,7 +176,8 @@ def _entry_name(entry: int, columns: int) -> str:
     return f"entry {entry + 1}" if columns == 1 else f"entry ({entry // columns + 1}, {entry % columns + 1})"
 
 
-def _unknown_symbols(nodes: Sequence[Node], domain: Domain) -> str:
+def unknown_symbols(nodes: Sequence[Node], domain: Domain) -> str:
+    """Return a sentence on symbols that the problem does not have; nothing where there are none."""
     used = set().union(*(names(node) for node in nodes)) - set(domain.roles)
     if not used:
         return ""

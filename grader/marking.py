@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 
 from exercises.formula.identity import Domain
-from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part, Problem, variable
+from exercises.problem import Choice, ConditionSet, Direction, Expression, Matrix, Number, Part, Problem, variable
+from grader.direction import judge_direction
 from grader.judge import judge_choice, judge_expression, judge_matrix, judge_numbers, judge_singular
 from grader.verdict import Judgement, Outcome, Verdict, missing
 
@@ -36,13 +37,16 @@ def judge(problem: Problem, part: Part, answer: str, seed: str) -> Judgement:
     if isinstance(reference, Matrix):
         rows = [[str(entry) for entry in row] for row in reference.reference.tolist()]
         return judge_matrix(answer, rows, domain, seed, _labels(problem, part))
+    if isinstance(reference, Direction):
+        entries = [str(entry) for entry in reference.reference]
+        return judge_direction(answer, entries, domain, seed, reference.tolerance, _labels(problem, part))
     assert isinstance(reference, ConditionSet)
     return judge_singular(answer, reference.pieces(), [q.name for q in problem.chain.q], domain, seed)
 
 
 def _labels(problem: Problem, part: Part) -> tuple[str, ...]:
     """Return the names of a vector of joint rates, by which `solve` returns them; nothing for other answers."""
-    rates = part.kind in ("inverse-velocity", "joint-rates")
+    rates = part.kind in ("inverse-velocity", "joint-rates", "least-norm-rates", "self-motion", "path-rates")
     return tuple(rate.name for rate in problem.chain.rates) if rates else ()
 
 

@@ -22,7 +22,7 @@ CHUNK = 20
 SETUP = (
     "from sympy import *\n"
     + "".join(f"theta{i}, d{i}, a{i}, qd{i} = symbols('theta{i} d{i} a{i} qd{i}')\n" for i in range(1, 8))
-    + "vx, vy, vz, wx, wy, wz = symbols('vx vy vz wx wy wz')"
+    + "vx, vy, vz, wx, wy, wz = symbols('vx vy vz wx wy wz')\nfx, fy, fz, mx, my, mz = symbols('fx fy fz mx my mz')"
 )
 
 

@@ -16,7 +16,7 @@ LAYERS = {
         arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.classification arm.robot_file
         difficulty problem families questions generate verify writing.latex render writing figure
         notebook show solve assignment release commands""",
-    "grader": """verdict judge compare marking runner sandbox submission batch check certify reports demo
+    "grader": """verdict judge direction compare marking runner sandbox submission batch check certify reports demo
         commands cli""",
 }
 """From the bottom up: a module imports only from those before it; a folder stands for what is in it."""

@@ -1,20 +1,42 @@
 """Question kinds: each asks an arm for one result; the registry is in the order of the chapter."""
 
-from exercises.questions import differentiation, inversion, propagation, singular
+from exercises.questions import (
+    concepts,
+    differentiation,
+    inversion,
+    path,
+    performance,
+    propagation,
+    rank,
+    redundancy,
+    singular,
+    statics,
+    transforms,
+    wrist,
+)
 from exercises.questions.base import Question
 
 _ORDER = (
-    "position", "velocity", "velocity-component", "jacobian", "joint-axes", "position-vectors", "geometric-jacobian",
-    "twist", "link-velocity", "determinant", "inverse-jacobian", "inverse-velocity", "joint-rates", "singular-angles",
-    "singularity-type",
+    "transform", "position", "velocity", "velocity-component", "jacobian", "jacobian-size", "joint-effect",
+    "joint-axes", "position-vectors", "geometric-jacobian", "twist", "link-velocity", "tool-jacobian",
+    "arm-block", "wrist-block", "block-determinants", "determinant", "gram-determinant",
+    "inverse-jacobian", "inverse-velocity", "joint-rates", "path-rates", "path-limit",
+    "least-norm-rates", "self-motion",
+    "singular-angles", "singularity-type", "singularity-meaning", "rank", "lost-direction", "lost-motion",
+    "invertibility", "unreachable-velocity", "joint-torques", "manipulability", "condition-number",
 )  # fmt: skip
 
 _ALL = {
     question.name: question
-    for module in (differentiation, propagation, inversion, singular)
+    for module in (
+        differentiation, propagation, inversion, singular,
+        transforms, wrist, redundancy, path, rank, concepts, statics, performance,
+    )
     for question in module.QUESTIONS
-}
+}  # fmt: skip
 
-QUESTIONS: dict[str, Question] = {name: _ALL[name] for name in [*_ORDER, *(n for n in _ALL if n not in _ORDER)]}
+QUESTIONS: dict[str, Question] = {
+    name: _ALL[name] for name in [*_ORDER, *(n for n in _ALL if n not in _ORDER)] if name in _ALL
+}
 
 __all__ = ["QUESTIONS", "Question"]

@@ -76,9 +76,9 @@ def _place(chain: Chain, components: tuple[Component, ...], kind: str, rng: Stre
 def _regular_place(chain: Chain, components: tuple[Component, ...], rng: Stream) -> Place:
     """Draw a pose that looks like a singular one: what a slip of a sign or of a right angle makes of a root."""
     roots = [solution for component in components for solution in component.solutions or ()]
-    for _ in range(200):
+    for tried in range(200):
         joints = draw_pose(chain, rng)
-        if roots:
+        if roots and tried < 150:  # where no slip is far enough from the root, any regular pose does
             joint, values = rng.choice(roots)
             slip = rng.choice((sp.pi / 2, -sp.pi / 2)) if joint.name.startswith("theta") else sp.Rational(1, 10)
             value = rng.choice(values)

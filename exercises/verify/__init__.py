@@ -14,7 +14,18 @@ from typing import Any
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.formula.expression import Node, ReadError, names, read
 from exercises.problem import Choice, ConditionSet, Part, Problem, ProblemId
-from exercises.verify import formulas, singular
+from exercises.verify import (
+    concepts,
+    formulas,
+    path,
+    performance,
+    rank,
+    redundancy,
+    singular,
+    statics,
+    transforms,
+    wrist,
+)
 from exercises.verify.ground import Check, Ground
 
 
@@ -106,5 +117,11 @@ def _readable(ground: Ground, part: Part) -> Check:
     return Check(name, True, "its text is understood, and holds the problem's symbols only")
 
 
-CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {**formulas.CHECKS, **singular.CHECKS}
+CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {
+    kind: check
+    for module in (
+        formulas, singular, transforms, wrist, redundancy, path, rank, concepts, statics, performance,
+    )
+    for kind, check in module.CHECKS.items()
+}  # fmt: skip
 """The test of each kind of question; one that is not here can't be certified."""

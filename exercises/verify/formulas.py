@@ -7,7 +7,7 @@ import numpy as np
 import sympy as sp
 
 from exercises.arm.kinematics import NumericChain
-from exercises.problem import Expression, Matrix, Number, Part
+from exercises.problem import Direction, Expression, Matrix, Number, Part
 from exercises.questions.differentiation import moving_rows
 from exercises.verify.ground import Check, Ground
 
@@ -17,7 +17,7 @@ EXACT, DIFFERENCED = 1e-9, 1e-7
 WELL_CONDITIONED = 0.1
 
 
-def _agree(name: str, found: np.ndarray, expected: np.ndarray, allowed: float) -> Check:
+def agree(name: str, found: np.ndarray, expected: np.ndarray, allowed: float) -> Check:
     """Hold values against those expected, both (…, rows, columns)."""
     if found.shape != expected.shape:
         shapes = [" x ".join(map(str, array.shape[1:])) for array in (found, expected)]
@@ -35,25 +35,26 @@ def reference(part: Part) -> sp.Matrix:
     """Return the reference of a part as a matrix, of one entry for an expression."""
     if isinstance(part.answer, Expression):
         return sp.Matrix([part.answer.reference])
-    assert isinstance(part.answer, (Matrix, Number))
+    assert isinstance(part.answer, (Matrix, Number, Direction))
     return sp.Matrix(part.answer.reference)
 
 
 Expected = Callable[[Ground, Part], dict[str, tuple[np.ndarray, float]]]
 
 
-def _formula(expected: Expected) -> Callable[[Ground, Part], Iterator[Check]]:
+def formula(expected: Expected) -> Callable[[Ground, Part], Iterator[Check]]:
     """Return the check that a symbolic reference has the values expected, by each way of finding them."""
 
     def check(ground: Ground, part: Part) -> Iterator[Check]:
         found = ground.read(reference(part))
         for name, (values, allowed) in expected(ground, part).items():
-            yield _agree(name, found, values, allowed)
+            yield agree(name, found, values, allowed)
 
     return check
 
 
-def _both(by_product: np.ndarray, by_difference: np.ndarray) -> dict[str, tuple[np.ndarray, float]]:
+def both(by_product: np.ndarray, by_difference: np.ndarray) -> dict[str, tuple[np.ndarray, float]]:
+    """Return both ways of finding values, each with the error allowed."""
     return {"frames": (by_product, EXACT), "finite differences": (by_difference, DIFFERENCED)}
 
 
@@ -63,17 +64,17 @@ def _position(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
 
 def _velocity(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
     rows = moving_rows(ground.chain)
-    return _both(ground.jacobian[:, rows] @ ground.rates, ground.differenced_jacobian[:, rows] @ ground.rates)
+    return both(ground.jacobian[:, rows] @ ground.rates, ground.differenced_jacobian[:, rows] @ ground.rates)
 
 
 def _component(ground: Ground, part: Part) -> dict[str, tuple[np.ndarray, float]]:
     row = "xyz".index(str(part.details["axis"]))
     pair = (ground.jacobian[:, [row]] @ ground.rates, ground.differenced_jacobian[:, [row]] @ ground.rates)
-    return _both(*pair)
+    return both(*pair)
 
 
 def _jacobian(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return _both(ground.task_jacobian, ground.differenced_jacobian[:, ground.task])
+    return both(ground.task_jacobian, ground.differenced_jacobian[:, ground.task])
 
 
 def _axes(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
@@ -85,11 +86,11 @@ def _vectors(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
 
 
 def _geometric(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return _both(ground.jacobian, ground.differenced_jacobian)
+    return both(ground.jacobian, ground.differenced_jacobian)
 
 
 def _twist(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return _both(ground.jacobian @ ground.rates, ground.differenced_jacobian @ ground.rates)
+    return both(ground.jacobian @ ground.rates, ground.differenced_jacobian @ ground.rates)
 
 
 def _link_velocity(ground: Ground, part: Part) -> dict[str, tuple[np.ndarray, float]]:
@@ -115,9 +116,9 @@ def _rate_law(ground: Ground, part: Part) -> Iterator[Check]:
 def _undone(ground: Ground, part: Part, expected: np.ndarray) -> Check:
     found = ground.read(reference(part))
     if found.shape != expected.shape:
-        return _agree("J times it", found, expected, EXACT)
+        return agree("J times it", found, expected, EXACT)
     size = (np.abs(ground.task_jacobian) @ np.abs(found)).max(axis=(1, 2), keepdims=True)
-    return _agree("J times it", ground.task_jacobian @ found / size, expected / size, EXACT)
+    return agree("J times it", ground.task_jacobian @ found / size, expected / size, EXACT)
 
 
 def _joint_rates(ground: Ground, part: Part) -> Iterator[Check]:
@@ -128,7 +129,7 @@ def _joint_rates(ground: Ground, part: Part) -> Iterator[Check]:
     velocity = np.array([float(situation.velocity[sp.Symbol(row)]) for row in ground.chain.task])
     expected = np.linalg.solve(jacobian, velocity)
     found = np.array(reference(part).tolist(), dtype=float)
-    yield _agree("linear solve", found[None], expected[None, :, None], 1e-8)
+    yield agree("linear solve", found[None], expected[None, :, None], 1e-8)
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     detail = f"sigma_min/sigma_max = {sigma[-1] / sigma[0]:.3f}"
     yield Check("well conditioned", bool(sigma[-1] / sigma[0] > WELL_CONDITIONED), detail)
@@ -139,16 +140,16 @@ def _joint_rates(ground: Ground, part: Part) -> Iterator[Check]:
 
 
 CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {
-    "position": _formula(_position),
-    "velocity": _formula(_velocity),
-    "velocity-component": _formula(_component),
-    "jacobian": _formula(_jacobian),
-    "joint-axes": _formula(_axes),
-    "position-vectors": _formula(_vectors),
-    "geometric-jacobian": _formula(_geometric),
-    "twist": _formula(_twist),
-    "link-velocity": _formula(_link_velocity),
-    "determinant": _formula(_determinant),
+    "position": formula(_position),
+    "velocity": formula(_velocity),
+    "velocity-component": formula(_component),
+    "jacobian": formula(_jacobian),
+    "joint-axes": formula(_axes),
+    "position-vectors": formula(_vectors),
+    "geometric-jacobian": formula(_geometric),
+    "twist": formula(_twist),
+    "link-velocity": formula(_link_velocity),
+    "determinant": formula(_determinant),
     "inverse-jacobian": _inverse,
     "inverse-velocity": _rate_law,
     "joint-rates": _joint_rates,

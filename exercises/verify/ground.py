@@ -56,6 +56,8 @@ class Ground:
             values[name] = np.array([self.stream.uniform(-2, 2) for _ in range(self.points)])
         for symbol in self.chain.parameters:
             values[symbol.name] = np.repeat([lengths[symbol.name] for lengths in self.lengths], POSES)
+        for name in (name for part in self.problem.parts for name in part.symbols if name not in values):
+            values[name] = np.array([self.stream.uniform(-2, 2) for _ in range(self.points)])
         return values
 
     @property

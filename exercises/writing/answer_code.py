@@ -8,7 +8,7 @@ import sympy as sp
 from sympy.printing.str import StrPrinter
 
 from exercises.arm.singularity import Component
-from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part
+from exercises.problem import Choice, ConditionSet, Direction, Expression, Matrix, Number, Part
 
 WIDTH = 88
 """Columns of a line of code in a notebook, as far as it can be broken."""
@@ -38,7 +38,7 @@ def answer_code(part: Part, taken: int = 0) -> str:
     answer = part.answer
     if isinstance(answer, Expression):
         return _bracketed(python_text(answer.reference), taken)
-    if isinstance(answer, Matrix):
+    if isinstance(answer, (Matrix, Direction)):
         return _matrix([[python_text(entry) for entry in row] for row in answer.reference.tolist()], taken)
     if isinstance(answer, Number):
         return _matrix([[python_text(value)] for value in answer.reference], taken)
@@ -49,7 +49,7 @@ def answer_code(part: Part, taken: int = 0) -> str:
 
 def placeholder_code(part: Part, taken: int = 0) -> str:
     """Return a placeholder of the right shape: what an unanswered cell assigns."""
-    if isinstance(part.answer, (Matrix, Number)):
+    if isinstance(part.answer, (Matrix, Number, Direction)):
         rows, columns = part.answer.reference.shape
         return _matrix([["blank"] * columns] * rows, taken)
     if isinstance(part.answer, ConditionSet):

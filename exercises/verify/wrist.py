@@ -1,0 +1,8 @@
+"""Tests of the questions of `questions.wrist`."""
+
+from collections.abc import Callable, Iterator
+
+from exercises.problem import Part
+from exercises.verify.ground import Check, Ground
+
+CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {}

@@ -1,0 +1,90 @@
+"""Judge a vector that counts up to a factor: a lost direction of motion, a self-motion."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from exercises.formula.expression import Node, ReadError, has_blank, names, read
+from exercises.formula.identity import Certificate, Domain, compare_entries
+from exercises.formula.tape import compile_tape, evaluate
+from grader.judge import answer_rows, unknown_symbols
+from grader.verdict import Judgement, correct, missing, wrong
+
+ZERO = 1e-12
+"""An imaginary part below this share of a number is rounding."""
+
+
+def judge_direction(
+    student: str,
+    reference: Sequence[str],
+    domain: Domain,
+    seed: str,
+    tolerance: float | None = None,
+    labels: Sequence[str] = (),
+) -> Judgement:
+    """Judge a vector: right where it is the reference times any factor other than zero.
+
+    Without `tolerance` both are formulas, equal up to the factor at every configuration; with it they are numbers, and
+    the unit vectors may differ by that much in length of their difference.
+    """
+    rows = answer_rows(student, (len(reference), 1), domain, labels)
+    if isinstance(rows, Judgement):
+        return rows
+    entries = [row[0] for row in rows]
+    if any(has_blank(entry) for entry in entries):
+        return missing("a part of the vector was left blank")
+    due = [read(entry, domain.roles) for entry in reference]
+    try:
+        return _numeric(entries, due, tolerance) if tolerance else _symbolic(entries, due, domain, seed)
+    except ReadError as error:
+        return wrong(f"this can't be read as a vector: {error}")
+
+
+def _symbolic(entries: Sequence[Node], due: Sequence[Node], domain: Domain, seed: str) -> Judgement:
+    """Compare entry i times due_k with due_i times entry k, k being an entry of the reference that is not zero."""
+    nonzero = [not same for same in compare_entries(due, [read("0")] * len(due), domain, f"{seed}/pivot").equal]
+    pivot = nonzero.index(True)
+    if all(compare_entries(list(entries), [read("0")] * len(entries), domain, f"{seed}/zero").equal):
+        return wrong("the zero vector is no direction")
+    left = [Node("*", (entry, due[pivot])) for entry in entries]
+    right = [Node("*", (entry, entries[pivot])) for entry in due]
+    found = compare_entries(left, right, domain, seed)
+    if all(found.equal):
+        return correct(found.certificate)
+    example = found.certificate.counterexample
+    entry = int(example["entry"]) if example is not None else found.equal.index(False)
+    at = ", ".join(f"{name} = {value:g}" for name, value in example["at"].items()) if example is not None else ""
+    reason = (
+        f"not along the direction that is right: entry {entry + 1} does not have the right ratio to entry {pivot + 1}"
+        f"{f' at {at}' if at else ''}"
+    )
+    return wrong(unknown_symbols(entries, domain) or reason, found.certificate)
+
+
+def _numeric(entries: Sequence[Node], due: Sequence[Node], tolerance: float) -> Judgement:
+    symbols = set().union(*(names(entry) for entry in entries))
+    if symbols:
+        return wrong(f"numbers are due, and {', '.join(sorted(symbols)[:5])} is left in the answer")
+    found, right = (evaluate(compile_tape(list(nodes)), {}, 1)[0][:, 0] for nodes in (entries, due))
+    if not np.all(np.isfinite(found)) or np.any(np.abs(found.imag) > ZERO * np.abs(found)):
+        return wrong("an entry of the vector is not a finite real number")
+    size = float(np.linalg.norm(found.real))
+    if size == 0.0:
+        return wrong("the zero vector is no direction")
+    unit, target = found.real / size, right.real / np.linalg.norm(right.real)
+    target = target * (1.0 if float(unit @ target) >= 0 else -1.0)
+    apart = float(np.linalg.norm(unit - target))
+    if apart <= tolerance:
+        return correct(Certificate("numeric", 1))
+    entry = int(np.abs(unit - target).argmax())
+    example = {
+        "entry": entry,
+        "at": {},
+        "yours": float(f"{unit[entry]:.6g}"),
+        "expected": float(f"{target[entry]:.4g}"),
+    }
+    reason = (
+        f"not along the direction that is right: scaled to length 1, entry {entry + 1} is {unit[entry]:.4g}, "
+        f"and {target[entry]:.4g} is right"
+    )
+    return wrong(reason, Certificate("numeric", 1, None, example))
