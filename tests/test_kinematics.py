@@ -17,6 +17,9 @@ from exercises.arm.kinematics import (
 )
 from exercises.formula.expression import read
 from exercises.formula.tape import compile_tape, evaluate
+from exercises.stream import Stream
+from exercises.verify.exponentials import exponential_jacobian
+from exercises.verify.ground import random_poses
 
 RIGHT = st.sampled_from([sp.S.Zero, sp.pi / 2, sp.pi, -sp.pi / 2])
 LENGTH = st.sampled_from([sp.S.Zero, sp.Rational(1, 2), sp.Rational(-3, 10), sp.Symbol("h")])
@@ -87,3 +90,11 @@ def test_an_open_length_needs_a_value() -> None:
     chain = Chain("arm", (Joint("R", sp.Symbol("theta1"), 0, sp.Symbol("a1"), 0),), ("vx",))
     with pytest.raises(KeyError, match="a1"):
         NumericChain(chain, {})
+
+
+@settings(max_examples=25)
+@given(chains())
+def test_the_product_of_exponentials_is_the_same_jacobian(chain: Chain) -> None:
+    numeric = NumericChain(chain, {symbol.name: 0.3 + 0.1 * i for i, symbol in enumerate(chain.parameters)})
+    poses = random_poses(chain, Stream("exponentials"), 6)
+    assert np.allclose(exponential_jacobian(numeric, poses), numeric.jacobian(poses), atol=1e-12)

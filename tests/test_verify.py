@@ -12,7 +12,18 @@ from exercises.arm.singularity import Component
 from exercises.difficulty import difficulty, step
 from exercises.families import FAMILIES
 from exercises.generate import generate, questions_of
-from exercises.problem import Answer, Choice, ConditionSet, Expression, Matrix, Number, Part, Problem, ProblemId
+from exercises.problem import (
+    Answer,
+    Choice,
+    ConditionSet,
+    Direction,
+    Expression,
+    Matrix,
+    Number,
+    Part,
+    Problem,
+    ProblemId,
+)
 from exercises.questions import QUESTIONS
 from exercises.verify import CHECKS, certify
 
@@ -117,10 +128,12 @@ def with_answer(problem: Problem, answer: Answer) -> Problem:
     return replace(problem, parts=(replace(part, answer=answer),))
 
 
-def broken(answer: Expression | Matrix | Number, bug: Callable[[sp.Matrix], sp.Matrix]) -> Answer | None:
+def broken(answer: Expression | Matrix | Number | Direction, bug: Callable[[sp.Matrix], sp.Matrix]) -> Answer | None:
     """Return the answer with a bug in it, or nothing where the bug changes nothing."""
     right = sp.Matrix([answer.reference]) if isinstance(answer, Expression) else sp.Matrix(answer.reference)
     wrong = bug(right)
+    if isinstance(answer, Direction) and bug is negated:
+        return None
     values = {s: sp.Float(0.3 + 0.37 * i) for i, s in enumerate(sorted(right.free_symbols, key=str))}
     if wrong.shape == right.shape:
         change = [complex(sp.N(entry)) for entry in (wrong - right).xreplace({**values, STRANGER: sp.Float(0.7)})]

@@ -9,11 +9,12 @@ motion vanishes, the singularity is internal. Unlimited joint travel is assumed,
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.kinematics import NumericChain
+from exercises.arm.kinematics import NumericChain, cross
 from exercises.arm.singularity import Component
 from exercises.formula.conditions import Piece, Space, pieces
 from exercises.formula.expression import read
@@ -152,10 +153,8 @@ def _folds(sample: Sample, task: list[int], lost: np.ndarray, still: np.ndarray)
 def _reached_beyond(sample: Sample, task: list[int], direction: np.ndarray) -> bool:
     """Tell whether some configuration reaches a place just beyond the fold (damped Newton from many starts)."""
     frames = sample.arm.frames(sample.q)
-    stream = Stream("starts")
-    q = np.array([[stream.uniform(-np.pi, np.pi) for _ in sample.q] for _ in range(_STARTS)])
-    links = np.diff(sample.arm.frames(q)[:, :, :3, 3], axis=1)
-    reach = float(np.median(np.linalg.norm(links, axis=2).sum(axis=1))) + 1e-9
+    q = _starts(len(sample.q)).copy()
+    reach = _reach(sample.arm)
     linear = [row < 3 for row in task]
     shift = _BEYOND * reach * direction * np.array([1.0 if is_linear else 1.0 / reach for is_linear in linear])
     target_point = sample.arm.point_of(frames)
@@ -175,6 +174,19 @@ def _reached_beyond(sample: Sample, task: list[int], direction: np.ndarray) -> b
         move = (jacobian.transpose(0, 2, 1) @ np.linalg.solve(square, residual[:, :, None]))[:, :, 0]
         q += move * np.minimum(1.0, 0.6 / np.maximum(np.abs(move).max(axis=1, keepdims=True), 1e-12))
     return False
+
+
+@lru_cache(maxsize=64)
+def _starts(n: int) -> np.ndarray:
+    stream = Stream("starts")
+    return np.array([[stream.uniform(-np.pi, np.pi) for _ in range(n)] for _ in range(_STARTS)])
+
+
+@lru_cache(maxsize=256)
+def _reach(arm: NumericChain) -> float:
+    """Return the usual length of all links one after another, against which distances are judged."""
+    links = np.diff(arm.frames(_starts(len(arm.kinds)))[:, :, :3, 3], axis=1)
+    return float(np.median(np.linalg.norm(links, axis=2).sum(axis=1))) + 1e-9
 
 
 def _turn(target: np.ndarray, now: np.ndarray) -> np.ndarray:
@@ -227,7 +239,7 @@ def _all_near_axis(samples: Sequence[Sample], joint: int) -> bool:
 def _distance(sample: Sample, q: np.ndarray, joint: int) -> float:
     frames = sample.arm.frames(q)
     arm = sample.arm.point_of(frames) - frames[joint, :3, 3]
-    return float(np.linalg.norm(np.cross(frames[joint, :3, 2], arm)))
+    return float(np.linalg.norm(cross(frames[joint, :3, 2], arm)))
 
 
 def _coincide(samples: Sequence[Sample], i: int, j: int) -> bool:
@@ -240,7 +252,7 @@ def _on_one_line(samples: Sequence[Sample], i: int, j: int) -> bool:
     for sample in samples:
         frames = sample.arm.frames(sample.q)
         axis, between = frames[i, :3, 2], frames[j, :3, 3] - frames[i, :3, 3]
-        apart = np.linalg.norm(np.cross(axis, frames[j, :3, 2])) + np.linalg.norm(np.cross(axis, between))
+        apart = np.linalg.norm(cross(axis, frames[j, :3, 2])) + np.linalg.norm(cross(axis, between))
         if apart > 1e-5:
             return False
     return bool(samples)
@@ -265,7 +277,7 @@ def _extremes(chain: Chain, samples: Sequence[Sample]) -> tuple[int, list[int], 
 
 def _parallel(samples: Sequence[Sample], i: int, j: int) -> bool:
     frames = [sample.arm.frames(sample.q) for sample in samples]
-    return all(np.linalg.norm(np.cross(f[i, :3, 2], f[j, :3, 2])) < 1e-6 for f in frames)
+    return all(np.linalg.norm(cross(f[i, :3, 2], f[j, :3, 2])) < 1e-6 for f in frames)
 
 
 def _extreme(sample: Sample, axis: int, moving: int) -> int:

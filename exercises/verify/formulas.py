@@ -58,23 +58,28 @@ def both(by_product: np.ndarray, by_difference: np.ndarray) -> dict[str, tuple[n
     return {"frames": (by_product, EXACT), "finite differences": (by_difference, DIFFERENCED)}
 
 
+def each_way(ground: Ground, take: Callable[[np.ndarray], np.ndarray]) -> dict[str, tuple[np.ndarray, float]]:
+    """Return what `take` makes of the 6 x n Jacobian: by propagation, finite differences and exponentials."""
+    found = both(take(ground.jacobian), take(ground.differenced_jacobian))
+    return {**found, "product of exponentials": (take(ground.exponential_jacobian), EXACT)}
+
+
 def _position(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
     return {"frames": (ground.point[:, moving_rows(ground.chain), None], EXACT)}
 
 
 def _velocity(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
     rows = moving_rows(ground.chain)
-    return both(ground.jacobian[:, rows] @ ground.rates, ground.differenced_jacobian[:, rows] @ ground.rates)
+    return each_way(ground, lambda jacobian: jacobian[:, rows] @ ground.rates)
 
 
 def _component(ground: Ground, part: Part) -> dict[str, tuple[np.ndarray, float]]:
     row = "xyz".index(str(part.details["axis"]))
-    pair = (ground.jacobian[:, [row]] @ ground.rates, ground.differenced_jacobian[:, [row]] @ ground.rates)
-    return both(*pair)
+    return each_way(ground, lambda jacobian: jacobian[:, [row]] @ ground.rates)
 
 
 def _jacobian(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return both(ground.task_jacobian, ground.differenced_jacobian[:, ground.task])
+    return each_way(ground, lambda jacobian: jacobian[:, ground.task])
 
 
 def _axes(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
@@ -86,11 +91,11 @@ def _vectors(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
 
 
 def _geometric(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return both(ground.jacobian, ground.differenced_jacobian)
+    return each_way(ground, lambda jacobian: jacobian)
 
 
 def _twist(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return both(ground.jacobian @ ground.rates, ground.differenced_jacobian @ ground.rates)
+    return each_way(ground, lambda jacobian: jacobian @ ground.rates)
 
 
 def _link_velocity(ground: Ground, part: Part) -> dict[str, tuple[np.ndarray, float]]:

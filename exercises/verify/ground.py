@@ -12,6 +12,7 @@ from exercises.formula.expression import Node, read
 from exercises.formula.tape import compile_tape, evaluate
 from exercises.problem import Problem
 from exercises.stream import Stream
+from exercises.verify.exponentials import exponential_jacobian
 
 ARMS, POSES = 3, 4
 
@@ -30,7 +31,7 @@ class Ground:
     """The arm in numbers at random places: ARMS choices of the open lengths, POSES poses of each.
 
     Arrays begin with the place: `frames` (…, n + 1, 4, 4), `point` (…, 3), `jacobian` (…, 6, n) by z x p;
-    `carried` (…, n, n + 1, 6) is the velocity of each frame's origin and link for each joint's unit rate, and
+    `exponential_jacobian` the same by the product of exponentials; `carried` (…, n, n + 1, 6) is the velocity of each frame's origin and link for each joint's unit rate, and
     `moved` (…, n, 3) that of the point, both by central differences of the poses.
     """
 
@@ -47,6 +48,8 @@ class Ground:
         self.frames = np.concatenate([arm.frames(q) for arm, q in zip(self.arms, poses, strict=True)])
         self.point = np.concatenate([arm.point(q) for arm, q in zip(self.arms, poses, strict=True)])
         self.jacobian = np.concatenate([arm.jacobian(q) for arm, q in zip(self.arms, poses, strict=True)])
+        pairs = zip(self.arms, poses, strict=True)
+        self.exponential_jacobian = np.concatenate([exponential_jacobian(arm, q) for arm, q in pairs])
         differences = [_differences(arm, q) for arm, q in zip(self.arms, poses, strict=True)]
         self.carried, self.moved = (np.concatenate(arrays) for arrays in zip(*differences, strict=True))
 
