@@ -17,9 +17,12 @@ from typing import Literal
 import pydantic
 
 from exercises import ENGINE
+from exercises.difficulty import HARDEST
 from exercises.errors import QdotError
-from exercises.generate import check_questions, generate, questions_of, student_problem_id
-from exercises.problem import Problem
+from exercises.families import Family
+from exercises.families.own import own_family
+from exercises.generate import check_questions, family_named, generate, questions_of, student_problem_id
+from exercises.problem import Problem, ProblemId
 
 SECRET_FILE = "secret.txt"  # noqa: S105 - a file's name
 SECRET_VARIABLE = "QDOT_SECRET"  # noqa: S105 - a variable's name
@@ -29,9 +32,11 @@ class ProblemEntry(pydantic.BaseModel):
     """One [[problem]] of assignment.toml."""
 
     model_config = pydantic.ConfigDict(extra="forbid", strict=True)
-    family: str
+    family: str | None = None
+    robot: str | None = None
     questions: list[str] = pydantic.Field(default_factory=list)
     points: list[float] | None = None
+    difficulty: int | list[int] | None = None
 
 
 class AssignmentFile(pydantic.BaseModel):
@@ -57,12 +62,25 @@ class Student:
 
 @dataclass(frozen=True)
 class Slot:
-    """A place in the assignment: every student has a problem of this family with these questions here."""
+    """A place in the assignment: every student has a problem of this family with these questions here.
+
+    `band` bounds the difficulty; `robot` is a digest of the file of an instructor's own robot, empty for a family.
+    """
 
     name: str
-    family: str
+    family: Family
     questions: tuple[str, ...]
     points: tuple[float, ...] | None
+    band: tuple[int, int] | None = None
+    robot: str = ""
+
+    def identity(self, secret: str, student: str) -> ProblemId:
+        """Return the identity of a student's problem in this place."""
+        return student_problem_id(secret, student, self.name, self.family.name, self.questions, self.band)
+
+    def problem(self, secret: str, student: str) -> Problem:
+        """Return a student's problem in this place."""
+        return generate(self.identity(secret, student), self.points, self.family)
 
 
 @dataclass(frozen=True)
@@ -80,16 +98,12 @@ class Assignment:
 
     def problems(self, student: str) -> list[tuple[str, Problem]]:
         """Return the student's problems, each with the name of its slot; the same at every call, on every machine."""
-        made = []
-        for slot in self.slots:
-            identity = student_problem_id(self.secret, student, slot.name, slot.family, slot.questions)
-            made.append((slot.name, generate(identity, slot.points)))
-        return made
+        return [(slot.name, slot.problem(self.secret, student)) for slot in self.slots]
 
     @property
     def digest(self) -> str:
         """A short text that changes whenever the problems do (engine, secret, key, families, questions)."""
-        slots = [(slot.name, slot.family, slot.questions) for slot in self.slots]
+        slots = [(slot.name, slot.family.name, slot.questions, slot.band, slot.robot) for slot in self.slots]
         return _short_hash(repr((ENGINE, self.secret, self.key, slots)))
 
     @property
@@ -178,15 +192,44 @@ def _line_of(text: str, location: Sequence[int | str]) -> str:
 def _slot(path: Path, number: int, entry: ProblemEntry) -> Slot:
     where = f"{path}: problem {number}"
     try:
-        questions = tuple(entry.questions) or questions_of(entry.family)
-        check_questions(entry.family, questions)
+        family, robot = _family(path.parent, entry)
+        band = _band(entry.difficulty)
+        if family.varied and not entry.questions:
+            raise QdotError(f"{family.name} draws arms of many kinds; name the questions that all are asked")
+        questions = tuple(entry.questions) or questions_of(family)
+        check_questions(family, questions, band)
     except QdotError as error:
         raise QdotError(f"{where}: {error}") from None
+    if not questions:
+        raise QdotError(f"{where}: no question can be asked of {family.name}")
     if entry.points is not None and len(entry.points) != len(questions):
         raise QdotError(f"{where}: points has {len(entry.points)} numbers for {len(questions)} questions")
     if entry.points is not None and any(not 0 < points < 1e6 for points in entry.points):
         raise QdotError(f"{where}: points = {entry.points}; each must be positive")
-    return Slot(f"p{number}", entry.family, questions, None if entry.points is None else tuple(entry.points))
+    points = None if entry.points is None else tuple(entry.points)
+    return Slot(f"p{number}", family, questions, points, band, robot)
+
+
+def _family(folder: Path, entry: ProblemEntry) -> tuple[Family, str]:
+    """Return the family of an entry, and the digest of the file that it comes from (empty for a registered one)."""
+    if (entry.family is None) == (entry.robot is None):
+        raise QdotError('each [[problem]] has either family = "planar-2r" or robot = "my-arm.toml"')
+    if entry.family is not None:
+        return family_named(entry.family), ""
+    path = folder / str(entry.robot)
+    if not path.is_file():
+        raise QdotError(f"robot = {entry.robot!r}: there is no file {path}")
+    return own_family(path), _short_hash(path.read_text(encoding="utf-8", errors="replace"))
+
+
+def _band(difficulty: int | list[int] | None) -> tuple[int, int] | None:
+    """Return the least and greatest step of difficulty."""
+    if difficulty is None:
+        return None
+    ends = [difficulty, difficulty] if isinstance(difficulty, int) else difficulty
+    if len(ends) != 2 or not 0 <= ends[0] <= ends[1] <= HARDEST:
+        raise QdotError(f"difficulty = {difficulty}; it is a step from 0 to {HARDEST}, or a range, as in [1, 2]")
+    return ends[0], ends[1]
 
 
 def read_roster(path: Path) -> tuple[Student, ...]:

@@ -1,4 +1,4 @@
-"""The commands about what is asked: init, families, questions, show, solve, generate."""
+"""The commands about what is asked: init, families, questions, show, solve."""
 
 import json
 from collections.abc import Sequence
@@ -7,25 +7,20 @@ from typing import Annotated, Any
 
 import typer
 
-from exercises.assignment import load_assignment
-from exercises.console import note, one_of, progress, say
+from exercises.console import one_of, say
 from exercises.difficulty import step
 from exercises.families import FAMILIES
 from exercises.generate import generate as make_problem
 from exercises.generate import questions_of, sample_chain
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
-from exercises.release import CORES, Released, init_assignment, release
+from exercises.release import init_assignment
 from exercises.show import show as show_problem
 from exercises.solve import read_robot, solution_json, solution_latex, solution_text
 from exercises.solve import solve as solve_chain
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
 SOLVE_FORMATS = ("text", "latex", "json")
-
-Jobs = Annotated[
-    int, typer.Option("--jobs", "-j", min=1, help="How many processes work at once.", show_default="cores")
-]
 
 
 def init(
@@ -127,27 +122,3 @@ def solve(
     one_of(format, SOLVE_FORMATS, "--format")
     found = solve_chain(read_robot(robot))
     say({"text": solution_text, "latex": solution_latex, "json": solution_json}[format](found))
-
-
-def generate(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="An assignment folder, as `qdot init` makes one.")],
-    jobs: Jobs = CORES,
-) -> None:
-    """Write the notebooks of a class, and their solutions.
-
-    Every student has released/STUDENT/KEY.ipynb, and the staff solutions/STUDENT/KEY.ipynb. Notebooks that are up
-    to date are kept, so that a run that was stopped goes on where it was.
-    """
-    assignment = load_assignment(folder)
-    counts = {"written": 0, "rewritten": 0, "kept": 0}
-    with progress("generating", len(assignment.roster)) as counter:
-
-        def each(released: Released) -> None:
-            counts[released.outcome] += 1
-            counter.step()
-
-        release(assignment, min(jobs, len(assignment.roster)), each)
-    said = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
-    say(f"{len(assignment.roster)} students: {said}; hand out {folder / 'released'}, keep {folder / 'solutions'}")
-    if counts["rewritten"]:
-        note("The assignment, the secret or qdot changed since notebooks were written: hand the new ones out.")

@@ -1,12 +1,20 @@
 """How hard an arm is to work through by hand: one number, and the step of a scale (shared scale of the mathematics)."""
 
+from functools import lru_cache
+
 import sympy as sp
 
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
 from exercises.arm.singularity import singular_set
 
+BANDS = (10, 16, 24, 34)
+"""The least difficulty of steps 1, 2, 3 and 4."""
 
+HARDEST = len(BANDS)
+
+
+@lru_cache(maxsize=1024)
 def difficulty(chain: Chain) -> int:
     """Return terms of J + 4 x conditions of the singular set + 8 x those that tie several joints.
 
@@ -21,4 +29,4 @@ def difficulty(chain: Chain) -> int:
 
 def step(chain: Chain) -> int:
     """Return the band of the difficulty: 0 below 10, 1 below 16, 2 below 24, 3 below 34, 4 above."""
-    return sum(difficulty(chain) >= least for least in (10, 16, 24, 34))
+    return sum(difficulty(chain) >= least for least in BANDS)

@@ -4,20 +4,56 @@ from collections.abc import Sequence
 
 from exercises import ENGINE
 from exercises.arm.chain import Chain
+from exercises.difficulty import step
 from exercises.errors import QdotError, unknown
-from exercises.families import FAMILIES
+from exercises.families import FAMILIES, Family
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.stream import Stream, derived_seed
 
+DRAWS = 200
+"""Arms drawn before a family is said to have none in the band of difficulty asked for."""
 
-def sample_chain(identity: ProblemId) -> Chain:
-    """Return the arm of a problem. Raises QdotError for a family or engine that this version does not know."""
-    if identity.family not in FAMILIES:
-        raise unknown("family", identity.family, list(FAMILIES))
+
+def family_named(name: str) -> Family:
+    """Return a registered family. Raises QdotError."""
+    if name not in FAMILIES:
+        raise unknown("family", name, list(FAMILIES))
+    return FAMILIES[name]
+
+
+def sample_chain(identity: ProblemId, family: Family | None = None) -> Chain:
+    """Return the arm of a problem; `family` is given where it is no registered one (an instructor's own robot).
+
+    Raises QdotError for a family or engine that this version does not know, and where no arm is in the identity's band.
+    """
+    family = family or family_named(identity.family)
     if identity.engine != ENGINE:
         raise QdotError(f"{identity} was made by engine {identity.engine}; this version of qdot has engine {ENGINE}")
-    return FAMILIES[identity.family].sample(Stream(f"qdot/{identity.engine}/{identity}/arm"))
+    stream = Stream(f"qdot/{identity.engine}/{identity}/arm")
+    if family.varied:
+        return family.sample(stream, identity.band, lambda chain: not _objection(chain, identity.questions))
+    if identity.band is None:
+        return family.sample(stream)
+    low, high = identity.band
+    seen: dict[Chain, int] = {}
+    for _ in range(DRAWS):
+        chain = family.sample(stream)
+        if chain in seen:
+            break
+        seen[chain] = step(chain)
+        if low <= seen[chain] <= high:
+            return chain
+    found = " and ".join(map(str, sorted(set(seen.values()))))
+    raise QdotError(f"{family.name} has no arm of difficulty {low} to {high}; its arms are of difficulty {found}")
+
+
+def _objection(chain: Chain, questions: Sequence[str]) -> str | None:
+    """Return why one of the questions can't be asked of an arm, or None; unknown ones are for others to tell."""
+    for name in questions:
+        if name in QUESTIONS and (found := QUESTIONS[name].objection(chain)) is not None:
+            return f"question {name!r} can't be asked of {chain.name}: {found}"
+    return None
 
 
 def applicable(chain: Chain) -> tuple[str, ...]:
@@ -25,33 +61,53 @@ def applicable(chain: Chain) -> tuple[str, ...]:
     return tuple(name for name, question in QUESTIONS.items() if question.objection(chain) is None)
 
 
-def questions_of(family: str) -> tuple[str, ...]:
-    """Return the names of the questions that can be asked of every arm of a family."""
-    return applicable(sample_chain(ProblemId(family, 0)))
+def questions_of(family: str | Family) -> tuple[str, ...]:
+    """Return the names of the questions that can be asked of every arm of a family, or of some of a varied one."""
+    known = family_named(family) if isinstance(family, str) else family
+    if not known.varied:
+        return applicable(sample_chain(ProblemId(known.name, 0), known))
+    return tuple(name for name in QUESTIONS if _some_arm(known, name))
 
 
-def check_questions(family: str, questions: Sequence[str]) -> None:
+def _some_arm(family: Family, question: str) -> bool:
+    try:
+        sample_chain(ProblemId(family.name, 0, (question,)), family)
+    except QdotError:
+        return False
+    return True
+
+
+def check_questions(family: str | Family, questions: Sequence[str], band: tuple[int, int] | None = None) -> None:
     """Raise QdotError where a question is unknown, asked twice, or can't be asked of the family's arms."""
-    chain = sample_chain(ProblemId(family, 0))
+    known = family_named(family) if isinstance(family, str) else family
+    _check_names(questions)
+    _check_asked(sample_chain(ProblemId(known.name, 0, tuple(questions), band=band), known), questions)
+
+
+def _check_names(questions: Sequence[str]) -> None:
     for name in questions:
         if name not in QUESTIONS:
             raise unknown("question", name, list(QUESTIONS))
-        objection = QUESTIONS[name].objection(chain)
-        if objection is not None:
-            raise QdotError(f"question {name!r} can't be asked of {family}: {objection}")
         if list(questions).count(name) > 1:
             raise QdotError(f"question {name!r} is asked twice")
 
 
-def generate(identity: ProblemId, points: Sequence[float] | None = None) -> Problem:
+def _check_asked(chain: Chain, questions: Sequence[str]) -> None:
+    objection = _objection(chain, questions)
+    if objection is not None:
+        raise QdotError(objection)
+
+
+def generate(identity: ProblemId, points: Sequence[float] | None = None, family: Family | None = None) -> Problem:
     """Return the problem with that identity; without questions in it, every question that applies is asked.
 
-    `points` gives the points of each part, else those of the question. Each part draws from a stream of its own, so
-    that a part is the same whatever else is asked.
+    `points` gives the points of each part, else those of the question; `family` as in `sample_chain`. Each part draws
+    from a stream of its own, so that a part is the same whatever else is asked of the arm.
     """
-    chain = sample_chain(identity)
+    _check_names(identity.questions)
+    chain = sample_chain(identity, family)
+    _check_asked(chain, identity.questions)
     names = identity.questions or applicable(chain)
-    check_questions(identity.family, names)
     parts = []
     for index, name in enumerate(names):
         question = QUESTIONS[name]
@@ -62,9 +118,16 @@ def generate(identity: ProblemId, points: Sequence[float] | None = None) -> Prob
     return Problem(identity, chain, tuple(parts))
 
 
-def student_problem_id(secret: str, student: str, slot: str, family: str, questions: Sequence[str]) -> ProblemId:
+def student_problem_id(
+    secret: str,
+    student: str,
+    slot: str,
+    family: str,
+    questions: Sequence[str],
+    band: tuple[int, int] | None = None,
+) -> ProblemId:
     """Return the problem of one student in one slot of an assignment; without the secret it can't be guessed.
 
     It depends on nobody else, so that a student who joins later changes no other problem.
     """
-    return ProblemId(family, derived_seed(secret, student, slot, family), tuple(questions))
+    return ProblemId(family, derived_seed(secret, student, slot, family), tuple(questions), band=band)

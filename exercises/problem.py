@@ -14,12 +14,16 @@ from exercises.errors import QdotError
 
 @dataclass(frozen=True)
 class ProblemId:
-    """Family, seed and questions; with the engine's version it regenerates the same problem for good."""
+    """Family, seed and questions; with the engine's version it regenerates the same problem for good.
+
+    `band` is the least and the greatest step of difficulty that the arm may have, None where any will do.
+    """
 
     family: str
     seed: int
     questions: tuple[str, ...] = ()
     engine: int = ENGINE
+    band: tuple[int, int] | None = None
 
     def __str__(self) -> str:
         return f"{self.family}/{self.seed}"

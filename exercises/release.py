@@ -12,6 +12,7 @@ from exercises.errors import QdotError
 from exercises.files import make_folder, write_atomically
 from exercises.notebook import notebook_text, solution_notebook, student_notebook
 from exercises.parallel import ordered_map
+from exercises.problem import Problem
 from exercises.render import render
 
 EXAMPLE_STUDENTS = (Student("s001", "Ada Example", "ada@example.org"), Student("s002", "Bo Example", "bo@example.org"))
@@ -42,18 +43,29 @@ class Released:
     outcome: str
 
 
+Certify = Callable[[Assignment, str, Sequence[tuple[str, Problem]]], str]
+"""Returns the text of a student's certificate; raises QdotError where a problem does not pass."""
+
+
+def certificate_path(assignment: Assignment, student: str) -> Path:
+    """Return where the certificate of a student's problems is kept."""
+    return assignment.folder / "certificates" / student / f"{assignment.key}.json"
+
+
 def _paths(assignment: Assignment, student: str) -> tuple[Path, Path]:
     name = f"{assignment.key}.ipynb"
     return assignment.folder / "released" / student / name, assignment.folder / "solutions" / student / name
 
 
-def release_one(assignment: Assignment, student: str) -> Released:
-    """Write both notebooks of one student, unless they are there and made from this very assignment."""
-    paths = _paths(assignment, student)
-    if all(_made_from(path, assignment.edition) for path in paths):
+def release_one(work: tuple[Assignment, Certify], student: str) -> Released:
+    """Certify the problems of one student and write both notebooks, unless all is there from this very assignment."""
+    assignment, certify = work
+    paths, certificate = _paths(assignment, student), certificate_path(assignment, student)
+    if all(_made_from(path, assignment.edition) for path in (*paths, certificate)):
         return Released(student, "kept")
     outcome = "rewritten" if any(path.exists() for path in paths) else "written"
     problems = assignment.problems(student)
+    write_atomically(certificate, certify(assignment, student, problems), mode=0o600)
     for path, make in zip(paths, (student_notebook, solution_notebook), strict=True):
         notebook = make(assignment.title, assignment.key, student, problems)
         notebook.metadata["qdot"].update(digest=assignment.digest, edition=assignment.edition)
@@ -68,19 +80,19 @@ def _made_from(path: Path, edition: str) -> bool:
         return False
 
 
-def release(assignment: Assignment, jobs: int, each: Callable[[Released], None]) -> None:
+def release(assignment: Assignment, certify: Certify, jobs: int, each: Callable[[Released], None]) -> None:
     """Write the notebooks of the whole class on `jobs` processes; `each` is told of every student's in roster order.
 
     A rerun after a stop goes on where it was: what is up to date is kept.
     """
     students = [student.id for student in assignment.roster]
-    with closing(ordered_map(release_one, students, jobs, _itself, (assignment,))) as every:
+    with closing(ordered_map(release_one, students, jobs, _both, (assignment, certify))) as every:
         for released in every:
             each(released)
 
 
-def _itself(assignment: Assignment) -> Assignment:
-    return assignment
+def _both(assignment: Assignment, certify: Certify) -> tuple[Assignment, Certify]:
+    return assignment, certify
 
 
 def _cores() -> int:

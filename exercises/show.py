@@ -6,20 +6,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import sympy as sp
-
-from exercises.arm.chain import Chain
 from exercises.errors import unknown
 from exercises.figure import alt_text, figure_svg
 from exercises.notebook import notebook_text, points_text, solution_notebook, student_notebook
-from exercises.problem import Choice, ConditionSet, Direction, Expression, Matrix, Number, Part, Problem, SymbolInfo
+from exercises.problem import Choice, Number, Part, Problem
 from exercises.questions import QUESTIONS
+from exercises.record import Json, reference_json, robot_json, symbol_json
 from exercises.render import render
 from exercises.writing.answer_code import answer_code
 from exercises.writing.markup import latex_escaped, to_html, to_latex, to_text
 from exercises.writing.statement import prompt, statement, worked_solution
-
-Json = dict[str, Any]
 
 
 def show(problem: Problem, solution: bool, format: str, certificate: Mapping[str, Any] | None = None) -> str:
@@ -122,35 +118,12 @@ def problem_json(problem: Problem, solution: bool, certificate: Mapping[str, Any
         "engine": problem.id.engine,
         "title": problem_title(problem),
         "robot": robot_json(problem.chain),
-        "symbols": {name: _symbol_json(info) for name, info in problem.symbols().items()},
+        "symbols": {name: symbol_json(info) for name, info in problem.symbols().items()},
         "statement": statement(problem, ""),
         "parts": [_part_json(problem, part, solution) for part in problem.parts],
     }
     if certificate is not None:
         found["certificate"] = dict(certificate)
-    return found
-
-
-def robot_json(chain: Chain) -> Json:
-    """Return a chain as plain data: DH rows, base, point, task; expressions as text."""
-    base, point = chain.base, chain.point
-    return {
-        "name": chain.name,
-        "title": chain.title,
-        "joints": [
-            {"kind": joint.kind, **{name: str(getattr(joint, name)) for name in ("theta", "d", "a", "alpha")}}
-            for joint in chain.joints
-        ],
-        "base": {"position": [str(value) for value in base.position], "yaw": str(base.yaw), "tilt": str(base.tilt)},
-        "point": {"frame": point.frame, "offset": [str(value) for value in point.offset]},
-        "task": list(chain.task),
-    }
-
-
-def _symbol_json(info: SymbolInfo) -> Json:
-    found: Json = {"role": info.role, "unit": info.unit}
-    if info.role in ("length", "angle"):
-        found["value"] = None if info.value is None else str(info.value)
     return found
 
 
@@ -172,28 +145,6 @@ def _part_json(problem: Problem, part: Part, solution: bool) -> Json:
         found["reference"] = reference_json(part)
         found["solution"] = worked_solution(problem, part)
     return found
-
-
-def reference_json(part: Part) -> str | list[Any]:
-    """Return a reference: a string, a list for a vector or a set of conditions, a list of rows for a matrix."""
-    answer = part.answer
-    if isinstance(answer, Expression):
-        return str(answer.reference)
-    if isinstance(answer, ConditionSet):
-        return answer.pieces()
-    if isinstance(answer, Choice):
-        return answer.letter
-    if isinstance(answer, Number):
-        return [f"{float(value):.10g}" for value in answer.reference]
-    assert isinstance(answer, (Matrix, Direction))
-    return matrix_json(answer.reference)
-
-
-def matrix_json(matrix: sp.Matrix) -> list[Any]:
-    """Return a matrix as a list of rows of text, a column as a plain list."""
-    if matrix.cols == 1:
-        return [str(entry) for entry in matrix]
-    return [[str(entry) for entry in row] for row in matrix.tolist()]
 
 
 FORMATS: dict[str, Callable[[Problem, bool], str]] = {

@@ -11,8 +11,8 @@ from exercises.arm.derivation import derive
 from exercises.arm.robot_file import read_robot
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
+from exercises.record import matrix_json
 from exercises.render import render
-from exercises.show import matrix_json
 from exercises.stream import Stream
 from exercises.writing.latex import tex
 from exercises.writing.markup import latex_escaped, to_latex, to_text

@@ -45,7 +45,7 @@ def program() -> "typer.Typer":
             raise typer.Exit
 
     for command in (
-        asking.init, asking.families, asking.questions, asking.show, asking.solve, grading.verify, asking.generate,
+        asking.init, asking.families, asking.questions, asking.show, asking.solve, grading.verify, grading.generate,
         grading.check, grading.compare, grading.grade, grading.demo,
     ):  # fmt: skip
         app.command()(_guarded(command))

@@ -1,8 +1,9 @@
-"""The commands about what is handed in: verify, check, compare, grade, demo."""
+"""The commands for a class: generate, verify, check, compare, grade, demo."""
 
 import json
 import sys
-from collections.abc import Iterable, Iterator
+import time
+from collections.abc import Iterable
 from contextlib import closing
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,62 +11,113 @@ from typing import Annotated, Any
 import typer
 
 from exercises.assignment import load_assignment
-from exercises.commands import Jobs
 from exercises.console import note, progress, say
-from exercises.errors import QdotError, unknown
+from exercises.errors import QdotError
 from exercises.families import FAMILIES
+from exercises.generate import family_named
 from exercises.problem import ProblemId
-from exercises.release import CORES
+from exercises.release import CORES, Released, certificate_path, release
 from grader.batch import Result, grade_class
+from grader.certify import Task, certificate_text, kept_records
 from grader.compare import TYPES, as_json, compare_line, likely_type
 from grader.compare import compare as compare_texts
 from grader.reports.tables import staff_notes, status
 from grader.sandbox import Limits
 from grader.submission import OTHER_EDITION, find_submissions
 
+Jobs = Annotated[
+    int, typer.Option("--jobs", "-j", min=1, help="How many processes work at once.", show_default="cores")
+]
+
+
+def generate(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="An assignment folder, as `qdot init` makes one.")],
+    jobs: Jobs = CORES,
+) -> None:
+    """Write the notebooks of a class, their solutions and certificates.
+
+    A problem leaves only if it passes its certificate, which certificates/STUDENT/KEY.json keeps for `qdot verify`.
+    Every student has released/STUDENT/KEY.ipynb, and the staff solutions/STUDENT/KEY.ipynb. Notebooks that are up
+    to date are kept, so that a run that was stopped goes on where it was.
+    """
+    assignment = load_assignment(folder)
+    counts = {"written": 0, "rewritten": 0, "kept": 0}
+    with progress("generating", len(assignment.roster)) as counter:
+
+        def each(released: Released) -> None:
+            counts[released.outcome] += 1
+            counter.step()
+
+        release(assignment, certificate_text, min(jobs, len(assignment.roster)), each)
+    said = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
+    say(f"{len(assignment.roster)} students: {said}; hand out {folder / 'released'}, keep {folder / 'solutions'}")
+    if counts["rewritten"]:
+        note("The assignment, the secret or qdot changed since notebooks were written: hand the new ones out.")
+
 
 def verify(
     what: Annotated[
         list[str], typer.Argument(metavar="PROBLEM… | DIR", help="Problems, or an assignment folder.")
     ] = [],  # noqa: B006
-    family: Annotated[str, typer.Option(help="Verify problems of this family …")] = "",
-    count: Annotated[int, typer.Option(min=1, help="… that many, seeds 0, 1, 2, …")] = 100,
+    family: Annotated[str, typer.Option(help="Sweep over problems of this family, or of `all` …")] = "",
+    count: Annotated[int, typer.Option(min=1, help="… that many together, seeds 0, 1, 2, …")] = 100,
     jobs: Jobs = CORES,
 ) -> None:
     """Certify problems: their references hold in numbers.
 
-    Derivations agree with the numbers, singular sets are complete, and the references get full marks from the grader.
-    Leaves with code 1 if a problem fails; each failure is printed with what was found.
+    The Jacobian by four routes agrees, singular sets are sound and complete, and the references get full marks from
+    the grader. For an assignment folder, the problems are compared with the certificates that `qdot generate` kept: are
+    they still the same? Leaves with code 1 if a problem fails; each failure is printed with what was found.
     """
     from grader.certify import certify_all
 
-    identities = list(_problems(what, family, count))
-    failed = 0
-    with progress("verifying", len(identities)) as counter, closing(certify_all(identities, jobs)) as every:
-        for identity, failures in every:
+    tasks = _tasks(what, family, count)
+    started, failed = time.monotonic(), 0
+    passed: dict[str, int] = {}
+    with progress("verifying", len(tasks)) as counter, closing(certify_all(tasks, jobs)) as every:
+        for task, failures in every:
             counter.step()
             failed += bool(failures)
+            passed[task.identity.family] = passed.get(task.identity.family, 0) + (not failures)
             for failure in failures:
-                say(f"{identity} ({', '.join(identity.questions) or 'all questions'}): {failure}")
-    say(f"{len(identities)} problems verified, {failed} failed")
+                say(f"{task.name}: {failure}")
+    if family == "all":
+        for name, number in passed.items():
+            say(f"{name:<20} {number} passed")
+    seconds = time.monotonic() - started
+    say(f"{len(tasks)} problems verified, {failed} failed")
+    note(f"in {seconds:.1f} s, {60 * len(tasks) / max(seconds, 1e-9):.0f} a minute")
     if failed:
         raise typer.Exit(1)
 
 
-def _problems(what: list[str], family: str, count: int) -> Iterator[ProblemId]:
-    if family:
-        if family not in FAMILIES:
-            raise unknown("family", family, list(FAMILIES))
-        yield from (ProblemId(family, seed) for seed in range(count))
-    for item in what:
-        if Path(item).is_dir():
-            assignment = load_assignment(Path(item))
-            for student in assignment.roster:
-                yield from (problem.id for _, problem in assignment.problems(student.id))
-        else:
-            yield ProblemId.parse(item)
+def _tasks(what: list[str], family: str, count: int) -> list[Task]:
+    """Return what is to be verified. Raises QdotError."""
     if not family and not what:
-        raise QdotError("name problems (planar-2r/7), an assignment folder, or --family with --count")
+        raise QdotError("name problems (planar-2r/7), an assignment folder, or --family (or --family all) with --count")
+    families = list(FAMILIES) if family == "all" else [family_named(family).name] if family else []
+    tasks = [Task(ProblemId(families[i % len(families)], i // len(families))) for i in range(count if families else 0)]
+    tasks.sort(key=lambda task: families.index(task.identity.family))  # a structure is derived once in each process
+    for item in what:
+        tasks += _tasks_of_folder(Path(item)) if Path(item).is_dir() else [Task(ProblemId.parse(item))]
+    return tasks
+
+
+def _tasks_of_folder(folder: Path) -> list[Task]:
+    assignment = load_assignment(folder)
+    tasks, lacking = [], 0
+    for student in assignment.roster:
+        records = kept_records(certificate_path(assignment, student.id))
+        lacking += not records
+        for slot in assignment.slots:
+            identity = slot.identity(assignment.secret, student.id)
+            tasks.append(Task(identity, slot.family, records.get(slot.name), student.id))
+    if lacking:
+        note(
+            f"{lacking} of {len(assignment.roster)} students have no certificate in {folder / 'certificates'}: their "
+            "problems are verified as they would be made now"
+        )
+    return tasks
 
 
 def check(

@@ -13,6 +13,7 @@ from exercises.files import write_atomically
 from exercises.problem import Choice, ConditionSet, Number, Part, Problem
 from exercises.release import init_assignment, release
 from grader.batch import Result, grade_class
+from grader.certify import certificate_text
 from grader.reports.tables import status
 from grader.reports.write import write_reports
 from grader.sandbox import Limits
@@ -144,7 +145,7 @@ def run_demo(folder: Path, jobs: int) -> None:
         init_assignment(folder, TITLE, KEY, students, SECRET)
     assignment = load_assignment(folder)
     with progress("generating", len(students)) as counter:
-        release(assignment, min(jobs, len(students)), lambda _: counter.step())
+        release(assignment, certificate_text, min(jobs, len(students)), lambda _: counter.step())
     with progress("handing in", len(students)) as counter:
         for student, kind in zip(assignment.roster, kinds(), strict=True):
             hand_in(assignment, student.id, kind)

@@ -7,6 +7,7 @@ import pytest
 from exercises.assignment import load_assignment
 from exercises.errors import QdotError
 from exercises.release import Released, init_assignment, release
+from grader.certify import certificate_text
 
 PROBLEM = '[[problem]]\nfamily = "planar-2r"\nquestions = ["position"]\n'
 TOML = f'title = "T"\nkey = "hw"\n\n{PROBLEM}'
@@ -152,7 +153,7 @@ def outcomes(folder: Path) -> dict[str, str]:
     def each(released: Released) -> None:
         found[released.student] = released.outcome
 
-    release(load_assignment(folder), 1, each)
+    release(load_assignment(folder), certificate_text, 1, each)
     return found
 
 

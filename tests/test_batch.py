@@ -15,6 +15,7 @@ from exercises.problem import Part
 from exercises.release import init_assignment, release
 from grader import marking
 from grader.batch import grade_class
+from grader.certify import certificate_text
 from grader.demo import answered
 from grader.reports.feedback import feedback_page
 from grader.reports.tables import grades_csv, results_jsonl, status
@@ -41,7 +42,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     init_assignment(folder, "T", "hw", secret="0123456789abcdef")
     (folder / "assignment.toml").write_text(TOML)
     (folder / "roster.csv").write_text("student,name\n" + "".join(f"{s},=Name {s}\n" for s in STUDENTS))
-    release(load_assignment(folder), 1, lambda _: None)
+    release(load_assignment(folder), certificate_text, 1, lambda _: None)
     return folder
 
 

@@ -8,8 +8,6 @@ A reference that changes changes what an id regenerates: raise exercises.ENGINE 
 import hashlib
 import json
 import os
-from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,20 +20,10 @@ from exercises.formula.expression import read
 from exercises.generate import generate, questions_of
 from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
+from exercises.record import plain
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"
 SEEDS = (0, 1, 2)
-
-
-def plain(value: object) -> Any:
-    """Return what JSON can hold; SymPy as text."""
-    if is_dataclass(value) and not isinstance(value, type):
-        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in sorted(value.items(), key=lambda pair: str(pair[0]))}
-    if isinstance(value, (tuple, list)):
-        return [plain(item) for item in value]
-    return value if value is None or isinstance(value, (str, int, float)) else str(value)
 
 
 def answer_of(part: Part) -> Any:

@@ -14,9 +14,9 @@ LAYERS = {
     "exercises": """errors files stream console parallel
         formula.expression formula.tape formula.identity formula.conditions
         arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.classification arm.robot_file
-        difficulty problem families questions generate verify writing.latex render writing figure
+        difficulty problem families questions generate record verify writing.latex render writing figure
         notebook show solve assignment release commands""",
-    "grader": """verdict judge direction compare marking runner sandbox submission batch check certify reports demo
+    "grader": """verdict judge direction compare marking runner sandbox submission certify batch check reports demo
         commands cli""",
 }
 """From the bottom up: a module imports only from those before it; a folder stands for what is in it."""

@@ -10,6 +10,9 @@
     a = "a1"
     alpha = "pi/2"
 
+    [draw]                         # optional, for assignments: lengths drawn for each student, in metres
+    a1 = [0.3, 0.8]
+
 Without `task`, the rows are: all six for six joints or more; for four joints those of the four rows in which the arm
 moves, if they are four (SCARA); else the linear rows in which the point moves.
 """
@@ -18,6 +21,7 @@ import difflib
 import operator
 import re
 import tomllib
+from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
@@ -31,14 +35,27 @@ from exercises.errors import QdotError
 from exercises.formula.expression import Node, ReadError, read
 
 ROW_KEYS = ("kind", "theta", "d", "a", "alpha")
-TOP_KEYS = ("name", "task", "point", "joint")
+TOP_KEYS = ("name", "task", "point", "joint", "draw")
 _LENGTH, _EXPONENT, _BASE = 200, 20, 10**6
 _OPERATIONS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
 _FUNCTIONS = {name: getattr(sp, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt")}
 
 
+@dataclass(frozen=True)
+class Robot:
+    """What a file describes: a chain, and the lengths to be drawn as (symbol, least, greatest) in whole centimetres."""
+
+    chain: Chain
+    draws: tuple[tuple[sp.Symbol, int, int], ...] = ()
+
+
 def read_robot(path: Path) -> Chain:
-    """Return the chain that a file describes. Raises QdotError with the file, the joint and key, and what is right."""
+    """Return the chain that a file describes, its lengths open. Raises QdotError as `read_robot_file` does."""
+    return read_robot_file(path).chain
+
+
+def read_robot_file(path: Path) -> Robot:
+    """Return the robot that a file describes. Raises QdotError with the file, the joint and key, and what is right."""
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=Decimal)
     except OSError as error:
@@ -48,7 +65,8 @@ def read_robot(path: Path) -> Chain:
     except tomllib.TOMLDecodeError as error:
         raise QdotError(f"{path} is not valid TOML: {error}") from None
     try:
-        return chain_of(table)
+        chain = chain_of(table)
+        return Robot(chain, _draws(table.get("draw", {}), chain))
     except QdotError as error:
         raise QdotError(f"{path}: {error}") from None
 
@@ -66,6 +84,33 @@ def chain_of(table: dict[str, Any]) -> Chain:
     plain = " ".join(name.split())
     chain = Chain(plain, joints, ("vx",), tool=point, title=plain)
     return chain.with_task(*(_task(table["task"]) if "task" in table else default_task(chain)))
+
+
+def _draws(raw: object, chain: Chain) -> tuple[tuple[sp.Symbol, int, int], ...]:
+    right = "[draw] gives lengths of the table a range in metres, as in a1 = [0.3, 0.8]"
+    if not isinstance(raw, dict):
+        raise QdotError(f"draw = {raw!r}; {right}")
+    angles = set[sp.Basic]().union(*(value.free_symbols for j in chain.joints for value in (j.theta, j.alpha)))
+    found = []
+    for name, ends in raw.items():
+        symbol = sp.Symbol(name)
+        if symbol not in chain.parameters:
+            open_lengths = ", ".join(s.name for s in chain.parameters if s not in angles) or "none"
+            raise QdotError(f"draw: {name!r} is no open length of the table; open are: {open_lengths}")
+        if symbol in angles:
+            raise QdotError(f"draw: {name!r} is an angle; {right}")
+        numbers = isinstance(ends, list) and len(ends) == 2 and all(_is_length(end) for end in ends)
+        if not numbers or not 0 < ends[0] < ends[1]:
+            raise QdotError(f"draw: {name} = {shown(ends)}; {right}")
+        low, high = (round(100 * end) for end in ends)
+        if low < 1 or low >= high:
+            raise QdotError(f"draw: {name} = {shown(ends)}; lengths are drawn in whole centimetres, from 0.01")
+        found.append((symbol, low, high))
+    return tuple(found)
+
+
+def _is_length(value: object) -> bool:
+    return isinstance(value, (int, Decimal)) and not isinstance(value, bool) and 0 < value < 1000
 
 
 def _check_keys(table: dict[str, Any], known: tuple[str, ...], needed: tuple[str, ...], where: str) -> None:

@@ -6,6 +6,7 @@ all maximal minors: factors that all minors share, and, for what is left, combin
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import sympy as sp
 
@@ -40,6 +41,7 @@ class Component:
         return texts
 
 
+@lru_cache(maxsize=1024)
 def singular_set(chain: Chain) -> tuple[Component, ...] | None:
     """Return the components of the singular set, or None where the Jacobian has lost rank everywhere.
 

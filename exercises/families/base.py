@@ -11,12 +11,17 @@ from exercises.stream import Stream
 
 @dataclass(frozen=True)
 class Family:
-    """A kind of arm: its name, a title for people, the chapter's example it follows, and how one is drawn."""
+    """A kind of arm: its name, a title for people, the chapter's example it follows, and how one is drawn.
+
+    A `varied` family draws the structure, too: its arms differ in difficulty and in what they can be asked, so that
+    `sample` takes, beside the stream, `band` (least and greatest step of difficulty) and `accepts` (a test of a chain).
+    """
 
     name: str
     title: str
     source: str
-    sample: Callable[[Stream], Chain]
+    sample: Callable[..., Chain]
+    varied: bool = False
 
 
 def centimetres(rng: Stream, low: int, high: int) -> sp.Rational:

@@ -7,13 +7,14 @@ configuration of less rank that Newton's method finds lies in it.
 """
 
 import re
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.formula.expression import Node, ReadError, names, read
 from exercises.problem import Choice, ConditionSet, Part, Problem, ProblemId
+from exercises.record import digests
 from exercises.verify import (
     concepts,
     formulas,
@@ -31,11 +32,12 @@ from exercises.verify.ground import Check, Ground
 
 @dataclass(frozen=True)
 class ProblemCertificate:
-    """What was tested of a problem, and how it came out."""
+    """What was tested of a problem, how it came out, and by what the problem is known again (`exercises.record`)."""
 
     problem: ProblemId
     engine: int
     checks: tuple[Check, ...]
+    digests: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def passed(self) -> bool:
@@ -48,9 +50,11 @@ class ProblemCertificate:
         return tuple(check for check in self.checks if not check.passed)
 
     def as_json(self) -> dict[str, Any]:
-        """Return the form in which `show` and `verify` print it."""
+        """Return the form in which `show` prints it."""
         checks = [check._asdict() for check in self.checks]
-        return {"problem": str(self.problem), "engine": self.engine, "passed": self.passed, "checks": checks}
+        return {
+            "problem": str(self.problem), "engine": self.engine, **self.digests, "passed": self.passed, "checks": checks
+        }  # fmt: skip
 
 
 def certify(problem: Problem) -> ProblemCertificate:
@@ -66,7 +70,7 @@ def certify(problem: Problem) -> ProblemCertificate:
         checks.append(_readable(ground, part))
         if checks[-1].passed:
             checks += [Check(f"{part.name}: {name}", held, detail) for name, held, detail in _checks_of(ground, part)]
-    return ProblemCertificate(problem.id, problem.id.engine, tuple(checks))
+    return ProblemCertificate(problem.id, problem.id.engine, tuple(checks), digests(problem))
 
 
 def _checks_of(ground: "Ground", part: Part) -> Iterator[Check]:

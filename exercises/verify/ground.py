@@ -30,9 +30,10 @@ class Check(NamedTuple):
 class Ground:
     """The arm in numbers at random places: ARMS choices of the open lengths, POSES poses of each.
 
-    Arrays begin with the place: `frames` (…, n + 1, 4, 4), `point` (…, 3), `jacobian` (…, 6, n) by z x p;
-    `exponential_jacobian` the same by the product of exponentials; `carried` (…, n, n + 1, 6) is the velocity of each frame's origin and link for each joint's unit rate, and
-    `moved` (…, n, 3) that of the point, both by central differences of the poses.
+    Arrays begin with the place: `frames` (…, n + 1, 4, 4), `point` (…, 3), `jacobian` (…, 6, n) by z x p, and
+    `exponential_jacobian` the same by the product of exponentials; `carried` (…, n, n + 1, 6) is the velocity of each
+    frame's origin and link for each joint's unit rate, and `moved` (…, n, 3) that of the point, both by central
+    differences of the poses.
     """
 
     def __init__(self, problem: Problem) -> None:

@@ -4,7 +4,6 @@ import re
 from typing import Any
 
 from exercises.assignment import Assignment, Student
-from exercises.families import FAMILIES
 from exercises.questions import QUESTIONS
 from exercises.render import render
 from exercises.writing.markup import to_html
@@ -29,7 +28,7 @@ def feedback_page(assignment: Assignment, student: Student, result: dict[str, An
     solutions = _solutions(assignment, student) if assignment.feedback == "solutions" else {}
     problems = [
         {
-            "title": f"Problem {number}: {FAMILIES[slot.family].title}",
+            "title": f"Problem {number}: {slot.family.title}",
             "parts": [
                 {**_part(number, index, part), "solution": solutions.get((slot.name, part["name"]))}
                 for index, part in enumerate(entry["parts"], 1)

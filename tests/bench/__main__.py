@@ -15,6 +15,7 @@ from exercises.assignment import Assignment, Student, load_assignment
 from exercises.problem import variable
 from exercises.release import init_assignment, release_one
 from grader.batch import grade_student
+from grader.certify import certificate_text
 from grader.demo import answered
 from grader.sandbox import Sandbox
 from grader.submission import Found, read_submission
@@ -40,7 +41,7 @@ def bench(folder: Path) -> None:
     students = [Student(f"s{i:03d}") for i in range(STUDENTS)]
     init_assignment(folder, "Bench", "bench", students, "a secret that is long enough")
     assignment = load_assignment(folder)
-    generating = [milliseconds(lambda s=s: release_one(assignment, s.id)) for s in students]  # type: ignore[misc]
+    generating = [milliseconds(lambda s=s: release_one((assignment, certificate_text), s.id)) for s in students]  # type: ignore[misc]
     files = [folder / kind / s.id / "bench.ipynb" for s in students for kind in ("released", "solutions")]
     writing = [milliseconds(lambda p=p: (folder / "floor").write_bytes(p.read_bytes())) for p in files]  # type: ignore[misc]
     row("generate: first student, structures derived", generating[:1], 2 * statistics.median(writing))
