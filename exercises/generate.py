@@ -51,14 +51,14 @@ def sample_chain(identity: ProblemId, family: Family | None = None) -> Chain:
 def _objection(chain: Chain, questions: Sequence[str]) -> str | None:
     """Return why one of the questions can't be asked of an arm, or None; unknown ones are for others to tell."""
     for name in questions:
-        if name in QUESTIONS and (found := QUESTIONS[name].objection(chain)) is not None:
+        if name in QUESTIONS and (found := QUESTIONS[name].refusal(chain)) is not None:
             return f"question {name!r} can't be asked of {chain.name}: {found}"
     return None
 
 
 def applicable(chain: Chain) -> tuple[str, ...]:
     """Return the names of the questions that can be asked of an arm, in the chapter's order."""
-    return tuple(name for name, question in QUESTIONS.items() if question.objection(chain) is None)
+    return tuple(name for name, question in QUESTIONS.items() if question.refusal(chain) is None)
 
 
 def questions_of(family: str | Family) -> tuple[str, ...]:

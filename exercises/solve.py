@@ -11,6 +11,7 @@ from exercises.arm.derivation import derive
 from exercises.arm.robot_file import read_robot
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
+from exercises.questions.base import BY_HAND
 from exercises.record import matrix_json
 from exercises.render import render
 from exercises.stream import Stream
@@ -25,9 +26,6 @@ SECTIONS = (
     "inverse-jacobian", "inverse-velocity", "singular-angles",
 )  # fmt: skip
 """What is derived, in the chapter's order."""
-BY_HAND = 3
-"""Up to so many joints the inverse is written out."""
-
 ALWAYS_SINGULAR = (
     "The Jacobian for this task has less than full rank in every configuration, so that no configuration stands out as "
     "singular. Count other rows (`task`), or look at another point (`point`)."
@@ -130,8 +128,8 @@ def _sections(solution: Solution) -> list[tuple[str, str]]:
     found = []
     for name in SECTIONS:
         question = QUESTIONS[name]
-        too_large = chain.n > BY_HAND and name in ("inverse-jacobian", "inverse-velocity")
-        if too_large or question.objection(chain) is not None:
+        unreadable = chain.n > BY_HAND and name in ("inverse-jacobian", "inverse-velocity")
+        if unreadable or question.objection(chain) is not None:
             continue
         answer, details = question.ask(chain, Stream("solve"))
         part = Part(name, name, answer, details=details)

@@ -208,6 +208,11 @@ class Derivation:
         return matrix.applyfunc(self.fill)
 
     @property
+    def linear(self) -> sp.Matrix:
+        """The linear rows of the geometric Jacobian, 3 x n."""
+        return self.geometric[:3, :]
+
+    @property
     def generic_minors(self) -> tuple[Factored, ...]:
         """The maximal minors of the structure's task Jacobian (one, the determinant, if square), factored."""
         return _generic_minors(self._structure)

@@ -2,11 +2,17 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
+
+import sympy as sp
 
 from exercises.arm.chain import Chain
-from exercises.arm.derivation import derive
+from exercises.arm.derivation import derive, structure
 from exercises.problem import Answer
 from exercises.stream import Stream
+
+BY_HAND = 3
+"""Up to so many joints an inverse is written out."""
 
 Asked = tuple[Answer, dict[str, object]]
 """The answer, and the quantities that the wording needs."""
@@ -26,9 +32,44 @@ def square(chain: Chain) -> str | None:
     return None
 
 
+MOST_TERMS = 30
+"""Terms that a result worked out by hand may have, all entries together; Example 6.3 has 15."""
+
+
+def terms(chain: Chain, what: str) -> int:
+    """Return the number of terms of a result of `Derivation` ("geometric", "z", …), multiplied out."""
+    return _terms(structure(chain).chain, what)
+
+
+@lru_cache(maxsize=4096)
+def _terms(generic: Chain, what: str) -> int:
+    entries = (sp.expand(entry) for entry in getattr(derive(generic), what))
+    return sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0)
+
+
+def by_hand(what: str) -> Callable[[Chain], str | None]:
+    """Return the objection to arms for which a result is too long for a person."""
+
+    def too_long(chain: Chain) -> str | None:
+        count = terms(chain, what)
+        return f"it has {count} terms, too many to be worked out by hand" if count > MOST_TERMS else None
+
+    return too_long
+
+
+def invertible_by_hand(chain: Chain) -> str | None:
+    """Return the objection to arms whose task Jacobian can't be inverted by hand: up to 3 x 3, of few terms."""
+    if chain.n > BY_HAND:
+        return f"the inverse of a {chain.n} x {chain.n} Jacobian is too long to be worked out by hand"
+    return by_hand("jacobian")(chain)
+
+
 @dataclass(frozen=True)
 class Question:
-    """A kind of question; `objection` tells why it can't be asked of an arm, or nothing."""
+    """A kind of question; `objection` tells why it makes no sense for an arm, `too_long` why it is too much by hand.
+
+    Both return nothing where it can be asked.
+    """
 
     name: str
     title: str
@@ -37,3 +78,8 @@ class Question:
     needs: tuple[str, ...] = ()
     points: float = 1.0
     objection: Callable[[Chain], str | None] = always
+    too_long: Callable[[Chain], str | None] = always
+
+    def refusal(self, chain: Chain) -> str | None:
+        """Return why it is not asked of an arm, for one reason or the other."""
+        return self.objection(chain) or self.too_long(chain)

@@ -5,7 +5,7 @@ import sympy as sp
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
 from exercises.problem import Expression, Matrix
-from exercises.questions.base import Asked, Question, square
+from exercises.questions.base import Asked, Question, by_hand, square
 from exercises.stream import Stream
 
 
@@ -48,9 +48,19 @@ def _determinant(chain: Chain, rng: Stream) -> Asked:
 
 
 QUESTIONS = (
-    Question("position", "Position of the point", "6.1", _position, objection=_has_linear_rows),
-    Question("velocity", "Cartesian velocity", "6.2", _velocity, ("position",), objection=_has_linear_rows),
-    Question("velocity-component", "One velocity component", "6.2", _component, ("position",), 1.0, _has_linear_rows),
-    Question("jacobian", "Jacobian by differentiation", "6.3", _jacobian, ("position",), 2.0),
+    Question(
+        "position", "Position of the point", "6.1", _position, (), 1.0,
+        _has_linear_rows, by_hand("position"),
+    ),
+    Question(
+        "velocity", "Cartesian velocity", "6.2", _velocity, ("position",), 1.0, _has_linear_rows, by_hand("linear")
+    ),
+    Question(
+        "velocity-component", "One velocity component", "6.2", _component, ("position",), 1.0,
+        _has_linear_rows, by_hand("linear"),
+    ),
+    Question(
+        "jacobian", "Jacobian by differentiation", "6.3", _jacobian, ("position",), 2.0, too_long=by_hand("jacobian")
+    ),
     Question("determinant", "Determinant of the Jacobian", "6.8", _determinant, ("jacobian",), 1.0, square),
-)
+)  # fmt: skip

@@ -3,7 +3,7 @@
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
 from exercises.problem import Matrix
-from exercises.questions.base import Asked, Question
+from exercises.questions.base import Asked, Question, by_hand
 from exercises.stream import Stream
 
 
@@ -28,7 +28,8 @@ def _twist(chain: Chain, rng: Stream) -> Asked:
 
 
 def _link_velocity(chain: Chain, rng: Stream) -> Asked:
-    k = rng.integer(min(2, chain.n - 1), chain.n - 1)  # frame 1 moves alike on too many arms
+    # Frame 1 moves alike on too many arms; frames beyond the third are too much work.
+    k = rng.integer(min(2, chain.n - 1), min(chain.n - 1, 3))
     found = derive(chain)
     return Matrix(found.twist(found.link_jacobian(k))), {"frame": k}
 
@@ -38,12 +39,18 @@ def _has_inner_frame(chain: Chain) -> str | None:
 
 
 QUESTIONS = (
-    Question("joint-axes", "Joint axes", "below 6.10", _axes),
-    Question("position-vectors", "Position vectors p*", "6.13", _vectors, (), 2.0, _point_on_last_link),
+    Question("joint-axes", "Joint axes", "below 6.10", _axes, too_long=by_hand("z")),
+    Question(
+        "position-vectors", "Position vectors p*", "6.13", _vectors, (), 2.0,
+        _point_on_last_link, by_hand("p_star"),
+    ),
     Question(
         "geometric-jacobian", "Geometric Jacobian by propagation", "6.12", _geometric,
-        ("joint-axes", "position-vectors"), 2.0,
+        ("joint-axes", "position-vectors"), 2.0, too_long=by_hand("geometric"),
     ),
-    Question("twist", "Twist of the end effector", "6.9 and 6.10", _twist, ("geometric-jacobian",)),
+    Question(
+        "twist", "Twist of the end effector", "6.9 and 6.10", _twist, ("geometric-jacobian",), 1.0,
+        too_long=by_hand("geometric"),
+    ),
     Question("link-velocity", "Velocity of a link frame", "6.9 and 6.10", _link_velocity, (), 1.0, _has_inner_frame),
 )  # fmt: skip

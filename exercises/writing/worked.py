@@ -17,7 +17,7 @@ from exercises.arm.kinematics import frames_and_point, joint_rotation, link_vect
 from exercises.arm.singularity import Component, singular_set
 from exercises.arm.trigonometry import substitute, textbook
 from exercises.problem import Part
-from exercises.questions.inversion import Situation
+from exercises.questions.inversion import DIGITS, Situation
 from exercises.questions.singular import Place
 from exercises.writing.latex import AngleNames, angle_names, joint_sum
 
@@ -220,6 +220,14 @@ class Worked:
         """Return the numbers that a formula takes in a situation, to four significant digits."""
         filled = expression.xreplace(situation.values)
         return filled.applyfunc(_four_digits) if isinstance(filled, sp.MatrixBase) else _four_digits(filled)
+
+    def numeric_inverse(self, situation: Situation) -> sp.Matrix:
+        """Return the inverse of the task Jacobian in a situation, to four significant digits."""
+        return self.d.jacobian.xreplace(situation.values).evalf(DIGITS).inv().applyfunc(_four_digits)
+
+    def numeric_determinant(self, situation: Situation) -> sp.Expr:
+        """Return the determinant of the task Jacobian in a situation, to four significant digits."""
+        return _four_digits(self.d.jacobian.xreplace(situation.values).evalf(DIGITS).det())
 
     def at(self, place: Place, expression: sp.Expr) -> sp.Expr:
         """Return an expression at a configuration, the open lengths kept, numbers to four digits."""
