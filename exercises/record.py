@@ -52,7 +52,7 @@ def reference_json(part: Part) -> str | list[Any]:
     if isinstance(answer, Choice):
         return answer.letter
     if isinstance(answer, Number):
-        return [f"{float(value):.10g}" for value in answer.reference]
+        return [f"{float(value):.10g}" if value.is_number else str(value) for value in answer.reference]
     assert isinstance(answer, (Matrix, Direction))
     return matrix_json(answer.reference)
 
