@@ -11,9 +11,11 @@ from itertools import combinations
 
 import sympy as sp
 
-from exercises.arm.chain import Base, Chain, Joint, Point
+from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
 from exercises.arm.kinematics import (
+    Z,
     differentiated_jacobian,
+    frame_behind,
     frames_and_point,
     link_vector,
     propagated_jacobian,
@@ -134,10 +136,45 @@ def _entry_symbols(matrix: sp.Matrix) -> tuple[dict[sp.Expr, sp.Symbol], dict[sp
     return names, {symbol: atom for atom, symbol in names.items()}
 
 
+def short_jacobian(chain: Chain) -> sp.Matrix:
+    """Return a matrix with the maximal minors of the task Jacobian and shorter entries, where all six rows count.
+
+    It is the Jacobian of the last link seen from frame k in the middle of the chain, with O_k as the reference point:
+    another frame and point of the same body multiply J from the left by a matrix of determinant 1, so that minors of
+    all six rows stay what they are. For other tasks, with fewer joints, and where P is no point of the last link, it
+    is the task Jacobian.
+    """
+    if set(chain.task) != set(TASK_ROWS) or chain.n < len(TASK_ROWS) or not _moves_with_last_link(chain):
+        return task_matrix(_generic(chain).geometric, chain.task)
+    k = chain.n // 2
+    columns = []
+    for i, joint in enumerate(chain.joints):
+        between = frame_behind(chain.joints[min(i, k) : max(i, k)])
+        if i < k:  # frame k seen from frame i
+            z, arm = between.rotation.T * Z, between.rotation.T * between.origin
+        else:
+            z, arm = between.rotation * Z, -between.origin
+        linear, angular = (z.cross(arm), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
+        columns.append(linear.col_join(angular))
+    matrix = sp.Matrix.hstack(*columns).applyfunc(lambda entry: textbook(sp.expand(entry)))
+    return task_matrix(matrix, chain.task)
+
+
+def _moves_with_last_link(chain: Chain) -> bool:
+    """Whether the joints past the point's frame would not move P if it were fixed in the last link (a wrist centre)."""
+    found = _generic(chain)
+    for i in range(chain.point.frame, chain.n):
+        if chain.joints[i].kind == "P":
+            return False
+        if not all(same(entry, sp.S.Zero) for entry in found.z[:, i].cross(found.p_star[:, i])):
+            return False
+    return True
+
+
 @lru_cache(maxsize=4096)
 def _generic_minors(chain: Chain) -> tuple[Factored, ...]:
     """Return every maximal minor of the task Jacobian, factored; just the determinant where it is square."""
-    jacobian = task_matrix(_generic(chain).geometric, chain.task)
+    jacobian = short_jacobian(chain)
     rows, cols = jacobian.shape
     size = min(rows, cols)
     return tuple(

@@ -8,13 +8,13 @@ Route 1 differentiates the position (6.1-6.4); route 2 propagates velocities (6.
 route 1 works in runs of parallel joints with absolute angles, route 2 multiplies rotation matrices joint by joint.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Chain, Joint
+from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
 
 Z = sp.Matrix([0, 0, 1])
 
@@ -64,27 +64,37 @@ class _Run:
         return self.outer * sp.Matrix([x * c - y * s, x * s + y * c, z])
 
 
+def _along(joints: Iterable[Joint], base: Base) -> Iterator[tuple[_Run, sp.Matrix]]:
+    """Yield every frame's run and origin, from the base on; a run goes on changing after it was yielded."""
+    run = _Run(sp.eye(3), sp.S.Zero)
+    run.turn_z(base.yaw)
+    run.turn_x(base.tilt)
+    origin = sp.Matrix(base.position)
+    yield run, origin
+    for joint in joints:
+        run.turn_z(joint.theta)
+        origin = origin + run.vector(joint.a, sp.S.Zero, joint.d)
+        run.turn_x(joint.alpha)
+        yield run, origin
+
+
 def frames_and_point(chain: Chain) -> tuple[list[Frame], sp.Matrix]:
     """Return frames 0 ... n and the position of the point of interest (3 x 1, m), by runs of parallel joints.
 
     Angles come out absolute, as in cos(theta1 + theta2), so that nothing needs to be simplified.
     """
-    run = _Run(sp.eye(3), sp.S.Zero)
-    run.turn_z(chain.base.yaw)
-    run.turn_x(chain.base.tilt)
-    origin = sp.Matrix(chain.base.position)
-    frames, point = [Frame(run.rotation(), origin)], None
-    for index in range(chain.n + 1):
+    frames, point = [], sp.zeros(3, 1)
+    for index, (run, origin) in enumerate(_along(chain.joints, chain.base)):
         if index == chain.point.frame:
             point = origin + run.vector(*chain.point.offset)
-        if index < chain.n:
-            joint = chain.joints[index]
-            run.turn_z(joint.theta)
-            origin = origin + run.vector(joint.a, sp.S.Zero, joint.d)
-            run.turn_x(joint.alpha)
-            frames.append(Frame(run.rotation(), origin))
-    assert point is not None
+        frames.append(Frame(run.rotation(), origin))
     return frames, point
+
+
+def frame_behind(joints: Iterable[Joint]) -> Frame:
+    """Return the frame behind some joints of a chain, seen from the one before them."""
+    *_, (run, origin) = _along(joints, Base())
+    return Frame(run.rotation(), origin)
 
 
 def joint_rotation(joint: Joint) -> sp.Matrix:

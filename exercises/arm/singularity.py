@@ -117,8 +117,8 @@ def _solve_angle(condition: sp.Expr, joint: sp.Symbol) -> tuple[sp.Symbol, tuple
     if polynomial.total_degree() != 1 or polynomial.free_symbols & {joint}:
         return None
     a, b, c = (polynomial.coeff_monomial(monomial) for monomial in (1, cosine, sine))
-    values = [_principal(value - offset) for value in _roots_of_wave(a, b, c)]
-    return joint, tuple(values)
+    values = (_principal(value - offset) for value in _roots_of_wave(a, b, c))
+    return joint, tuple(dict.fromkeys(values))
 
 
 def _roots_of_wave(a: sp.Expr, b: sp.Expr, c: sp.Expr) -> list[sp.Expr]:
@@ -131,7 +131,7 @@ def _roots_of_wave(a: sp.Expr, b: sp.Expr, c: sp.Expr) -> list[sp.Expr]:
     if b == 0 and c != 0:
         return [] if _exceeds(a, c) else [sp.asin(-a / c), sp.pi - sp.asin(-a / c)]
     if c == 0:
-        return [] if _exceeds(a, b) else [sp.acos(-a / b), -sp.acos(-a / b)]
+        return [] if _exceeds(a, b) else list(dict.fromkeys((sp.acos(-a / b), -sp.acos(-a / b))))
     radius, shift = sp.sqrt(b**2 + c**2), sp.atan2(c, b)
     return [] if _exceeds(a, radius) else [shift + sp.acos(-a / radius), shift - sp.acos(-a / radius)]
 
@@ -169,6 +169,9 @@ def _in_waves(q: sp.Symbol, waves: Iterable[sp.Expr]) -> bool:
 # --- common zeros of several minors, on the structure (no offsets, lengths as symbols) ---
 
 Conjunction = tuple[sp.Expr, ...]
+_AT = sp.Function("at")
+"""Marks that a factor is zero at one of its roots, at(sin(theta2), pi), until its sibling is found to be, too."""
+
 Joints = tuple[sp.Symbol, ...]
 
 
@@ -184,7 +187,47 @@ def _common_zeros(minors: tuple[Factored, ...], joints: Joints) -> list[Conjunct
         conjunction = tuple(dict.fromkeys(leaf))
         if not any(f in conjunction for f in shared):
             conjunctions.append(conjunction)
-    return _without_subsumed(_merged(conjunctions))
+    return _without_subsumed([_stated(conjunction) for conjunction in _without_special_cases(_merged(conjunctions))])
+
+
+def _without_special_cases(conjunctions: list[Conjunction]) -> list[Conjunction]:
+    """Drop what says no more than another conjunction does at one root, as s2 = 0 at 0 in a1 + a2 c2 = 0."""
+    kept = []
+    for conjunction in conjunctions:
+        marks = [case for case in conjunction if getattr(case, "func", None) == _AT]
+        values = {}
+        for mark in marks:
+            values.update(_value_at(*mark.args))
+        plain = [condition for condition in conjunction if condition not in marks]
+        others = [other for other in conjunctions if other != conjunction and not any(o.has(_AT) for o in other)]
+        if not marks or not any(all(_holds(condition, values, plain) for condition in other) for other in others):
+            kept.append(conjunction)
+    return kept
+
+
+def _holds(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], known: list[sp.Expr]) -> bool:
+    """Tell whether a condition follows from values of joints and conditions that are known, factor by factor."""
+    if condition in known:
+        return True
+    moved = factored(sp.expand(substitute(condition, values)))
+    return moved.is_zero or any(factor in known or -factor in known for factor, _ in moved.factors)
+
+
+def _value_at(factor: sp.Expr, root: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
+    """Return what a factor at one of its roots says of the joint that comes last in it."""
+    angle = factor.args[0]
+    joint = max(angle.free_symbols, key=lambda symbol: symbol.name)
+    return {joint: sp.expand((root - angle) / sp.diff(angle, joint) + joint)}
+
+
+def _stated(conjunction: Conjunction) -> Conjunction:
+    """Return conditions without marks: that an angle is at one root only, as 1 - cos(theta2) = 0 says of 0."""
+    return tuple(
+        1 - sp.cos(condition.args[0].args[0] - condition.args[1])
+        if getattr(condition, "func", None) == _AT
+        else condition
+        for condition in conjunction
+    )
 
 
 def _branches(factor_sets: list[list[sp.Expr]], joints: Joints, depth: int) -> list[list[sp.Expr]]:
@@ -221,7 +264,7 @@ def _cases(factor: sp.Expr, joints: Joints) -> list[tuple[sp.Expr, dict[sp.Symbo
 
 def _case(factor: sp.Expr, root: sp.Expr) -> sp.Expr:
     """Return a mark for "this factor is zero at this root", to be merged with its sibling root later."""
-    return sp.Function("at")(factor, root)
+    return _AT(factor, root)
 
 
 def _after(
@@ -244,17 +287,16 @@ def _after(
 
 def _merged(conjunctions: list[Conjunction]) -> list[Conjunction]:
     """Join cases that differ in the root of one factor only, as in theta3 = 0 and theta3 = pi, into the factor."""
-    marker = sp.Function("at")
     found = {frozenset(conjunction) for conjunction in conjunctions}
     changed = True
     while changed:
         changed = False
         for conjunction in sorted(found, key=lambda c: sorted(map(str, c))):
             for case in conjunction:
-                if getattr(case, "func", None) != marker:
+                if getattr(case, "func", None) != _AT:
                     continue
                 rest = conjunction - {case}
-                siblings = {rest | {marker(case.args[0], root)} for root in RIGHT_ANGLES} & found
+                siblings = {rest | {_AT(case.args[0], root)} for root in RIGHT_ANGLES} & found
                 if len(siblings) == 2:
                     found = (found - siblings) | {rest | {case.args[0]}}
                     changed = True
