@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm.chain import Chain, Joint
-from exercises.arm.classification import Sample, classify_pieces, domain_of, kind_at
+from exercises.arm.chain import TASK_ROWS, Chain, Joint
+from exercises.arm.classification import Sample, classify, classify_pieces, domain_of, kind_at
 from exercises.arm.kinematics import NumericChain
+from exercises.arm.singularity import singular_set
 
 RECORDS = json.loads((Path(__file__).parent / "data" / "ground_truth.json").read_text(encoding="utf-8"))
 
@@ -101,3 +102,36 @@ def test_a_narrow_hole_in_the_reach_is_a_boundary_still() -> None:
     for gap in (0.02, 0.005, 0.001):
         chain, arm = planar(0.5, 0.5 - gap)
         assert kind_at(chain, Sample(arm, np.array([0.4, np.pi]))) == "boundary"
+
+
+def robot(rows: list[tuple[str, str, str, str]], task: tuple[str, ...] = TASK_ROWS) -> Chain:
+    joints = tuple(
+        Joint(kind, sp.Symbol(f"theta{i}") if kind == "R" else 0, d if kind == "R" else sp.Symbol(f"d{i}"), a, alpha)
+        for i, (kind, d, a, alpha) in enumerate(rows, 1)
+    )
+    return Chain("robot", joints, task)
+
+
+QUARTER = "pi/2"
+TIPS = {
+    "puma": [
+        ("R", "d1", "0", QUARTER), ("R", "0", "a2", "0"), ("R", "d3", "a3", "-pi/2"),
+        ("R", "d4", "0", QUARTER), ("R", "0", "0", "-pi/2"), ("R", "d6", "0", "0"),
+    ],
+    "ur": [
+        ("R", "d1", "0", QUARTER), ("R", "0", "a2", "0"), ("R", "0", "a3", "0"),
+        ("R", "d4", "0", QUARTER), ("R", "d5", "0", "-pi/2"), ("R", "d6", "0", "0"),
+    ],
+}  # fmt: skip
+
+
+def test_arms_of_six_joints_are_read_from_their_wrist_centre_and_axes() -> None:
+    """The tip of a tool says little of such a pose; what lies on what line or plane does."""
+    arms = {name: robot(rows) for name, rows in TIPS.items()}
+    said = {name: [classify(arm, found).meaning for found in singular_set(arm) or ()] for name, arm in arms.items()}
+    assert said["puma"] == [
+        "the axes of joints 4 and 6 lie on one line",
+        "arm stretched out or folded back",
+        "the wrist centre is as near to the axis of joint 1 as joint 2 can bring it",
+    ]
+    assert said["ur"][0] == "the parallel axes of joints 2, 3 and 4 lie in one plane"

@@ -12,8 +12,10 @@ import sympy as sp
 
 from exercises.arm.chain import TASK_ROWS, Chain, Joint
 from exercises.arm.classification import domain_of
+from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
-from exercises.arm.singularity import Component, singular_set, solve_condition
+from exercises.arm.singularity import Component, _common_zeros, singular_set, solve_condition
+from exercises.arm.trigonometry import factored
 from exercises.formula.conditions import Piece, Space, compare_sets, pieces
 from exercises.formula.expression import Node, read
 from exercises.stream import Stream
@@ -156,3 +158,41 @@ def test_symmetric_arms_have_symmetric_sets(textbook_arms: Mapping[str, Any]) ->
     joints = [q.name for q in chain.q]
     ours, theirs = (claimed(singular_set(c) or (), joints) for c in (moved, chain))
     assert compare_sets(ours, theirs, Space(joints, domain_of(chain)), "moved").equal
+
+
+def test_a_seven_joint_arm_is_singular_in_four_ways() -> None:
+    """Elbow straight; or shoulder and wrist in line with their neighbours (known of every arm of this kind)."""
+    twists, lengths = (-1, 1, 1, -1, -1, 1, 0), ("d1", 0, "d3", 0, "d5", 0, 0)
+    joints = tuple(
+        Joint("R", sp.Symbol(f"theta{i}"), d, 0, twist * sp.pi / 2)
+        for i, (twist, d) in enumerate(zip(twists, lengths, strict=True), 1)
+    )
+    found = singular_set(Chain("lbr", joints, TASK_ROWS))
+    assert found is not None
+    assert [{str(condition) for condition in component.conditions} for component in found] == [
+        {"sin(theta4)"},
+        {"sin(theta2)", "sin(theta6)"},
+        {"sin(theta2)", "cos(theta3)"},
+        {"sin(theta6)", "cos(theta5)"},
+    ]
+
+
+@pytest.mark.parametrize("twist", [(1, -1), (-1, 1)])
+def test_minors_of_six_rows_are_those_of_the_task_jacobian(twist: tuple[int, int]) -> None:
+    a, b = (side * sp.pi / 2 for side in twist)
+    rows = [("d1", "a1", a), (0, "a2", 0), (0, "a3", b), ("d4", 0, a), (0, 0, b), ("d6", 0, 0)]
+    joints = tuple(Joint("R", sp.Symbol(f"theta{i}"), *row) for i, row in enumerate(rows, 1))
+    chain = Chain("6R", joints, TASK_ROWS)
+    values = {symbol: 0.3 + 0.17 * i for i, symbol in enumerate((*chain.q, *chain.parameters))}
+    direct = sp.lambdify([], derive(chain).jacobian.xreplace(values))()
+    assert float(derive(chain).determinant.xreplace(values)) == pytest.approx(float(np.linalg.det(direct)), rel=1e-9)
+
+
+def test_a_condition_may_hold_at_one_root_of_an_angle_only() -> None:
+    """Both minors are zero at theta1 = 0 and not at pi: 1 - cos(theta1) = 0 says so."""
+    theta = sp.Symbol("theta1")
+    minors = (factored(sp.sin(theta)), factored(1 - sp.cos(theta)))
+    (conjunction,) = _common_zeros(minors, (theta,)) or ()
+    assert conjunction == (1 - sp.cos(theta),)
+    chain = Chain("arm", (Joint("R", theta, 0, 1, 0),), ("vx",))
+    assert solve_condition(conjunction[0], chain) == (theta, (0,))

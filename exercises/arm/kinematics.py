@@ -9,6 +9,7 @@ route 1 works in runs of parallel joints with absolute angles, route 2 multiplie
 """
 
 from collections.abc import Iterable, Iterator, Mapping
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -171,6 +172,12 @@ class NumericChain:
         self.offset = np.array([*map(number, chain.point.offset), 1.0])
         self.base = _pose(number(chain.base.yaw), 0.0, 0.0, number(chain.base.tilt))
         self.base[:3, 3] = [number(value) for value in chain.base.position]
+
+    def with_point(self, frame: int) -> "NumericChain":
+        """Return the same arm with the origin of another frame as its point of interest."""
+        other = copy(self)
+        other.point_frame, other.offset = frame, np.array([0.0, 0.0, 0.0, 1.0])
+        return other
 
     def frames(self, q: np.ndarray) -> np.ndarray:
         """Return the poses of frames 0 ... n, shape (…, n + 1, 4, 4), at joint values q of shape (…, n)."""
