@@ -9,7 +9,7 @@ PIP     = $(PY) -m pip --disable-pip-version-check --quiet
 CODE    = exercises grader tests
 PYTEST  = $(PY) -m pytest -n auto --dist loadgroup
 
-.PHONY: help demo test lint unit test-all test-oldest bench format lock clean
+.PHONY: help demo test lint unit docs test-all test-oldest bench format lock clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1 | \2/p' Makefile | awk -F'|' '{ printf "%-20s %s\n", $$1, $$2 }'
@@ -49,6 +49,9 @@ OLDEST ?= $(shell for p in python3.11 python3 "$${PYENV_ROOT:-$$HOME/.pyenv}"/ve
 .PHONY: oldest
 oldest: $(VENV)/.oldest
 	$(PYTEST) -o filterwarnings=default
+
+docs: $(VENV)/.dev  ## write the pages of docs/ that are made from the code
+	$(PY) -m exercises.docs
 
 bench: $(VENV)/.dev  ## the benchmarks of tests/bench
 	$(PY) -m tests.bench

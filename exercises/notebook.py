@@ -14,7 +14,7 @@ from nbformat import NotebookNode
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 
 from exercises import ENGINE
-from exercises.figure import alt_text, figure_svg
+from exercises.figure import alt_text, figure_svg, singular_svg
 from exercises.problem import Part, Problem, variable
 from exercises.questions import QUESTIONS
 from exercises.render import render
@@ -43,9 +43,17 @@ def notebook_text(notebook: NotebookNode) -> str:
 
 def figure_image(problem: Problem, name: str, pose: Mapping[str, float] | None = None) -> str:
     """Return the arm's figure as an HTML image with its SVG inside, for Markdown; it shows in every notebook reader."""
-    svg = base64.b64encode(figure_svg(problem.chain, name, pose).encode()).decode()
-    alternative = html.escape(alt_text(problem.chain))
-    return f'<img alt="{alternative}" src="data:image/svg+xml;base64,{svg}" width="640">'
+    return _image(figure_svg(problem.chain, name, pose), alt_text(problem.chain))
+
+
+def _image(svg: str, alternative: str) -> str:
+    data = base64.b64encode(svg.encode()).decode()
+    return f'<img alt="{html.escape(alternative)}" src="data:image/svg+xml;base64,{data}" width="640">'
+
+
+def solution_figure(problem: Problem, part: Part, name: str) -> str:
+    """Return the drawing that belongs to a worked solution (SVG): the singular configurations; nothing for others."""
+    return singular_svg(problem.chain, name) if part.kind == "singular-angles" else ""
 
 
 def points_text(points: float) -> str:
@@ -75,7 +83,10 @@ def _problem_cells(kind: str, number: int, slot: str, problem: Problem) -> Itera
         source = start + (placeholder_code if kind == "student" else answer_code)(part, len(start))
         yield _code(f"{slot}-{part.name}", source, {"qdot": {"part": f"{slot}.{part.name}"}})
         if kind == "solution":
-            text = render("notebook-solution.md.j2", number=label, solution=worked_solution(problem, part))
+            svg = solution_figure(problem, part, f"{slot}-{part.name}")
+            figure = _image(svg, "The arm in a regular and in its singular configurations") if svg else ""
+            steps = worked_solution(problem, part)
+            text = render("notebook-solution.md.j2", number=label, solution=steps, figure=figure)
             yield _markdown(f"{slot}-{part.name}-solution", text)
         if part.name == _later_of_pair(problem):
             yield _code(f"{slot}-self-check", _check(slot, problem))

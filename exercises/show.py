@@ -8,7 +8,13 @@ from typing import Any
 
 from exercises.errors import unknown
 from exercises.figure import alt_text, figure_svg
-from exercises.notebook import notebook_text, points_text, solution_notebook, student_notebook
+from exercises.notebook import (
+    notebook_text,
+    points_text,
+    solution_figure,
+    solution_notebook,
+    student_notebook,
+)
 from exercises.problem import Choice, Number, Part, Problem
 from exercises.questions import QUESTIONS
 from exercises.record import Json, reference_json, robot_json, symbol_json
@@ -41,6 +47,7 @@ class _Piece:
     solution: str
     code: str
     figure: str
+    solution_figure: str
 
 
 def _pieces(problem: Problem, solution: bool, convert: Callable[[str], str]) -> list[_Piece]:
@@ -53,6 +60,7 @@ def _pieces(problem: Problem, solution: bool, convert: Callable[[str], str]) -> 
             convert(worked_solution(problem, part)) if solution else "",
             answer_code(part) if solution else "",
             "" if part.pose is None else figure_svg(problem.chain, part.name, part.pose),
+            solution_figure(problem, part, f"{part.name}-solution") if solution else "",
         )
         for part in problem.parts
     ]

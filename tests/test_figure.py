@@ -5,12 +5,15 @@ import xml.etree.ElementTree as ET
 from functools import cache
 from itertools import combinations
 
+import numpy as np
 import pytest
 import sympy as sp
 
 from exercises.arm.chain import Base, Chain, Joint, Point
-from exercises.figure import alt_text, arm_figure, figure_svg, fixed
-from exercises.figure.shapes import Figure, Glyph, Polyline
+from exercises.arm.kinematics import NumericChain
+from exercises.figure import alt_text, arm_figure, figure_svg, fixed, singular_figures, singular_svg, thumbnail_svg
+from exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline
+from exercises.figure.small import PANEL
 
 SVG = "{http://www.w3.org/2000/svg}"
 PI = sp.pi
@@ -57,6 +60,16 @@ ARMS = {
     "stanford": spatial(turning(1, 0, -PI / 2, Q(2, 5)), turning(2, 0, PI / 2, Q(3, 20)), sliding(3)),
     "scara": spatial(turning(1, A1, 0, D1), turning(2, A2, PI), sliding(3), turning(4, 0, 0, D4)),
     "gantry": spatial(sliding(1, 0, -PI / 2), sliding(2, 0, -PI / 2, -PI / 2), sliding(3)),
+    "wrist": spatial(turning(1, 0, -PI / 2), turning(2, 0, PI / 2), turning(3)),
+    "wrist-on-wall": spatial(
+        turning(1, 0, -PI / 2), turning(2, 0, PI / 2), turning(3), base=Base((0, 0, Q(1, 2)), PI / 2, PI / 2)
+    ),
+    "rpr": flat(turning(1, 0, PI / 2), sliding(2, 0, -PI / 2), turning(3, A3)),
+    "prr-upright": flat(sliding(1, 0, -PI / 2), turning(2, A2), turning(3, A3)),
+    "lbr": spatial(
+        turning(1, 0, -PI / 2, D1), turning(2, 0, PI / 2), turning(3, 0, PI / 2, Q(2, 5)), turning(4, 0, -PI / 2),
+        turning(5, 0, -PI / 2, D4), turning(6, 0, PI / 2), turning(7, 0, 0, D6),
+    ),
     "puma": spatial(
         turning(1, 0, -PI / 2, Q(33, 50)), turning(2, Q(43, 100), 0, Q(3, 20)), turning(3, Q(-1, 50), PI / 2),
         turning(4, 0, -PI / 2, Q(43, 100)), turning(5, 0, PI / 2), turning(6, 0, 0, D6),
@@ -160,3 +173,104 @@ def test_alt_text_says_what_is_drawn() -> None:
 
 def test_numbers_have_one_decimal_and_no_negative_zero() -> None:
     assert [fixed(value) for value in (-0.04, 0.0, 12.25, -3.21)] == ["0.0", "0.0", "12.3", "-3.2"]
+
+
+def glyph_places(figure: Figure) -> list[Pair]:
+    """The middles of the joints' glyphs, in the order of the joints."""
+    places = {}
+    for glyph in figure.shapes:
+        if isinstance(glyph, Glyph):
+            points = [p for inner in glyph.shapes if isinstance(inner, Polyline) for p in inner.points]
+            points += [inner.center for inner in glyph.shapes if isinstance(inner, Circle)]
+            places[glyph.number] = (sum(x for x, _ in points) / len(points), sum(y for _, y in points) / len(points))
+    return [places[number] for number in sorted(places)]
+
+
+@every_arm
+def test_joints_at_one_point_are_drawn_apart(chain: Chain) -> None:
+    for (x, y), (u, v) in combinations(glyph_places(drawn(chain)), 2):
+        assert (x - u) ** 2 + (y - v) ** 2 > 16**2
+
+
+def test_axes_of_a_wrist_are_not_all_drawn() -> None:
+    words = ["".join(run.text for run in text.runs) for text in drawn(ARMS["wrist"]).texts]
+    assert {"x0", "x3", "z0", "z1"} <= set(words) and not {"x1", "x2"} & set(words)
+
+
+def test_arms_that_stay_in_a_plane_are_drawn_flat() -> None:
+    for name, seen in (("rpr", "x_w and y_w, seen from +z_w"), ("prr-upright", "x_w and z_w, seen from -y_w")):
+        assert f"drawn flat in the plane of {seen}" in alt_text(ARMS[name])
+        turning_joints = [s for s in drawn(ARMS[name]).shapes if isinstance(s, Glyph) and s.kind == "R"]
+        assert all(isinstance(glyph.shapes[0], Circle) for glyph in turning_joints)
+    assert "drawn in space" in alt_text(ARMS["spherical"])
+
+
+@every_arm
+def test_thumbnail_is_the_arm_without_lettering(chain: Chain) -> None:
+    svg = thumbnail_svg(chain, "small")
+    root = ET.fromstring(svg)
+    assert (root.get("width"), root.get("height")) == ("192", "144")
+    assert svg.count("data-joint=") == chain.n and "<text" not in svg
+    assert root.findtext(f"{SVG}desc") == alt_text(chain)
+
+
+SINGULAR = ("2r", "2r-l", "3r", "rp", "elbow-floor", "elbow-wall", "spherical", "rpr")
+
+
+@pytest.mark.parametrize("name", SINGULAR)
+def test_singular_configurations_are_drawn_inside_their_panels(name: str) -> None:
+    figures = singular_figures(ARMS[name])
+    assert figures[0][0] == "regular" and all(caption[0].isdigit() for caption, _ in figures[1:])
+    for _, figure in figures:
+        shapes = [
+            inner for shape in figure.shapes for inner in (shape.shapes if isinstance(shape, Glyph) else (shape,))
+        ]
+        points = [point for shape in shapes if isinstance(shape, Polyline) for point in shape.points]
+        assert (figure.width, figure.height) == PANEL
+        assert all(0 <= x <= figure.width and 0 <= y <= figure.height for x, y in points)
+    root = ET.fromstring(singular_svg(ARMS[name], "where"))
+    assert [text.text for text in root.iter(f"{SVG}text")] == [caption for caption, _ in figures]
+    assert all(caption in root.findtext(f"{SVG}desc", "") for caption, _ in figures[1:])
+    assert singular_svg(ARMS[name], "where") == singular_svg(ARMS[name], "where")
+
+
+def lost(figure: Figure) -> list[Polyline]:
+    return [shape for shape in figure.shapes if isinstance(shape, Polyline) and shape.style == "lost"]
+
+
+def test_stretched_and_folded_arm_cannot_move_along_itself() -> None:
+    (_, regular), *singular = singular_figures(ARMS["2r"])
+    assert [caption for caption, _ in singular] == ["1. θ₂ = 0", "1. θ₂ = π"] and not lost(regular)
+    for _, figure in singular:
+        (arrow,) = lost(figure)
+        (x, y), (u, v) = arrow.points
+        for link in (shape for shape in figure.shapes if isinstance(shape, Polyline) and shape.style == "link"):
+            assert all(abs((px - x) * (v - y) - (py - y) * (u - x)) < 1e-6 for px, py in link.points)
+
+
+def test_shoulder_singularity_is_drawn_with_the_point_on_the_axis() -> None:
+    captions = dict(singular_figures(elbow()))
+    figure = next(figure for caption, figure in captions.items() if caption.startswith("2."))
+    point = next(shape for shape in figure.shapes if isinstance(shape, Circle) and shape.style == "point")
+    assert point.center[0] == pytest.approx(glyph_places(figure)[0][0], abs=0.01)  # the axis is upright
+
+
+def test_nothing_is_drawn_where_there_is_no_singular_configuration() -> None:
+    assert singular_svg(ARMS["gantry"]) == "" and singular_figures(ARMS["gantry"]) == []
+
+
+def test_a_wrist_folded_onto_itself_looks_folded() -> None:
+    chain = ARMS["wrist"].with_task("wx", "wy", "wz")
+    figures = dict(singular_figures(chain))
+    stretched, folded = (glyph_places(figures[f"1. θ₂ = {value}"]) for value in ("0", "π"))
+    assert stretched[2][1] < stretched[1][1] and folded[2][1] > folded[1][1]
+
+
+def test_singular_configurations_are_the_arms_own() -> None:
+    """The bent tool moves the singular angles: the caption tells the numbers at which the Jacobian loses rank."""
+    chain = flat(turning(1, Q(1, 2)), turning(2, Q(3, 10)), tool=Point(2, (sp.S.Zero, Q(1, 5), sp.S.Zero)))
+    angles = [float(caption.split("= ")[1].replace("−", "-")) for caption, _ in singular_figures(chain)[1:]]
+    for angle in angles:
+        jacobian = NumericChain(chain, {}).jacobian(np.array([0.4, angle]))[:2]
+        assert abs(jacobian[0, 0] * jacobian[1, 1] - jacobian[0, 1] * jacobian[1, 0]) < 1e-3
+    assert len(angles) == 2 and abs(angles[0] - angles[1]) == pytest.approx(3.1416, abs=0.002)

@@ -192,7 +192,7 @@ def test_a_condition_may_hold_at_one_root_of_an_angle_only() -> None:
     """Both minors are zero at theta1 = 0 and not at pi: 1 - cos(theta1) = 0 says so."""
     theta = sp.Symbol("theta1")
     minors = (factored(sp.sin(theta)), factored(1 - sp.cos(theta)))
-    (conjunction,) = _common_zeros(minors, (theta,)) or ()
+    (conjunction,) = _common_zeros(minors, (theta,)) or [()]
     assert conjunction == (1 - sp.cos(theta),)
     chain = Chain("arm", (Joint("R", theta, 0, 1, 0),), ("vx",))
     assert solve_condition(conjunction[0], chain) == (theta, (0,))

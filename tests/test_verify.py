@@ -132,7 +132,7 @@ def broken(answer: Expression | Matrix | Number | Direction, bug: Callable[[sp.M
     """Return the answer with a bug in it, or nothing where the bug changes nothing."""
     right = sp.Matrix([answer.reference]) if isinstance(answer, Expression) else sp.Matrix(answer.reference)
     wrong = bug(right)
-    if isinstance(answer, Direction) and bug is negated:
+    if isinstance(answer, Direction) and bug in (negated, scaled):
         return None
     values = {s: sp.Float(0.3 + 0.37 * i) for i, s in enumerate(sorted(right.free_symbols, key=str))}
     if wrong.shape == right.shape:

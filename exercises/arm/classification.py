@@ -8,20 +8,21 @@ motion vanishes, the singularity is internal. Unlimited joint travel is assumed,
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
-from itertools import combinations
 
 import numpy as np
-import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Chain, Point
-from exercises.arm.kinematics import NumericChain, cross
+from exercises.arm.appearance import Sample, meaning, wrist_centre
+from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import Component
 from exercises.formula.conditions import Piece, Space, pieces
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
 from exercises.stream import Stream
+
+__all__ = ["Kind", "Sample", "classify", "classify_pieces", "domain_of", "kind_at", "samples_on", "wrist_centre"]
 
 REGULAR = 1e-7
 """A singular value counts as zero below this part of the largest."""
@@ -41,14 +42,6 @@ class Kind:
     kind: str
     uniform: bool
     meaning: str
-
-
-@dataclass(frozen=True)
-class Sample:
-    """One arm in numbers at one configuration."""
-
-    arm: NumericChain
-    q: np.ndarray
 
 
 def domain_of(chain: Chain, values: Mapping[str, float] | None = None) -> Domain:
@@ -98,7 +91,7 @@ def classify_pieces(chain: Chain, conditions: Sequence[str]) -> Kind:
     found = [sample for condition in conditions for sample in samples_on(chain, condition, "classify")]
     kinds = {kind for sample in found if (kind := kind_at(chain, sample)) is not None}
     kind = "boundary" if "boundary" in kinds else "internal"
-    return Kind(kind, len(kinds) == 1, _meaning(chain, found))
+    return Kind(kind, len(kinds) == 1, meaning(chain, found))
 
 
 def kind_at(chain: Chain, sample: Sample) -> str | None:
@@ -196,169 +189,3 @@ def _turn(target: np.ndarray, now: np.ndarray) -> np.ndarray:
     between = target @ now.transpose(0, 2, 1)
     antisymmetric = (between - between.transpose(0, 2, 1)) / 2
     return np.stack([antisymmetric[:, 2, 1], antisymmetric[:, 0, 2], antisymmetric[:, 1, 0]], axis=1)
-
-
-# --- what the pose looks like ---
-
-
-def wrist_centre(chain: Chain) -> int | None:
-    """Return the frame whose origin lies on the axes of the last three joints, whatever they do; None without one."""
-    wrist = chain.joints[-3:]
-    if chain.n < 4 or any(joint.kind != "R" for joint in wrist):
-        return None
-    meet = wrist[0].a == 0 and wrist[1].a == 0 and wrist[1].d == 0
-    bent = all((joint.alpha / sp.pi).is_integer is not True for joint in wrist[:2])
-    return chain.n - 2 if meet and bent else None
-
-
-def _meaning(chain: Chain, samples: Sequence[Sample]) -> str:
-    centre = wrist_centre(chain) if any(row[0] == "w" for row in chain.task) else None
-    if centre is None or chain.point == Point(centre):
-        return _seen_at(chain, samples)
-    moved = [Sample(sample.arm.with_point(centre), sample.q) for sample in samples]
-    said = _seen_at(replace(chain, tool=Point(centre)), moved)
-    return said.replace("the point", "the wrist centre")
-
-
-def _seen_at(chain: Chain, samples: Sequence[Sample]) -> str:
-    """Return what configurations look like from the point of interest."""
-    turns_count = any(row[0] == "w" for row in chain.task)
-    first = (_in_line, _on_an_axis) if turns_count else (_on_an_axis, _in_line)
-    for look in (*first, _extreme_reach, _parallel_axes, _in_one_plane):
-        if (said := look(chain, samples)) is not None:
-            return said
-    return "the columns of J are linearly dependent"
-
-
-def _on_an_axis(chain: Chain, samples: Sequence[Sample]) -> str | None:
-    for joint in range(chain.n):
-        if chain.joints[joint].kind == "R" and joint < chain.point.frame and _all_near_axis(samples, joint):
-            return f"the point lies on the axis of joint {joint + 1}, which then does not move it"
-    return None
-
-
-def _revolute_pairs(chain: Chain) -> list[tuple[int, int]]:
-    return list(combinations([i for i, joint in enumerate(chain.joints) if joint.kind == "R"], 2))
-
-
-def _in_line(chain: Chain, samples: Sequence[Sample]) -> str | None:
-    for i, j in _revolute_pairs(chain):
-        if _coincide(samples, i, j):
-            return f"the axes of joints {i + 1} and {j + 1} lie on one line"
-    return None
-
-
-def _parallel_axes(chain: Chain, samples: Sequence[Sample]) -> str | None:
-    for i, j in _revolute_pairs(chain):
-        if samples and _parallel(samples, i, j) and not _parallel(_around(samples), i, j):
-            return f"the axes of joints {i + 1} and {j + 1} are parallel"
-    return None
-
-
-def _in_one_plane(chain: Chain, samples: Sequence[Sample]) -> str | None:
-    for triple in combinations([i for i, joint in enumerate(chain.joints) if joint.kind == "R"], 3):
-        sets = (samples, _around(samples))
-        if not samples or any(not _parallel(found, triple[0], j) for found in sets for j in triple[1:]):
-            continue
-        if _coplanar(samples, triple) and not _coplanar(sets[1], triple):
-            names = ", ".join(str(i + 1) for i in triple[:2])
-            return f"the parallel axes of joints {names} and {triple[2] + 1} lie in one plane"
-    return None
-
-
-def _coplanar(samples: Sequence[Sample], parallel: tuple[int, ...]) -> bool:
-    """Tell whether parallel axes lie in one plane in all samples."""
-    for sample in samples:
-        frames = sample.arm.frames(sample.q)
-        first, *others = (frames[i, :3, 3] for i in parallel)
-        along = [other - first for other in others]
-        if abs(np.dot(frames[parallel[0], :3, 2], cross(along[0], along[1]))) > 1e-6:
-            return False
-    return True
-
-
-def _extreme_reach(chain: Chain, samples: Sequence[Sample]) -> str | None:
-    extremes = _extremes(chain, samples)
-    if extremes is None:
-        return None
-    axis, movers, signs = extremes
-    mover = f"joint {movers[0] + 1}"
-    if chain.joints[movers[0]].kind == "P":
-        return f"arm drawn in: the point is as near to the axis of joint {axis + 1} as {mover} can bring it"
-    if all(_parallel(samples, axis, moving) for moving in movers):
-        return _EXTENDED[signs]
-    if signs == frozenset({1, -1}):
-        return f"the point is as far from or as near to the axis of joint {axis + 1} as {mover} can bring it"
-    how = "far from" if 1 in signs else "near to"
-    return f"the point is as {how} the axis of joint {axis + 1} as {mover} can bring it"
-
-
-_EXTENDED = {
-    frozenset({1}): "arm stretched out",
-    frozenset({-1}): "arm folded back",
-    frozenset({1, -1}): "arm stretched out or folded back",
-}
-
-
-def _all_near_axis(samples: Sequence[Sample], joint: int) -> bool:
-    """Tell whether the point is on the axis in all samples, and not in the poses around them as well."""
-    near = bool(samples) and all(_distance(sample, sample.q, joint) < 1e-5 for sample in samples)
-    return near and any(_distance(sample, sample.q + 0.3, joint) > 1e-3 for sample in samples)
-
-
-def _distance(sample: Sample, q: np.ndarray, joint: int) -> float:
-    frames = sample.arm.frames(q)
-    arm = sample.arm.point_of(frames) - frames[joint, :3, 3]
-    return float(np.linalg.norm(cross(frames[joint, :3, 2], arm)))
-
-
-def _coincide(samples: Sequence[Sample], i: int, j: int) -> bool:
-    """Tell whether two axes lie on one line in all samples, and not in the poses around them as well."""
-    return _on_one_line(samples, i, j) and not _on_one_line(_around(samples), i, j)
-
-
-def _around(samples: Sequence[Sample]) -> list[Sample]:
-    """Return samples near by, at which what is special of the first no longer holds."""
-    return [Sample(sample.arm, sample.q + 0.3 * np.arange(1, len(sample.q) + 1)) for sample in samples]
-
-
-def _on_one_line(samples: Sequence[Sample], i: int, j: int) -> bool:
-    for sample in samples:
-        frames = sample.arm.frames(sample.q)
-        axis, between = frames[i, :3, 2], frames[j, :3, 3] - frames[i, :3, 3]
-        apart = np.linalg.norm(cross(axis, frames[j, :3, 2])) + np.linalg.norm(cross(axis, between))
-        if apart > 1e-5:
-            return False
-    return bool(samples)
-
-
-def _extremes(chain: Chain, samples: Sequence[Sample]) -> tuple[int, list[int], frozenset[int]] | None:
-    """Find an axis from which the point is farthest or nearest in all samples, and the later joints that make it so.
-
-    The sign of a sample is 1 where it is farthest with respect to each of those joints, else -1.
-    """
-    for axis in range(chain.n):
-        if chain.joints[axis].kind != "R":
-            continue
-        later = range(axis + 1, min(chain.n, chain.point.frame))
-        signs = {moving: [_extreme(sample, axis, moving) for sample in samples] for moving in later}
-        movers = [moving for moving in later if samples and 0 not in signs[moving]]
-        if movers:
-            each = (all(signs[moving][i] == 1 for moving in movers) for i in range(len(samples)))
-            return axis, movers, frozenset(1 if farthest else -1 for farthest in each)
-    return None
-
-
-def _parallel(samples: Sequence[Sample], i: int, j: int) -> bool:
-    frames = [sample.arm.frames(sample.q) for sample in samples]
-    return all(np.linalg.norm(cross(f[i, :3, 2], f[j, :3, 2])) < 1e-6 for f in frames)
-
-
-def _extreme(sample: Sample, axis: int, moving: int) -> int:
-    step = 1e-3
-    away = np.zeros(len(sample.q))
-    away[moving] = step
-    middle, ahead, behind = (_distance(sample, sample.q + side * away, axis) for side in (0, 1, -1))
-    if abs(ahead - behind) > 1e-3 * abs(ahead + behind - 2 * middle) or abs(ahead + behind - 2 * middle) < 1e-9:
-        return 0
-    return 1 if middle > ahead else -1

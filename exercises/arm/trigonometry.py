@@ -229,6 +229,10 @@ def _split(factor: sp.Expr) -> list[tuple[sp.Expr, int]]:
     return [(factor.base, int(factor.exp))] if factor.is_Pow else [(factor, 1)]
 
 
+_LONGEST = 3
+"""A Fourier form of more than that many times the terms is not tried as a shorter way to write a factor."""
+
+
 def _shortest(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
     """Return (content, primitive form with a positive leading term), the shorter of given and Fourier form."""
     forms = [factor]
@@ -236,7 +240,9 @@ def _shortest(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
         short = fourier(factor)[0]
         if short.is_zero:
             return sp.S.One, sp.S.Zero
-        forms += [short.expression(), sp.expand(sp.expand_trig(short.expression())), *_reduced(factor)]
+        forms += _reduced(factor)
+        if short.size <= _LONGEST * len(factor.args):  # else multiplying the angles out would only lengthen it
+            forms += [short.expression(), sp.expand(sp.expand_trig(short.expression()))]
     best = min(forms, key=lambda form: (len(sp.Add.make_args(form)), sp.count_ops(form)))
     content, primitive = best.as_content_primitive()
     if _leading(primitive).could_extract_minus_sign():

@@ -1,11 +1,24 @@
-"""Robot families: each draws a chain; one file and one line in `FAMILIES` for each."""
+"""Robot families: each draws a chain; one file and one line in `FAMILIES` for each, or for a few that are alike."""
 
 from exercises.families.base import Family
 from exercises.families.elbow_3r import ELBOW_3R
+from exercises.families.elbows import ELBOWS
 from exercises.families.planar_2r import PLANAR_2R
 from exercises.families.planar_3r import PLANAR_3R
+from exercises.families.planar_arms import PLANAR_ARMS
 from exercises.families.polar_rp import POLAR_RP
+from exercises.families.positioning import POSITIONING
+from exercises.families.scara import SCARA
+from exercises.families.scorbot import SCORBOT
+from exercises.families.six_joints import SIX_JOINTS
+from exercises.families.wrists import WRISTS
 
-FAMILIES: dict[str, Family] = {family.name: family for family in (PLANAR_2R, ELBOW_3R, POLAR_RP, PLANAR_3R)}
+FAMILIES: dict[str, Family] = {
+    family.name: family
+    for family in (
+        PLANAR_2R, ELBOW_3R, POLAR_RP, PLANAR_3R,
+        *PLANAR_ARMS, *POSITIONING, *SCARA, *ELBOWS, *WRISTS, *SCORBOT, *SIX_JOINTS,
+    )
+}  # fmt: skip
 
 __all__ = ["FAMILIES", "Family"]

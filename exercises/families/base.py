@@ -48,3 +48,18 @@ def standing_in_plane(rng: Stream) -> Base:
         return sp.Rational(rng.choice([k for k in range(-9, 10) if k]), 10)
 
     return Base((coordinate(), coordinate(), sp.S.Zero))
+
+
+def sign(rng: Stream) -> int:
+    """Return 1 or -1."""
+    return rng.choice((1, -1))
+
+
+def on_the_floor(rng: Stream) -> Base:
+    """Return a base that stands upright at a height above the world's origin."""
+    return Base((sp.S.Zero, sp.S.Zero, centimetres(rng, 10, 90)))
+
+
+def hung(rng: Stream) -> Base:
+    """Return a base on the floor or under the ceiling."""
+    return Base((sp.S.Zero, sp.S.Zero, centimetres(rng, 20, 90)), sp.S.Zero, rng.choice((sp.S.Zero, sp.pi)))

@@ -7,27 +7,40 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+import sympy as sp
 
 from exercises.arm.chain import Chain
 from exercises.figure.labels import Request
+from exercises.figure.plane import is_flat
 from exercises.figure.pose import Skeleton
 from exercises.figure.shapes import Circle, Glyph, Pair, Piece, Polyline, Shape, magnitude, with_offset
 from exercises.figure.view import Part, View, across, box, cylinder, tip, turned
 
 JOINT, HALF, SLEEVE = 9.0, 11.0, 19.0
 """Pixels: radius of a revolute joint, half its length in space, half the length of a sleeve."""
-APART = 27.0
+APART, AWAY = 27.0, 82.0
+"""Pixels: least distance of two glyphs, and their distance in an arm without links."""
 ARC = {True: 31.0, False: 34.0}
 
 
 @dataclass(frozen=True)
 class Scene:
-    """An arm, its skeleton in the pose to draw, the view, and where the glyphs of the joints stand (n x 3)."""
+    """An arm, its skeleton in the pose to draw, the view, and where the glyphs of the joints stand (n x 3).
+
+    `bare` are the frames whose x axes are left out, because too many axes start at one point.
+    """
 
     chain: Chain
     bones: Skeleton
     view: View
     places: tuple[np.ndarray, ...]
+    offsets: tuple[sp.Expr, ...]
+    bare: frozenset[int]
+
+    @property
+    def is_planar(self) -> bool:
+        """Whether the drawing is flat."""
+        return is_flat(self.chain)
 
     def axis(self, i: int) -> np.ndarray:
         """Return z_{i-1}, the axis of joint i."""
@@ -36,6 +49,13 @@ class Scene:
     def is_flat(self, i: int) -> bool:
         """Whether joint i is seen along its axis."""
         return self.view.is_end_on(self.axis(i))
+
+    def is_beside(self, i: int) -> bool:
+        """Whether the glyph of joint i stands where no link runs: on its axis, away from the origin."""
+        start, place = self.bones.origins[i - 1], self.places[i - 1]
+        along, reach = float((place - start) @ self.axis(i)), self.bones.corners[i - 1] - start
+        share = along / float(reach @ self.axis(i)) if _movable(self.bones, i - 1) else np.inf
+        return abs(along) > 1e-9 and not 0.0 <= share <= 1.0
 
 
 def scene(chain: Chain, bones: Skeleton, view: View) -> Scene:
@@ -46,7 +66,8 @@ def scene(chain: Chain, bones: Skeleton, view: View) -> Scene:
     for i in order:
         places[i] = _free(bones, view, i, taken)
         taken.append(places[i])
-    return Scene(chain, bones, view, tuple(places[i] for i in range(chain.n)))
+    standing = tuple(places[i] for i in range(chain.n))
+    return Scene(chain, bones, view, standing, chain.offsets, frozenset() if is_flat(chain) else _bare(bones))
 
 
 def _movable(bones: Skeleton, i: int) -> bool:
@@ -54,16 +75,39 @@ def _movable(bones: Skeleton, i: int) -> bool:
     return bool(np.linalg.norm(bones.corners[i] - bones.origins[i]) > 1e-6)
 
 
+def _bare(bones: Skeleton) -> frozenset[int]:
+    """Return the frames between others at one origin, but the first and the last frame of the arm."""
+    apart = np.linalg.norm(bones.origins[:, None] - bones.origins[None], axis=2)
+    crowded = np.sum(apart < 1e-6, axis=1) > 2
+    return frozenset(i for i in range(1, len(crowded) - 1) if crowded[i])
+
+
 def _free(bones: Skeleton, view: View, i: int, taken: list[np.ndarray]) -> np.ndarray:
     origin, along = bones.origins[i], bones.corners[i] - bones.origins[i]
     z = bones.frames[i, :3, 2]
     spots = [origin + share * along for share in (0.0, 0.45, 0.6, 0.3)]
     if not view.is_end_on(z):
-        spots += [origin + step * APART / view.scale * z for step in ((-1, 1) if i == 0 else (1, -1))]
+        steps: tuple[float, ...] = (-APART, APART) if i == 0 else (APART, -APART)
+        if not _movable(bones, i) and is_point(bones):
+            steps = (-AWAY, AWAY) if i == 0 else (AWAY, AWAY / 2, -AWAY, -AWAY / 2)
+        spots += [origin + step / view.scale * z for step in (*steps, 2 * steps[0], 2 * steps[1])]
+        if i == 0 and _shares_origin(bones):
+            spots = spots[4:]
     for spot in spots:
         if all(np.hypot(*np.subtract(view.px(spot), view.px(other))) >= APART - 3 for other in taken):
             return np.asarray(spot)
     return np.asarray(spots[0])
+
+
+def is_point(bones: Skeleton) -> bool:
+    """Whether the arm has no link at all, as a wrist has none."""
+    return bool(np.ptp(np.vstack([bones.origins, bones.corners, bones.path]), axis=0).max() < 1e-6)
+
+
+def _shares_origin(bones: Skeleton) -> bool:
+    """Whether joint 2 stands on joint 1 and neither can make way along a link."""
+    apart = np.linalg.norm(bones.origins[1] - bones.origins[0])
+    return len(bones.corners) > 1 and bool(apart < 1e-6) and not (_movable(bones, 0) or _movable(bones, 1))
 
 
 def link(scene: Scene, i: int) -> Part:
@@ -72,6 +116,8 @@ def link(scene: Scene, i: int) -> Part:
     start, corner, end = bones.origins[i - 1], bones.corners[i - 1], bones.origins[i]
     shapes: tuple[Shape, ...] = ()
     labels: list[Request] = []
+    if scene.is_beside(i):
+        shapes += _bar(scene.view, [scene.places[i - 1], start], "link")
     if joint.kind == "P":
         place = scene.places[i - 1]
         moved = float(np.linalg.norm(place - start)) > 1e-9
@@ -139,7 +185,7 @@ def joint(scene: Scene, i: int) -> Part:
         shapes = cylinder(view, place, z, JOINT, HALF)
     else:
         half = min(SLEEVE, 0.4 * view.scale * float(np.linalg.norm(scene.bones.corners[i - 1] - place)))
-        shapes = box(view, place, z, max(half, 8.0), 9.0 if scene.chain.is_planar else 8.0)
+        shapes = box(view, place, z, max(half, 8.0), 9.0 if scene.is_planar else 8.0)
     return Part((Glyph(i, kind, shapes),))
 
 
@@ -162,6 +208,8 @@ def ground(scene: Scene) -> Part:
         return _ground_line(view, origin, x, -y)
     half = HALF if scene.chain.joints[0].kind == "R" else SLEEVE
     low = min(float((scene.places[0] - origin) @ z) * view.scale, 0.0) - half
+    if scene.is_planar:
+        return Part(_hatched(view, origin + low / view.scale * z, x if view.lies_flat(x) else y, -z))
     size, middle = 28.0 / view.scale, origin + low / view.scale * z
     corners = [middle + size * (a * x + b * y) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
     shapes: list[Shape] = [Polyline(view.path(corners), "plate", True)]
@@ -174,12 +222,17 @@ def ground(scene: Scene) -> Part:
 def _ground_line(view: View, origin: np.ndarray, x: np.ndarray, down: np.ndarray) -> Part:
     unit = 1.0 / view.scale
     foot = [origin, origin + unit * (24 * down - 13 * x), origin + unit * (24 * down + 13 * x)]
-    line = [origin + unit * (24 * down - 30 * x), origin + unit * (24 * down + 30 * x)]
+    return Part((Polyline(view.path(foot), "pedestal", True), *_hatched(view, origin + unit * 24 * down, x, down)))
+
+
+def _hatched(view: View, middle: np.ndarray, x: np.ndarray, down: np.ndarray) -> tuple[Shape, ...]:
+    """Return a line along x with hatching below it."""
+    unit = 1.0 / view.scale
     ticks = [
-        Polyline(view.path([origin + unit * (24 * down + k * x), origin + unit * (32 * down + (k - 8) * x)]), "hatch")
+        Polyline(view.path([middle + unit * k * x, middle + unit * (8 * down + (k - 8) * x)]), "hatch")
         for k in range(-24, 31, 9)
     ]
-    return Part((Polyline(view.path(foot), "pedestal", True), *ticks, Polyline(view.path(line), "ground")))
+    return (*ticks, Polyline(view.path([middle - unit * 30 * x, middle + unit * 30 * x]), "ground"))
 
 
 def joint_angle(scene: Scene, i: int) -> Part:
@@ -189,13 +242,13 @@ def joint_angle(scene: Scene, i: int) -> Part:
         return Part()
     angle = float(np.arctan2(np.sin(bones.entries[i - 1]), np.cos(bones.entries[i - 1])))
     x, y, center = bones.frames[i - 1, :3, 0], bones.frames[i - 1, :3, 1], scene.places[i - 1]
-    label = with_offset(scene.chain.q[i - 1], scene.chain.offsets[i - 1], angle=True)
+    label = with_offset(scene.chain.q[i - 1], scene.offsets[i - 1], angle=True)
     dashed = []
-    if np.linalg.norm(center - bones.origins[i - 1]) > 1e-9:
+    if np.linalg.norm(center - bones.origins[i - 1]) > 1e-9 or i - 1 in scene.bare:
         dashed.append(x)
     if np.linalg.norm(bones.corners[i - 1] - center) > 1e-9 or table.a == 0:
         dashed.append(turned(x, y, angle))
-    radius = ARC[scene.chain.is_planar] + (5.0 if i == 1 and not scene.chain.is_planar else 0.0)
+    radius = ARC[scene.is_planar] + (5.0 if i == 1 and not scene.is_planar else 0.0)
     return arc(view, center, (x, y), angle, radius, Request(label, (), "angle")) + Part(
         tuple(Polyline(view.path([center, center + v * (radius + 14) / view.scale]), "dashed") for v in dashed)
     )
@@ -222,8 +275,8 @@ def slide(scene: Scene, i: int) -> Part:
         return Part()
     start, end = scene.bones.origins[i - 1], scene.bones.corners[i - 1]
     moved = np.linalg.norm(scene.places[i - 1] - start) > 1e-9  # then there is a joint with its arc at O_{i-1}
-    label = with_offset(scene.chain.q[i - 1], scene.chain.offsets[i - 1], angle=False)
-    return dimension(scene, start, end, label, ARC[scene.chain.is_planar] + 9.0 if moved else 23.0)
+    label = with_offset(scene.chain.q[i - 1], scene.offsets[i - 1], angle=False)
+    return dimension(scene, start, end, label, ARC[scene.is_planar] + 9.0 if moved else 23.0)
 
 
 def dimension(scene: Scene, start: np.ndarray, end: np.ndarray, label: tuple[Piece, ...], away: float) -> Part:

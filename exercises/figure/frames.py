@@ -2,25 +2,28 @@
 
 import numpy as np
 
-from exercises.figure.arm import Scene, arc, beside, dimension
+from exercises.figure.arm import Scene, arc, beside, dimension, is_point
 from exercises.figure.labels import Request
 from exercises.figure.shapes import Circle, Piece, Polyline, Shape, magnitude, roman, signed, symbol
 from exercises.figure.view import Part, View, arrow
 
 AXIS = {True: 52.0, False: 54.0}
 """Pixels: length of a frame's axis in a flat drawing and in space."""
+LONG = 96.0
+"""The same in the drawing of an arm that has no links."""
 NAMES = "xyz"
 
 
 def axes(scene: Scene) -> Part:
     """Return the axes of frames 0 ... n; axes that coincide are drawn once, with all their names."""
-    view, flat = scene.view, scene.chain.is_planar
+    view, flat = scene.view, scene.is_planar
+    length = AXIS[flat] if not is_point(scene.bones) else LONG
     found: dict[tuple[float, ...], tuple[np.ndarray, np.ndarray, str, tuple[Piece, ...]]] = {}
     for i, frame in enumerate(scene.bones.frames):
         for k, name in enumerate(NAMES):
             axis, origin = frame[:3, k], frame[:3, 3]
             shown = view.lies_flat(axis) if flat else name != "y" or (i == 0 and scene.chain.base.is_world)
-            if not shown:
+            if not shown or (name == "x" and i in scene.bare):
                 continue
             key = tuple((np.round(np.concatenate([origin * view.scale / 2, axis * 10])) + 0.0).tolist())
             before = found[key][3] + roman(", ") if key in found else ()
@@ -28,7 +31,7 @@ def axes(scene: Scene) -> Part:
             found[key] = (*found[key][:3], (*before, *symbol(name, str(i))))
     part = Part()
     for origin, axis, name, pieces in found.values():
-        part += _axis(view, origin, axis, name, pieces, AXIS[flat])
+        part += _axis(view, origin, axis, name, pieces, length)
     return part
 
 
@@ -65,7 +68,7 @@ def page_normals(scene: Scene) -> Part:
     """Return the names of the z axes seen end-on, where some z axis of a flat drawing points otherwise than to us."""
     view, n = scene.view, scene.chain.n
     signs = [float(view.axes[2] @ frame[:3, 2]) for frame in scene.bones.frames]
-    if not scene.chain.is_planar or min(signs) > 0.9:
+    if not scene.is_planar or min(signs) > 0.9:
         return Part()
     labels, named = [], n if min(map(abs, signs)) > 0.9 else n + 1
     for i in range(named):
@@ -78,14 +81,14 @@ def page_normals(scene: Scene) -> Part:
 
 def world(scene: Scene) -> Part:
     """Return the world frame, the base's position in it as dashed legs, and the base's yaw; nothing if they agree."""
-    chain, view, base = scene.chain, scene.view, scene.chain.base
+    view, base = scene.view, scene.chain.base
     if base.is_world:
         return Part()
     place = scene.bones.origins[0]
     apart = float(np.linalg.norm(place)) * view.scale > 1.0
-    length = AXIS[chain.is_planar] + (0.0 if apart else 18.0)
+    length = AXIS[scene.is_planar] + (0.0 if apart else 18.0)
     part, corner = Part(), np.zeros(3)
-    for k in range(2 if chain.is_planar else 3):
+    for k in [k for k in range(3) if not scene.is_planar or view.lies_flat(np.eye(3)[k])]:
         part += _axis(view, np.zeros(3), np.eye(3)[k], "w", symbol(NAMES[k], "w"), length)
         leg = np.eye(3)[k] * place[k]
         if base.position[k] != 0 and _covered(scene, k):
@@ -113,7 +116,7 @@ def _yaw(scene: Scene, apart: bool) -> Part:
         return Part()
     x, origin = frame[:3, 0], frame[:3, 3]
     angle = float(np.arctan2(x[1], x[0]))
-    radius = AXIS[scene.chain.is_planar] - 7.0
+    radius = AXIS[scene.is_planar] - 7.0
     end = origin + np.eye(3)[0] * (radius + 16) / view.scale
     dashed: tuple[Shape, ...] = (Polyline(view.path([origin, end]), "dashed"),) if apart else ()
     sign, letters = signed(base.yaw, angle=True)

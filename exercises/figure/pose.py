@@ -4,9 +4,10 @@ Poses are told by the entries of the DH table (theta_i or d_i with the offset), 
 """
 
 import itertools
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import reduce
+from functools import lru_cache
 
 import numpy as np
 import sympy as sp
@@ -14,22 +15,19 @@ import sympy as sp
 from exercises.arm.chain import Base, Chain, Joint, Point
 from exercises.arm.kinematics import NumericChain
 from exercises.errors import QdotError
+from exercises.figure.plane import camera, is_flat
 
 DEFAULT_LENGTH = 0.4
 """Of a table without any number, in metres."""
 WIDTH, HEIGHT = 520, 360
 ROOM = (380.0, 240.0)
 """What the arm's skeleton may take of the figure, in pixels; the rest is for axes and labels."""
-PLANE = np.eye(3)
-MANY = 2500
-
-
-def _axonometric(azimuth: float, elevation: float) -> np.ndarray:
-    ca, sa, ce, se = np.cos(azimuth), np.sin(azimuth), np.cos(elevation), np.sin(elevation)
-    return np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
-
-
-SPACE = _axonometric(np.radians(36.0), np.radians(24.0))
+MANY, BATCH = 2000, 100
+"""Poses that are compared; of more combinations an even choice is taken; and how many at a time."""
+LONG = 4
+"""More joints than that make a long arm."""
+CLEAR = {False: 1.8, True: 4.0}
+"""What a pose may gain at most by keeping its links apart; more for a long arm."""
 
 
 @dataclass(frozen=True)
@@ -50,24 +48,19 @@ class Skeleton:
         return np.asarray(self.frames[:, :3, 3])
 
 
-def camera(chain: Chain) -> np.ndarray:
-    """Return the directions right, up and towards the reader (rows) in the world frame."""
-    return PLANE if chain.is_planar else SPACE
-
-
 def drawn_chain(chain: Chain) -> Chain:
     """Return the arm with numbers for all lengths, near enough to each other that the smallest can be seen."""
     lengths = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
     known = [abs(float(value)) for value in lengths if value.is_number and value != 0]
     unit = max(known, default=DEFAULT_LENGTH)
-    values = _symbol_values(chain, unit)
+    values = symbol_values(chain, unit)
 
-    def length(value: sp.Expr, least: float = 0.36) -> sp.Expr:
+    def length(value: sp.Expr, least: float = 0.36, most: float = 1.0) -> sp.Expr:
         if value == 0:
             return sp.S.Zero
         if not value.is_number:
             return sp.Float(float(value.xreplace(values)))
-        size = least + (1.0 - least) * min(abs(float(value)) / unit, 1.3)  # a base may be far away
+        size = least + (most - least) * min(abs(float(value)) / unit, 1.3)  # a base may be far away
         return sp.Float((1 if value > 0 else -1) * unit * size)
 
     def angle(value: sp.Expr) -> sp.Expr:
@@ -78,14 +71,16 @@ def drawn_chain(chain: Chain) -> Chain:
         theta = variable if joint.kind == "R" else angle(joint.theta)
         return Joint(joint.kind, theta, d, length(joint.a), angle(joint.alpha))
 
-    x, y, z = (length(value, 0.55) for value in chain.base.position)
+    near = (0.55, 1.0) if chain.n <= LONG else (0.3, 0.5)  # leaves more of the drawing to a long arm
+    x, y, z = (length(value, *near) for value in chain.base.position)
     u, v, w = (length(value) for value in chain.point.offset)
     rows = tuple(row(joint, variable) for joint, variable in zip(chain.joints, chain.q, strict=True))
     base = Base((x, y, z), angle(chain.base.yaw), angle(chain.base.tilt))
     return replace(chain, joints=rows, base=base, tool=Point(chain.point.frame, (u, v, w)))
 
 
-def _symbol_values(chain: Chain, unit: float) -> dict[sp.Symbol, sp.Float]:
+def symbol_values(chain: Chain, unit: float) -> dict[sp.Symbol, sp.Float]:
+    """Return numbers for the open symbols of an arm whose longest given length is `unit`."""
     shares = itertools.chain((1.0, 0.85, 0.72, 0.62), itertools.repeat(0.55))
     values: dict[sp.Symbol, sp.Float] = {}
 
@@ -117,7 +112,7 @@ def told_pose(chain: Chain, pose: Mapping[str, float]) -> np.ndarray:
     shown = []
     for joint, variable in zip(chain.joints, chain.q, strict=True):
         entry = (joint.theta if joint.kind == "R" else joint.d).xreplace({variable: sp.Float(pose[variable.name])})
-        shown.append(float(entry.xreplace(_symbol_values(chain, DEFAULT_LENGTH))))
+        shown.append(float(entry.xreplace(symbol_values(chain, DEFAULT_LENGTH))))
     return np.array(shown)
 
 
@@ -125,22 +120,27 @@ def candidates(chain: Chain, drawn: Chain) -> np.ndarray:
     """Return a fixed list of poses (k x n): every combination of a few values, or an even choice of them."""
     unit = max([abs(float(v)) for j in drawn.joints for v in (j.a, j.d) if v.is_number] + [0.0]) or DEFAULT_LENGTH
     # only positive angles: the arrow of an arc is read as the positive sense
-    turns = (40, 50, 33, 65, 115, 130) if chain.is_planar else (40, 60, 30, 70, 115, 130, 145, 155)
-    slides = (1.7, 2.0) if chain.is_planar else (1.0, 0.75, 0.55)
+    turns = (40, 50, 33, 65, 115, 130) if is_flat(chain) else (40, 60, 30, 70, 115, 130, 145, 155)
+    slides = (1.7, 2.0) if chain.is_planar else (1.3, 1.0, 1.7) if is_flat(chain) else (1.0, 0.75, 0.55)
     choices = [
         [float(np.radians(value)) for value in turns] if joint.kind == "R" else [unit * value for value in slides]
         for joint in chain.joints
     ]
-    total = reduce(lambda product, values: product * len(values), choices, 1)
+    sizes = tuple(len(values) for values in choices)
+    return np.stack([np.array(values)[digit] for values, digit in zip(choices, _digits(sizes), strict=True)], axis=1)
+
+
+@lru_cache(maxsize=64)
+def _digits(sizes: tuple[int, ...]) -> np.ndarray:
+    """Return which value each joint takes (n x k): all combinations, or an even choice of MANY of them."""
+    total = math.prod(sizes)
     step = 1 if total <= MANY else int(total * 0.6180339887) | 1
-    poses = []
-    for k in range(min(total, MANY)):
-        index, pose = k * step % total, []
-        for values in choices:
-            index, digit = divmod(index, len(values))
-            pose.append(values[digit])
-        poses.append(pose)
-    return np.array(poses)
+    index = np.arange(min(total, MANY)) * step % total
+    digits = []
+    for size in sizes:
+        index, digit = np.divmod(index, size)
+        digits.append(digit)
+    return np.array(digits)
 
 
 def skeletons(drawn: Chain, entries: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -168,12 +168,38 @@ def skeleton(drawn: Chain, entries: np.ndarray) -> Skeleton:
 def best_poses(chain: Chain, drawn: Chain, count: int) -> np.ndarray:
     """Return the `count` candidate poses (count x n) whose bare skeletons are easiest to read, best first."""
     entries = candidates(chain, drawn)
-    order = np.argsort(-np.round(scores(chain, drawn, entries), 3), kind="stable")
-    return np.asarray(entries[order[:count]])
+    return np.asarray(entries[_best(chain, drawn, entries, count)])
+
+
+def _best(chain: Chain, drawn: Chain, entries: np.ndarray, count: int) -> np.ndarray:
+    """Return which `count` of some poses (k x n) are easiest to read, best first.
+
+    Clearance is slow to work out; poses that even the best clearance could not bring among the best are left out.
+    """
+    score, lines, scale = _looks(chain, drawn, entries)
+    order = np.argsort(-np.round(score, 3), kind="stable")
+    total = np.full(len(entries), -np.inf)
+    for start in range(0, len(order), BATCH):
+        some = order[start : start + BATCH]
+        least = np.sort(total)[-count] if count <= len(total) else -np.inf
+        if score[some[0]] + CLEAR[chain.n > LONG] + 0.01 < least:
+            break
+        total[some] = score[some] + _clear(chain, lines[some], scale[some])
+    return np.argsort(-np.round(total, 3), kind="stable")[:count]
 
 
 def scores(chain: Chain, drawn: Chain, entries: np.ndarray) -> np.ndarray:
     """Return how easy the bare skeletons of poses (k x n) are to read (k); more is better."""
+    score, lines, scale = _looks(chain, drawn, entries)
+    return np.asarray(score + _clear(chain, lines, scale))
+
+
+def _clear(chain: Chain, lines: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    return np.asarray(CLEAR[chain.n > LONG] * np.minimum(_clearance(lines, 2 if chain.n > LONG else 1) * scale / 70, 1))
+
+
+def _looks(chain: Chain, drawn: Chain, entries: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the score of poses but for clearance (k), the lines to keep clear (k x s x 2 x 2), and the scale (k)."""
     frames, corners, path = skeletons(drawn, entries)
     view = camera(chain)
     pieces = _segments(frames, corners, path, drawn.point.frame)
@@ -181,19 +207,18 @@ def scores(chain: Chain, drawn: Chain, entries: np.ndarray) -> np.ndarray:
     spread = np.ptp(flat.reshape(len(entries), -1, 2), axis=1)
     scale = 1.0 / np.maximum(np.max(spread / ROOM, axis=1), 1e-9)
     lengths = np.linalg.norm(flat[:, :, 1] - flat[:, :, 0], axis=2) * scale[:, None]
-    score = 1.5 * np.minimum(lengths.min(axis=1) / 85, 1) + 1.8 * np.minimum(
-        _clearance(_with_last_x(flat, frames, view, scale)) * scale / 70, 1
-    )
+    score = 1.5 * np.minimum(lengths.min(axis=1) / 85, 1)
     score = score + 0.3 * np.minimum(lengths.mean(axis=1) / 150, 1) + _angles(chain, frames, entries, view)
-    up = frames[:, 0, :3, 1 if chain.is_planar else 2]
+    up = frames[:, 0, :3, 1 if abs(view[2] @ frames[0, 0, :3, 2]) > 0.999 else 2]
     above = np.einsum("kspx,kx->ksp", pieces - frames[:, 0, None, None, :3, 3], up).reshape(len(entries), -1)
     score = score + 3.0 * np.minimum(above.min(axis=1) * scale / 40, 0).clip(-1)
     score = score + 0.4 * np.minimum((above[:, -1] * scale) / 60, 1)
-    if not chain.is_planar:
+    if not is_flat(chain):
         z_axes = np.linalg.norm(frames[:, :, :3, 2] @ view[:2].T, axis=2)
         score = score + 0.8 * np.minimum(z_axes.min(axis=1) / 0.6, 1) + 0.9 * _axes_apart(frames, view)
     ends = (frames[:, -1, :3, 3] - frames[:, 0, :3, 3]) @ view[:2].T
-    return np.asarray(score + 0.9 * np.minimum(np.linalg.norm(ends, axis=1) * scale / 260, 1))
+    score = score + 0.9 * np.minimum(np.linalg.norm(ends, axis=1) * scale / 260, 1)
+    return np.asarray(score), _with_last_axes(flat, frames, view, scale), scale
 
 
 def _segments(frames: np.ndarray, corners: np.ndarray, path: np.ndarray, moved: int) -> np.ndarray:
@@ -208,23 +233,46 @@ def _segments(frames: np.ndarray, corners: np.ndarray, path: np.ndarray, moved: 
     return pairs[:, some] if some.any() else pairs[:, :1]
 
 
-def _clearance(flat: np.ndarray) -> np.ndarray:
-    """Return the least distance of pieces that are no neighbours (and of far ends of neighbours), per pose (k)."""
+def _clearance(flat: np.ndarray, axes: int) -> np.ndarray:
+    """Return the least distance of pieces that are no neighbours (and of far ends of neighbours), per pose (k).
+
+    The last pieces are as many axes of the last frame, all of which are neighbours of the last link.
+    """
     shares = np.linspace(0.0, 1.0, 6)[:, None]
     points = flat[:, :, None, 0] * (1 - shares) + flat[:, :, None, 1] * shares
-    least = np.full(len(flat), np.inf)
+    least, link = np.full(len(flat), np.inf), flat.shape[1] - axes - 1
     for i, j in itertools.combinations(range(flat.shape[1]), 2):
-        first, second = (points[:, i, :4], points[:, j, 2:]) if j == i + 1 else (points[:, i], points[:, j])
+        near = j == i + 1 or i >= link
+        first, second = (points[:, i, :4], points[:, j, 2:]) if near else (points[:, i], points[:, j])
         gaps = np.linalg.norm(first[:, :, None] - second[:, None], axis=3).reshape(len(flat), -1)
-        least = np.minimum(least, gaps.min(axis=1) * (1.3 if j == i + 1 else 1.0))
+        least = np.minimum(least, gaps.min(axis=1) * (1.3 if near else 1.0))
+        if not near:
+            least = np.where(_cross(flat[:, i], flat[:, j]), 0.0, least)
     return np.where(np.isinf(least), 1.0, least)
 
 
-def _with_last_x(flat: np.ndarray, frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Return drawn pieces (k x s x 2 x 2) and, as one more, the x axis of the last frame, which must keep clear too."""
+def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Tell whether straight pieces (k x 2 x 2 each) cross in the drawing (k)."""
+
+    def sides(line: np.ndarray, other: np.ndarray) -> np.ndarray:
+        way, there = (line[:, 1] - line[:, 0])[:, None], other - line[:, None, 0]
+        turns = way[..., 0] * there[..., 1] - way[..., 1] * there[..., 0]
+        return np.asarray(turns[:, 0] * turns[:, 1] < 0)
+
+    return sides(first, second) & sides(second, first)
+
+
+def _with_last_axes(flat: np.ndarray, frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Return drawn pieces (k x s x 2 x 2) and what must keep clear of them too: the x axis of the last frame.
+
+    Of a long arm, whose end comes near to its beginning, also the z axis.
+    """
     start = frames[:, -1, :3, 3] @ view[:2].T
-    end = start + 50 / scale[:, None] * (frames[:, -1, :3, 0] @ view[:2].T)
-    return np.concatenate([flat, np.stack([start, end], axis=1)[:, None]], axis=1)
+    lines = [flat]
+    for axis in (0, 2) if frames.shape[1] > LONG + 1 else (0,):
+        end = start + 50 / scale[:, None] * (frames[:, -1, :3, axis] @ view[:2].T)
+        lines.append(np.stack([start, end], axis=1)[:, None])
+    return np.concatenate(lines, axis=1)
 
 
 def _angles(chain: Chain, frames: np.ndarray, entries: np.ndarray, view: np.ndarray) -> np.ndarray:
@@ -239,7 +287,7 @@ def _angles(chain: Chain, frames: np.ndarray, entries: np.ndarray, view: np.ndar
         seen = np.minimum(np.minimum(turn, np.pi - turn + 0.3) / np.radians(35), 1)
         seen = seen * np.minimum(np.linalg.norm(end, axis=1) / 0.5, 1)
         worst = np.minimum(worst, seen)
-        if i > 0 or chain.is_planar:
+        if i > 0 or is_flat(chain):
             liked = liked + np.clip(1.4 - np.abs(entries[:, i] - 0.8), 0, 1) * 1.2 / chain.n
     return np.asarray(1.2 * worst + liked)
 

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 
 import sympy as sp
 
@@ -127,11 +128,13 @@ def decimal(number: sp.Expr) -> str:
     return "0" if text == "-0" else text
 
 
+@lru_cache(maxsize=4096)
 def magnitude(expression: sp.Expr) -> tuple[Piece, ...]:
     """Return the lettering of a length as it stands beside a drawn line: without sign."""
     return signed(expression, angle=False)[1]
 
 
+@lru_cache(maxsize=4096)
 def with_offset(variable: sp.Symbol, offset: sp.Expr, angle: bool) -> tuple[Piece, ...]:
     """Return the lettering of a joint variable plus its offset, as in θ1 + 30°."""
     if offset == 0:
@@ -140,6 +143,7 @@ def with_offset(variable: sp.Symbol, offset: sp.Expr, angle: bool) -> tuple[Piec
     return (*named(variable.name), *roman(f" {sign} "), *rest)
 
 
+@lru_cache(maxsize=4096)
 def runs(pieces: tuple[Piece, ...], font: float = FONT) -> tuple[Run, ...]:
     """Return the runs of some lettering, subscripts lowered and made smaller."""
     done, low = [], 0.0
@@ -150,6 +154,7 @@ def runs(pieces: tuple[Piece, ...], font: float = FONT) -> tuple[Run, ...]:
     return tuple(done)
 
 
+@lru_cache(maxsize=4096)
 def extent(pieces: tuple[Piece, ...], font: float = FONT) -> Pair:
     """Return an upper estimate of width and height (pixels) of some lettering in any serif font."""
     narrow, wide = set(" .,1iljt°"), set("mwMWOθ=+−ωφψ")
@@ -159,3 +164,13 @@ def extent(pieces: tuple[Piece, ...], font: float = FONT) -> Pair:
             share = 0.34 if letter in narrow else 0.74 if letter in wide else 0.56
             width += share * font * (SUB if sub else 1.0)
     return width + 2.0, font * 1.16
+
+
+def fixed(value: float) -> str:
+    """Return a number with one decimal, the same on every machine.
+
+    >>> fixed(-0.04), fixed(12.25)
+    ('0.0', '12.3')
+    """
+    text = f"{value + 1.37e-4:.1f}"  # the shift takes exact ties, on which machines might differ, off the edge
+    return "0.0" if text == "-0.0" else text

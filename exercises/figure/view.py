@@ -1,6 +1,7 @@
 """From metres in the world frame to pixels: the view, and solid shapes seen in it."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -82,13 +83,25 @@ def across(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def cylinder(view: View, center: np.ndarray, axis: np.ndarray, radius: float, half: float) -> tuple[Polyline, ...]:
     """Return a cylinder about an axis (sizes in pixels): its outline and the end that is turned to the reader."""
-    u, v = across(axis)
-    turns = np.linspace(0.0, 2 * np.pi, 41)[:-1]
-    ring = [(u * np.cos(t) + v * np.sin(t)) * radius / view.scale for t in turns]
-    near = axis * (1.0 if view.axes[2] @ axis >= 0 else -1.0) * half / view.scale
-    front, back = [view.path([center + end + r for r in ring]) for end in (near, -near)]
-    outline = hull([*front, *back])
+    x, y = view.px(center)
+    rings = _cylinder(tuple(view.axes.ravel().tolist()), tuple(axis.tolist()), radius, half)
+    outline, front = (tuple((x + dx, y + dy) for dx, dy in ring) for ring in rings)
     return (Polyline(outline, "joint-side", True), Polyline(front, "joint-face", True))
+
+
+@lru_cache(maxsize=1024)
+def _cylinder(
+    directions: tuple[float, ...], along: tuple[float, ...], radius: float, half: float
+) -> tuple[tuple[Pair, ...], tuple[Pair, ...]]:
+    """Return outline and near end of a cylinder in pixels about its centre, for a view's directions (row by row)."""
+    axes, axis = np.array(directions).reshape(3, 3), np.array(along)
+    u, v = across(axis)
+    turns = np.linspace(0.0, 2 * np.pi, 41)[:-1, None]
+    ring = (u * np.cos(turns) + v * np.sin(turns)) * radius
+    near = axis * (1.0 if axes[2] @ axis >= 0 else -1.0) * half
+    right_down = axes[:2].T * (1.0, -1.0)
+    front, back = ([(float(x), float(y)) for x, y in (ring + end) @ right_down] for end in (near, -near))
+    return hull([*front, *back]), tuple(front)
 
 
 def box(view: View, center: np.ndarray, axis: np.ndarray, half: float, side: float) -> tuple[Polyline, ...]:

@@ -1,26 +1,18 @@
 """An arm in words: what its figure shows, exactly, for readers who do not see it."""
 
-from dataclasses import replace
-
 import sympy as sp
 
-from exercises.arm.chain import Base, Chain, Point
+from exercises.arm.chain import Chain
+from exercises.figure.plane import SEEN, exact, is_flat, plane
 from exercises.figure.shapes import signed
 
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 KINDS = {"R": "revolute", "P": "prismatic"}
 
 
-def exact(chain: Chain) -> Chain:
-    """Return the same arm with sympy numbers where its base or point hold Python ones."""
-    (x, y, z), (u, v, w) = (map(sp.sympify, three) for three in (chain.base.position, chain.point.offset))
-    base = Base((x, y, z), sp.sympify(chain.base.yaw), sp.sympify(chain.base.tilt))
-    return replace(chain, base=base, tool=Point(chain.point.frame, (u, v, w)))
-
-
 def title_text(chain: Chain) -> str:
     """Return a title, as in "Planar arm with joints RRR"."""
-    return f"{'Planar' if chain.is_planar else 'Spatial'} arm with joints {''.join(j.kind for j in chain.joints)}"
+    return f"{'Planar' if is_flat(chain) else 'Spatial'} arm with joints {''.join(j.kind for j in chain.joints)}"
 
 
 def alt_text(chain: Chain) -> str:
@@ -28,10 +20,20 @@ def alt_text(chain: Chain) -> str:
     chain = exact(chain)
     count = NUMBERS[chain.n] if chain.n < len(NUMBERS) else str(chain.n)
     joints = f"{count} joint{'s' if chain.n > 1 else ''}"
-    where = "drawn flat in the plane of x_w and y_w, seen from +z_w" if chain.is_planar else "drawn in space"
-    sentences = [f"A {'planar' if chain.is_planar else 'spatial'} arm with {joints} in series, {where}.", _base(chain)]
+    across = plane(chain)
+    where = f"drawn flat {SEEN[across]}" if across else "drawn in space"
+    sentences = [f"A {'planar' if across else 'spatial'} arm with {joints} in series, {where}.", _base(chain)]
     sentences += [_joint(chain, i) for i in range(1, chain.n + 1)]
     return " ".join([*sentences, _point(chain), "Lengths are not to scale."])
+
+
+def panels_text(captions: list[str]) -> str:
+    """Return a description of small drawings of one arm, the first of which shows a regular configuration."""
+    return (
+        f"The arm in a regular configuration and in these singular ones: {'; '.join(captions[1:])}. Drawn to scale. "
+        "A dashed double arrow at P shows a direction in which P cannot move there; a dashed ring, that it points at "
+        "the reader."
+    )
 
 
 def _plain(expression: sp.Expr, angle: bool) -> str:
@@ -53,7 +55,7 @@ def _base(chain: Chain) -> str:
     turns = [f"turned by {_plain(base.yaw, angle=True)} about z_w"] if base.yaw != 0 else []
     if base.tilt != 0:
         mount = {sp.pi: "ceiling", -sp.pi: "ceiling", sp.pi / 2: "wall", -sp.pi / 2: "wall"}.get(base.tilt)
-        hung = f" (mounted on the {mount})" if mount and not chain.is_planar else ""
+        hung = f" (mounted on the {mount})" if mount and not is_flat(chain) else ""
         turns.append(f"{'then ' if turns else ''}tilted by {_plain(base.tilt, angle=True)} about its own x axis{hung}")
     at = "at the world's origin" if not any(base.position) else f"at {_triple(base.position)} in the world frame"
     return f"The base frame O0 is {at}{', ' if turns else ''}{', '.join(turns)}."

@@ -1,5 +1,333 @@
-"""Short questions on the chapter's concepts, with parameters and figures: sizes, inverses, what is out of reach."""
+"""Short questions on the concepts: size of J, effect of one joint, when (6.7) can be used, what a singularity costs."""
 
-from exercises.questions.base import Question
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import combinations
 
-QUESTIONS: tuple[Question, ...] = ()
+import numpy as np
+import sympy as sp
+
+from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.derivation import derive
+from exercises.arm.directions import lost_direction
+from exercises.arm.singularity import singular_set
+from exercises.problem import Choice, Number
+from exercises.questions.base import Asked, Question
+from exercises.questions.geometry import (
+    Pose,
+    distinct_lengths,
+    jacobian_at,
+    pose_of,
+    precise,
+    precise_lost,
+    regular_pose,
+    singular_pose,
+)
+from exercises.questions.inversion import draw_pose
+from exercises.stream import Stream
+
+DIFFERENT = 0.2
+"""Share of the larger one by which two options differ at least."""
+
+# --- size of J ---
+
+
+def _tasks(chain: Chain) -> list[tuple[str, ...]]:
+    """Return the tasks in which an arm can move, other than its own: the rows that are not zero identically."""
+    rows = moving_rows(derive(chain).geometric)
+    found = [task for size in range(1, len(rows) + 1) for task in combinations(rows, size)]
+    return [task for task in found if task != chain.task]
+
+
+def moving_rows(geometric: sp.Matrix) -> tuple[str, ...]:
+    """Return the names of the rows of a 6 x n Jacobian that are not zero identically."""
+    return tuple(name for name, row in zip(TASK_ROWS, geometric.tolist(), strict=True) if any(e != 0 for e in row))
+
+
+def _size(chain: Chain, rng: Stream) -> Asked:
+    tasks = _tasks(chain)
+    size = rng.choice(sorted({len(task) for task in tasks}))
+    task = rng.choice([task for task in tasks if len(task) == size])
+    return Number(sp.Matrix([size, chain.n]), ("", ""), 1e-9, 1e-9), {"task": task}
+
+
+def _no_other_task(chain: Chain) -> str | None:
+    return None if _tasks(chain) else "it moves in one component only, which is its task"
+
+
+# --- effect of one joint ---
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Which joint moves alone in which pose, and the components of velocity that are shown."""
+
+    joint: int
+    place: Pose
+    rows: tuple[str, ...]
+
+
+def _shown_rows(chain: Chain) -> tuple[str, ...]:
+    """Return the components in which the effect of a joint is shown: of P, or of the last link if P does not count."""
+    rows = moving_rows(derive(chain).geometric)
+    linear = tuple(row for row in rows if row[0] == "v")
+    if len(linear) < 2 or not chain.linear_rows:
+        return tuple(row for row in rows if row[0] == "w")
+    return linear
+
+
+def _no_effect(chain: Chain) -> str | None:
+    rows = _shown_rows(chain)
+    return None if len(rows) >= 2 else "its velocity has one component only, along a line that does not change"
+
+
+Numbers = tuple[sp.Rational, ...]
+
+
+def _effect(chain: Chain, rng: Stream) -> Asked:
+    rows = _shown_rows(chain)
+    indices = [TASK_ROWS.index(row) for row in rows]
+    for _ in range(60):
+        lengths, joints = distinct_lengths(chain, rng), draw_pose(chain, rng)
+        pose = pose_of(chain, lengths, joints)
+        geometric = precise(chain, pose, derive(chain).geometric)
+        shown = geometric.extract(indices, list(range(chain.n)))
+        moving = [i for i in range(chain.n) if _size_of(shown.col(i)) > 0.1]
+        if not moving:
+            continue
+        joint = rng.choice(moving)
+        right = _rounded(shown.col(joint))
+        wrong: list[Numbers] = []
+        for vector in rng.shuffled(_slips(chain, pose, joint, shown, geometric, indices)):
+            candidate = _rounded(vector)
+            if all(_differ(candidate, other) for other in (right, *wrong)):
+                wrong.append(candidate)
+        if len(wrong) >= 3:
+            order = rng.shuffled([right, *wrong[:3]])
+            answer = Choice(tuple(vector_words(vector) for vector in order), order.index(right))
+            return answer, {"effect": Effect(joint + 1, pose, rows), "pose": pose.figure}
+    raise RuntimeError(f"no pose of {chain} tells the effects of its joints apart; please report this")
+
+
+def _slips(
+    chain: Chain, pose: Pose, joint: int, shown: sp.Matrix, geometric: sp.Matrix, rows: list[int]
+) -> list[sp.Matrix]:
+    """Return what mistakes make of a column: sign, another column, p* itself, p* from the next origin, next frame."""
+    column = shown.col(joint)
+    found = [-column, *(shown.col(i) for i in range(chain.n) if i != joint)]
+    if rows[0] < 3:
+        derivation = derive(chain)
+        z, p_star = precise(chain, pose, derivation.z), precise(chain, pose, derivation.p_star)
+        linear = [row for row in rows if row < 3]
+        found.append(p_star.col(joint).extract(linear, [0]))
+        if chain.joints[joint].kind == "R" and joint + 1 < chain.n:
+            found.append(z.col(joint).cross(p_star.col(joint + 1)).extract(linear, [0]))
+        if chain.joints[joint].kind == "P":
+            found.append(z.col(joint).cross(p_star.col(joint)).extract(linear, [0]))
+    turned = [-column[1], column[0], *column[2:]]  # a quarter turn too far
+    found.append(sp.Matrix(turned))
+    found.append(sp.Matrix([column[1], column[0], *column[2:]]))
+    found.append(sp.Matrix([column[0], -column[1], *column[2:]]))
+    return [vector for vector in found if _size_of(vector) > 0.05]
+
+
+def _size_of(vector: sp.Matrix) -> float:
+    return float(np.linalg.norm(np.array([float(value) for value in vector])))
+
+
+def _rounded(vector: sp.Matrix) -> Numbers:
+    """Return entries to three decimals."""
+    return tuple(_decimals(value, 3) for value in vector)
+
+
+def _decimals(value: sp.Expr, places: int) -> sp.Rational:
+    return sp.Rational(round(sp.Float(value, 30) * 10**places), 10**places)
+
+
+def _differ(a: Numbers, b: Numbers) -> bool:
+    first, second = (np.array([float(value) for value in vector]) for vector in (a, b))
+    return bool(np.linalg.norm(first - second) > DIFFERENT * max(np.linalg.norm(first), np.linalg.norm(second)))
+
+
+def vector_words(vector: Numbers) -> str:
+    """Return a vector as the text of an option, three decimals each.
+
+    >>> vector_words((sp.Rational(1, 3).limit_denominator(1000), sp.S(-2)))
+    '(0.333, -2.000)'
+    """
+    return f"({', '.join(f'{float(value) + 0.0:.3f}' for value in vector)})"
+
+
+# --- when (6.7) can be used ---
+
+USES = {
+    "regular": "yes: $J$ is square and has full rank in this configuration",
+    "singular": "no: $J$ is square, but singular in this configuration",
+    "redundant": "no: $J$ has more columns than rows, and infinitely many joint rates give the same velocity",
+    "few": "no: $J$ has more rows than columns, and most velocities can't be given by any joint rates",
+}
+
+
+def _use(chain: Chain, rng: Stream) -> Asked:
+    """Draw the answer first, then a task and a pose that have it."""
+    for use in rng.shuffled(tuple(USES)):
+        for task in rng.shuffled(_tasks_for(chain, use))[:6]:
+            asked = chain.with_task(*task)
+            pose = _pose_for(asked, use, rng)
+            if pose is not None:
+                order = rng.shuffled(tuple(USES))
+                answer = Choice(tuple(USES[name] for name in order), order.index(use))
+                return answer, {"use": use, "task": task, "place": pose, "pose": pose.figure, **_shown(asked, pose)}
+    raise RuntimeError(f"no task of {chain} could be asked about; please report this")
+
+
+def _shown(chain: Chain, pose: Pose) -> dict[str, object]:
+    """Return J at a pose, and its determinant where it is square, to four digits."""
+    numbers = precise(chain, pose, derive(chain).jacobian)
+    found: dict[str, object] = {"numbers": numbers.applyfunc(_four_digits)}
+    if numbers.is_square:
+        found["determinant"] = _four_digits(numbers.det(method="lu"))
+    return found
+
+
+def _four_digits(value: sp.Expr) -> sp.Expr:
+    return sp.S.Zero if abs(value) < sp.Float("1e-15") else sp.Float(str(sp.Float(value, 4)), 10)
+
+
+@lru_cache(maxsize=1024)
+def _tasks_for(chain: Chain, use: str) -> tuple[tuple[str, ...], ...]:
+    """Return the tasks of an arm for which J can have the shape asked for; where square, its own if it is square."""
+    rows = moving_rows(derive(chain).geometric)
+    sizes = {
+        "regular": [chain.n], "singular": [chain.n],
+        "redundant": range(1, chain.n), "few": range(chain.n + 1, len(rows) + 1),
+    }[use]  # fmt: skip
+    if use in ("regular", "singular") and len(chain.task) == chain.n:
+        return (chain.task,)
+    if use in ("regular", "singular") and chain.n > 3:
+        return ()
+    return tuple(task for size in sizes for task in combinations(rows, size))
+
+
+def _pose_for(chain: Chain, use: str, rng: Stream) -> Pose | None:
+    if use != "singular":
+        return regular_pose(chain, rng, 0.06, use == "regular")
+    for component in rng.shuffled(singular_set(chain) or ()):
+        pose = singular_pose(chain, (component,), rng)
+        if pose is not None:
+            return pose
+    return None
+
+
+# --- what a singularity costs ---
+
+MOST_ROWS = 4
+"""Components of velocity that an option may have."""
+
+
+@dataclass(frozen=True)
+class Cost:
+    """The singular pose, whether the velocity asked for is the one that can be produced, and the lost direction.
+
+    `products` are the scalar products of the options (by letter) with it, to two decimals.
+    """
+
+    place: Pose
+    possible: bool
+    lost: tuple[sp.Rational, ...]
+    products: tuple[tuple[str, sp.Rational], ...]
+
+
+def _no_cost(chain: Chain) -> str | None:
+    found = singular_set(chain)
+    if found is None:
+        return "its Jacobian has less than full rank everywhere"
+    if not found:
+        return "it has no singular configuration"
+    m = len(chain.task)
+    if m > chain.n:
+        return f"its task counts {m} components, more than its {chain.n} joints can give anywhere"
+    if not 2 <= m <= MOST_ROWS:
+        return f"its task counts {m} components of velocity"
+    return None if _some_cost(chain) else "no singular configuration loses exactly one direction"
+
+
+@lru_cache(maxsize=1024)
+def _some_cost(chain: Chain) -> bool:
+    return _cost_pose(chain, Stream("cost")) is not None
+
+
+def _cost_pose(chain: Chain, rng: Stream) -> Pose | None:
+    for component in rng.shuffled(singular_set(chain) or ()):
+        pose = singular_pose(chain, (component,), rng, len(chain.task) - 1)
+        if pose is not None:
+            return pose
+    return None
+
+
+def _cost(chain: Chain, rng: Stream) -> Asked:
+    """Draw whether three velocities can be produced and one not, or one can and three not."""
+    possible = rng.choice((True, False))
+    for _ in range(20):
+        pose = _cost_pose(chain, rng)
+        if pose is None:
+            continue
+        jacobian = precise(chain, pose, derive(chain).jacobian)
+        lost = lost_direction(jacobian_at(chain, pose))
+        assert lost is not None
+        chosen = _velocities(jacobian, lost, possible, rng)
+        if chosen is not None:
+            order = rng.shuffled(chosen)
+            answer = Choice(tuple(vector_words(vector) for vector in order), order.index(chosen[0]))
+            shown = _rounded(precise_lost(chain, pose))
+            products = [sum(a * b for a, b in zip(vector, shown, strict=True)) for vector in order]
+            lettered = tuple((letter, _decimals(value, 2)) for letter, value in zip("ABCD", products, strict=True))
+            return answer, {"cost": Cost(pose, possible, shown, lettered), "pose": pose.figure}
+    raise RuntimeError(f"no singular configuration of {chain} could be asked about; please report this")
+
+
+def _signed(vector: np.ndarray) -> np.ndarray:
+    """Return a vector whose first clear entry is positive."""
+    first = next(value for value in vector if abs(value) > 1e-3)
+    return vector if first > 0 else -vector
+
+
+def _velocities(jacobian: sp.Matrix, lost: np.ndarray, possible: bool, rng: Stream) -> list[Numbers] | None:
+    """Return four velocities, the one asked for first: `possible` tells whether it or the others can be produced."""
+    chosen: list[Numbers] = []
+    for _ in range(80):
+        rates = sp.Matrix([sp.Rational(rng.choice([k for k in range(-9, 10) if k]), 10) for _ in range(jacobian.cols)])
+        produced = jacobian * rates
+        can = possible == (not chosen)
+        added = sp.zeros(jacobian.rows, 1) if can else _beside(lost, _size_of(produced), rng)
+        velocity = _rounded(produced + added)
+        if 0.1 < _size_of(sp.Matrix(velocity)) < 3 and _share(velocity, lost, can) and _new(velocity, chosen):
+            chosen.append(velocity)
+        if len(chosen) == 4:
+            return chosen
+    return None
+
+
+def _beside(lost: np.ndarray, size: float, rng: Stream) -> sp.Matrix:
+    """Return a velocity along the lost direction, in whole hundredths of its length."""
+    factor = rng.choice((1, -1)) * sp.Rational(round(100 * max(size, 0.2)), 100)
+    return factor * sp.Matrix([sp.Rational(round(float(value) * 10**6), 10**6) for value in _signed(lost)])
+
+
+def _share(velocity: Numbers, lost: np.ndarray, can: bool) -> bool:
+    """Tell whether a velocity has a clear component along the lost direction, or none but by rounding."""
+    numbers = np.array([float(value) for value in velocity])
+    share = abs(float(numbers @ lost)) / float(np.linalg.norm(numbers))
+    return share < 0.012 if can else share > 0.5
+
+
+def _new(velocity: Numbers, chosen: list[Numbers]) -> bool:
+    return all(_differ(velocity, other) and _differ(velocity, tuple(-v for v in other)) for other in chosen)
+
+
+QUESTIONS = (
+    Question("jacobian-size", "Size of the Jacobian", "6.4", _size, (), 0.5, _no_other_task),
+    Question("joint-effect", "What one joint does", "6.12", _effect, (), 1.0, _no_effect),
+    Question("invertibility", "When (6.7) can be used", "6.7", _use, (), 1.0),
+    Question("unreachable-velocity", "What a singularity costs", "6.8", _cost, (), 1.0, _no_cost),
+)

@@ -15,6 +15,9 @@ from exercises.stream import Stream
 DIGITS = 40
 """Decimal digits of numbers in between, so that ten of the result are the same on every machine."""
 
+POSES = 2000
+"""Poses drawn before an arm is said to have none that is well conditioned."""
+
 THREE_DIGITS = 0.005
 """Relative tolerance of a number asked for to three significant digits: rounding 1.004999 to 1.00 moves it by 0.5 %."""
 
@@ -66,11 +69,12 @@ def conditioning(chain: Chain, lengths: dict[sp.Symbol, sp.Rational], joints: di
 
 def draw_situation(chain: Chain, rng: Stream) -> Situation:
     """Draw a situation well away from singular configurations."""
-    while True:
+    for _ in range(POSES):
         lengths, joints = draw_lengths(chain, rng), draw_pose(chain, rng)
         velocity = {v: sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 20) for v in task_velocity(chain)}
         if conditioning(chain, lengths, joints) > well_conditioned(chain):
             return Situation(lengths, joints, velocity)
+    raise RuntimeError(f"no well-conditioned pose of {chain} was found; please report this")
 
 
 def well_conditioned(chain: Chain) -> float:

@@ -1,5 +1,306 @@
-"""Joint rates along a straight path at a prescribed speed, and where a rate exceeds its limit (the welding robot)."""
+"""Joint rates along a straight path at a prescribed speed, and where a rate exceeds its limit (the welding robot).
 
-from exercises.questions.base import Question
+The arm starts in a given configuration, from which A follows; P moves on the line from A towards B (given in cm) at
+constant speed v: p(s) = A + s u, u = (B - A)/|B - A|, and qd = J^-1 u v (6.7) with the joints that put P at p(s).
+"""
 
-QUESTIONS: tuple[Question, ...] = ()
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.arm.path import Line, Station
+from exercises.arm.precise import DOUBLE, PRECISE, PreciseArm, Vector, four_digits, shown, ten_digits
+from exercises.arm.singularity import singular_set
+from exercises.problem import Number
+from exercises.questions.base import Asked, Question, square
+from exercises.questions.inversion import THREE_DIGITS, conditioning, draw_lengths, draw_pose
+from exercises.questions.redundancy import angles
+from exercises.stream import Stream
+
+STEP = 0.02
+"""Distance of the places at which a line is looked at (m)."""
+
+REGULAR, CLOSE = 0.15, 0.03
+"""Least sigma_min/sigma_max along a line that is to be regular, and along one that leads to a singularity."""
+
+TRIES = 2000
+
+
+@dataclass(frozen=True)
+class Seam:
+    """A welding line: lengths, the configuration at A, the target B by axis (m), and the speed (m/s)."""
+
+    lengths: dict[sp.Symbol, sp.Rational]
+    joints: dict[sp.Symbol, sp.Expr]
+    target: dict[str, sp.Rational]
+    speed: sp.Rational
+
+    def line(self, chain: Chain, context: Any = DOUBLE) -> Line:
+        """Return the line in numbers of an arithmetic."""
+        return Line(chain, self.lengths, self.joints, tuple(self.target.values()), context)
+
+    def at(self, chain: Chain, s: sp.Expr) -> "Place":
+        """Return the worked numbers at the distance s from A, four digits."""
+        return _place(self.line(chain, PRECISE), self.line(chain), sp.sympify(s), self.speed)
+
+    def start(self, chain: Chain) -> sp.Matrix:
+        """Return A, four digits."""
+        return _column(self.line(chain, PRECISE).start)
+
+    def unit(self, chain: Chain) -> sp.Matrix:
+        """Return the unit vector from A to B, four digits."""
+        return _column(self.line(chain, PRECISE).unit)
+
+    def length(self, chain: Chain) -> sp.Float:
+        """Return the distance from A to B, four digits."""
+        return four_digits(self.line(chain, PRECISE).length)
+
+    def table(self, chain: Chain, end: sp.Expr) -> "list[Place]":
+        """Return the worked numbers at five places from A to the distance `end`, closer together towards it."""
+        places = [sp.Rational(int(share * end), 100) for share in (0, 40, 70, 90)]
+        return [self.at(chain, s) for s in (*places, end)]
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place on a seam in numbers of four digits (s has five); `conditioning` is sigma_min/sigma_max of J."""
+
+    s: sp.Float
+    point: sp.Matrix
+    joints: sp.Matrix
+    jacobian: sp.Matrix
+    determinant: sp.Float
+    rates: sp.Matrix
+    conditioning: sp.Float
+
+
+def _place(line: Line, rough: Line, s: sp.Expr, speed: sp.Rational) -> Place:
+    q, distance = _joints_at(line, rough, s), line.arm.number(s)
+    jacobian = line.arm.task_jacobian(q)
+    sigma = PRECISE.svd_r(PRECISE.matrix(jacobian), compute_uv=False)
+    return Place(
+        sp.Float(PRECISE.nstr(distance, 5), 10),
+        _column(line.point(distance)),
+        _column(q),
+        shown(jacobian),
+        four_digits(PRECISE.det(PRECISE.matrix(jacobian))),
+        _column([slope * line.arm.number(speed) for slope in line.slopes(q)]),
+        four_digits(min(sigma) / max(sigma)),
+    )
+
+
+def _joints_at(line: Line, rough: Line, s: sp.Expr) -> Vector:
+    """Return the joint values at s on the branch on which the arm starts; `rough` is the same line in floats."""
+    end = float(s)
+    *_, last = rough.follow(end / max(1, round(end / STEP)) if end else 1.0, 1e-3, end)
+    q = line.joints_at(line.arm.number(s), [PRECISE.mpf(value) for value in last.joints])
+    assert q is not None
+    return q
+
+
+def _column(values: Vector) -> sp.Matrix:
+    return shown([[value] for value in values])
+
+
+# --- joint rates at a place ---
+
+
+def _objection(chain: Chain) -> str | None:
+    if len(chain.linear_rows) != len(chain.task):
+        return f"its task counts {', '.join(chain.task)}, and a path of the point tells linear velocities only"
+    if not 2 <= chain.n <= 3:
+        return f"it has {chain.n} joints; a path is asked of two or three"
+    if found := square(chain):
+        return found
+    if angles(chain):
+        return f"its angle {angles(chain)[0]} is left open"
+    if singular_set(chain) == () and all(joint.kind == "P" for joint in chain.joints):
+        return "its Jacobian is the same everywhere, and so are the rates on a line"
+    return None
+
+
+def _path_rates(chain: Chain, rng: Stream) -> Asked:
+    for _ in range(TRIES):
+        seam = _drawn(chain, rng, 25, 60)
+        if seam is None:
+            continue
+        line = seam.line(chain)
+        stations = list(line.follow(STEP, REGULAR))
+        if stations[-1:] and stations[-1].s > float(line.length) - STEP:
+            s = sp.Rational(5 * rng.integer(3, int(20 * float(line.length)) - 1), 100)
+            return _rates_at(chain, seam, s)
+    raise RuntimeError(f"no line was found that {chain} can follow; please report this")
+
+
+def _rates_at(chain: Chain, seam: Seam, s: sp.Rational) -> Asked:
+    line = seam.line(chain, PRECISE)
+    q = _joints_at(line, seam.line(chain), s)
+    rates = [slope * line.arm.number(seam.speed) for slope in line.slopes(q)]
+    units = tuple("rad/s" if joint.kind == "R" else "m/s" for joint in chain.joints)
+    floor = 0.001 * float(max(map(abs, rates)))
+    details = {"seam": seam, "distance": s, "pose": _pose(chain, seam)}
+    return Number(sp.Matrix(list(map(ten_digits, rates))), units, THREE_DIGITS, floor), details
+
+
+def _pose(chain: Chain, seam: Seam) -> dict[str, float]:
+    return {q.name: float(seam.joints[q]) for q in chain.q}
+
+
+def _drawn(chain: Chain, rng: Stream, least: int, most: int) -> Seam | None:
+    """Draw a line whose ends are `least` to `most` cm apart from a regular configuration, or None."""
+    lengths, joints = draw_lengths(chain, rng), draw_pose(chain, rng)
+    way = [rng.integer(-most, most) for _ in chain.task]
+    speed = sp.Rational(rng.integer(2, 8), 40)
+    if not least**2 <= sum(k * k for k in way) <= most**2 or conditioning(chain, lengths, joints) < 1.3 * REGULAR:
+        return None
+    return Seam(lengths, joints, _towards(chain, lengths, joints, way), speed)
+
+
+def _towards(
+    chain: Chain, lengths: dict[sp.Symbol, sp.Rational], joints: dict[sp.Symbol, sp.Expr], way: Sequence[int]
+) -> dict[str, sp.Rational]:
+    """Return a point in whole centimetres that is `way` (cm) from where P is, as nearly as can be."""
+    arm = PreciseArm(chain, lengths)
+    point = arm.place([arm.number(joints[q]) for q in chain.q])[0]
+    start = [sp.Float(PRECISE.nstr(point[row], 28), 28) for row in arm.task]
+    axes = zip(chain.linear_rows, start, way, strict=True)
+    return {axis: sp.Rational(_rounded(100 * value) + k, 100) for axis, value, k in axes}
+
+
+def _rounded(value: sp.Expr) -> int:
+    """Return the nearest whole number, the upper one of two that are as near."""
+    return int(sp.floor(value + sp.Rational(500_000_001, 10**9)))
+
+
+# --- where a rate exceeds its limit ---
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """A joint (its index), its limit, and the stations between which its speed exceeds it for the first time."""
+
+    joint: int
+    limit: sp.Rational
+    before: Station
+    after: Station
+
+
+def _objection_to_limit(chain: Chain) -> str | None:
+    found = _objection(chain)
+    return found if found else None if singular_set(chain) else "it has no singular configuration to come near to"
+
+
+def _path_limit(chain: Chain, rng: Stream) -> Asked:
+    for _ in range(TRIES):
+        seam = _leading(chain, rng)
+        if seam is None:
+            continue
+        stations = list(seam.line(chain).follow(STEP, CLOSE))
+        crossings = list(_crossings(stations, float(seam.speed)))
+        if crossings:
+            crossing = rng.choice(crossings)
+            s = ten_digits(_exact_crossing(chain, seam, crossing))
+            details = {
+                "seam": seam, "joint": crossing.joint + 1, "limit": crossing.limit, "pose": _pose(chain, seam)
+            }  # fmt: skip
+            return Number(sp.Matrix([s]), ("m",), THREE_DIGITS, 1e-6), details
+    raise RuntimeError(f"no line was found on which a rate of {chain} exceeds a limit; please report this")
+
+
+def _leading(chain: Chain, rng: Stream) -> Seam | None:
+    """Draw a line that may come near to a singular configuration: past a place of one, or far out of the reach."""
+    solved = [component for component in singular_set(chain) or () if component.solutions is not None]
+    if not solved or rng.below(4) == 0:
+        return _drawn(chain, rng, 40, 120)
+    lengths, joints = draw_lengths(chain, rng), draw_pose(chain, rng)
+    singular, solutions = dict(joints), rng.choice(solved).solutions or ()
+    for q, values in solutions:
+        singular[q] = rng.choice(values).xreplace(lengths)
+    if not all(value.is_real for value in singular.values()):
+        return None
+    for q in (q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "R"):
+        least = 7 if q in dict(solutions) else 0
+        turn = rng.choice((-1, 1)) * rng.integer(least, least + 10)
+        steps = _rounded(sp.N(singular[q] * 36 / sp.pi, 30)) + turn
+        joints[q] = sp.pi * sp.Rational((5 * steps + 179) % 360 - 179, 180)
+    if conditioning(chain, lengths, joints) < REGULAR:
+        return None
+    past = [rng.choice((-1, 1)) * rng.integer(1, 6) for _ in chain.task]
+    target = _towards(chain, lengths, singular, past)
+    return Seam(lengths, joints, target, sp.Rational(rng.integer(2, 8), 40))
+
+
+def _crossings(stations: Sequence[Station], speed: float) -> list[Crossing]:
+    """Return where a joint's speed clearly exceeds a round limit for the first time, growing towards a singularity."""
+    found = []
+    for joint in range(len(stations[0].slopes) if stations else 0):
+        speeds = [abs(station.slopes[joint]) * speed for station in stations]
+        for tenths in range(3, 31):
+            k = next((i for i, value in enumerate(speeds) if value > tenths / 10), len(speeds))
+            if _is_clear(stations, speeds, k, tenths / 10):
+                found.append(Crossing(joint, sp.Rational(tenths, 10), stations[k - 1], stations[k]))
+    return found
+
+
+def _is_clear(stations: Sequence[Station], speeds: Sequence[float], k: int, limit: float) -> bool:
+    """Tell whether the limit is exceeded between stations k - 1 and k as it should be.
+
+    The speed has grown from less than half of it, keeps growing, was well below it long before, and grows so fast that
+    three digits of the rate give three digits of s; J has come nearer to losing rank.
+    """
+    if not 5 <= k < len(speeds) - 1 or limit < 2.5 * speeds[0]:
+        return False
+    s = stations[k].s
+    growing = speeds[k - 2] < speeds[k - 1] < speeds[k] < speeds[k + 1]
+    steep = s * (speeds[k] - speeds[k - 1]) > 2.0 * STEP * limit
+    long_before = max(value for station, value in zip(stations, speeds, strict=True) if station.s <= 0.9 * s)
+    return (
+        growing and steep and long_before < 0.95 * limit and stations[k].conditioning < 0.5 * stations[0].conditioning
+    )
+
+
+def _exact_crossing(chain: Chain, seam: Seam, crossing: Crossing) -> Any:
+    """Return the distance at which the joint's speed is its limit, to 30 digits: first by floats, then from there."""
+    rough, near = _root(seam, seam.line(chain), crossing, (crossing.before.s, crossing.after.s), crossing.before.joints)
+    s, _ = _root(seam, seam.line(chain, PRECISE), crossing, (rough - 1e-9, rough + 1e-9), near)
+    return s
+
+
+def _root(
+    seam: Seam, line: Line, crossing: Crossing, ends: tuple[float, float], near: Sequence[float]
+) -> tuple[Any, Vector]:
+    """Return s near `ends` at which |rate| = limit, and the joint values there, by the secant rule."""
+    context = line.context
+    speed, limit = line.arm.number(seam.speed), line.arm.number(crossing.limit)
+    q: Vector = [context.mpf(value) for value in near]
+
+    def excess(s: Any) -> Any:
+        nonlocal q
+        found = line.joints_at(s, q)
+        assert found is not None
+        q = found
+        return abs(line.slopes(q)[crossing.joint]) * speed - limit
+
+    a, b = (context.mpf(end) for end in ends)
+    at_a, at_b = excess(a), excess(b)
+    for _ in range(60):
+        if abs(b - a) < 2.0**10 * context.eps or at_a == at_b:
+            break
+        a, b, at_a = b, b - at_b * (b - a) / (at_b - at_a), at_b
+        at_b = excess(b)
+    return b, q
+
+
+QUESTIONS = (
+    Question(
+        "path-rates", "Joint rates along a path", "6.7 on a welding path", _path_rates, ("inverse-velocity",), 2.0,
+        _objection,
+    ),
+    Question(
+        "path-limit", "Where a joint rate exceeds its limit", "6.7 near a singularity", _path_limit, ("path-rates",),
+        2.0, _objection_to_limit,
+    ),
+)  # fmt: skip

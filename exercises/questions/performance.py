@@ -1,5 +1,91 @@
-"""Manipulability and condition number at a configuration."""
+"""How well an arm moves in a configuration: manipulability and condition number of its Jacobian.
 
-from exercises.questions.base import Question
+w = sqrt(det(J J^T)), which is |det J| where J is square, is the product of the singular values of J; kappa is the
+largest of them over the smallest. Both compare or multiply entries of J, and are asked where these have units for that.
+"""
 
-QUESTIONS: tuple[Question, ...] = ()
+import numpy as np
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.arm.precise import PRECISE, Vector, four_digits, gram, shown, ten_digits
+from exercises.problem import Number
+from exercises.questions.base import Asked, Question
+from exercises.questions.inversion import THREE_DIGITS, Situation, draw_situation
+from exercises.questions.redundancy import NOTHING, angles, jacobian_at, one_kind_of_joint, pose_of, somewhere
+from exercises.stream import Stream
+
+
+def _objection(chain: Chain) -> str | None:
+    """Return the objection to arms whose w is always zero, always the same, or of no unit that can be said."""
+    m, n = len(chain.task), chain.n
+    if n < m:
+        return f"it has {n} joints for the {m} rows {', '.join(chain.task)}: J J^T is singular everywhere"
+    if len({row[0] for row in chain.task}) > 1:
+        return f"its task {', '.join(chain.task)} has linear and angular rows, which have no common unit"
+    if n > m and (found := one_kind_of_joint(chain)):
+        return found
+    if angles(chain):
+        return f"its angle {angles(chain)[0]} is left open"
+    if all(joint.kind == "P" for joint in chain.joints):
+        return "its Jacobian is the same in every configuration"
+    sigma = np.linalg.svd(somewhere(chain), compute_uv=False)
+    return "its Jacobian has less than full rank everywhere" if sigma[-1] <= NOTHING * sigma[0] else None
+
+
+def _objection_to_ratio(chain: Chain) -> str | None:
+    if len(chain.task) == 1:
+        return "its Jacobian has one row, and so one singular value"
+    return one_kind_of_joint(chain) or _objection(chain)
+
+
+def unit_power(chain: Chain) -> int:
+    """Return k, the unit of w being m^k: each revolute joint that a linear row meets brings one metre per radian."""
+    linear = sum(row[0] == "v" for row in chain.task)
+    return linear - sum(joint.kind == "P" for joint in chain.joints)
+
+
+def _manipulability(chain: Chain, rng: Stream) -> Asked:
+    situation = draw_situation(chain, rng)
+    jacobian = PRECISE.matrix(jacobian_at(chain, situation))
+    value = ten_digits(PRECISE.sqrt(PRECISE.det(jacobian * jacobian.T)))
+    power = unit_power(chain)
+    unit = {0: "", 1: "m"}.get(power, f"m^{power}")
+    details = _details(chain, situation)
+    return Number(sp.Matrix([value]), (unit,), THREE_DIGITS, 1e-9), {**details, "power": power}
+
+
+def _details(chain: Chain, situation: Situation) -> dict[str, object]:
+    """Return the given configuration and, for the worked solution, J J^T and its eigenvalues, the largest first."""
+    found = sorted((value**2 for value in singular_values(chain, situation)), reverse=True)
+    return {
+        "situation": situation,
+        "gram": shown(gram(jacobian_at(chain, situation))),
+        "eigenvalues": tuple(map(four_digits, found)),
+        "pose": pose_of(situation, chain),
+    }
+
+
+def singular_values(chain: Chain, situation: Situation) -> Vector:
+    """Return the singular values of the task Jacobian in a situation, to 30 digits."""
+    jacobian = PRECISE.matrix(jacobian_at(chain, situation))
+    return list(PRECISE.svd_r(jacobian, compute_uv=False))
+
+
+def _condition(chain: Chain, rng: Stream) -> Asked:
+    situation = draw_situation(chain, rng)
+    sigma = singular_values(chain, situation)
+    value = ten_digits(max(sigma) / min(sigma))
+    return Number(sp.Matrix([value]), ("",), THREE_DIGITS, 1e-9), _details(chain, situation)
+
+
+QUESTIONS = (
+    Question(
+        "manipulability", "Manipulability at a configuration", "below 6.8", _manipulability, ("jacobian",), 1.0,
+        _objection,
+    ),
+    Question(
+        "condition-number", "Condition number at a configuration", "below 6.8", _condition, ("jacobian",), 1.0,
+        _objection_to_ratio,
+    ),
+)  # fmt: skip

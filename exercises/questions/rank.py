@@ -1,5 +1,352 @@
-"""Rank, lost direction and meaning of a singular configuration (null space of J transposed)."""
+"""Rank, lost direction and meaning of a singular configuration (null space of J transposed; 6.8)."""
 
-from exercises.questions.base import Question
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import combinations
 
-QUESTIONS: tuple[Question, ...] = ()
+import numpy as np
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.arm.classification import kind_at
+from exercises.arm.derivation import derive, structure
+from exercises.arm.directions import (
+    Line,
+    LostFormula,
+    clear_rank,
+    lost_formula,
+    value_sets,
+)
+from exercises.arm.meanings import Meaning, Reading, one_kind, read_meanings
+from exercises.arm.singularity import Component, singular_set
+from exercises.problem import Choice, Direction, Number
+from exercises.questions.base import Asked, Question
+from exercises.questions.geometry import (
+    Branch,
+    Pose,
+    branches,
+    jacobian_at,
+    precise_lost,
+    regular_pose,
+    sample_of,
+    singular_pose,
+    singular_samples,
+)
+from exercises.questions.inversion import THREE_DIGITS
+from exercises.questions.lost_lines import SAMPLES, Motion, lost_motion, parallel_lines
+from exercises.stream import Stream
+
+MOST_ROWS = 4
+"""Rows of a Jacobian whose null space is found by hand."""
+
+KINDS = 20
+"""Configurations at which the kind of a branch is established."""
+
+
+def _singular_somewhere(chain: Chain) -> str | None:
+    found = singular_set(chain)
+    if found is None:
+        return "its Jacobian has less than full rank everywhere"
+    return None if found else "it has no singular configuration"
+
+
+# --- rank ---
+
+
+@lru_cache(maxsize=1024)
+def _deep_sets(generic: Chain) -> tuple[tuple[int, ...], ...]:
+    """Return which components of a structure, together, take more than one from the rank."""
+    components, full = singular_set(generic) or (), min(len(generic.task), generic.n)
+    found = []
+    for size in (1, 2, 3):
+        for chosen in combinations(range(len(components)), size):
+            for rank in range(full - 2, -1, -1):
+                if singular_pose(generic, [components[i] for i in chosen], Stream(f"deep/{chosen}"), rank):
+                    found.append(chosen)
+                    break
+    return tuple(found)
+
+
+def _deep_pose(chain: Chain, rng: Stream) -> Pose | None:
+    """Draw a pose at which more than one is taken from the rank."""
+    generic, fill = structure(chain).chain, derive(chain).fill
+    known = singular_set(generic) or ()
+    own = {component.conditions: component for component in singular_set(chain) or ()}
+    full = min(len(chain.task), chain.n)
+    for chosen in rng.shuffled(_deep_sets(generic)):
+        here = [own.get(tuple(map(fill, known[i].conditions))) for i in chosen]
+        components = [component for component in here if component is not None]
+        if len(components) == len(chosen):
+            pose = singular_pose(chain, components, rng)
+            if pose is not None and (clear_rank(jacobian_at(chain, pose)) or 0) < full - 1:
+                return pose
+    return None
+
+
+def _single_pose(chain: Chain, rng: Stream) -> Pose | None:
+    full = min(len(chain.task), chain.n)
+    for component in rng.shuffled(singular_set(chain) or ()):
+        pose = singular_pose(chain, (component,), rng, full - 1)
+        if pose is not None:
+            return pose
+    return None
+
+
+@dataclass(frozen=True)
+class RankFacts:
+    """What a solution shows of a rank: independent columns (from 1), and the factors or conditions that vanish."""
+
+    columns: tuple[int, ...]
+    vanishing: tuple[tuple[sp.Expr, ...], ...]
+
+
+def _rank(chain: Chain, rng: Stream) -> Asked:
+    """Draw how much of the rank is lost, none included, then a pose of that kind."""
+    for draw in rng.shuffled((regular_pose, _single_pose, _deep_pose)):
+        pose = draw(chain, rng)
+        if pose is not None:
+            jacobian = jacobian_at(chain, pose)
+            rank = clear_rank(jacobian)
+            facts = RankFacts(_independent(jacobian), _vanishing(chain, pose))
+            answer = Number(sp.Matrix([[rank]]), ("",), 1e-9, 1e-9)
+            return answer, {"place": pose, "facts": facts, "pose": pose.figure}
+    raise RuntimeError(f"no configuration of {chain} has a clear rank; please report this")
+
+
+def _independent(jacobian: np.ndarray) -> tuple[int, ...]:
+    """Return columns, from 1, that are independent and span all of them, the first that will do."""
+    chosen: list[int] = []
+    for column in range(jacobian.shape[1]):
+        sigma = np.linalg.svd(jacobian[:, [*chosen, column]], compute_uv=False)
+        if len(sigma) == len(chosen) + 1 and sigma[-1] > 1e-7 * np.linalg.norm(jacobian):
+            chosen.append(column)
+    return tuple(column + 1 for column in chosen)
+
+
+def _vanishing(chain: Chain, pose: Pose) -> tuple[tuple[sp.Expr, ...], ...]:
+    """Return the conditions of the components on which a pose lies."""
+    components = singular_set(chain) or ()
+    return tuple(
+        component.conditions
+        for component in components
+        if all(abs(sp.N(condition.xreplace(pose.values), 30)) < sp.Float("1e-20") for condition in component.conditions)
+    )
+
+
+# --- lost direction, as a vector ---
+
+
+def _no_lost_direction(chain: Chain) -> str | None:
+    found = _singular_somewhere(chain)
+    if found is not None:
+        return found
+    m = len(chain.task)
+    if m > chain.n:
+        return f"its task counts {m} components, more than its {chain.n} joints can give anywhere"
+    if m < 2:
+        return "its task counts one component of velocity only"
+    return None
+
+
+def _no_vector(chain: Chain) -> str | None:
+    found = _no_lost_direction(chain)
+    if found is None and len(chain.task) > MOST_ROWS:
+        return f"its Jacobian has {len(chain.task)} rows, too many to find a null space by hand"
+    if found is None and not _with_vector(chain):
+        return "no singular configuration loses exactly one direction"
+    return found
+
+
+def _with_vector(chain: Chain) -> list[Branch]:
+    """Return the branches on which a structure loses one direction, as a formula if there is one with formulas."""
+    generic = structure(chain).chain
+    single = [branch for branch in branches(chain) if loses_one(generic, branch.generic)]
+    return [branch for branch in single if lost_formula(generic, branch.generic)] or single
+
+
+@lru_cache(maxsize=1024)
+def loses_one(generic: Chain, component: Component) -> bool:
+    """Tell whether a structure loses exactly one direction on a component, and can be placed there in numbers."""
+    full = min(len(generic.task), generic.n)
+    return singular_pose(generic, (component,), Stream("one"), full - 1) is not None
+
+
+@dataclass(frozen=True)
+class LostAt:
+    """Where a direction is lost as a formula: joint values, the joints left free, J there, and the columns used."""
+
+    values: tuple[tuple[sp.Symbol, sp.Expr], ...]
+    free: tuple[sp.Symbol, ...]
+    jacobian: sp.Matrix | None
+    columns: tuple[int, ...]
+
+
+def _direction(chain: Chain, rng: Stream) -> Asked:
+    """Ask for a formula where the component has joint values and the vector is short, else for numbers at a pose."""
+    full = min(len(chain.task), chain.n)
+    for branch in rng.shuffled(_with_vector(chain)):
+        formula = lost_formula(structure(chain).chain, branch.generic)
+        if formula is not None:
+            direction = formula.direction.applyfunc(derive(chain).fill)
+            if all(entry == 0 or entry.could_extract_minus_sign() for entry in direction):
+                direction = -direction
+            return Direction(direction), {"lost": _lost_at(chain, branch.own, formula)}
+        pose = singular_pose(chain, (branch.own,), rng, full - 1)
+        if pose is not None:
+            numbers = precise_lost(chain, pose).applyfunc(lambda value: sp.Float(value, 10) if value else sp.S.Zero)
+            return Direction(numbers, THREE_DIGITS), {"place": pose, "pose": pose.figure}
+    raise RuntimeError(f"no singular configuration of {chain} loses one direction; please report this")
+
+
+def _lost_at(chain: Chain, component: Component, formula: LostFormula) -> LostAt:
+    (values,) = value_sets(component)
+    jacobian = None if formula.jacobian is None else formula.jacobian.applyfunc(derive(chain).fill)
+    return LostAt(values, tuple(q for q in chain.q if q not in dict(values)), jacobian, formula.columns)
+
+
+# --- lost direction, in words ---
+
+
+@dataclass(frozen=True)
+class Where:
+    """The configurations of a branch: joint values that are given, or what they look like in words."""
+
+    values: tuple[tuple[sp.Symbol, sp.Expr], ...]
+    words: str = ""
+    condition: sp.Expr | None = None
+
+
+def _where(chain: Chain, branch: Branch) -> Where | None:
+    if branch.own.solutions is not None:
+        return Where(value_sets(branch.own)[0])
+    reading = reading_of(structure(chain).chain, branch.generic)
+    if reading is None or len(branch.own.conditions) > 1 or reading.right.kind != "on axis":
+        return None
+    return Where((), reading.right.words, branch.own.conditions[0])
+
+
+def _motions(chain: Chain) -> list[tuple[Where, Branch, Motion]]:
+    generic = structure(chain).chain
+    return [
+        (where, branch, motion)
+        for branch in branches(chain)
+        if (where := _where(chain, branch)) is not None and (motion := lost_motion(generic, branch.generic)) is not None
+    ]
+
+
+def _no_motion(chain: Chain) -> str | None:
+    found = _no_lost_direction(chain)
+    if found is None and not _motions(chain):
+        return "no line of the arm tells a direction that is lost"
+    return found
+
+
+@dataclass(frozen=True)
+class MotionAsked:
+    """What is asked: where, what moves, whether the rest is held still, and the lines in the order of the options."""
+
+    where: Where
+    moving: str
+    held: bool
+    lines: tuple[Line, ...]
+
+
+def _motion(chain: Chain, rng: Stream) -> Asked:
+    where, branch, motion = rng.choice(_motions(chain))
+    parallel = parallel_lines(structure(chain).chain, branch.generic)
+    chosen = [rng.choice(motion.right)]
+    for line in rng.shuffled(motion.wrong):
+        if len(chosen) < 4 and not any(parallel[line, other] for other in chosen):
+            chosen.append(line)
+    order = rng.shuffled(chosen)
+    answer = Choice(tuple(line.words for line in order), order.index(chosen[0]))
+    return answer, {"asked": MotionAsked(where, motion.moving, motion.held, tuple(order))}
+
+
+# --- what a singularity means ---
+
+
+@lru_cache(maxsize=1024)
+def reading_of(generic: Chain, component: Component) -> Reading | None:
+    """Return what all configurations of a branch of a structure look like; None where nothing is told."""
+    found = read_meanings(generic, singular_samples(generic, component, SAMPLES))
+    if found is None or (len(found.wrong) < 2 and kind_of(generic, component) is None):
+        return None
+    return found
+
+
+@lru_cache(maxsize=1024)
+def kind_of(generic: Chain, component: Component) -> str | None:
+    """Return the kind that all configurations of a branch of a structure have, None where it differs."""
+    return one_kind(generic, singular_samples(generic, component, KINDS))
+
+
+def _readings(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Branch, Reading]]:
+    """Yield the branches that can be told at sight, in the order given, each when it is asked for."""
+    generic = structure(chain).chain
+    for branch in order:
+        reading = reading_of(generic, branch.generic)
+        if reading is not None:
+            yield branch, reading
+
+
+def _no_meaning(chain: Chain) -> str | None:
+    found = _singular_somewhere(chain)
+    if found is None and next(_readings(chain, branches(chain)), None) is None:
+        return "nothing that can be told at sight is common to a whole component of its singular set"
+    return found
+
+
+@dataclass(frozen=True)
+class MeaningAsked:
+    """Where (joint values, or one pose of those that a condition ties together), and what the options say.
+
+    `offered` are meaning and kind of each option; the kind is None where it is not the same all over.
+    """
+
+    values: tuple[tuple[sp.Symbol, sp.Expr], ...]
+    place: Pose | None
+    condition: sp.Expr | None
+    offered: tuple[tuple[Meaning, str | None], ...]
+
+
+def _meaning(chain: Chain, rng: Stream) -> Asked:
+    """Offer the right meaning and kind, the other kind with it, and meanings that do not hold there."""
+    full = min(len(chain.task), chain.n)
+    for branch, reading in _readings(chain, rng.shuffled(branches(chain))):
+        pose = singular_pose(chain, (branch.own,), rng, full - 1)
+        if pose is None:
+            continue
+        kind = _own_kind(chain, branch, pose)
+        kinds = ("boundary", "internal")
+        offered = [(reading.right, kind)]
+        if kind is not None:
+            offered.append((reading.right, kinds[kind == "boundary"]))
+        others = rng.shuffled(reading.wrong)[: 4 - len(offered)]
+        offered += [(false, None if kind is None else rng.choice(kinds)) for false in others]
+        order = rng.shuffled(offered)
+        texts = tuple(m.words if k is None else f"{m.words}; {KIND_WORDS[k]}" for m, k in order)
+        tied = branch.own.solutions is None
+        values = () if tied else value_sets(branch.own)[0]
+        condition = branch.own.conditions[0] if tied else None
+        asked = MeaningAsked(values, pose if tied else None, condition, tuple(order))
+        return Choice(texts, order.index(offered[0])), {"asked": asked}
+    raise RuntimeError(f"no singular configuration of {chain} has a clear meaning; please report this")
+
+
+def _own_kind(chain: Chain, branch: Branch, pose: Pose) -> str | None:
+    """Return the kind of a branch, unless the arm's own numbers make it another one."""
+    kind = kind_of(structure(chain).chain, branch.generic)
+    return kind if kind is not None and kind == kind_at(chain, sample_of(chain, pose)) else None
+
+
+KIND_WORDS = {"boundary": "a boundary singularity", "internal": "an internal singularity"}
+
+
+QUESTIONS = (
+    Question("singularity-meaning", "Meaning of a singularity", "below 6.7", _meaning, (), 1.0, _no_meaning),
+    Question("rank", "Rank of the Jacobian", "6.8", _rank, ("jacobian",), 1.0, _singular_somewhere),
+    Question("lost-direction", "Lost direction of motion", "6.8", _direction, ("jacobian",), 1.0, _no_vector),
+    Question("lost-motion", "Motion that is lost", "6.8", _motion, (), 1.0, _no_motion),
+)

@@ -1,5 +1,225 @@
-"""Redundant arms: det(J J^T), least-norm rates through the pseudo-inverse, self-motion."""
+"""Redundant arms (n > m): det(J J^T), least-norm joint rates through the pseudo-inverse, and the self-motion.
 
-from exercises.questions.base import Question
+J is m x n. By Cauchy and Binet, det(J J^T) is the sum of the squares of the maximal minors. The pseudo-inverse
+J^T (J J^T)^-1 gives the joint rates of least norm; for n = m + 1 the minors with alternating signs span the null space.
+"""
 
-QUESTIONS: tuple[Question, ...] = ()
+from functools import lru_cache
+
+import numpy as np
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.arm.derivation import derive, structure
+from exercises.arm.precise import DOUBLE, PreciseArm, Vector, gram, shown, solved, ten_digits
+from exercises.arm.trigonometry import Factored, factored
+from exercises.problem import Direction, Expression, Number
+from exercises.questions.base import Asked, Question
+from exercises.questions.inversion import THREE_DIGITS, Situation, draw_situation
+from exercises.stream import Stream
+
+TERMS = 12
+"""Terms that a person can be asked to handle in det(J J^T); half of them in a self-motion."""
+
+NOTHING = 1e-9
+"""A singular value or a column below this is zero."""
+
+JOINTS = 4
+"""Joints of the largest arm whose minors a person can be asked to work out as formulas."""
+
+
+def redundant(chain: Chain) -> str | None:
+    """Return the objection to an arm that has no more joints than its task has rows, or too low a rank."""
+    m, n = len(chain.task), chain.n
+    if n <= m:
+        return f"its Jacobian is {m} x {n} for the task {', '.join(chain.task)}; it needs more joints than rows"
+    if angles(chain):
+        return f"its angle {angles(chain)[0]} is left open"
+    jacobian = somewhere(chain)
+    sigma = np.linalg.svd(jacobian, compute_uv=False)
+    if sigma[-1] <= NOTHING * sigma[0]:
+        return "its Jacobian has less than full rank everywhere"
+    still = [i for i, column in enumerate(jacobian.T, 1) if np.abs(column).max() < NOTHING]
+    return f"joint {still[0]} does not move the task at all" if still else None
+
+
+def somewhere(chain: Chain) -> np.ndarray:
+    """Return the task Jacobian (m x n) at a configuration that is special in no way."""
+    values = {symbol: sp.Rational(3 * i + 5, 10) for i, symbol in enumerate(chain.parameters)}
+    return np.array(PreciseArm(chain, values, DOUBLE).task_jacobian([0.3 + 0.7 * i for i in range(chain.n)]))
+
+
+def angles(chain: Chain) -> list[str]:
+    """Return the open symbols of the table that are angles, for which no lengths can be drawn."""
+    return [symbol.name for symbol in chain.parameters if symbol.name.startswith(("alpha", "beta"))]
+
+
+def one_kind_of_joint(chain: Chain) -> str | None:
+    """Return the objection to an arm with revolute and prismatic joints: their rates have no common unit."""
+    if len({joint.kind for joint in chain.joints}) > 1:
+        return "it has revolute and prismatic joints, whose rates have no common unit"
+    return None
+
+
+# --- det(J J^T) ---
+
+
+def _objection_to_gram(chain: Chain) -> str | None:
+    return redundant(chain) or one_kind_of_joint(chain)
+
+
+def _too_long(chain: Chain) -> str | None:
+    if chain.n > JOINTS or _terms(_generic_gram(structure(chain).chain)) > TERMS:
+        return "det(J J^T) is too long to work out by hand"
+    return None
+
+
+def _gram(chain: Chain, rng: Stream) -> Asked:
+    found = structure(chain)
+    return Expression(_generic_gram(found.chain).substituted(dict(found.values))), {
+        "shared": _shared(chain),
+        "squares": tuple(minor.substituted(dict(found.values)) ** 2 for minor in split(found.chain)[1]),
+    }
+
+
+def _shared(chain: Chain) -> sp.Expr:
+    """Return the factors that all maximal minors have in common, 1 if there are none."""
+    found = structure(chain)
+    return split(found.chain)[0].substituted(dict(found.values))
+
+
+@lru_cache(maxsize=1024)
+def _generic_gram(chain: Chain) -> Factored:
+    """Return det(J J^T) of a structure: what all minors share, squared, times the sum of squares of what is left."""
+    shared, left = split(chain)
+    squares = sp.Add(*(Factored(abs(minor.coefficient), minor.factors).expression() ** 2 for minor in left))
+    short = factored(sp.expand(squares)).expression() if len(left) > 1 else squares
+    rest = min((squares, short), key=lambda form: len(sp.Add.make_args(form)) + sp.count_ops(form))
+    doubled = tuple((factor, 2 * power) for factor, power in shared.factors)
+    return Factored(shared.coefficient**2, (*doubled, (rest, 1)))
+
+
+@lru_cache(maxsize=1024)
+def split(chain: Chain) -> tuple[Factored, tuple[Factored, ...]]:
+    """Return the factors that all maximal minors of a structure share, and what is left of each minor, in order."""
+    minors = derive(chain).generic_minors
+    others = [minor for minor in minors if not minor.is_zero]
+    powers = [dict(minor.factors) for minor in others]
+    common = {f: min(p.get(f, 0) for p in powers) for f in powers[0]} if powers else {}
+    shared = Factored(sp.gcd([minor.coefficient for minor in others]), tuple((f, p) for f, p in common.items() if p))
+    return shared, tuple(minor if minor.is_zero else minor.over(shared) for minor in minors)
+
+
+def _terms(found: Factored) -> int:
+    """Return how many terms are in the sums of a product, those of sums inside of others counted one by one."""
+    expression = found.expression()
+    return _leaves(expression.xreplace({wave: sp.Dummy() for wave in expression.atoms(sp.sin, sp.cos)}))
+
+
+def _leaves(expression: sp.Expr) -> int:
+    if expression.is_Add:
+        return sum(map(_leaves, expression.args))
+    return max(1, sum(_leaves(factor) for factor in expression.args if factor.has(sp.Add)))
+
+
+# --- least-norm joint rates ---
+
+
+def _objection_to_norm(chain: Chain) -> str | None:
+    return redundant(chain) or one_kind_of_joint(chain)
+
+
+def pose_of(situation: Situation, chain: Chain) -> dict[str, float]:
+    """Return the joint values by name, for the figure."""
+    return {q.name: float(situation.joints[q]) for q in chain.q}
+
+
+def jacobian_at(chain: Chain, situation: Situation) -> list[Vector]:
+    """Return the task Jacobian of a situation, as rows of precise numbers."""
+    arm = PreciseArm(chain, situation.lengths)
+    return arm.task_jacobian([arm.number(situation.joints[q]) for q in chain.q])
+
+
+def _least_norm(chain: Chain, rng: Stream) -> Asked:
+    situation = draw_situation(chain, rng)
+    arm = PreciseArm(chain, situation.lengths)
+    jacobian = jacobian_at(chain, situation)
+    weights = solved(gram(jacobian), [arm.number(value) for value in situation.velocity.values()])
+    rates = [sum(row[i] * weight for row, weight in zip(jacobian, weights, strict=True)) for i in range(chain.n)]
+    unit = "rad/s" if chain.joints[0].kind == "R" else "m/s"
+    floor = 0.001 * float(max(map(abs, rates)))
+    details = {
+        "situation": situation,
+        "gram": shown(gram(jacobian)),
+        "weights": shown([[weight] for weight in weights]),
+        "pose": pose_of(situation, chain),
+    }
+    return Number(sp.Matrix(list(map(ten_digits, rates))), (unit,) * chain.n, THREE_DIGITS, floor), details
+
+
+# --- self-motion ---
+
+
+def _objection_to_motion(chain: Chain) -> str | None:
+    if found := redundant(chain):
+        return found
+    m, n = len(chain.task), chain.n
+    if n != m + 1:
+        return f"its self-motion has {n - m} dimensions for the task {', '.join(chain.task)}, not one"
+    if n <= JOINTS and sum(not minor.is_zero for minor in derive(chain).generic_minors) < 2:
+        return "one joint alone does not move the task"
+    return None
+
+
+def _self_motion(chain: Chain, rng: Stream) -> Asked:
+    if chain.n <= JOINTS and sum(map(_terms, split(structure(chain).chain)[1])) <= TERMS / 2:
+        return Direction(self_motion(chain)), {"situation": None, "shared": _shared(chain)}
+    situation = draw_situation(chain, rng)
+    jacobian = jacobian_at(chain, situation)
+    numbers = sp.Matrix(list(map(ten_digits, null_vector(jacobian))))
+    details = {"situation": situation, "pose": pose_of(situation, chain)}
+    return Direction(numbers, THREE_DIGITS), details
+
+
+def null_vector(jacobian: list[Vector]) -> Vector:
+    """Return the unit vector (up to its sign) that an m x (m + 1) matrix of full rank takes to zero.
+
+    A unit vector e_k less its part J^T (J J^T)^-1 J e_k in the row space is what is left of it in the null space.
+    """
+    n = len(jacobian[0])
+    for k in range(n):
+        weights = solved(gram(jacobian), [row[k] for row in jacobian])
+        left = [(i == k) - sum(row[i] * w for row, w in zip(jacobian, weights, strict=True)) for i in range(n)]
+        if left[k] > 1 / (2 * n):  # this is entry k of the unit vector, squared; one of them is 1/n or more
+            size = sum(value**2 for value in left) ** 0.5
+            return [value / size for value in left]
+    raise ValueError("the matrix has more than one direction in its null space, or none")
+
+
+def self_motion(chain: Chain) -> sp.Matrix:
+    """Return joint rates that leave the task at rest, n x 1 for n = m + 1: entry i is (-1)^i times the minor without i.
+
+    Factors that all minors share are left out, so that the vector vanishes nowhere but where J loses rank for more
+    than one reason.
+    """
+    found = structure(chain)
+    _, left = split(found.chain)
+    # The minors are in the order of the columns that they keep: the last column is the first to be left out.
+    minors = [minor.substituted(dict(found.values)) for minor in reversed(left)]
+    return sp.Matrix([(-1) ** i * minor for i, minor in enumerate(minors)])
+
+
+QUESTIONS = (
+    Question(
+        "gram-determinant", "det(J Jᵀ) of a redundant arm", "6.8 for m < n", _gram, ("jacobian",), 2.0,
+        _objection_to_gram, _too_long,
+    ),
+    Question(
+        "least-norm-rates", "Joint rates of least norm", "6.7 for m < n", _least_norm, ("jacobian",), 1.0,
+        _objection_to_norm,
+    ),
+    Question(
+        "self-motion", "Self-motion of a redundant arm", "6.4 for m < n", _self_motion, ("jacobian",), 1.0,
+        _objection_to_motion,
+    ),
+)  # fmt: skip

@@ -1,8 +1,90 @@
-"""Tests of the questions of `questions.concepts`."""
+"""Tests of the questions on concepts: by differences of poses and by least squares, at the pose of the question."""
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
-from exercises.problem import Part
+import numpy as np
+
+from exercises.arm.chain import TASK_ROWS
+from exercises.arm.classification import Sample
+from exercises.problem import Choice, Part
+from exercises.questions.concepts import USES
+from exercises.verify.formulas import EXACT, agree, reference
 from exercises.verify.ground import Check, Ground
+from exercises.verify.rank import at_place, exponential_at, rank_of
 
-CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {}
+ROUNDED = 0.0006
+"""Error of a number to three decimals."""
+
+
+def _size(ground: Ground, part: Part) -> Iterator[Check]:
+    task: Any = part.details["task"]
+    counted = ground.differenced_jacobian[:, [TASK_ROWS.index(row) for row in task]]
+    expected = np.array([[float(counted.shape[1])], [float(counted.shape[2])]])
+    yield agree("size", np.array(reference(part).tolist(), float)[None], expected[None], EXACT)
+    empty = [row for row, values in zip(task, counted.swapaxes(0, 1), strict=True) if np.abs(values).max() < 1e-6]
+    yield Check("rows that move", not empty and task != ground.chain.task, f"always zero: {', '.join(empty) or 'none'}")
+
+
+def _numbers(text: str) -> np.ndarray:
+    return np.array([float(value) for value in text.strip("()").split(",")])
+
+
+def _effect(ground: Ground, part: Part) -> Iterator[Check]:
+    effect: Any = part.details["effect"]
+    assert isinstance(part.answer, Choice)
+    moved = _by_difference(at_place(ground, effect.place), effect.joint - 1)
+    expected = moved[[TASK_ROWS.index(row) for row in effect.rows]]
+    errors = [float(np.abs(_numbers(option) - expected).max()) for option in part.answer.options]
+    right = [error < ROUNDED for error in errors]
+    wanted = [index == part.answer.correct for index in range(len(right))]
+    yield Check("finite differences", right == wanted, f"errors {', '.join(f'{error:.3f}' for error in errors)}")
+    yield Check("clearly different", sum(error < 0.01 for error in errors) == 1, "one option is near the right one")
+
+
+def _by_difference(sample: Sample, joint: int) -> np.ndarray:
+    """Return the velocity of the point and of the last link for a joint's unit rate."""
+    step = 1e-5 * np.eye(len(sample.q))[joint]
+    ahead, behind = (sample.arm.frames(sample.q + side * step) for side in (1, -1))
+    linear = (sample.arm.point_of(ahead) - sample.arm.point_of(behind)) / 2e-5
+    spin = (ahead[-1, :3, :3] - behind[-1, :3, :3]) / 2e-5 @ sample.arm.frames(sample.q)[-1, :3, :3].T
+    return np.array([*linear, spin[2, 1], spin[0, 2], spin[1, 0]])
+
+
+def _use(ground: Ground, part: Part) -> Iterator[Check]:
+    task: Any = part.details["task"]
+    assert isinstance(part.answer, Choice)
+    jacobian = exponential_at(ground, part.details["place"])[[TASK_ROWS.index(row) for row in task]]
+    rank, clear = rank_of(jacobian)
+    m, n = jacobian.shape
+    found = ("regular" if rank == n else "singular") if m == n else "redundant" if m < n else "few"
+    yield Check("clear", clear and (m == n or rank == min(m, n)), f"{m} x {n}, rank {rank}")
+    options = part.answer.options
+    said = options[part.answer.correct] == USES[found] and sorted(options) == sorted(USES.values())
+    yield Check("use", said and part.details["use"] == found, f"{part.answer.letter} is {options[part.answer.correct]}")
+
+
+def _cost(ground: Ground, part: Part) -> Iterator[Check]:
+    """Solve J qd = v by least squares for each option, and look at what is left."""
+    cost: Any = part.details["cost"]
+    assert isinstance(part.answer, Choice)
+    jacobian = exponential_at(ground, cost.place)[ground.task]
+    rank, clear = rank_of(jacobian)
+    yield Check("one direction lost", clear and rank == len(ground.task) - 1, f"rank {rank}")
+    left = []
+    for option in part.answer.options:
+        velocity = _numbers(option)
+        rates = np.linalg.pinv(jacobian, rcond=1e-8) @ velocity
+        left.append(float(np.linalg.norm(velocity - jacobian @ rates) / np.linalg.norm(velocity)))
+    produced = [share < 0.02 for share in left]
+    wanted = [(index == part.answer.correct) == cost.possible for index in range(len(left))]
+    detail = f"left of the velocities: {', '.join(f'{share:.3f}' for share in left)}"
+    yield Check("least squares", produced == wanted and all(share < 0.02 or share > 0.4 for share in left), detail)
+
+
+CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {
+    "jacobian-size": _size,
+    "joint-effect": _effect,
+    "invertibility": _use,
+    "unreachable-velocity": _cost,
+}

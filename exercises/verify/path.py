@@ -1,8 +1,124 @@
-"""Tests of the questions of `questions.path`."""
+"""Tests of rates along a path: the line is followed anew with 4 x 4 products, and its joints are differenced."""
 
 from collections.abc import Callable, Iterator
 
-from exercises.problem import Part
-from exercises.verify.ground import Check, Ground
+import numpy as np
+import sympy as sp
 
-CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {}
+from exercises.arm.kinematics import NumericChain
+from exercises.problem import Number, Part
+from exercises.questions.path import Seam
+from exercises.verify.formulas import WELL_CONDITIONED, agree
+from exercises.verify.ground import Check, Ground
+from exercises.verify.redundancy import NUMBERS, numbers, three_digits
+
+STATIONS = 60
+"""Places at which a line is looked at."""
+
+NEAR, NUDGE = 0.02, 1e-4
+"""Least sigma_min/sigma_max on a line towards a singularity; distance over which joints are differenced (m)."""
+
+
+class Followed:
+    """A line followed in floating point, each place found from the one before it."""
+
+    def __init__(self, ground: Ground, seam: Seam) -> None:
+        self.arm = NumericChain(ground.chain, {symbol.name: float(value) for symbol, value in seam.lengths.items()})
+        self.task, self.speed = ground.task, float(seam.speed)
+        self.first = np.array([float(seam.joints[q]) for q in ground.chain.q])
+        self.origin = self.arm.point(self.first)[self.task]
+        way = np.array([float(value) for value in seam.target.values()]) - self.origin
+        self.length = float(np.linalg.norm(way))
+        self.unit = way / self.length
+
+    def jacobian(self, q: np.ndarray) -> np.ndarray:
+        """Return the task Jacobian at q."""
+        return np.asarray(self.arm.jacobian(q)[self.task])
+
+    def placed(self, q: np.ndarray, s: float) -> np.ndarray:
+        """Return the joint values at s, by Newton's method from q."""
+        for _ in range(20):
+            error = self.origin + s * self.unit - self.arm.point(q)[self.task]
+            if np.abs(error).max() < 1e-14:
+                break
+            q = q + np.linalg.solve(self.jacobian(q), error)
+        return q
+
+    def joints(self, places: np.ndarray) -> np.ndarray:
+        """Return the joint values at places in order, the first of them near the start."""
+        q, found, last = self.first, [], 0.0
+        for s in places:
+            q = self.placed(q + (s - last) * np.linalg.solve(self.jacobian(q), self.unit), s)
+            last = s
+            found.append(q)
+        return np.array(found)
+
+    def rates(self, q: np.ndarray) -> np.ndarray:
+        """Return the joint rates at q, by a linear solve."""
+        return np.asarray(np.linalg.solve(self.jacobian(q), self.unit) * self.speed)
+
+    def differenced(self, q: np.ndarray, s: float) -> np.ndarray:
+        """Return the joint rates at s by central differences of the joints along the line."""
+        ahead, behind = (self.placed(q, s + side * NUDGE) for side in (1, -1))
+        return (ahead - behind) / (2 * NUDGE) * self.speed
+
+    def conditioning(self, joints: np.ndarray) -> float:
+        """Return the least sigma_min/sigma_max of J at configurations (k x n)."""
+        sigma = np.linalg.svd(self.arm.jacobian(joints)[:, self.task], compute_uv=False)
+        return float((sigma[:, -1] / sigma[:, 0]).min())
+
+
+def _seam_of(part: Part) -> Seam:
+    seam = part.details["seam"]
+    assert isinstance(seam, Seam)
+    return seam
+
+
+def _number(part: Part, name: str) -> float:
+    return float(sp.sympify(part.details[name]))
+
+
+def _path_rates(ground: Ground, part: Part) -> Iterator[Check]:
+    """Follow the line to the place asked for and solve for the rates there."""
+    line, s = Followed(ground, _seam_of(part)), _number(part, "distance")
+    joints = line.joints(np.linspace(0, s, STATIONS))
+    expected = line.rates(joints[-1])
+    yield agree("linear solve", numbers(part), expected[None, :, None], NUMBERS)
+    yield agree("differences along the line", numbers(part), line.differenced(joints[-1], s)[None, :, None], 1e-5)
+    yield Check("on the line", s < line.length, f"{s:g} m of {line.length:.3f} m")
+    yield _one_branch(line, joints, WELL_CONDITIONED[0])
+    yield three_digits(part, expected)
+
+
+def _one_branch(line: Followed, joints: np.ndarray, least: float) -> Check:
+    ratio, jump = line.conditioning(joints), float(np.abs(np.diff(joints, axis=0)).max())
+    detail = f"sigma_min/sigma_max at least {ratio:.3f}, steps of the joints at most {jump:.3f}"
+    return Check("on one branch", ratio > least and jump < 0.3, detail)
+
+
+def _path_limit(ground: Ground, part: Part) -> Iterator[Check]:
+    """Follow the line past the place: the speed is the limit there, less before it and more behind it."""
+    assert isinstance(part.answer, Number)
+    line, found = Followed(ground, _seam_of(part)), numbers(part)
+    if found.shape != (1, 1, 1) or not 0 < float(found[0, 0, 0]) < line.length:
+        yield Check("on the line", False, f"{found.ravel()} is no distance on {line.length:.3f} m")
+        return
+    s, joint, limit = float(found[0, 0, 0]), int(_number(part, "joint")) - 1, _number(part, "limit")
+    joints = line.joints(np.linspace(0, s, STATIONS))
+    here, differenced = line.rates(joints[-1])[joint], line.differenced(joints[-1], s)[joint]
+    yield agree("limit", np.full((1, 1, 1), abs(here)), np.full((1, 1, 1), limit), 1e-7)
+    yield agree("differences along the line", np.full((1, 1, 1), abs(differenced)), np.full((1, 1, 1), limit), 1e-3)
+    speeds = np.array([abs(line.rates(q)[joint]) for q in joints[:-1]])
+    yield Check("first time", bool(speeds.max() < limit), f"at most {speeds.max():.3f} before it, limit {limit:g}")
+    slack = part.answer.tolerance * s
+    behind, ahead = (abs(line.rates(line.placed(joints[-1], s + side * slack))[joint]) for side in (-1, 1))
+    detail = f"{behind:.4f} and {ahead:.4f} at the ends of what is accepted"
+    yield Check("clear crossing", bool(behind < 0.995 * limit and 1.005 * limit < ahead), detail)
+    yield _one_branch(line, joints, NEAR)
+    yield three_digits(part, found.ravel())
+
+
+CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {
+    "path-rates": _path_rates,
+    "path-limit": _path_limit,
+}

@@ -1,8 +1,59 @@
-"""Tests of the questions of `questions.performance`."""
+"""Tests of manipulability and condition number: by the singular values of J, and by finite differences of the point."""
 
 from collections.abc import Callable, Iterator
 
-from exercises.problem import Part
-from exercises.verify.ground import Check, Ground
+import numpy as np
 
-CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {}
+from exercises.arm.kinematics import NumericChain
+from exercises.problem import Number, Part
+from exercises.verify.exponentials import exponential_jacobian
+from exercises.verify.formulas import EXACT, agree
+from exercises.verify.ground import Check, Ground
+from exercises.verify.redundancy import NUMBERS, jacobian_at, numbers, situation_of, three_digits, well_conditioned
+
+
+def _measured(measure: Callable[[np.ndarray], float]) -> Callable[[Ground, Part], Iterator[Check]]:
+    """Return the check that a number is what `measure` makes of the task Jacobian, found in two ways."""
+
+    def check(ground: Ground, part: Part) -> Iterator[Check]:
+        situation = situation_of(part)
+        jacobian = jacobian_at(ground, situation)
+        arm = NumericChain(ground.chain, {symbol.name: float(value) for symbol, value in situation.lengths.items()})
+        q = np.array([float(situation.joints[symbol]) for symbol in ground.chain.q])
+        other = exponential_jacobian(arm, q)[ground.task]
+        for name, rows in (("singular values", jacobian), ("product of exponentials", other)):
+            yield agree(name, numbers(part), np.full((1, 1, 1), measure(rows)), NUMBERS)
+        yield well_conditioned(jacobian)
+        yield three_digits(part, np.array([measure(jacobian)]))
+        if part.kind == "manipulability":
+            yield _unit(part, arm, q, ground)
+
+    return check
+
+
+def _unit(part: Part, arm: NumericChain, q: np.ndarray, ground: Ground) -> Check:
+    """Measure the same arm in half metres: w grows by 2^k where its unit is m^k."""
+    assert isinstance(part.answer, Number)
+    scale = np.ones((len(ground.task), 1))
+    scale[[row < 3 for row in ground.task]] = 2.0
+    columns = np.array([1.0 if kind == "R" else 0.5 for kind in arm.kinds])
+    jacobian = arm.jacobian(q)[ground.task]
+    grown = _volume(jacobian * scale * columns) / _volume(jacobian)
+    power = round(float(np.log2(grown)))
+    said = {0: "", 1: "m"}.get(power, f"m^{power}")
+    exact = abs(grown - 2.0**power) < EXACT * grown
+    return Check("unit", bool(exact and part.answer.units == (said,)), f"{said or 'a plain number'}")
+
+
+def _volume(jacobian: np.ndarray) -> float:
+    return float(np.prod(np.linalg.svd(jacobian, compute_uv=False)))
+
+
+def _ratio(jacobian: np.ndarray) -> float:
+    return float(np.linalg.cond(jacobian))
+
+
+CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {
+    "manipulability": _measured(_volume),
+    "condition-number": _measured(_ratio),
+}

@@ -1,8 +1,226 @@
-"""Tests of the questions of `questions.rank`."""
+"""Tests of rank, lost direction and meaning: by the product of exponentials, by differences, and at other places."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
 
-from exercises.problem import Part
-from exercises.verify.ground import Check, Ground
+import numpy as np
+import sympy as sp
 
-CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {}
+from exercises.arm.chain import Chain
+from exercises.arm.classification import Sample, kind_at, samples_on
+from exercises.arm.directions import directions
+from exercises.arm.kinematics import NumericChain
+from exercises.problem import Choice, Direction, Number, Part
+from exercises.verify.exponentials import exponential_jacobian
+from exercises.verify.formulas import EXACT, agree, reference
+from exercises.verify.ground import POSES, Check, Ground, random_poses
+
+GONE, THERE = 1e-9, 0.02
+"""Shares of the largest singular value below which one counts as zero, and above which it has to be."""
+
+MOST = 0.6
+"""Share of the places at which a line that is no answer has to be clearly wrong."""
+
+
+def at_place(ground: Ground, place: Any) -> Sample:
+    """Return a pose given in numbers, in floating point."""
+    arm = NumericChain(ground.chain, {symbol.name: float(value) for symbol, value in place.lengths.items()})
+    return Sample(arm, np.array([float(sp.N(place.joints[q], 20)) for q in ground.chain.q]))
+
+
+def exponential_at(ground: Ground, place: Any) -> np.ndarray:
+    """Return the 6 x n Jacobian at a pose by the product of exponentials."""
+    sample = at_place(ground, place)
+    return np.asarray(exponential_jacobian(sample.arm, sample.q[None])[0])
+
+
+def rank_of(jacobian: np.ndarray) -> tuple[int, bool]:
+    """Return the rank of a matrix, and whether all singular values are clearly zero or clearly not."""
+    sigma = np.linalg.svd(jacobian, compute_uv=False)
+    share = sigma / max(float(sigma[0]), 1e-12)
+    return int(np.sum(share > GONE)), not bool(np.any((share > GONE) & (share < THERE)))
+
+
+def _rank(ground: Ground, part: Part) -> Iterator[Check]:
+    assert isinstance(part.answer, Number)
+    found, clear = rank_of(exponential_at(ground, part.details["place"])[ground.task])
+    yield agree("rank", np.array(reference(part).tolist(), float)[None], np.array([[[float(found)]]]), EXACT)
+    yield Check("clear", clear, "every singular value is clearly zero or clearly not")
+
+
+# --- lost direction ---
+
+
+def _direction(ground: Ground, part: Part) -> Iterator[Check]:
+    assert isinstance(part.answer, Direction)
+    m = len(ground.task)
+    if part.answer.reference.shape != (m, 1):
+        yield Check("shape", False, f"the reference is {part.answer.reference.shape}, expected ({m}, 1)")
+        return
+    yield _written(part)
+    if "lost" in part.details:
+        yield from _formula(ground, part)
+        return
+    jacobian = exponential_at(ground, part.details["place"])[ground.task]
+    found = np.array(reference(part).tolist(), float)
+    yield Check("unit length", bool(abs(np.linalg.norm(found) - 1) < 1e-8), f"length {np.linalg.norm(found):.10f}")
+    yield _perpendicular(found[None], jacobian[None])
+
+
+def _written(part: Part) -> Check:
+    """Look for a sign that all entries share, and for coefficients that nobody would write."""
+    entries = [entry for entry in reference(part) if entry != 0]
+    signed = bool(entries) and all(entry.could_extract_minus_sign() for entry in entries)
+    terms = [term for entry in entries for term in sp.Add.make_args(sp.expand(entry))]
+    numbers = [term.as_coeff_Mul()[0] for term in terms]
+    odd = [number for number in numbers if number.is_Rational and max(abs(number.p), number.q) > 99_999]
+    return Check("short", bool(entries) and not signed and not odd, f"{len(entries)} entries, {len(terms)} terms")
+
+
+def _formula(ground: Ground, part: Part) -> Iterator[Check]:
+    """Put the joint values in at random places, and multiply."""
+    lost: Any = part.details["lost"]
+    fixed = {q for q, _ in lost.values}
+    left = reference(part).free_symbols & fixed
+    yield Check("free joints only", not left, f"{', '.join(sorted(map(str, left)))} occurs" if left else "no other")
+    jacobians = []
+    for index, (arm, lengths) in enumerate(zip(ground.arms, ground.lengths, strict=True)):
+        rows = slice(index * POSES, (index + 1) * POSES)
+        q = np.stack([ground.values[symbol.name][rows] for symbol in ground.chain.q], axis=1)
+        numbers = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
+        for symbol, value in lost.values:
+            q[:, ground.chain.q.index(symbol)] = float(sp.N(value.xreplace(numbers)))
+        jacobians.append(exponential_jacobian(arm, q)[:, ground.task])
+    yield _perpendicular(ground.read(reference(part)), np.concatenate(jacobians))
+
+
+def _perpendicular(found: np.ndarray, jacobians: np.ndarray) -> Check:
+    """Multiply a vector by J: nothing is left, the vector is not zero, and J has lost one rank."""
+    size = np.linalg.norm(found, axis=1, keepdims=True)
+    ranks = {rank_of(jacobian)[0] for jacobian in jacobians}
+    if np.any(size < 1e-9) or not np.all(np.isfinite(found)) or np.iscomplexobj(found):
+        return Check("u J = 0", False, "the vector is zero or no real number somewhere")
+    scale = np.abs(jacobians).max(axis=(1, 2), keepdims=True)
+    worst = float(np.abs((found / size).swapaxes(1, 2) @ (jacobians / scale)).max())
+    detail = f"{len(found)} places, at most {worst:.1e}, rank {sorted(ranks)}"
+    return Check("u J = 0", worst < 1e-8 and ranks == {jacobians.shape[1] - 1}, detail)
+
+
+# --- places other than those that the question has tried ---
+
+
+def samples_at(
+    ground: Ground, values: Sequence[tuple[sp.Symbol, sp.Expr]], condition: sp.Expr | None, each: int = 2
+) -> list[Sample]:
+    """Return configurations at joint values, or where a condition holds, for other lengths."""
+    if condition is not None:
+        return samples_on(ground.chain, f"{condition} = 0", f"verify/{ground.problem.id}", arms=4, each=each)
+    found = []
+    for arm, lengths in _more_arms(ground.chain, ground):
+        numbers = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
+        put = {ground.chain.q.index(q): complex(sp.N(value.xreplace(numbers))) for q, value in values}
+        if any(abs(value.imag) > 1e-12 for value in put.values()):
+            continue
+        for q in random_poses(ground.chain, ground.stream, each):
+            q[list(put)] = [value.real for value in put.values()]
+            found.append(Sample(arm, q))
+    return found
+
+
+def _more_arms(chain: Chain, ground: Ground) -> Iterator[tuple[NumericChain, Mapping[str, float]]]:
+    yield from zip(ground.arms, ground.lengths, strict=True)
+    for _ in range(3):
+        lengths = {name: value * 3 ** ground.stream.uniform(-1, 1) for name, value in ground.lengths[0].items()}
+        yield NumericChain(chain, lengths), lengths
+
+
+# --- lost motion ---
+
+
+def _motion(ground: Ground, part: Part) -> Iterator[Check]:
+    """Find the component of every possible velocity along each line: none along the right one, some along others."""
+    asked: Any = part.details["asked"]
+    assert isinstance(part.answer, Choice)
+    texts = tuple(line.words for line in asked.lines)
+    yield Check("options", texts == part.answer.options and len(set(texts)) == len(texts), f"{len(texts)} options")
+    samples = samples_at(ground, asked.where.values, asked.where.condition)
+    moving = [_possible(sample, ground.task, asked.moving, asked.held) for sample in samples]
+    along = directions(asked.lines, samples)
+    sizes = np.array([[float(np.abs(d @ v).max()) for d, v in zip(vectors, moving, strict=True)] for vectors in along])
+    scale = np.array([float(np.abs(v).max()) for v in moving])
+    shares = sizes / np.maximum(scale, 1e-12)
+    for index, (text, found) in enumerate(zip(texts, shares, strict=True)):
+        if index == part.answer.correct:
+            yield Check("nothing along it", bool(len(found) and found.max() < 1e-7), f"{text}: {found.max():.1e}")
+        else:
+            yield Check("something along it", bool(np.mean(found > 0.05) >= MOST), f"{text}: {np.median(found):.2f}")
+
+
+def _possible(sample: Sample, task: Sequence[int], moving: str, held: bool) -> np.ndarray:
+    """Return a basis of the velocities (3 x k) of P or of the link, the other counted rows being zero where `held`."""
+    jacobian = exponential_jacobian(sample.arm, sample.q[None])[0]
+    own, other = (
+        (jacobian[:3], [r for r in task if r > 2]) if moving == "P" else (jacobian[3:], [r for r in task if r < 3])
+    )
+    if not held or not other:
+        return np.asarray(own)
+    _, sigma, vt = np.linalg.svd(jacobian[other])
+    rank = int(np.sum(sigma > 1e-9 * sigma[0]))
+    return np.asarray(own @ vt[rank:].T)
+
+
+# --- meaning ---
+
+
+def _meaning(ground: Ground, part: Part) -> Iterator[Check]:
+    asked: Any = part.details["asked"]
+    assert isinstance(part.answer, Choice)
+    values = asked.values
+    samples = samples_at(ground, values, asked.condition)
+    right = part.answer.correct
+    told = [all(text.startswith(m.words) for text, (m, _) in zip(part.answer.options, asked.offered, strict=True))]
+    yield Check("options", all(told) and len(set(part.answer.options)) == len(part.answer.options), "as offered")
+    true = [bool(samples) and all(_is_so(meaning, sample) for sample in samples) for meaning, _ in asked.offered]
+    kinds = {str(kind_at(ground.chain, sample)) for sample in samples}
+    holds = [t and (kind is None or kinds == {kind}) for t, (_, kind) in zip(true, asked.offered, strict=True)]
+    expected = [index == right for index in range(len(holds))]
+    detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations; options that hold: {holds}"
+    yield Check("only the right one holds", holds == expected, detail)
+
+
+def _is_so(meaning: Any, sample: Sample) -> bool:
+    """Tell whether a statement holds, by moving joints and comparing distances and lines."""
+    first, last = meaning.joints[0] - 1, meaning.joints[-1] - 1
+    frames = sample.arm.frames(sample.q)
+    if meaning.kind == "on axis":
+        turned = sample.q + 0.7 * np.eye(len(sample.q))[first]
+        return bool(np.linalg.norm(sample.arm.point(turned) - sample.arm.point(sample.q)) < 1e-6)
+    if meaning.kind == "in line":
+        lines = [
+            np.concatenate([z, np.cross(o, z)])
+            for z, o in ((frames[i, :3, 2], frames[i, :3, 3]) for i in (first, last))
+        ]
+        return bool(min(np.linalg.norm(lines[0] - lines[1]), np.linalg.norm(lines[0] + lines[1])) < 1e-6)
+    if meaning.kind in ("straight", "doubled"):
+        a, b, c = (frames[meaning.joints[0] + k, :3, 3] for k in (-1, 0, 1))
+        legs, whole = (np.linalg.norm(a - b), np.linalg.norm(b - c)), np.linalg.norm(a - c)
+        expected = sum(legs) if meaning.kind == "straight" else abs(legs[0] - legs[1])
+        return bool(abs(whole - expected) < 1e-7)
+    others = sample.q + np.linspace(-2.9, 3.2, 60)[:, None] * np.eye(len(sample.q))[last]
+    distances = [_from_axis(sample, q, first) for q in (sample.q, *others)]
+    return bool(distances[0] > max(distances) - 1e-9 if meaning.kind == "far" else distances[0] < min(distances) + 1e-9)
+
+
+def _from_axis(sample: Sample, q: np.ndarray, joint: int) -> float:
+    frames = sample.arm.frames(q)
+    between = sample.arm.point(q) - frames[joint, :3, 3]
+    axis = frames[joint, :3, 2]
+    return float(np.linalg.norm(between - (between @ axis) * axis))
+
+
+CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {
+    "rank": _rank,
+    "lost-direction": _direction,
+    "lost-motion": _motion,
+    "singularity-meaning": _meaning,
+}

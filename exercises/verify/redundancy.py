@@ -1,8 +1,94 @@
-"""Tests of the questions of `questions.redundancy`."""
+"""Tests of det(J J^T), least-norm rates and self-motions: determinants, pseudo-inverse and null space by NumPy."""
 
 from collections.abc import Callable, Iterator
 
-from exercises.problem import Part
+import numpy as np
+
+from exercises.arm.kinematics import NumericChain
+from exercises.problem import Direction, Number, Part
+from exercises.questions.base import BY_HAND
+from exercises.questions.inversion import Situation
+from exercises.verify.formulas import EXACT, WELL_CONDITIONED, agree, each_way, formula, reference
 from exercises.verify.ground import Check, Ground
 
-CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {}
+NUMBERS = 1e-8
+"""Relative error allowed of numbers that are given to ten digits."""
+
+
+def jacobian_at(ground: Ground, situation: Situation) -> np.ndarray:
+    """Return the task Jacobian of a situation (m x n), by products of 4 x 4 matrices."""
+    arm = NumericChain(ground.chain, {symbol.name: float(value) for symbol, value in situation.lengths.items()})
+    return np.asarray(arm.jacobian(np.array([float(situation.joints[q]) for q in ground.chain.q]))[ground.task])
+
+
+def situation_of(part: Part) -> Situation:
+    """Return the configuration that a part gives."""
+    situation = part.details["situation"]
+    assert isinstance(situation, Situation)
+    return situation
+
+
+def numbers(part: Part) -> np.ndarray:
+    """Return a reference of numbers as (1, rows, columns)."""
+    return np.array(reference(part).tolist(), dtype=float)[None]
+
+
+def well_conditioned(jacobian: np.ndarray) -> Check:
+    """Return the check that small errors stay small."""
+    sigma = np.linalg.svd(jacobian, compute_uv=False)
+    ratio = float(sigma[-1] / sigma[0])
+    least = WELL_CONDITIONED[jacobian.shape[1] > BY_HAND]
+    return Check("well conditioned", ratio > least, f"sigma_min/sigma_max = {ratio:.3f}")
+
+
+def three_digits(part: Part, expected: np.ndarray) -> Check:
+    """Return the check that a student who rounds the right numbers to three digits is right."""
+    assert isinstance(part.answer, Number)
+    allowed = np.maximum(part.answer.tolerance * np.abs(expected), part.answer.floor)
+    rounded = np.array([float(f"{value:.2e}") for value in expected])
+    return Check("three digits", bool(np.all(np.abs(rounded - expected) <= allowed)), "rounding keeps it right")
+
+
+def _gram(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
+    def determinant(jacobian: np.ndarray) -> np.ndarray:
+        rows = jacobian[:, ground.task]
+        return np.asarray(np.linalg.det(rows @ rows.swapaxes(1, 2)))[:, None, None]
+
+    return each_way(ground, determinant)
+
+
+def _least_norm(ground: Ground, part: Part) -> Iterator[Check]:
+    """Find the rates by the singular value decomposition, and hold them against others with the same velocity."""
+    situation = situation_of(part)
+    jacobian = jacobian_at(ground, situation)
+    velocity = np.array([float(value) for value in situation.velocity.values()])
+    expected = np.linalg.pinv(jacobian) @ velocity
+    found = numbers(part)
+    yield agree("pseudo-inverse", found, expected[None, :, None], NUMBERS)
+    if found.shape[1:] == (ground.chain.n, 1):
+        yield agree("velocity", jacobian @ found, velocity[None, :, None], NUMBERS)
+    yield well_conditioned(jacobian)
+    yield three_digits(part, expected)
+
+
+def _self_motion(ground: Ground, part: Part) -> Iterator[Check]:
+    """Multiply the Jacobian by the motion; the result is zero, and the motion is not."""
+    assert isinstance(part.answer, Direction)
+    formulas = part.answer.tolerance is None
+    found = ground.read(reference(part)) if formulas else numbers(part)
+    jacobian = ground.task_jacobian if formulas else jacobian_at(ground, situation_of(part))[None]
+    size = np.linalg.norm(found, axis=1, keepdims=True) if np.all(np.isfinite(found)) else np.zeros(1)
+    if found.shape[1:] != (ground.chain.n, 1) or not np.all(size > EXACT):
+        yield Check("motion", False, f"no motion of {ground.chain.n} joints at some place")
+        return
+    yield agree("null space", jacobian @ (found / size), np.zeros((len(found), len(ground.task), 1)), NUMBERS)
+    if not formulas:
+        yield agree("unit vector", size, np.ones((1, 1, 1)), NUMBERS)
+        yield well_conditioned(jacobian[0])
+
+
+CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {
+    "gram-determinant": formula(_gram),
+    "least-norm-rates": _least_norm,
+    "self-motion": _self_motion,
+}

@@ -1,0 +1,215 @@
+"""The direction of motion that is lost at a singular configuration, and the lines of an arm to tell it by.
+
+Where J (m x n, m <= n) has rank m - 1, one direction u of the task is lost: u J = 0, the null space of J transposed;
+every velocity that the joints can produce is perpendicular to u. The cofactors of m - 1 independent columns of J are
+such a vector, because J times its adjugate is det J, and in space their cross product. World frame throughout.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import combinations, product
+
+import numpy as np
+import sympy as sp
+
+from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.classification import Sample
+from exercises.arm.derivation import derive
+from exercises.arm.singularity import Component
+from exercises.arm.trigonometry import Factored, factored, substitute, textbook
+
+ZERO, CLEAR = 1e-9, 0.05
+"""Shares of the largest singular value: below the first one it counts as zero, above the second as not zero."""
+
+SHORT = 8
+"""Terms that a formula for a lost direction may have."""
+
+
+def task_rows(chain: Chain) -> list[int]:
+    """Return the rows of the 6 x n Jacobian that the task counts."""
+    return [TASK_ROWS.index(row) for row in chain.task]
+
+
+def clear_rank(jacobian: np.ndarray, clear: float = CLEAR) -> int | None:
+    """Return the rank of a matrix, or None where a singular value is neither clearly zero nor clearly not."""
+    sigma = np.linalg.svd(jacobian, compute_uv=False)
+    share = sigma / max(float(sigma[0]), 1e-12)
+    if np.any((share > ZERO) & (share < clear)):
+        return None
+    return int(np.sum(share >= clear))
+
+
+def lost_direction(jacobian: np.ndarray, clear: float = CLEAR) -> np.ndarray | None:
+    """Return the unit vector u with u J = 0 of an m x n matrix, m <= n, or None unless exactly one is lost clearly."""
+    m, n = jacobian.shape
+    if m > n or clear_rank(jacobian, clear) != m - 1:
+        return None
+    return np.asarray(np.linalg.svd(jacobian)[0][:, -1])
+
+
+# --- as a formula ---
+
+
+@dataclass(frozen=True)
+class LostFormula:
+    """u as a formula in the joints that stay free, the columns (from 1) whose cofactors it is made of, and J there.
+
+    `jacobian` is None where its entries do not come out short.
+    """
+
+    direction: sp.Matrix
+    columns: tuple[int, ...]
+    jacobian: sp.Matrix | None
+
+
+Values = tuple[tuple[sp.Symbol, sp.Expr], ...]
+
+
+def value_sets(component: Component) -> list[Values]:
+    """Return every combination of joint values at which a component's conditions hold; none where joints are tied."""
+    if component.solutions is None:
+        return []
+    joints = [joint for joint, _ in component.solutions]
+    return [
+        tuple(zip(joints, values, strict=True)) for values in product(*(values for _, values in component.solutions))
+    ]
+
+
+@lru_cache(maxsize=1024)
+def lost_formula(generic: Chain, component: Component) -> LostFormula | None:
+    """Return the shortest formula for the direction lost at joint values, for a structure; None where none is short.
+
+    `component` is one of the structure's, at one combination of values.
+    """
+    jacobian = derive(generic).jacobian
+    if jacobian.rows > min(jacobian.cols, 4):
+        return None
+    scale = sp.Dummy("t")
+    if component.solutions is None:
+        return None
+    for condition, (joint, (value, *_)) in zip(component.conditions, component.solutions, strict=True):
+        placed = _placed(jacobian, condition, joint, value, scale)
+        if placed is None:
+            return None
+        jacobian = placed
+    shown = None if any(entry.has(scale) for entry in jacobian) else jacobian.applyfunc(textbook)
+    found = [
+        LostFormula(direction, tuple(j + 1 for j in columns), shown)
+        for columns in combinations(range(jacobian.cols), jacobian.rows - 1)
+        if (direction := _cofactors(jacobian[:, list(columns)])) is not None and not direction.has(scale)
+    ]
+    best = min(found, key=lambda lost: (_terms(lost.direction), sp.count_ops(lost.direction)), default=None)
+    return best if best is not None and _terms(best.direction) <= SHORT else None
+
+
+def _terms(vector: sp.Matrix) -> int:
+    return sum(len(sp.Add.make_args(sp.expand(entry))) for entry in vector)
+
+
+def _placed(
+    jacobian: sp.Matrix, condition: sp.Expr, joint: sp.Symbol, value: sp.Expr, scale: sp.Symbol
+) -> sp.Matrix | None:
+    """Return J at a joint's value; where A cos + B sin = 0 decides it, with cos = B t and sin = -A t."""
+    if not joint.name.startswith("theta") or (2 * value / sp.pi).is_Integer:
+        return jacobian.applyfunc(lambda entry: sp.expand(substitute(entry, {joint: value})))
+    cosine, sine = sp.Dummy("c"), sp.Dummy("s")
+    wave = sp.expand(_in_one_angle(condition, joint, cosine, sine))
+    a, b = wave.coeff(cosine), wave.coeff(sine)
+    if sp.expand(wave - a * cosine - b * sine) != 0 or (a.free_symbols | b.free_symbols) & set(_angles(jacobian)):
+        return None
+    return jacobian.applyfunc(lambda entry: sp.expand(_in_one_angle(entry, joint, b * scale, -a * scale)))
+
+
+def _angles(matrix: sp.Matrix) -> list[sp.Symbol]:
+    waves = (wave for entry in matrix for wave in entry.atoms(sp.sin, sp.cos))
+    return [symbol for wave in waves for symbol in wave.free_symbols]
+
+
+def _in_one_angle(expression: sp.Expr, joint: sp.Symbol, cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
+    """Return an expression with cos and sin of one joint's angle taken out of the angle sums and replaced."""
+    found = {}
+    for wave in expression.atoms(sp.sin, sp.cos):
+        factor = sp.diff(wave.args[0], joint)
+        if factor == 0:
+            continue
+        rest = wave.args[0] - factor * joint
+        own = factor * sine
+        if isinstance(wave, sp.sin):
+            found[wave] = sp.sin(rest) * cosine + sp.cos(rest) * own
+        else:
+            found[wave] = sp.cos(rest) * cosine - sp.sin(rest) * own
+    return expression.xreplace(found)
+
+
+def _cofactors(columns: sp.Matrix) -> sp.Matrix | None:
+    """Return the cofactors of m - 1 columns of m entries without their common factors, None where all are zero."""
+    m = columns.rows
+    entries = []
+    for i in range(m):
+        minor = columns.extract([k for k in range(m) if k != i], list(range(m - 1)))
+        determinant = minor.det(method="berkowitz") if m > 1 else sp.S.One
+        entries.append(factored(sp.expand((-1) ** i * determinant)))
+    if all(entry.is_zero for entry in entries):
+        return None
+    return sp.Matrix([entry.expression() for entry in _without_common(entries)])
+
+
+def _without_common(entries: Sequence[Factored]) -> list[Factored]:
+    others = [dict(entry.factors) for entry in entries if not entry.is_zero]
+    shared = {f: min(powers.get(f, 0) for powers in others) for f in others[0]}
+    numbers = [entry.coefficient for entry in entries if not entry.is_zero]
+    size = sp.Rational(sp.igcd(0, *(abs(c.p) for c in numbers)), sp.ilcm(1, *(c.q for c in numbers)))
+    sign = -1 if sum(1 if c > 0 else -1 for c in numbers) < 0 else 1
+    common = Factored(sp.Rational(sign * size), tuple((f, power) for f, power in shared.items() if power))
+    return [entry if entry.is_zero else entry.over(common) for entry in entries]
+
+
+# --- lines of the arm ---
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of the arm: "P" (from O_i to the point), "z", "x", "y" of frame i, or "world" (axis i of the world)."""
+
+    kind: str
+    index: int
+
+    @property
+    def words(self) -> str:
+        """The line in words, formulas as LaTeX."""
+        if self.kind == "P":
+            return f"along the line from $O_{self.index}$ to $P$"
+        if self.kind == "z":
+            return f"along $z_{self.index}$, the axis of joint {self.index + 1}"
+        if self.kind == "world":
+            return f"along ${'xyz'[self.index]}_w$, an axis of the world frame"
+        return f"along ${self.kind}_{self.index}$, an axis of frame {self.index}"
+
+
+def lines_of(chain: Chain) -> list[Line]:
+    """Return the lines by which a direction may be told, those that are seen best first."""
+    n = chain.n
+    to_point = [Line("P", i) for i in range(chain.point.frame)]
+    axes = [Line("z", i) for i in range(n)]
+    others = [Line(kind, i) for kind in "xy" for i in range(n + 1)]
+    world = [] if chain.base.is_world else [Line("world", i) for i in range(3)]
+    return [*to_point, *axes, *others, *world]
+
+
+def directions(lines: Sequence[Line], samples: Sequence[Sample]) -> np.ndarray:
+    """Return unit vectors along lines at configurations, (lines, samples, 3); NaN where a line has no length."""
+    found = np.empty((len(lines), len(samples), 3))
+    for k, sample in enumerate(samples):
+        frames = sample.arm.frames(sample.q)
+        point = sample.arm.point_of(frames)
+        for i, line in enumerate(lines):
+            if line.kind == "world":
+                vector = np.eye(3)[line.index]
+            elif line.kind == "P":
+                vector = point - frames[line.index, :3, 3]
+            else:
+                vector = frames[line.index, :3, "xyz".index(line.kind)]
+            size = float(np.linalg.norm(vector))
+            found[i, k] = vector / size if size > 1e-3 else np.nan
+    return found

@@ -1,0 +1,170 @@
+"""What configurations look like: on an axis, axes in one line, stretched out, folded back; tested at samples.
+
+A meaning is a statement that is true or false of a configuration. Of a branch of the singular set the one that holds
+everywhere is the right reading, and those that hold nowhere are the wrong ones.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from exercises.arm.chain import Chain
+from exercises.arm.classification import Sample, kind_at
+from exercises.arm.kinematics import cross
+
+NEAR, APART = 1e-6, 0.02
+"""What counts as zero, and as clearly not zero, in metres or as a sine."""
+
+STEP = 1e-3
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """A statement: `kind` "on axis", "in line", "far" or "near", of joints i and j (from 1), and in words."""
+
+    kind: str
+    joints: tuple[int, ...]
+    words: str
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What a branch looks like: the right meaning, and wrong ones."""
+
+    right: Meaning
+    wrong: tuple[Meaning, ...]
+
+
+def read_meanings(chain: Chain, samples: Sequence[Sample]) -> Reading | None:
+    """Return the reading of configurations, or None where no statement holds at all of them or none is wrong."""
+    if len(samples) < 4:
+        return None
+    tried = [
+        (meaning, {holds(chain, meaning, sample) for sample in samples}) for meaning in meanings_of(chain, samples)
+    ]
+    right = [meaning for meaning, found in tried if found == {True}]
+    wrong = [meaning for meaning, found in tried if found == {False}]
+    return Reading(right[0], tuple(wrong)) if right and wrong else None
+
+
+def one_kind(chain: Chain, samples: Sequence[Sample]) -> str | None:
+    """Return "boundary" or "internal" where all configurations are of that kind, else None."""
+    kinds = {kind_at(chain, sample) for sample in samples}
+    return kinds.pop() if len(kinds) == 1 else None
+
+
+def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:
+    """Return all statements that make sense for an arm, the most telling first."""
+    revolute = [i for i, joint in enumerate(chain.joints) if joint.kind == "R"]
+    found = [
+        Meaning("on axis", (i + 1,), f"$P$ lies on the axis of joint {i + 1}")
+        for i in revolute
+        if i < chain.point.frame and not _always_on_axis(samples, i)
+    ]
+    found += [
+        Meaning("in line", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} lie on one line")
+        for i in revolute
+        for j in revolute
+        if i < j and not all(_in_line(sample, _moved(sample), i, j) for sample in samples)
+    ]
+    for i in revolute:
+        for j in range(i + 1, min(chain.n, chain.point.frame)):
+            found += _extremes(chain, samples, i, j)
+    return found + [meaning for k in range(1, chain.n) for meaning in _origins_in_line(samples, k)]
+
+
+def _origins_in_line(samples: Sequence[Sample], k: int) -> list[Meaning]:
+    """Return the statements on three successive origins, the middle one being O_k, where no two of them coincide."""
+    sizes = [np.linalg.norm(np.diff(s.arm.frames(s.q)[k - 1 : k + 2, :3, 3], axis=0), axis=1).min() for s in samples]
+    if min(sizes) < APART or all(_bent(sample, _moved(sample), k)[0] < NEAR for sample in samples):
+        return []
+    line = f"$O_{k - 1}$, $O_{k}$ and $O_{k + 1}$ lie on one line"
+    return [
+        Meaning("straight", (k,), f"{line}, $O_{k}$ between the others"),
+        Meaning("doubled", (k,), f"{line}, $O_{k}$ at an end of it"),
+    ]
+
+
+def _bent(sample: Sample, q: np.ndarray, k: int) -> tuple[float, float]:
+    """Return the size of the cross product, and the scalar product, of O_{k-1} O_k and O_k O_{k+1}."""
+    first, second = np.diff(sample.arm.frames(q)[k - 1 : k + 2, :3, 3], axis=0)
+    return float(np.linalg.norm(cross(first, second))), float(first @ second)
+
+
+def _extremes(chain: Chain, samples: Sequence[Sample], i: int, j: int) -> list[Meaning]:
+    if any(abs(_distance(s, _moved(s), i) - _distance(s, _moved(s, j), i)) < 1e-9 for s in samples):
+        return []
+    bringing = f"from the axis of joint {i + 1} as joint {j + 1} can bring it"
+    near = Meaning("near", (i + 1, j + 1), f"$P$ is as near to{bringing.removeprefix('from')}")
+    if chain.joints[j].kind == "P":
+        return [near]
+    far = Meaning("far", (i + 1, j + 1), f"$P$ is as far {bringing}")
+    if all(_parallel(sample, i, j) for sample in samples):
+        far = Meaning("far", far.joints, f"the arm is stretched out: {far.words}")
+        near = Meaning("near", near.joints, f"the arm is folded back: {near.words}")
+    return [far, near]
+
+
+def holds(chain: Chain, meaning: Meaning, sample: Sample) -> bool | None:
+    """Tell whether a statement is true of a configuration; None where that is not clear."""
+    i, j = meaning.joints[0] - 1, meaning.joints[-1] - 1
+    if meaning.kind == "on axis":
+        return _clear(_distance(sample, sample.q, i))
+    if meaning.kind == "in line":
+        return _clear(_off_line(sample, sample.q, i, j))
+    if meaning.kind in ("straight", "doubled"):
+        off, along = _bent(sample, sample.q, i + 1)
+        level = _clear(off)
+        return (along > 0) == (meaning.kind == "straight") if level else level
+    return _is_extreme(chain, meaning.kind, sample, i, j)
+
+
+def _is_extreme(chain: Chain, kind: str, sample: Sample, i: int, j: int) -> bool | None:
+    """Tell whether joint j, the others held, can bring the point no farther from (no nearer to) the axis i."""
+    others = np.linspace(0, 2 * np.pi, 73)[1:-1] if chain.joints[j].kind == "R" else np.linspace(-2, 2, 81)
+    away = np.zeros((len(others) + 2, len(sample.q)))
+    away[:, j] = [STEP, -STEP, *others]
+    middle = _distance(sample, sample.q, i)
+    change = np.array([_distance(sample, sample.q + step, i) for step in away]) - middle
+    if abs(change[0] - change[1]) / (2 * STEP) > NEAR and middle > NEAR:
+        return False if abs(change[0] - change[1]) / (2 * STEP) > APART / 20 else None
+    beyond = float(change.max() if kind == "far" else -change.min())
+    return True if beyond < NEAR else False if beyond > APART / 20 else None
+
+
+def _clear(size: float) -> bool | None:
+    return True if size < NEAR else False if size > APART / 20 else None
+
+
+def _moved(sample: Sample, but: int | None = None) -> np.ndarray:
+    """Return a pose beside a sample, out of line in every joint; `but` moves one joint more."""
+    moved = sample.q + 0.3 * np.arange(1, len(sample.q) + 1)
+    if but is not None:
+        moved[but] += 0.2
+    return np.asarray(moved)
+
+
+def _always_on_axis(samples: Sequence[Sample], joint: int) -> bool:
+    return all(_distance(sample, _moved(sample), joint) < NEAR for sample in samples)
+
+
+def _distance(sample: Sample, q: np.ndarray, joint: int) -> float:
+    """Return the distance of the point from a joint's axis."""
+    frames = sample.arm.frames(q)
+    return float(np.linalg.norm(cross(frames[joint, :3, 2], sample.arm.point_of(frames) - frames[joint, :3, 3])))
+
+
+def _off_line(sample: Sample, q: np.ndarray, i: int, j: int) -> float:
+    frames = sample.arm.frames(q)
+    axis, between = frames[i, :3, 2], frames[j, :3, 3] - frames[i, :3, 3]
+    return float(np.linalg.norm(cross(axis, frames[j, :3, 2])) + np.linalg.norm(cross(axis, between)))
+
+
+def _in_line(sample: Sample, q: np.ndarray, i: int, j: int) -> bool:
+    return _off_line(sample, q, i, j) < NEAR
+
+
+def _parallel(sample: Sample, i: int, j: int) -> bool:
+    frames = sample.arm.frames(sample.q)
+    return float(np.linalg.norm(cross(frames[i, :3, 2], frames[j, :3, 2]))) < NEAR

@@ -1,0 +1,92 @@
+"""A straight line that the point follows from a given configuration: p(s) = A + s u, with the joints that belong to it.
+
+s is the distance from A in m, u the unit vector from A to the target. The joints are found by Newton's method from
+those of a place before, so that the arm stays on the branch on which it began; the rates are qd = J^-1 u speed (6.7).
+For square tasks with linear rows only.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.arm.precise import DOUBLE, PreciseArm, Vector, solved
+
+ITERATIONS = 12
+
+
+@dataclass(frozen=True)
+class Station:
+    """A place on a line: distance s, joint values, their change by metre (dq/ds), and sigma_min/sigma_max of J."""
+
+    s: float
+    joints: tuple[float, ...]
+    slopes: tuple[float, ...]
+    conditioning: float
+
+
+class Line:
+    """A line from where the point is at `joints` to `target`, one coordinate for each row of the task."""
+
+    def __init__(
+        self,
+        chain: Chain,
+        lengths: Mapping[sp.Symbol, sp.Expr],
+        joints: Mapping[sp.Symbol, sp.Expr],
+        target: Sequence[sp.Expr],
+        context: Any = DOUBLE,
+    ) -> None:
+        self.arm, self.context = PreciseArm(chain, lengths, context), context
+        self.q = [self.arm.number(joints[q]) for q in chain.q]
+        self.start = [self.arm.place(self.q)[0][row] for row in self.arm.task]
+        way = [self.arm.number(b) - a for a, b in zip(self.start, target, strict=True)]
+        self.length = context.sqrt(sum(value * value for value in way))
+        self.unit = [value / self.length for value in way]
+
+    def point(self, s: Any) -> Vector:
+        """Return p(s) = A + s u."""
+        return [a + s * u for a, u in zip(self.start, self.unit, strict=True)]
+
+    def joints_at(self, s: Any, near: Sequence[Any]) -> Vector | None:
+        """Return the joint values at s that Newton's method reaches from values near them, or None."""
+        goal, q = self.point(s), list(near)
+        for _ in range(ITERATIONS):
+            point, jacobian = self.arm.place(q)
+            error = [a - point[row] for a, row in zip(goal, self.arm.task, strict=True)]
+            if max(map(abs, error)) < 64 * self.context.eps:
+                return q
+            try:
+                q = [a + b for a, b in zip(q, solved([jacobian[row] for row in self.arm.task], error), strict=True)]
+            except ZeroDivisionError:
+                return None
+        return None
+
+    def slopes(self, q: Sequence[Any]) -> Vector:
+        """Return dq/ds = J^-1 u, the joint rates at unit speed."""
+        return solved(self.arm.task_jacobian(q), self.unit)
+
+    def station(self, s: float, q: Sequence[float]) -> Station:
+        """Return a place on the line with what is of interest there (floats)."""
+        jacobian = self.arm.task_jacobian(q)
+        sigma = np.linalg.svd(np.array(jacobian, dtype=float), compute_uv=False)
+        return Station(s, tuple(q), tuple(solved(jacobian, self.unit)), float(sigma[-1] / sigma[0]))
+
+    def follow(self, step: float, floor: float, end: float | None = None) -> Iterator[Station]:
+        """Yield stations from s = 0 on (floats), until `end`, or until J is conditioned worse than `floor`."""
+        last = float(self.length) if end is None else end
+        q, s, steps = self.q, 0.0, 0
+        while s <= last + 1e-12:
+            station = self.station(s, q)
+            if station.conditioning < floor:
+                return
+            yield station
+            steps += 1
+            ahead = [a + step * b for a, b in zip(q, station.slopes, strict=True)]
+            s = step * steps
+            found = self.joints_at(s, ahead)
+            if found is None or max(abs(a - b) for a, b in zip(found, ahead, strict=True)) > 0.3:
+                return
+            q = found

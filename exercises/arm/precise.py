@@ -1,0 +1,149 @@
+"""The arm in numbers of any precision: point and Jacobian in floats, or in 30 digits where they end in a problem.
+
+The table is read once, angles of links as exact sines and cosines; then frames are carried along from O_0 as three
+axes and an origin. World frame; rows of the Jacobian as in (6.6).
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import mpmath
+import sympy as sp
+
+from exercises.arm.chain import TASK_ROWS, Chain
+
+DIGITS = 30
+DOUBLE: Any = mpmath.fp
+"""Floats: fast, for searching and deciding with a margin."""
+PRECISE: Any = mpmath.MPContext()
+"""Thirty digits: the same on every machine once rounded to ten."""
+PRECISE.dps = DIGITS
+
+Vector = list[Any]
+
+
+class PreciseArm:
+    """A chain with a number for every open symbol, in the arithmetic of an mpmath context."""
+
+    def __init__(self, chain: Chain, values: Mapping[sp.Symbol, sp.Expr], context: Any = PRECISE) -> None:
+        self.context, self.task = context, [TASK_ROWS.index(row) for row in chain.task]
+
+        def number(expression: sp.Expr) -> Any:
+            return numeric(sp.sympify(expression).xreplace(dict(values)), context)
+
+        def wave(angle: sp.Expr) -> tuple[Any, Any]:
+            return number(sp.cos(angle)), number(sp.sin(angle))
+
+        self.number, self.revolute = number, [joint.kind == "R" for joint in chain.joints]
+        self._offsets = [number(value) for value in chain.offsets]
+        self._links = [(number(joint.a), *wave(joint.alpha)) for joint in chain.joints]
+        self._fixed = [number(joint.d) if joint.kind == "R" else wave(joint.theta) for joint in chain.joints]
+        self._base = (*wave(chain.base.yaw), *wave(chain.base.tilt))
+        self._origin = [number(value) for value in chain.base.position]
+        self._frame, self._offset = chain.point.frame, [number(value) for value in chain.point.offset]
+
+    def place(self, q: Sequence[Any]) -> tuple[Vector, list[Vector]]:
+        """Return the point (3, m) and the 6 x n Jacobian as rows, at joint values q."""
+        one, zero = self.context.one, self.context.zero
+        cos_yaw, sin_yaw, cos_tilt, sin_tilt = self._base
+        x, y = _turned([one, zero, zero], [zero, one, zero], cos_yaw, sin_yaw)
+        y, z = _turned(y, [zero, zero, one], cos_tilt, sin_tilt)
+        point = origin = self._origin
+        axes: list[Vector] = []
+        origins: list[Vector] = []
+        for i in range(len(q) + 1):
+            if i == self._frame:
+                point = _moved(_moved(_moved(origin, x, self._offset[0]), y, self._offset[1]), z, self._offset[2])
+            if i < len(q):
+                axes.append(z)
+                origins.append(origin)
+                cos, sin, d = self._joint(i, q[i] + self._offsets[i])
+                a, cos_twist, sin_twist = self._links[i]
+                x, y = _turned(x, y, cos, sin)
+                origin = _moved(_moved(origin, z, d), x, a)
+                y, z = _turned(y, z, cos_twist, sin_twist)
+        columns = [self._column(i, z, point, o) for i, (z, o) in enumerate(zip(axes, origins, strict=True))]
+        return point, [list(row) for row in zip(*columns, strict=True)]
+
+    def task_jacobian(self, q: Sequence[Any]) -> list[Vector]:
+        """Return the m x n Jacobian of the task, as rows."""
+        rows = self.place(q)[1]
+        return [rows[row] for row in self.task]
+
+    def _joint(self, i: int, own: Any) -> tuple[Any, Any, Any]:
+        """Return cosine and sine of theta_i, and d_i."""
+        if self.revolute[i]:
+            return self.context.cos(own), self.context.sin(own), self._fixed[i]
+        return (*self._fixed[i], own)
+
+    def _column(self, i: int, z: Vector, point: Vector, origin: Vector) -> Vector:
+        still = [self.context.zero] * 3
+        if not self.revolute[i]:
+            return [*(z if i < self._frame else still), *still]
+        r = [p - o for p, o in zip(point, origin, strict=True)]
+        cross = [z[1] * r[2] - z[2] * r[1], z[2] * r[0] - z[0] * r[2], z[0] * r[1] - z[1] * r[0]]
+        return [*(cross if i < self._frame else still), *z]
+
+
+def numeric(value: sp.Expr, context: Any = PRECISE) -> Any:
+    """Return an exact number in the arithmetic of a context."""
+    return context.mpf(str(sp.N(value, DIGITS + 6)))
+
+
+def ten_digits(value: Any) -> sp.Float:
+    """Return a precise number as it goes into a problem: ten digits, the same on every machine.
+
+    >>> ten_digits(PRECISE.mpf(1) / 3)
+    0.3333333333
+    """
+    if abs(value) < 1e-20:
+        return sp.Float(0, 10)
+    return sp.Float(PRECISE.nstr(value, DIGITS - 5), 10)
+
+
+def four_digits(value: Any) -> sp.Float:
+    """Return a number as a worked solution shows it.
+
+    >>> four_digits(PRECISE.mpf(2) / 3)
+    0.6667000000
+    """
+    return sp.Float(0, 10) if abs(value) < 1e-12 else sp.Float(PRECISE.nstr(value, 4), 10)
+
+
+def shown(rows: Sequence[Vector]) -> sp.Matrix:
+    """Return a matrix as a worked solution shows it, four digits each."""
+    return sp.Matrix([[four_digits(value) for value in row] for row in rows])
+
+
+def solved(matrix: Sequence[Vector], right: Sequence[Any]) -> Vector:
+    """Return x with matrix x = right (square), by elimination with row pivots; ZeroDivisionError if it is singular."""
+    rows = [[*row, value] for row, value in zip(matrix, right, strict=True)]
+    n = len(rows)
+    for k in range(n):
+        pivot = max(range(k, n), key=lambda i: abs(rows[i][k]))
+        rows[k], rows[pivot] = rows[pivot], rows[k]
+        for i in range(k + 1, n):
+            share = rows[i][k] / rows[k][k]
+            rows[i] = [a - share * b for a, b in zip(rows[i], rows[k], strict=True)]
+    found: Vector = [None] * n
+    for k in reversed(range(n)):
+        rest = sum(rows[k][j] * found[j] for j in range(k + 1, n))
+        found[k] = (rows[k][n] - rest) / rows[k][k]
+    return found
+
+
+def gram(matrix: Sequence[Vector]) -> list[Vector]:
+    """Return the matrix times its transpose."""
+    return [[sum(a * b for a, b in zip(first, second, strict=True)) for second in matrix] for first in matrix]
+
+
+def _turned(x: Vector, y: Vector, cos: Any, sin: Any) -> tuple[Vector, Vector]:
+    """Return two perpendicular unit vectors, turned towards each other's place."""
+    return (
+        [cos * a + sin * b for a, b in zip(x, y, strict=True)],
+        [cos * b - sin * a for a, b in zip(x, y, strict=True)],
+    )
+
+
+def _moved(start: Vector, along: Vector, by: Any) -> Vector:
+    return [a + by * b for a, b in zip(start, along, strict=True)]

@@ -1,0 +1,187 @@
+"""The pages of docs/ that are made from the code: the families with a thumbnail each, and the chapter's examples.
+
+`python -m exercises.docs` writes them all; a test says when they are out of date.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import sympy as sp
+
+from exercises.arm.chain import Chain, Joint
+from exercises.difficulty import step
+from exercises.docs.errata import errata
+from exercises.families import FAMILIES
+from exercises.figure import figure_svg, singular_svg, thumbnail_svg
+from exercises.files import write_atomically
+from exercises.generate import questions_of, sample_chain
+from exercises.problem import Part, Problem, ProblemId
+from exercises.questions import QUESTIONS
+from exercises.render import render
+from exercises.stream import Stream
+from exercises.writing.statement import worked_solution
+from exercises.writing.wording import Wording
+
+LOOKED_AT = 3
+"""Arms of a family whose difficulty is told."""
+README_ARM = ProblemId("planar-2r", 7)
+"""The arm that README.md shows."""
+
+
+def documents() -> dict[str, str]:
+    """Return every generated file of docs/: path inside the folder -> text."""
+    plain, scorbot = planar_2r(), scorbot_arm()
+    drawings = {
+        "planar-2r.svg": figure_svg(sample_chain(README_ARM)),
+        "examples/planar-2r.svg": figure_svg(plain, "planar-2r"),
+        "examples/planar-2r-singular.svg": singular_svg(plain, "planar-2r-singular"),
+        "examples/scorbot.svg": figure_svg(scorbot, "scorbot"),
+        "examples/scorbot-singular.svg": singular_svg(scorbot, "scorbot-singular"),
+    }
+    for name in FAMILIES:
+        drawings[f"families/{name}.svg"] = thumbnail_svg(_first_arm(name), name)
+    return {"families.md": families_page(), "examples.md": examples_page(), **drawings}
+
+
+def write(folder: Path) -> list[Path]:
+    """Write the generated files into a docs folder, and return their paths. Raises QdotError."""
+    texts = documents()
+    for name, text in texts.items():
+        write_atomically(folder / name, text)
+    return [folder / name for name in texts]
+
+
+# --- families ---
+
+
+@dataclass(frozen=True)
+class FamilyEntry:
+    """What the page says of a family; `kinds` is as in RRP, `steps` as in "1 to 2"."""
+
+    name: str
+    title: str
+    source: str
+    task: tuple[str, ...]
+    kinds: str
+    steps: str
+    asked: tuple[tuple[str, str], ...]
+    varied: bool
+
+
+def families_page() -> str:
+    """Return docs/families.md."""
+    entries = [_entry(name) for name in FAMILIES]
+    return render("docs/families.md.j2", families=entries, questions=len(QUESTIONS))
+
+
+def _first_arm(family: str) -> Chain:
+    return sample_chain(ProblemId(family, 0))
+
+
+def _entry(name: str) -> FamilyEntry:
+    family = FAMILIES[name]
+    arms = [sample_chain(ProblemId(name, seed)) for seed in range(LOOKED_AT)]
+    steps = sorted({step(arm) for arm in arms})
+    return FamilyEntry(
+        name=name,
+        title=family.title,
+        source=family.source,
+        task=tuple(Wording(arms[0]).task),
+        kinds="".join(joint.kind for joint in arms[0].joints),
+        steps=str(steps[0]) if len(steps) == 1 else f"{steps[0]} to {steps[-1]}",
+        asked=tuple((question, QUESTIONS[question].title) for question in questions_of(name)),
+        varied=family.varied,
+    )
+
+
+# --- the chapter's examples ---
+
+
+def planar_2r() -> Chain:
+    """Return the arm of Examples 6.1, 6.2 and 6.4."""
+    a1, a2, theta1, theta2 = sp.symbols("a1 a2 theta1 theta2")
+    joints = (
+        Joint("R", theta1, sp.S.Zero, a1, sp.S.Zero),
+        Joint("R", theta2, sp.S.Zero, a2, sp.S.Zero),
+    )
+    return Chain("planar 2R", joints, ("vx", "vy"), title="planar 2R arm")
+
+
+def scorbot_arm() -> Chain:
+    """Return the arm of Example 6.3: a Scorbot down to the wrist point P."""
+    a1, a2, a3, d1, theta1, theta2, theta3 = sp.symbols("a1 a2 a3 d1 theta1 theta2 theta3")
+    joints = (
+        Joint("R", theta1, d1, a1, -sp.pi / 2),
+        Joint("R", theta2, sp.S.Zero, a2, sp.S.Zero),
+        Joint("R", theta3, sp.S.Zero, a3, sp.S.Zero),
+    )
+    return Chain("Scorbot", joints, ("vx", "vy", "vz"), title="Scorbot, wrist point P")
+
+
+@dataclass(frozen=True)
+class Example:
+    """One example of the chapter: its arm, its drawings (docs/examples/KEY.svg) and its steps with titles.
+
+    `drawn` says whether the arm is shown, `singular` whether its singular configurations are.
+    """
+
+    number: str
+    title: str
+    key: str
+    arm: Chain
+    steps: tuple[tuple[str, str], ...]
+    drawn: bool
+    singular: bool
+
+    @property
+    def rows(self) -> list[list[str]]:
+        """The DH table as LaTeX."""
+        return Wording(self.arm).rows
+
+    @property
+    def task(self) -> list[str]:
+        """The rows that count as LaTeX."""
+        return Wording(self.arm).task
+
+
+EXAMPLES = (
+    ("6.1", "the planar 2R arm by direct differentiation", "planar-2r", ("position", "velocity", "jacobian")),
+    (
+        "6.2",
+        "inverse velocity and singularities of the same arm",
+        "planar-2r",
+        ("determinant", "inverse-jacobian", "inverse-velocity", "singular-angles"),
+    ),
+    (
+        "6.3",
+        "the arm of a Scorbot, down to its wrist point",
+        "scorbot",
+        ("position", "jacobian", "determinant", "singular-angles"),
+    ),
+    (
+        "6.4",
+        "the planar 2R arm by velocity propagation",
+        "planar-2r",
+        ("joint-axes", "position-vectors", "geometric-jacobian", "twist"),
+    ),
+)
+"""Number, title, arm, and the questions that make up each example."""
+
+
+def examples_page() -> str:
+    """Return docs/examples.md."""
+    arms = {"planar-2r": planar_2r(), "scorbot": scorbot_arm()}
+    examples: list[Example] = []
+    for number, title, key, questions in EXAMPLES:
+        steps = tuple((QUESTIONS[name].title, _solved(arms[key], name)) for name in questions)
+        drawn = all(before.key != key for before in examples)
+        examples.append(Example(number, title, key, arms[key], steps, drawn, "singular-angles" in questions))
+    return render("docs/examples.md.j2", examples=examples, errata=errata(*arms.values()))
+
+
+@cache
+def _solved(chain: Chain, name: str) -> str:
+    answer, details = QUESTIONS[name].ask(chain, Stream("docs"))
+    part = Part(name, name, answer, details=details)
+    return worked_solution(Problem(ProblemId("docs", 0), chain, (part,)), part)

@@ -1,0 +1,10 @@
+"""`python -m exercises.docs`: write the generated pages into docs/ of the checkout."""
+
+from pathlib import Path
+
+from exercises.console import say
+from exercises.docs import write
+
+if __name__ == "__main__":
+    for path in write(Path(__file__).parents[2] / "docs"):
+        say(f"wrote {path.name}")

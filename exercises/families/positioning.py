@@ -1,0 +1,64 @@
+"""Arms that place a point in space by slides: Cartesian, cylindrical, spherical (without and with lateral offset)."""
+
+import sympy as sp
+
+from exercises.arm.chain import Chain, Joint, Point
+from exercises.families.base import Family, centimetres, on_the_floor, sign, turned
+from exercises.stream import Stream
+
+T1, T2 = sp.symbols("theta1 theta2")
+D1, D2, D3 = sp.symbols("d1 d2 d3")
+RIGHT = sp.pi / 2
+SPACE = ("vx", "vy", "vz")
+
+
+def sample_cartesian(rng: Stream) -> Chain:
+    """Draw three slides at right angles: their zeros, senses, a tool."""
+    joints = (
+        Joint("P", 0, D1 + centimetres(rng, 5, 60), 0, -RIGHT),
+        Joint("P", RIGHT, D2 + sign(rng) * centimetres(rng, 5, 60), 0, sign(rng) * RIGHT),
+        Joint("P", rng.choice((sp.S.Zero, RIGHT)), D3 + sign(rng) * centimetres(rng, 5, 60), 0, 0),
+    )
+    tool = Point(3, (centimetres(rng, 5, 30), sp.S.Zero, sp.Symbol("L1")))
+    return Chain("cartesian", joints, SPACE, on_the_floor(rng), tool, "Cartesian arm")
+
+
+def sample_cylindrical(rng: Stream) -> Chain:
+    """Draw a turning column with a lift and a horizontal slide: offsets, zeros of the slides, lateral offset."""
+    joints = (
+        Joint("R", T1 + turned(rng, 30), sp.Symbol("L1"), 0, 0),
+        Joint("P", 0, D2 + centimetres(rng, 5, 50), centimetres(rng, 5, 30), sign(rng) * RIGHT),
+        Joint("P", 0, D3 + sign(rng) * centimetres(rng, 10, 95), 0, 0),
+    )
+    return Chain("cylindrical", joints, SPACE, on_the_floor(rng), None, "cylindrical arm")
+
+
+def sample_spherical(rng: Stream) -> Chain:
+    """Draw an arm that turns, tilts and slides from one centre: height, offsets, senses, zero of the slide."""
+    side = sign(rng)
+    joints = (
+        Joint("R", T1 + turned(rng, 30), sp.Symbol("L1"), 0, side * RIGHT),
+        Joint("R", T2 + turned(rng, 15), 0, 0, -side * RIGHT),
+        Joint("P", 0, D3 + sign(rng) * centimetres(rng, 10, 95), 0, 0),
+    )
+    return Chain("spherical", joints, SPACE, on_the_floor(rng), None, "spherical arm")
+
+
+def sample_spherical_offset(rng: Stream) -> Chain:
+    """Draw a spherical arm whose slide runs beside the column: lateral offset, offsets, senses, zero of the slide."""
+    side = sign(rng)
+    joints = (
+        Joint("R", T1 + turned(rng, 30), sp.Symbol("L1"), 0, side * RIGHT),
+        Joint("R", T2 + turned(rng, 15), centimetres(rng, 10, 40), 0, -side * RIGHT),
+        Joint("P", 0, D3 + sign(rng) * centimetres(rng, 10, 95), 0, 0),
+    )
+    title = "spherical arm with a lateral offset"
+    return Chain("spherical-offset", joints, SPACE, on_the_floor(rng), None, title)
+
+
+POSITIONING = (
+    Family("cartesian", "Cartesian arm (three slides)", "equation 6.3", sample_cartesian),
+    Family("cylindrical", "Cylindrical arm (RPP)", "equations 6.9 to 6.12", sample_cylindrical),
+    Family("spherical", "Spherical arm (RRP)", "equations 6.9 to 6.12", sample_spherical),
+    Family("spherical-offset", "Spherical arm with lateral offset", "equations 6.9 to 6.12", sample_spherical_offset),
+)

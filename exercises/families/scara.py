@@ -1,0 +1,47 @@
+"""SCARA arms for position and turn about the vertical, with the slide before or behind the last revolute joint."""
+
+import sympy as sp
+
+from exercises.arm.chain import Chain, Joint
+from exercises.families.base import Family, centimetres, on_the_floor, sign, turned
+from exercises.stream import Stream
+
+T1, T2, T3, T4 = sp.symbols("theta1 theta2 theta3 theta4")
+D3, D4 = sp.symbols("d3 d4")
+TASK = ("vx", "vy", "vz", "wz")
+
+
+def _upper_arm(rng: Stream, twist: sp.Expr) -> tuple[Joint, Joint]:
+    lengths: list[sp.Expr] = [sp.Symbol("a1"), sp.Symbol("a2")]
+    known = rng.below(2)
+    lengths[known] = centimetres(rng, 30, 80)
+    return (
+        Joint("R", T1 + turned(rng, 30), sp.Symbol("d1"), lengths[0], 0),
+        Joint("R", T2 + turned(rng, 15), 0, lengths[1], twist),
+    )
+
+
+def sample_rrpr(rng: Stream) -> Chain:
+    """Draw two links, a slide that points down, a turning hand: lengths, offsets, zero of the slide."""
+    joints = (
+        *_upper_arm(rng, sp.pi),
+        Joint("P", 0, D3 + sign(rng) * centimetres(rng, 5, 50), 0, 0),
+        Joint("R", T4 + turned(rng, 30), centimetres(rng, 5, 20), 0, 0),
+    )
+    return Chain("scara", joints, TASK, on_the_floor(rng), None, "SCARA arm")
+
+
+def sample_rrrp(rng: Stream) -> Chain:
+    """Draw two links, a turning hand with a slide that points down: lengths, offsets, zero of the slide."""
+    joints = (
+        *_upper_arm(rng, sp.S.Zero),
+        Joint("R", T3 + turned(rng, 30), 0, 0, sp.pi),
+        Joint("P", 0, D4 + sign(rng) * centimetres(rng, 5, 50), 0, 0),
+    )
+    return Chain("scara-rrrp", joints, TASK, on_the_floor(rng), None, "SCARA arm, slide last")
+
+
+SCARA = (
+    Family("scara", "SCARA arm (RRPR)", "equations 6.9 to 6.12", sample_rrpr),
+    Family("scara-rrrp", "SCARA arm with the slide last (RRRP)", "equations 6.9 to 6.12", sample_rrrp),
+)

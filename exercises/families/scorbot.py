@@ -1,0 +1,39 @@
+"""The whole Scorbot of Example 6.3, five revolute joints: for its wrist point P and for its tip Q, all six rows."""
+
+import sympy as sp
+
+from exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
+from exercises.families.base import Family, centimetres, on_the_floor, turned
+from exercises.stream import Stream
+
+RIGHT = sp.pi / 2
+
+
+def _scorbot(rng: Stream, name: str, frame: int, title: str) -> Chain:
+    theta = sp.symbols("theta1:6")
+    links: list[sp.Expr] = list(sp.symbols("a2 a3"))
+    links[rng.below(2)] = centimetres(rng, 35, 80)
+    joints = (
+        Joint("R", theta[0] + turned(rng, 30), sp.Symbol("d1"), centimetres(rng, 5, 25), -RIGHT),
+        Joint("R", theta[1] + turned(rng, 90), 0, links[0], 0),
+        Joint("R", theta[2] + turned(rng, 90), 0, links[1], 0),
+        Joint("R", theta[3] + turned(rng, 90), 0, 0, -RIGHT),
+        Joint("R", theta[4], centimetres(rng, 8, 20), 0, 0),
+    )
+    return Chain(name, joints, TASK_ROWS, on_the_floor(rng), Point(frame), title)
+
+
+def sample_wrist(rng: Stream) -> Chain:
+    """Draw a Scorbot for its wrist point: lengths, with a1 < a2 + a3, joint offsets, base height."""
+    return _scorbot(rng, "scorbot-wrist", 4, "Scorbot arm, wrist point")
+
+
+def sample_tip(rng: Stream) -> Chain:
+    """Draw a Scorbot for its tip: lengths, with a1 < a2 + a3, joint offsets, base height."""
+    return _scorbot(rng, "scorbot-tip", 5, "Scorbot arm, tip")
+
+
+SCORBOT = (
+    Family("scorbot-wrist", "Scorbot 5R at the wrist point", "Example 6.3", sample_wrist),
+    Family("scorbot-tip", "Scorbot 5R at the tip", "Example 6.3", sample_tip),
+)

@@ -1,0 +1,64 @@
+"""Which way an arm is looked at: square to the plane in which it moves, if there is one, else from above at a slant."""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import sympy as sp
+
+from exercises.arm.chain import Base, Chain, Point
+from exercises.arm.kinematics import NumericChain
+
+
+def _axonometric(azimuth: float, elevation: float) -> np.ndarray:
+    ca, sa, ce, se = np.cos(azimuth), np.sin(azimuth), np.cos(elevation), np.sin(elevation)
+    return np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
+
+
+SPACE = _axonometric(np.radians(36.0), np.radians(24.0))
+FROM_Z = np.eye(3)
+FROM_X = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+FROM_Y = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+SEEN = {
+    "z": "in the plane of x_w and y_w, seen from +z_w",
+    "x": "in the plane of y_w and z_w, seen from +x_w",
+    "y": "in the plane of x_w and z_w, seen from -y_w",
+}
+
+
+def exact(chain: Chain) -> Chain:
+    """Return the same arm with sympy numbers where its base or point hold Python ones."""
+    (x, y, z), (u, v, w) = (map(sp.sympify, three) for three in (chain.base.position, chain.point.offset))
+    base = Base((x, y, z), sp.sympify(chain.base.yaw), sp.sympify(chain.base.tilt))
+    return replace(chain, base=base, tool=Point(chain.point.frame, (u, v, w)))
+
+
+def camera(chain: Chain) -> np.ndarray:
+    """Return the directions right, up and towards the reader (rows) in the world frame."""
+    return {"z": FROM_Z, "x": FROM_X, "y": FROM_Y, None: SPACE}[plane(chain)]
+
+
+def is_flat(chain: Chain) -> bool:
+    """Whether the arm is drawn flat: it never leaves a plane of two axes of the world."""
+    return plane(chain) is not None
+
+
+@lru_cache(maxsize=1024)
+def plane(chain: Chain) -> str | None:
+    """Return the axis of the world ("x", "y" or "z") that is square to all motion of the arm, or None."""
+    if chain.is_planar:
+        return "z"
+    chain = exact(chain)
+    values = {symbol.name: 0.3 + 0.11 * k for k, symbol in enumerate(chain.parameters)}
+    arm = NumericChain(chain, values)
+    poses = np.array([[0.37 + 0.21 * i for i in range(chain.n)], [1.13 - 0.47 * i for i in range(chain.n)]])
+    frames = arm.frames(poses)
+    points = np.concatenate([frames[..., :3, 3], arm.point_of(frames)[:, None]], axis=1).reshape(-1, 3)
+    axes = frames[:, :-1, :3, 2]
+    turns = np.array([kind == "R" for kind in arm.kinds])
+    for k, name in ((2, "z"), (1, "y"), (0, "x")):
+        along = np.abs(axes[..., k])
+        square = np.all(np.abs(along - turns) < 1e-9) and np.all(np.abs(points[:, k]) < 1e-9)
+        if square and turns.any() and (name == "z" or chain.base.yaw == 0):
+            return name
+    return None

@@ -1,0 +1,191 @@
+"""Small drawings of an arm without lettering: a thumbnail, and its singular configurations beside a regular one.
+
+Singular configurations are drawn to scale, as they depend on the lengths; open lengths get the values below. A dashed
+double arrow at P, or a dashed ring where that points at the reader, is a direction in which P can't move there.
+"""
+
+import itertools
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import sympy as sp
+
+from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
+from exercises.arm.classification import REGULAR, samples_on
+from exercises.arm.kinematics import NumericChain
+from exercises.arm.singularity import Component, singular_set
+from exercises.figure.arm import scene
+from exercises.figure.body import body, fitted
+from exercises.figure.plane import exact
+from exercises.figure.pose import best_poses, drawn_chain, scores, skeleton, symbol_values
+from exercises.figure.shapes import Circle, Figure, Pair, Polyline, Shape
+from exercises.figure.view import View, tip
+from exercises.writing.latex import tex
+from exercises.writing.unicode_math import unicode_math
+
+PANEL, THUMBNAIL = (280, 196), (320, 240)
+"""Width and height in which these are drawn, in pixels; both are shown at 0.6 of that."""
+MARGIN = (12.0, 12.0)
+ARROW, RING, SHORT = 44.0, 14.0, 0.3
+"""Half the length of an arrow, the radius of a ring, and the part of an arrow that must be seen, else it is a ring."""
+MOST = 8
+"""So many singular configurations are drawn at most."""
+TRIED = 24
+"""Configurations found numerically where a condition ties several joints; the one easiest to read is drawn."""
+CAPTION = 24
+REGULAR_CAPTION = "regular"
+
+
+def thumbnail(chain: Chain) -> Figure:
+    """Return the arm in its clearest pose without frames and lettering."""
+    chain = exact(chain)
+    drawn = drawn_chain(replace(chain, base=replace(chain.base, position=Base().position)))
+    return _figure(drawn, best_poses(chain, drawn, 1)[0], THUMBNAIL)
+
+
+def _figure(drawn: Chain, entries: np.ndarray, size: tuple[int, int], lost: tuple[np.ndarray, ...] = ()) -> Figure:
+    bones = skeleton(drawn, entries)
+
+    def shapes(view: View) -> tuple[Shape, ...]:
+        dot = Circle(view.px(bones.path[-1]), 5.0, "point")
+        marks = itertools.chain(*(_cannot_move(view, bones.path[-1], direction) for direction in lost))
+        return (*body(scene(drawn, bones, view)).shapes, *marks, dot)
+
+    view = fitted(drawn, bones, shapes, (0.9 * size[0], 0.9 * size[1]), size, MARGIN)
+    return Figure(*size, shapes(view), ())
+
+
+def _cannot_move(view: View, point: np.ndarray, direction: np.ndarray) -> tuple[Shape, ...]:
+    """Return a dashed double arrow through P along a unit vector, or a dashed ring."""
+    seen = view.axes[:2] @ direction
+    if np.linalg.norm(seen) < SHORT:
+        return (Circle(view.px(point), RING, "lost"),)
+    ends: list[Pair] = [view.px(point + side * ARROW / view.scale * direction) for side in (1.0, -1.0)]
+    heads: list[Polyline] = [tip((view.px(point), end), "lost", 10.0)[1] for end in ends]
+    return (Polyline(tuple(ends), "lost"), *heads)
+
+
+# --- singular configurations ---
+
+
+@dataclass(frozen=True)
+class _Scaled:
+    """An arm in numbers: with its offsets, and (for drawing) without them; the offsets and open lengths chosen."""
+
+    chain: Chain
+    drawn: Chain
+    offsets: np.ndarray
+    values: dict[sp.Symbol, sp.Rational]
+
+
+def singular_figures(chain: Chain) -> list[tuple[str, Figure]]:
+    """Return drawings with captions: a regular configuration, then one for each singular value or condition.
+
+    The captions number the components of the singular set from 1. Nothing is drawn where the arm has no singular
+    configuration for its task, or no regular one.
+    """
+    chain = exact(chain)
+    scaled = _scaled(chain)
+    regular = best_poses(chain, scaled.drawn, 1)[0]
+    found: list[tuple[str, Figure]] = []
+    for number, component in enumerate(singular_set(chain) or (), 1):
+        for caption, entries in _configurations(chain, scaled, component, regular):
+            lost = _lost_directions(chain, scaled, entries)
+            if lost is not None and len(found) < MOST:
+                found.append((f"{number}. {caption}", _figure(scaled.drawn, entries, PANEL, lost)))
+    return [(REGULAR_CAPTION, _figure(scaled.drawn, regular, PANEL)), *found] if found else []
+
+
+def _scaled(chain: Chain) -> _Scaled:
+    sizes = [abs(float(v)) for joint in chain.joints for v in (joint.a, joint.d) if v.is_number and v != 0]
+    chosen = symbol_values(chain, max(sizes, default=0.5))
+    values = {symbol: sp.Rational(round(float(value) * 100), 100) for symbol, value in chosen.items()}
+
+    def numbers(joint: Joint) -> Joint:
+        return Joint(joint.kind, *(value.xreplace(values) for value in (joint.theta, joint.d, joint.a, joint.alpha)))
+
+    u, v, w = (value.xreplace(values) for value in chain.point.offset)
+    base = Base(Base().position, chain.base.yaw.xreplace(values), chain.base.tilt.xreplace(values))
+    tool = replace(chain.point, offset=(u, v, w))
+    joints = tuple(map(numbers, chain.joints))
+    plain = tuple(
+        replace(joint, theta=q) if joint.kind == "R" else replace(joint, d=q)
+        for joint, q in zip(joints, chain.q, strict=True)
+    )
+    filled = replace(chain, joints=joints, base=base, tool=tool)
+    offsets = np.array([float(value) for value in filled.offsets])
+    return _Scaled(filled, replace(filled, joints=plain), offsets, values)
+
+
+def _configurations(
+    chain: Chain, scaled: _Scaled, component: Component, regular: np.ndarray
+) -> list[tuple[str, np.ndarray]]:
+    """Return captions and table entries (n) of configurations on a component; none where the numbers allow none."""
+    if component.solutions is None:
+        entries = _on_condition(chain, scaled, component)
+        shown = " and ".join(f"{_text(condition, chain)} = 0" for condition in component.conditions)
+        return [] if entries is None else [(_short(shown), entries)]
+    found = []
+    joints = [joint for joint, _ in component.solutions]
+    for values in itertools.product(*(values for _, values in component.solutions)):
+        numbers = [complex(value.xreplace(scaled.values)) for value in values]
+        if any(abs(number.imag) > 1e-9 for number in numbers):
+            continue
+        entries = regular.copy()
+        for joint, number in zip(joints, numbers, strict=True):
+            i = chain.q.index(joint)
+            entries[i] = number.real + scaled.offsets[i]
+        pairs = zip(joints, values, strict=True)
+        found.append((_short(", ".join(f"{_text(q, chain)} = {_value(value, chain)}" for q, value in pairs)), entries))
+    return found
+
+
+def _on_condition(chain: Chain, scaled: _Scaled, component: Component) -> np.ndarray | None:
+    text = " and ".join(f"{condition.xreplace(scaled.values)} = 0" for condition in component.conditions)
+    samples = samples_on(scaled.chain, text, "figure", arms=1, each=TRIED)
+    if not samples:
+        return None
+    entries = np.array([sample.q for sample in samples]) + scaled.offsets
+    turning = np.array([joint.kind == "R" for joint in chain.joints])
+    entries = np.where(turning, np.arctan2(np.sin(entries), np.cos(entries)), entries)
+    return np.asarray(entries[int(np.argmax(np.round(scores(chain, scaled.drawn, entries), 3)))])
+
+
+def _text(expression: sp.Expr, chain: Chain) -> str:
+    return unicode_math(tex(expression, chain))
+
+
+def _value(value: sp.Expr, chain: Chain) -> str:
+    exact_text = _text(value, chain)
+    return f"{float(value):.3f}".replace("-", "−") if value.is_number and len(exact_text) > 6 else exact_text
+
+
+def _short(caption: str) -> str:
+    """Return a caption that fits below its drawing; the number before it says which condition is meant."""
+    return caption if len(caption) <= CAPTION else "see the condition above"
+
+
+def _lost_directions(chain: Chain, scaled: _Scaled, entries: np.ndarray) -> tuple[np.ndarray, ...] | None:
+    """Return unit vectors along which P can't move, as far as linear ones are lost; None where no rank is lost."""
+    task = [TASK_ROWS.index(row) for row in chain.task]
+    jacobian = NumericChain(scaled.drawn, {}).jacobian(entries)[task]
+    u, sigma, _ = np.linalg.svd(jacobian)
+    rank = int(np.sum(sigma > REGULAR * max(float(sigma[0]), 1e-12)))
+    if rank == min(jacobian.shape):
+        return None
+    if jacobian.shape[0] > jacobian.shape[1]:
+        return ()
+    directions = []
+    for lost in u[:, rank:].T:
+        vector = np.zeros(6)
+        vector[task] = lost
+        if np.linalg.norm(vector[3:]) < 1e-6:
+            directions.append(vector[:3])
+    return tuple(directions)
+
+
+def cells(count: int) -> tuple[int, int]:
+    """Return columns and rows for so many drawings."""
+    columns = count if count <= 3 else 2 if count == 4 else 3
+    return columns, math.ceil(count / columns)

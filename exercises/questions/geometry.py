@@ -1,0 +1,282 @@
+"""Configurations that questions on singularities are asked at: poses in numbers, and parts of the singular set.
+
+A pose is exact: joint values of the component, or the value of one joint for which a condition that ties several is
+solved. What is no simple number is shown rounded; references are worked out at the exact pose, with 30 digits.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import mpmath
+import numpy as np
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.arm.classification import Sample
+from exercises.arm.derivation import derive, structure
+from exercises.arm.directions import CLEAR, Values, clear_rank, task_rows, value_sets
+from exercises.arm.kinematics import NumericChain
+from exercises.arm.singularity import Component, singular_set
+from exercises.questions.inversion import draw_pose
+from exercises.stream import Stream
+
+DIGITS, KEPT = 30, 40
+TRIES = 12
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A configuration in numbers: open lengths, exact joint values, and those that are shown rounded.
+
+    `about` holds degrees of an angle to two decimals, and metres of a slide to four.
+    """
+
+    lengths: dict[sp.Symbol, sp.Rational]
+    joints: dict[sp.Symbol, sp.Expr]
+    about: dict[sp.Symbol, sp.Rational] = field(default_factory=dict)
+
+    @property
+    def values(self) -> dict[sp.Symbol, sp.Expr]:
+        """All numbers together, for substitution."""
+        return {**self.lengths, **self.joints}
+
+    @property
+    def figure(self) -> dict[str, float]:
+        """The joint values for a drawing."""
+        return {q.name: float(sp.Float(sp.N(value, DIGITS), 10)) for q, value in self.joints.items()}
+
+
+def pose_of(chain: Chain, lengths: Mapping[sp.Symbol, sp.Rational], joints: Mapping[sp.Symbol, sp.Expr]) -> Pose:
+    """Return a pose; a value that is no simple number is kept with 40 digits and shown rounded."""
+    exact, about = dict(joints), {}
+    for q, joint in zip(chain.q, chain.joints, strict=True):
+        unit, places = (180 / sp.pi, 2) if joint.kind == "R" else (sp.S.One, 4)
+        simple = sp.Integer(10 if joint.kind == "R" else 10000) * unit
+        if (simple * joints[q]).is_Integer:
+            continue
+        number = sp.N(joints[q], KEPT)
+        counted = sp.N(simple, KEPT) * number
+        nearest = sp.Integer(round(counted))
+        if abs(counted - nearest) < sp.Float("1e-25"):
+            exact[q] = nearest / simple
+        else:
+            exact[q] = number
+            about[q] = sp.Rational(round(sp.N(unit, KEPT) * number * 10**places), 10**places)
+    return Pose(dict(lengths), exact, about)
+
+
+def sample_of(chain: Chain, pose: Pose) -> Sample:
+    """Return a pose in floating point."""
+    arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in pose.lengths.items()})
+    return Sample(arm, np.array([float(sp.N(pose.joints[q])) for q in chain.q]))
+
+
+def jacobian_at(chain: Chain, pose: Pose) -> np.ndarray:
+    """Return the task Jacobian at a pose, (m, n), in floating point."""
+    sample = sample_of(chain, pose)
+    return np.asarray(sample.arm.jacobian(sample.q)[task_rows(chain)])
+
+
+def precise(chain: Chain, pose: Pose, matrix: sp.Matrix) -> sp.Matrix:
+    """Return a matrix of formulas in numbers of 30 digits at a pose, tiny ones as zero."""
+    exact = matrix.xreplace(pose.values)
+
+    def number(entry: sp.Expr) -> sp.Expr:
+        value = sp.N(entry, DIGITS, maxn=60)
+        return sp.S.Zero if abs(value) < sp.Float("1e-20") else value
+
+    return exact.applyfunc(number)
+
+
+def precise_lost(chain: Chain, pose: Pose) -> sp.Matrix:
+    """Return the unit vector u with u J = 0 at a singular pose, to 30 digits; its first clear entry is positive."""
+    jacobian = precise(chain, pose, derive(chain).jacobian)
+    with mpmath.workdps(DIGITS):
+        numbers = mpmath.matrix([[mpmath.mpf(str(value)) for value in row] for row in jacobian.tolist()])
+        gram = numbers * numbers.T
+        _, vectors = mpmath.eigsy(gram)
+        lost = [vectors[i, 0] for i in range(jacobian.rows)]
+        first = next(value for value in lost if abs(value) > mpmath.mpf("1e-3"))
+        sign = 1 if first > 0 else -1
+        entries = [sp.Float(str(sign * value), DIGITS) for value in lost]
+    return sp.Matrix([sp.S.Zero if abs(value) < sp.Float("1e-12") else value for value in entries])
+
+
+# --- drawing ---
+
+
+def regular_pose(chain: Chain, rng: Stream, clear: float = 0.1, slips: bool = True) -> Pose | None:
+    """Draw a pose of full rank; with `slips` one that looks singular: what a slip makes of a root."""
+    components = singular_set(chain) or () if slips else ()
+    roots = [solution for component in components for solution in component.solutions or ()]
+    for tried in range(60):
+        lengths, joints = distinct_lengths(chain, rng), draw_pose(chain, rng)
+        if roots and tried < 30:
+            joint, values = rng.choice(roots)
+            slip = rng.choice((sp.pi / 2, -sp.pi / 2)) if joint.name.startswith("theta") else sp.Rational(1, 10)
+            value = rng.choice(values).xreplace(lengths)
+            joints[joint] = rng.choice((-value, value + slip, slip - value))
+        if not all(_is_real(value) for value in joints.values()):
+            continue
+        pose = pose_of(chain, lengths, {q: _turned_back(chain, q, value) for q, value in joints.items()})
+        if clear_rank(jacobian_at(chain, pose), clear) == min(len(chain.task), chain.n):
+            return pose
+    return None
+
+
+def singular_pose(
+    chain: Chain, components: Sequence[Component], rng: Stream, rank: int | None = None, wide: bool = False
+) -> Pose | None:
+    """Draw a pose that lies on all of `components` at once and has a clear rank (`rank` if told), or None.
+
+    With `wide`, open lengths differ by up to a factor of 12.
+    """
+    for _ in range(TRIES):
+        lengths = _wide_lengths(chain, rng) if wide else distinct_lengths(chain, rng)
+        joints = _joints_on(chain, components, lengths, rng)
+        if joints is None or not all(_is_real(value) for value in joints.values()):
+            continue
+        pose = pose_of(chain, lengths, joints)
+        found = clear_rank(jacobian_at(chain, pose), CLEAR / 5 if wide else CLEAR)
+        if found is not None and found < min(len(chain.task), chain.n) and rank in (None, found):
+            return pose
+    return None
+
+
+def distinct_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
+    """Draw a number for each length that the table leaves open, no two the same: equal ones are a case of its own."""
+    steps = rng.shuffled(range(6, max(17, 6 + len(chain.parameters))))
+    return {symbol: sp.Rational(step, 20) for symbol, step in zip(chain.parameters, steps, strict=False)}
+
+
+def _wide_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
+    """Draw lengths of very different size, no two of which are near each other."""
+    sizes = [12 * 13**i // 10**i for i in range(max(10, len(chain.parameters)))]
+    drawn = zip(chain.parameters, rng.shuffled(sizes), strict=False)
+    return {symbol: sp.Rational(size + rng.below(2), 100) for symbol, size in drawn}
+
+
+@lru_cache(maxsize=1024)
+def singular_samples(chain: Chain, component: Component, count: int) -> tuple[Sample, ...]:
+    """Return configurations of a component where one direction is lost, of very different lengths; often `count`."""
+    stream, full = Stream(f"samples/{component.pieces()}"), min(len(chain.task), chain.n)
+    poses = (singular_pose(chain, (component,), stream, full - 1, wide=True) for _ in range(count))
+    return tuple(sample_of(chain, pose) for pose in poses if pose is not None)
+
+
+def at_values(component: Component, values: Values) -> Component:
+    """Return the part of a component at one combination of its joint values."""
+    return Component(component.conditions, tuple((joint, (value,)) for joint, value in values))
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A part of the singular set with one look: a combination of joint values, or a condition that ties joints.
+
+    `own` is the arm's, `generic` the same of its structure.
+    """
+
+    own: Component
+    generic: Component
+
+
+@lru_cache(maxsize=1024)
+def branches(chain: Chain) -> tuple[Branch, ...]:
+    """Return the singular set of an arm in branches, each with that of its structure."""
+    derivation = derive(chain)
+    generic = {tuple(map(derivation.fill, c.conditions)): c for c in singular_set(structure(chain).chain) or ()}
+    found: list[Branch] = []
+    for own in singular_set(chain) or ():
+        other = generic.get(own.conditions)
+        if other is None or (own.solutions is None) != (other.solutions is None):
+            continue
+        if own.solutions is None or other.solutions is None:
+            found.append(Branch(own, other))
+            continue
+        for values in value_sets(own):
+            theirs = next((theirs for theirs in value_sets(other) if _same_values(chain, values, theirs)), None)
+            if theirs is not None:
+                found.append(Branch(at_values(own, values), at_values(other, theirs)))
+    return tuple(found)
+
+
+def _same_values(chain: Chain, own: Values, generic: Values) -> bool:
+    """Tell whether joint values of a structure are those of the arm, which has offsets, whole turns apart."""
+    lengths = {symbol: sp.Rational(37 + 11 * i, 100) for i, symbol in enumerate(chain.parameters)}
+    for (q, value), (_, theirs) in zip(own, generic, strict=True):
+        index = chain.q.index(q)
+        apart = sp.N((derive(chain).fill(theirs) - chain.offsets[index] - value).xreplace(lengths), 15)
+        if chain.joints[index].kind == "R":
+            apart = sp.N(sp.exp(sp.I * apart) - 1, 15)
+        if abs(apart) > sp.Float("1e-9"):
+            return False
+    return True
+
+
+def _joints_on(
+    chain: Chain, components: Sequence[Component], lengths: Mapping[sp.Symbol, sp.Expr], rng: Stream
+) -> dict[sp.Symbol, sp.Expr] | None:
+    """Draw joint values on components: first those that are solved, then one joint for each that ties several."""
+    fixed: dict[sp.Symbol, sp.Expr] = {}
+    for component in sorted(components, key=lambda component: component.solutions is None):
+        if component.solutions is not None:
+            values = dict(rng.choice(value_sets(component)))
+            if any(fixed.get(q, value) != value for q, value in values.items()):
+                return None
+            fixed.update({q: _turned_back(chain, q, value.xreplace(dict(lengths))) for q, value in values.items()})
+    if not all(_is_real(value) for value in fixed.values()):
+        return None
+    drawn = draw_pose(chain, rng)
+    for component in components:
+        if component.solutions is not None:
+            continue
+        if len(component.conditions) > 1:
+            return None
+        (condition,) = component.conditions
+        free = [q for q in chain.q if condition.has(q) and q not in fixed]
+        if not free:
+            return None
+        last = rng.choice(free)
+        known = {**lengths, **drawn, **fixed}
+        known.pop(last)
+        zeros = _zeros(condition.xreplace(known), last, chain.joints[chain.q.index(last)].kind == "R")
+        if not zeros:
+            return None
+        fixed.update({q: drawn[q] for q in free})
+        fixed[last] = rng.choice(zeros)
+    return {**drawn, **fixed}
+
+
+def _zeros(condition: sp.Expr, joint: sp.Symbol, turns: bool) -> list[sp.Expr]:
+    """Return the zeros of a + b cos q + c sin q (or of a + b q), to 40 digits, none where it is of another form."""
+    places = (sp.S.Zero, sp.pi / 2, sp.pi, sp.S.One) if turns else (sp.S.Zero, sp.S.One, sp.S(2), sp.S(3))
+    start, quarter, half, test = (sp.N(condition.xreplace({joint: place}), KEPT) for place in places)
+    tiny = sp.Float("1e-30")
+    with mpmath.workdps(KEPT):
+        if not turns:
+            slope = quarter - start
+            linear = abs(test - start - 3 * slope) < tiny and abs(slope) > sp.Float("1e-3")
+            return [-start / slope] if linear else []
+        a, b = (start + half) / 2, (start - half) / 2
+        c = quarter - a
+        size = sp.sqrt(b**2 + c**2)
+        if abs(test - a - b * sp.N(sp.cos(1), KEPT) - c * sp.N(sp.sin(1), KEPT)) > tiny or size <= abs(a) + sp.Float(
+            "1e-3"
+        ):
+            return []
+        middle, away = sp.atan2(c, b), sp.acos(-a / size)
+        found = [sp.N(middle + sign * away, KEPT) for sign in (1, -1)]
+        return [value - 2 * sp.N(sp.pi, KEPT) * round(value / sp.N(2 * sp.pi, KEPT)) for value in found]
+
+
+def _is_real(value: sp.Expr) -> bool:
+    return bool(abs(sp.im(sp.N(value, DIGITS))) < sp.Float("1e-20"))
+
+
+def _turned_back(chain: Chain, joint: sp.Symbol, value: sp.Expr) -> sp.Expr:
+    """Return a revolute joint's value in (-pi, pi] where it is a number."""
+    if chain.joints[chain.q.index(joint)].kind == "P" or not value.is_number or not _is_real(value):
+        return value
+    turns = sp.floor((sp.pi - sp.N(value, DIGITS)) / (2 * sp.pi))
+    return sp.expand(value + 2 * sp.pi * int(turns))
