@@ -1,5 +1,6 @@
 """Families: what every arm that a family draws must be, for a class in which nobody's arm is harder than another's."""
 
+from collections import Counter
 from functools import cache
 
 import pytest
@@ -16,7 +17,19 @@ from exercises.problem import ProblemId
 from exercises.stream import Stream
 
 ARMS = 200
-MOST_TERMS, MOST_TERMS_OF_A_FACTOR = 20, 4
+MOST_TERMS, MOST_TERMS_OF_A_FACTOR = 15, 4
+ALLOWED = {
+    "orthogonal-3r": (19, "with a1 = 0 or a2 = 0 it would have fewer terms, and not its singular set"),
+    "scorbot-wrist": (25, "J is 6 x 5: the 15 terms of Example 6.3 and the joints' axes"),
+    "scorbot-tip": (36, "J is 6 x 5: d5 adds a term to each entry of Example 6.3"),
+    "stanford-6r": (34, "asked block by block: 15 terms in J11, 16 in J22"),
+    "puma-560": (44, "asked block by block: 23 terms in J11, a term d4 or a3 in each entry; 16 in J22"),
+    "anthropomorphic-6r": (34, "asked block by block: 13 terms in J11, 16 in J22"),
+    "industrial-6r": (44, "asked block by block: 23 terms in J11, a term d4 or a3 in each entry; 16 in J22"),
+    "ur-6r": (41, "its last three axes do not meet; asked for its axes, poses in numbers and singular set"),
+    "lbr-7r": (83, "J is 6 x 7; asked for its axes, poses in numbers and singular set"),
+}
+"""Terms of J that a family may have beyond what is done by hand, and why."""
 
 
 @cache
@@ -45,11 +58,10 @@ def test_the_scale_of_difficulty() -> None:
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_every_arm_can_be_done_by_hand(family: str) -> None:
-    if sample_chain(ProblemId(family, 0)).n > 4:
-        return  # such arms are asked block by block, and only what `too_long` lets pass
+    most, _ = ALLOWED.get(family, (MOST_TERMS, ""))
     for arm in arms(family)[:40]:
         entries = [sp.expand(entry) for entry in derive(arm).jacobian]
-        assert sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0) <= MOST_TERMS
+        assert sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0) <= most
         for component in singular_set(arm) or ():
             for condition in component.conditions:
                 assert len(sp.Add.make_args(sp.expand(condition))) <= MOST_TERMS_OF_A_FACTOR
@@ -74,10 +86,18 @@ def test_arms_differ(family: str) -> None:
 
 
 @pytest.mark.parametrize("family", FAMILIES)
+def test_answers_differ(family: str) -> None:
+    """No Jacobian is that of more than a tenth of the class."""
+    jacobians = Counter(tuple(derive(arm).jacobian) for arm in arms(family)[:60])
+    assert max(jacobians.values()) <= 6
+
+
+@pytest.mark.parametrize("family", FAMILIES)
 def test_no_two_links_are_nearly_as_long(family: str) -> None:
     """Equal lengths add singular configurations that nobody asked for."""
     for arm in arms(family):
-        lengths = [float(joint.a) for joint in arm.joints if joint.a.is_number and joint.a != 0]
+        given = [joint.a for joint in arm.joints] + [joint.d for joint in arm.joints if joint.kind == "R"]
+        lengths = [float(length) for length in given if length.is_number and length != 0]
         gaps = [abs(x - y) for i, x in enumerate(lengths) for y in lengths[:i]]
         assert all(gap > 0.045 for gap in gaps), arm
 

@@ -168,9 +168,13 @@ class NumericChain:
         self.kinds = tuple(joint.kind for joint in chain.joints)
         self.offsets = [number(value) for value in chain.offsets]
         self.fixed = [(number(j.d if j.kind == "R" else j.theta), number(j.a), number(j.alpha)) for j in chain.joints]
+        self._revolute = np.array([kind == "R" for kind in self.kinds])
+        self._offsets = np.array(self.offsets)
+        self._other, self._a, self._alpha = np.array(self.fixed).T
         self.point_frame = chain.point.frame
         self.offset = np.array([*map(number, chain.point.offset), 1.0])
-        self.base = _pose(number(chain.base.yaw), 0.0, 0.0, number(chain.base.tilt))
+        none = np.zeros(())
+        self.base = _pose(np.array(number(chain.base.yaw)), none, none, np.array(number(chain.base.tilt)))
         self.base[:3, 3] = [number(value) for value in chain.base.position]
 
     def with_point(self, frame: int) -> "NumericChain":
@@ -182,12 +186,17 @@ class NumericChain:
     def frames(self, q: np.ndarray) -> np.ndarray:
         """Return the poses of frames 0 ... n, shape (…, n + 1, 4, 4), at joint values q of shape (…, n)."""
         q = np.asarray(q, dtype=float)
-        poses = [np.broadcast_to(self.base, (*q.shape[:-1], 4, 4))]
-        for i, (kind, offset, (other, a, alpha)) in enumerate(zip(self.kinds, self.offsets, self.fixed, strict=True)):
-            own = q[..., i] + offset
-            theta, d = (own, other) if kind == "R" else (other, own)
-            poses.append(poses[-1] @ _pose(theta, d, a, alpha))
-        return np.stack(poses, axis=-3)
+        poses = np.empty((*q.shape[:-1], q.shape[-1] + 1, 4, 4))
+        poses[..., 0, :, :] = self.base
+        steps = _pose(*self._entries(q), self._a, self._alpha)
+        for i in range(q.shape[-1]):
+            np.matmul(poses[..., i, :, :], steps[..., i, :, :], out=poses[..., i + 1, :, :])
+        return poses
+
+    def _entries(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return theta and d of every row of the table, each of shape (…, n)."""
+        own = q + self._offsets
+        return np.where(self._revolute, own, self._other), np.where(self._revolute, self._other, own)
 
     def point(self, q: np.ndarray) -> np.ndarray:
         """Return the point of interest, shape (…, 3)."""
@@ -204,7 +213,7 @@ class NumericChain:
     def jacobian_of(self, frames: np.ndarray) -> np.ndarray:
         """Return the 6 x n Jacobian for poses as `frames` returns them."""
         z, origins = frames[..., :-1, :3, 2], frames[..., :-1, :3, 3]
-        revolute = np.array([kind == "R" for kind in self.kinds])[:, None]
+        revolute = self._revolute[:, None]
         carries = (np.arange(len(self.kinds)) < self.point_frame)[:, None]
         linear = np.where(revolute, cross(z, self.point_of(frames)[..., None, :] - origins), z) * carries
         return np.concatenate([linear, z * revolute], axis=-1).swapaxes(-1, -2)
@@ -219,11 +228,10 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return out
 
 
-def _pose(theta: float | np.ndarray, d: float | np.ndarray, a: float, alpha: float) -> np.ndarray:
+def _pose(theta: np.ndarray, d: np.ndarray, a: np.ndarray, alpha: np.ndarray) -> np.ndarray:
     """Return Rz(theta) Tz(d) Tx(a) Rx(alpha) as 4 x 4 matrices, one for each theta and d."""
-    theta, d = np.asarray(theta, dtype=float), np.asarray(d, dtype=float)
     ct, st, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
-    pose = np.zeros((*np.broadcast_shapes(theta.shape, d.shape), 4, 4))
+    pose = np.zeros((*theta.shape, 4, 4))
     pose[..., 0, 0], pose[..., 0, 1], pose[..., 0, 2], pose[..., 0, 3] = ct, -st * ca, st * sa, a * ct
     pose[..., 1, 0], pose[..., 1, 1], pose[..., 1, 2], pose[..., 1, 3] = st, ct * ca, -ct * sa, a * st
     pose[..., 2, 1], pose[..., 2, 2], pose[..., 2, 3], pose[..., 3, 3] = sa, ca, d, 1.0

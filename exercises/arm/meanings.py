@@ -125,8 +125,8 @@ def _is_extreme(chain: Chain, kind: str, sample: Sample, i: int, j: int) -> bool
     others = np.linspace(0, 2 * np.pi, 73)[1:-1] if chain.joints[j].kind == "R" else np.linspace(-2, 2, 81)
     away = np.zeros((len(others) + 2, len(sample.q)))
     away[:, j] = [STEP, -STEP, *others]
-    middle = _distance(sample, sample.q, i)
-    change = np.array([_distance(sample, sample.q + step, i) for step in away]) - middle
+    distances = _distances(sample, sample.q + np.vstack([np.zeros(len(sample.q)), away]), i)
+    middle, change = float(distances[0]), distances[1:] - distances[0]
     if abs(change[0] - change[1]) / (2 * STEP) > NEAR and middle > NEAR:
         return False if abs(change[0] - change[1]) / (2 * STEP) > APART / 20 else None
     beyond = float(change.max() if kind == "far" else -change.min())
@@ -151,8 +151,14 @@ def _always_on_axis(samples: Sequence[Sample], joint: int) -> bool:
 
 def _distance(sample: Sample, q: np.ndarray, joint: int) -> float:
     """Return the distance of the point from a joint's axis."""
+    return float(_distances(sample, q[None], joint)[0])
+
+
+def _distances(sample: Sample, q: np.ndarray, joint: int) -> np.ndarray:
+    """Return the distance of the point from a joint's axis in many poses (k x n)."""
     frames = sample.arm.frames(q)
-    return float(np.linalg.norm(cross(frames[joint, :3, 2], sample.arm.point_of(frames) - frames[joint, :3, 3])))
+    arm = sample.arm.point_of(frames) - frames[:, joint, :3, 3]
+    return np.asarray(np.linalg.norm(cross(frames[:, joint, :3, 2], arm), axis=1))
 
 
 def _off_line(sample: Sample, q: np.ndarray, i: int, j: int) -> float:

@@ -46,11 +46,11 @@ def sample_rpr(rng: Stream) -> Chain:
 
 
 def sample_rrp(rng: Stream) -> Chain:
-    """Draw two links, the second of which slides: lengths, zero of the slide, offsets and senses of the joints."""
+    """Draw two links, the second of which slides: lengths, offsets and senses of the joints."""
     joints = (
         Joint("R", T1 + turned(rng, 30), 0, centimetres(rng, 30, 80), rng.choice((sp.S.Zero, sp.pi))),
         Joint("R", T2 + turned(rng, 15), 0, sp.Symbol("a2"), sign(rng) * RIGHT),
-        Joint("P", 0, D3 + centimetres(rng, 10, 60), 0, 0),
+        Joint("P", 0, D3, 0, 0),
     )
     return Chain("planar-rrp", joints, ("vx", "vy", "wz"), standing_in_plane(rng), None, "planar RRP arm")
 

@@ -1,5 +1,7 @@
 """Arms that place a point in space by slides: Cartesian, cylindrical, spherical (without and with lateral offset)."""
 
+from dataclasses import replace
+
 import sympy as sp
 
 from exercises.arm.chain import Chain, Joint, Point
@@ -13,14 +15,15 @@ SPACE = ("vx", "vy", "vz")
 
 
 def sample_cartesian(rng: Stream) -> Chain:
-    """Draw three slides at right angles: their zeros, senses, a tool."""
+    """Draw three slides at right angles: their zeros and senses, a tool, the heading of the base."""
     joints = (
-        Joint("P", 0, D1 + centimetres(rng, 5, 60), 0, -RIGHT),
+        Joint("P", 0, D1 + centimetres(rng, 5, 60), 0, sign(rng) * RIGHT),
         Joint("P", RIGHT, D2 + sign(rng) * centimetres(rng, 5, 60), 0, sign(rng) * RIGHT),
         Joint("P", rng.choice((sp.S.Zero, RIGHT)), D3 + sign(rng) * centimetres(rng, 5, 60), 0, 0),
     )
     tool = Point(3, (centimetres(rng, 5, 30), sp.S.Zero, sp.Symbol("L1")))
-    return Chain("cartesian", joints, SPACE, on_the_floor(rng), tool, "Cartesian arm")
+    base = replace(on_the_floor(rng), yaw=turned(rng, 15))
+    return Chain("cartesian", joints, SPACE, base, tool, "Cartesian arm")
 
 
 def sample_cylindrical(rng: Stream) -> Chain:

@@ -1,4 +1,4 @@
-"""SCARA arms for position and turn about the vertical, with the slide before or behind the last revolute joint."""
+"""SCARA arms for position and turn about the vertical, with the slide first, last, or before the turning hand."""
 
 import sympy as sp
 
@@ -7,7 +7,7 @@ from exercises.families.base import Family, centimetres, on_the_floor, sign, tur
 from exercises.stream import Stream
 
 T1, T2, T3, T4 = sp.symbols("theta1 theta2 theta3 theta4")
-D3, D4 = sp.symbols("d3 d4")
+D1, D3, D4 = sp.symbols("d1 d3 d4")
 TASK = ("vx", "vy", "vz", "wz")
 
 
@@ -41,7 +41,21 @@ def sample_rrrp(rng: Stream) -> Chain:
     return Chain("scara-rrrp", joints, TASK, on_the_floor(rng), None, "SCARA arm, slide last")
 
 
+def sample_prrr(rng: Stream) -> Chain:
+    """Draw a lift that carries two links and a turning hand: offset from the lift, lengths, offsets, its zero."""
+    links: list[sp.Expr] = [sp.Symbol("a2"), sp.Symbol("a3")]
+    links[rng.below(2)] = centimetres(rng, 30, 80)
+    joints = (
+        Joint("P", 0, D1 + centimetres(rng, 20, 90), centimetres(rng, 5, 25), 0),
+        Joint("R", T2 + turned(rng, 30), 0, links[0], 0),
+        Joint("R", T3 + turned(rng, 15), 0, links[1], sp.pi),
+        Joint("R", T4 + turned(rng, 30), sp.Symbol("d4"), 0, 0),
+    )
+    return Chain("scara-prrr", joints, TASK, on_the_floor(rng), None, "SCARA arm, lift first")
+
+
 SCARA = (
     Family("scara", "SCARA arm (RRPR)", "equations 6.9 to 6.12", sample_rrpr),
     Family("scara-rrrp", "SCARA arm with the slide last (RRRP)", "equations 6.9 to 6.12", sample_rrrp),
+    Family("scara-prrr", "SCARA arm with the lift first (PRRR)", "equations 6.9 to 6.12", sample_prrr),
 )

@@ -14,11 +14,11 @@ def _scorbot(rng: Stream, name: str, frame: int, title: str) -> Chain:
     links: list[sp.Expr] = list(sp.symbols("a2 a3"))
     links[rng.below(2)] = centimetres(rng, 35, 80)
     joints = (
-        Joint("R", theta[0] + turned(rng, 30), sp.Symbol("d1"), centimetres(rng, 5, 25), -RIGHT),
+        Joint("R", theta[0] + turned(rng, 30), sp.Symbol("d1"), centimetres(rng, 5, 12), -RIGHT),
         Joint("R", theta[1] + turned(rng, 90), 0, links[0], 0),
         Joint("R", theta[2] + turned(rng, 90), 0, links[1], 0),
         Joint("R", theta[3] + turned(rng, 90), 0, 0, -RIGHT),
-        Joint("R", theta[4], centimetres(rng, 8, 20), 0, 0),
+        Joint("R", theta[4], centimetres(rng, 17, 28), 0, 0),
     )
     return Chain(name, joints, TASK_ROWS, on_the_floor(rng), Point(frame), title)
 

@@ -57,7 +57,7 @@ def sample_puma(rng: Stream) -> Chain:
     rows = (
         (sp.Symbol("d1"), sp.S.Zero, RIGHT),
         (sp.S.Zero, sp.Symbol("a2"), sp.S.Zero),
-        (centimetres(rng, 10, 25), centimetres(rng, 2, 12), -RIGHT),
+        (centimetres(rng, 13, 25), centimetres(rng, 2, 8), -RIGHT),
         *_spherical_wrist(rng, side),
     )
     return _arm("puma-560", rng, rows, _shoulder_offsets(rng), 4, "PUMA 560 arm")
@@ -82,7 +82,7 @@ def sample_industrial(rng: Stream) -> Chain:
     side = sign(rng)
     rows = (
         (sp.Symbol("d1"), centimetres(rng, 5, 30), -RIGHT),
-        (sp.S.Zero, centimetres(rng, 40, 80), sp.S.Zero),
+        (sp.S.Zero, centimetres(rng, 75, 95), sp.S.Zero),
         (sp.S.Zero, sp.Symbol("a3"), -RIGHT),
         *_spherical_wrist(rng, side),
     )
@@ -96,8 +96,8 @@ def sample_ur(rng: Stream) -> Chain:
         (sp.Symbol("d1"), sp.S.Zero, RIGHT),
         (sp.S.Zero, centimetres(rng, 50, 80), sp.S.Zero),
         (sp.S.Zero, sp.Symbol("a3"), sp.S.Zero),
-        (centimetres(rng, 10, 20), sp.S.Zero, side * RIGHT),
-        (centimetres(rng, 8, 15), sp.S.Zero, -side * RIGHT),
+        (centimetres(rng, 15, 25), sp.S.Zero, side * RIGHT),
+        (centimetres(rng, 5, 10), sp.S.Zero, -side * RIGHT),
         (sp.S.Zero, sp.S.Zero, sp.S.Zero),
     )
     offsets = {**_shoulder_offsets(rng), 4: turned(rng, 90)}

@@ -78,8 +78,12 @@ def draw_situation(chain: Chain, rng: Stream) -> Situation:
 
 
 def well_conditioned(chain: Chain) -> float:
-    """Return the least sigma_min/sigma_max of a pose given in numbers; with many joints there are few better ones."""
-    return 0.15 if chain.n <= BY_HAND else 0.04
+    """Return the least sigma_min/sigma_max of a pose given in numbers; few poses are better with many joints.
+
+    Where metres and radians are counted together the quotient says less, and a smaller one will do.
+    """
+    kinds = {row[0] for row in chain.task}
+    return 0.15 if chain.n <= BY_HAND and len(kinds) == 1 else 0.04
 
 
 def _joint_rates(chain: Chain, rng: Stream) -> Asked:

@@ -9,7 +9,7 @@ from exercises.problem import Number, Part
 from exercises.verify.exponentials import exponential_jacobian
 from exercises.verify.formulas import EXACT, agree
 from exercises.verify.ground import Check, Ground
-from exercises.verify.redundancy import NUMBERS, jacobian_at, numbers, situation_of, three_digits, well_conditioned
+from exercises.verify.redundancy import NUMBERS, jacobian_at, numbers, situation_of, stays_small, three_digits
 
 
 def _measured(measure: Callable[[np.ndarray], float]) -> Callable[[Ground, Part], Iterator[Check]]:
@@ -23,7 +23,7 @@ def _measured(measure: Callable[[np.ndarray], float]) -> Callable[[Ground, Part]
         other = exponential_jacobian(arm, q)[ground.task]
         for name, rows in (("singular values", jacobian), ("product of exponentials", other)):
             yield agree(name, numbers(part), np.full((1, 1, 1), measure(rows)), NUMBERS)
-        yield well_conditioned(jacobian)
+        yield stays_small(ground, jacobian)
         yield three_digits(part, np.array([measure(jacobian)]))
         if part.kind == "manipulability":
             yield _unit(part, arm, q, ground)

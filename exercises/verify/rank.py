@@ -207,15 +207,16 @@ def _is_so(meaning: Any, sample: Sample) -> bool:
         expected = sum(legs) if meaning.kind == "straight" else abs(legs[0] - legs[1])
         return bool(abs(whole - expected) < 1e-7)
     others = sample.q + np.linspace(-2.9, 3.2, 60)[:, None] * np.eye(len(sample.q))[last]
-    distances = [_from_axis(sample, q, first) for q in (sample.q, *others)]
-    return bool(distances[0] > max(distances) - 1e-9 if meaning.kind == "far" else distances[0] < min(distances) + 1e-9)
+    distances = _from_axis(sample, np.vstack([sample.q, others]), first)
+    best = distances.max() if meaning.kind == "far" else distances.min()
+    return bool(abs(distances[0] - best) < 1e-9)
 
 
-def _from_axis(sample: Sample, q: np.ndarray, joint: int) -> float:
+def _from_axis(sample: Sample, q: np.ndarray, joint: int) -> np.ndarray:
+    """Return the distances of the point from a joint's axis in many poses."""
     frames = sample.arm.frames(q)
-    between = sample.arm.point(q) - frames[joint, :3, 3]
-    axis = frames[joint, :3, 2]
-    return float(np.linalg.norm(between - (between @ axis) * axis))
+    between, axis = sample.arm.point_of(frames) - frames[:, joint, :3, 3], frames[:, joint, :3, 2]
+    return np.asarray(np.linalg.norm(between - (between * axis).sum(axis=1, keepdims=True) * axis, axis=1))
 
 
 CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {

@@ -6,8 +6,7 @@ import numpy as np
 
 from exercises.arm.kinematics import NumericChain
 from exercises.problem import Direction, Number, Part
-from exercises.questions.base import BY_HAND
-from exercises.questions.inversion import Situation
+from exercises.questions.inversion import Situation, well_conditioned
 from exercises.verify.formulas import EXACT, WELL_CONDITIONED, agree, each_way, formula, reference
 from exercises.verify.ground import Check, Ground
 
@@ -33,11 +32,11 @@ def numbers(part: Part) -> np.ndarray:
     return np.array(reference(part).tolist(), dtype=float)[None]
 
 
-def well_conditioned(jacobian: np.ndarray) -> Check:
+def stays_small(ground: Ground, jacobian: np.ndarray) -> Check:
     """Return the check that small errors stay small."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     ratio = float(sigma[-1] / sigma[0])
-    least = WELL_CONDITIONED[jacobian.shape[1] > BY_HAND]
+    least = WELL_CONDITIONED * well_conditioned(ground.chain)
     return Check("well conditioned", ratio > least, f"sigma_min/sigma_max = {ratio:.3f}")
 
 
@@ -67,7 +66,7 @@ def _least_norm(ground: Ground, part: Part) -> Iterator[Check]:
     yield agree("pseudo-inverse", found, expected[None, :, None], NUMBERS)
     if found.shape[1:] == (ground.chain.n, 1):
         yield agree("velocity", jacobian @ found, velocity[None, :, None], NUMBERS)
-    yield well_conditioned(jacobian)
+    yield stays_small(ground, jacobian)
     yield three_digits(part, expected)
 
 
@@ -84,7 +83,7 @@ def _self_motion(ground: Ground, part: Part) -> Iterator[Check]:
     yield agree("null space", jacobian @ (found / size), np.zeros((len(found), len(ground.task), 1)), NUMBERS)
     if not formulas:
         yield agree("unit vector", size, np.ones((1, 1, 1)), NUMBERS)
-        yield well_conditioned(jacobian[0])
+        yield stays_small(ground, jacobian[0])
 
 
 CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {
