@@ -1,5 +1,39 @@
-"""Static joint torques, the dual of the velocity problem: tau = J^T f."""
+"""Static joint torques, the dual of the velocity problem: tau = J^T F, by virtual work."""
 
-from exercises.questions.base import Question
+import sympy as sp
 
-QUESTIONS: tuple[Question, ...] = ()
+from exercises.arm.chain import Chain
+from exercises.arm.derivation import derive
+from exercises.problem import Matrix, SymbolInfo
+from exercises.questions.base import Asked, Question, by_hand
+from exercises.stream import Stream
+
+
+def load(chain: Chain) -> dict[str, SymbolInfo]:
+    """Return the components of force and moment that go with the rows of the task: fx for vx, mx for wx."""
+    return {
+        f"{'f' if row[0] == 'v' else 'm'}{row[1]}": SymbolInfo(
+            *(("force", "N") if row[0] == "v" else ("moment", "N m"))
+        )
+        for row in chain.task
+    }
+
+
+def _torques(chain: Chain, rng: Stream) -> Asked:
+    symbols = load(chain)
+    force = sp.Matrix([sp.Symbol(name) for name in symbols])
+    units = tuple("N m" if joint.kind == "R" else "N" for joint in chain.joints)
+    return Matrix(derive(chain).jacobian.T * force), {"symbols": symbols, "force": force, "units": units}
+
+
+QUESTIONS = (
+    Question(
+        "joint-torques",
+        "Static joint torques",
+        "dual of 6.4",
+        _torques,
+        ("jacobian",),
+        1.0,
+        too_long=by_hand("jacobian"),
+    ),
+)

@@ -19,6 +19,7 @@ from exercises.arm.trigonometry import substitute, textbook
 from exercises.problem import Part
 from exercises.questions.inversion import DIGITS, Situation
 from exercises.questions.singular import Place
+from exercises.questions.wrist import block_determinants, not_partitioned
 from exercises.writing.latex import AngleNames, angle_names, joint_sum
 
 
@@ -159,6 +160,11 @@ class Worked:
         lines += [(f"column {j + 1}", [(i, j) for i in range(n)]) for j in range(n)]
         name, places = min(lines, key=lambda line: sum(jacobian[place] != 0 for place in line[1]))
         return name, sp.Add(*(jacobian[place] * self.cofactors[place] for place in places))
+
+    @cached_property
+    def blocks(self) -> sp.Matrix | None:
+        """det J11 and det J22 of an arm with a wrist whose axes meet in P; None for all others."""
+        return block_determinants(self.chain) if not_partitioned(self.chain) is None else None
 
     @cached_property
     def minors(self) -> list[tuple[str, sp.Expr]]:
