@@ -11,6 +11,9 @@ from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.stream import Stream, derived_seed
 
+ATTEMPTS = 8
+"""Arms of a varied family that are tried before a question that finds nothing to ask is given up."""
+
 DRAWS = 200
 """Arms drawn before a family is said to have none in the band of difficulty asked for."""
 
@@ -22,15 +25,16 @@ def family_named(name: str) -> Family:
     return FAMILIES[name]
 
 
-def sample_chain(identity: ProblemId, family: Family | None = None) -> Chain:
+def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int = 0) -> Chain:
     """Return the arm of a problem; `family` is given where it is no registered one (an instructor's own robot).
 
+    Attempts after the first draw another arm, for a varied family whose first one had nothing to give a question.
     Raises QdotError for a family or engine that this version does not know, and where no arm is in the identity's band.
     """
     family = family or family_named(identity.family)
     if identity.engine != ENGINE:
         raise QdotError(f"{identity} was made by engine {identity.engine}; this version of qdot has engine {ENGINE}")
-    stream = Stream(f"qdot/{identity.engine}/{identity}/arm")
+    stream = Stream(f"qdot/{identity.engine}/{identity}/arm" + (f"/{attempt}" if attempt else ""))
     if family.varied:
         return family.sample(stream, identity.band, lambda chain: not _objection(chain, identity.questions))
     if identity.band is None:
@@ -105,8 +109,20 @@ def generate(identity: ProblemId, points: Sequence[float] | None = None, family:
     from a stream of its own, so that a part is the same whatever else is asked of the arm.
     """
     _check_names(identity.questions)
-    chain = sample_chain(identity, family)
-    _check_asked(chain, identity.questions)
+    varied = (family or family_named(identity.family)).varied
+    for attempt in range(ATTEMPTS if varied else 1):
+        chain = sample_chain(identity, family, attempt)
+        _check_asked(chain, identity.questions)
+        try:
+            return Problem(identity, chain, _parts(identity, chain, points))
+        except RuntimeError:
+            if not varied or attempt == ATTEMPTS - 1:
+                raise
+    raise AssertionError("a loop of at least one attempt ended without a result")
+
+
+def _parts(identity: ProblemId, chain: Chain, points: Sequence[float] | None) -> tuple[Part, ...]:
+    """Return the parts of a problem. Raises RuntimeError where a question finds nothing to ask of the arm."""
     names = identity.questions or applicable(chain)
     parts = []
     for index, name in enumerate(names):
@@ -115,7 +131,7 @@ def generate(identity: ProblemId, points: Sequence[float] | None = None, family:
         given = question.points if points is None else points[index]
         needs = tuple(need for need in question.needs if need in names)
         parts.append(Part(name, name, answer, given, needs, details))
-    return Problem(identity, chain, tuple(parts))
+    return tuple(parts)
 
 
 def student_problem_id(

@@ -90,6 +90,7 @@ KINDS: dict[str, tuple[str, ...]] = {
     "pan-tilt": (I,),
     "cylindrical": (B,),
     "spherical": (I, I),
+    "stanford-6r": (B, B, I),
     "spherical-offset": (B, B),
     "scara": (B,),
     "scara-rrrp": (B,),

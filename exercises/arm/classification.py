@@ -62,12 +62,25 @@ def samples_on(chain: Chain, condition: str, seed: str, arms: int = 5, each: int
     found = []
     for number in range(arms):
         stream = Stream(f"{seed}/{condition}/{number}")
-        values = {symbol.name: round(0.4 * 3.5 ** stream.uniform(0, 1), 3) for symbol in chain.parameters}
+        values = _apart(chain, stream)
         space = Space(joints, domain_of(chain, values))
         arm = NumericChain(chain, values)
         for piece in pieces(read(condition), joints):
             found += _configurations(space, piece, joints, stream, each, arm)
     return found
+
+
+def _apart(chain: Chain, stream: Stream) -> dict[str, float]:
+    """Draw lengths for those left open, none near another or a given one: equal lengths are a special case."""
+    given = [joint.a for joint in chain.joints] + [j.d for j in chain.joints if j.kind == "R"]
+    taken = [abs(float(length)) for length in given if length.is_number]
+    values = {}
+    for symbol in chain.parameters:
+        drawn = [round(0.4 * 3.5 ** stream.uniform(0, 1), 3) for _ in range(5)]
+        value = next((v for v in drawn if all(abs(v - other) > 0.01 for other in taken)), drawn[-1])
+        values[symbol.name] = value
+        taken.append(value)
+    return values
 
 
 def _configurations(
@@ -95,11 +108,57 @@ def classify_pieces(chain: Chain, conditions: Sequence[str]) -> Kind:
 
 
 def kind_at(chain: Chain, sample: Sample) -> str | None:
-    """Return "regular", "boundary" or "internal" for one configuration; None where more rank is lost than nearby."""
+    """Return "regular", "boundary" or "internal" for one configuration; None where more rank is lost than nearby.
+
+    A hand on a spherical wrist is at the boundary where the wrist's centre is at the boundary of what the arm reaches:
+    the wrist itself reaches every orientation.
+    """
     task = [TASK_ROWS.index(row) for row in chain.task]
+    carrying = _without_wrist(chain, sample)
+    if carrying is not None:
+        if _rank(sample.arm.jacobian(sample.q)) == 6:
+            return "regular"
+        kind = _kind_of_place(carrying, [0, 1, 2])
+        return "internal" if kind == "regular" else kind
+    return _kind_of_place(sample, task)
+
+
+def _without_wrist(chain: Chain, sample: Sample) -> Sample | None:
+    """Return the first three joints of an arm of six with a spherical wrist, their point being the wrist's centre."""
+    if chain.n != 6 or set(chain.task) != set(TASK_ROWS) or wrist_centre(chain) is None:
+        return None
+    if any(abs(np.cos(sample.arm.fixed[joint][2])) > REGULAR for joint in (3, 4)):
+        return None  # such a wrist does not reach every orientation
+    return Sample(sample.arm.first(3, (0.0, 0.0, sample.arm.fixed[3][0])), sample.q[:3])
+
+
+def _rank(jacobian: np.ndarray) -> int:
+    sigma = np.linalg.svd(jacobian, compute_uv=False)
+    return int(np.sum(sigma > REGULAR * max(sigma[0], 1e-12)))
+
+
+def _kind_of_place(sample: Sample, task: list[int]) -> str | None:
+    """Return the kind of a configuration; where a joint can turn without moving the point, of the worst it turns to.
+
+    Boundary or not is a matter of where the point is. A corner of the reach is seen from some of its configurations.
+    """
+    kind = _kind_seen(sample, task)
+    if kind != "internal" or max(task) > 2:
+        return kind
+    for joint in range(1, min(len(sample.q), sample.arm.point_frame)):
+        turned = sample.q + np.linspace(0, 2 * np.pi, 9)[1:-1, None] * np.eye(len(sample.q))[joint]
+        places = sample.arm.point(turned)
+        if sample.arm.kinds[joint] == "R" and np.ptp(places, axis=0).max() < REGULAR:
+            kinds = (_kind_seen(Sample(sample.arm, q), task) for q in turned)
+            return "boundary" if any(found == "boundary" for found in kinds) else "internal"
+    return kind
+
+
+def _kind_seen(sample: Sample, task: list[int]) -> str | None:
+    """Return the kind that a configuration shows by its own small motions and by the search for others."""
     jacobian = sample.arm.jacobian(sample.q)[task]
-    u, sigma, vt = np.linalg.svd(jacobian)
-    rank = int(np.sum(sigma > REGULAR * max(sigma[0], 1e-12)))
+    u, _, vt = np.linalg.svd(jacobian)
+    rank = _rank(jacobian)
     if rank == min(jacobian.shape):
         return "regular"
     lost, still = u[:, rank:], vt[rank:]

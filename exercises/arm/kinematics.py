@@ -183,6 +183,15 @@ class NumericChain:
         other.point_frame, other.offset = frame, np.array([0.0, 0.0, 0.0, 1.0])
         return other
 
+    def first(self, count: int, offset: tuple[float, float, float]) -> "NumericChain":
+        """Return the first joints of the arm alone, with a point of interest fixed in the last of their frames."""
+        other = copy(self)
+        other.kinds, other.offsets, other.fixed = self.kinds[:count], self.offsets[:count], self.fixed[:count]
+        other._revolute, other._offsets = self._revolute[:count], self._offsets[:count]
+        other._other, other._a, other._alpha = self._other[:count], self._a[:count], self._alpha[:count]
+        other.point_frame, other.offset = count, np.array([*offset, 1.0])
+        return other
+
     def frames(self, q: np.ndarray) -> np.ndarray:
         """Return the poses of frames 0 ... n, shape (…, n + 1, 4, 4), at joint values q of shape (…, n)."""
         q = np.asarray(q, dtype=float)

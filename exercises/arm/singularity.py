@@ -175,6 +175,7 @@ _AT = sp.Function("at")
 Joints = tuple[sp.Symbol, ...]
 
 
+@lru_cache(maxsize=4096)
 def _common_zeros(minors: tuple[Factored, ...], joints: Joints) -> list[Conjunction] | None:
     minors = tuple(minor for minor in minors if not minor.is_zero)
     if not minors:

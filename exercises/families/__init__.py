@@ -8,6 +8,7 @@ from exercises.families.planar_3r import PLANAR_3R
 from exercises.families.planar_arms import PLANAR_ARMS
 from exercises.families.polar_rp import POLAR_RP
 from exercises.families.positioning import POSITIONING
+from exercises.families.random_n import RANDOM
 from exercises.families.scara import SCARA
 from exercises.families.scorbot import SCORBOT
 from exercises.families.six_joints import SIX_JOINTS
@@ -17,7 +18,7 @@ FAMILIES: dict[str, Family] = {
     family.name: family
     for family in (
         PLANAR_2R, ELBOW_3R, POLAR_RP, PLANAR_3R,
-        *PLANAR_ARMS, *POSITIONING, *SCARA, *ELBOWS, *WRISTS, *SCORBOT, *SIX_JOINTS,
+        *PLANAR_ARMS, *POSITIONING, *SCARA, *ELBOWS, *WRISTS, *SCORBOT, *SIX_JOINTS, *RANDOM,
     )
 }  # fmt: skip
 
