@@ -71,7 +71,9 @@ def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:
     for i in revolute:
         for j in range(i + 1, min(chain.n, chain.point.frame)):
             found += _extremes(chain, samples, i, j)
-    return found + [meaning for k in range(1, chain.n) for meaning in _origins_in_line(samples, k)]
+    # A slide passes through zero, and then the order of the origins changes without anything being singular.
+    rigid = [k for k in range(1, chain.n) if chain.joints[k - 1].kind == chain.joints[k].kind == "R"]
+    return found + [meaning for k in rigid for meaning in _origins_in_line(samples, k)]
 
 
 def _origins_in_line(samples: Sequence[Sample], k: int) -> list[Meaning]:

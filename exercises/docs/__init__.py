@@ -12,6 +12,7 @@ import sympy as sp
 from exercises.arm.chain import Chain, Joint
 from exercises.difficulty import step
 from exercises.docs.errata import errata
+from exercises.docs.structures import structures_page
 from exercises.families import FAMILIES
 from exercises.figure import figure_svg, singular_svg, thumbnail_svg
 from exercises.files import write_atomically
@@ -41,7 +42,12 @@ def documents() -> dict[str, str]:
     }
     for name in FAMILIES:
         drawings[f"families/{name}.svg"] = thumbnail_svg(_first_arm(name), name)
-    return {"families.md": families_page(), "examples.md": examples_page(), **drawings}
+    return {
+        "families.md": families_page(),
+        "examples.md": examples_page(),
+        "structures.md": structures_page(),
+        **drawings,
+    }
 
 
 def write(folder: Path) -> list[Path]:
