@@ -1,6 +1,7 @@
 """The commands about what is asked: init, families, questions, show, solve."""
 
 import json
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -8,10 +9,9 @@ from typing import Annotated, Any
 import typer
 
 from exercises.console import one_of, say
-from exercises.difficulty import step
 from exercises.families import FAMILIES
+from exercises.families.listing import listing
 from exercises.generate import generate as make_problem
-from exercises.generate import questions_of, sample_chain
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.release import init_assignment
@@ -45,25 +45,30 @@ def families(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")
     """
     rows: list[dict[str, Any]] = [
         {
-            "name": f.name,
-            "title": f.title,
-            "source": f.source,
-            "questions": list(questions_of(f.name)),
-            "difficulty": step(sample_chain(ProblemId(f.name, 0))),
+            "name": family.name,
+            "title": family.title,
+            "source": family.source,
+            "joints": listing()[name].kinds or "varied",
+            "questions": list(listing()[name].questions),
+            "difficulty": listing()[name].steps[1],
+            "difficulties": list(listing()[name].steps),
         }
-        for f in FAMILIES.values()
+        for name, family in FAMILIES.items()
     ]
     if as_json:
         say(json.dumps(rows, ensure_ascii=False, indent=1))
         return
     for row in rows:
-        say(f"{row['name']:<12} {row['title']} ({row['source']})")
-        say(" " * 13 + _asked(row["questions"]) + f"; difficulty {row['difficulty']}")
+        say(f"{row['name']:<20} {row['title']} ({row['source']}); difficulty {listing()[row['name']].difficulty}")
+        say(textwrap.fill(_asked(row["questions"]), 100, initial_indent=" " * 21, subsequent_indent=" " * 21))
+    say("\nDrawings of all families: docs/families.md")
 
 
 def _asked(names: Sequence[str]) -> str:
     missing = [name for name in QUESTIONS if name not in names]
-    return "all questions" if not missing else "all questions but " + ", ".join(missing)
+    if len(missing) > len(names):
+        return "only " + ", ".join(names)
+    return "all questions" if not missing else "all but " + ", ".join(missing)
 
 
 def questions(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:

@@ -7,6 +7,7 @@ from exercises.arm.chain import Chain
 from exercises.difficulty import step
 from exercises.errors import QdotError, unknown
 from exercises.families import FAMILIES, Family
+from exercises.families.listing import listing
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.stream import Stream, derived_seed
@@ -66,11 +67,21 @@ def applicable(chain: Chain) -> tuple[str, ...]:
 
 
 def questions_of(family: str | Family) -> tuple[str, ...]:
-    """Return the names of the questions that can be asked of every arm of a family, or of some of a varied one."""
+    """Return the names of the questions that can be asked of every arm of a family, or of some of a varied one.
+
+    Of registered families they are listed (`families.listing`), as finding them out takes a second for each.
+    """
     known = family_named(family) if isinstance(family, str) else family
-    if not known.varied:
-        return applicable(sample_chain(ProblemId(known.name, 0), known))
-    return tuple(name for name in QUESTIONS if _some_arm(known, name))
+    if FAMILIES.get(known.name) is known and known.name in listing():
+        return listing()[known.name].questions
+    return find_questions(known)
+
+
+def find_questions(family: Family) -> tuple[str, ...]:
+    """Find out what can be asked of a family's arms."""
+    if not family.varied:
+        return applicable(sample_chain(ProblemId(family.name, 0), family))
+    return tuple(name for name in QUESTIONS if _some_arm(family, name))
 
 
 def _some_arm(family: Family, question: str) -> bool:

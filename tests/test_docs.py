@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from exercises.docs import documents, planar_2r, scorbot_arm, write
+from exercises.docs import documents, listing_text, planar_2r, scorbot_arm, write
 from exercises.docs.errata import Erratum, errata
 from exercises.families import FAMILIES
+from exercises.families.listing import LISTING
 from exercises.generate import questions_of
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -33,6 +34,7 @@ def test_pages_are_up_to_date() -> None:
         if not (DOCS / name).is_file() or (DOCS / name).read_text(encoding="utf-8") != text
     ]
     assert not stale
+    assert LISTING.read_text(encoding="utf-8") == listing_text()
 
 
 def test_no_page_is_left_of_a_family_that_is_gone() -> None:

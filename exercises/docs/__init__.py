@@ -3,7 +3,8 @@
 `python -m exercises.docs` writes them all; a test says when they are out of date.
 """
 
-from dataclasses import dataclass
+import json
+from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
 
@@ -14,9 +15,10 @@ from exercises.difficulty import step
 from exercises.docs.errata import errata
 from exercises.docs.structures import structures_page
 from exercises.families import FAMILIES
+from exercises.families.listing import LISTING, Listed
 from exercises.figure import figure_svg, singular_svg, thumbnail_svg
 from exercises.files import write_atomically
-from exercises.generate import questions_of, sample_chain
+from exercises.generate import find_questions, sample_chain
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.render import render
@@ -24,7 +26,7 @@ from exercises.stream import Stream
 from exercises.writing.statement import worked_solution
 from exercises.writing.wording import Wording
 
-LOOKED_AT = 3
+LOOKED_AT = 8
 """Arms of a family whose difficulty is told."""
 README_ARM = ProblemId("planar-2r", 7)
 """The arm that README.md shows."""
@@ -53,6 +55,7 @@ def documents() -> dict[str, str]:
 def write(folder: Path) -> list[Path]:
     """Write the generated files into a docs folder, and return their paths. Raises QdotError."""
     texts = documents()
+    write_atomically(LISTING, listing_text())
     for name, text in texts.items():
         write_atomically(folder / name, text)
     return [folder / name for name in texts]
@@ -86,19 +89,34 @@ def _first_arm(family: str) -> Chain:
 
 
 def _entry(name: str) -> FamilyEntry:
-    family = FAMILIES[name]
-    arms = [sample_chain(ProblemId(name, seed)) for seed in range(LOOKED_AT)]
-    steps = sorted({step(arm) for arm in arms})
+    family, listed = FAMILIES[name], found_out()[name]
     return FamilyEntry(
         name=name,
         title=family.title,
         source=family.source,
-        task=tuple(Wording(arms[0]).task),
-        kinds="".join(joint.kind for joint in arms[0].joints),
-        steps=str(steps[0]) if len(steps) == 1 else f"{steps[0]} to {steps[-1]}",
-        asked=tuple((question, QUESTIONS[question].title) for question in questions_of(name)),
+        task=tuple(Wording(_first_arm(name)).task),
+        kinds=listed.kinds,
+        steps=listed.difficulty,
+        asked=tuple((question, QUESTIONS[question].title) for question in listed.questions),
         varied=family.varied,
     )
+
+
+@cache
+def found_out() -> dict[str, Listed]:
+    """Return what is to be listed of each family, found out from its arms."""
+    found = {}
+    for name, family in FAMILIES.items():
+        arms = [sample_chain(ProblemId(name, seed)) for seed in range(LOOKED_AT)]
+        steps = [step(arm) for arm in arms]
+        kinds = "".join(joint.kind for joint in arms[0].joints)
+        found[name] = Listed("" if family.varied else kinds, (min(steps), max(steps)), find_questions(family))
+    return found
+
+
+def listing_text() -> str:
+    """Return the file that `families.listing` reads."""
+    return json.dumps({name: asdict(listed) for name, listed in found_out().items()}, indent=1) + "\n"
 
 
 # --- the chapter's examples ---

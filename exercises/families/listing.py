@@ -1,0 +1,35 @@
+"""What is known of each family without drawing its arms: joints, steps of difficulty, questions; made by `make docs`."""
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+LISTING = Path(__file__).with_name("listing.json")
+
+
+@dataclass(frozen=True)
+class Listed:
+    """One family: kinds of joints as in RRP, least and greatest step of difficulty seen, questions in order."""
+
+    kinds: str
+    steps: tuple[int, int]
+    questions: tuple[str, ...]
+
+    @property
+    def difficulty(self) -> str:
+        """The steps in words, as in "1" or "1 to 2"."""
+        low, high = self.steps
+        return str(low) if low == high else f"{low} to {high}"
+
+
+@cache
+def listing() -> dict[str, Listed]:
+    """Return what is listed, by the family's name."""
+    if not LISTING.is_file():
+        return {}
+    found = json.loads(LISTING.read_text(encoding="utf-8"))
+    return {
+        name: Listed(entry["kinds"], (entry["steps"][0], entry["steps"][1]), tuple(entry["questions"]))
+        for name, entry in found.items()
+    }
