@@ -19,9 +19,14 @@ from exercises.problem import Choice, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 
 STUDENTS = int(os.environ.get("QDOT_STUDENTS", "30"))
+CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
+FIXED = [name for name, family in FAMILIES.items() if not family.varied]
 SECRET = "a secret for tests only"
 
-FEW = {"joint-axes", "link-velocity", "singularity-type"}
+FEW = {
+    "joint-axes", "link-velocity", "singularity-type", "rank", "jacobian-size", "invertibility", "lost-motion",
+    "singularity-meaning", "lost-direction",
+}  # fmt: skip
 """Questions whose answers are few by nature: axes in the plane, an inner frame's velocity, three options."""
 
 LEAST_DISTINCT = 0.4
@@ -45,18 +50,19 @@ for family in sys.argv[1:]:
 @pytest.mark.parametrize("hash_seed", ["1", "4242"])
 def test_an_id_gives_the_same_problem_in_another_process(hash_seed: str) -> None:
     environment = {**os.environ, "PYTHONHASHSEED": hash_seed}
-    command = [sys.executable, "-c", PROGRAM, *FAMILIES]
+    some = [*CHAPTER, "scara", "puma-560", "random-3"]
+    command = [sys.executable, "-c", PROGRAM, *some]
     found = subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=100)
-    here = [fingerprint(generate(ProblemId(family, seed))) for family in FAMILIES for seed in (3, 1 << 62)]
+    here = [fingerprint(generate(ProblemId(family, seed))) for family in some for seed in (3, 1 << 62)]
     assert found.stdout.split() == here
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", FIXED)
 def test_a_part_is_the_same_whatever_else_is_asked(family: str, seeds: range) -> None:
     def asked(part: Part) -> tuple[object, ...]:
         return part.answer, dict(part.details), part.points
 
-    for seed in seeds[:3]:
+    for seed in seeds[:3] if family in CHAPTER else seeds[:1]:
         whole = {part.name: asked(part) for part in generate(ProblemId(family, seed)).parts}
         for name, part in whole.items():
             (alone,) = generate(ProblemId(family, seed, (name,))).parts
@@ -66,7 +72,7 @@ def test_a_part_is_the_same_whatever_else_is_asked(family: str, seeds: range) ->
         assert {part.name: asked(part) for part in backwards.parts} == whole
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", FIXED)
 def test_parts_need_parts_of_the_same_problem(family: str) -> None:
     problem = generate(ProblemId(family, 0))
     names = [part.name for part in problem.parts]
@@ -119,7 +125,7 @@ def test_questions_can_be_checked_without_generating() -> None:
 
 def test_every_question_can_be_asked_of_some_family() -> None:
     assert set().union(*(questions_of(family) for family in FAMILIES)) == set(QUESTIONS)
-    assert all(applicable(sample_chain(ProblemId(family, 1))) == questions_of(family) for family in FAMILIES)
+    assert all(applicable(sample_chain(ProblemId(family, 1))) == questions_of(family) for family in FIXED)
 
 
 def test_a_students_problem_depends_on_that_student_and_the_secret_alone() -> None:
@@ -135,7 +141,7 @@ def test_a_students_problem_depends_on_that_student_and_the_secret_alone() -> No
     assert student_problem_id(SECRET, "a", "p1", "planar-2r", ["position"]).questions == ("position",)
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", [*CHAPTER, "elbow", "spherical-offset", "cylindrical"])
 def test_a_class_has_different_answers(family: str) -> None:
     """No two students share all answers; each question has many answers; the right option has any letter."""
     ids = (student_problem_id(SECRET, f"student{i}", "p1", family, ()) for i in range(STUDENTS))

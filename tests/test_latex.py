@@ -117,7 +117,7 @@ def test_stacked_matrices_keep_apart() -> None:
 
 # --- read back: what is printed means what was meant ---
 
-PROBLEMS = [generate(ProblemId(family, seed)) for family in FAMILIES for seed in range(2)]
+PROBLEMS = [generate(ProblemId(family, 1)) for family in FAMILIES]
 
 
 def _entries(problem: Problem) -> list[sp.Expr]:
@@ -172,7 +172,7 @@ def test_named_angles_are_the_links_own(problem: Problem) -> None:
         assert abs(float((back - entry).xreplace(values))) < 1e-9
 
 
-@pytest.mark.parametrize("problem", PROBLEMS[::2], ids=lambda problem: str(problem.id))
+@pytest.mark.parametrize("problem", PROBLEMS[::4], ids=lambda problem: str(problem.id))
 def test_formulas_have_a_form_for_terminals(problem: Problem) -> None:
     for part in problem.parts:
         if isinstance(part.answer, Matrix):

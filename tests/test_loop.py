@@ -1,4 +1,4 @@
-"""The whole loop, for 200 seeds of every family: generate, answer with the solution, run, grade: full marks for each.
+"""The whole loop, for 8 seeds of every family: generate, answer with the solution, run, grade: full marks for each.
 
 The solution is what the staff's notebook holds, run as a student's would be; and for every question the usual mistakes
 made in it are not right. QDOT_SEEDS sets another number of seeds.
@@ -17,8 +17,8 @@ from grader.marking import mark
 from grader.sandbox import Limits, Sandbox
 from grader.verdict import Outcome, Verdict
 
-SEEDS = int(os.environ.get("QDOT_SEEDS", "200"))
-CHUNK = 20
+SEEDS = int(os.environ.get("QDOT_SEEDS", "8"))
+CHUNK = 4
 SETUP = (
     "from sympy import *\n"
     + "".join(f"theta{i}, d{i}, a{i}, qd{i} = symbols('theta{i} d{i} a{i} qd{i}')\n" for i in range(1, 8))
@@ -87,8 +87,11 @@ def mistakes(part: Part, code: str) -> dict[str, str]:
     return {name: wrong for name, wrong in found.items() if angles or name != "degrees"}
 
 
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("family", FAMILIES)
+CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
+TRIED = [(family, seed) for family in FAMILIES for seed in (range(3) if family in CHAPTER else (0,))]
+
+
+@pytest.mark.parametrize(("family", "seed"), TRIED)
 def test_the_usual_mistakes_fail(family: str, seed: int, sandbox: Sandbox) -> None:
     problem = generate(ProblemId(family, 1000 + seed))
     for part in problem.parts:

@@ -27,12 +27,26 @@ from exercises.problem import (
 from exercises.questions import QUESTIONS
 from exercises.verify import CHECKS, certify
 
-ASKED = [(family, name) for family in FAMILIES for name in questions_of(family)]
+CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
+
+
+def _asked() -> list[tuple[str, str]]:
+    """Return every question with arms of the chapter and, so that every family has its turn, with two others."""
+    found = []
+    for number, name in enumerate(QUESTIONS):
+        can = [family for family in FAMILIES if name in questions_of(family)]
+        others = [family for family in can if family not in CHAPTER]
+        turn = [others[(5 * number + k * 11) % len(others)] for k in range(2)] if others else []
+        found += [(family, name) for family in dict.fromkeys([*(f for f in can if f in CHAPTER), *turn])]
+    return found
+
+
+ASKED = _asked()
 
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_every_reference_passes(family: str, seeds: range) -> None:
-    for seed in seeds:
+    for seed in seeds if family in CHAPTER else seeds[:3]:
         certificate = certify(generate(ProblemId(family, seed)))
         assert certificate.passed, (seed, certificate.failures)
 

@@ -25,7 +25,8 @@ RIGHT = sp.pi / 2
 
 
 def stanford(tip: sp.Expr, point: Point, twists: tuple[sp.Expr, sp.Expr] = (-RIGHT, RIGHT)) -> Chain:
-    theta, d1, d2, d3 = sp.symbols("theta1:7"), *sp.symbols("d1 d2 d3")
+    theta = sp.symbols("theta1:7")
+    d1, d2, d3 = sp.symbols("d1 d2 d3")
     joints = (
         Joint("R", theta[0], d1, 0, -RIGHT), Joint("R", theta[1], d2, 0, RIGHT), Joint("P", 0, d3, 0, 0),
         Joint("R", theta[3], 0, 0, twists[0]), Joint("R", theta[4], 0, 0, twists[1]), Joint("R", theta[5], tip, 0, 0),

@@ -1,63 +1,141 @@
 """The full transform of the last frame (Example 6.1), and the Jacobian in the tool frame."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
-from exercises.arm.derivation import derive, structure
+from exercises.arm.chain import Chain, Joint
+from exercises.arm.derivation import Derivation, derive, structure
 from exercises.arm.kinematics import Z, frame_behind, frames_and_point
 from exercises.arm.trigonometry import textbook
 from exercises.problem import Matrix
 from exercises.questions.base import MOST_TERMS, Asked, Question
 from exercises.stream import Stream
 
+MOST_JOINTS = 5
+"""Up to so many joints transforms are multiplied out by hand; of those, up to MOST_TERMS terms."""
+
+
+@dataclass(frozen=True)
+class AngleSum:
+    """An entry of T_{w,i} as the product of row and column gives it, and with the angles of parallel joints added."""
+
+    number: int
+    entry: tuple[int, int]
+    product: sp.Expr
+    result: sp.Expr
+
+
+@dataclass(frozen=True)
+class Seen:
+    """The axis of joint `number`, its vector p* (m) and z x p*, each 3 x 1, in the coordinates of the last frame."""
+
+    number: int
+    kind: str
+    z: sp.Matrix
+    p_star: sp.Matrix
+    cross: sp.Matrix
+
 
 @lru_cache(maxsize=1024)
-def _last_pose(generic: Chain) -> sp.Matrix:
-    """Return T_{w,n} of a structure, 4 x 4, with absolute angles in runs of parallel joints."""
-    frame = frames_and_point(generic)[0][-1]
-    pose = frame.rotation.row_join(frame.origin).applyfunc(textbook)
-    return pose.col_join(sp.Matrix([[0, 0, 0, 1]]))
+def _poses(generic: Chain) -> tuple[sp.Matrix, ...]:
+    """Return T_{w,0} ... T_{w,n} of a structure, 4 x 4, with absolute angles in runs of parallel joints."""
+    return tuple(
+        frame.rotation.row_join(frame.origin).applyfunc(textbook).col_join(sp.Matrix([[0, 0, 0, 1]]))
+        for frame in frames_and_point(generic)[0]
+    )
+
+
+def _tidied(matrix: sp.Matrix) -> sp.Matrix:
+    return matrix.applyfunc(lambda entry: textbook(sp.expand(entry)))
+
+
+@lru_cache(maxsize=1024)
+def _seen_from_tool(generic: Chain) -> tuple[Seen, ...]:
+    """Return the joints' axes and vectors p* of a structure in its last frame, in which P is fixed."""
+    return tuple(_seen(generic, i) for i in range(generic.n))
+
+
+def _seen(generic: Chain, i: int) -> Seen:
+    rest = frame_behind(generic.joints[i:])  # frame n seen from frame i
+    z = _tidied(rest.rotation.T * Z)
+    p_star = _tidied(rest.rotation.T * rest.origin + sp.Matrix(generic.point.offset))
+    return Seen(i + 1, generic.joints[i].kind, z, p_star, _tidied(z.cross(p_star)))
 
 
 @lru_cache(maxsize=1024)
 def _in_tool_frame(generic: Chain) -> sp.Matrix:
     """Return the 6 x n Jacobian of a structure in the coordinates of its last frame, in which P is fixed."""
-    columns = []
-    for i, joint in enumerate(generic.joints):
-        rest = frame_behind(generic.joints[i:])  # frame n seen from frame i
-        z = rest.rotation.T * Z
-        arm = rest.rotation.T * rest.origin + sp.Matrix(generic.point.offset)
-        linear, angular = (z.cross(arm), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
-        columns.append(linear.col_join(angular))
-    return sp.Matrix.hstack(*columns).applyfunc(lambda entry: textbook(sp.expand(entry)))
+    columns = (
+        seen.cross.col_join(seen.z) if seen.kind == "R" else seen.z.col_join(sp.zeros(3, 1))
+        for seen in _seen_from_tool(generic)
+    )
+    return sp.Matrix.hstack(*columns)
+
+
+def first_angle_sum(joints: tuple[Joint, ...], poses: tuple[sp.Matrix, ...]) -> AngleSum | None:
+    """Return the first entry in which angles of parallel joints add up; `poses` are T_{w,0} ... T_{w,n}.
+
+    It is looked for in the columns x_i: a row of T_{w,i-1} times [cos theta_i, sin theta_i, 0, 0]^T.
+    """
+    for i in range(2, len(poses)):
+        theta = joints[i - 1].theta
+        for row in range(3):
+            product = poses[i - 1][row, 0] * sp.cos(theta) + poses[i - 1][row, 1] * sp.sin(theta)
+            result = poses[i][row, 0]
+            if len(sp.Add.make_args(product)) == 2 and not result.is_Add:
+                return AngleSum(i, (row + 1, 1), product, result)
+    return None
 
 
 def _transform(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(_last_pose(structure(chain).chain).applyfunc(derive(chain).fill)), {}
+    found = derive(chain)
+    poses = tuple(pose.applyfunc(found.fill) for pose in _poses(structure(chain).chain))
+    return Matrix(poses[-1]), {"poses": poses, "sum": first_angle_sum(chain.joints, poses)}
+
+
+def _filled(seen: Seen, found: Derivation) -> Seen:
+    z, p_star, cross = (vector.applyfunc(found.fill) for vector in (seen.z, seen.p_star, seen.cross))
+    return Seen(seen.number, seen.kind, z, p_star, cross)
 
 
 def _tool_jacobian(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(_in_tool_frame(structure(chain).chain).applyfunc(derive(chain).fill)), {}
+    found, generic = derive(chain), structure(chain).chain
+    columns = tuple(_filled(seen, found) for seen in _seen_from_tool(generic))
+    return Matrix(_in_tool_frame(generic).applyfunc(found.fill)), {"columns": columns}
 
 
 def _point_on_last_link(chain: Chain) -> str | None:
     return None if chain.point.frame == chain.n else f"its point moves with frame {chain.point.frame}, not the last"
 
 
-def _counted(matrix: sp.Matrix) -> str | None:
-    entries = (sp.expand(entry) for entry in matrix)
-    count = sum(len(sp.Add.make_args(entry)) for entry in entries if entry not in (0, 1))
+@lru_cache(maxsize=4096)
+def _terms(generic: Chain, result: Callable[[Chain], sp.Matrix]) -> int:
+    entries = (sp.expand(entry) for entry in result(generic))
+    return sum(len(sp.Add.make_args(entry)) for entry in entries if entry not in (0, 1))
+
+
+def _counted(chain: Chain, result: Callable[[Chain], sp.Matrix]) -> str | None:
+    count = _terms(structure(chain).chain, result)
     return f"it has {count} terms, too many to be worked out by hand" if count > MOST_TERMS else None
 
 
+def _last_pose(generic: Chain) -> sp.Matrix:
+    return _poses(generic)[-1]
+
+
 def _long_pose(chain: Chain) -> str | None:
-    return _counted(_last_pose(structure(chain).chain)) if chain.n <= 5 else "it has too many joints for it by hand"
+    if chain.n > MOST_JOINTS:
+        return f"the product of the transforms of {chain.n} joints is too long to be worked out by hand"
+    return _counted(chain, _last_pose)
 
 
 def _long_jacobian(chain: Chain) -> str | None:
-    return _counted(_in_tool_frame(structure(chain).chain)) if chain.n <= 5 else "it has too many joints for it by hand"
+    if chain.n > MOST_JOINTS:
+        return f"the Jacobian of {chain.n} joints in the tool frame is too long to be worked out by hand"
+    return _counted(chain, _in_tool_frame)
 
 
 QUESTIONS = (

@@ -4,17 +4,18 @@ Where the axes of the last three joints meet in P, these joints do not move P: c
 part, and J is block triangular. J11 (3 x 3) is what the arm does to P, J22 what the wrist does to the hand's turn.
 """
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Chain, Point
+from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.classification import wrist_centre
 from exercises.arm.derivation import derive, structure
-from exercises.arm.kinematics import Z, frame_behind
-from exercises.arm.trigonometry import Factored, factored, textbook
+from exercises.arm.kinematics import Z, frame_behind, frames_and_point, joint_rotation
+from exercises.arm.trigonometry import Factored, factored, same, substitute, textbook
 from exercises.problem import Matrix
-from exercises.questions.base import Asked, Question, square
+from exercises.questions.base import MOST_TERMS, Asked, Question, square
 from exercises.stream import Stream
 
 
@@ -26,8 +27,25 @@ def _wrist_axes(generic: Chain) -> sp.Matrix:
 
 
 @lru_cache(maxsize=1024)
+def _arm_from_frame_1(generic: Chain) -> sp.Matrix:
+    """Return R_1^T J11 of a structure (3 x 3): the arm block as link 1 sees it, with the same determinant."""
+    first = generic.joints[0]
+    point = frame_behind(generic.joints[1:4]).origin
+    behind = sp.Matrix([first.a, first.d * sp.sin(first.alpha), first.d * sp.cos(first.alpha)])  # r_1 in frame 1
+    axes_and_arms = [(sp.Matrix([0, sp.sin(first.alpha), sp.cos(first.alpha)]), behind + point)]
+    for i in (1, 2):
+        before = frame_behind(generic.joints[1:i])
+        axes_and_arms.append((before.rotation * Z, point - before.origin))
+    columns = [
+        z.cross(arm) if joint.kind == "R" else z
+        for joint, (z, arm) in zip(generic.joints[:3], axes_and_arms, strict=True)
+    ]
+    return sp.Matrix.hstack(*columns).applyfunc(lambda entry: textbook(sp.expand(entry)))
+
+
+@lru_cache(maxsize=1024)
 def _determinants(generic: Chain) -> tuple[Factored, Factored]:
-    """Return det J11 and det J22 of a structure; J11 is seen from frame 1, which keeps its determinant."""
+    """Return det J11 and det J22 of a structure."""
     arm = derive(generic).geometric[:3, :3]
     return factored(sp.expand(arm.det(method="berkowitz"))), factored(sp.expand(_wrist_axes(generic).det()))
 
@@ -48,16 +66,71 @@ def block_determinants(chain: Chain) -> sp.Matrix:
     return sp.Matrix([found.substituted(values) for found in _determinants(structure(chain).chain)])
 
 
+@dataclass(frozen=True)
+class Blocks:
+    """What leads to the determinants: the blocks, how they are expanded, and where they vanish.
+
+    `arm_seen` is R_1^T J11, `expanded` det J22 along the first column of J22, before it is simplified; `arm_zeros`
+    are the factors of det J11 in which joints occur, `straight` the values of theta5 at which det J22 vanishes.
+    `in_line` tells whether axes 4 and 6 are on one line there: with twists of 90 degrees, as usual. Otherwise the
+    three axes are in one plane.
+    """
+
+    arm: sp.Matrix
+    arm_seen: sp.Matrix
+    wrist: sp.Matrix
+    expanded: sp.Expr
+    arm_zeros: tuple[sp.Expr, ...]
+    straight: tuple[sp.Expr, sp.Expr]
+    in_line: bool
+
+
+def blocks(chain: Chain) -> Blocks:
+    """Return the blocks of an arm that falls into them."""
+    found, fill = structure(chain), derive(chain).fill
+    wrist = wrist_block(chain)
+    factors = (substitute(factor, dict(found.values)) for factor, _ in _determinants(found.chain)[0].factors)
+    return Blocks(
+        arm_block(chain),
+        _arm_from_frame_1(found.chain).applyfunc(fill),
+        wrist,
+        wrist[0, 1] * wrist[1, 2] - wrist[1, 1] * wrist[0, 2],
+        tuple(_unsigned(factor) for factor in factors if factor.free_symbols & set(chain.q)),
+        (_turned(-chain.offsets[4]), _turned(sp.pi - chain.offsets[4])),
+        all((2 * joint.alpha / sp.pi).is_Integer for joint in chain.joints[3:5]),
+    )
+
+
+def _unsigned(factor: sp.Expr) -> sp.Expr:
+    return -factor if factor.could_extract_minus_sign() else factor
+
+
+def _turned(angle: sp.Expr) -> sp.Expr:
+    """Return a numeric angle in (-pi, pi], and one with symbols in it as it is."""
+    return sp.pi - sp.Mod(sp.pi - angle, 2 * sp.pi) if angle.is_number else angle
+
+
 def _arm(chain: Chain, rng: Stream) -> Asked:
     return Matrix(arm_block(chain)), {}
 
 
 def _wrist(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(wrist_block(chain)), {}
+    turns = tuple(joint_rotation(joint) for joint in chain.joints[3:5])
+    block = wrist_block(chain)
+    return Matrix(block), {"rotations": turns, "inner": turns[1][:, 2], "z_4": block[:, 1], "z_5": block[:, 2]}
 
 
 def _both(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(block_determinants(chain)), {"arm": arm_block(chain), "wrist": wrist_block(chain)}
+    return Matrix(block_determinants(chain)), {"blocks": blocks(chain)}
+
+
+@lru_cache(maxsize=1024)
+def _at_wrist_centre(generic: Chain, centre: int) -> bool:
+    """Tell whether P is where the last three axes meet: O_4, or O_5 or O_6 where it is the same place."""
+    if generic.point.frame < centre:
+        return False
+    frames, point = frames_and_point(generic)
+    return all(same(a, b) for a, b in zip(point, frames[centre].origin, strict=True))
 
 
 def not_partitioned(chain: Chain) -> str | None:
@@ -65,16 +138,23 @@ def not_partitioned(chain: Chain) -> str | None:
     if chain.n != 6 or chain.task != TASK_ROWS:
         return "it has not six joints for all six rows"
     centre = wrist_centre(chain)
-    if centre is None or chain.point != Point(centre):
+    if centre is None or not _at_wrist_centre(structure(chain).chain, centre):
         return "the axes of its last three joints do not meet in its point"
     return square(chain)
 
 
+def long_block(chain: Chain) -> str | None:
+    """Return the objection to arms whose block J11 is too much by hand."""
+    entries = (sp.expand(entry) for entry in derive(structure(chain).chain).geometric[:3, :3])
+    count = sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0)
+    return f"its arm block has {count} terms, too many to be worked out by hand" if count > MOST_TERMS else None
+
+
 QUESTIONS = (
-    Question("arm-block", "Arm block of the Jacobian", "6.12", _arm, (), 2.0, not_partitioned),
+    Question("arm-block", "Arm block of the Jacobian", "6.12", _arm, (), 2.0, not_partitioned, long_block),
     Question("wrist-block", "Wrist block of the Jacobian", "6.12", _wrist, (), 1.0, not_partitioned),
     Question(
         "block-determinants", "Determinants of the blocks", "6.8", _both, ("arm-block", "wrist-block"), 2.0,
-        not_partitioned,
+        not_partitioned, long_block,
     ),
 )  # fmt: skip
