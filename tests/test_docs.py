@@ -13,6 +13,8 @@ from exercises.families import FAMILIES
 from exercises.families.listing import LISTING
 from exercises.generate import questions_of
 
+pytestmark = pytest.mark.xdist_group("docs")  # the pages are made once
+
 DOCS = Path(__file__).parent.parent / "docs"
 
 

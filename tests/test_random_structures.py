@@ -6,22 +6,28 @@ from collections import Counter
 import pytest
 import sympy as sp
 
-from exercises.arm.chain import Chain
+from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import structure
+from exercises.arm.kinematics import rot_x, rot_z
 from exercises.arm.singularity import singular_set
 from exercises.difficulty import step
 from exercises.docs.structures import regular_tables
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
+from exercises.families.classes import Key, key
+from exercises.families.random_n import _arm as arm_of
 from exercises.families.structures import (
     TABLE,
     Row,
+    Structure,
     chain_of,
+    clean_classes,
     clean_structures,
     count_tables,
     find_clean,
     is_clean,
     normal,
+    read_rows,
     regular_forms,
     regular_tasks,
     tables,
@@ -29,6 +35,7 @@ from exercises.families.structures import (
 from exercises.generate import generate, sample_chain
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
+from exercises.stream import Stream
 from grader.certify import failures_of
 
 RANDOM = ("random-2", "random-3", "random-4")
@@ -62,16 +69,99 @@ def test_a_normal_form_is_regular_where_its_tables_are(n: int) -> None:
     assert all(len(found) == 1 for found in seen.values())
 
 
-def test_every_clean_structure_is_reached() -> None:
-    """Draws go evenly over the structures of two joints; of three joints, 400 draws meet very many."""
-    seen = Counter(code_of(sample_chain(ProblemId("random-2", seed))) for seed in range(400))
-    assert len(seen) == len({(s.rows, s.task) for s in clean_structures()[2]})
-    assert len({code_of(sample_chain(ProblemId("random-3", seed))) for seed in range(150)}) > 80
+def drawn(chain: Chain) -> tuple[tuple[Row, ...], tuple[str, ...]]:
+    """The structure of an arm, and its task in the axes of the base."""
+    rows = tuple(
+        Row(j.kind, j.a != 0, bool((j.d if j.kind == "R" else j.theta) != 0), j.alpha != 0) for j in chain.joints
+    )
+    rotation = rot_z(chain.base.yaw) * rot_x(chain.base.tilt)
+    names = {"xyz"[next(i for i in range(3) if rotation[i, k] != 0)]: "xyz"[k] for k in range(3)}
+    counted = {row[0] + names[row[1]] for row in chain.task}
+    return rows, tuple(row for row in TASK_ROWS if row in counted)
 
 
-def code_of(chain: Chain) -> tuple[object, ...]:
-    rows = [(j.kind, j.a != 0, (j.d != 0) if j.kind == "R" else (j.theta != 0), j.alpha != 0) for j in chain.joints]
-    return (*rows, chain.task)
+def test_every_clean_structure_of_two_joints_is_reached_and_all_classes_as_often() -> None:
+    draws = [drawn(FAMILIES["random-2"].sample(Stream(f"reached/{seed}"))) for seed in range(900)]
+    assert set(draws) == {(s.rows, s.task) for s in clean_structures()[2]}
+    often = Counter(key(*draw) for draw in draws)
+    assert len(often) == len(clean_classes(2))
+    assert max(often.values()) < 2 * min(often.values())
+
+
+@pytest.mark.parametrize("n", [3, 4])
+def test_numbers_are_found_for_every_class(n: int) -> None:
+    """One structure of each class: the first draw of numbers gives an arm, which is clean."""
+    for alike in clean_classes(n):
+        chain = arm_of(alike[0], Stream("numbers"))
+        assert chain is not None and is_clean(chain), alike[0]
+        assert key(*drawn(chain)) == key(alike[0].rows, alike[0].task)
+
+
+def test_mirror_images_and_mountings_are_drawn() -> None:
+    chains = [FAMILIES["random-3"].sample(Stream(f"mirrored/{seed}")) for seed in range(40)]
+    assert {joint.alpha for chain in chains for joint in chain.joints} == {0, sp.pi / 2, -sp.pi / 2}
+    assert {chain.base.tilt for chain in chains} == {0, sp.pi, sp.pi / 2, -sp.pi / 2}
+    assert all(chain.base.position[2] == 0 for chain in chains if chain.is_planar)
+
+
+# --- classes ---
+
+
+def of(code: str, *task: str) -> Key:
+    return key(read_rows(code), task)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("Rd Ra", "R Ra"),  # the base's height
+        ("Ra Rad Ra", "Rad Ra Ra"),  # offsets add up over parallel axes ...
+        ("Rx Rd P", "Rx R P"),  # ... and are lost in a slide
+        ("Pat Ra", "P Ra"),  # where the base stands
+        ("R Pa", "R Pat"),  # the zero of the joint before a slide
+        ("Rx Ra P", "Rx R Pa"),  # a slide can be moved aside
+        ("Px Px Pa", "Ptx Px P"),  # lengths of arms that only slide, and axes named anew
+    ],
+)
+def test_structures_that_are_the_same_problem(one: str, other: str) -> None:
+    assert of(one) == of(other)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("Rx Rd Ra", "Rx R Ra"),
+        ("Rx Ra Ra", "Rax Ra Ra"),
+        ("R Px Ra", "P Rx Ra"),  # the same motion, by other joints
+        ("Ra Pat", "R Pa"),  # the point beside the line of the slide
+    ],
+)
+def test_structures_that_are_different_problems(one: str, other: str) -> None:
+    assert of(one) != of(other)
+
+
+def test_axes_of_the_world_are_named_anew_with_the_task() -> None:
+    assert of("Rx Ra", "vx", "vz") == of("Rx Ra", "vy", "vz") != of("Rx Ra", "vx", "vy")
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_structures_of_a_class_lose_rank_alike(n: int) -> None:
+    """All of a class are regular in as many tasks, and the same joints are in the conditions of clean ones."""
+    regular: dict[Key, set[int]] = {}
+    for rows in tables(n, True):
+        regular.setdefault(key(rows), set()).add(len({key(rows, task) for task in regular_tasks(rows)}))
+    assert all(len(found) == 1 for found in regular.values())
+    for alike in clean_classes(n):
+        assert len({conditions_of(structure) for structure in alike}) == 1, alike
+
+
+def conditions_of(structure: Structure) -> tuple[tuple[str, ...], ...]:
+    """The joints in each condition; slides that follow each other count as one."""
+    chain = chain_of(structure.rows, structure.task)
+    kinds = [row.kind for row in structure.rows]
+    place = {q: sum(kinds[:i].count(k) for k in "R") if kinds[i] == "P" else -i for i, q in enumerate(chain.q)}
+    found = [c for component in singular_set(chain) or () for c in component.conditions]
+    return tuple(sorted(tuple(sorted(str(place[q]) for q in chain.q if c.has(q))) for c in found))
 
 
 @pytest.mark.parametrize("family", RANDOM)

@@ -22,7 +22,10 @@ from exercises.formula.expression import read
 from exercises.formula.identity import Domain
 from exercises.stream import Stream
 
-__all__ = ["Kind", "Sample", "classify", "classify_pieces", "domain_of", "kind_at", "samples_on", "wrist_centre"]
+__all__ = [
+    "Kind", "Sample", "classify", "classify_pieces", "domain_of", "kind_at", "kind_is_sure", "samples_on",
+    "wrist_centre",
+]  # fmt: skip
 
 REGULAR = 1e-7
 """A singular value counts as zero below this part of the largest."""
@@ -105,6 +108,16 @@ def classify_pieces(chain: Chain, conditions: Sequence[str]) -> Kind:
     kinds = {kind for sample in found if (kind := kind_at(chain, sample)) is not None}
     kind = "boundary" if "boundary" in kinds else "internal"
     return Kind(kind, len(kinds) == 1, meaning(chain, found))
+
+
+def kind_is_sure(chain: Chain) -> bool:
+    """Whether boundary or internal can be established: up to four rows, or all six of an arm with a spherical wrist.
+
+    For others the search for configurations beyond a fold is no proof, and nothing is asked or told of it.
+    """
+    return len(chain.task) <= 4 or (
+        chain.n == 6 and set(chain.task) == set(TASK_ROWS) and wrist_centre(chain) is not None
+    )
 
 
 def kind_at(chain: Chain, sample: Sample) -> str | None:

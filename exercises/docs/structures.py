@@ -7,6 +7,7 @@ from exercises.difficulty import HARDEST
 from exercises.families.structures import (
     MOST_TERMS,
     MOST_TERMS_OF_A_CONDITION,
+    clean_classes,
     clean_structures,
     count_tables,
     normal,
@@ -19,13 +20,14 @@ from exercises.render import render
 
 @dataclass(frozen=True)
 class Count:
-    """One line of the table: for n joints, the tables, their normal forms, those regular, and the clean ones."""
+    """One line of the table: for n joints, tables, normal forms, those regular, the clean ones and their classes."""
 
     n: int
     tables: int
     forms: int
     regular: int
     clean: int
+    classes: int
     by_step: tuple[int, ...]
 
 
@@ -34,7 +36,8 @@ def _count(n: int) -> Count:
     steps = Counter(structure.step for structure in clean)
     forms = len({normal(rows) for rows in tables(n, True)})
     by_step = tuple(steps[step] for step in range(HARDEST + 1))
-    return Count(n, count_tables(n, True), forms, len(regular_forms(n)), len(clean), by_step)
+    classes = len(clean_classes(n))
+    return Count(n, count_tables(n, True), forms, len(regular_forms(n)), len(clean), classes, by_step)
 
 
 def regular_tables(angles: bool) -> int:

@@ -1,4 +1,4 @@
-"""What is known of each family without drawing its arms: joints, steps of difficulty, questions; made by `make docs`."""
+"""What is known of each family without drawing its arms: joints, difficulty, questions; made by `make docs`."""
 
 import json
 from dataclasses import dataclass

@@ -1,41 +1,48 @@
 """random-2, random-3, random-4: arms whose very structure is drawn, from all clean structures there are.
 
-A structure is drawn with equal chances from the table of `structures`, then joint offsets, numbers for lengths, and a
-place for the base. One length that no condition depends on stays open, if there is one; the others are numbers,
-drawn until every condition of the singular set can hold.
+A class of structures that are the same problem is drawn with equal chances, then a structure of that class, then
+what leaves the problem what it is: mirror images, zeros of the joints, a place for the base and how it is turned, the
+rows of the task going with it. One length that no condition depends on stays open, if there is one; the others are
+numbers for which every condition of the singular set can hold.
 """
 
 from collections.abc import Callable
-from functools import partial
-from itertools import combinations
+from dataclasses import replace
+from functools import lru_cache, partial
+from itertools import combinations, zip_longest
 
+import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import Base, Chain, Joint
-from exercises.arm.classification import samples_on
-from exercises.arm.singularity import Component, singular_set
-from exercises.difficulty import step
+from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
+from exercises.arm.kinematics import rot_x, rot_z
+from exercises.arm.singularity import singular_set
+from exercises.difficulty import HARDEST, step
 from exercises.errors import QdotError
-from exercises.families.base import Family, centimetres, on_the_floor, sign, turned
-from exercises.families.structures import Structure, chain_of, clean_structures
+from exercises.families.base import Family, on_the_floor, sign, standing_in_plane, turned
+from exercises.families.base import centimetres as cm
+from exercises.families.structures import Structure, chain_of, clean_classes, is_clean
+from exercises.formula.expression import read
+from exercises.formula.tape import Tape, compile_tape, evaluate
 from exercises.stream import Stream
 
 Band = tuple[int, int]
 Accepts = Callable[[Chain], bool]
+Values = dict[sp.Symbol, sp.Rational]
 
-TRIES = 400
+TRIES, ROUNDS, NUMBERS = 400, 4, 60
+"""Arms drawn in all, arms of one structure, and draws of numbers for one arm, before there is said to be none."""
 APART = sp.Rational(5, 100)
+POSES, CLEARLY = 400, 0.02
+"""A condition can hold if it takes both signs at so many poses, on either side by that part of its largest value."""
 
 
 def _sample(n: int, rng: Stream, band: Band | None = None, accepts: Accepts | None = None) -> Chain:
-    low, high = band or (0, 9)
-    wanted = [structure for structure in clean_structures()[n] if low - 1 <= structure.step <= high + 1]
+    low, high = band or (0, HARDEST)
+    classes = [near for alike in clean_classes(n) if (near := _near(alike, low, high))]
     refused: set[Structure] = set()
-    for _ in range(TRIES if wanted else 0):
-        structure = rng.choice(wanted)
-        if structure in refused:
-            continue
-        chain = _arm(structure, rng)
+    for structure in (_order(classes, rng) * ROUNDS)[:TRIES]:
+        chain = None if structure in refused else _arm(structure, rng)
         if chain is None or not low <= step(chain) <= high:
             continue
         if accepts is None or accepts(chain):
@@ -45,43 +52,94 @@ def _sample(n: int, rng: Stream, band: Band | None = None, accepts: Accepts | No
     raise QdotError(f"random-{n} has no arm {which} that can be asked all of these questions")
 
 
+def _order(classes: list[tuple[Structure, ...]], rng: Stream) -> list[Structure]:
+    """Return all structures in random order, one of every class before the second of any."""
+    rounds = zip_longest(*(rng.shuffled(alike) for alike in rng.shuffled(classes)))
+    return [structure for found in rounds for structure in found if structure is not None]
+
+
+def _near(alike: tuple[Structure, ...], low: int, high: int) -> tuple[Structure, ...]:
+    """Return the structures whose arms may be in the band: a slide's zero adds terms, equal numbers take some away."""
+    return tuple(structure for structure in alike if low - 1 <= structure.step <= high + 1)
+
+
 def _arm(structure: Structure, rng: Stream) -> Chain | None:
     """Return an arm of a structure; None where no numbers drawn let every condition hold."""
-    plain = chain_of(structure.rows, structure.task, f"random-{len(structure.rows)}")
+    senses = tuple(sign(rng) for _ in structure.rows)
+    plain = chain_of(structure.rows, structure.task, f"random-{len(structure.rows)}", senses)
     components = singular_set(plain) or ()
-    depended = {symbol for component in components for c in component.conditions for symbol in c.free_symbols}
-    free = [symbol for symbol in plain.parameters if symbol not in depended]
+    conditions = tuple(condition for component in components for condition in component.conditions)
+    free = [s for s in plain.parameters if not any(condition.has(s) for condition in conditions)]
     kept = rng.choice(free) if free else None
-    offsets = [
-        turned(rng, 30 if i == 1 else 90) if joint.kind == "R" else sign(rng) * centimetres(rng, 10, 90)
+    values = _lengths(plain, kept, conditions, rng)
+    if values is None:
+        return None
+    zeros = [
+        turned(rng, 30 if i == 1 else 90) if joint.kind == "R" else sign(rng) * cm(rng, 10, 90)
         for i, joint in enumerate(plain.joints, 1)
     ]
-    for _ in range(20):
-        values = {symbol: centimetres(rng, 10, 95) for symbol in plain.parameters if symbol != kept}
-        if any(abs(a - b) < APART for a, b in combinations(values.values(), 2)):
-            continue
-        chain = _filled(plain, values, offsets, on_the_floor(rng))
-        found = singular_set(chain)
-        if found is not None and len(found) == len(components) and all(_can_hold(chain, part) for part in found):
-            return chain
+    chain = _placed(_filled(plain, values, zeros), rng)
+    if is_clean(chain):
+        return chain
+    angles = [sp.S.Zero if joint.kind == "P" else zero for joint, zero in zip(plain.joints, zeros, strict=True)]
+    return replace(chain, joints=_filled(plain, values, angles).joints)  # a slide's zero would add too many terms
+
+
+def _lengths(chain: Chain, kept: sp.Symbol | None, conditions: tuple[sp.Expr, ...], rng: Stream) -> Values | None:
+    """Return a number for every length but the one kept, no two nearly equal, such that every condition can hold."""
+    for _ in range(NUMBERS):
+        values = {symbol: cm(rng, 10, 95) for symbol in chain.parameters if symbol != kept}
+        apart = all(abs(x - y) >= APART for x, y in combinations(values.values(), 2))
+        if apart and _can_hold(conditions, chain, values):
+            return values
     return None
 
 
-def _filled(plain: Chain, values: dict[sp.Symbol, sp.Rational], offsets: list[sp.Expr], base: Base) -> Chain:
+def _filled(plain: Chain, values: Values, zeros: list[sp.Expr]) -> Chain:
     joints = []
-    for joint, q, offset in zip(plain.joints, plain.q, offsets, strict=True):
+    for joint, q, zero in zip(plain.joints, plain.q, zeros, strict=True):
         a, d, theta = (entry.xreplace(values) for entry in (joint.a, joint.d, joint.theta))
-        revolute = joint.kind == "R"
-        own = (theta + offset, d) if revolute else (theta, q + offset)
+        own = (theta + zero, d) if joint.kind == "R" else (theta, q + zero)
         joints.append(Joint(joint.kind, *own, a, joint.alpha))
-    return Chain(plain.name, tuple(joints), plain.task, base, None, plain.title)
+    return replace(plain, joints=tuple(joints))
 
 
-def _can_hold(chain: Chain, component: Component) -> bool:
-    """Tell whether there are configurations on every piece of a component."""
-    if component.solutions is not None:
-        return all(value.is_real is not False for _, values in component.solutions for value in values)
-    return all(samples_on(chain, piece, "random", arms=1, each=1) for piece in component.pieces())
+def _placed(chain: Chain, rng: Stream) -> Chain:
+    """Return the arm on the floor, under the ceiling or on a wall, with the rows that its task then has."""
+    yaw, tilt = turned(rng, 90), rng.choice((sp.S.Zero, sp.pi, sp.pi / 2, -sp.pi / 2))
+    rotation = rot_z(yaw) * rot_x(tilt)
+    names = {"xyz"[k]: "xyz"[next(i for i in range(3) if rotation[i, k] != 0)] for k in range(3)}
+    rows = {row[0] + names[row[1]] for row in chain.task}
+    task = tuple(row for row in TASK_ROWS if row in rows)
+    turned_chain = replace(chain, task=task, base=Base(yaw=yaw, tilt=tilt))
+    standing = standing_in_plane(rng) if turned_chain.is_planar else on_the_floor(rng)
+    return replace(turned_chain, base=replace(turned_chain.base, position=standing.position))
+
+
+# --- numbers for which conditions can hold ---
+
+
+@lru_cache(maxsize=64)
+def _poses(kinds: str) -> np.ndarray:
+    stream, ends = Stream(f"random/{kinds}"), {"R": np.pi, "P": 2.0}
+    return np.array([[stream.uniform(-ends[kind], ends[kind]) for kind in kinds] for _ in range(POSES)])
+
+
+@lru_cache(maxsize=1024)
+def _tape(conditions: tuple[sp.Expr, ...]) -> Tape:
+    return compile_tape([read(str(condition)) for condition in conditions])
+
+
+def _can_hold(conditions: tuple[sp.Expr, ...], chain: Chain, values: Values) -> bool:
+    """Tell whether each condition clearly takes both signs over the joints, so that it vanishes in between."""
+    if not conditions:
+        return True
+    poses = _poses("".join(joint.kind for joint in chain.joints))
+    known = {q.name: column for q, column in zip(chain.q, poses.T, strict=True)}
+    known |= {symbol.name: np.full(POSES, float(value)) for symbol, value in values.items()}
+    found = evaluate(_tape(conditions), known, POSES)[0].real
+    least = CLEARLY * np.abs(found).max(axis=1)
+    return bool(np.all((found.min(axis=1) < -least) & (found.max(axis=1) > least)))
 
 
 RANDOM = tuple(

@@ -27,6 +27,7 @@ from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import singular_set
 from exercises.difficulty import step
+from exercises.families.classes import Key, key
 from exercises.files import write_atomically
 from exercises.stream import Stream
 
@@ -101,11 +102,13 @@ def normal(rows: tuple[Row, ...]) -> tuple[Row, ...]:
     return result if result == rows else normal(result)
 
 
-def chain_of(rows: tuple[Row, ...], task: tuple[str, ...], name: str = "structure") -> Chain:
-    """Return the arm of a structure, all lengths open, standing in the world's origin."""
+def chain_of(
+    rows: tuple[Row, ...], task: tuple[str, ...], name: str = "structure", senses: tuple[int, ...] = ()
+) -> Chain:
+    """Return the arm of a structure, all lengths open, in the world's origin; `senses` are the signs of its twists."""
     joints = []
-    for i, row in enumerate(rows, 1):
-        a, twist = sp.Symbol(f"a{i}") if row.a else sp.S.Zero, RIGHT if row.twist else sp.S.Zero
+    for i, (row, sense) in enumerate(zip(rows, senses or (1,) * len(rows), strict=True), 1):
+        a, twist = sp.Symbol(f"a{i}") if row.a else sp.S.Zero, sense * RIGHT if row.twist else sp.S.Zero
         if row.kind == "R":
             joints.append(Joint("R", sp.Symbol(f"theta{i}"), sp.Symbol(f"d{i}") if row.d else sp.S.Zero, a, twist))
         else:
@@ -201,8 +204,20 @@ def clean_structures() -> dict[int, tuple[Structure, ...]]:
 
 def _read(line: str) -> Structure:
     rows, task, number = (part.strip() for part in line.split("|"))
-    words = (Row(word[0], "a" in word, "d" in word or "t" in word, "x" in word) for word in rows.split())
-    return Structure(tuple(words), tuple(task.split()), int(number))
+    return Structure(read_rows(rows), tuple(task.split()), int(number))
+
+
+def read_rows(code: str) -> tuple[Row, ...]:
+    """Return the rows of a code, as in "Rdx Ra Pt"."""
+    return tuple(Row(word[0], "a" in word, "d" in word or "t" in word, "x" in word) for word in code.split())
+
+
+def clean_classes(n: int) -> tuple[tuple[Structure, ...], ...]:
+    """Return the clean structures of n joints by class (see `classes`): those of one class are the same problem."""
+    found: dict[Key, list[Structure]] = {}
+    for structure in clean_structures()[n]:
+        found.setdefault(key(structure.rows, structure.task), []).append(structure)
+    return tuple(map(tuple, found.values()))
 
 
 def write_table() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import sympy as sp
 
 from exercises.arm.chain import Chain
-from exercises.arm.classification import kind_at
+from exercises.arm.classification import kind_at, kind_is_sure
 from exercises.arm.derivation import derive, structure
 from exercises.arm.directions import (
     Line,
@@ -279,7 +279,7 @@ def reading_of(generic: Chain, component: Component) -> Reading | None:
 @lru_cache(maxsize=1024)
 def kind_of(generic: Chain, component: Component) -> str | None:
     """Return the kind that all configurations of a branch of a structure have, None where it differs."""
-    return one_kind(generic, singular_samples(generic, component, KINDS))
+    return one_kind(generic, singular_samples(generic, component, KINDS)) if kind_is_sure(generic) else None
 
 
 def _readings(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Branch, Reading]]:

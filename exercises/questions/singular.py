@@ -8,7 +8,7 @@ import numpy as np
 import sympy as sp
 
 from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.classification import Sample, classify_pieces, kind_at
+from exercises.arm.classification import Sample, classify_pieces, kind_at, kind_is_sure
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import Component, singular_set
 from exercises.problem import Choice, ConditionSet
@@ -32,6 +32,12 @@ def _has_singularities(chain: Chain) -> str | None:
     if found is None:
         return "its Jacobian has less than full rank everywhere"
     return None if found else "it has no singular configuration"
+
+
+def _has_sure_kinds(chain: Chain) -> str | None:
+    if not kind_is_sure(chain):
+        return "boundary or internal can't be established for its task"
+    return _has_singularities(chain)
 
 
 @dataclass(frozen=True)
@@ -152,5 +158,5 @@ QUESTIONS = (
         "singular-angles", "Singular configurations", "6.8", _conditions, ("determinant", "jacobian"), 2.0,
         _has_singularities,
     ),
-    Question("singularity-type", "Type of singularity", "below 6.7", _type, (), 1.0, _has_singularities),
+    Question("singularity-type", "Type of singularity", "below 6.7", _type, (), 1.0, _has_sure_kinds),
 )  # fmt: skip

@@ -17,7 +17,7 @@ def statement(problem: Problem, title: str, figure: str = "") -> str:
     """Return what is given: arm, DH table, base, point P, task, symbols. `figure` is Markdown that shows the arm."""
     chain = problem.chain
     arm = chain.title or "arm"
-    article = "an" if arm[0] in "aeiou" else "a"
+    article = "an" if re.match(r"[aeiou]|R[RP]+ ", arm) else "a"
     text = render(
         "statement.md.j2", chain=chain, title=title, figure=figure, w=Wording(chain), arm=arm, article=article
     )

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from exercises.arm.chain import Chain
-from exercises.arm.classification import Kind
+from exercises.arm.classification import Kind, kind_is_sure
 from exercises.writing.latex import symbol_latex, tex, tex_angle, tex_length
 
 NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
@@ -180,6 +180,8 @@ class Wording:
 
     def meaning(self, kind: Kind) -> str:
         """Return a sentence on what a set of singular configurations looks like, and of what kind it is."""
+        if not kind_is_sure(self.chain):
+            return self.sentence(kind.meaning)
         if kind.uniform:
             what = "a boundary" if kind.kind == "boundary" else "an internal"
             return f"{self.sentence(kind.meaning)} This is {what} singularity."
@@ -189,6 +191,8 @@ class Wording:
     def case(self, kind: Kind) -> str:
         """Return the same for one value of a joint, shorter."""
         said = kind.meaning.replace("the point", "$P$")
+        if not kind_is_sure(self.chain):
+            return f"{said}."
         if kind.uniform:
             return f"{said}, {'a boundary' if kind.kind == 'boundary' else 'an internal'} singularity."
         return f"{said}; a boundary singularity in some of these configurations, an internal one in the others."
