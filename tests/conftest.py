@@ -5,7 +5,9 @@ QDOT_SEEDS (default 12) is the number of problems that the tests draw from each 
 
 import json
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +16,13 @@ import sympy as sp
 from hypothesis import HealthCheck, settings
 
 from exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
+from exercises.families import FAMILIES
+from exercises.generate import generate
+from exercises.problem import Problem, ProblemId
+
+CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
+"""The arms of the chapter, of which more are tried than of the others."""
+DRAWN = [(family, seed) for family in FAMILIES for seed in range(1 + (family in CHAPTER))]
 
 # Computer algebra takes the time it takes; a slow example is not a wrong one.
 settings.register_profile("here", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -58,3 +67,29 @@ def textbook_arms() -> dict[str, TextbookArm]:
 def seeds() -> range:
     """The seeds of the problems to draw from each family."""
     return range(int(os.environ.get("QDOT_SEEDS", "12")))
+
+
+@cache
+def _drawn(family: str, seed: int) -> Problem:
+    return generate(ProblemId(family, seed))
+
+
+@pytest.fixture(scope="session")
+def drawn() -> Callable[[str, int], Problem]:
+    """Return the problem of a family and a seed with all its questions, generated once for all tests of a process."""
+    return _drawn
+
+
+# The tests of a family run in one process, so that its problems are generated once.
+@pytest.fixture(params=[pytest.param(name, marks=pytest.mark.xdist_group(name)) for name in FAMILIES])
+def family(request: pytest.FixtureRequest) -> str:
+    """Every family in turn."""
+    return str(request.param)
+
+
+@pytest.fixture(
+    params=[pytest.param(which, marks=pytest.mark.xdist_group(which[0]), id="{}/{}".format(*which)) for which in DRAWN]
+)
+def problem(request: pytest.FixtureRequest) -> Problem:
+    """The first problem of every family, and the second of those of the chapter."""
+    return _drawn(*request.param)

@@ -69,7 +69,7 @@ def test_families_and_questions() -> None:
     assert "inverse-velocity" in run("questions")
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", ["planar-2r", "elbow-3r", "scara-rrrp", "random-3"])
 def test_show_json_has_the_contracts_shape(family: str) -> None:
     shown = json.loads(run("show", f"{family}/7", "--solution", "--format", "json"))
     assert set(shown) >= {"id", "family", "seed", "engine", "robot", "symbols", "parts", "certificate"}

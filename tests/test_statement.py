@@ -2,15 +2,16 @@
 
 import re
 import shutil
+import subprocess
 import xml.etree.ElementTree as ET
+from collections.abc import Callable
 from html.parser import HTMLParser
+from pathlib import Path
 
 import pytest
 
 from exercises.errors import QdotError
-from exercises.families import FAMILIES
-from exercises.generate import generate
-from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part, Problem, ProblemId
+from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part, Problem
 from exercises.questions import QUESTIONS
 from exercises.render import template_folder
 from exercises.show import FORMATS, problem_json, show
@@ -19,14 +20,7 @@ from exercises.writing.markup import to_html, to_latex, to_text
 from exercises.writing.statement import prompt, statement, worked_solution
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
-"""The arms of the chapter, of which more are tried than of the others."""
-PROBLEMS = [generate(ProblemId(family, seed)) for family in FAMILIES for seed in range(1 + (family in CHAPTER))]
-FIRST = [problem for problem in PROBLEMS if problem.id.seed == 0]
-PARTS = [(problem, part) for problem in PROBLEMS for part in problem.parts]
-
-
-def _name(value: object) -> str:
-    return str(value.id) if isinstance(value, Problem) else value.name if isinstance(value, Part) else ""
+Draw = Callable[[str, int], Problem]
 
 
 def test_every_question_has_its_templates() -> None:
@@ -34,35 +28,44 @@ def test_every_question_has_its_templates() -> None:
     assert there == set(QUESTIONS)
 
 
-@pytest.mark.parametrize(("problem", "part"), PARTS, ids=_name)
-def test_prompt_asks_and_gives_nothing_away(problem: Problem, part: Part) -> None:
-    text = prompt(problem, part)
+def test_prompts_ask_and_give_nothing_away(problem: Problem) -> None:
+    for part in problem.parts:
+        _asks(part, prompt(problem, part))
+
+
+def _asks(part: Part, text: str) -> None:
     _is_clean(text)
-    assert "**Answer:**" in text
+    assert "**Answer:**" in text, part.name
     if part.shape is not None and isinstance(part.answer, Matrix):
-        assert f"{part.shape[0]} × {part.shape[1]}" in text
-    code = answer_code(part)
-    assert code not in text or isinstance(part.answer, Choice)
+        assert f"{part.shape[0]} × {part.shape[1]}" in text, part.name
+    assert answer_code(part) not in text or isinstance(part.answer, Choice), part.name
     if isinstance(part.answer, Number):
-        assert all(unit in text for unit in part.answer.units)
+        assert all(unit in text for unit in part.answer.units if unit), part.name
         whole = part.answer.tolerance < 1e-6
-        assert whole or "three significant digits" in text
-    if part.kind == "singular-angles":  # the same words for every arm with this task
-        assert not re.search(r"\bone condition|two conditions", text)
-        assert {prompt(p, q) for p, q in PARTS if q.kind == part.kind and p.id.family == problem.id.family} == {text}
+        assert whole or "three significant digits" in text, part.name
 
 
-@pytest.mark.parametrize(("problem", "part"), PARTS, ids=_name)
-def test_worked_solution_ends_in_the_reference(problem: Problem, part: Part) -> None:
-    text = worked_solution(problem, part)
+@pytest.mark.parametrize("family", CHAPTER)
+def test_the_words_do_not_tell_how_many_conditions_there_are(family: str, drawn: Draw) -> None:
+    problems = [drawn(family, seed) for seed in range(3)]
+    (text,) = {prompt(p, part) for p in problems for part in p.parts if part.kind == "singular-angles"}
+    assert not re.search(r"\bone condition|two conditions", text)
+
+
+def test_worked_solutions_end_in_the_reference(problem: Problem) -> None:
+    for part in problem.parts:
+        _explains(part, worked_solution(problem, part))
+
+
+def _explains(part: Part, text: str) -> None:
     _is_clean(text)
     if isinstance(part.answer, Choice):
-        assert f"**{part.answer.letter}**" in text
+        assert f"**{part.answer.letter}**" in text, part.name
     if isinstance(part.answer, ConditionSet):
         for component in part.answer.components:
-            assert component.solutions is not None or "ties several joints" in text
+            assert component.solutions is not None or "ties several joints" in text, part.name
     if isinstance(part.answer, (Expression, Matrix)) and part.kind != "link-velocity":
-        assert re.search(r"\(6\.\d+\)|6\.\d+\)|appendix|det J|O_|\$z_|z_\{", text)
+        assert re.search(r"\(6\.\d+\)|6\.\d+\)|appendix|det J|Cauchy|O_|\$z_|z_\{", text), part.name
 
 
 def _is_clean(text: str) -> None:
@@ -75,14 +78,13 @@ def _is_clean(text: str) -> None:
         assert latex.count(r"\begin{") == latex.count(r"\end{"), latex
 
 
-def test_elbow_solution_speaks_of_the_books_mistake() -> None:
-    problem = next(p for p in PROBLEMS if p.id.family == "elbow-3r")
+def test_elbow_solution_speaks_of_the_books_mistake(drawn: Draw) -> None:
+    problem = drawn("elbow-3r", 0)
     part = next(part for part in problem.parts if part.kind == "singular-angles")
     text = worked_solution(problem, part)
     assert "Straightening joint 2 alone" in text and "axis of joint 1" in text
 
 
-@pytest.mark.parametrize("problem", PROBLEMS, ids=_name)
 def test_statement_gives_table_point_task_and_symbols(problem: Problem) -> None:
     text, chain = statement(problem, "A title"), problem.chain
     _is_clean(text)
@@ -117,7 +119,6 @@ class _Balance(HTMLParser):
         assert self.open.pop() == tag
 
 
-@pytest.mark.parametrize("problem", FIRST, ids=_name)
 @pytest.mark.parametrize("solution", [False, True])
 def test_pages_texts_and_documents(problem: Problem, solution: bool) -> None:
     page = show(problem, solution, "html")
@@ -128,25 +129,20 @@ def test_pages_texts_and_documents(problem: Problem, solution: bool) -> None:
         ET.fromstring(formula)
     assert not re.search(r"""(?:src|href)=["']?https?:""", page)  # self-contained
     text = show(problem, solution, "text")
-    assert "$" not in text and "\\" not in text and "**" not in text
+    assert "$" not in text and "\\" not in text and not re.search(r"\*\*(?!\d)", text)
     latex = show(problem, solution, "latex")
     assert latex.count(r"\begin{") == latex.count(r"\end{") and latex.count("{") == latex.count("}")
     for answer in [answer_code(part) for part in problem.parts if part.kind in ("jacobian", "determinant")]:
-        assert (answer.splitlines()[-1] in text) == solution
+        assert (max(answer.splitlines(), key=len) in text) == solution or answer == "-1"
 
 
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no LaTeX on this machine")
-def test_latex_compiles(tmp_path: object) -> None:
-    import subprocess
-    from pathlib import Path
-
-    folder = Path(str(tmp_path))
-    (folder / "x.tex").write_text(show(PROBLEMS[0], True, "latex"), encoding="utf-8")
-    done = subprocess.run(["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "x.tex"], cwd=folder)
+def test_latex_compiles(tmp_path: Path, drawn: Draw) -> None:
+    (tmp_path / "x.tex").write_text(show(drawn("planar-2r", 0), True, "latex"), encoding="utf-8")
+    done = subprocess.run(["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "x.tex"], cwd=tmp_path)
     assert done.returncode == 0
 
 
-@pytest.mark.parametrize("problem", FIRST, ids=_name)
 def test_json_is_the_contract(problem: Problem) -> None:
     plain, full = problem_json(problem, False), problem_json(problem, True, {"method": "exact"})
     assert {"id", "family", "seed", "engine", "robot", "symbols", "parts"} <= set(plain)
@@ -163,9 +159,9 @@ def test_json_is_the_contract(problem: Problem) -> None:
             assert all(isinstance(text, str) for text in reference)
 
 
-def test_unknown_format_is_refused() -> None:
+def test_unknown_format_is_refused(drawn: Draw) -> None:
     with pytest.raises(QdotError, match="known: text, latex, html, json, ipynb"):
-        show(PROBLEMS[0], False, "pdf")
+        show(drawn("planar-2r", 0), False, "pdf")
     assert tuple(FORMATS) == ("text", "latex", "html", "json", "ipynb")
 
 
