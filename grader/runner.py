@@ -19,7 +19,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 import numpy
 import sympy
@@ -63,6 +63,26 @@ def text_of_container(value: Any, depth: int) -> str:
     raise TypeError(f"a {type(value).__name__} is not an expression")
 
 
+def parts_of(value: Any, depth: int = 0) -> list[Any] | None:
+    """Return what a value is made of, down to what can't change in place; None where that isn't known."""
+    kind = type(value)
+    if kind in (int, float, complex, str, bool, type(None)) or isinstance(value, sympy.Basic):
+        return [value]
+    if kind is sympy.Matrix:
+        return [kind, value.rows, *value.flat()]
+    if kind in (list, tuple) and len(value) < 1000 and depth < 6:
+        inner = [parts_of(item, depth + 1) for item in value]
+        return None if None in inner else [kind, len(value), *(part for item in inner for part in item or ())]
+    return None
+
+
+def is_same(before: list[Any] | None, now: list[Any] | None) -> bool:
+    """Tell whether a value surely is what it was, so that its text need not be made again after every cell."""
+    if before is None or now is None or len(before) != len(now):
+        return False
+    return all(a is b or (type(a) is type(b) is int and a == b) for a, b in zip(before, now, strict=True))
+
+
 def plain_python(source: str) -> str:
     """Return a cell's source with IPython's magic lines (%..., !...) taken out."""
     return re.sub(r"(?m)^(\s*)[%!].*$", r"\1pass", source)
@@ -76,6 +96,13 @@ def _ring(_signal: int, _frame: Any) -> None:
     raise Overtime
 
 
+class Told(NamedTuple):
+    """What was reported of an answer, and what the answer was made of."""
+
+    parts: list[Any] | None
+    found: dict[str, str]
+
+
 def set_alarm(seconds: float) -> None:
     """Ring after so much processor time, which a busy machine does not shorten, or thrice that on the clock."""
     signal.setitimer(signal.ITIMER_PROF, seconds)
@@ -86,7 +113,7 @@ def run_cells(request: dict[str, Any], report: Report) -> None:
     """Run the cells in order, each within its time; report every answer as soon as it is there."""
     wanted = request["names"]
     namespace: dict[str, Any] = {"__name__": "__main__", "display": lambda *_args, **_options: None}
-    last: dict[str, Any] = {}
+    last: dict[str, Told] = {}
     signal.signal(signal.SIGALRM, _ring)
     signal.signal(signal.SIGPROF, _ring)
     for index, source in enumerate(request["cells"]):
@@ -118,21 +145,27 @@ def describe(raised: BaseException) -> str:
 
 
 def report_answers(
-    namespace: dict[str, Any], wanted: list[str], last: dict[str, Any], seconds: float, report: Report
+    namespace: dict[str, Any], wanted: list[str], last: dict[str, Told], seconds: float, report: Report
 ) -> None:
     """Report each answer that is new or has changed, as text or as the reason why it is none."""
     for name in wanted:
         if name not in namespace:
             continue
+        before, parts = last.get(name, Told(None, {})), None
         try:
             set_alarm(seconds)
-            found = {"text": text_of(namespace[name])[: LONGEST_ANSWER + 1]}
+            parts = parts_of(namespace[name])
+            found = (
+                before.found
+                if is_same(before.parts, parts)
+                else {"text": text_of(namespace[name])[: LONGEST_ANSWER + 1]}
+            )
         except BaseException as raised:
             found = {"error": describe(raised)}
         finally:
             set_alarm(0)
-        if last.get(name) != found:
-            last[name] = found
+        last[name] = Told(parts, found)
+        if found != before.found:
             report({"name": name, **found})
 
 

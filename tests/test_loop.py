@@ -49,20 +49,28 @@ def test_the_solution_earns_full_marks(family: str, start: int, sandbox: Sandbox
             assert verdict.points == verdict.max_points
 
 
-def mistakes(part: Part, code: str) -> dict[str, str]:
-    """Return the usual mistakes in an answer, as code; each changes the answer (or is left out where it would not)."""
+def mistakes(part: Part, right: str) -> dict[str, str]:
+    """Return the usual mistakes in an answer, as code; each changes the answer (or is left out where it would not).
+
+    `right` is the name of a variable that holds the answer.
+    """
     answer = part.answer
     if isinstance(answer, ConditionSet):
-        return {"degrees": "{theta2: [0, 180]}", "none": "[]", "book": "Eq(sin(theta1), 0)", "first": f"({code})[:-1]"}
+        return {
+            "degrees": "{Symbol('theta2'): [0, 180]}",
+            "none": "[]",
+            "book": "Eq(sin(Symbol('theta1')), 0)",
+            "first": f"{right}[:-1]",
+        }
     if isinstance(answer, Number):
-        return {"sign": f"-({code})", "degrees": f"180/pi*({code})"}
+        return {"sign": f"-{right}", "degrees": f"180/pi*{right}"}
     if isinstance(answer, Direction):
         entries = len(answer.reference)
         first = next(i for i, entry in enumerate(answer.reference) if entry != 0)
         return {
-            "zero": f"0*({code})",
-            "nan": f"({code})*nan",
-            "another": f"({code}) + 2*eye({entries})[:, {(first + 1) % entries}]",
+            "zero": f"0*{right}",
+            "nan": f"{right}*nan",
+            "another": f"{right} + 2*eye({entries})[:, {(first + 1) % entries}]",
         }
     if not isinstance(answer, (Expression, Matrix)):
         return {}
@@ -71,19 +79,19 @@ def mistakes(part: Part, code: str) -> dict[str, str]:
         "theta1 - theta2": "theta2",
     }  # fmt: skip
     found = {
-        "sign": f"-({code})",
-        "nan": f"({code})*nan",
-        "degrees": f"({code}).subs({{s: pi*s/180 for s in ({code}).free_symbols if s.name[0] == 't'}})",
-        "unknown symbol": f"({code})*Symbol('k')",
+        "sign": f"-{right}",
+        "nan": f"{right}*nan",
+        "degrees": f"{right}.subs({{s: pi*s/180 for s in {right}.free_symbols if s.name[0] == 't'}})",
+        "unknown symbol": f"{right}*Symbol('k')",
     }
     if isinstance(answer, Matrix):
         reference = answer.reference
         if 1 not in reference.shape and reference != reference.T:
-            found["transposed"] = f"({code}).T"
+            found["transposed"] = f"{right}.T"
         columns = reference.cols
-        found["dropped column"] = f"({code})*diag(*[0]*1, *[1]*{columns - 1})" if columns > 1 else f"({code})*0"
+        found["dropped column"] = f"{right}*diag(*[0]*1, *[1]*{columns - 1})" if columns > 1 else f"{right}*0"
         found["number for a matrix"] = "1"
-    changed = code
+    code = changed = answer_code(part)
     for absolute, wrong in relative.items():
         changed = changed.replace(absolute, wrong)
     if changed != code:
@@ -93,8 +101,11 @@ def mistakes(part: Part, code: str) -> dict[str, str]:
 
 
 def test_the_usual_mistakes_fail(problem: Problem, sandbox: Sandbox) -> None:
-    tried = [(part, *item) for part in problem.parts for item in mistakes(part, answer_code(part)).items()]
-    answers = values(sandbox, problem, {f"tried{i}": code for i, (_, _, code) in enumerate(tried)})
+    right = {f"right{i}": answer_code(part) for i, part in enumerate(problem.parts)}
+    tried = [
+        (part, *item) for part, name in zip(problem.parts, right, strict=True) for item in mistakes(part, name).items()
+    ]
+    answers = values(sandbox, problem, right | {f"tried{i}": code for i, (_, _, code) in enumerate(tried)})
     for i, (part, mistake, code) in enumerate(tried):
         alone = replace(problem, parts=(part,))
         (verdict,) = mark(alone, "p1", {variable("p1", part.name): answers[f"tried{i}"]}, {}, "secret")

@@ -55,6 +55,31 @@ def test_the_last_value_counts_and_other_names_stay_inside(sandbox: Sandbox) -> 
     assert run.answers == {"p": "2"}
 
 
+@pytest.mark.parametrize(
+    ("made", "changed", "text"),
+    [
+        ("Matrix([x, 1])", "p1_a[1] = 2", "[[x], [2]]"),
+        ("Matrix([[x, 1], [1, 2]])", "p1_a.row_del(1)", "[[x, 1]]"),
+        ("SparseMatrix([[x, 1]])", "p1_a[0, 1] = 2", "[[x, 2]]"),
+        ("[x, [1, 2]]", "p1_a[1].append(3)", "[x, [1, 2, 3]]"),
+        ("[x, numpy.array([1, 2])]", "p1_a[1][0] = 5", "[x, [5, 2]]"),
+        ("numpy.array([1, 2])", "p1_a[0] = 5", "[5, 2]"),
+        ("{1: [2]}", "p1_a[1] = [3]", "{1: [3]}"),
+        ("Integer(1)", "p1_a = Float(1)", "1.00000000000000"),
+        ("Matrix([1, 2])", "p1_a = Matrix([[1, 2]])", "[[1, 2]]"),
+        ("[1, 2]", "p1_a[0] = True", "[True, 2]"),
+    ],
+)
+def test_a_change_in_place_counts(sandbox: Sandbox, made: str, changed: str, text: str) -> None:
+    cells = ["import numpy; from sympy import *; x = Symbol('x')", f"p1_a = {made}", "p1_b = 0", changed, "p1_b = 1"]
+    assert sandbox.run(cells, ["p1_a", "p1_b"]).answers == {"p1_a": text, "p1_b": "1"}
+
+
+def test_a_list_that_holds_itself_is_told(sandbox: Sandbox) -> None:
+    run = sandbox.run(["p1_a = [1]; p1_a.append(p1_a)", "p1_b = 1"], ["p1_a", "p1_b"])
+    assert run.answers == {"p1_b": "1"} and "nest too deeply" in run.failures["p1_a"]
+
+
 def test_a_cell_that_raises_costs_itself_only(sandbox: Sandbox) -> None:
     run = sandbox.run(["p = 1", "q = 1/0", "syntax error here", "r = p + 1", "s = q"], ["p", "q", "r", "s"])
     assert run.answers == {"p": "1", "r": "2"}
