@@ -18,8 +18,9 @@ from exercises.verify.ground import POSES, Check, Ground, random_poses
 GONE, THERE = 1e-9, 0.02
 """Shares of the largest singular value below which one counts as zero, and above which it has to be."""
 
-MOST = 0.6
-"""Share of the places at which a line that is no answer has to be clearly wrong."""
+MOST, ALONG = 0.6, 0.01
+"""Share of the places at which a line that is no answer has to be clearly wrong, and the share of the largest possible
+velocity that is possible along it there."""
 
 
 def at_place(ground: Ground, place: Any) -> Sample:
@@ -153,7 +154,7 @@ def _motion(ground: Ground, part: Part) -> Iterator[Check]:
         if index == part.answer.correct:
             yield Check("nothing along it", bool(len(found) and found.max() < 1e-7), f"{text}: {found.max():.1e}")
         else:
-            yield Check("something along it", bool(np.mean(found > 0.05) >= MOST), f"{text}: {np.median(found):.2f}")
+            yield Check("something along it", bool(np.mean(found > ALONG) >= MOST), f"{text}: {np.median(found):.2f}")
 
 
 def _possible(sample: Sample, task: Sequence[int], moving: str, held: bool) -> np.ndarray:
