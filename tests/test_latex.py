@@ -141,14 +141,14 @@ def _read_back(text: str) -> sp.Expr:
             break
         text = changed
     text = re.sub(r"\\dot\{(?:\\theta|d)\}_\{(\d)\}", r"qd\1", text)
-    text = re.sub(r"\\?\b(theta|[avwdLh])_\{(\w)\}", r"\1\2", text)
+    text = re.sub(r"\\?\b(theta|[avwdLhfm])_\{(\w)\}", r"\1\2", text)
     text = re.sub(r"\\sqrt\{(\d+)\}", r" sqrt(\1)", text)
     text = re.sub(r"\b(sin|cos)\^\{2\}(\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*\))", r"\1\2^{2}", text)
     text = re.sub(r"\\omega_\{(\w)\}", r"w\1", text)
     text = re.sub(r"\b([cs])_\{(\d+)\}", _long_wave, text)
     text = text.replace(r"\left", "").replace(r"\right", "").replace("\\", "").replace("^{2}", "**2")
     text = re.sub(r"(?<=[\w)]) (?=[\w(])", "*", text)
-    names = {name: sp.Symbol(name) for name in re.findall(r"[a-zL]+\d|[vw][xyz]", text)}
+    names = {name: sp.Symbol(name) for name in re.findall(r"[a-zL]+\d|[vwfm][xyz]", text)}
     return sp.sympify(re.sub(r"\d*\.\d+", lambda m: f"Rational('{m.group()}')", text), locals=names)
 
 

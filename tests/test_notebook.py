@@ -89,7 +89,7 @@ def test_untouched_notebook_runs_and_self_check_waits(student: Any, problems: Sl
     for slot, part in _parts(problems):
         value = space[variable(slot, part.name)]
         if part.shape is not None:
-            assert sp.Matrix(value).shape == part.shape
+            assert sp.Matrix([value]).shape == part.shape
 
 
 def test_every_answer_cell_is_marked(student: Any, staff: Any, problems: Slotted) -> None:
@@ -116,7 +116,8 @@ def _is_the_reference(value: Any, part: Part) -> bool:
         near = all(abs(a - b) < 1e-9 * max(1, abs(b)) for a, b in zip(there, due, strict=True))
         return exact and ours.shape == theirs.shape and near
     if isinstance(answer, Number):
-        return all(abs(a - b) < 1e-9 for a, b in zip(value, answer.reference, strict=True))
+        numbers = zip(sp.Matrix([value]), answer.reference, strict=True)
+        return all(abs(a - b) < 1e-9 for a, b in numbers)
     if isinstance(answer, Choice):
         return bool(value == answer.letter)
     conditions = [sp.sympify(condition) for condition in value]

@@ -117,19 +117,41 @@ def shown(rows: Sequence[Vector]) -> sp.Matrix:
 
 def solved(matrix: Sequence[Vector], right: Sequence[Any]) -> Vector:
     """Return x with matrix x = right (square), by elimination with row pivots; ZeroDivisionError if it is singular."""
-    rows = [[*row, value] for row, value in zip(matrix, right, strict=True)]
-    n = len(rows)
-    for k in range(n):
-        pivot = max(range(k, n), key=lambda i: abs(rows[i][k]))
-        rows[k], rows[pivot] = rows[pivot], rows[k]
-        for i in range(k + 1, n):
-            share = rows[i][k] / rows[k][k]
-            rows[i] = [a - share * b for a, b in zip(rows[i], rows[k], strict=True)]
+    n = len(matrix)
+    rows, _ = _triangular([[*row, value] for row, value in zip(matrix, right, strict=True)])
     found: Vector = [None] * n
     for k in reversed(range(n)):
         rest = sum(rows[k][j] * found[j] for j in range(k + 1, n))
         found[k] = (rows[k][n] - rest) / rows[k][k]
     return found
+
+
+def inverse(matrix: Sequence[Vector]) -> list[Vector]:
+    """Return the inverse of a square matrix as rows; ZeroDivisionError if it is singular."""
+    n = len(matrix)
+    columns = [solved(matrix, [int(i == k) for i in range(n)]) for k in range(n)]
+    return [list(row) for row in zip(*columns, strict=True)]
+
+
+def determinant(matrix: Sequence[Vector]) -> Any:
+    """Return the determinant of a square matrix, by elimination with row pivots."""
+    rows, product = _triangular([list(row) for row in matrix])
+    for k, row in enumerate(rows):
+        product = product * row[k]
+    return product
+
+
+def _triangular(rows: list[Vector]) -> tuple[list[Vector], int]:
+    """Return rows with zeros below the diagonal, the largest entry of a column as pivot, and the sign of the swaps."""
+    n, sign = len(rows), 1
+    for k in range(n):
+        pivot = max(range(k, n), key=lambda i: abs(rows[i][k]))
+        if pivot != k:
+            rows[k], rows[pivot], sign = rows[pivot], rows[k], -sign
+        for i in range(k + 1, n):
+            share = rows[i][k] / rows[k][k] if rows[i][k] != 0 else 0
+            rows[i] = [a - share * b for a, b in zip(rows[i], rows[k], strict=True)]
+    return rows, sign
 
 
 def gram(matrix: Sequence[Vector]) -> list[Vector]:

@@ -10,6 +10,7 @@ import sympy as sp
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.directions import lost_direction
+from exercises.arm.precise import determinant, four_digits, numeric, shown
 from exercises.arm.singularity import singular_set
 from exercises.problem import Choice, Number
 from exercises.questions.base import Asked, Question
@@ -183,15 +184,12 @@ def _use(chain: Chain, rng: Stream) -> Asked:
 
 def _shown(chain: Chain, pose: Pose) -> dict[str, object]:
     """Return J at a pose, and its determinant where it is square, to four digits."""
-    numbers = precise(chain, pose, derive(chain).jacobian)
-    found: dict[str, object] = {"numbers": numbers.applyfunc(_four_digits)}
-    if numbers.is_square:
-        found["determinant"] = _four_digits(numbers.det(method="lu"))
+    jacobian = precise(chain, pose, derive(chain).jacobian)
+    numbers = [[numeric(value) for value in row] for row in jacobian.tolist()]
+    found: dict[str, object] = {"numbers": shown(numbers)}
+    if jacobian.is_square:
+        found["determinant"] = four_digits(determinant(numbers))
     return found
-
-
-def _four_digits(value: sp.Expr) -> sp.Expr:
-    return sp.S.Zero if abs(value) < sp.Float("1e-15") else sp.Float(str(sp.Float(value, 4)), 10)
 
 
 @lru_cache(maxsize=1024)

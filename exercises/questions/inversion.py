@@ -8,12 +8,10 @@ import sympy as sp
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive, task_velocity
 from exercises.arm.kinematics import NumericChain
+from exercises.arm.precise import PreciseArm, Vector, numeric, solved, ten_digits
 from exercises.problem import Matrix, Number
 from exercises.questions.base import BY_HAND, Asked, Question, invertible_by_hand, square
 from exercises.stream import Stream
-
-DIGITS = 40
-"""Decimal digits of numbers in between, so that ten of the result are the same on every machine."""
 
 POSES = 2000
 """Poses drawn before an arm is said to have none that is well conditioned."""
@@ -77,6 +75,12 @@ def draw_situation(chain: Chain, rng: Stream) -> Situation:
     raise RuntimeError(f"no well-conditioned pose of {chain} was found; please report this")
 
 
+def jacobian_at(chain: Chain, situation: Situation) -> list[Vector]:
+    """Return the task Jacobian of a situation, as rows of precise numbers."""
+    arm = PreciseArm(chain, situation.lengths)
+    return arm.task_jacobian([arm.number(situation.joints[q]) for q in chain.q])
+
+
 def well_conditioned(chain: Chain) -> float:
     """Return the least sigma_min/sigma_max of a pose given in numbers; few poses are better with many joints.
 
@@ -88,9 +92,8 @@ def well_conditioned(chain: Chain) -> float:
 
 def _joint_rates(chain: Chain, rng: Stream) -> Asked:
     situation = draw_situation(chain, rng)
-    jacobian = derive(chain).jacobian.xreplace(situation.values).evalf(DIGITS)
-    velocity = sp.Matrix([situation.velocity[v] for v in task_velocity(chain)]).evalf(DIGITS)
-    numbers = jacobian.LUsolve(velocity).applyfunc(lambda value: sp.Float(value, 10))
+    velocity = [numeric(value) for value in situation.velocity.values()]
+    numbers = sp.Matrix(list(map(ten_digits, solved(jacobian_at(chain, situation), velocity))))
     units = tuple("rad/s" if joint.kind == "R" else "m/s" for joint in chain.joints)
     floor = 0.001 * max(abs(float(value)) for value in numbers)
     return Number(numbers, units, THREE_DIGITS, floor), {"situation": situation}

@@ -12,7 +12,7 @@ import sympy as sp
 
 from exercises.arm.chain import Chain
 from exercises.arm.path import Line, Station
-from exercises.arm.precise import DOUBLE, PRECISE, PreciseArm, Vector, four_digits, shown, ten_digits
+from exercises.arm.precise import DOUBLE, PRECISE, PreciseArm, Vector, determinant, four_digits, shown, ten_digits
 from exercises.arm.singularity import singular_set
 from exercises.problem import Number
 from exercises.questions.base import Asked, Question, square
@@ -26,7 +26,8 @@ STEP = 0.02
 REGULAR, CLOSE = 0.15, 0.03
 """Least sigma_min/sigma_max along a line that is to be regular, and along one that leads to a singularity."""
 
-TRIES = 2000
+TRIES = 1000
+"""Lines drawn before a less regular one is good enough: an arm whose links differ much has no other."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ def _place(line: Line, rough: Line, s: sp.Expr, speed: sp.Rational) -> Place:
         _column(line.point(distance)),
         _column(q),
         shown(jacobian),
-        four_digits(PRECISE.det(PRECISE.matrix(jacobian))),
+        four_digits(determinant(jacobian)),
         _column([slope * line.arm.number(speed) for slope in line.slopes(q)]),
         four_digits(min(sigma) / max(sigma)),
     )
@@ -123,12 +124,13 @@ def _objection(chain: Chain) -> str | None:
 
 
 def _path_rates(chain: Chain, rng: Stream) -> Asked:
-    for _ in range(TRIES):
-        seam = _drawn(chain, rng, 25, 60)
+    for attempt in range(2 * TRIES):
+        regular, least, most = (REGULAR, 25, 60) if attempt < TRIES else (REGULAR / 3, 15, 40)
+        seam = _drawn(chain, rng, least, most, 1.3 * regular)
         if seam is None:
             continue
         line = seam.line(chain)
-        stations = list(line.follow(STEP, REGULAR))
+        stations = list(line.follow(STEP, regular))
         if stations[-1:] and stations[-1].s > float(line.length) - STEP:
             s = sp.Rational(5 * rng.integer(3, int(20 * float(line.length)) - 1), 100)
             return _rates_at(chain, seam, s)
@@ -149,12 +151,12 @@ def _pose(chain: Chain, seam: Seam) -> dict[str, float]:
     return {q.name: float(seam.joints[q]) for q in chain.q}
 
 
-def _drawn(chain: Chain, rng: Stream, least: int, most: int) -> Seam | None:
-    """Draw a line whose ends are `least` to `most` cm apart from a regular configuration, or None."""
+def _drawn(chain: Chain, rng: Stream, least: int, most: int, regular: float) -> Seam | None:
+    """Draw a line whose ends are `least` to `most` cm apart from a configuration as regular as that, or None."""
     lengths, joints = draw_lengths(chain, rng), draw_pose(chain, rng)
     way = [rng.integer(-most, most) for _ in chain.task]
     speed = sp.Rational(rng.integer(2, 8), 40)
-    if not least**2 <= sum(k * k for k in way) <= most**2 or conditioning(chain, lengths, joints) < 1.3 * REGULAR:
+    if not least**2 <= sum(k * k for k in way) <= most**2 or conditioning(chain, lengths, joints) < regular:
         return None
     return Seam(lengths, joints, _towards(chain, lengths, joints, way), speed)
 
@@ -194,8 +196,8 @@ def _objection_to_limit(chain: Chain) -> str | None:
 
 
 def _path_limit(chain: Chain, rng: Stream) -> Asked:
-    for _ in range(TRIES):
-        seam = _leading(chain, rng)
+    for attempt in range(2 * TRIES):
+        seam = _leading(chain, rng, REGULAR if attempt < TRIES else REGULAR / 3)
         if seam is None:
             continue
         stations = list(seam.line(chain).follow(STEP, CLOSE))
@@ -210,11 +212,11 @@ def _path_limit(chain: Chain, rng: Stream) -> Asked:
     raise RuntimeError(f"no line was found on which a rate of {chain} exceeds a limit; please report this")
 
 
-def _leading(chain: Chain, rng: Stream) -> Seam | None:
+def _leading(chain: Chain, rng: Stream, regular: float) -> Seam | None:
     """Draw a line that may come near to a singular configuration: past a place of one, or far out of the reach."""
     solved = [component for component in singular_set(chain) or () if component.solutions is not None]
     if not solved or rng.below(4) == 0:
-        return _drawn(chain, rng, 40, 120)
+        return _drawn(chain, rng, 40, 120, 1.3 * regular)
     lengths, joints = draw_lengths(chain, rng), draw_pose(chain, rng)
     singular, solutions = dict(joints), rng.choice(solved).solutions or ()
     for q, values in solutions:
@@ -226,7 +228,7 @@ def _leading(chain: Chain, rng: Stream) -> Seam | None:
         turn = rng.choice((-1, 1)) * rng.integer(least, least + 10)
         steps = _rounded(sp.N(singular[q] * 36 / sp.pi, 30)) + turn
         joints[q] = sp.pi * sp.Rational((5 * steps + 179) % 360 - 179, 180)
-    if conditioning(chain, lengths, joints) < REGULAR:
+    if conditioning(chain, lengths, joints) < regular:
         return None
     past = [rng.choice((-1, 1)) * rng.integer(1, 6) for _ in chain.task]
     target = _towards(chain, lengths, singular, past)

@@ -8,11 +8,11 @@ import numpy as np
 import sympy as sp
 
 from exercises.arm.chain import Chain
-from exercises.arm.precise import PRECISE, Vector, four_digits, gram, shown, ten_digits
+from exercises.arm.precise import PRECISE, Vector, determinant, four_digits, gram, shown, ten_digits
 from exercises.problem import Number
 from exercises.questions.base import Asked, Question
-from exercises.questions.inversion import THREE_DIGITS, Situation, draw_situation
-from exercises.questions.redundancy import NOTHING, angles, jacobian_at, one_kind_of_joint, pose_of, somewhere
+from exercises.questions.inversion import THREE_DIGITS, Situation, draw_situation, jacobian_at
+from exercises.questions.redundancy import NOTHING, angles, one_kind_of_joint, pose_of, somewhere
 from exercises.stream import Stream
 
 
@@ -47,8 +47,7 @@ def unit_power(chain: Chain) -> int:
 
 def _manipulability(chain: Chain, rng: Stream) -> Asked:
     situation = draw_situation(chain, rng)
-    jacobian = PRECISE.matrix(jacobian_at(chain, situation))
-    value = ten_digits(PRECISE.sqrt(PRECISE.det(jacobian * jacobian.T)))
+    value = ten_digits(PRECISE.sqrt(determinant(gram(jacobian_at(chain, situation)))))
     power = unit_power(chain)
     unit = {0: "", 1: "m"}.get(power, f"m^{power}")
     details = _details(chain, situation)

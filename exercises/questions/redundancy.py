@@ -15,7 +15,7 @@ from exercises.arm.precise import DOUBLE, PreciseArm, Vector, gram, shown, solve
 from exercises.arm.trigonometry import Factored, factored
 from exercises.problem import Direction, Expression, Number
 from exercises.questions.base import Asked, Question
-from exercises.questions.inversion import THREE_DIGITS, Situation, draw_situation
+from exercises.questions.inversion import THREE_DIGITS, Situation, draw_situation, jacobian_at
 from exercises.stream import Stream
 
 TERMS = 12
@@ -132,12 +132,6 @@ def _objection_to_norm(chain: Chain) -> str | None:
 def pose_of(situation: Situation, chain: Chain) -> dict[str, float]:
     """Return the joint values by name, for the figure."""
     return {q.name: float(situation.joints[q]) for q in chain.q}
-
-
-def jacobian_at(chain: Chain, situation: Situation) -> list[Vector]:
-    """Return the task Jacobian of a situation, as rows of precise numbers."""
-    arm = PreciseArm(chain, situation.lengths)
-    return arm.task_jacobian([arm.number(situation.joints[q]) for q in chain.q])
 
 
 def _least_norm(chain: Chain, rng: Stream) -> Asked:

@@ -1,7 +1,5 @@
 """Static joint torques, the dual of the velocity problem: tau = J^T F, by virtual work."""
 
-from dataclasses import dataclass
-
 import sympy as sp
 
 from exercises.arm.chain import Chain
@@ -21,25 +19,12 @@ def load(chain: Chain) -> dict[str, SymbolInfo]:
     }
 
 
-@dataclass(frozen=True)
-class Shown:
-    """The load and the torques as they are printed: f_x for the symbol that is typed fx."""
-
-    load: sp.Matrix
-    torques: sp.Matrix
-
-
-def _shown(force: sp.Matrix, torques: sp.Matrix) -> Shown:
-    printed = {symbol: sp.Symbol(f"{symbol.name[0]}_{symbol.name[1]}") for symbol in force}
-    return Shown(force.xreplace(printed), torques.xreplace(printed))
-
-
 def _torques(chain: Chain, rng: Stream) -> Asked:
     symbols = load(chain)
     force = sp.Matrix([sp.Symbol(name) for name in symbols])
     units = tuple("N m" if joint.kind == "R" else "N" for joint in chain.joints)
     torques = derive(chain).jacobian.T * force
-    return Matrix(torques), {"symbols": symbols, "force": force, "units": units, "shown": _shown(force, torques)}
+    return Matrix(torques), {"symbols": symbols, "force": force, "units": units}
 
 
 QUESTIONS = (

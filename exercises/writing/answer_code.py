@@ -40,6 +40,8 @@ def answer_code(part: Part, taken: int = 0) -> str:
         return _bracketed(python_text(answer.reference), taken)
     if isinstance(answer, (Matrix, Direction)):
         return _matrix([[python_text(entry) for entry in row] for row in answer.reference.tolist()], taken)
+    if isinstance(answer, Number) and len(answer.reference) == 1:
+        return python_text(answer.reference[0])
     if isinstance(answer, Number):
         return _matrix([[python_text(value)] for value in answer.reference], taken)
     if isinstance(answer, ConditionSet):
@@ -51,6 +53,8 @@ def placeholder_code(part: Part, taken: int = 0) -> str:
     """Return a placeholder of the right shape: what an unanswered cell assigns."""
     if isinstance(part.answer, (Matrix, Number, Direction)):
         rows, columns = part.answer.reference.shape
+        if isinstance(part.answer, Number) and rows == 1:
+            return "blank"
         return _matrix([["blank"] * columns] * rows, taken)
     if isinstance(part.answer, ConditionSet):
         return "[blank]"

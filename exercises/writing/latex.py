@@ -21,7 +21,7 @@ _FUNCTIONS = {
     sp.atan2: r"\text{atan2}", sp.log: r"\ln", sp.exp: r"\exp", sp.sign: r"\text{sign}",
 }  # fmt: skip
 _NAMED = re.compile(r"(theta|alpha|beta|qd|[a-zA-Z])(\d*)")
-_VELOCITY = re.compile(r"[vw][xyz]")
+_COMPONENT = re.compile(r"[vwfm][xyz]")
 _RATE = re.compile(r"qd\d+")
 _ANGLE = re.compile(r"\\varphi'*_\{(\d+)\}")
 """The name of a symbol that stands for an angle."""
@@ -31,11 +31,11 @@ _ANGLE = re.compile(r"\\varphi'*_\{(\d+)\}")
 def symbol_latex(name: str, prismatic: tuple[str, ...] = ()) -> str:
     r"""Return a symbol's LaTeX; `prismatic` are the numbers of the prismatic joints, whose rates are \dot d.
 
-    >>> symbol_latex("theta12"), symbol_latex("qd2", ("2",)), symbol_latex("wx")
-    ('\\theta_{12}', '\\dot{d}_{2}', '\\omega_{x}')
+    >>> symbol_latex("theta12"), symbol_latex("qd2", ("2",)), symbol_latex("wx"), symbol_latex("fx")
+    ('\\theta_{12}', '\\dot{d}_{2}', '\\omega_{x}', 'f_{x}')
     """
-    if _VELOCITY.fullmatch(name):
-        return ("v" if name[0] == "v" else r"\omega") + f"_{{{name[1]}}}"
+    if _COMPONENT.fullmatch(name):
+        return (r"\omega" if name[0] == "w" else name[0]) + f"_{{{name[1]}}}"
     match = _NAMED.fullmatch(name)
     if match is None:
         return str(sp.latex(sp.Symbol(name)))
@@ -106,7 +106,7 @@ def _term_key(term: sp.Expr) -> Key:
 
 
 def _moves(symbol: sp.Symbol) -> bool:
-    return bool(_RATE.fullmatch(symbol.name) or _VELOCITY.fullmatch(symbol.name))
+    return bool(_RATE.fullmatch(symbol.name) or _COMPONENT.fullmatch(symbol.name))
 
 
 def _moving_key(symbol: sp.Symbol) -> Key:

@@ -14,10 +14,11 @@ from exercises.arm.chain import Chain
 from exercises.arm.classification import Kind, classify_pieces
 from exercises.arm.derivation import Derivation, derive, structure, task_velocity
 from exercises.arm.kinematics import frames_and_point, joint_rotation, link_vector
+from exercises.arm.precise import determinant, four_digits, inverse, shown
 from exercises.arm.singularity import Component, singular_set
 from exercises.arm.trigonometry import substitute, textbook
 from exercises.problem import Part
-from exercises.questions.inversion import DIGITS, Situation
+from exercises.questions.inversion import Situation, jacobian_at
 from exercises.questions.singular import Place
 from exercises.questions.wrist import block_determinants, not_partitioned
 from exercises.writing.latex import AngleNames, angle_names, joint_sum
@@ -229,11 +230,11 @@ class Worked:
 
     def numeric_inverse(self, situation: Situation) -> sp.Matrix:
         """Return the inverse of the task Jacobian in a situation, to four significant digits."""
-        return self.d.jacobian.xreplace(situation.values).evalf(DIGITS).inv().applyfunc(_four_digits)
+        return shown(inverse(jacobian_at(self.chain, situation)))
 
     def numeric_determinant(self, situation: Situation) -> sp.Expr:
         """Return the determinant of the task Jacobian in a situation, to four significant digits."""
-        return _four_digits(self.d.jacobian.xreplace(situation.values).evalf(DIGITS).det())
+        return four_digits(determinant(jacobian_at(self.chain, situation)))
 
     def at(self, place: Place, expression: sp.Expr) -> sp.Expr:
         """Return an expression at a configuration, the open lengths kept, numbers to four digits."""
