@@ -8,6 +8,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
+from functools import lru_cache
 from typing import Any
 
 import sympy as sp
@@ -42,11 +43,17 @@ def symbol_json(info: SymbolInfo) -> Json:
     return found
 
 
+@lru_cache(maxsize=8192, typed=True)
+def text_of(expression: sp.Expr) -> str:
+    """Return an expression as text; kept, for each is wanted by the record, its digest, the tests and the grader."""
+    return str(expression)
+
+
 def reference_json(part: Part) -> str | list[Any]:
     """Return a reference: a string, a list for a vector or a set of conditions, a list of rows for a matrix."""
     answer = part.answer
     if isinstance(answer, Expression):
-        return str(answer.reference)
+        return text_of(answer.reference)
     if isinstance(answer, ConditionSet):
         return answer.pieces()
     if isinstance(answer, Choice):
@@ -60,8 +67,8 @@ def reference_json(part: Part) -> str | list[Any]:
 def matrix_json(matrix: sp.Matrix) -> list[Any]:
     """Return a matrix as a list of rows of text, a column as a plain list."""
     if matrix.cols == 1:
-        return [str(entry) for entry in matrix]
-    return [[str(entry) for entry in row] for row in matrix.tolist()]
+        return [text_of(entry) for entry in matrix]
+    return [[text_of(entry) for entry in row] for row in matrix.tolist()]
 
 
 def plain(value: object) -> Any:
@@ -72,6 +79,8 @@ def plain(value: object) -> Any:
         return {str(key): plain(item) for key, item in sorted(value.items(), key=lambda pair: str(pair[0]))}
     if isinstance(value, (tuple, list)):
         return [plain(item) for item in value]
+    if isinstance(value, sp.Expr):
+        return text_of(value)
     return value if value is None or isinstance(value, (str, int, float)) else str(value)
 
 

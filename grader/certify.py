@@ -21,7 +21,7 @@ from exercises.families import Family
 from exercises.generate import generate
 from exercises.parallel import ordered_map
 from exercises.problem import Choice, ConditionSet, Expression, Part, Problem, ProblemId
-from exercises.record import digests
+from exercises.record import digests, text_of
 from exercises.verify import ProblemCertificate, certify
 from grader.marking import judge
 from grader.verdict import Outcome
@@ -53,8 +53,9 @@ def reference_text(part: Part) -> str:
     if isinstance(answer, ConditionSet):
         return "[" + ", ".join(piece for piece in answer.pieces()) + "]"
     if isinstance(answer, Expression):
-        return str(answer.reference)
-    return str(answer.reference.tolist())
+        return text_of(answer.reference)
+    rows = [", ".join(map(text_of, row)) for row in answer.reference.tolist()]
+    return f"[{', '.join(f'[{row}]' for row in rows)}]"
 
 
 def failures_of(problem: Problem, certificate: ProblemCertificate | None = None) -> list[str]:

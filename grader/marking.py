@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from exercises.formula.identity import Domain
 from exercises.problem import Choice, ConditionSet, Direction, Expression, Matrix, Number, Part, Problem, variable
+from exercises.record import text_of
 from grader.direction import judge_direction
 from grader.judge import judge_choice, judge_expression, judge_matrix, judge_numbers, judge_singular
 from grader.verdict import Judgement, Outcome, Verdict, missing
@@ -33,12 +34,12 @@ def judge(problem: Problem, part: Part, answer: str, seed: str) -> Judgement:
         return judge_numbers(answer, values, reference.units, reference.tolerance, reference.floor, rates)
     domain = domain_of(problem)
     if isinstance(reference, Expression):
-        return judge_expression(answer, str(reference.reference), domain, seed)
+        return judge_expression(answer, text_of(reference.reference), domain, seed)
     if isinstance(reference, Matrix):
-        rows = [[str(entry) for entry in row] for row in reference.reference.tolist()]
+        rows = [[text_of(entry) for entry in row] for row in reference.reference.tolist()]
         return judge_matrix(answer, rows, domain, seed, _labels(problem, part))
     if isinstance(reference, Direction):
-        entries = [str(entry) for entry in reference.reference]
+        entries = [text_of(entry) for entry in reference.reference]
         return judge_direction(answer, entries, domain, seed, reference.tolerance, _labels(problem, part))
     assert isinstance(reference, ConditionSet)
     return judge_singular(answer, reference.pieces(), [q.name for q in problem.chain.q], domain, seed)

@@ -59,7 +59,8 @@ def test_every_reference_passes(family: str, seeds: range, drawn: Callable[[str,
     ],
 )  # fmt: skip
 def test_problems_that_a_sweep_found_wrong_pass(identity: str) -> None:
-    certificate = certify(generate(ProblemId(identity.split("/")[0], int(identity.split("/")[1]))))
+    family, seed = identity.split("/")
+    certificate = certify(generate(ProblemId(family, int(seed))))
     assert certificate.passed, certificate.failures
 
 

@@ -11,6 +11,7 @@ from exercises.arm.kinematics import NumericChain
 from exercises.formula.expression import Node, read
 from exercises.formula.tape import compile_tape, evaluate
 from exercises.problem import Problem
+from exercises.record import text_of
 from exercises.stream import Stream
 from exercises.verify.exponentials import exponential_jacobian
 
@@ -88,7 +89,7 @@ class Ground:
     def tree(self, entry: sp.Expr) -> Node:
         """Return the tree of an entry's text, read as an answer is. Raises ReadError."""
         if entry not in self._trees:
-            self._trees[entry] = read(str(entry), self.known)
+            self._trees[entry] = read(text_of(entry), self.known)
         return self._trees[entry]
 
     def read(self, entries: sp.Matrix) -> np.ndarray:
