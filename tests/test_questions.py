@@ -18,9 +18,12 @@ import sympy as sp
 from exercises import ENGINE
 from exercises.families import FAMILIES
 from exercises.formula.expression import read
-from exercises.problem import Choice, ConditionSet, Direction, Expression, Matrix, Number, Part, Problem
+from exercises.problem import Choice, ConditionSet, Direction, Expression, Matrix, Number, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.record import plain
+from exercises.stream import Stream
+from exercises.writing.statement import prompt, worked_solution
+from grader.certify import failures_of
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"
 SEEDS = (0, 1, 2)
@@ -81,6 +84,21 @@ def test_a_question_is_registered_under_its_name(name: str) -> None:
     assert question.source
     assert question.points > 0
     assert all(need in QUESTIONS for need in question.needs)
+
+
+@pytest.mark.parametrize("name", QUESTIONS)
+def test_arms_of_the_books_pass_certificate_and_grader(name: str, textbook_arms: dict[str, Any]) -> None:
+    """Arms that no family draws, with tables in the books' own symbols."""
+    question, taken = QUESTIONS[name], 0
+    for arm in textbook_arms.values():
+        if question.refusal(arm.chain) is None:
+            answer, details = question.ask(arm.chain, Stream(f"{arm.chain.name}/{name}"))
+            part = Part(name, name, answer, question.points, (), details)
+            problem = Problem(ProblemId("textbook", 1, (name,)), arm.chain, (part,))
+            assert failures_of(problem) == [], arm.chain.name
+            assert "None" not in prompt(problem, part) + worked_solution(problem, part), arm.chain.name
+            taken += 1
+    assert taken
 
 
 def test_answers_are_well_formed(family: str, drawn: Draw) -> None:

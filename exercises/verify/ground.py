@@ -42,7 +42,7 @@ class Ground:
         self.stream = Stream(f"verify/{problem.id.engine}/{problem.id}")
         self.task = [TASK_ROWS.index(row) for row in self.chain.task]
         self.known, self._trees = frozenset(problem.symbols()), dict[sp.Expr, Node]()
-        self.lengths = [_lengths(self.chain, self.stream) for _ in range(ARMS)]
+        self.lengths = [random_lengths(self.chain, self.stream) for _ in range(ARMS)]
         self.arms = [NumericChain(self.chain, lengths) for lengths in self.lengths]
         poses = [random_poses(self.chain, self.stream, POSES) for _ in self.arms]
         self.points = ARMS * POSES
@@ -100,7 +100,8 @@ class Ground:
         return real.T.reshape(self.points, *entries.shape)
 
 
-def _lengths(chain: Chain, stream: Stream) -> dict[str, float]:
+def random_lengths(chain: Chain, stream: Stream) -> dict[str, float]:
+    """Draw a value for every open symbol of the chain: a length in metres, or an angle in radians."""
     roles = domain_of(chain).roles
     ends = {"angle": (-np.pi, np.pi), "length": (0.25, 1.25)}
     return {symbol.name: stream.uniform(*ends[str(roles[symbol.name])]) for symbol in chain.parameters}

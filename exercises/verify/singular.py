@@ -13,12 +13,15 @@ from exercises.formula.conditions import Space, pieces
 from exercises.formula.expression import read
 from exercises.problem import Choice, ConditionSet, Part
 from exercises.questions.singular import OPTIONS, Place
-from exercises.verify.ground import ARMS, Check, Ground, random_poses
+from exercises.verify.ground import ARMS, Check, Ground, random_lengths, random_poses
 
 STARTS, STARTS_REDUNDANT, STEPS, SINGULAR = 30, 150, 40, 1e-9
 """Searches for singular configurations on each arm, Newton steps of each, and sigma_min/sigma_max of a find.
 
 A redundant arm has components of fewer dimensions, which fewer of the searches reach."""
+
+FURTHER_ARMS = 30
+"""Choices of lengths to look for a piece of the set in, where those of the ground do not have it."""
 
 NEAR, AROUND = 1e-5, 0.003
 """How near to the claimed set a find has to be. Where components meet, sigma_min is a product of the distances and is
@@ -37,14 +40,27 @@ def _singular(ground: Ground, part: Part) -> Iterator[Check]:
 def _sound(ground: Ground, texts: Sequence[str], claimed: list[Any], joints: list[str]) -> Iterator[Check]:
     """Draw configurations on every piece: there are some, and the Jacobian has lost rank there."""
     for text, piece in zip(texts, claimed, strict=True):
-        ratios: list[float] = []
-        for lengths, arm in zip(ground.lengths, ground.arms, strict=True):
-            space = Space(joints, domain_of(ground.chain, lengths))
-            values = space.on_piece(piece, space.names_of([[piece]]), ground.stream, count=8)
-            q = np.stack([values[joint] for joint in joints], axis=1)
-            ratios += _ratios(arm.jacobian(q)[:, ground.task]).tolist()
+        on_arms = [_ratios_on(ground, piece, lengths, joints) for lengths in ground.lengths]
+        ratios = [ratio for found in on_arms for ratio in found] or _ratios_elsewhere(ground, piece, joints)
         detail = f"{len(ratios)} configurations, sigma_min/sigma_max at most {max(ratios, default=0.0):.1e}"
         yield Check(f"rank at {text}", bool(ratios) and max(ratios) < REGULAR, detail)
+
+
+def _ratios_on(ground: Ground, piece: Any, lengths: dict[str, float], joints: list[str]) -> list[float]:
+    """Return sigma_min/sigma_max of J at configurations on the piece, for the arm of these lengths."""
+    space = Space(joints, domain_of(ground.chain, lengths))
+    values = space.on_piece(piece, space.names_of([[piece]]), ground.stream, count=8)
+    q = np.stack([values[joint] for joint in joints], axis=1)
+    return [float(ratio) for ratio in _ratios(NumericChain(ground.chain, lengths).jacobian(q)[:, ground.task])]
+
+
+def _ratios_elsewhere(ground: Ground, piece: Any, joints: list[str]) -> list[float]:
+    """Do the same for further arms: a piece such as theta3 = acos(-a2/a3) is there only if the lengths allow it."""
+    for _ in range(FURTHER_ARMS):
+        ratios = _ratios_on(ground, piece, random_lengths(ground.chain, ground.stream), joints)
+        if ratios:
+            return ratios
+    return []
 
 
 def _ratios(jacobians: np.ndarray) -> np.ndarray:
