@@ -7,31 +7,17 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
+from support import asked, with_answer
 
-from exercises.arm.chain import Chain
-from exercises.families import FAMILIES
-from exercises.generate import generate, questions_of
-from exercises.problem import Answer, Choice, Number, Part, Problem, ProblemId
+from exercises.generate import generate
+from exercises.problem import Choice, Number, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.concepts import USES
-from exercises.stream import Stream
 from exercises.verify import certify
 
 NAMES = ("jacobian-size", "joint-effect", "invertibility", "unreachable-velocity")
 CHOICES = NAMES[1:]
-ASKED = [(family, name) for family in FAMILIES for name in NAMES if name in questions_of(family)]
 OLD = ("planar-2r", "elbow-3r", "planar-3r", "polar-rp")
-
-
-def asked(chain: Chain, name: str, seed: int) -> Problem:
-    answer, details = QUESTIONS[name].ask(chain, Stream(f"{chain.name}/{seed}/{name}"))
-    identity = ProblemId("textbook", seed, (name,))
-    return Problem(identity, chain, (Part(name, name, answer, 1.0, (), details),))
-
-
-def with_answer(problem: Problem, answer: Answer) -> Problem:
-    (part,) = problem.parts
-    return replace(problem, parts=(replace(part, answer=answer),))
 
 
 @pytest.mark.parametrize("name", CHOICES)
@@ -84,7 +70,7 @@ def test_every_use_occurs_where_it_can(textbook_arms: dict[str, Any]) -> None:
         "PUMA560": set(USES) - {"few"}, "cartesian_PPP": {"regular", "redundant"},
     }  # fmt: skip
     for name, uses in possible.items():
-        problems = [asked(textbook_arms[name].chain, "invertibility", seed) for seed in range(24)]
+        problems = [asked("invertibility", textbook_arms[name].chain, seed) for seed in range(24)]
         found = Counter(str(problem.parts[0].details["use"]) for problem in problems)
         assert set(found) == uses, name
         assert max(found.values()) < 20
@@ -95,7 +81,7 @@ def test_velocities_at_the_stretched_arm(textbook_arms: dict[str, Any]) -> None:
     chain = textbook_arms["planar_2R"].chain
     seen = set()
     for seed in range(10):
-        (part,) = asked(chain, "unreachable-velocity", seed).parts
+        (part,) = asked("unreachable-velocity", chain, seed).parts
         cost, answer = part.details["cost"], part.answer
         assert isinstance(answer, Choice)
         turn = float(cost.place.joints[sp.Symbol("theta1")])  # type: ignore[attr-defined]
@@ -110,9 +96,9 @@ def test_velocities_at_the_stretched_arm(textbook_arms: dict[str, Any]) -> None:
 
 def test_a_joint_that_does_not_move_the_point_is_not_asked_about(textbook_arms: dict[str, Any]) -> None:
     chain = textbook_arms["PUMA560"].chain
-    joints = {asked(chain, "joint-effect", seed).parts[0].details["effect"].joint for seed in range(10)}  # type: ignore[attr-defined]
+    joints = {asked("joint-effect", chain, seed).parts[0].details["effect"].joint for seed in range(10)}  # type: ignore[attr-defined]
     assert joints <= {1, 2, 3}
-    wrist = asked(textbook_arms["ZYZ_wrist"].chain, "joint-effect", 0).parts[0]
+    wrist = asked("joint-effect", textbook_arms["ZYZ_wrist"].chain, 0).parts[0]
     assert wrist.details["effect"].rows == ("wx", "wy", "wz")  # type: ignore[attr-defined]
 
 

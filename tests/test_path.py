@@ -7,16 +7,16 @@ from typing import Any
 
 import pytest
 import sympy as sp
+from support import asked
 
 from exercises.arm.chain import Chain
 from exercises.arm.path import Line
 from exercises.arm.precise import PRECISE
 from exercises.families import FAMILIES
 from exercises.generate import sample_chain
-from exercises.problem import Number, Part, Problem, ProblemId
+from exercises.problem import Number, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.path import Seam
-from exercises.stream import Stream
 from exercises.verify import certify
 from exercises.writing.statement import prompt, worked_solution
 from exercises.writing.worked import three_digits
@@ -25,11 +25,6 @@ from grader.judge import judge_numbers
 
 NAMES = ("path-rates", "path-limit")
 TEXTBOOK = ("planar_2R", "planar_RP", "planar_PR", "spherical_RRP", "elbow_RRR", "orthogonal_3R")
-
-
-def asked(name: str, chain: Chain, seed: str = "1") -> Problem:
-    answer, details = QUESTIONS[name].ask(chain, Stream(seed))
-    return Problem(ProblemId("test", 0), chain, (Part(name, name, answer, 1.0, (), details),))
 
 
 def arms(name: str, textbook_arms: dict[str, Any]) -> Iterator[Chain]:
@@ -78,14 +73,14 @@ class Planar2R:
 
 def test_rates_of_the_chapters_arm_by_the_law_of_cosines(textbook_arms: dict[str, Any], seeds: range) -> None:
     for seed in seeds:
-        problem = asked("path-rates", textbook_arms["planar_2R"].chain, str(seed))
+        problem = asked("path-rates", textbook_arms["planar_2R"].chain, seed)
         place = float(sp.sympify(problem.parts[0].details["distance"]))
         assert numbers(problem) == pytest.approx(Planar2R(seam_of(problem)).rates(place), rel=1e-8, abs=1e-9)
 
 
 def test_limit_of_the_chapters_arm_by_the_law_of_cosines(textbook_arms: dict[str, Any], seeds: range) -> None:
     for seed in seeds:
-        problem = asked("path-limit", textbook_arms["planar_2R"].chain, str(seed))
+        problem = asked("path-limit", textbook_arms["planar_2R"].chain, seed)
         details, (s,) = problem.parts[0].details, numbers(problem)
         arm, joint = Planar2R(seam_of(problem)), int(str(details["joint"])) - 1
         limit = float(sp.sympify(details["limit"]))
@@ -122,7 +117,7 @@ def test_a_line_ends_where_the_arm_does(textbook_arms: dict[str, Any]) -> None:
 def test_references_pass_everything(name: str, textbook_arms: dict[str, Any], seeds: range) -> None:
     for chain in arms(name, textbook_arms):
         for seed in seeds[:2]:
-            problem = asked(name, chain, str(seed))
+            problem = asked(name, chain, seed)
             assert certify(problem).passed, (chain.name, seed, certify(problem).failures)
             assert not failures_of(problem)
 

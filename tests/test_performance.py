@@ -7,24 +7,19 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
+from support import asked
 
 from exercises.arm.chain import Chain
 from exercises.families import FAMILIES
 from exercises.generate import sample_chain
-from exercises.problem import Number, Part, Problem, ProblemId
+from exercises.problem import Number, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.inversion import Situation
-from exercises.stream import Stream
 from exercises.verify import certify
 from exercises.writing.statement import prompt, worked_solution
 from grader.certify import failures_of
 
 NAMES = ("manipulability", "condition-number")
-
-
-def asked(name: str, chain: Chain, seed: str = "1") -> Problem:
-    answer, details = QUESTIONS[name].ask(chain, Stream(seed))
-    return Problem(ProblemId("test", 0), chain, (Part(name, name, answer, 1.0, (), details),))
 
 
 def found(problem: Problem) -> tuple[float, str, dict[str, float]]:
@@ -45,11 +40,11 @@ def arms(name: str, textbook_arms: dict[str, Any]) -> list[Chain]:
 
 def test_manipulability_is_the_determinant_of_the_chapter(textbook_arms: dict[str, Any], seeds: range) -> None:
     for seed in seeds:
-        w, unit, at = found(asked("manipulability", textbook_arms["planar_2R"].chain, str(seed)))
+        w, unit, at = found(asked("manipulability", textbook_arms["planar_2R"].chain, seed))
         assert w == pytest.approx(at["a1"] * at["a2"] * abs(sin(at["theta2"])), rel=1e-9)
         assert unit == "m^2"
         name = "elbow_RRR_shoulder_offset_(Scorbot_point_P)"
-        w, unit, at = found(asked("manipulability", textbook_arms[name].chain, str(seed)))
+        w, unit, at = found(asked("manipulability", textbook_arms[name].chain, seed))
         reach = at["a1"] + at["a2"] * cos(at["theta2"]) + at["a3"] * cos(at["theta2"] + at["theta3"])
         assert w == pytest.approx(abs(at["a2"] * at["a3"] * sin(at["theta3"]) * reach), rel=1e-9)
         assert unit == "m^3"
@@ -68,7 +63,7 @@ def test_units_follow_the_joints(textbook_arms: dict[str, Any]) -> None:
 def test_condition_number_of_a_wrist(textbook_arms: dict[str, Any], seeds: range) -> None:
     """Axes 1 and 3 meet at the angle theta2, axis 2 is perpendicular to both: sigma^2 is 1 and 1 ± cos(theta2)."""
     for seed in seeds:
-        kappa, unit, at = found(asked("condition-number", textbook_arms["ZYZ_wrist"].chain, str(seed)))
+        kappa, unit, at = found(asked("condition-number", textbook_arms["ZYZ_wrist"].chain, seed))
         c = abs(cos(at["theta2"]))
         assert kappa == pytest.approx(sqrt((1 + c) / (1 - c)), rel=1e-9)
         assert unit == ""
@@ -77,7 +72,7 @@ def test_condition_number_of_a_wrist(textbook_arms: dict[str, Any], seeds: range
 def test_condition_number_of_the_chapters_arm(textbook_arms: dict[str, Any], seeds: range) -> None:
     """kappa + 1/kappa = (sum of the squares of J's entries) / |det J| for a 2 x 2 matrix."""
     for seed in seeds:
-        kappa, _, at = found(asked("condition-number", textbook_arms["planar_2R"].chain, str(seed)))
+        kappa, _, at = found(asked("condition-number", textbook_arms["planar_2R"].chain, seed))
         squares = at["a1"] ** 2 + 2 * at["a2"] ** 2 + 2 * at["a1"] * at["a2"] * cos(at["theta2"])
         expected = squares / abs(at["a1"] * at["a2"] * sin(at["theta2"]))
         assert kappa + 1 / kappa == pytest.approx(expected, rel=1e-9)
@@ -89,7 +84,7 @@ def test_references_pass_everything_and_broken_ones_do_not(
 ) -> None:
     for chain in arms(name, textbook_arms):
         for seed in seeds[:2]:
-            problem = asked(name, chain, str(seed))
+            problem = asked(name, chain, seed)
             assert certify(problem).passed, (chain.name, certify(problem).failures)
             assert not failures_of(problem)
         (part,) = problem.parts

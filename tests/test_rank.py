@@ -8,33 +8,21 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
+from support import asked, with_answer
 
-from exercises.arm.chain import Chain, Point
+from exercises.arm.chain import Point
 from exercises.arm.derivation import structure
 from exercises.arm.directions import clear_rank, lost_direction, lost_formula, value_sets
 from exercises.arm.singularity import singular_set
-from exercises.families import FAMILIES
 from exercises.generate import generate, questions_of
-from exercises.problem import Answer, Choice, Direction, Number, Part, Problem, ProblemId
+from exercises.problem import Choice, Direction, Number, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.geometry import at_values, branches, jacobian_at, precise_lost, regular_pose, singular_pose
 from exercises.stream import Stream
 from exercises.verify import certify
 
 NAMES = ("rank", "lost-direction", "lost-motion", "singularity-meaning")
-ASKED = [(family, name) for family in FAMILIES for name in NAMES if name in questions_of(family)]
 OLD = ("planar-2r", "elbow-3r", "planar-3r", "polar-rp")
-
-
-def asked(chain: Chain, name: str, seed: int) -> Problem:
-    answer, details = QUESTIONS[name].ask(chain, Stream(f"{chain.name}/{seed}/{name}"))
-    identity = ProblemId("textbook", seed, (name,))
-    return Problem(identity, chain, (Part(name, name, answer, 1.0, (), details),))
-
-
-def with_answer(problem: Problem, answer: Answer) -> Problem:
-    (part,) = problem.parts
-    return replace(problem, parts=(replace(part, answer=answer),))
 
 
 def test_objections(textbook_arms: dict[str, Any]) -> None:
@@ -54,7 +42,7 @@ def test_objections(textbook_arms: dict[str, Any]) -> None:
 def test_the_rank_is_not_always_the_same(textbook_arms: dict[str, Any]) -> None:
     """A regular pose, one component, and where two meet: the elbow stretched out with P above the shoulder."""
     for name, ranks in (("planar_2R", {1, 2}), ("elbow_RRR", {1, 2, 3}), ("PUMA560", {4, 5, 6})):
-        problems = [asked(textbook_arms[name].chain, "rank", seed) for seed in range(30)]
+        problems = [asked("rank", textbook_arms[name].chain, seed) for seed in range(30)]
         found = Counter(int(problem.parts[0].answer.reference[0]) for problem in problems)  # type: ignore[union-attr]
         assert ranks <= set(found), (name, found)
         assert max(found.values()) < 24
@@ -98,7 +86,7 @@ def test_a_bent_tool_loses_the_direction_from_the_first_joint() -> None:
 
 
 def test_a_direction_in_numbers_where_no_formula_is_short(textbook_arms: dict[str, Any]) -> None:
-    problem = asked(textbook_arms["orthogonal_3R"].chain, "lost-direction", 3)
+    problem = asked("lost-direction", textbook_arms["orthogonal_3R"].chain, 3)
     answer = problem.parts[0].answer
     assert isinstance(answer, Direction)
     assert answer.tolerance == 0.005
@@ -176,7 +164,7 @@ def test_the_stretched_elbow_can_not_move_along_itself(textbook_arms: dict[str, 
     chain = textbook_arms["elbow_RRR"].chain
     right = set()
     for seed in range(12):
-        (part,) = asked(chain, "lost-motion", seed).parts
+        (part,) = asked("lost-motion", chain, seed).parts
         assert isinstance(part.answer, Choice)
         where = part.details["asked"].where  # type: ignore[attr-defined]
         words = part.answer.options[part.answer.correct]
@@ -202,7 +190,7 @@ def test_meanings_of_the_chapters_arms(textbook_arms: dict[str, Any]) -> None:
     for name, right in expected.items():
         found = set()
         for seed in range(8):
-            answer = asked(textbook_arms[name].chain, "singularity-meaning", seed).parts[0].answer
+            answer = asked("singularity-meaning", textbook_arms[name].chain, seed).parts[0].answer
             assert isinstance(answer, Choice)
             found.add(answer.options[answer.correct])
         assert found == right
@@ -211,7 +199,7 @@ def test_meanings_of_the_chapters_arms(textbook_arms: dict[str, Any]) -> None:
 def test_the_kind_is_left_out_where_it_is_not_the_same_everywhere(textbook_arms: dict[str, Any]) -> None:
     """With a shoulder offset the stretched arm is on the boundary in front, and inside behind the column."""
     chain = textbook_arms["elbow_RRR_shoulder_offset_(Scorbot_point_P)"].chain
-    texts = [asked(chain, "singularity-meaning", seed).parts[0].answer for seed in range(10)]
+    texts = [asked("singularity-meaning", chain, seed).parts[0].answer for seed in range(10)]
     stretched = [a for a in texts if isinstance(a, Choice) and "stretched" in a.options[a.correct]]
     assert stretched
     assert not any("singularity" in option for answer in stretched for option in answer.options)
@@ -246,5 +234,5 @@ def test_a_point_on_the_wrist_moves_with_fewer_joints(textbook_arms: dict[str, A
     chain = textbook_arms["PUMA560"].chain
     assert chain.point == Point(chain.point.frame)
     for seed in range(6):
-        problem = asked(chain, "lost-motion", seed)
+        problem = asked("lost-motion", chain, seed)
         assert certify(problem).passed

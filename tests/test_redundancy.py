@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
+from support import asked
 
 from exercises.arm.chain import TASK_ROWS, Chain, Joint
 from exercises.arm.derivation import derive
@@ -13,11 +14,10 @@ from exercises.arm.kinematics import NumericChain
 from exercises.arm.precise import DOUBLE, PreciseArm, numeric, solved
 from exercises.arm.trigonometry import same
 from exercises.formula.identity import Domain
-from exercises.problem import Direction, Expression, Number, Part, Problem, ProblemId
+from exercises.problem import Direction, Expression, Number
 from exercises.questions import QUESTIONS
 from exercises.questions.inversion import Situation
 from exercises.questions.redundancy import null_vector, self_motion
-from exercises.stream import Stream
 from exercises.verify import certify
 from exercises.writing.statement import prompt, worked_solution
 from grader.certify import failures_of
@@ -50,11 +50,6 @@ RPR = Chain(
 @pytest.fixture
 def planar(textbook_arms: dict[str, Any]) -> Chain:
     return textbook_arms["planar_3R_position"].chain
-
-
-def asked(name: str, chain: Chain, seed: str = "1") -> Problem:
-    answer, details = QUESTIONS[name].ask(chain, Stream(seed))
-    return Problem(ProblemId("test", 0), chain, (Part(name, name, answer, 1.0, (), details),))
 
 
 def refusals(name: str, chain: Chain) -> str:
@@ -165,7 +160,7 @@ def test_references_pass_everything_and_broken_ones_do_not(name: str, planar: Ch
         if refusals(name, chain):
             continue
         for seed in seeds[:3]:
-            problem = asked(name, chain, str(seed))
+            problem = asked(name, chain, seed)
             assert certify(problem).passed, certify(problem).failures
             assert not failures_of(problem)
             (part,) = problem.parts

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 import sympy as sp
+from support import with_answer
 
 from exercises.arm.chain import Chain, Joint
 from exercises.arm.singularity import Component
@@ -148,11 +149,6 @@ BUGS: list[Callable[[sp.Matrix], sp.Matrix]] = [
     negated, one_sign, dropped_term, swapped_waves, shifted, scaled, columns_turned, rows_turned, transposed,
     other_angle, a_row_short, stranger, undefined,
 ]  # fmt: skip
-
-
-def with_answer(problem: Problem, answer: Answer) -> Problem:
-    (part,) = problem.parts
-    return replace(problem, parts=(replace(part, answer=answer),))
 
 
 def broken(answer: Expression | Matrix | Number | Direction, bug: Callable[[sp.Matrix], sp.Matrix]) -> Answer | None:
