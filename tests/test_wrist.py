@@ -9,7 +9,7 @@ import sympy as sp
 from exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
 from exercises.arm.derivation import derive
 from exercises.arm.trigonometry import same
-from exercises.generate import generate
+from exercises.generate import generate, sample_chain
 from exercises.problem import Matrix, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.wrist import blocks, not_partitioned
@@ -112,6 +112,12 @@ def joint_factors(product: sp.Expr, chain: Chain) -> list[tuple[sp.Expr, int]]:
 def test_other_arms_and_points_are_refused(chain: Chain) -> None:
     for name in NAMES:
         assert QUESTIONS[name].refusal(chain) is not None
+
+
+@pytest.mark.parametrize("family", ["planar-2r", "ur-6r", "lbr-7r", "wrist-zyz", "scorbot-tip"])
+def test_families_without_a_spherical_wrist_are_refused(family: str) -> None:
+    chain = sample_chain(ProblemId(family, 1))
+    assert all(QUESTIONS[name].refusal(chain) is not None for name in NAMES)
 
 
 def test_a_tip_in_the_wrist_centre_is_taken() -> None:
