@@ -1,6 +1,7 @@
 """What every command shares: where results and progress go, and how errors end."""
 
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -20,34 +21,51 @@ def note(text: str) -> None:
     sys.stderr.write(text + "\n")
 
 
+EVERY = 60.0
+"""Seconds between two lines of progress where standard error is no terminal."""
+
+
 @contextmanager
 def progress(title: str, total: int) -> Iterator["Counter"]:
-    """Show a bar with rate and time left on standard error while the block works through `total` items.
+    """Show on standard error how far the block is through `total` items.
 
-    Nothing is shown where standard error is no terminal.
+    On a terminal this is a bar with rate and time left; elsewhere, as in the log of a CI, a line a minute.
     """
     if not sys.stderr.isatty():
-        yield Counter(None, title, total)
+        yield Counter(title, total)
         return
     columns = (
         TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"),
         TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn(),
     )  # fmt: skip
     with Progress(*columns, console=Console(stderr=True)) as bar:
-        yield Counter(bar, title, total)
+        yield BarCounter(bar, title, total)
 
 
 class Counter:
-    """Counts what is done, on a progress bar where there is one."""
+    """Counts what is done, and tells of it once in a while."""
 
-    def __init__(self, bar: Progress | None, title: str, total: int) -> None:
-        self._bar = bar
-        self._task = bar.add_task(title, total=total, rate="") if bar is not None else None
+    def __init__(self, title: str, total: int) -> None:
+        self._title, self._total, self._done = title, total, 0
+        self._due = time.monotonic() + EVERY
 
     def step(self) -> None:
         """Count one more."""
-        if self._bar is None or self._task is None:
-            return
+        self._done += 1
+        if time.monotonic() >= self._due:
+            note(f"{self._title}: {self._done} of {self._total}")
+            self._due += EVERY
+
+
+class BarCounter(Counter):
+    """Counts what is done on a progress bar."""
+
+    def __init__(self, bar: Progress, title: str, total: int) -> None:
+        super().__init__(title, total)
+        self._bar, self._task = bar, bar.add_task(title, total=total, rate="")
+
+    def step(self) -> None:
+        """Count one more."""
         task = self._bar.tasks[0]
         rate = "" if not task.finished_speed and not task.speed else f"{task.finished_speed or task.speed:.1f}/s"
         self._bar.update(self._task, advance=1, rate=rate)

@@ -297,3 +297,10 @@ def test_a_killed_generation_leaves_whole_files_and_a_rerun_finishes(tmp_path: P
         json.loads(path.read_text())
     run("generate", made, "--jobs", "1")
     assert len(list(made.glob("solutions/*/hw.ipynb"))) == len(list(made.glob("released/*/hw.ipynb"))) == 40
+
+
+def test_long_work_tells_its_progress_in_a_log(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("exercises.console.EVERY", 0.0)
+    result = runner.invoke(app, ["verify", "--family", "planar-2r", "--count", "2", "--jobs", "1"])
+    assert result.exit_code == 0
+    assert result.stderr.splitlines()[:2] == ["verifying: 1 of 2", "verifying: 2 of 2"]
