@@ -7,6 +7,7 @@ from typing import Any
 import sympy as sp
 
 from exercises.arm.chain import Chain
+from exercises.arm.classification import kind_is_sure
 from exercises.arm.derivation import derive
 from exercises.arm.robot_file import read_robot
 from exercises.problem import Part, Problem, ProblemId
@@ -64,6 +65,7 @@ def solution_json(solution: Solution) -> str:
 
 def solution_data(solution: Solution) -> dict[str, Any]:
     """Return the results as plain data."""
+    sure = kind_is_sure(solution.chain)
     found: dict[str, Any] = {
         "name": solution.chain.title,
         "position": matrix_json(solution.position),
@@ -71,7 +73,7 @@ def solution_data(solution: Solution) -> dict[str, Any]:
         "geometric_jacobian": _rows(solution.geometric),
         "task": list(solution.chain.task),
         "determinant": None if solution.determinant is None else str(solution.determinant),
-        "singular": None if solution.singular is None else [_found_json(found) for found in solution.singular],
+        "singular": None if solution.singular is None else [_found_json(found, sure) for found in solution.singular],
     }
     if solution.note:
         found["note"] = solution.note
@@ -82,15 +84,15 @@ def _rows(matrix: sp.Matrix) -> list[list[str]]:
     return [[str(entry) for entry in row] for row in matrix.tolist()]
 
 
-def _found_json(found: Found) -> dict[str, Any]:
+def _found_json(found: Found, sure: bool) -> dict[str, Any]:
     conditions = [str(condition) for condition in found.conditions]
     solved = found.solutions and {joint.name: [str(value) for value in values] for joint, values in found.solutions}
     return {
         "condition": " and ".join(conditions),
         "conditions": conditions,
         "solutions": solved or None,
-        "type": found.kind.kind,
-        "uniform": found.kind.uniform,
+        "type": found.kind.kind if sure else None,
+        "uniform": found.kind.uniform if sure else None,
         "meaning": found.kind.meaning,
     }
 

@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 
 from exercises.arm.chain import TASK_ROWS, Chain, Joint
-from exercises.arm.classification import Sample, classify, classify_pieces, domain_of, kind_at
+from exercises.arm.classification import Sample, classify, classify_pieces, domain_of, kind_at, kind_is_sure
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import singular_set
 
@@ -135,3 +135,23 @@ def test_arms_of_six_joints_are_read_from_their_wrist_centre_and_axes() -> None:
         "the wrist centre is as near to the axis of joint 1 as joint 2 can bring it",
     ]
     assert said["ur"][0] == "the parallel axes of joints 2, 3 and 4 lie in one plane"
+
+
+def test_kinds_are_told_only_where_the_rows_are_rates_of_coordinates_with_a_reach() -> None:
+    def sure(*rows: tuple[float, float, float], task: tuple[str, ...]) -> bool:
+        angles = sp.symbols("theta1:5")
+        joints = (Joint("R", q, d, a, alpha * sp.pi / 2) for q, (d, a, alpha) in zip(angles, rows, strict=False))
+        return kind_is_sure(Chain("arm", tuple(joints), task))
+
+    planar, turning = [(0, 1, 0)] * 3, [(0, 0, 1), (0, 1, 1), (0, 0, 0)]
+    assert sure(*planar, task=("vx", "vy", "wz"))
+    assert sure(*turning, task=("wx", "wy", "wz"))
+    assert not sure(*turning, task=("wx", "wy"))  # no angles whose rates these are
+    assert not sure(*turning, task=("vx", "vy", "wz"))
+    assert not sure(*turning[:2], task=("vx", "vy", "vz"))  # the reach is a surface
+
+
+def test_one_joint_is_at_the_boundary_where_it_goes_no_farther() -> None:
+    chain = Chain("one", (Joint("R", sp.Symbol("theta1"), 0, sp.Symbol("a1"), 0),), ("vx",))
+    kind = classify(chain, (singular_set(chain) or ())[0])
+    assert (kind.kind, kind.uniform) == ("boundary", True)

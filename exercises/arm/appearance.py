@@ -55,17 +55,14 @@ def _of_last_axis(chain: Chain, samples: Sequence[Sample]) -> str:
 
 def _seen_at(chain: Chain, samples: Sequence[Sample]) -> str:
     """Return what configurations look like from the point of interest."""
-    turns_count = any(row[0] == "w" for row in chain.task)
-    first = (_in_line, _on_an_axis) if turns_count else (_on_an_axis, _in_line)
-    for look in (
-        *first,
-        _extreme_reach,
-        _far_from_slide,
-        _slide_at_link,
-        _parallel_axes,
-        _parallel_row,
-        _origin_on_axis,
-    ):
+    looks = [_on_an_axis, _in_line, _extreme_reach, _far_from_slide, _slide_at_link, _parallel_axes, _parallel_row,
+             _origin_on_axis]  # fmt: skip
+    if not chain.linear_rows:
+        looks = [_in_line, _parallel_axes, _axes_in_plane]
+    elif len(chain.linear_rows) < len(chain.task):
+        looks.remove(_in_line)
+        looks.insert(0, _in_line)
+    for look in looks:
         if (said := look(chain, samples)) is not None:
             return said
     return "the columns of J are linearly dependent"
@@ -94,6 +91,20 @@ def _parallel_axes(chain: Chain, samples: Sequence[Sample]) -> str | None:
         if samples and _parallel(samples, i, j) and not _parallel(_around(samples), i, j):
             return f"the axes of joints {i + 1} and {j + 1} are parallel"
     return None
+
+
+def _axes_in_plane(chain: Chain, samples: Sequence[Sample]) -> str | None:
+    """Look for three axes that are parallel to one plane, so that nothing turns about the direction square to it."""
+    for triple in combinations([i for i, joint in enumerate(chain.joints) if joint.kind == "R"], 3):
+        if samples and _in_plane(samples, triple) and not _in_plane(_around(samples), triple):
+            names = ", ".join(str(i + 1) for i in triple[:2])
+            return f"the axes of joints {names} and {triple[2] + 1} are all parallel to one plane"
+    return None
+
+
+def _in_plane(samples: Sequence[Sample], joints: Sequence[int]) -> bool:
+    axes = (sample.arm.frames(sample.q)[list(joints), :3, 2] for sample in samples)
+    return all(abs(np.linalg.det(z)) < 1e-6 for z in axes)
 
 
 def _parallel_row(chain: Chain, samples: Sequence[Sample]) -> str | None:

@@ -15,6 +15,7 @@ import numpy as np
 
 from exercises.arm.appearance import Sample, meaning, wrist_centre
 from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import Component
 from exercises.formula.conditions import Piece, Space, pieces
@@ -111,12 +112,25 @@ def classify_pieces(chain: Chain, conditions: Sequence[str]) -> Kind:
 
 
 def kind_is_sure(chain: Chain) -> bool:
-    """Whether boundary or internal can be established: up to four rows, or all six of an arm with a spherical wrist.
+    """Whether boundary or internal can be established, and means something: else nothing is asked or told of it.
 
-    For others the search for configurations beyond a fold is no proof, and nothing is asked or told of it.
+    It can for up to four rows, and for all six of an arm with a spherical wrist; for others the search for
+    configurations beyond a fold is no proof. It means something where the rows are rates of coordinates, which have a
+    reach: an angular velocity has none, but an orientation, or one angle about a fixed axis, has. With more rows than
+    joints the reach is a surface, to whose boundary no one would think of.
     """
-    return len(chain.task) <= 4 or (
-        chain.n == 6 and set(chain.task) == set(TASK_ROWS) and wrist_centre(chain) is not None
+    if chain.n == 6 and set(chain.task) == set(TASK_ROWS):
+        return wrist_centre(chain) is not None
+    return len(chain.task) <= min(4, chain.n) and _has_coordinates(chain)
+
+
+def _has_coordinates(chain: Chain) -> bool:
+    """Whether the angular rows of the task are all three, or the only one about which the arm turns at all."""
+    turns = [row for row in chain.task if row[0] == "w"]
+    if len(turns) in (0, 3):
+        return True
+    return len(turns) == 1 and all(
+        row in turns or derive(chain).geometric[i, :].is_zero_matrix for i, row in enumerate(TASK_ROWS) if row[0] == "w"
     )
 
 
@@ -129,7 +143,7 @@ def kind_at(chain: Chain, sample: Sample) -> str | None:
     task = [TASK_ROWS.index(row) for row in chain.task]
     carrying = _without_wrist(chain, sample)
     if carrying is not None:
-        if _rank(sample.arm.jacobian(sample.q)) == 6:
+        if _rank(sample.arm.jacobian(sample.q), _reach(sample.arm)) == 6:
             return "regular"
         kind = _kind_of_place(carrying, [0, 1, 2])
         return "internal" if kind == "regular" else kind
@@ -145,9 +159,10 @@ def _without_wrist(chain: Chain, sample: Sample) -> Sample | None:
     return Sample(sample.arm.first(3, (0.0, 0.0, sample.arm.fixed[3][0])), sample.q[:3])
 
 
-def _rank(jacobian: np.ndarray) -> int:
+def _rank(jacobian: np.ndarray, reach: float) -> int:
+    """Return the rank; a Jacobian whose entries are all next to nothing, against the arm's reach, has rank zero."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
-    return int(np.sum(sigma > REGULAR * max(sigma[0], 1e-12)))
+    return int(np.sum(sigma > REGULAR * max(sigma[0], min(reach, 1.0))))
 
 
 def _kind_of_place(sample: Sample, task: list[int]) -> str | None:
@@ -171,7 +186,7 @@ def _kind_seen(sample: Sample, task: list[int]) -> str | None:
     """Return the kind that a configuration shows by its own small motions and by the search for others."""
     jacobian = sample.arm.jacobian(sample.q)[task]
     u, _, vt = np.linalg.svd(jacobian)
-    rank = _rank(jacobian)
+    rank = _rank(jacobian, _reach(sample.arm))
     if rank == min(jacobian.shape):
         return "regular"
     lost, still = u[:, rank:], vt[rank:]

@@ -6,6 +6,7 @@ everywhere is the right reading, and those that hold nowhere are the wrong ones.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
@@ -21,7 +22,7 @@ STEP = 1e-3
 
 @dataclass(frozen=True)
 class Meaning:
-    """A statement: `kind` "on axis", "in line", "far" or "near", of joints i and j (from 1), and in words."""
+    """A statement of joints (from 1), in words; `kind` is "on axis", "in line", "far" or "near" and the like."""
 
     kind: str
     joints: tuple[int, ...]
@@ -55,25 +56,54 @@ def one_kind(chain: Chain, samples: Sequence[Sample]) -> str | None:
 
 
 def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:
-    """Return all statements that make sense for an arm, the most telling first."""
+    """Return all statements that tell why rank is lost, if they hold, the most telling first.
+
+    Where turns count, axes in one line are the reason, and that P is on one of them may be by the way. Where only
+    turns count, it does not matter where P is.
+    """
     revolute = [i for i, joint in enumerate(chain.joints) if joint.kind == "R"]
+    in_line = [
+        Meaning("in line", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} lie on one line")
+        for i, j in combinations(revolute, 2)
+        if not all(_in_line(sample, _moved(sample), i, j) for sample in samples)
+    ]
+    if not chain.linear_rows:
+        return in_line + _directions_of_axes(samples, revolute)
     found = [
         Meaning("on axis", (i + 1,), f"$P$ lies on the axis of joint {i + 1}")
         for i in revolute
         if i < chain.point.frame and not _always_on_axis(samples, i)
     ]
-    found += [
-        Meaning("in line", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} lie on one line")
-        for i in revolute
-        for j in revolute
-        if i < j and not all(_in_line(sample, _moved(sample), i, j) for sample in samples)
-    ]
+    turns_count = len(chain.linear_rows) < len(chain.task)
+    found = in_line + found if turns_count else found + in_line
     for i in revolute:
         for j in range(i + 1, min(chain.n, chain.point.frame)):
             found += _extremes(chain, samples, i, j)
     # A slide passes through zero, and then the order of the origins changes without anything being singular.
     rigid = [k for k in range(1, chain.n) if chain.joints[k - 1].kind == chain.joints[k].kind == "R"]
     return found + [meaning for k in rigid for meaning in _origins_in_line(samples, k)]
+
+
+def _directions_of_axes(samples: Sequence[Sample], revolute: Sequence[int]) -> list[Meaning]:
+    """Return the statements on how the axes run, wherever they are."""
+    found = [
+        Meaning("parallel", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} are parallel")
+        for i, j in combinations(revolute, 2)
+        if not all(_spread(sample, _moved(sample), (i, j)) < NEAR for sample in samples)
+    ]
+    for chosen in combinations(revolute, 3):
+        if not all(_spread(sample, _moved(sample), chosen) < NEAR for sample in samples):
+            joints = tuple(i + 1 for i in chosen)
+            names = f"{joints[0]}, {joints[1]} and {joints[2]}"
+            found.append(Meaning("one plane", joints, f"the axes of joints {names} are all parallel to one plane"))
+            found.append(Meaning("square", joints, f"the axes of joints {names} are at right angles to each other"))
+    return found
+
+
+def _spread(sample: Sample, q: np.ndarray, joints: Sequence[int]) -> float:
+    """Return the area or volume that the directions of two or three axes span."""
+    z = sample.arm.frames(q)[list(joints), :3, 2]
+    return float(np.sqrt(max(np.linalg.det(z @ z.T), 0.0)))
 
 
 def _origins_in_line(samples: Sequence[Sample], k: int) -> list[Meaning]:
@@ -115,6 +145,9 @@ def holds(chain: Chain, meaning: Meaning, sample: Sample) -> bool | None:
         return _clear(_distance(sample, sample.q, i))
     if meaning.kind == "in line":
         return _clear(_off_line(sample, sample.q, i, j))
+    if meaning.kind in ("parallel", "one plane", "square"):
+        spread = _spread(sample, sample.q, [joint - 1 for joint in meaning.joints])
+        return _clear(1 - spread if meaning.kind == "square" else spread)
     if meaning.kind in ("straight", "doubled"):
         off, along = _bent(sample, sample.q, i + 1)
         level = _clear(off)

@@ -187,6 +187,12 @@ def _meaning(ground: Ground, part: Part) -> Iterator[Check]:
     expected = [index == right for index in range(len(holds))]
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations; options that hold: {holds}"
     yield Check("only the right one holds", holds == expected, detail)
+    reasons = {meaning.kind for meaning, _ in asked.offered} <= _OF_AXES or bool(ground.chain.linear_rows)
+    yield Check("a reason", reasons, "where P is, is no reason for a loss of turns; its task counts other rows too")
+
+
+_OF_AXES = {"in line", "parallel", "one plane", "square"}
+"""The statements that say how axes run: the only ones that tell why turns are lost."""
 
 
 def _is_so(meaning: Any, sample: Sample) -> bool:
@@ -202,6 +208,10 @@ def _is_so(meaning: Any, sample: Sample) -> bool:
             for z, o in ((frames[i, :3, 2], frames[i, :3, 3]) for i in (first, last))
         ]
         return bool(min(np.linalg.norm(lines[0] - lines[1]), np.linalg.norm(lines[0] + lines[1])) < 1e-6)
+    if meaning.kind in ("parallel", "one plane", "square"):
+        axes = frames[[joint - 1 for joint in meaning.joints], :3, 2]
+        sigma = np.linalg.svd(axes, compute_uv=False)
+        return bool(sigma[0] - sigma[-1] < 1e-6 if meaning.kind == "square" else sigma[-1] < 1e-6)
     if meaning.kind in ("straight", "doubled"):
         a, b, c = (frames[meaning.joints[0] + k, :3, 3] for k in (-1, 0, 1))
         legs, whole = (np.linalg.norm(a - b), np.linalg.norm(b - c)), np.linalg.norm(a - c)

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
+from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.classification import Kind, kind_is_sure
+from exercises.arm.derivation import derive
 from exercises.writing.latex import symbol_latex, tex, tex_angle, tex_length
 
 NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
@@ -55,6 +56,65 @@ class Wording:
     def linear(self) -> list[str]:
         """The linear components of the task."""
         return [symbol_latex(row) for row in self.chain.task if row[0] == "v"]
+
+    @property
+    def mover(self) -> str:
+        """What has the velocity that the task counts."""
+        return {"v": "$P$", "w": "the last link", "vw": "$P$ and the last link"}[self._motions]
+
+    @property
+    def its_mover(self) -> str:
+        """The same, at the beginning of a sentence on the arm."""
+        return {"v": "Its point $P$", "w": "Its last link", "vw": "Its point $P$ and its last link"}[self._motions]
+
+    @property
+    def _motions(self) -> str:
+        """Whether the task counts linear velocities, angular ones or both: "v", "w" or "vw"."""
+        return "".join(kind for kind in "vw" if any(row[0] == kind for row in self.chain.task))
+
+    @property
+    def kinds_defined(self) -> str:
+        """What a boundary and an internal singularity are, for what the task places."""
+        turn = "angle" if len(self.task) - len(self.linear) == 1 else "orientation"
+        there = {
+            "v": "$P$ is on the boundary of what it can reach",
+            "w": f"the {turn} of the last link is on the boundary of what it can be",
+            "vw": f"the pose, which is the place of $P$ together with the {turn} of the last link, is on the "
+            "boundary of what the arm can reach",
+        }[self._motions]
+        if self._motions == "v" and self._moves_besides:
+            axes = ", ".join(row[1] for row in self.chain.task)
+            there = f"the coordinates $({axes})$ of $P$ are on the boundary of what they can be"
+        return (
+            f"A *boundary* singularity: {there} (over all configurations, with unlimited joint travel). An *internal* "
+            "singularity: any other configuration in which $J$ loses rank."
+        )
+
+    @property
+    def _moves_besides(self) -> bool:
+        """Whether P has components of velocity that the task does not count."""
+        linear = derive(self.chain).geometric[:3, :]
+        return any(
+            row not in self.chain.task and not linear[i, :].is_zero_matrix for i, row in enumerate(TASK_ROWS[:3])
+        )
+
+    def kind_shown(self, kind: str) -> str:
+        """Return why a singularity is of its kind."""
+        place = {"v": "place", "w": "orientation", "vw": "pose"}[self._motions]
+        if kind == "boundary":
+            return (
+                f"Small motions reach one side only of this {place}, and no other configuration reaches the far side."
+            )
+        mover = {"v": "$P$", "w": "The last link", "vw": "The arm"}[self._motions]
+        return f"{mover} can get past this {place} in every direction, here or in another configuration."
+
+    @property
+    def rates_with_units(self) -> str:
+        """The joint rates, each with its unit, or all with the one that they have in common."""
+        units = self.rate_units
+        if len(units) > 2 and len(set(units)) == 1:
+            return f"{join([f'${rate}$' for rate in self.rates])}, all in {units[0]}"
+        return ", ".join(f"${rate}$ in {unit}" for rate, unit in zip(self.rates, units, strict=True))
 
     @property
     def last(self) -> int:
