@@ -92,6 +92,18 @@ def test_a_shoulder_that_the_numbers_rule_out_is_no_component() -> None:
     assert len(singular_set(elbow(R(2), R(1, 2), R(2, 5))) or ()) == 1
 
 
+def test_a_shoulder_that_the_arm_just_touches_adds_nothing() -> None:
+    """a1 = a2 + a3: the point is above the shoulder in one configuration, and there it is stretched out."""
+    tenths = [sp.Rational(n, 10) for n in (8, 5, 3)]
+    joints = [
+        Joint("R", sp.Symbol(f"theta{i + 1}"), sp.S.Zero, a, alpha)
+        for i, (a, alpha) in enumerate(zip(tenths, (sp.pi / 2, sp.S.Zero, sp.S.Zero), strict=True))
+    ]
+    elbow_, *others = singular_set(Chain("touching", tuple(joints), ("vx", "vy", "vz"))) or ()
+    assert elbow_.pieces() == ["theta3 = 0", "theta3 = pi"]
+    assert not others
+
+
 def test_the_task_decides_what_is_singular() -> None:
     flat = Chain("2R", (Joint("R", T1, 0, A1, 0), Joint("R", T2, 0, A2, 0)), ("vx", "vy"))
     assert [part.pieces() for part in singular_set(flat) or ()] == [["theta2 = 0", "theta2 = pi"]]

@@ -4,7 +4,6 @@ For a square Jacobian these are the zeros of the factors of det J. For any other
 all maximal minors: factors that all minors share, and, for what is left, combinations of conditions.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -60,7 +59,15 @@ def _components(derivation: Derivation) -> tuple[Component, ...] | None:
         component = _solved(conditions, derivation.chain)
         if component is not None and component not in found:
             found.append(component)
-    return tuple(found)
+    return tuple(c for c in found if not any(other != c and _lies_in(c, other) for other in found))
+
+
+def _lies_in(component: Component, other: Component) -> bool:
+    """Tell whether all joint values of a component are among those of another, which says nothing of more joints."""
+    if component.solutions is None or other.solutions is None:
+        return False
+    ours = dict(component.solutions)
+    return all(joint in ours and set(ours[joint]) <= set(values) for joint, values in other.solutions)
 
 
 def _solved(conditions: tuple[sp.Expr, ...], chain: Chain) -> Component | None:
@@ -71,8 +78,11 @@ def _solved(conditions: tuple[sp.Expr, ...], chain: Chain) -> Component | None:
         solved = solve_condition(condition, chain)
         if solved is None:
             tied = True
-            if _never_zero(condition, chain):
+            excess = _excess(condition, chain)
+            if excess is not None and excess > 0:
                 return None
+            if excess == 0 and len(conditions) == 1 and (touched := _touched(condition, chain)) is not None:
+                return touched
         elif not solved[1]:
             return None
         else:
@@ -150,20 +160,51 @@ def _principal(angle: sp.Expr) -> sp.Expr:
     return sp.pi if moved == -sp.pi else moved
 
 
-def _never_zero(condition: sp.Expr, chain: Chain) -> bool:
-    """Tell whether a sum of waves cannot vanish: its constant part is larger than all amplitudes together."""
-    waves = condition.atoms(sp.sin, sp.cos)
-    if condition.free_symbols - set(chain.q) or any(condition.has(q) and not _in_waves(q, waves) for q in chain.q):
-        return False
-    names = {wave: sp.Dummy(f"w{i}") for i, wave in enumerate(sorted(waves, key=sp.default_sort_key))}
-    polynomial = sp.Poly(condition.xreplace(names), *names.values())
+def _excess(condition: sp.Expr, chain: Chain) -> sp.Expr | None:
+    """Return by how much the constant part of a sum of waves is larger than all amplitudes together, None for others.
+
+    Above zero the sum cannot vanish; at zero it can only where every wave is at an end of its range.
+    """
+    polynomial = _in_waves(condition, chain)
+    if polynomial is None:
+        return None
     constant = polynomial.coeff_monomial(1)
-    others = sum(abs(coefficient) for coefficient in polynomial.coeffs()) - abs(constant)
-    return bool(sp.N(abs(constant) - others) > 0)
+    excess = 2 * abs(constant) - sum(abs(coefficient) for coefficient in polynomial.coeffs())
+    number = sp.N(excess, 30)
+    return sp.S.Zero if abs(number) < sp.Float("1e-20") and sp.simplify(excess) == 0 else number
 
 
-def _in_waves(q: sp.Symbol, waves: Iterable[sp.Expr]) -> bool:
-    return any(wave.has(q) for wave in waves)
+def _touched(condition: sp.Expr, chain: Chain) -> Component | None:
+    """Return the only configuration in which the waves of a sum with no excess cancel its constant part.
+
+    As in 0.8 + 0.4 c2 + 0.4 c23, whose cosines both have to be -1. Returns None where that does not fix one value for
+    each joint in it.
+    """
+    polynomial = _in_waves(condition, chain)
+    assert polynomial is not None
+    if polynomial.total_degree() != 1:
+        return None
+    sign = sp.sign(polynomial.coeff_monomial(1))
+    equations = []
+    for wave in polynomial.gens:
+        highest = sp.sign(polynomial.coeff_monomial(wave)) != sign
+        crest = sp.S.Zero if isinstance(wave, sp.cos) else sp.pi / 2
+        equations.append(wave.args[0] - crest - (0 if highest else sp.pi))
+    joints = [q for q in chain.q if condition.has(q)]
+    turns, rest = sp.linear_eq_to_matrix(equations, joints)
+    if not turns.is_square or abs(turns.det()) != 1:  # several joint values, or none, lead to the same angles
+        return None
+    found = [(q, _principal(value)) for q, value in zip(joints, turns.inv() * rest, strict=True)]
+    return Component(tuple(1 - sp.cos(q - value) for q, value in found), tuple((q, (value,)) for q, value in found))
+
+
+def _in_waves(condition: sp.Expr, chain: Chain) -> sp.Poly | None:
+    """Return a condition in numbers and joint angles as a polynomial in its sines and cosines; None for others."""
+    waves = sorted(condition.atoms(sp.sin, sp.cos), key=sp.default_sort_key)
+    plain = condition.xreplace({wave: sp.Dummy() for wave in waves})
+    if not waves or condition.free_symbols - set(chain.q) or plain.free_symbols & set(chain.q):
+        return None
+    return sp.Poly(condition, *waves)
 
 
 # --- common zeros of several minors, on the structure (no offsets, lengths as symbols) ---
