@@ -1,12 +1,13 @@
 """Trigonometric polynomials in the form in which a textbook writes them, and exact tests of equality.
 
-An entry of a Jacobian is a polynomial in lengths and in sines and cosines of whole-number sums of angles. Two forms
-are used here: the Fourier form, a sum of coefficient * cos(sum) and coefficient * sin(sum), which is unique, so that
-it proves equality; and the factored form, in which c^2 + s^2 is not replaced by 1 before factoring, because doing so
-destroys the factors (shared recipe, steps 3 to 6).
+An entry of a Jacobian is a polynomial in lengths and in sines and cosines of whole-number sums of angles. Three forms
+are used here: the Fourier form, a sum of coefficient * cos(sum) and coefficient * sin(sum), often the shortest; the
+polynomial in the sine and cosine of each angle with s^2 = 1 - c^2, which is unique, so that it proves equality; and the
+factored form, in which c^2 + s^2 is not replaced by 1 before factoring, because doing so destroys the factors (shared
+recipe, steps 3 to 6).
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -141,15 +142,83 @@ class _Converter:
         return Fourier(self.angles, self.ring, {key: pair})
 
 
+class _Circles:
+    """Trigonometric polynomials as polynomials in c = cos and s = sin of each angle, with s^2 = 1 - c^2 put in.
+
+    That form is unique, too, and short where many angles are multiplied, which the Fourier form is not.
+    """
+
+    def __init__(self, expressions: Sequence[sp.Expr]) -> None:
+        angles = _sorted(set().union(*(atom.free_symbols for e in expressions for atom in _trig_atoms(e))))
+        others = _sorted(set().union(*(e.free_symbols for e in expressions)) - set(angles))
+        names = [sp.Dummy(f"{wave}{i}") for i in range(len(angles)) for wave in "cs"]
+        self.ring = sp.polys.rings.PolyRing((*others, *names, sp.Dummy("one")), sp.QQ)
+        waves = self.ring.gens[len(others) : len(others) + len(names)]
+        self._pairs = {angle: (waves[2 * i], waves[2 * i + 1]) for i, angle in enumerate(angles)}
+        self._others = dict(zip(others, self.ring.gens, strict=False))
+        self._sines = range(len(others) + 1, len(others) + len(names), 2)
+        self._known: dict[sp.Expr, Any] = {}
+
+    def __call__(self, e: sp.Expr) -> Any:
+        """Return the unique form. Raises ValueError where `e` is no trigonometric polynomial of whole-number sums."""
+        if e not in self._known:
+            self._known[e] = self._converted(e)
+        return self._known[e]
+
+    def _converted(self, e: sp.Expr) -> Any:
+        if e.is_Rational:
+            return self.ring(sp.QQ(int(e.p), int(e.q)))
+        if e in self._others:
+            return self._others[e]
+        if e.is_Add:
+            total = self.ring.zero
+            for term in e.args:
+                total = total + self(term)
+            return total
+        if e.is_Mul or (e.is_Pow and e.exp.is_Integer and e.exp > 0):
+            product = self.ring.one
+            for factor in e.args if e.is_Mul else (e.base,) * int(e.exp):
+                product = self._reduced(product * self(factor))
+            return product
+        if isinstance(e, (sp.sin, sp.cos)):
+            return self._wave(e.args[0])[isinstance(e, sp.sin)]
+        raise ValueError(f"{e} is not a trigonometric polynomial")
+
+    def _wave(self, angle: sp.Expr) -> tuple[Any, Any]:
+        """Return the cosine and the sine of a sum, one angle of it added after the other."""
+        c, s = self.ring.one, self.ring.zero
+        for symbol, count in angle.expand().as_coefficients_dict().items():
+            if symbol not in self._pairs or not count.is_Integer:
+                raise ValueError(f"{angle} is not a whole-number sum of angles")
+            other_c, other_s = self._pairs[symbol]
+            if count < 0:
+                other_s = -other_s
+            for _ in range(abs(int(count))):
+                sum_c, sum_s = c * other_c - s * other_s, s * other_c + c * other_s
+                c, s = self._reduced(sum_c), self._reduced(sum_s)
+        return c, s
+
+    def _reduced(self, polynomial: Any) -> Any:
+        """Replace even powers of sines."""
+        left, high = {}, self.ring.zero
+        for powers, coefficient in polynomial.terms():
+            if all(powers[k] < 2 for k in self._sines):
+                left[powers] = coefficient
+                continue
+            lower, product = list(powers), self.ring.one
+            for k in self._sines:
+                half, lower[k] = divmod(powers[k], 2)
+                product = product * (1 - self.ring.gens[k - 1] ** 2) ** half
+            high = high + product * self.ring.from_dict({tuple(lower): coefficient})
+        return self.ring.from_dict(left) + high
+
+
 def same(a: sp.Expr, b: sp.Expr) -> bool:
     """Tell whether two trigonometric polynomials are the same function; this is a proof, not a test at points."""
-    first, second = fourier(a, b)
-    return (first + second * fourier_constant(second, -1)).is_zero
-
-
-def fourier_constant(like: Fourier, value: int) -> Fourier:
-    """Return the constant `value` over the same angles and ring as `like`."""
-    return Fourier(like.angles, like.ring, {(0,) * len(like.angles): (like.ring(value), like.ring.zero)})
+    if a == b:
+        return True
+    form = _Circles((a, b))
+    return bool(form(a) == form(b))
 
 
 @dataclass(frozen=True)

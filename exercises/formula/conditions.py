@@ -151,6 +151,16 @@ def _ready(piece: Piece, joints: Sequence[str]) -> _Ready:
     return ready
 
 
+def _nudged(values: Mapping[str, np.ndarray], count: int, nudges: Sequence[tuple[str, Any]]) -> dict[str, np.ndarray]:
+    """Return the configurations once for each nudge of a joint, one block after another: one walk through a tape."""
+    out = {name: np.tile(column, len(nudges)) for name, column in values.items()}
+    for i, (joint, nudge) in enumerate(nudges):
+        block = slice(i * count, (i + 1) * count)
+        out[joint] = out[joint].astype(complex) if isinstance(nudge, complex) else out[joint]
+        out[joint][block] += nudge
+    return out
+
+
 class Space:
     """The joints, their kinds and the domain in which sets of configurations live."""
 
@@ -249,22 +259,17 @@ class Space:
     def _complex_slopes(self, ready: _Ready, values: Mapping[str, np.ndarray], count: int) -> np.ndarray:
         """Return the slope of one zero, (count, joints), to the last digit: Im f(x + ih) / h needs no difference."""
         assert ready.zeros is not None
-        columns = []
-        for joint in ready.free:
-            found, _ = evaluate(ready.zeros, {**values, joint: values[joint] + 1e-20j}, count)
-            columns.append(found[0].imag / 1e-20)
-        slopes = np.stack(columns, axis=1)
+        nudged = _nudged(values, count, [(joint, 1e-20j) for joint in ready.free])
+        found, _ = evaluate(ready.zeros, nudged, count * len(ready.free))
+        slopes = found[0].imag.reshape(len(ready.free), count).T / 1e-20
         return np.where(np.isfinite(slopes), slopes, 0.0)
 
     def _slopes(self, ready: _Ready, values: Mapping[str, np.ndarray], count: int) -> np.ndarray:
         """Return the derivatives of the zeros for the free joints, (count, zeros, joints), by central differences."""
-        step = 1e-6
-        columns = []
-        for joint in ready.free:
-            ahead = {**values, joint: values[joint] + step}
-            behind = {**values, joint: values[joint] - step}
-            columns.append((self._zeros(ready, ahead, count)[0] - self._zeros(ready, behind, count)[0]).T / (2 * step))
-        return np.stack(columns, axis=2)
+        step, joints = 1e-6, len(ready.free)
+        nudged = _nudged(values, count, [(joint, side * step) for side in (1, -1) for joint in ready.free])
+        ends = self._zeros(ready, nudged, 2 * joints * count)[0].reshape(-1, 2, joints, count)
+        return np.asarray((ends[:, 0] - ends[:, 1]).transpose(2, 0, 1) / (2 * step))
 
     def nearest_miss(self, piece: Piece, used: set[str], stream: Stream) -> float:
         """Return how near to zero a piece's conditions come at random, relative to their terms; large for phantoms."""

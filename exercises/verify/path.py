@@ -87,14 +87,17 @@ def _path_rates(ground: Ground, part: Part) -> Iterator[Check]:
     yield agree("linear solve", numbers(part), expected[None, :, None], NUMBERS)
     yield agree("differences along the line", numbers(part), line.differenced(joints[-1], s)[None, :, None], 1e-5)
     yield Check("on the line", s < line.length, f"{s:g} m of {line.length:.3f} m")
-    yield _one_branch(line, joints, WELL_CONDITIONED * well_conditioned(ground.chain))
+    yield _one_branch(line, joints, s, WELL_CONDITIONED * well_conditioned(ground.chain))
     yield three_digits(part, expected)
 
 
-def _one_branch(line: Followed, joints: np.ndarray, least: float) -> Check:
-    ratio, jump = line.conditioning(joints), float(np.abs(np.diff(joints, axis=0)).max())
-    detail = f"sigma_min/sigma_max at least {ratio:.3f}, steps of the joints at most {jump:.3f}"
-    return Check("on one branch", ratio > least and jump < 0.3, detail)
+def _one_branch(line: Followed, joints: np.ndarray, s: float, least: float) -> Check:
+    """Look at four times the places: the joints end where they ended before, and have moved in small steps."""
+    finer = line.joints(np.linspace(0, s, 4 * STATIONS))
+    apart, jump = float(np.abs(finer[-1] - joints[-1]).max()), float(np.abs(np.diff(finer, axis=0)).max())
+    ratio = line.conditioning(finer)
+    detail = f"sigma_min/sigma_max at least {ratio:.3f}, steps of the joints at most {jump:.3f}, ends {apart:.1e} apart"
+    return Check("on one branch", ratio > least and jump < 0.2 and apart < 1e-6, detail)
 
 
 def _path_limit(ground: Ground, part: Part) -> Iterator[Check]:
@@ -115,7 +118,7 @@ def _path_limit(ground: Ground, part: Part) -> Iterator[Check]:
     behind, ahead = (abs(line.rates(line.placed(joints[-1], s + side * slack))[joint]) for side in (-1, 1))
     detail = f"{behind:.4f} and {ahead:.4f} at the ends of what is accepted"
     yield Check("clear crossing", bool(behind < 0.995 * limit and 1.005 * limit < ahead), detail)
-    yield _one_branch(line, joints, NEAR)
+    yield _one_branch(line, joints, s, NEAR)
     yield three_digits(part, found.ravel())
 
 
