@@ -23,11 +23,12 @@ from exercises.stream import Stream
 STEP = 0.02
 """Distance of the places at which a line is looked at (m)."""
 
-REGULAR, CLOSE = 0.15, 0.03
-"""Least sigma_min/sigma_max along a line that is to be regular, and along one that leads to a singularity."""
+REGULAR, LESS_REGULAR, CLOSE = 0.15, 0.05, 0.03
+"""Least sigma_min/sigma_max along a line that is to be regular; of an arm whose links differ so much that it has no
+such line; and along a line that leads to a singularity."""
 
 TRIES = 1000
-"""Lines drawn before a less regular one is good enough: an arm whose links differ much has no other."""
+"""Lines drawn before a less regular one is good enough."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +126,7 @@ def _objection(chain: Chain) -> str | None:
 
 def _path_rates(chain: Chain, rng: Stream) -> Asked:
     for attempt in range(2 * TRIES):
-        regular, least, most = (REGULAR, 25, 60) if attempt < TRIES else (REGULAR / 3, 15, 40)
+        regular, least, most = (REGULAR, 25, 60) if attempt < TRIES else (LESS_REGULAR, 15, 40)
         seam = _drawn(chain, rng, least, most, 1.3 * regular)
         if seam is None:
             continue
@@ -197,7 +198,7 @@ def _objection_to_limit(chain: Chain) -> str | None:
 
 def _path_limit(chain: Chain, rng: Stream) -> Asked:
     for attempt in range(2 * TRIES):
-        seam = _leading(chain, rng, REGULAR if attempt < TRIES else REGULAR / 3)
+        seam = _leading(chain, rng, REGULAR if attempt < TRIES else LESS_REGULAR)
         if seam is None:
             continue
         stations = list(seam.line(chain).follow(STEP, CLOSE))
