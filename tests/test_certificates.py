@@ -113,7 +113,8 @@ def test_students_draw_different_lengths_of_an_own_robot(released: Path) -> None
         ({"sha256": "0" * 64, "parts": {"position": "1", "determinant": "2"}}, "position, determinant changed since"),
         ({"sha256": "0" * 64, "arm": "1"}, "the arm changed since"),
         ({"sha256": "0" * 64, "problem": "planar-2r/12"}, "another problem than was handed out"),
-        ({"engine": ENGINE + 1}, f"made by engine {ENGINE + 1}"),
+        ({"engine": ENGINE + 1, "qdot": "9.1"}, f"made by engine {ENGINE + 1} of qdot 9.1; this version has engine"),
+        ({"engine": ENGINE + 1, "news": {}}, "1 failed: 1 of another engine"),
     ],
 )
 def test_what_changed_is_said(folder: Path, change: dict[str, Any], said: str) -> None:
@@ -133,19 +134,59 @@ def test_a_robot_that_was_edited_is_another_arm(folder: Path) -> None:
     assert output.count("the arm changed") == 2
 
 
-def test_students_without_a_certificate_are_verified_all_the_same(folder: Path) -> None:
+def test_nothing_vouches_for_a_student_without_a_certificate(folder: Path) -> None:
     shutil.rmtree(folder / "certificates" / "s001")
     code, output = verified(folder)
-    assert code == 0
-    assert "1 of 2 students have no certificate" in output
-    assert "4 problems verified" in output
+    assert code == 1
+    assert output.count("test.json is missing: nothing says what was handed out. Restore it from a backup") == 1
+    assert "4 problems verified, 2 failed: 2 without a certificate\n" in output
 
 
-def test_a_broken_certificate_is_said_by_its_file(folder: Path) -> None:
-    certificate_path(load_assignment(folder), "s001").write_text("{", encoding="utf-8")
+@pytest.mark.parametrize(
+    ("content", "why"),
+    [
+        (b"{", "EOF while parsing"),
+        (b"", "EOF while parsing"),
+        (b"[]", "should be an object"),
+        (b"[" * 100_000, "recursion limit"),
+        (b"\xff\xfe", "not UTF-8"),
+        (b'{"assignment": "test", "student": "s001", "edition": "", "problems": []}', "problems: "),
+        (b'{"assignment": "test", "student": "s001", "edition": "", "problems": {"p1": {}}}', "problems.p1.problem: "),
+        (None, "Is a directory"),
+    ],
+)
+def test_a_certificate_that_can_t_be_read_fails_its_student_only(folder: Path, content: bytes | None, why: str) -> None:
+    path = certificate_path(load_assignment(folder), "s001")
+    path.unlink()
+    path.mkdir() if content is None else path.write_bytes(content)
+    edit(certificate_path(load_assignment(folder), "s002"), {"sha256": "0" * 64})
     code, output = verified(folder)
-    assert code == 2
-    assert "test.json can't be read as a certificate" in output
+    assert code == 1
+    (said,) = [line for line in output.splitlines() if line.startswith("s001: ")]
+    assert "test.json can't be read as this student's certificate" in said
+    assert why in said
+    assert said.index("Restore it from a backup") < said.index("hand its notebook out anew")
+    assert "4 problems verified, 3 failed: 1 changed, 2 with a damaged certificate\n" in output
+
+
+def test_another_student_s_certificate_vouches_for_nothing(folder: Path) -> None:
+    assignment = load_assignment(folder)
+    shutil.copy(certificate_path(assignment, "s002"), certificate_path(assignment, "s001"))
+    code, output = verified(folder)
+    assert code == 1
+    assert "it is that of s002 for 'test'" in output
+    assert "4 problems verified, 2 failed: 2 with a damaged certificate\n" in output
+
+
+def test_all_of_a_folder_are_certified_whatever_their_certificates_are(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.rmtree(folder / "certificates")
+    monkeypatch.setattr(certifying, "reference_text", lambda part: "theta1")
+    code, output = verified(folder)
+    assert code == 1
+    assert "the reference itself is judged" in output
+    assert "4 problems verified, 4 failed: 4 not passing the checks\n" in output
 
 
 def test_a_problem_that_fails_is_not_handed_out(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -170,7 +211,9 @@ def test_digests_leave_points_out() -> None:
 
 def test_an_unknown_band_fails_loudly() -> None:
     ((_, failures),) = certify_all([Task(ProblemId("planar-2r", 1, band=(4, 4)))], 1)
-    assert failures == ["planar-2r has no arm of difficulty 4 to 4; its arms are of difficulty 1"]
+    assert [failure.said for failure in failures] == [
+        "planar-2r/1 (all questions): planar-2r has no arm of difficulty 4 to 4; its arms are of difficulty 1"
+    ]
 
 
 @pytest.mark.parametrize(
