@@ -4,10 +4,11 @@ The certificates of a class are kept as certificates/STUDENT/KEY.json; by them `
 problems of a folder are still those that were handed out. Where nothing vouches for a problem, it has failed.
 """
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from importlib.metadata import version
+from typing import Any
 
 from exercises import ENGINE
 from exercises.assignment import Assignment
@@ -18,9 +19,18 @@ from exercises.generate import generate
 from exercises.parallel import ordered_map
 from exercises.problem import Choice, ConditionSet, Expression, Part, Problem, ProblemId
 from exercises.record import digests, text_of
-from exercises.release import certificate_path
+from exercises.release import certificate_path, notebook_path
 from exercises.verify import ProblemCertificate, certify
-from grader.certificates import Certificate, Failure, Kind, Record, missing, read_certificate
+from grader.certificates import (
+    Certificate,
+    Failure,
+    Kind,
+    Record,
+    cell_digests,
+    missing,
+    notebook_failures,
+    read_certificate,
+)
 from grader.marking import judge
 from grader.verdict import Outcome
 
@@ -89,10 +99,15 @@ def record_of(problem: Problem) -> Record:
     )
 
 
-def certificate_text(assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]) -> str:
+def certificate_text(
+    assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]], notebook: Mapping[str, Any]
+) -> str:
     """Return the text of a student's certificate file. Raises QdotError where a problem does not pass."""
+    cells = dict(cell_digests(notebook))
     records = {slot: record_of(problem) for slot, problem in problems}
-    return Certificate(assignment=assignment.key, student=student, edition=assignment.edition, problems=records).text
+    return Certificate(
+        assignment=assignment.key, student=student, edition=assignment.edition, notebook=cells, problems=records
+    ).text
 
 
 # --- a folder, years later ---
@@ -116,15 +131,15 @@ def _tasks_of_student(assignment: Assignment, student: str) -> list[Task]:
 
 
 def _kept(assignment: Assignment, student: str) -> tuple[Certificate | None, list[Failure]]:
-    """Return a student's certificate, None where there is none that can be read, and what is wrong with it."""
-    path = certificate_path(assignment, student)
+    """Return a student's certificate, None where none can be read, and what is wrong with it or the notebook."""
+    path, notebook = certificate_path(assignment, student), notebook_path(assignment, student)
     try:
         certificate = read_certificate(path, assignment.key, student)
     except QdotError as error:
         return None, [Failure(Kind.DAMAGED, f"{student}: {error}")]
     if certificate is None:
-        return None, [Failure(Kind.UNCERTIFIED, f"{student}: {missing(path)}")]
-    return certificate, []
+        return None, [Failure(Kind.UNCERTIFIED, f"{student}: {missing(path, notebook)}")]
+    return certificate, notebook_failures(notebook, certificate)
 
 
 def _changes(problem: Problem, record: Record) -> list[str]:

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from exercises.errors import QdotError
 from exercises.generate import generate
 from exercises.problem import ProblemId
 from exercises.record import digests
-from exercises.release import certificate_path, init_assignment, release
+from exercises.release import certificate_path, init_assignment, notebook_path, release
 from grader import certify as certifying
 from grader.certify import Task, certificate_text, certify_all, record_of
 from grader.cli import program
@@ -150,8 +151,11 @@ def test_nothing_vouches_for_a_student_without_a_certificate(folder: Path) -> No
         (b"[]", "should be an object"),
         (b"[" * 100_000, "recursion limit"),
         (b"\xff\xfe", "not UTF-8"),
-        (b'{"assignment": "test", "student": "s001", "edition": "", "problems": []}', "problems: "),
-        (b'{"assignment": "test", "student": "s001", "edition": "", "problems": {"p1": {}}}', "problems.p1.problem: "),
+        (b'{"assignment": "test", "student": "s001", "edition": "", "notebook": {}, "problems": []}', "problems: "),
+        (
+            b'{"assignment": "test", "student": "s001", "edition": "", "notebook": {}, "problems": {"p1": {}}}',
+            "problems.p1.problem: ",
+        ),
         (None, "Is a directory"),
     ],
 )
@@ -167,6 +171,26 @@ def test_a_certificate_that_can_t_be_read_fails_its_student_only(folder: Path, c
     assert why in said
     assert said.index("Restore it from a backup") < said.index("hand its notebook out anew")
     assert "4 problems verified, 3 failed: 1 changed, 2 with a damaged certificate\n" in output
+
+
+def test_a_certificate_without_the_notebook_s_digests_is_damaged(folder: Path) -> None:
+    path = certificate_path(load_assignment(folder), "s001")
+    content = json.loads(path.read_text(encoding="utf-8"))
+    del content["notebook"]
+    path.write_text(json.dumps(content), encoding="utf-8")
+    code, output = verified(folder)
+    assert code == 1
+    assert "(notebook: Field required)" in output
+
+
+def test_a_student_to_whom_nothing_was_handed_out_yet_is_told_apart(folder: Path) -> None:
+    with (folder / "roster.csv").open("a", encoding="utf-8") as roster:
+        roster.write("s003,Cy Example,cy@example.org\n")
+    code, output = verified(folder)
+    assert code == 1
+    assert "s003: neither " in output
+    assert "If nothing was handed out yet, 'qdot generate' writes both" in output
+    assert "6 problems verified, 2 failed: 2 without a certificate\n" in output
 
 
 def test_another_student_s_certificate_vouches_for_nothing(folder: Path) -> None:
@@ -187,6 +211,112 @@ def test_all_of_a_folder_are_certified_whatever_their_certificates_are(
     assert code == 1
     assert "the reference itself is judged" in output
     assert "4 problems verified, 4 failed: 4 not passing the checks\n" in output
+
+
+Cells = list[dict[str, Any]]
+
+
+def alter(folder: Path, change: Callable[[Cells], None]) -> None:
+    path = notebook_path(load_assignment(folder), "s001")
+    notebook = json.loads(path.read_text(encoding="utf-8"))
+    change(notebook["cells"])
+    path.write_text(json.dumps(notebook, indent=2), encoding="utf-8")
+
+
+def cell(cells: Cells, name: str) -> dict[str, Any]:
+    return next(cell for cell in cells if cell["id"] == name)
+
+
+def reword(name: str) -> Callable[[Cells], None]:
+    return lambda cells: cell(cells, name).update(source=cell(cells, name)["source"].replace("the", "teh", 1))
+
+
+@pytest.mark.parametrize(
+    ("change", "said", "failed"),
+    [
+        (reword("p1-statement"), "p1-statement changed", 1),
+        (reword("p2-position-question"), "p2-position-question changed", 1),
+        (lambda cells: cell(cells, "setup").update(source="from sympy import *"), "setup changed", 2),
+        (lambda cells: cell(cells, "p1-jacobian-question").update(cell_type="raw"), "p1-jacobian-question changed", 1),
+        (lambda cells: cell(cells, "p1-jacobian")["metadata"].clear(), "p1-jacobian changed", 1),
+        (lambda cells: cells.remove(cell(cells, "p2-determinant")), "p2-determinant gone", 1),
+        (lambda cells: cells.append({"cell_type": "raw", "source": ["Not ", "so."]}), "cell 15 added", 2),
+        (lambda cells: cells.append(dict(cell(cells, "title"))), "title added", 2),
+        (lambda cells: cells.append(cells.pop(3)), "cells in another order", 2),
+        (lambda cells: cells.append({"cell_type": "raw", "source": "\ud800"}), "cell 15 added", 2),
+        (lambda cells: cells.append([]), "", 0),
+    ],
+)
+def test_a_notebook_that_was_altered_is_noticed(
+    folder: Path, change: Callable[[Cells], None], said: str, failed: int
+) -> None:
+    alter(folder, change)
+    code, output = verified(folder)
+    assert code == bool(failed)
+    assert output.count("s001: ") == bool(failed)
+    assert f"4 problems verified, {failed} failed{f': {failed} in an altered notebook' if failed else ''}\n" in output
+    if failed:
+        assert f"test.ipynb is not as it was handed out, restore it from a backup: {said}\n" in output
+
+
+def test_answers_and_what_programs_do_to_a_notebook_alter_nothing(folder: Path) -> None:
+    def work(cells: Cells) -> None:
+        cell(cells, "p2-position")["source"] = ["p2_position = ", "Matrix([a1, 0])"]
+        cell(cells, "setup").update(outputs=[{"output_type": "stream", "name": "stdout", "text": "1"}])
+        cell(cells, "setup")["execution_count"] = 3
+        for each in cells:
+            del each["id"]
+            each["source"] = "".join(each["source"]).splitlines(keepends=True)
+        cells.append({"cell_type": "code", "source": " \n", "metadata": {}, "outputs": []})
+
+    alter(folder, work)
+    assert verified(folder)[0] == 0
+
+
+def test_what_a_later_version_words_differently_was_handed_out_all_the_same(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("exercises.notebook.statement", lambda *_: "Another wording.")
+    monkeypatch.setattr("exercises.notebook.prompt", lambda *_: "Another question's wording.")
+    assert verified(folder)[0] == 0
+
+
+def test_the_notebook_of_another_student_or_assignment_is_noticed(folder: Path) -> None:
+    assignment = load_assignment(folder)
+    path = notebook_path(assignment, "s001")
+    path.write_text(path.read_text(encoding="utf-8").replace(assignment.digest, "0" * 16), encoding="utf-8")
+    assert "restore it from a backup: metadata changed\n" in verified(folder)[1]
+    shutil.copy(notebook_path(assignment, "s002"), path)
+    code, output = verified(folder)
+    assert code == 1
+    assert "metadata changed, title changed" in output
+    assert "2 failed: 2 in an altered notebook\n" in output
+
+
+@pytest.mark.parametrize(
+    ("content", "said", "kind"),
+    [
+        (
+            None,
+            "test.ipynb is missing, and can't be compared with what was handed out; restore it",
+            "without a notebook",
+        ),
+        (b"{", "test.ipynb can't be read as a notebook (Expecting property name", "in an altered notebook"),
+        (b"\xff", "test.ipynb can't be read as a notebook ('utf-8' codec", "in an altered notebook"),
+        (b"[]", "test.ipynb can't be read as a notebook (it has no cells)", "in an altered notebook"),
+        (b"[" * 100_000, "test.ipynb can't be read as a notebook (", "in an altered notebook"),
+    ],
+)
+def test_a_notebook_that_is_gone_or_broken_fails_its_student_only(
+    folder: Path, content: bytes | None, said: str, kind: str
+) -> None:
+    path = notebook_path(load_assignment(folder), "s001")
+    path.unlink() if content is None else path.write_bytes(content)
+    code, output = verified(folder)
+    assert code == 1
+    assert output.count("s001: ") == 1
+    assert said in output
+    assert f"4 problems verified, 2 failed: 2 {kind}\n" in output
 
 
 def test_a_problem_that_fails_is_not_handed_out(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
