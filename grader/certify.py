@@ -4,10 +4,12 @@ The certificates of a class are kept as certificates/STUDENT/KEY.json; by them `
 problems of a folder are still those that were handed out. Where nothing vouches for a problem, it has failed.
 """
 
+import unicodedata
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 from exercises import ENGINE
@@ -39,7 +41,7 @@ from grader.verdict import Outcome
 class Task:
     """A problem to verify: its identity, its family where that is an instructor's robot, and the record kept of it.
 
-    `against` is what the files of its student say against it.
+    `against` is what the files of its student say against it; one that can't be `made` any more is only told of.
     """
 
     identity: ProblemId
@@ -47,6 +49,7 @@ class Task:
     record: Record | None = None
     owner: str = ""
     against: tuple[Failure, ...] = ()
+    made: bool = True
 
     @property
     def name(self) -> str:
@@ -114,20 +117,60 @@ def certificate_text(
 
 
 def tasks_of(assignment: Assignment) -> list[Task]:
-    """Return every problem of a class with its record, and what the files of its student say against it."""
-    return [task for student in assignment.roster for task in _tasks_of_student(assignment, student.id)]
+    """Return every problem of a class with its record, and what the files of its student say against it.
+
+    Those who have left the roster since are of the class: their problems were handed out, too.
+    """
+    students = [student.id for student in assignment.roster]
+    students += former_students(assignment)
+    return [task for student in students for task in _tasks_of_student(assignment, student)]
+
+
+def former_students(assignment: Assignment) -> list[str]:
+    """Return who has a notebook or a certificate and is not on the roster."""
+    paths = [path for make in (notebook_path, certificate_path) for path in _of_anybody(make(assignment, "*"))]
+    names = {unicodedata.normalize("NFC", path.parent.name) for path in paths}
+    return sorted(names - {student.id for student in assignment.roster})
+
+
+def unknown_files(assignment: Assignment) -> list[Path]:
+    """Return the files among notebooks and certificates that are neither; they are not looked at."""
+    found: set[Path] = set()
+    for pattern in (notebook_path(assignment, "*"), certificate_path(assignment, "*")):
+        root = pattern.parent.parent
+        files = {path for path in root.rglob("*") if path.is_file()} - set(_of_anybody(pattern))
+        found |= {path for path in files if not any(name.startswith(".") for name in path.relative_to(root).parts)}
+    return sorted(found)
+
+
+def _of_anybody(pattern: Path) -> list[Path]:
+    return [path for path in pattern.parent.parent.glob(f"*/{pattern.name}") if not path.parent.name.startswith(".")]
 
 
 def _tasks_of_student(assignment: Assignment, student: str) -> list[Task]:
     certificate, found = _kept(assignment, student)
-    records = certificate.problems if certificate else {}
-    return [
-        Task(
-            slot.identity(assignment.secret, student), slot.family, records.get(slot.name), student,
-            tuple(failure for failure in found if failure.slot in ("", slot.name)),
-        )
-        for slot in assignment.slots
-    ]  # fmt: skip
+    records = dict(certificate.problems) if certificate else {}
+    tasks = []
+    for slot in assignment.slots:
+        record, against = records.pop(slot.name, None), _concerning(slot.name, found)
+        identity = slot.identity(assignment.secret, student)
+        if certificate and record is None:
+            said = f"{student}: {certificate_path(assignment, student)} has no {slot.name}, which came into assignment.toml after handing out"
+            against = (Failure(Kind.UNCERTIFIED, said), *against)
+        tasks.append(Task(identity, slot.family, record, student, against))
+    return tasks + [_dropped(student, name, record, _concerning(name, found)) for name, record in records.items()]
+
+
+def _concerning(slot: str, found: Sequence[Failure]) -> tuple[Failure, ...]:
+    return tuple(failure for failure in found if failure.slot in ("", slot))
+
+
+def _dropped(student: str, slot: str, record: Record, against: tuple[Failure, ...]) -> Task:
+    """Return the task of a problem that was handed out in a slot which the assignment has no more."""
+    family, _, seed = record.problem.partition("/")
+    task = Task(ProblemId(family, int(seed), record.questions), owner=student, made=False)
+    said = f"{task.name}: it was handed out as {slot}, and is not in assignment.toml any more"
+    return replace(task, against=(Failure(Kind.CHANGED, said), *against))
 
 
 def _kept(assignment: Assignment, student: str) -> tuple[Certificate | None, list[Failure]]:
@@ -142,21 +185,28 @@ def _kept(assignment: Assignment, student: str) -> tuple[Certificate | None, lis
     return certificate, notebook_failures(notebook, certificate)
 
 
-def _changes(problem: Problem, record: Record) -> list[str]:
+def _changes(task: Task, problem: Problem, record: Record) -> list[Failure]:
     """Return how a problem differs from the record that was kept of it."""
     now = digests(problem)
-    if record.sha256 == now["sha256"]:
-        return []
     if record.problem != str(problem.id):
-        return [f"another problem than was handed out, {record.problem}: the assignment or secret was changed"]
-    changed = [name for name, digest in now["parts"].items() if record.parts.get(name) != digest]
-    changed += [name for name in record.parts if name not in now["parts"]]
-    what = "the arm" if record.arm != now["arm"] else ", ".join(changed) or "its digest"
-    return [f"no longer the problem that was handed out: {what} changed since qdot {record.qdot}"]
+        said = f"another problem than was handed out, {record.problem}: the assignment or secret was changed"
+    elif record.sha256 != now["sha256"]:
+        changed = [name for name, digest in now["parts"].items() if record.parts.get(name) != digest]
+        changed += [name for name in record.parts if name not in now["parts"]]
+        what = "the arm" if record.arm != now["arm"] else ", ".join(changed) or "its digest"
+        said = f"no longer the problem that was handed out: {what} changed since qdot {record.qdot}"
+    elif (record.arm, record.parts, set(record.questions)) != (now["arm"], now["parts"], set(now["parts"])):
+        said = "its certificate contradicts itself: it was altered; restore it from a backup"
+        return _found(Kind.DAMAGED, task, [said])
+    else:
+        return []
+    return _found(Kind.CHANGED, task, [said])
 
 
 def _failures(_: None, task: Task) -> list[Failure]:
     record = task.record
+    if not task.made:
+        return list(task.against)
     if record is not None and record.engine != ENGINE:
         said = (
             f"made by engine {record.engine} of qdot {record.qdot}; this version has engine {ENGINE} and can't say "
@@ -165,8 +215,8 @@ def _failures(_: None, task: Task) -> list[Failure]:
         return [*_found(Kind.OTHER_ENGINE, task, [said]), *task.against]
     try:
         problem = generate(task.identity, None, task.family)
-        changes = _changes(problem, record) if record is not None else []
-        found = [*_found(Kind.CHANGED, task, changes), *_found(Kind.UNSOUND, task, failures_of(problem))]
+        changes = _changes(task, problem, record) if record is not None else []
+        found = [*changes, *_found(Kind.UNSOUND, task, failures_of(problem))]
     except (RuntimeError, QdotError) as error:
         found = _found(Kind.UNSOUND, task, [str(error)])
     return [*found, *task.against]

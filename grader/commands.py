@@ -20,7 +20,7 @@ from exercises.problem import ProblemId
 from exercises.release import CORES, Released, release
 from grader.batch import Result, grade_class
 from grader.certificates import Kind
-from grader.certify import Task, certificate_text, tasks_of
+from grader.certify import Task, certificate_text, former_students, tasks_of, unknown_files
 from grader.compare import TYPES, as_json, compare_line, likely_type
 from grader.compare import compare as compare_texts
 from grader.reports.tables import staff_notes, status
@@ -106,8 +106,19 @@ def _tasks(what: list[str], family: str, count: int) -> list[Task]:
     tasks = [Task(ProblemId(families[i % len(families)], i // len(families))) for i in range(count if families else 0)]
     tasks.sort(key=lambda task: families.index(task.identity.family))  # a structure is derived once in each process
     for item in what:
-        tasks += tasks_of(load_assignment(Path(item))) if Path(item).is_dir() else [Task(ProblemId.parse(item))]
+        tasks += _tasks_of_folder(Path(item)) if Path(item).is_dir() else [Task(ProblemId.parse(item))]
     return tasks
+
+
+def _tasks_of_folder(folder: Path) -> list[Task]:
+    assignment = load_assignment(folder)
+    for student in former_students(assignment):
+        note(f"{student} is not on the roster, and has a notebook or certificate, which is verified all the same")
+    unknown = unknown_files(assignment)
+    if unknown:
+        named = ", ".join(map(str, unknown[:3])) + (", …" if len(unknown) > 3 else "")
+        note(f"{len(unknown)} files are neither notebooks nor certificates of this assignment; not looked at: {named}")
+    return tasks_of(assignment)
 
 
 def check(

@@ -114,6 +114,7 @@ def test_students_draw_different_lengths_of_an_own_robot(released: Path) -> None
         ({"sha256": "0" * 64, "parts": {"position": "1", "determinant": "2"}}, "position, determinant changed since"),
         ({"sha256": "0" * 64, "arm": "1"}, "the arm changed since"),
         ({"sha256": "0" * 64, "problem": "planar-2r/12"}, "another problem than was handed out"),
+        ({"problem": "planar-2r/12"}, "another problem than was handed out"),
         ({"engine": ENGINE + 1, "qdot": "9.1"}, f"made by engine {ENGINE + 1} of qdot 9.1; this version has engine"),
         ({"engine": ENGINE + 1, "news": {}}, "1 failed: 1 of another engine"),
     ],
@@ -278,6 +279,7 @@ def test_what_a_later_version_words_differently_was_handed_out_all_the_same(
 ) -> None:
     monkeypatch.setattr("exercises.notebook.statement", lambda *_: "Another wording.")
     monkeypatch.setattr("exercises.notebook.prompt", lambda *_: "Another question's wording.")
+    monkeypatch.setattr("grader.certify.version", lambda _: "9.1")
     assert verified(folder)[0] == 0
 
 
@@ -317,6 +319,61 @@ def test_a_notebook_that_is_gone_or_broken_fails_its_student_only(
     assert output.count("s001: ") == 1
     assert said in output
     assert f"4 problems verified, 2 failed: 2 {kind}\n" in output
+
+
+def test_who_left_the_roster_is_verified_all_the_same(folder: Path) -> None:
+    path = folder / "roster.csv"
+    path.write_text("".join(path.read_text(encoding="utf-8").splitlines(keepends=True)[:-1]), encoding="utf-8")
+    code, output = verified(folder)
+    assert code == 0
+    assert "s002 is not on the roster" in output
+    assert "4 problems verified, 0 failed\n" in output
+    edit(certificate_path(load_assignment(folder), "s002"), {"sha256": "0" * 64})
+    assert "4 problems verified, 1 failed: 1 changed\n" in verified(folder)[1]
+    shutil.rmtree(folder / "certificates" / "s002")
+    assert "4 problems verified, 2 failed: 2 without a certificate\n" in verified(folder)[1]
+
+
+def test_files_that_are_not_qdot_s_are_told_and_fail_nothing(folder: Path) -> None:
+    for name in ("released/.DS_Store", "released/s001/.ipynb_checkpoints/test.ipynb", "released/.old/test.ipynb"):
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text("{", encoding="utf-8")
+    assert "not looked at" not in verified(folder)[1]
+    (folder / "released" / "s001" / "other.ipynb").write_text("{", encoding="utf-8")
+    (folder / "certificates" / "README").write_text("{", encoding="utf-8")
+    code, output = verified(folder)
+    assert code == 0
+    assert "2 files are neither notebooks nor certificates of this assignment; not looked at: " in output
+    assert f"{folder / 'released' / 's001' / 'other.ipynb'}" in output
+
+
+def test_a_problem_that_is_no_longer_in_the_assignment_fails(folder: Path) -> None:
+    path = folder / "assignment.toml"
+    path.write_text(PROBLEMS.rpartition("[[problem]]")[0], encoding="utf-8")
+    code, output = verified(folder)
+    assert code == 1
+    assert output.count("(position, determinant): it was handed out as p2, and is not in assignment.toml any more") == 2
+    assert "4 problems verified, 2 failed: 2 changed\n" in output
+
+
+def test_a_problem_that_came_into_the_assignment_later_has_no_certificate(folder: Path) -> None:
+    path = folder / "assignment.toml"
+    path.write_text(PROBLEMS + '[[problem]]\nfamily = "polar-rp"\nquestions = ["position"]\n', encoding="utf-8")
+    code, output = verified(folder)
+    assert code == 1
+    assert "test.json has no p3, which came into assignment.toml after handing out" in output
+    assert "6 problems verified, 2 failed: 2 without a certificate\n" in output
+
+
+@pytest.mark.parametrize(
+    "change", [{"arm": "1"}, {"parts": {"position": "1"}}, {"questions": ["position", "jacobian"]}]
+)
+def test_a_certificate_that_contradicts_itself_is_damaged(folder: Path, change: dict[str, Any]) -> None:
+    edit(certificate_path(load_assignment(folder), "s001"), change)
+    code, output = verified(folder)
+    assert code == 1
+    assert "its certificate contradicts itself: it was altered" in output
+    assert "4 problems verified, 1 failed: 1 with a damaged certificate\n" in output
 
 
 def test_a_problem_that_fails_is_not_handed_out(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
