@@ -155,7 +155,8 @@ def _tasks_of_student(assignment: Assignment, student: str) -> list[Task]:
         record, against = records.pop(slot.name, None), _concerning(slot.name, found)
         identity = slot.identity(assignment.secret, student)
         if certificate and record is None:
-            said = f"{student}: {certificate_path(assignment, student)} has no {slot.name}, which came into assignment.toml after handing out"
+            path = certificate_path(assignment, student)
+            said = f"{student}: {path} has no {slot.name}, which came into assignment.toml after handing out"
             against = (Failure(Kind.UNCERTIFIED, said), *against)
         tasks.append(Task(identity, slot.family, record, student, against))
     return tasks + [_dropped(student, name, record, _concerning(name, found)) for name, record in records.items()]
