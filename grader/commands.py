@@ -117,7 +117,7 @@ def _tasks_of_folder(folder: Path) -> list[Task]:
     unknown = unknown_files(assignment)
     if unknown:
         named = ", ".join(map(str, unknown[:3])) + (", …" if len(unknown) > 3 else "")
-        note(f"{len(unknown)} files are neither notebooks nor certificates of this assignment; not looked at: {named}")
+        note(f"not looked at, neither notebooks nor certificates of this assignment: {len(unknown)}, as {named}")
     return tasks_of(assignment)
 
 

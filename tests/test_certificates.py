@@ -343,7 +343,7 @@ def test_files_that_are_not_qdot_s_are_told_and_fail_nothing(folder: Path) -> No
     (folder / "certificates" / "README").write_text("{", encoding="utf-8")
     code, output = verified(folder)
     assert code == 0
-    assert "2 files are neither notebooks nor certificates of this assignment; not looked at: " in output
+    assert "not looked at, neither notebooks nor certificates of this assignment: 2, as " in output
     assert f"{folder / 'released' / 's001' / 'other.ipynb'}" in output
 
 
