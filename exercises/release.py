@@ -7,6 +7,8 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
+from nbformat import NotebookNode
+
 from exercises.assignment import SECRET_FILE, Assignment, Student
 from exercises.errors import QdotError
 from exercises.files import make_folder, write_atomically
@@ -35,6 +37,10 @@ def init_assignment(
     write_atomically(folder / "assignment.toml", render("init/assignment.toml.j2", **context))
 
 
+MAKERS = (student_notebook, solution_notebook)
+"""What makes the notebooks of a student: the one to hand out, and the staff's."""
+
+
 @dataclass(frozen=True)
 class Released:
     """What became of one student's notebooks: "written", "kept" (up to date already) or "rewritten"."""
@@ -43,8 +49,8 @@ class Released:
     outcome: str
 
 
-Certify = Callable[[Assignment, str, Sequence[tuple[str, Problem]]], str]
-"""Returns the text of a student's certificate; raises QdotError where a problem does not pass."""
+Certify = Callable[[Assignment, str, Sequence[tuple[str, Problem]], NotebookNode], str]
+"""Returns the text of the certificate of a student's problems and notebook; raises QdotError where it has to fail."""
 
 
 def certificate_path(assignment: Assignment, student: str) -> Path:
@@ -52,23 +58,25 @@ def certificate_path(assignment: Assignment, student: str) -> Path:
     return assignment.folder / "certificates" / student / f"{assignment.key}.json"
 
 
-def _paths(assignment: Assignment, student: str) -> tuple[Path, Path]:
-    name = f"{assignment.key}.ipynb"
-    return assignment.folder / "released" / student / name, assignment.folder / "solutions" / student / name
+def notebook_path(assignment: Assignment, student: str, kind: str = "released") -> Path:
+    """Return where a student's notebook is: the one "released", or the staff's, in "solutions"."""
+    return assignment.folder / kind / student / f"{assignment.key}.ipynb"
 
 
 def release_one(work: tuple[Assignment, Certify], student: str) -> Released:
     """Certify the problems of one student and write both notebooks, unless all is there from this very assignment."""
     assignment, certify = work
-    paths, certificate = _paths(assignment, student), certificate_path(assignment, student)
+    paths = [notebook_path(assignment, student, kind) for kind in ("released", "solutions")]
+    certificate = certificate_path(assignment, student)
     if all(_made_from(path, assignment.edition) for path in (*paths, certificate)):
         return Released(student, "kept")
     outcome = "rewritten" if any(path.exists() for path in paths) else "written"
     problems = assignment.problems(student)
-    write_atomically(certificate, certify(assignment, student, problems), mode=0o600)
-    for path, make in zip(paths, (student_notebook, solution_notebook), strict=True):
-        notebook = make(assignment.title, assignment.key, student, problems)
+    notebooks = [make(assignment.title, assignment.key, student, problems) for make in MAKERS]
+    for notebook in notebooks:
         notebook.metadata["qdot"].update(digest=assignment.digest, edition=assignment.edition)
+    write_atomically(certificate, certify(assignment, student, problems, notebooks[0]), mode=0o600)
+    for path, notebook in zip(paths, notebooks, strict=True):
         write_atomically(path, notebook_text(notebook))
     return Released(student, outcome)
 

@@ -1,14 +1,13 @@
 """The certificate of a problem from the grader's side, above both packages: the reference earns full marks.
 
-The certificates of a class are kept as certificates/STUDENT/KEY.json, one record for each problem: its identity, the
-engine and version that made it, digests of arm and parts, difficulty, and the names of the checks it passed. Figures
-such as rounding errors differ between machines and are not kept; `qdot verify` finds them again.
+The certificates of a class are kept as certificates/STUDENT/KEY.json; by them `qdot verify DIR` knows whether the
+problems of a folder are still those that were handed out. Where nothing vouches for a problem, it has failed.
 """
 
-import json
+import unicodedata
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -22,21 +21,35 @@ from exercises.generate import generate
 from exercises.parallel import ordered_map
 from exercises.problem import Choice, ConditionSet, Expression, Part, Problem, ProblemId
 from exercises.record import digests, text_of
+from exercises.release import certificate_path, notebook_path
 from exercises.verify import ProblemCertificate, certify
+from grader.certificates import (
+    Certificate,
+    Failure,
+    Kind,
+    Record,
+    cell_digests,
+    missing,
+    notebook_failures,
+    read_certificate,
+)
 from grader.marking import judge
 from grader.verdict import Outcome
-
-Record = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
 class Task:
-    """A problem to verify: its identity, its family where that is an instructor's robot, and the record kept of it."""
+    """A problem to verify: its identity, its family where that is an instructor's robot, and the record kept of it.
+
+    `against` is what the files of its student say against it; one that can't be `made` any more is only told of.
+    """
 
     identity: ProblemId
     family: Family | None = None
     record: Record | None = None
     owner: str = ""
+    against: tuple[Failure, ...] = ()
+    made: bool = True
 
     @property
     def name(self) -> str:
@@ -77,67 +90,145 @@ def record_of(problem: Problem) -> Record:
         raise QdotError(
             f"the problem {problem.id} failed its own certificate and is not handed out: {failed[0]}; please report it"
         )
-    band = None if problem.id.band is None else list(problem.id.band)
-    return {
-        "problem": str(problem.id),
-        "questions": [part.name for part in problem.parts],
-        "band": band,
-        "engine": problem.id.engine,
-        "qdot": version("qdot"),
-        "difficulty": difficulty(problem.chain),
+    return Record(
+        problem=str(problem.id),
+        questions=tuple(part.name for part in problem.parts),
+        band=problem.id.band,
+        engine=problem.id.engine,
+        qdot=version("qdot"),
+        difficulty=difficulty(problem.chain),
         **digests(problem),
-        "checks": [*(check.name for check in certificate.checks), "full marks for the reference"],
-    }
+        checks=(*(check.name for check in certificate.checks), "full marks for the reference"),
+    )
 
 
-def certificate_text(assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]) -> str:
+def certificate_text(
+    assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]], notebook: Mapping[str, Any]
+) -> str:
     """Return the text of a student's certificate file. Raises QdotError where a problem does not pass."""
+    cells = dict(cell_digests(notebook))
     records = {slot: record_of(problem) for slot, problem in problems}
-    found = {"assignment": assignment.key, "student": student, "edition": assignment.edition, "problems": records}
-    return json.dumps(found, indent=1, ensure_ascii=False) + "\n"
+    return Certificate(
+        assignment=assignment.key, student=student, edition=assignment.edition, notebook=cells, problems=records
+    ).text
 
 
-def kept_records(path: Path) -> Mapping[str, Record]:
-    """Return the records of a certificate file by slot, none where there is no file. Raises QdotError."""
+# --- a folder, years later ---
+
+
+def tasks_of(assignment: Assignment) -> list[Task]:
+    """Return every problem of a class with its record, and what the files of its student say against it.
+
+    Those who have left the roster since are of the class: their problems were handed out, too.
+    """
+    students = [student.id for student in assignment.roster]
+    students += former_students(assignment)
+    return [task for student in students for task in _tasks_of_student(assignment, student)]
+
+
+def former_students(assignment: Assignment) -> list[str]:
+    """Return who has a notebook or a certificate and is not on the roster."""
+    paths = [path for make in (notebook_path, certificate_path) for path in _of_anybody(make(assignment, "*"))]
+    names = {unicodedata.normalize("NFC", path.parent.name) for path in paths}
+    return sorted(names - {student.id for student in assignment.roster})
+
+
+def unknown_files(assignment: Assignment) -> list[Path]:
+    """Return the files among notebooks and certificates that are neither; they are not looked at."""
+    found: set[Path] = set()
+    for pattern in (notebook_path(assignment, "*"), certificate_path(assignment, "*")):
+        root = pattern.parent.parent
+        files = {path for path in root.rglob("*") if path.is_file()} - set(_of_anybody(pattern))
+        found |= {path for path in files if not any(name.startswith(".") for name in path.relative_to(root).parts)}
+    return sorted(found)
+
+
+def _of_anybody(pattern: Path) -> list[Path]:
+    return [path for path in pattern.parent.parent.glob(f"*/{pattern.name}") if not path.parent.name.startswith(".")]
+
+
+def _tasks_of_student(assignment: Assignment, student: str) -> list[Task]:
+    certificate, found = _kept(assignment, student)
+    records = dict(certificate.problems) if certificate else {}
+    tasks = []
+    for slot in assignment.slots:
+        record, against = records.pop(slot.name, None), _concerning(slot.name, found)
+        identity = slot.identity(assignment.secret, student)
+        if certificate and record is None:
+            path = certificate_path(assignment, student)
+            said = f"{student}: {path} has no {slot.name}, which came into assignment.toml after handing out"
+            against = (Failure(Kind.UNCERTIFIED, said), *against)
+        tasks.append(Task(identity, slot.family, record, student, against))
+    return tasks + [_dropped(student, name, record, _concerning(name, found)) for name, record in records.items()]
+
+
+def _concerning(slot: str, found: Sequence[Failure]) -> tuple[Failure, ...]:
+    return tuple(failure for failure in found if failure.slot in ("", slot))
+
+
+def _dropped(student: str, slot: str, record: Record, against: tuple[Failure, ...]) -> Task:
+    """Return the task of a problem that was handed out in a slot which the assignment has no more."""
+    family, _, seed = record.problem.partition("/")
+    task = Task(ProblemId(family, int(seed), record.questions), owner=student, made=False)
+    said = f"{task.name}: it was handed out as {slot}, and is not in assignment.toml any more"
+    return replace(task, against=(Failure(Kind.CHANGED, said), *against))
+
+
+def _kept(assignment: Assignment, student: str) -> tuple[Certificate | None, list[Failure]]:
+    """Return a student's certificate, None where none can be read, and what is wrong with it or the notebook."""
+    path, notebook = certificate_path(assignment, student), notebook_path(assignment, student)
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))["problems"]
-    except FileNotFoundError:
-        return {}
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise QdotError(f"{path} can't be read as a certificate ({error}); 'qdot generate' writes it anew") from None
-    if not isinstance(found, dict) or not all(isinstance(record, dict) for record in found.values()):
-        raise QdotError(f"{path} is no certificate; 'qdot generate' writes it anew")
-    return found
+        certificate = read_certificate(path, assignment.key, student)
+    except QdotError as error:
+        return None, [Failure(Kind.DAMAGED, f"{student}: {error}")]
+    if certificate is None:
+        return None, [Failure(Kind.UNCERTIFIED, f"{student}: {missing(path, notebook)}")]
+    return certificate, notebook_failures(notebook, certificate)
 
 
-def _changes(problem: Problem, record: Record) -> list[str]:
+def _changes(task: Task, problem: Problem, record: Record) -> list[Failure]:
     """Return how a problem differs from the record that was kept of it."""
     now = digests(problem)
-    if record.get("sha256") == now["sha256"]:
+    if record.problem != str(problem.id):
+        said = f"another problem than was handed out, {record.problem}: the assignment or secret was changed"
+    elif record.sha256 != now["sha256"]:
+        changed = [name for name, digest in now["parts"].items() if record.parts.get(name) != digest]
+        changed += [name for name in record.parts if name not in now["parts"]]
+        what = "the arm" if record.arm != now["arm"] else ", ".join(changed) or "its digest"
+        said = f"no longer the problem that was handed out: {what} changed since qdot {record.qdot}"
+    elif (record.arm, record.parts, set(record.questions)) != (now["arm"], now["parts"], set(now["parts"])):
+        said = "its certificate contradicts itself: it was altered; restore it from a backup"
+        return _found(Kind.DAMAGED, task, [said])
+    else:
         return []
-    parts = record.get("parts", {})
-    changed = [name for name, digest in now["parts"].items() if parts.get(name) != digest]
-    changed += [name for name in parts if name not in now["parts"]]
-    if record.get("problem") != str(problem.id):
-        return [f"another problem than was handed out, {record.get('problem')}: the assignment or secret was changed"]
-    what = "the arm" if record.get("arm") != now["arm"] else ", ".join(changed) or "its digest"
-    return [f"no longer the problem that was handed out: {what} changed since qdot {record.get('qdot')}"]
+    return _found(Kind.CHANGED, task, [said])
 
 
-def _failures(_: None, task: Task) -> list[str]:
+def _failures(_: None, task: Task) -> list[Failure]:
     record = task.record
-    if record is not None and record.get("engine") != ENGINE:
-        made = f"made by engine {record.get('engine')} of qdot {record.get('qdot')}"
-        return [f"{made}; this version has engine {ENGINE} and can't say whether it is the same problem"]
+    if not task.made:
+        return list(task.against)
+    if record is not None and record.engine != ENGINE:
+        said = (
+            f"made by engine {record.engine} of qdot {record.qdot}; this version has engine {ENGINE} and can't say "
+            "whether it is the same problem; verify with that version"
+        )
+        return [*_found(Kind.OTHER_ENGINE, task, [said]), *task.against]
     try:
         problem = generate(task.identity, None, task.family)
-        return (_changes(problem, record) if record is not None else []) + failures_of(problem)
+        changes = _changes(task, problem, record) if record is not None else []
+        found = [*changes, *_found(Kind.UNSOUND, task, failures_of(problem))]
     except (RuntimeError, QdotError) as error:
-        return [str(error)]
+        found = _found(Kind.UNSOUND, task, [str(error)])
+    return [*found, *task.against]
 
 
-def certify_all(tasks: Sequence[Task], jobs: int) -> Generator[tuple[Task, list[str]], None, None]:
-    """Yield every problem with its failures, in order."""
+def _found(kind: Kind, task: Task, said: Sequence[str]) -> list[Failure]:
+    return [Failure(kind, f"{task.name}: {line}") for line in said]
+
+
+def certify_all(tasks: Sequence[Task], jobs: int) -> Generator[tuple[Task, list[Failure]], None, None]:
+    """Yield every problem with what is wrong with it, the gravest first, in order."""
     with closing(ordered_map(_failures, tasks, jobs, _nothing, ())) as found:
         yield from zip(tasks, found, strict=True)
 

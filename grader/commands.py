@@ -3,6 +3,7 @@
 import json
 import sys
 import time
+from collections import Counter
 from collections.abc import Iterable
 from contextlib import closing
 from pathlib import Path
@@ -16,9 +17,10 @@ from exercises.errors import QdotError
 from exercises.families import FAMILIES
 from exercises.generate import family_named
 from exercises.problem import ProblemId
-from exercises.release import CORES, Released, certificate_path, release
+from exercises.release import CORES, Released, release
 from grader.batch import Result, grade_class
-from grader.certify import Task, certificate_text, kept_records
+from grader.certificates import Kind
+from grader.certify import Task, certificate_text, former_students, tasks_of, unknown_files
 from grader.compare import TYPES, as_json, compare_line, likely_type
 from grader.compare import compare as compare_texts
 from grader.reports.tables import staff_notes, status
@@ -67,25 +69,30 @@ def verify(
 
     The Jacobian by four routes agrees, singular sets are sound and complete, and the references get full marks from
     the grader. For an assignment folder, the problems are compared with the certificates that `qdot generate` kept: are
-    they still the same? Leaves with code 1 if a problem fails; each failure is printed with what was found.
+    they still the same? One without a certificate fails. Leaves with code 1 if a problem fails; each failure is printed
+    with what was found.
     """
     from grader.certify import certify_all
 
     tasks = _tasks(what, family, count)
-    started, failed = time.monotonic(), 0
-    passed: dict[str, int] = {}
+    started = time.monotonic()
+    failed, passed = Counter[Kind](), dict.fromkeys((task.identity.family for task in tasks), 0)
+    told: set[str] = set()
     with progress("verifying", len(tasks)) as counter, closing(certify_all(tasks, jobs)) as every:
         for task, failures in every:
             counter.step()
-            failed += bool(failures)
-            passed[task.identity.family] = passed.get(task.identity.family, 0) + (not failures)
+            failed.update(failure.kind for failure in failures[:1])
+            passed[task.identity.family] += not failures
             for failure in failures:
-                say(f"{task.name}: {failure}")
+                if failure.said not in told:  # what concerns all problems of a student is told once
+                    say(failure.said)
+                told.add(failure.said)
     if family == "all":
         for name, number in passed.items():
             say(f"{name:<20} {number} passed")
     seconds = time.monotonic() - started
-    say(f"{len(tasks)} problems verified, {failed} failed")
+    kinds = ", ".join(f"{number} {kind}" for kind, number in sorted(failed.items()))
+    say(f"{len(tasks)} problems verified, {failed.total()} failed{': ' if kinds else ''}{kinds}")
     note(f"in {seconds:.1f} s, {60 * len(tasks) / max(seconds, 1e-9):.0f} a minute")
     if failed:
         raise typer.Exit(1)
@@ -105,19 +112,13 @@ def _tasks(what: list[str], family: str, count: int) -> list[Task]:
 
 def _tasks_of_folder(folder: Path) -> list[Task]:
     assignment = load_assignment(folder)
-    tasks, lacking = [], 0
-    for student in assignment.roster:
-        records = kept_records(certificate_path(assignment, student.id))
-        lacking += not records
-        for slot in assignment.slots:
-            identity = slot.identity(assignment.secret, student.id)
-            tasks.append(Task(identity, slot.family, records.get(slot.name), student.id))
-    if lacking:
-        note(
-            f"{lacking} of {len(assignment.roster)} students have no certificate in {folder / 'certificates'}: their "
-            "problems are verified as they would be made now"
-        )
-    return tasks
+    for student in former_students(assignment):
+        note(f"{student} is not on the roster, and has a notebook or certificate, which is verified all the same")
+    unknown = unknown_files(assignment)
+    if unknown:
+        named = ", ".join(map(str, unknown[:3])) + (", …" if len(unknown) > 3 else "")
+        note(f"not looked at, neither notebooks nor certificates of this assignment: {len(unknown)}, as {named}")
+    return tasks_of(assignment)
 
 
 def check(
