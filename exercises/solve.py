@@ -8,7 +8,7 @@ import sympy as sp
 
 from exercises.arm.chain import Chain
 from exercises.arm.classification import kind_is_sure
-from exercises.arm.derivation import derive
+from exercises.arm.derivation import TooLong, derive
 from exercises.arm.robot_file import read_robot
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
@@ -38,7 +38,11 @@ NEVER_SINGULAR = (
 
 @dataclass(frozen=True)
 class Solution:
-    """The results for a chain; `determinant` is None where J is not square, `singular` where it never has full rank."""
+    """The results for a chain.
+
+    `determinant` is None where J is not square, `singular` where it never has full rank; both where they would be too
+    long, as `note` then says.
+    """
 
     chain: Chain
     position: sp.Matrix
@@ -51,11 +55,22 @@ class Solution:
 
 def solve(chain: Chain) -> Solution:
     """Return what the chapter would derive for `chain`; base frame, metres, radians."""
-    d, worked = derive(chain), Worked(chain)
-    determinant = d.determinant if d.is_square else None
-    singular = None if all(minor.is_zero for minor in d.generic_minors) else tuple(worked.found)
-    note = ALWAYS_SINGULAR if singular is None else (None if singular else NEVER_SINGULAR)
+    d = derive(chain)
+    determinant, singular, note = _singularities(chain)
     return Solution(chain, d.position, d.geometric[:3, :], d.geometric, determinant, singular, note)
+
+
+def _singularities(chain: Chain) -> tuple[sp.Expr | None, tuple[Found, ...] | None, str | None]:
+    """Return determinant, singular set and what there is to say of them."""
+    d = derive(chain)
+    try:
+        determinant = d.determinant if d.is_square else None
+        if all(minor.is_zero for minor in d.generic_minors):
+            return determinant, None, ALWAYS_SINGULAR
+    except TooLong as error:
+        return None, None, f"The singular configurations are not worked out: {error}. Position and Jacobian are right."
+    singular = tuple(Worked(chain).found)
+    return determinant, singular, None if singular else NEVER_SINGULAR
 
 
 def solution_json(solution: Solution) -> str:
@@ -131,7 +146,7 @@ def _sections(solution: Solution) -> list[tuple[str, str]]:
     for name in SECTIONS:
         question = QUESTIONS[name]
         unreadable = chain.n > BY_HAND and name in ("inverse-jacobian", "inverse-velocity")
-        if unreadable or question.objection(chain) is not None:
+        if unreadable or question.objects(chain) is not None:
             continue
         answer, details = question.ask(chain, Stream("solve"))
         part = Part(name, name, answer, details=details)

@@ -7,7 +7,7 @@ every arm of that structure.
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import combinations
+from itertools import combinations, product
 
 import sympy as sp
 
@@ -24,8 +24,16 @@ from exercises.arm.kinematics import (
     task_matrix,
 )
 from exercises.arm.trigonometry import Factored, factored, same, substitute, textbook
+from exercises.errors import QdotError
 
 Values = dict[sp.Symbol, sp.Expr]
+
+MOST_TERMS = 3000
+"""Terms that the maximal minors of a Jacobian may have together. The seven of a Panda have 400."""
+
+
+class TooLong(QdotError):
+    """A result that is too long to be worked out, and to be read."""
 
 
 @dataclass(frozen=True)
@@ -172,16 +180,35 @@ def _moves_with_last_link(chain: Chain) -> bool:
 
 
 @lru_cache(maxsize=4096)
-def _generic_minors(chain: Chain) -> tuple[Factored, ...]:
-    """Return every maximal minor of the task Jacobian, factored; just the determinant where it is square."""
+def _expanded_minors(chain: Chain) -> tuple[sp.Expr, ...] | None:
+    """Return every maximal minor of the task Jacobian as a sum, or None where they have too many terms."""
     jacobian = short_jacobian(chain)
     rows, cols = jacobian.shape
     size = min(rows, cols)
-    return tuple(
-        factored(_laplace(jacobian.extract(list(r), list(c))))
-        for r in combinations(range(rows), size)
-        for c in combinations(range(cols), size)
-    )
+    minors, terms = [], 0
+    for chosen in product(combinations(range(rows), size), combinations(range(cols), size)):
+        minors.append(_laplace(jacobian.extract(*map(list, chosen))))
+        terms += len(sp.Add.make_args(minors[-1]))
+        if terms > MOST_TERMS:
+            return None
+    return tuple(minors)
+
+
+def _generic_minors(chain: Chain) -> tuple[Factored, ...]:
+    """Return every maximal minor of the task Jacobian, factored; just the determinant where it is square.
+
+    Raises TooLong.
+    """
+    minors = _expanded_minors(chain)
+    if minors is None:
+        what = "the determinant has" if len(chain.task) == chain.n else "the minors of J have"
+        raise TooLong(f"{what} more than {MOST_TERMS} terms, too many for conditions that a person could read")
+    return _factored_all(minors)
+
+
+@lru_cache(maxsize=4096)
+def _factored_all(minors: tuple[sp.Expr, ...]) -> tuple[Factored, ...]:
+    return tuple(factored(minor) for minor in minors)
 
 
 @lru_cache(maxsize=4096)

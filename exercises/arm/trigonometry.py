@@ -256,8 +256,11 @@ def substitute(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.E
 
 
 @lru_cache(maxsize=20_000)
-def factored(expression: sp.Expr) -> Factored:
+def factored(expression: sp.Expr, most: int = 200) -> Factored:
     """Return the textbook's factored form of a trigonometric polynomial.
+
+    A sum of more than `most` terms is not searched for factors beyond those that all terms have: it takes minutes, and
+    no one reads the result.
 
     Sines and cosines of each angle sum are factored as independent symbols; then each factor takes the shorter of
     that form and its Fourier form, so that c2*s23 - s2*c23 becomes s3 and c^2 + s^2 becomes 1.
@@ -265,7 +268,8 @@ def factored(expression: sp.Expr) -> Factored:
     if expression == 0:
         return Factored(sp.S.Zero, ())
     names, back = _as_symbols(expression)
-    coefficient, raw = sp.factor_list(expression.xreplace(names))
+    terms = len(sp.Add.make_args(expression))
+    coefficient, raw = (sp.factor_list if terms <= most else _common_factors)(expression.xreplace(names))
     powers: dict[sp.Expr, int] = {}
     for factor, power in raw:
         content, short = _shortest(factor.xreplace(back))
@@ -277,6 +281,15 @@ def factored(expression: sp.Expr) -> Factored:
             powers[piece] = powers.get(piece, 0) + power * inner
     ordered = sorted(powers.items(), key=lambda item: (sp.count_ops(item[0]), sp.default_sort_key(item[0])))
     return Factored(sp.Rational(coefficient), tuple(ordered))
+
+
+def _common_factors(expression: sp.Expr) -> tuple[sp.Expr, list[tuple[sp.Expr, int]]]:
+    """Return the coefficient, the symbols that all terms have in common, and the rest, as factor_list does."""
+    polynomial = sp.Poly(expression, *sorted(expression.free_symbols, key=lambda symbol: symbol.name))
+    powers, rest = polynomial.terms_gcd()
+    coefficient, primitive = rest.primitive()
+    factors = [(symbol, power) for symbol, power in zip(polynomial.gens, powers, strict=True) if power]
+    return coefficient, [*factors, (primitive.as_expr(), 1)]
 
 
 def _as_symbols(expression: sp.Expr) -> tuple[dict[sp.Expr, sp.Symbol], dict[sp.Symbol, sp.Expr]]:
@@ -352,4 +365,4 @@ def textbook(expression: sp.Expr) -> sp.Expr:
     >>> textbook(a1 * sp.cos(t1) + a2 * sp.cos(t1) * sp.cos(t2))
     (a1 + a2*cos(theta2))*cos(theta1)
     """
-    return factored(expression).expression()
+    return factored(expression, most=60).expression()

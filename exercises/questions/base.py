@@ -7,7 +7,7 @@ from functools import lru_cache
 import sympy as sp
 
 from exercises.arm.chain import Chain
-from exercises.arm.derivation import derive, structure
+from exercises.arm.derivation import TooLong, derive, structure
 from exercises.problem import Answer
 from exercises.stream import Stream
 
@@ -82,4 +82,11 @@ class Question:
 
     def refusal(self, chain: Chain) -> str | None:
         """Return why it is not asked of an arm, for one reason or the other."""
-        return self.objection(chain) or self.too_long(chain)
+        return self.objects(chain) or self.too_long(chain)
+
+    def objects(self, chain: Chain) -> str | None:
+        """Return why it makes no sense for an arm, or can't be worked out."""
+        try:
+            return self.objection(chain)
+        except TooLong as error:
+            return str(error)

@@ -8,7 +8,7 @@ multiplies but \cos\varphi_1 behind it, rates and velocities behind their coeffi
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import sympy as sp
 
@@ -94,6 +94,7 @@ def _flat(expression: sp.Expr) -> str:
     return str(expression)
 
 
+@lru_cache(maxsize=50_000)
 def _term_key(term: sp.Expr) -> Key:
     """Sort the terms of a sum: by rate or velocity, then by the sines and cosines in them, then by their symbols."""
     moving = sorted(_moving_key(s) for s in term.free_symbols if _moves(s))
