@@ -8,7 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
-from exercises.console import one_of, say
+from exercises.arm.robot_file import read_robot_file
+from exercises.console import note, one_of, say
 from exercises.families import FAMILIES
 from exercises.families.listing import listing
 from exercises.generate import generate as make_problem
@@ -16,7 +17,7 @@ from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.release import init_assignment
 from exercises.show import show as show_problem
-from exercises.solve import read_robot, solution_json, solution_latex, solution_text
+from exercises.solve import solution_json, solution_latex, solution_text
 from exercises.solve import solve as solve_chain
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
@@ -125,5 +126,8 @@ def solve(
     "P", theta, d, a, alpha.
     """
     one_of(format, SOLVE_FORMATS, "--format")
-    found = solve_chain(read_robot(robot))
+    read = read_robot_file(robot)
+    for said in read.notes:
+        note(said)
+    found = solve_chain(read.chain)
     say({"text": solution_text, "latex": solution_latex, "json": solution_json}[format](found))

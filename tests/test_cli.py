@@ -136,6 +136,17 @@ def test_solve_prints_example_63(tmp_path: Path) -> None:
     assert r"\begin{document}" in run("solve", tmp_path / "elbow.toml", "--format", "latex")
 
 
+def test_solve_notes_a_length_that_may_be_in_millimetres_beside_the_results(tmp_path: Path) -> None:
+    robot = tmp_path / "elbow.toml"
+    robot.write_text(ELBOW.replace('"a2"', "400"))
+    result = runner.invoke(app, ["solve", str(robot), "--format", "json"])
+    assert result.exit_code == 0
+    assert json.loads(result.stdout)["task"] == ["vx", "vy", "vz"]
+    assert result.stderr == (
+        f"{robot}: line 13: joint 2: a = 400: lengths are in metres; is this in millimetres? Then write 0.4\n"
+    )
+
+
 def test_compare_by_argument_and_by_batch(tmp_path: Path) -> None:
     judged = json.loads(run("compare", "a1*a2*s2", "a1*a2*sin(theta2)"))
     assert judged["outcome"] == "correct"
