@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from exercises import ENGINE
 from exercises.arm.chain import Chain
-from exercises.difficulty import step
+from exercises.difficulty import in_words, step
 from exercises.errors import QdotError, unknown
 from exercises.families import FAMILIES, Family
 from exercises.families.listing import listing
@@ -49,8 +49,8 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
         seen[chain] = step(chain)
         if low <= seen[chain] <= high:
             return chain
-    found = " and ".join(map(str, sorted(set(seen.values()))))
-    raise QdotError(f"{family.name} has no arm of difficulty {low} to {high}; its arms are of difficulty {found}")
+    found = in_words(min(seen.values()), max(seen.values()))
+    raise QdotError(f"{family.name} has no arm of difficulty {in_words(low, high)}; its arms are of difficulty {found}")
 
 
 def _objection(chain: Chain, questions: Sequence[str]) -> str | None:
