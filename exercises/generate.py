@@ -96,6 +96,12 @@ def check_questions(family: str | Family, questions: Sequence[str], band: tuple[
     """Raise QdotError where a question is unknown, asked twice, or can't be asked of the family's arms."""
     known = family_named(family) if isinstance(family, str) else family
     _check_names(questions)
+    if known.varied and FAMILIES.get(known.name) is known and known.name in listing():
+        for name in questions:
+            if name not in listing()[known.name].questions:
+                raise QdotError(
+                    f"question {name!r} can be asked of no arm of {known.name}; `qdot families` lists what can"
+                )
     _check_asked(sample_chain(ProblemId(known.name, 0, tuple(questions), band=band), known), questions)
 
 

@@ -22,7 +22,7 @@ Place = Sequence[str | int]
 
 _SHORT = 48
 _HINTS = (
-    ("invalid value", '; text and formulas stand in quotes, as in "pi/2", and numbers as 0.5'),
+    ("invalid value", '; put text and formulas in quotes, as in "pi/2"; numbers are written 0.5'),
     ("expected newline or end of document", '; numbers are written 0.5, without a unit, formulas in quotes: "pi/2"'),
     ("cannot overwrite a value", "; a key is given twice"),
     ("illegal character '\\n'", "; a quote is not closed"),

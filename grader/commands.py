@@ -41,6 +41,8 @@ def generate(
     to date are kept, so that a run that was stopped goes on where it was.
     """
     assignment = load_assignment(folder)
+    for said in assignment.notes:
+        note(said)
     counts = {"written": 0, "rewritten": 0, "kept": 0}
     with progress("generating", len(assignment.roster)) as counter:
 

@@ -238,7 +238,11 @@ HEAD, LAST = 'name = "two"', "a = 0.35\nalpha = 0\n"
         ('theta = "theta1"', 'theta = "theta1"\nalpha = 1.5708', "line 8: not valid TOML: cannot overwrite a value"),
         ("alpha = 0\n[[joint]]", "alpha = 1.5708\n[[joint]]", '"pi/2"'),
         ("alpha = 0\n[[joint]]", "alpha = 90\n[[joint]]", 'angles are in radians; 90 degrees would be "pi/2"'),
-        ("alpha = 0\n[[joint]]", "alpha = pi/2\n[[joint]]", "line 7: not valid TOML: invalid value; text and formulas"),
+        (
+            "alpha = 0\n[[joint]]",
+            "alpha = pi/2\n[[joint]]",
+            "line 7: not valid TOML: invalid value; put text and formulas",
+        ),
         (
             "a = 0.35",
             "a = 0.35 m",
