@@ -59,8 +59,8 @@ def test_init_overwrites_nothing(folder: Path) -> None:
             "line 7: problem 1: points = [1, 2]: 2 numbers for 1 question; it is a list of pos",
         ),
         (
-            TOML.replace("]\n", ', "jacobian"]\npoints = [1]\n'),
-            "points = [1.0]: 1 number for 2 questions; it is a list",
+            TOML.replace('"]\n', '", "jacobian"]\npoints = [1]\n'),
+            "points = [1]: 1 number for 2 questions; it is a list",
         ),
         (TOML + "points = [-1]\n", "points = [-1]: it is a list of positive numbers, one for each question"),
         (TOML + "points = [nan]\n", "points = [nan]: it is a list of positive numbers"),
