@@ -123,7 +123,10 @@ def solve(
 
     That is position, Jacobian both ways, determinant and singularities. ROBOT.toml has a name, optionally task =
     ["vx", "vy"] and point = "O3" or [x, y, z], and a [[joint]] for each row of the standard DH table: kind = "R" or
-    "P", theta, d, a, alpha.
+    "P", theta, d, a, alpha; lengths in metres, angles in radians.
+
+    In JSON, `determinant` is null where the Jacobian of the task is not square. `singular` is null where it has less
+    than full rank in every configuration, and empty where it has full rank in every one; `note` says so in words.
     """
     one_of(format, SOLVE_FORMATS, "--format")
     read = read_robot_file(robot)
