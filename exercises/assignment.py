@@ -154,7 +154,9 @@ def _checked(file: TomlFile) -> AssignmentFile:
     problems = file.content["problem"]
     for index, table in enumerate(problems if isinstance(problems, list) else []):
         if isinstance(table, dict):
-            file.check_keys(("problem", index), tuple(ProblemEntry.model_fields))
+            file.check_keys(
+                ("problem", index), tuple(ProblemEntry.model_fields), (), tuple(AssignmentFile.model_fields)
+            )
     try:
         return AssignmentFile.model_validate(file.content)
     except pydantic.ValidationError as error:

@@ -26,6 +26,9 @@ _HINTS = (
     ("expected newline or end of document", '; numbers are written 0.5, without a unit, formulas in quotes: "pi/2"'),
     ("cannot overwrite a value", "; a key is given twice"),
     ("illegal character '\\n'", "; a quote is not closed"),
+    ("invalid statement", "; a line is KEY = VALUE, a [[header]] or a # comment"),
+    ("array declaration", "; a header has nothing but a name in it, as in [[joint]]"),
+    ("unescaped '\\'", '; formulas have no backslash, as in "pi/2", and paths have /'),
 )
 """What a TOML reader says, and what is mostly meant."""
 
@@ -81,14 +84,22 @@ class TomlFile:
                 said.append(step)
         return ": ".join(said)
 
-    def check_keys(self, place: Place, known: Sequence[str], needed: Sequence[str] = ()) -> None:
-        """Raise QdotError for a key that the table in a place can't have, before one that it lacks."""
+    def check_keys(
+        self, place: Place, known: Sequence[str], needed: Sequence[str] = (), above: Sequence[str] = ()
+    ) -> None:
+        """Raise QdotError for a key that the table in a place can't have, before one that it lacks.
+
+        `above` are the keys of the file itself: in TOML, what stands below a [[header]] belongs to that table.
+        """
         table: Any = self.content
         for key in place:
             table = table[key]
         for key in table:
+            where = self._named(place, (*place, key))
+            if key in above and key not in known:
+                raise QdotError(f"{where}: the key {key!r} stands at the top of the file, above every [[{place[0]}]]")
             if key not in known:
-                raise QdotError(f"{self._named(place, (*place, key))}: {unknown('key', key, tuple(known))}")
+                raise QdotError(f"{where}: {unknown('key', key, tuple(known))}")
         for key in needed:
             if key not in table:
                 raise QdotError(f"{self._named(place, place)}: the key {key!r} is missing; needed: {', '.join(needed)}")
@@ -127,6 +138,8 @@ def read_toml(path: Path, missing: str = "", decimals: Callable[[str], Any] = De
         what, line = said.groups() if said else (str(error), None)
         number = line or str(max(1, len(text.splitlines())))
         hint = next((hint for found, hint in _HINTS if found in what.lower()), "")
+        if any(quote in text.splitlines()[int(number) - 1] for quote in "“”„‘’"):
+            hint = '; its quotes are curly, write straight ones: "'
         raise QdotError(f"{path}: line {number}: not valid TOML: {what[:1].lower()}{what[1:]}{hint}") from None
 
 

@@ -114,6 +114,10 @@ def test_init_overwrites_nothing(folder: Path) -> None:
         ('title = "T\n', "line 1"),
         ('titel = "T"\n' + TOML.replace('title = "T"\n', ""), "unknown key 'titel' (did you mean 'title'?)"),
         (TOML.replace('"hw"', "hw"), "line 2: not valid TOML: invalid value; put text and formulas in quotes"),
+        (
+            TOML + 'feedback = "verdicts"\n',
+            "line 7: problem 1: the key 'feedback' stands at the top of the file, above every",
+        ),
         ("", "is missing"),
     ],
 )

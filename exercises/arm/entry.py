@@ -20,6 +20,7 @@ LONG = 20
 """Metres above which a length is probably meant in millimetres."""
 
 _LENGTH, _EXPONENT, _BASE = 200, 20, 10**6
+_LEAST, _MOST = sp.Rational(1, 10**9), 10**6
 _OPERATIONS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
 _FUNCTIONS = {name: getattr(sp, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt")}
 
@@ -69,6 +70,9 @@ def value_of(raw: object, is_angle: bool) -> sp.Expr:
     else:
         fraction = Fraction(raw)
         value = sp.Rational(fraction.numerator, fraction.denominator)
+    constant = _constant(value)
+    if constant.is_Rational and constant != 0 and not _LEAST <= abs(constant) <= _MOST:
+        raise QdotError(f"it is out of range; {_RIGHT[is_angle]}")
     if is_angle:
         _check_angle(value)
     return value

@@ -90,7 +90,7 @@ def _chain(file: TomlFile) -> Chain:
 
 
 def _kind(file: TomlFile, index: int, row: dict[str, Any]) -> str:
-    file.check_keys(("joint", index), ROW_KEYS, ROW_KEYS)
+    file.check_keys(("joint", index), ROW_KEYS, ROW_KEYS, TOP_KEYS)
     with file.at("joint", index, "kind"):
         if row["kind"] not in ("R", "P"):
             raise QdotError('it is "R" (revolute) or "P" (prismatic)')
@@ -162,7 +162,8 @@ def _task(raw: object) -> tuple[str, ...]:
         raise QdotError('it is a list of the rows that count, as in ["vx", "vy"]')
     for row in raw:
         if row not in TASK_ROWS:
-            close = difflib.get_close_matches(row.lower(), TASK_ROWS, n=1, cutoff=0.5)
+            meant = f"v{row.lower()}" if row.lower() in ("x", "y", "z") else row.lower()
+            close = difflib.get_close_matches(meant, TASK_ROWS, n=1, cutoff=0.5)
             hint = f" (did you mean {close[0]!r}?)" if close else ""
             raise QdotError(f"unknown row {row!r}{hint}; known: {', '.join(TASK_ROWS)}")
         if raw.count(row) > 1:
