@@ -51,7 +51,7 @@ class AssignmentFile(pydantic.BaseModel):
 
 RIGHT = {
     "title": 'it is a text, as in title = "Velocity kinematics"',
-    "key": "it is the file name of the notebooks, letters, digits, '.', '_' and '-' only, as in key = \"velocity\"",
+    "key": "it names the notebooks' files: at most 100 letters, digits, '.', '_' and '-', as in key = \"velocity\"",
     "due": "it is a day with a time, without quotes, as in due = 2027-01-15T23:59:00+01:00",
     "feedback": 'it is "verdicts" or "solutions"',
     "problem": "problems are given as [[problem]] tables, one for each",
@@ -286,11 +286,13 @@ def _header(path: Path, row: list[str]) -> list[str]:
 
 
 def _check_identifier(where: str, identifier: str) -> None:
+    if not identifier:
+        raise QdotError(f"{where}: the first cell, the student's identifier, is empty")
     bad = [ch for ch in identifier if ch in '/\\:*?"<>|' or unicodedata.category(ch)[0] == "C"]
-    if not identifier or bad or identifier.startswith((".", "-")) or len(identifier) > 100:
+    if bad or identifier.startswith((".", "-")) or len(identifier) > 100:
         raise QdotError(
-            f"{where}: {identifier!r} can't be a student's identifier; it names folders, so it is not "
-            "empty, does not start with '.' or '-', and has no / \\ : * ? \" < > |"
+            f"{where}: {identifier!r} can't be a student's identifier; it names folders, so it has at most "
+            "100 characters, does not start with '.' or '-', and has no / \\ : * ? \" < > |"
         )
 
 

@@ -23,9 +23,12 @@ Place = Sequence[str | int]
 _SHORT = 48
 _HINTS = (
     ("invalid value", '; put text and formulas in quotes, as in "pi/2"; numbers are written 0.5'),
-    ("expected newline or end of document", '; numbers are written 0.5, without a unit, formulas in quotes: "pi/2"'),
+    ("expected newline or end of document", '; numbers are written 0.5, without a unit, all else in quotes: "pi/2"'),
     ("cannot overwrite a value", "; a key is given twice"),
     ("illegal character '\\n'", "; a quote is not closed"),
+    ("unclosed array", "; names stand in quotes with commas between them, and the list ends with ]"),
+    ("twice", "; what there may be several of has double brackets, as in [[joint]]"),
+    ("invalid date", "; a day with a time is written 2027-01-15T23:59:00+01:00"),
     ("invalid statement", "; a line is KEY = VALUE, a [[header]] or a # comment"),
     ("array declaration", "; a header has nothing but a name in it, as in [[joint]]"),
     ("unescaped '\\'", '; formulas have no backslash, as in "pi/2", and paths have /'),
@@ -136,6 +139,7 @@ def read_toml(path: Path, missing: str = "", decimals: Callable[[str], Any] = De
     except tomllib.TOMLDecodeError as error:
         said = re.fullmatch(r"(.*) \(at (?:line (\d+), column \d+|end of document)\)", str(error))
         what, line = said.groups() if said else (str(error), None)
+        what = re.sub(r"\('(.*?)',?\)", r"'\1'", what)  # a key, as Python writes it
         number = line or str(max(1, len(text.splitlines())))
         hint = next((hint for found, hint in _HINTS if found in what.lower()), "")
         if any(quote in text.splitlines()[int(number) - 1] for quote in "“”„‘’"):

@@ -95,7 +95,7 @@ def test_init_overwrites_nothing(folder: Path) -> None:
         ),
         (
             TOML.replace('key = "hw"', 'key = "../hw"'),
-            'line 2: key = "../hw": it is the file name of the notebooks, letters',
+            'line 2: key = "../hw": it names the notebooks\' files: at most 100',
         ),
         (TOML.replace('key = "hw"', 'key = "hw.ipynb"'), 'line 2: key = "hw.ipynb": it is written without .ipynb'),
         (TOML.replace('"T"', '" "'), 'line 1: title = " ": it is a text, as in title = "'),
@@ -118,6 +118,15 @@ def test_init_overwrites_nothing(folder: Path) -> None:
             TOML + 'feedback = "verdicts"\n',
             "line 7: problem 1: the key 'feedback' stands at the top of the file, above every",
         ),
+        (
+            TOML.replace('["position"]', '["position" "jacobian"]'),
+            "line 6: not valid TOML: unclosed array; names stand in",
+        ),
+        (
+            TOML + "[problem]\n",
+            "line 7: not valid TOML: cannot declare 'problem' twice; what there may be several of has",
+        ),
+        ("due = 2027-02-30T10:00:00\n" + TOML, "invalid date or datetime; a day with a time is written 2027-01-15T"),
         ("", "is missing"),
     ],
 )
@@ -138,6 +147,7 @@ def test_what_is_wrong_in_assignment_toml_is_told(folder: Path, toml: str, said:
         ("", "is empty"),
         ("student\n", "no student is listed"),
         ("student\n../s1\n", "can't be a student's identifier"),
+        ("student,name\n,Ada\n", "line 2: the first cell, the student's identifier, is empty"),
         ("student\n.\n", "can't be a student's identifier"),
         ("student\na/b\n", "can't be a student's identifier"),
         ('student\n"a\nb"\n', "line 2: a cell goes on over the end of the line; is a double quote not closed?"),

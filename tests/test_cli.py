@@ -156,7 +156,7 @@ def test_solve_notes_a_length_that_may_be_in_millimetres_beside_the_results(tmp_
     assert result.exit_code == 0
     assert json.loads(result.stdout)["task"] == ["vx", "vy", "vz"]
     assert result.stderr == (
-        f"{robot}: line 13: joint 2: a = 400: lengths are in metres; is this in millimetres? Then write 0.4\n"
+        f"{robot}: line 13: joint 2: a = 400: lengths are in metres; is this in millimetres? 400 mm would be 0.4\n"
     )
 
 

@@ -221,7 +221,11 @@ HEAD, LAST = 'name = "two"', "a = 0.35\nalpha = 0\n"
         ('a = "a1"', 'a = "theta2"', 'joint 1: a = "theta2": theta2 is the variable of joint 2, and stands nowhere'),
         ('a = "a1"', 'a = "alpha2"', 'joint 1: a = "alpha2": alpha2 names an angle'),
         ('a = "a1"', 'a = "pi/2"', 'joint 1: a = "pi/2": pi makes an angle; lengths are in metres'),
-        (LAST, 'a = 0.35\nalpha = "a1"\n', 'joint 2: alpha = "a1": a1 names a length'),
+        (
+            LAST,
+            'a = 0.35\nalpha = "a1"\n',
+            'joint 2: alpha = "a1": a1 names a length; call an angle alpha or beta, as in alpha1',
+        ),
         (LAST, 'a = 0.35\nalpha = "theta7"\n', "theta7 belongs to no joint; the last one is joint 2"),
         ('a = "a1"', 'a = "1/0"', 'joint 1: a = "1/0": a division by zero; lengths are in metres, as in 0.4 or "a1"'),
         ('a = "a1"', 'a = "9**9**9**9"', "joint 1: a"),
@@ -242,7 +246,12 @@ HEAD, LAST = 'name = "two"', "a = 0.35\nalpha = 0\n"
         ('a = "a1"', 'a = "vx"', "means something else"),
         ('a = "a1"', 'a = "c1"', "c1 is short for a sine or cosine"),
         ('a = "a1"', 'a = "k"', "write k1"),
-        ('a = "a1"', 'a = "len"', "'len' is no name for a length or angle; it is one letter or"),
+        (
+            'kind = "R"\ntheta = "theta1"\nd = 0',
+            'kind = "P"\ntheta = "theta1"\nd = "d1"',
+            "call a constant angle alpha or b",
+        ),
+        ('a = "a1"', 'a = "len"', "'len' is no name for a length or angle; it is one letter, or alpha or beta,"),
         ('theta = "theta1"', "theta = 0", 'joint 1: theta = 0: a joint of kind "R" moves by its own variable'),
         ('theta = "theta1"', 'theta = "2*theta1"', 'line 4: joint 1: theta = "2*theta1": a joint of kind "R"'),
         ('theta = "theta1"', 'theta = "theta1 + theta2"', "theta2 is the variable of joint 2"),
@@ -337,7 +346,7 @@ def test_what_can_be_meant_in_one_way_only_is_read(tmp_path: Path, entry: str, v
 def test_lengths_in_millimetres_are_noticed(tmp_path: Path, old: str, new: str, place: str) -> None:
     path = tmp_path / "arm.toml"
     path.write_text(TWO_R.replace(old, new, 1), encoding="utf-8")
-    said = f"{path}: {place}: lengths are in metres; is this in millimetres? Then write 0.4"
+    said = f"{path}: {place}: lengths are in metres; is this in millimetres? 400 mm would be 0.4"
     assert read_robot_file(path).notes == (said,)
     path.write_text(TWO_R.replace(old, new.replace("400", "20"), 1).replace("100", "10"), encoding="utf-8")
     assert read_robot_file(path).notes == ()

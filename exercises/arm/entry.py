@@ -1,8 +1,8 @@
 """One entry of a DH table: a number or a formula in quotes, made an exact SymPy expression, or refused with a way out.
 
 Formulas are read by the grammar of answers, and more strictly: a unit is no symbol, a product is written with `*`
-(only a number may stand before a factor without it: 2a1, 2pi/3), and a symbol is one letter or the name of a Greek
-letter, with or without a number: a1, h, alpha2. So nothing that was meant otherwise is taken for a product of symbols.
+(only a number may stand before a factor without it: 2a1, 2pi/3), and a symbol is one letter (a length), or alpha or
+beta (an angle), with or without a number: a1, h, alpha2. So nothing that was meant otherwise is taken for symbols.
 """
 
 import itertools
@@ -24,22 +24,9 @@ _LEAST, _MOST = sp.Rational(1, 10**9), 10**6
 _OPERATIONS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
 _FUNCTIONS = {name: getattr(sp, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt")}
 
-_GREEK = (
-    "alpha",
-    "beta",
-    "gamma",
-    "delta",
-    "epsilon",
-    "zeta",
-    "eta",
-    "theta",
-    "phi",
-    "psi",
-    "chi",
-    "rho",
-    "sigma",
-    "tau",
-)
+_ANGLES = ("alpha", "beta")
+"""Names of constant angles, with or without a number; all other symbols are lengths."""
+
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _TOKEN = re.compile(rf"(?P<number>{_NUMBER})|(?P<name>[^\W\d]\w*)|(?P<other>\S)")
 
@@ -171,7 +158,8 @@ def doubt(value: sp.Expr) -> str | None:
     constant = _constant(value)
     if not constant.is_Rational or abs(constant) <= LONG:
         return None
-    return f"lengths are in metres; is this in millimetres? Then write {float(constant) / 1000:g}"
+    length = float(constant)
+    return f"lengths are in metres; is this in millimetres? {length:g} mm would be {length / 1000:g}"
 
 
 def check_role(value: sp.Expr, is_angle: bool) -> None:
@@ -179,9 +167,13 @@ def check_role(value: sp.Expr, is_angle: bool) -> None:
     bare = value.xreplace(dict.fromkeys(value.atoms(sp.Function), sp.S.One))  # atan2(a1, d1) is an angle
     for symbol in sorted(bare.free_symbols, key=str):
         letters = symbol.name.rstrip("0123456789")
-        if is_angle and letters not in _GREEK:
-            raise QdotError(f"{symbol} names a length; an angle has the name of a Greek letter, as in alpha1 or beta")
-        if not is_angle and letters in ("alpha", "beta", "theta"):
+        if letters == "theta":
+            raise QdotError(
+                f"{symbol} is the name of a joint's variable; call a constant angle alpha or beta, as in beta1"
+            )
+        if is_angle and letters not in _ANGLES:
+            raise QdotError(f"{symbol} names a length; call an angle alpha or beta, as in alpha1")
+        if not is_angle and letters in _ANGLES:
             raise QdotError(f"{symbol} names an angle; a length has a name such as a1, d1 or h")
     if not is_angle and bare.has(sp.pi):
         raise QdotError("pi makes an angle; lengths are in metres")
@@ -239,9 +231,9 @@ def _symbol(name: str) -> sp.Expr:
     if name in ("k", "n"):
         raise ReadError(f"the name {name!r} means any whole number in answers; write {name}1")
     letters = name.rstrip("0123456789")
-    if not (re.fullmatch(r"[A-Za-z]", letters) or letters in _GREEK) or name in ("E", "I"):
+    if not (re.fullmatch(r"[A-Za-z]", letters) or letters in (*_ANGLES, "theta")) or name in ("E", "I"):
         raise ReadError(
-            f"{name!r} is no name for a length or angle; it is one letter or a Greek letter's name, with a number if "
+            f"{name!r} is no name for a length or angle; it is one letter, or alpha or beta, with a number if "
             "wanted, as in a1, h or alpha2"
         )
     return sp.Symbol(name)
