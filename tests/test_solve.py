@@ -246,6 +246,7 @@ HEAD, LAST = 'name = "two"', "a = 0.35\nalpha = 0\n"
         ('a = "a1"', 'a = "vx"', "means something else"),
         ('a = "a1"', 'a = "c1"', "c1 is short for a sine or cosine"),
         ('a = "a1"', 'a = "k"', "write k1"),
+        ('kind = "R"', 'kind = "P"', 'joint 1: d = 0: a joint of kind "P" moves by its own variable there: d = "d1"'),
         (
             'kind = "R"\ntheta = "theta1"\nd = 0',
             'kind = "P"\ntheta = "theta1"\nd = "d1"',

@@ -101,7 +101,7 @@ def _joint(file: TomlFile, index: int, variables: Sequence[sp.Symbol]) -> Joint:
     row, own = file.content["joint"][index], variables[index]
     kind, moving = row["kind"], "theta" if row["kind"] == "R" else "d"
     values = {}
-    for key in ROW_KEYS[1:]:
+    for key in (moving, *(key for key in ROW_KEYS[1:] if key != moving)):  # what moves is what is mostly wrong
         with file.at("joint", index, key):
             values[key] = value_of(row[key], key in ANGLES)
             rest = _rest(values[key], own, kind) if key == moving else values[key]
