@@ -2,14 +2,10 @@
 
 import csv
 import datetime
-import difflib
 import hashlib
 import io
 import os
-import re
-import tomllib
 import unicodedata
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -17,15 +13,18 @@ from typing import Literal
 import pydantic
 
 from exercises import ENGINE
+from exercises.arm.robot_file import read_robot_file
 from exercises.difficulty import HARDEST
 from exercises.errors import QdotError
 from exercises.families import Family
 from exercises.families.own import own_family
 from exercises.generate import check_questions, family_named, generate, questions_of, student_problem_id
+from exercises.input_file import TomlFile, read_text, read_toml
 from exercises.problem import Problem, ProblemId
 
 SECRET_FILE = "secret.txt"  # noqa: S105 - a file's name
 SECRET_VARIABLE = "QDOT_SECRET"  # noqa: S105 - a variable's name
+_MISSING = "'qdot init' makes a folder that has one"
 
 
 class ProblemEntry(pydantic.BaseModel):
@@ -43,11 +42,26 @@ class AssignmentFile(pydantic.BaseModel):
     """assignment.toml as it stands."""
 
     model_config = pydantic.ConfigDict(extra="forbid", strict=True)
-    title: str = pydantic.Field(min_length=1)
-    key: str = pydantic.Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$")
+    title: str = pydantic.Field(pattern=r"\S")
+    key: str = pydantic.Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=100)
     due: datetime.datetime | None = None
     feedback: Literal["verdicts", "solutions"] = "verdicts"
     problem: list[ProblemEntry] = pydantic.Field(min_length=1)
+
+
+RIGHT = {
+    "title": 'it is a text, as in title = "Velocity kinematics"',
+    "key": "it names the notebooks' files: at most 100 letters, digits, '.', '_' and '-', as in key = \"velocity\"",
+    "due": "it is a day with a time, without quotes, as in due = 2027-01-15T23:59:00+01:00",
+    "feedback": 'it is "verdicts" or "solutions"',
+    "problem": "problems are given as [[problem]] tables, one for each",
+    "family": 'it is the name of a family, as in family = "planar-2r"; `qdot families` lists them',
+    "robot": 'it is the name of a file, as in robot = "my-arm.toml"',
+    "questions": 'it is a list of names, as in questions = ["position", "jacobian"]; `qdot questions` lists them',
+    "points": "it is a list of positive numbers, one for each question, as in points = [1, 2]",
+    "difficulty": f"it is a step from 0 to {HARDEST}, or a range, as in difficulty = [1, 2]",
+}
+"""What would be right for each key."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +99,7 @@ class Slot:
 
 @dataclass(frozen=True)
 class Assignment:
-    """An assignment, its roster and its secret."""
+    """An assignment, its roster and its secret; `notes` tell the staff what is probably a mistake."""
 
     folder: Path
     title: str
@@ -95,6 +109,7 @@ class Assignment:
     secret: str
     due: datetime.datetime | None = None
     feedback: str = "verdicts"
+    notes: tuple[str, ...] = ()
 
     def problems(self, student: str) -> list[tuple[str, Problem]]:
         """Return the student's problems, each with the name of its slot; the same at every call, on every machine."""
@@ -117,109 +132,84 @@ def _short_hash(content: str) -> str:
 
 
 def load_assignment(folder: Path) -> Assignment:
-    """Read and check an assignment folder. Raises QdotError with the file and the line or key."""
+    """Read and check an assignment folder. Raises QdotError with the file, the line, and the place or key."""
     if not folder.is_dir():
         raise QdotError(f"{folder} is not a folder; 'qdot init {folder}' makes one")
-    path = folder / "assignment.toml"
-    content = _assignment_file(path)
-    slots = tuple(_slot(path, number, entry) for number, entry in enumerate(content.problem, 1))
+    file = read_toml(folder / "assignment.toml", _MISSING, float)
+    content = _checked(file)
+    if content.key.lower().endswith(".ipynb"):
+        with file.at("key"):
+            raise QdotError(f'it is written without .ipynb, as in key = "{content.key[:-6]}"')
+    notes: list[str] = []
+    slots = tuple(_slot(file, index, entry, notes) for index, entry in enumerate(content.problem))
     return Assignment(
         folder, content.title, content.key, slots, read_roster(folder / "roster.csv"), read_secret(folder),
-        content.due, content.feedback,
+        content.due, content.feedback, tuple(notes),
     )  # fmt: skip
 
 
-def _read_text(path: Path) -> str:
+def _checked(file: TomlFile) -> AssignmentFile:
+    """Return the file as it should be. Raises QdotError for a misspelt key, before any that is missing or wrong."""
+    file.check_keys((), tuple(AssignmentFile.model_fields), ("title", "key", "problem"))
+    problems = file.content["problem"]
+    for index, table in enumerate(problems if isinstance(problems, list) else []):
+        if isinstance(table, dict):
+            file.check_keys(
+                ("problem", index), tuple(ProblemEntry.model_fields), (), tuple(AssignmentFile.model_fields)
+            )
     try:
-        return path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise QdotError(f"{path} is missing; 'qdot init' makes a folder that has one") from None
-    except UnicodeDecodeError as error:
-        raise QdotError(f"{path}: byte {error.start} is not UTF-8 text; save the file as UTF-8") from None
-    except OSError as error:
-        raise QdotError(f"{path} can't be read: {error.strerror}") from None
-
-
-def _assignment_file(path: Path) -> AssignmentFile:
-    text = _read_text(path)
-    try:
-        content = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        hint = "; put text in quotes" if "invalid value" in str(error).lower() else ""
-        raise QdotError(f"{path}: {error}{hint}") from None
-    try:
-        return AssignmentFile.model_validate(content)
+        return AssignmentFile.model_validate(file.content)
     except pydantic.ValidationError as error:
-        raise QdotError(f"{path}: {_first_problem(error, text)}") from None
+        location = error.errors()[0]["loc"]
+    place = location[:3] if location[0] == "problem" else location[:1]
+    with file.at(*place):
+        raise QdotError(RIGHT[str(place[-1])] if isinstance(place[-1], str) else RIGHT["problem"])
 
 
-def _first_problem(error: pydantic.ValidationError, text: str) -> str:
-    """Return one thing that is wrong as a sentence with its line and key; a misspelt key before those that it lacks."""
-    first = min(error.errors(), key=lambda found: found["type"] != "extra_forbidden")
-    location, kind = first["loc"], first["type"]
-    key = ".".join(str(part + 1) if isinstance(part, int) else str(part) for part in location)
-    where = _line_of(text, location)
-    if kind == "extra_forbidden":
-        model = ProblemEntry if location[0] == "problem" else AssignmentFile
-        known = list(model.model_fields)
-        close = difflib.get_close_matches(str(location[-1]), known, n=1)
-        hint = f" (did you mean {close[0]!r}?)" if close else ""
-        return f"{where}unknown key {key!r}{hint}; known: {', '.join(known)}"
-    if kind == "missing":
-        return f"{where}the key {key!r} is missing"
-    if key == "key":
-        return (
-            f"{where}key = {first['input']!r}: the file name of the notebooks, letters, digits, '.', '_' and '-' only"
-        )
-    return f"{where}{key} = {first['input']!r}: {first['msg'].lower()}"
-
-
-def _line_of(text: str, location: Sequence[int | str]) -> str:
-    """Return "line N: " for a key, found by counting [[problem]] headers; nothing where the key isn't in the text."""
-    lines = text.splitlines()
-    start = 0
-    if location and location[0] == "problem" and len(location) > 1 and isinstance(location[1], int):
-        headers = [i for i, line in enumerate(lines) if re.match(r"\s*\[\[\s*problem\s*\]\]", line)]
-        if location[1] < len(headers):
-            start = headers[location[1]]
-    names = [str(part) for part in location if isinstance(part, str)]
-    for number in range(start, len(lines)):
-        if names and re.match(rf"""\s*["']?{re.escape(names[-1])}["']?\s*=""", lines[number]):
-            return f"line {number + 1}: "
-    return f"line {start + 1}: " if start else ""
-
-
-def _slot(path: Path, number: int, entry: ProblemEntry) -> Slot:
-    where = f"{path}: problem {number}"
-    try:
-        family, robot = _family(path.parent, entry)
-        band = _band(entry.difficulty)
-        if family.varied and not entry.questions:
-            raise QdotError(f"{family.name} draws arms of many kinds; name the questions that all are asked")
-        questions = tuple(entry.questions) or questions_of(family)
-        check_questions(family, questions, band)
-    except QdotError as error:
-        raise QdotError(f"{where}: {error}") from None
-    if not questions:
-        raise QdotError(f"{where}: no question can be asked of {family.name}")
-    if entry.points is not None and len(entry.points) != len(questions):
-        raise QdotError(f"{where}: points has {len(entry.points)} numbers for {len(questions)} questions")
-    if entry.points is not None and any(not 0 < points < 1e6 for points in entry.points):
-        raise QdotError(f"{where}: points = {entry.points}; each must be positive")
-    points = None if entry.points is None else tuple(entry.points)
-    return Slot(f"p{number}", family, questions, points, band, robot)
-
-
-def _family(folder: Path, entry: ProblemEntry) -> tuple[Family, str]:
-    """Return the family of an entry, and the digest of the file that it comes from (empty for a registered one)."""
-    if (entry.family is None) == (entry.robot is None):
-        raise QdotError('each [[problem]] has either family = "planar-2r" or robot = "my-arm.toml"')
+def _slot(file: TomlFile, index: int, entry: ProblemEntry, notes: list[str]) -> Slot:
+    """Return a place in the assignment; what is odd about its robot goes into `notes`. Raises QdotError."""
+    place = ("problem", index)
+    with file.at(*place):
+        if (entry.family is None) == (entry.robot is None):
+            raise QdotError('each [[problem]] has either family = "planar-2r" or robot = "my-arm.toml"')
     if entry.family is not None:
-        return family_named(entry.family), ""
-    path = folder / str(entry.robot)
+        with file.at(*place, "family"):
+            family, robot = family_named(entry.family), ""
+    else:
+        with file.at(*place, "robot"):
+            family, robot = _own(file.path.parent / str(entry.robot), notes)
+    with file.at(*place, "difficulty"):
+        band = _band(entry.difficulty)
+        if band is not None:
+            check_questions(family, (), band)
+    questions = tuple(entry.questions) or questions_of(family)
+    with file.at(*place, "questions" if entry.questions else "family"):
+        if family.varied and not entry.questions:
+            raise QdotError(
+                'its arms are of many kinds; name the questions that all are asked, as in questions = ["jacobian"]'
+            )
+        check_questions(family, questions, band)
+    points = None if entry.points is None else tuple(entry.points)
+    with file.at(*place, "points"):
+        _check_points(points, len(questions))
+    return Slot(f"p{index + 1}", family, questions, points, band, robot)
+
+
+def _check_points(points: tuple[float, ...] | None, questions: int) -> None:
+    if points is not None and len(points) != questions:
+        of_all = f"{len(points)} {'number' if len(points) == 1 else 'numbers'} for {questions} "
+        raise QdotError(f"{of_all}{'question' if questions == 1 else 'questions'}; {RIGHT['points']}")
+    if points is not None and any(not 0 < number < 1e6 for number in points):
+        raise QdotError(RIGHT["points"])
+
+
+def _own(path: Path, notes: list[str]) -> tuple[Family, str]:
+    """Return the family of an instructor's robot, and the digest of its file."""
     if not path.is_file():
-        raise QdotError(f"robot = {entry.robot!r}: there is no file {path}")
-    return own_family(path), _short_hash(path.read_text(encoding="utf-8", errors="replace"))
+        raise QdotError(f"there is no file {path}")
+    robot = read_robot_file(path)
+    notes += robot.notes
+    return own_family(path, robot), _short_hash(path.read_text(encoding="utf-8", errors="replace"))
 
 
 def _band(difficulty: int | list[int] | None) -> tuple[int, int] | None:
@@ -228,32 +218,32 @@ def _band(difficulty: int | list[int] | None) -> tuple[int, int] | None:
         return None
     ends = [difficulty, difficulty] if isinstance(difficulty, int) else difficulty
     if len(ends) != 2 or not 0 <= ends[0] <= ends[1] <= HARDEST:
-        raise QdotError(f"difficulty = {difficulty}; it is a step from 0 to {HARDEST}, or a range, as in [1, 2]")
+        raise QdotError(RIGHT["difficulty"])
     return ends[0], ends[1]
 
 
 def read_roster(path: Path) -> tuple[Student, ...]:
     """Read roster.csv: the first column is `student`; others may follow. Commas or semicolons separate."""
-    text = _read_text(path)
-    header_line = text.partition("\n")[0]
-    separator = ";" if ";" in header_line and "," not in header_line else ","  # as many a spreadsheet saves it
-    rows = list(csv.reader(io.StringIO(text), delimiter=separator))
+    rows = _rows(path)
     if not rows:
-        raise QdotError(f"{path} is empty; its first line is 'student,name,email', then a line a student")
-    if not rows[0] or rows[0][0].strip().lower() != "student":
-        found = rows[0][0] if rows[0] else ""
-        raise QdotError(f"{path}: line 1: the first column is {found!r}, and must be 'student' (then name, email, …)")
-    header = [name.strip().lower() for name in rows[0]]
+        raise QdotError(f"{path}: the file is empty; its first line is 'student,name,email', then a line a student")
+    header = _header(path, rows[0][1])
     students: list[Student] = []
     lines: dict[str, int] = {}
-    for number, row in enumerate(rows[1:], 2):
-        if not any(cell.strip() for cell in row):
-            continue
+    for number, row in rows[1:]:
+        where = f"{path}: line {number}"
+        if any(cell.strip() for cell in row[len(header) :]):
+            raise QdotError(
+                f"{where}: {len(row)} cells, and the header has {len(header)}; a text with a comma or semicolon in it "
+                'stands in double quotes, as in "Lovelace, Ada"'
+            )
+        if any("\n" in cell or "\r" in cell for cell in row):
+            raise QdotError(f"{where}: a cell goes on over the end of the line; is a double quote not closed?")
         identifier = unicodedata.normalize("NFC", row[0].strip())
-        _check_identifier(path, number, identifier)
+        _check_identifier(where, identifier)
         folded = identifier.casefold()  # two folders that differ in case only are one on many disks
         if folded in lines:
-            raise QdotError(f"{path}: line {number}: student {identifier!r} is already on line {lines[folded]}")
+            raise QdotError(f"{where}: student {identifier!r} is already on line {lines[folded]}")
         lines[folded] = number
         cells = dict(zip(header, row, strict=False))
         others = tuple((k, v) for k, v in cells.items() if k not in ("student", "name", "email"))
@@ -263,12 +253,46 @@ def read_roster(path: Path) -> tuple[Student, ...]:
     return tuple(students)
 
 
-def _check_identifier(path: Path, line: int, identifier: str) -> None:
-    bad = [ch for ch in identifier if ch in '/\\:*?"<>|' or unicodedata.category(ch)[0] == "C"]
-    if not identifier or bad or identifier.startswith((".", "-")) or len(identifier) > 100:
+def _rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Return the rows that hold anything, each with the line that it begins on. Raises QdotError."""
+    text = read_text(path, _MISSING)
+    header_line = text.partition("\n")[0]
+    separator = ";" if ";" in header_line and "," not in header_line else ","  # as many a spreadsheet saves it
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
+    rows, begins = [], 1
+    try:
+        for row in reader:
+            if any(cell.strip() for cell in row):
+                rows.append((begins, row))
+            begins = reader.line_num + 1
+    except csv.Error as error:
+        hint = "is a double quote not closed, or not doubled?" if '"' in text else "save it as CSV, in UTF-8"
+        raise QdotError(f"{path}: line {begins}: this can't be read ({error}); {hint}") from None
+    return rows
+
+
+def _header(path: Path, row: list[str]) -> list[str]:
+    """Return the names of the columns in small letters."""
+    header = [name.strip().lower() for name in row]
+    if header[0] != "student":
+        tabs = "; tabs separate the columns, write commas" if "\t" in row[0] else ""
         raise QdotError(
-            f"{path}: line {line}: {identifier!r} can't be a student's identifier; it names folders, so it is not "
-            "empty, does not start with '.' or '-', and has no / \\ : * ? \" < > |"
+            f"{path}: line 1: the first column is {row[0]!r}, and must be 'student' (then name, email, …){tabs}"
+        )
+    twice = [name for name in header if name and header.count(name) > 1]
+    if twice:
+        raise QdotError(f"{path}: line 1: two columns are called {twice[0]!r}; give each a name of its own")
+    return header
+
+
+def _check_identifier(where: str, identifier: str) -> None:
+    if not identifier:
+        raise QdotError(f"{where}: the first cell, the student's identifier, is empty")
+    bad = [ch for ch in identifier if ch in '/\\:*?"<>|' or unicodedata.category(ch)[0] == "C"]
+    if bad or identifier.startswith((".", "-")) or len(identifier) > 100:
+        raise QdotError(
+            f"{where}: {identifier!r} can't be a student's identifier; it names folders, so it has at most "
+            "100 characters, does not start with '.' or '-', and has no / \\ : * ? \" < > |"
         )
 
 
@@ -279,12 +303,12 @@ def read_secret(folder: Path) -> str:
     if not path.exists() and given:
         secret, source = given, f"${SECRET_VARIABLE}"
     elif path.exists():
-        secret, source = _read_text(path).strip(), str(path)
+        secret, source = read_text(path).strip(), str(path)
     else:
         raise QdotError(
-            f"{path} is missing: without the secret the students' problems can't be regenerated. Put back the file "
-            f"that 'qdot init' made (keep a copy of it), or set {SECRET_VARIABLE}"
+            f"{path}: there is no such file; without the secret the students' problems can't be regenerated. Put back "
+            f"the file that 'qdot init' made (keep a copy of it), or set {SECRET_VARIABLE}"
         )
     if len(secret) < 16:
-        raise QdotError(f"{source} holds {len(secret)} characters; a secret has at least 16")
+        raise QdotError(f"{source}: {len(secret)} characters; a secret has at least 16")
     return secret

@@ -8,7 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
-from exercises.console import one_of, say
+from exercises.arm.robot_file import read_robot_file
+from exercises.console import note, one_of, say
 from exercises.families import FAMILIES
 from exercises.families.listing import listing
 from exercises.generate import generate as make_problem
@@ -16,7 +17,7 @@ from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.release import init_assignment
 from exercises.show import show as show_problem
-from exercises.solve import read_robot, solution_json, solution_latex, solution_text
+from exercises.solve import solution_json, solution_latex, solution_text
 from exercises.solve import solve as solve_chain
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
@@ -122,8 +123,14 @@ def solve(
 
     That is position, Jacobian both ways, determinant and singularities. ROBOT.toml has a name, optionally task =
     ["vx", "vy"] and point = "O3" or [x, y, z], and a [[joint]] for each row of the standard DH table: kind = "R" or
-    "P", theta, d, a, alpha.
+    "P", theta, d, a, alpha; lengths in metres, angles in radians.
+
+    In JSON, `determinant` is null where the Jacobian of the task is not square. `singular` is null where it has less
+    than full rank in every configuration, and empty where it has full rank in every one; `note` says so in words.
     """
     one_of(format, SOLVE_FORMATS, "--format")
-    found = solve_chain(read_robot(robot))
+    read = read_robot_file(robot)
+    for said in read.notes:
+        note(said)
+    found = solve_chain(read.chain)
     say({"text": solution_text, "latex": solution_latex, "json": solution_json}[format](found))

@@ -30,3 +30,8 @@ def difficulty(chain: Chain) -> int:
 def step(chain: Chain) -> int:
     """Return the band of the difficulty: 0 below 10, 1 below 16, 2 below 24, 3 below 34, 4 above."""
     return sum(difficulty(chain) >= least for least in BANDS)
+
+
+def in_words(low: int, high: int) -> str:
+    """Return a band of difficulty as in "2" or "1 to 3"."""
+    return str(low) if low == high else f"{low} to {high}"

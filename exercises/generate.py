@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from exercises import ENGINE
 from exercises.arm.chain import Chain
-from exercises.difficulty import step
+from exercises.difficulty import in_words, step
 from exercises.errors import QdotError, unknown
 from exercises.families import FAMILIES, Family
 from exercises.families.listing import listing
@@ -49,8 +49,8 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
         seen[chain] = step(chain)
         if low <= seen[chain] <= high:
             return chain
-    found = " and ".join(map(str, sorted(set(seen.values()))))
-    raise QdotError(f"{family.name} has no arm of difficulty {low} to {high}; its arms are of difficulty {found}")
+    found = in_words(min(seen.values()), max(seen.values()))
+    raise QdotError(f"{family.name} has no arm of difficulty {in_words(low, high)}; its arms are of difficulty {found}")
 
 
 def _objection(chain: Chain, questions: Sequence[str]) -> str | None:
@@ -96,6 +96,12 @@ def check_questions(family: str | Family, questions: Sequence[str], band: tuple[
     """Raise QdotError where a question is unknown, asked twice, or can't be asked of the family's arms."""
     known = family_named(family) if isinstance(family, str) else family
     _check_names(questions)
+    if known.varied and FAMILIES.get(known.name) is known and known.name in listing():
+        for name in questions:
+            if name not in listing()[known.name].questions:
+                raise QdotError(
+                    f"question {name!r} can be asked of no arm of {known.name}; `qdot families` lists what can"
+                )
     _check_asked(sample_chain(ProblemId(known.name, 0, tuple(questions), band=band), known), questions)
 
 

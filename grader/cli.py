@@ -18,7 +18,11 @@ HELP = """Velocity-kinematics problems for a class: drawn for each student, writ
 
 Start with `qdot demo`, which does all of it for a simulated class; then `qdot init DIR`."""
 
-STOPPED = "stopped; run the same command again to go on"
+STOPPED = {
+    **dict.fromkeys(("generate", "grade", "demo"), "stopped; run the same command again to go on"),
+    "verify": "stopped; the same command begins at the first problem again, and --from SEED begins a sweep later",
+}
+"""What is said of a command that Ctrl-C ended, where there is more to say than that it stopped."""
 
 
 @functools.cache
@@ -71,7 +75,7 @@ def _guarded(command: Callable[..., None]) -> Callable[..., None]:
         except QdotError as error:
             _leave(str(error), 2)
         except KeyboardInterrupt:
-            _leave(STOPPED, 130)
+            _leave(STOPPED.get(command.__name__, "stopped"), 130)
         except BrokenPipeError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # whoever read our output has gone
         except (typer.Exit, typer.Abort, typer.BadParameter):
@@ -93,7 +97,7 @@ def _leave(message: str, code: int) -> NoReturn:
 
 
 def _stop_at_once(*_: object) -> NoReturn:
-    os.write(2, f"qdot: {STOPPED}\n".encode())
+    os.write(2, f"qdot: {STOPPED.get(' '.join(sys.argv[1:2]), 'stopped')}\n".encode())
     os._exit(130)
 
 

@@ -43,6 +43,8 @@ def generate(
     to date are kept, so that a run that was stopped goes on where it was.
     """
     assignment = load_assignment(folder)
+    for said in assignment.notes:
+        note(said)
     counts = {"written": 0, "rewritten": 0, "kept": 0}
     with progress("generating", len(assignment.roster)) as counter:
 
@@ -63,6 +65,9 @@ def verify(
     ] = [],  # noqa: B006
     family: Annotated[str, typer.Option(help="Sweep over problems of this family, or of `all` …")] = "",
     count: Annotated[int, typer.Option(min=1, help="… that many together, seeds 0, 1, 2, …")] = 100,
+    first: Annotated[
+        int, typer.Option("--from", metavar="SEED", min=0, max=1 << 62, help="… or seeds from this one on.")
+    ] = 0,
     jobs: Jobs = CORES,
 ) -> None:
     """Certify problems: their references hold in numbers.
@@ -74,7 +79,7 @@ def verify(
     """
     from grader.certify import certify_all
 
-    tasks = _tasks(what, family, count)
+    tasks = _tasks(what, family, count, first)
     started = time.monotonic()
     failed, passed = Counter[Kind](), dict.fromkeys((task.identity.family for task in tasks), 0)
     told: set[str] = set()
@@ -98,16 +103,25 @@ def verify(
         raise typer.Exit(1)
 
 
-def _tasks(what: list[str], family: str, count: int) -> list[Task]:
+def _tasks(what: list[str], family: str, count: int, first: int) -> list[Task]:
     """Return what is to be verified. Raises QdotError."""
     if not family and not what:
         raise QdotError("name problems (planar-2r/7), an assignment folder, or --family (or --family all) with --count")
     families = list(FAMILIES) if family == "all" else [family_named(family).name] if family else []
-    tasks = [Task(ProblemId(families[i % len(families)], i // len(families))) for i in range(count if families else 0)]
+    every = range(count if families else 0)
+    tasks = [Task(ProblemId(families[i % len(families)], first + i // len(families))) for i in every]
     tasks.sort(key=lambda task: families.index(task.identity.family))  # a structure is derived once in each process
     for item in what:
-        tasks += _tasks_of_folder(Path(item)) if Path(item).is_dir() else [Task(ProblemId.parse(item))]
+        tasks += _tasks_of_folder(Path(item)) if Path(item).is_dir() else [Task(_problem(item))]
     return tasks
+
+
+def _problem(item: str) -> ProblemId:
+    """Return the problem that is named. Raises QdotError."""
+    try:
+        return ProblemId.parse(item)
+    except QdotError as error:
+        raise QdotError(f"{error}; there is no folder of that name, either") from None
 
 
 def _tasks_of_folder(folder: Path) -> list[Task]:

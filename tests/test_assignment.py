@@ -38,21 +38,95 @@ def test_init_overwrites_nothing(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("toml", "said"),
     [
-        (TOML + "question = []\n", "line 7: unknown key 'problem.1.question' (did you mean 'questions'?)"),
+        (TOML + "question = []\n", "line 7: problem 1: unknown key 'question' (did you mean 'questions'?); known: fam"),
         ('titel = "T"\n' + TOML, "line 1: unknown key 'titel' (did you mean 'title'?)"),
-        (TOML.replace("planar-2r", "planer-2r"), "problem 1: unknown family 'planer-2r' (did you mean 'planar-2r'?)"),
-        (TOML.replace("position", "positon"), "problem 1: unknown question 'positon' (did you mean 'position'?)"),
+        (
+            TOML.replace("planar-2r", "planer-2r"),
+            "line 5: problem 1: family = \"planer-2r\": unknown family 'planer-2r' ",
+        ),
+        (
+            TOML.replace("position", "positon"),
+            "line 6: problem 1: questions = [\"positon\"]: unknown question 'positon' ",
+        ),
         (TOML.replace('["position"]', '["position", "position"]'), "asked twice"),
         (TOML.replace("planar-2r", "planar-3r").replace('"position"', '"determinant"'), "not square"),
-        (TOML + "points = [1, 2]\n", "points has 2 numbers for 1 questions"),
-        (TOML + "points = [-1]\n", "must be positive"),
-        (TOML + 'points = ["one"]\n', "line 7: problem.1.points"),
-        (TOML.replace('key = "hw"', 'key = "../hw"'), "line 2: key = '../hw'"),
-        (TOML.replace('title = "T"\n', ""), "the key 'title' is missing"),
+        (
+            TOML.replace('["position"]', '"position"'),
+            'questions = "position": it is a list of names, as in questions = [',
+        ),
+        (
+            TOML + "points = [1, 2]\n",
+            "line 7: problem 1: points = [1, 2]: 2 numbers for 1 question; it is a list of pos",
+        ),
+        (
+            TOML.replace('"]\n', '", "jacobian"]\npoints = [1]\n'),
+            "points = [1]: 1 number for 2 questions; it is a list",
+        ),
+        (TOML + "points = [-1]\n", "points = [-1]: it is a list of positive numbers, one for each question"),
+        (TOML + "points = [nan]\n", "points = [nan]: it is a list of positive numbers"),
+        (TOML + 'points = ["one"]\n', 'line 7: problem 1: points = ["one"]: it is a list of positive numbers'),
+        (TOML + "points = 3\n", "line 7: problem 1: points = 3: it is a list of positive numbers"),
+        (TOML + 'difficulty = "easy"\n', 'difficulty = "easy": it is a step from 0 to 4, or a range, as in diff'),
+        (TOML + "difficulty = [1.5, 2]\n", "difficulty = [1.5, 2]: it is a step from 0 to 4"),
+        (
+            TOML + "difficulty = [3, 4]\n",
+            "line 7: problem 1: difficulty = [3, 4]: planar-2r has no arm of difficulty 3 to 4",
+        ),
+        (
+            TOML.replace("planar-2r", "random-3") + "difficulty = 4\n",
+            "no arm of difficulty 4; its arms are of difficulty 0 ",
+        ),
+        (
+            TOML.replace("planar-2r", "random-2").replace("position", "arm-block"),
+            "'arm-block' can be asked of no arm of",
+        ),
+        (
+            TOML.replace('"planar-2r"\nquestions = ["position"]', '"random-3"'),
+            "name the questions that all are asked, as in",
+        ),
+        (
+            TOML.replace('family = "planar-2r"', "family = 2"),
+            'family = 2: it is the name of a family, as in family = "',
+        ),
+        (TOML.replace('family = "planar-2r"\n', ""), "line 4: problem 1: each [[problem]] has either family"),
+        (
+            TOML.replace('family = "planar-2r"', 'robot = "arm.toml"'),
+            'line 5: problem 1: robot = "arm.toml": there is no file',
+        ),
+        (
+            TOML.replace('key = "hw"', 'key = "../hw"'),
+            'line 2: key = "../hw": it names the notebooks\' files: at most 100',
+        ),
+        (TOML.replace('key = "hw"', 'key = "hw.ipynb"'), 'line 2: key = "hw.ipynb": it is written without .ipynb'),
+        (TOML.replace('"T"', '" "'), 'line 1: title = " ": it is a text, as in title = "'),
+        (
+            "due = 2027-01-15\n" + TOML,
+            "line 1: due = 2027-01-15: it is a day with a time, without quotes, as in due = 20",
+        ),
+        ('feedback = "all"\n' + TOML, 'line 1: feedback = "all": it is "verdicts" or "solutions"'),
+        (TOML.replace('title = "T"\n', ""), "assignment.toml: the key 'title' is missing; needed: title, key, problem"),
         ('title = "T"\nkey = "hw"\n', "the key 'problem' is missing"),
+        (
+            TOML.replace("[[problem]]", "[problem]"),
+            "line 4: problem: problems are given as [[problem]] tables, one for each",
+        ),
+        (TOML.replace("[[problem]]", "[[problems]]"), "line 4: unknown key 'problems' (did you mean 'problem'?)"),
         ('title = "T\n', "line 1"),
         ('titel = "T"\n' + TOML.replace('title = "T"\n', ""), "unknown key 'titel' (did you mean 'title'?)"),
-        (TOML.replace('"hw"', "hw"), "put text in quotes"),
+        (TOML.replace('"hw"', "hw"), "line 2: not valid TOML: invalid value; put text and formulas in quotes"),
+        (
+            TOML + 'feedback = "verdicts"\n',
+            "line 7: problem 1: the key 'feedback' stands at the top of the file, above every",
+        ),
+        (
+            TOML.replace('["position"]', '["position" "jacobian"]'),
+            "line 6: not valid TOML: unclosed array; names stand in",
+        ),
+        (
+            TOML + "[problem]\n",
+            "line 7: not valid TOML: cannot declare 'problem' twice; what there may be several of has",
+        ),
+        ("due = 2027-02-30T10:00:00\n" + TOML, "invalid date or datetime; a day with a time is written 2027-01-15T"),
         ("", "is missing"),
     ],
 )
@@ -73,9 +147,18 @@ def test_what_is_wrong_in_assignment_toml_is_told(folder: Path, toml: str, said:
         ("", "is empty"),
         ("student\n", "no student is listed"),
         ("student\n../s1\n", "can't be a student's identifier"),
+        ("student,name\n,Ada\n", "line 2: the first cell, the student's identifier, is empty"),
         ("student\n.\n", "can't be a student's identifier"),
         ("student\na/b\n", "can't be a student's identifier"),
-        ('student\n"a\nb"\n', "can't be a student's identifier"),
+        ('student\n"a\nb"\n', "line 2: a cell goes on over the end of the line; is a double quote not closed?"),
+        (
+            'student,name\ns1,"Ada\ns2,Bo\n',
+            "line 2: this can't be read (unexpected end of data); is a double quote not",
+        ),
+        ("student,name\ns1,Lovelace, Ada\n", "line 2: 3 cells, and the header has 2; a text with a comma or semicolon"),
+        ('student,name\n\ns1,"A"\ns1,B\n', "line 4: student 's1' is already on line 3"),
+        ("student,name,name\ns1,A,B\n", "line 1: two columns are called 'name'"),
+        ("student\tname\ns1\tA\n", "tabs separate the columns, write commas"),
     ],
 )
 def test_what_is_wrong_in_the_roster_is_told(folder: Path, roster: str, said: str) -> None:
@@ -100,8 +183,27 @@ def test_a_roster_with_semicolons_is_read(folder: Path) -> None:
 
 def test_bytes_that_are_no_text_are_told(folder: Path) -> None:
     (folder / "roster.csv").write_bytes(b"student\n\xff\xfe\n")
-    with pytest.raises(QdotError, match="UTF-8"):
+    with pytest.raises(QdotError, match=r"roster\.csv: line 2: this is not text in UTF-8; save the file as UTF-8"):
         load_assignment(folder)
+
+
+def test_a_mistake_in_a_robot_is_told_with_both_files_and_a_doubt_is_noted(folder: Path) -> None:
+    rows = (("theta1", "90 deg"), ("theta2", 0))
+    robot = 'name = "x"\n' + "".join(
+        f'[[joint]]\nkind = "R"\ntheta = "{theta}"\nd = 0\na = 400\nalpha = "{alpha}"\n' for theta, alpha in rows
+    )
+    (folder / "arm.toml").write_text(robot)
+    (folder / "assignment.toml").write_text(TOML.replace('family = "planar-2r"', 'robot = "arm.toml"'))
+    with pytest.raises(QdotError) as caught:
+        load_assignment(folder)
+    place = (
+        f'{folder / "assignment.toml"}: line 5: problem 1: robot = "arm.toml": {folder / "arm.toml"}: line 7: joint 1'
+    )
+    assert str(caught.value) == f'{place}: alpha = "90 deg": angles are in radians; write "pi/2"'
+    (folder / "arm.toml").write_text(robot.replace("90 deg", "0"))
+    (said,) = load_assignment(folder).notes
+    assert "arm.toml: line 6: joint 1: a = 400: lengths are in metres; is this in millimetres?" in said
+    assert said.endswith("(1 more like this)")
 
 
 def test_the_secret_is_needed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -109,7 +211,7 @@ def test_the_secret_is_needed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> 
     with_file = load_assignment(folder)
     (folder / "secret.txt").unlink()
     monkeypatch.delenv("QDOT_SECRET", raising=False)
-    with pytest.raises(QdotError, match=r"secret\.txt is missing"):
+    with pytest.raises(QdotError, match=r"secret\.txt: there is no such file; without the secret"):
         load_assignment(folder)
     monkeypatch.setenv("QDOT_SECRET", secret)
     assert load_assignment(folder).digest == with_file.digest

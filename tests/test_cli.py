@@ -102,6 +102,10 @@ def test_show_in_every_format_is_the_same_twice(format: str) -> None:
         (("solve", "nowhere.toml"), "nowhere.toml"),
         (("verify",), "name problems"),
         (("verify", "--family", "x"), "unknown family 'x'"),
+        (
+            ("verify", "nodir"),
+            "'nodir' is not a problem; write FAMILY/SEED, as in planar-2r/7; there is no folder of that",
+        ),
         (("generate", "nowhere"), "qdot init nowhere"),
         (("grade", "nowhere"), "qdot init nowhere"),
         (("check", "nowhere.ipynb"), "nowhere.ipynb"),
@@ -136,6 +140,26 @@ def test_solve_prints_example_63(tmp_path: Path) -> None:
     assert r"\begin{document}" in run("solve", tmp_path / "elbow.toml", "--format", "latex")
 
 
+def test_rank_lost_everywhere_is_null_in_json_and_is_said_in_words(tmp_path: Path) -> None:
+    robot = tmp_path / "elbow.toml"
+    robot.write_text(ELBOW.replace('["vx", "vy", "vz"]', '["wx", "wy"]'))
+    found = json.loads(run("solve", robot, "--format", "json"))
+    assert found["singular"] is None
+    for text in (found["note"], run("solve", robot), run("solve", "--help")):
+        assert "rank in every configuration" in " ".join(text.split())
+
+
+def test_solve_notes_a_length_that_may_be_in_millimetres_beside_the_results(tmp_path: Path) -> None:
+    robot = tmp_path / "elbow.toml"
+    robot.write_text(ELBOW.replace('"a2"', "400"))
+    result = runner.invoke(app, ["solve", str(robot), "--format", "json"])
+    assert result.exit_code == 0
+    assert json.loads(result.stdout)["task"] == ["vx", "vy", "vz"]
+    assert result.stderr == (
+        f"{robot}: line 13: joint 2: a = 400: lengths are in metres; is this in millimetres? 400 mm would be 0.4\n"
+    )
+
+
 def test_compare_by_argument_and_by_batch(tmp_path: Path) -> None:
     judged = json.loads(run("compare", "a1*a2*s2", "a1*a2*sin(theta2)"))
     assert judged["outcome"] == "correct"
@@ -164,6 +188,37 @@ def test_compare_by_argument_and_by_batch(tmp_path: Path) -> None:
 def test_verify_problems_and_folders(tmp_path: Path) -> None:
     assert "2 problems verified, 0 failed" in run("verify", "planar-2r/7", "polar-rp/1", "--jobs", "1")
     assert "3 problems verified, 0 failed" in run("verify", "--family", "planar-3r", "--count", "3", "--jobs", "2")
+
+
+def test_a_sweep_begins_at_any_seed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("grader.certify.reference_text", lambda part: "theta1")
+    said = run("verify", "--family", "planar-2r", "--count", "2", "--from", "40", "--jobs", "1", code=1)
+    assert {line.split()[0].rstrip(":") for line in said.splitlines()[:-1]} == {"planar-2r/40", "planar-2r/41"}
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        (
+            ["verify", "--family", "planar-2r"],
+            "stopped; the same command begins at the first problem again, and --from",
+        ),
+        (["grade", "."], "stopped; run the same command again to go on"),
+        (["families"], "stopped"),
+    ],
+)
+def test_ctrl_c_says_what_is_true_of_the_command(
+    monkeypatch: pytest.MonkeyPatch, command: list[str], said: str
+) -> None:
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    for name in ("grader.commands._tasks", "grader.commands.load_assignment", "exercises.commands.listing"):
+        monkeypatch.setattr(name, stop)
+    result = runner.invoke(app, command)
+    assert result.exit_code == 130
+    assert result.stderr.startswith(f"qdot: {said}")
+    assert ("again to go on" in result.stderr) == ("again to go on" in said)
 
 
 def test_verify_says_what_failed_and_leaves_with_1(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -199,7 +199,7 @@ def test_only_arms_to_which_all_questions_apply_are_drawn() -> None:
 def test_what_no_arm_can_be_asked_is_said() -> None:
     with pytest.raises(QdotError, match="random-2 has no arm of any difficulty that can be asked"):
         sample_chain(ProblemId("random-2", 1, ("block-determinants",)))
-    with pytest.raises(QdotError, match="random-2 has no arm of difficulty 4 to 4"):
+    with pytest.raises(QdotError, match="random-2 has no arm of difficulty 4; its arms are of difficulty 0 to 2"):
         sample_chain(ProblemId("random-2", 1, band=(4, 4)))
 
 

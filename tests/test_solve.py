@@ -13,7 +13,8 @@ import sympy as sp
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.classification import domain_of
 from exercises.arm.derivation import derive
-from exercises.arm.robot_file import to_sympy
+from exercises.arm.entry import to_sympy
+from exercises.arm.robot_file import read_robot_file
 from exercises.errors import QdotError
 from exercises.formula.conditions import Space, compare_sets, pieces
 from exercises.formula.expression import read
@@ -189,42 +190,182 @@ def test_decimals_are_exact_and_the_default_task_is_that_of_the_plane(tmp_path: 
     assert chain.task == ("vx", "vy")
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ('kind = "R"\ntheta = "theta1"', 'kind = "X"\ntheta = "theta1"', "joint 1: kind = 'X'"),
-        ("alpha = 0\n[[joint]]", "alhpa = 0\n[[joint]]", "joint 1: unknown key 'alhpa' (did you mean 'alpha'?)"),
-        ("alpha = 0\n[[joint]]", "[[joint]]", "joint 1: 'alpha' is missing"),
-        ('name = "two"', "", "'name' is missing"),
-        ('name = "two"', 'name = "two"\ntask = ["vx", "vq"]', "task: unknown row 'vq' (did you mean"),
-        ('name = "two"', 'name = "two"\ntask = ["vx", "vx"]', "'vx' is named twice"),
-        ('name = "two"', 'name = "two"\npoint = "O5"', "O2"),
-        ('name = "two"', 'name = "two"\npoint = [1, 2]', "[x, y, z]"),
-        ('a = "a1"', 'a = "f(a1)"', "joint 1: a = 'f(a1)'"),
-        ('a = "a1"', 'a = "theta2"', "joint 1: a = theta2"),
-        ('a = "a1"', 'a = "1/0"', "joint 1: a = '1/0': a division by zero"),
-        ('a = "a1"', 'a = "9**9**9**9"', "joint 1: a"),
-        ('a = "a1"', "a = true", "joint 1: a = True"),
-        ('a = "a1"', "a = inf", "joint 1: a = Infinity"),
-        ('a = "a1"', 'a = "vx"', "means something else"),
-        ('theta = "theta1"', "theta = 0", 'theta = "theta1"'),
-        ('theta = "theta1"', 'theta = "2*theta1"', "theta1 plus a constant"),
-        ('theta = "theta1"', 'theta = "theta1"\nalpha = 1.5708', "arm.toml is not valid TOML"),
-        ("alpha = 0\n[[joint]]", "alpha = 1.5708\n[[joint]]", '"pi/2"'),
-        ("alpha = 0\n[[joint]]", "alpha = 90\n[[joint]]", '"pi/2"'),
-        ('kind = "R"\ntheta = "theta1"', "kind = ", "arm.toml is not valid TOML"),
-    ],
-)
-def test_a_mistake_is_told_by_place(tmp_path: Path, old: str, new: str, said: str) -> None:
+def _refused(tmp_path: Path, old: str, new: str) -> str:
     assert old in TWO_R
     with pytest.raises(QdotError) as caught:
         _read(tmp_path, TWO_R.replace(old, new, 1))
-    assert said in str(caught.value) and "arm.toml" in str(caught.value) and "\n" not in str(caught.value)
+    said = str(caught.value)
+    assert "\n" not in said and "Decimal" not in said and said.startswith(str(tmp_path / "arm.toml"))
+    return said.removeprefix(f"{tmp_path}/")
 
 
-def test_a_file_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(QdotError, match=r"no-arm\.toml can't be read"):
-        read_robot(tmp_path / "no-arm.toml")
+HEAD, LAST = 'name = "two"', "a = 0.35\nalpha = 0\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('kind = "R"\ntheta = "theta1"', 'kind = "X"\ntheta = "theta1"', 'line 3: joint 1: kind = "X": it is "R"'),
+        ("alpha = 0\n[[", "alhpa = 0\n[[", "line 7: joint 1: unknown key 'alhpa' (did you mean 'alpha'?); known: kind"),
+        ("alpha = 0\n[[joint]]", "[[joint]]", "arm.toml: line 2: joint 1: the key 'alpha' is missing; needed: kind"),
+        (HEAD, "", "arm.toml: the key 'name' is missing"),
+        (HEAD, "name = 5", "line 1: name = 5: it is a text"),
+        (HEAD, f'{HEAD}\ntool = "z"', "arm.toml: line 2: unknown key 'tool'; known: name, task"),
+        (HEAD, f'{HEAD}\ntask = ["vx", "vq"]', 'line 2: task = ["vx", "vq"]: unknown row \'vq\' (did you mean'),
+        (HEAD, f'{HEAD}\ntask = ["vx", "vx"]', "'vx' is named twice"),
+        (HEAD, f'{HEAD}\npoint = "O5"', 'line 2: point = "O5": it is the origin of a frame, "O0" … "O2"'),
+        (HEAD, f"{HEAD}\npoint = [1, 2]", "point = [1, 2]: it is the origin of a frame"),
+        (HEAD, f'{HEAD}\npoint = ["theta1", 0, 0]', 'x = "theta1": theta1 is the variable of joint 1, and stands'),
+        (HEAD, f'{HEAD}\npoint = [0, "4 cm", 0]', 'y = "4 cm": lengths are in metres; write 0.04'),
+        ('a = "a1"', 'a = "f(a1)"', "line 6: joint 1: a = \"f(a1)\": the function 'f' is not understood"),
+        ('a = "a1"', 'a = "theta2"', 'joint 1: a = "theta2": theta2 is the variable of joint 2, and stands nowhere'),
+        ('a = "a1"', 'a = "alpha2"', 'joint 1: a = "alpha2": alpha2 names an angle'),
+        ('a = "a1"', 'a = "pi/2"', 'joint 1: a = "pi/2": pi makes an angle; lengths are in metres'),
+        (
+            LAST,
+            'a = 0.35\nalpha = "a1"\n',
+            'joint 2: alpha = "a1": a1 names a length; call an angle alpha or beta, as in alpha1',
+        ),
+        (LAST, 'a = 0.35\nalpha = "theta7"\n', "theta7 belongs to no joint; the last one is joint 2"),
+        ('a = "a1"', 'a = "1/0"', 'joint 1: a = "1/0": a division by zero; lengths are in metres, as in 0.4 or "a1"'),
+        ('a = "a1"', 'a = "9**9**9**9"', "joint 1: a"),
+        ('a = "a1"', 'a = "0,4"', 'joint 1: a = "0,4": decimals have a point; write 0.4'),
+        ('a = "a1"', "a = true", "joint 1: a = true: it is a number"),
+        ('a = "a1"', "a = inf", "joint 1: a = inf: it is a finite number"),
+        ('a = "a1"', "a = 1e400", 'joint 1: a = 1E+400: it is out of range; lengths are in metres, as in 0.4 or "a1"'),
+        ('a = "a1"', 'a = "d1 + 1e-30"', "it is out of range"),
+        ('a = "a1"', "a = “a1”", 'line 6: not valid TOML: invalid value; its quotes are curly, write straight ones: "'),
+        ('a = "a1"', 'α = "a1"', "invalid statement; a line is KEY = VALUE, a [[header]] or a # comment"),
+        ('a = "a1"', 'a = "\\pi"', "unescaped '\\' in a string; formulas have no backslash"),
+        (
+            LAST,
+            LAST + 'task = ["vx"]\n',
+            "line 14: joint 2: the key 'task' stands at the top of the file, above every [[joint]]",
+        ),
+        (HEAD, f'{HEAD}\ntask = ["x", "y"]', "unknown row 'x' (did you mean 'vx'?)"),
+        ('a = "a1"', 'a = "vx"', "means something else"),
+        ('a = "a1"', 'a = "c1"', "c1 is short for a sine or cosine"),
+        ('a = "a1"', 'a = "k"', "write k1"),
+        ('kind = "R"', 'kind = "P"', 'joint 1: d = 0: a joint of kind "P" moves by its own variable there: d = "d1"'),
+        (
+            'kind = "R"\ntheta = "theta1"\nd = 0',
+            'kind = "P"\ntheta = "theta1"\nd = "d1"',
+            "call a constant angle alpha or b",
+        ),
+        ('a = "a1"', 'a = "len"', "'len' is no name for a length or angle; it is one letter, or alpha or beta,"),
+        ('theta = "theta1"', "theta = 0", 'joint 1: theta = 0: a joint of kind "R" moves by its own variable'),
+        ('theta = "theta1"', 'theta = "2*theta1"', 'line 4: joint 1: theta = "2*theta1": a joint of kind "R"'),
+        ('theta = "theta1"', 'theta = "theta1 + theta2"', "theta2 is the variable of joint 2"),
+        ('theta = "theta1"', 'theta = "theta1"\nalpha = 1.5708', "line 8: not valid TOML: cannot overwrite a value"),
+        ("alpha = 0\n[[joint]]", "alpha = 1.5708\n[[joint]]", '"pi/2"'),
+        ("alpha = 0\n[[joint]]", "alpha = 90\n[[joint]]", 'angles are in radians; 90 degrees would be "pi/2"'),
+        (
+            "alpha = 0\n[[joint]]",
+            "alpha = pi/2\n[[joint]]",
+            "line 7: not valid TOML: invalid value; put text and formulas",
+        ),
+        (
+            "a = 0.35",
+            "a = 0.35 m",
+            "line 12: not valid TOML: expected newline or end of document after a statement; num",
+        ),
+        ('kind = "R"\ntheta = "theta1"', "kind = ", "line 3: not valid TOML: invalid value"),
+        (
+            LAST,
+            LAST + "[draw]\na1 = [0.4, 0.2]\n",
+            "line 15: draw: a1 = [0.4, 0.2]: the smaller end stands first; write a",
+        ),
+        (LAST, LAST + "[draw]\na1 = [-0.4, 0.2]\n", "draw: a1 = [-0.4, 0.2]: -0.4 is not positive"),
+        (LAST, LAST + "[draw]\na1 = [0.401, 0.402]\n", "in whole centimetres; write a1 = [0.40, 0.41]"),
+        (LAST, LAST + "[draw]\na1 = [0.4, 0.40]\n", "both ends are the same"),
+        (LAST, LAST + "[draw]\na1 = 0.4\n", "draw: a1 = 0.4: a length has a range in metres, as in a1 = [0.3, 0.8]"),
+        (LAST, LAST + "[draw]\na9 = [0.1, 0.2]\n", "draw: a9 = [0.1, 0.2]: 'a9' is no open length of the table; open"),
+    ],
+)
+def test_a_mistake_is_told_by_place(tmp_path: Path, old: str, new: str, said: str) -> None:
+    assert said in _refused(tmp_path, old, new)
+
+
+@pytest.mark.parametrize(
+    ("alpha", "said"),
+    [
+        ("90 deg", 'angles are in radians; write "pi/2"'),
+        ("90deg", 'angles are in radians; write "pi/2"'),
+        ("-45°", 'angles are in radians; write "-pi/4"'),
+        ("30 Degrees", 'angles are in radians; write "pi/6"'),
+        ("60*deg", 'angles are in radians; write "pi/3"'),
+        ("np.deg2rad(90)", 'angles are in radians; write "pi/2"'),
+        ("beta + 90 deg", 'angles are in radians; write "beta + pi/2"'),
+        ("pi/2 rad", 'angles are in radians; write "pi/2"'),
+        ("1.5708 rad", '1.5708 looks like an angle rounded; write it exactly, "pi/2"'),
+        ("0.4 m", 'm is a unit of a length; angles are in radians, as in "pi/2"'),
+    ],
+)
+def test_units_of_angles_are_refused_with_what_to_write(tmp_path: Path, alpha: str, said: str) -> None:
+    place = f'arm.toml: line 13: joint 2: alpha = "{alpha}": '
+    assert _refused(tmp_path, LAST, f'a = 0.35\nalpha = "{alpha}"\n') == place + said
+
+
+@pytest.mark.parametrize(
+    ("a", "said"),
+    [
+        ("0.4 m", "lengths are in metres; write 0.4"),
+        ("0.4m", "lengths are in metres; write 0.4"),
+        ("400 mm", "lengths are in metres; write 0.4"),
+        ("400MM", "lengths are in metres; write 0.4"),
+        ("40 * cm", "lengths are in metres; write 0.4"),
+        ("12 in", "lengths are in metres; write 0.3048"),
+        ("a1 + 5cm", 'lengths are in metres; write "a1 + 0.05"'),
+        ("a1 m", 'lengths are in metres; write "a1"'),
+        ("90 deg", 'deg is a unit of an angle; lengths are in metres, as in 0.4 or "a1"'),
+        ("a1 b2", 'a product is written with *; is "a1*b2" meant?'),
+        ("(a1)(b2)", 'a product is written with *; is "(a1)*(b2)" meant?'),
+    ],
+)
+def test_units_of_lengths_and_products_without_a_sign_are_refused(tmp_path: Path, a: str, said: str) -> None:
+    assert _refused(tmp_path, "a = 0.35", f'a = "{a}"') == f'arm.toml: line 12: joint 2: a = "{a}": {said}'
+
+
+@pytest.mark.parametrize(
+    ("entry", "value"),
+    [("2a1", "2*a1"), ("2(a1 + h)", "2*a1 + 2*h"), ("L_2", "L2"), ("sqrt(a1^2 + d1^2)", "sqrt(a1**2 + d1**2)")],
+)
+def test_what_can_be_meant_in_one_way_only_is_read(tmp_path: Path, entry: str, value: str) -> None:
+    assert _read(tmp_path, TWO_R.replace("a = 0.35", f'a = "{entry}"')).joints[1].a == sp.expand(sp.sympify(value))
+    turned = _read(tmp_path, TWO_R.replace(LAST, 'a = 0.35\nalpha = "2pi/3 + atan2(a1, h)"\n')).joints[1].alpha
+    assert turned == 2 * sp.pi / 3 + sp.atan2(sp.Symbol("a1"), sp.Symbol("h"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place"),
+    [
+        ("a = 0.35", "a = 400", "line 12: joint 2: a = 400"),
+        (HEAD, f"{HEAD}\npoint = [0, 0, 400]", "line 2: point = [0, 0, 400]"),
+        (LAST, LAST + "[draw]\na1 = [100, 400]\n", "line 15: draw: a1 = [100, 400]"),
+    ],
+)
+def test_lengths_in_millimetres_are_noticed(tmp_path: Path, old: str, new: str, place: str) -> None:
+    path = tmp_path / "arm.toml"
+    path.write_text(TWO_R.replace(old, new, 1), encoding="utf-8")
+    said = f"{path}: {place}: lengths are in metres; is this in millimetres? 400 mm would be 0.4"
+    assert read_robot_file(path).notes == (said,)
+    path.write_text(TWO_R.replace(old, new.replace("400", "20"), 1).replace("100", "10"), encoding="utf-8")
+    assert read_robot_file(path).notes == ()
+
+
+def test_a_file_that_is_not_there_or_no_text(tmp_path: Path) -> None:
+    path = tmp_path / "no-arm.toml"
+    with pytest.raises(QdotError, match=r"no-arm\.toml: there is no such file"):
+        read_robot(path)
+    path.write_bytes(b'name = "x"\n\xff\n')
+    with pytest.raises(QdotError, match=r"no-arm\.toml: line 2: this is not text in UTF-8"):
+        read_robot(path)
+    with pytest.raises(QdotError, match=r"the file can't be read: "):
+        read_robot(tmp_path)
+
+
+def test_a_file_saved_with_a_byte_order_mark_is_read(tmp_path: Path) -> None:
+    assert _read(tmp_path, "\ufeff" + TWO_R).n == 2
 
 
 def test_rank_lost_everywhere_is_said_in_every_form(tmp_path: Path) -> None:

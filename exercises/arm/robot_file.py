@@ -1,4 +1,4 @@
-"""ROBOT.toml: a user's own arm, read with every mistake told by file, joint and key.
+"""ROBOT.toml: a user's own arm, read with every mistake told by file, line, joint and key.
 
     name = "my arm"
     task = ["vx", "vy"]            # optional: the rows that count
@@ -18,12 +18,10 @@ moves, if they are four (SCARA); else the linear rows in which the point moves.
 """
 
 import difflib
-import operator
 import re
-import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass
-from decimal import Decimal
-from fractions import Fraction
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from pathlib import Path
 from typing import Any
 
@@ -31,22 +29,26 @@ import sympy as sp
 
 from exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
 from exercises.arm.derivation import derive
+from exercises.arm.entry import check_role, doubt, value_of
 from exercises.errors import QdotError
-from exercises.formula.expression import Node, ReadError, read
+from exercises.input_file import Place, TomlFile, read_toml, shown
 
 ROW_KEYS = ("kind", "theta", "d", "a", "alpha")
+ANGLES = ("theta", "alpha")
 TOP_KEYS = ("name", "task", "point", "joint", "draw")
-_LENGTH, _EXPONENT, _BASE = 200, 20, 10**6
-_OPERATIONS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
-_FUNCTIONS = {name: getattr(sp, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt")}
+_RANGE = "a length has a range in metres, as in a1 = [0.3, 0.8]"
 
 
 @dataclass(frozen=True)
 class Robot:
-    """What a file describes: a chain, and the lengths to be drawn as (symbol, least, greatest) in whole centimetres."""
+    """What a file describes: a chain, and the lengths to be drawn as (symbol, least, greatest) in whole centimetres.
+
+    `notes` are messages about what may be right, but is probably a mistake.
+    """
 
     chain: Chain
     draws: tuple[tuple[sp.Symbol, int, int], ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def read_robot(path: Path) -> Chain:
@@ -55,205 +57,181 @@ def read_robot(path: Path) -> Chain:
 
 
 def read_robot_file(path: Path) -> Robot:
-    """Return the robot that a file describes. Raises QdotError with the file, the joint and key, and what is right."""
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=Decimal)
-    except OSError as error:
-        raise QdotError(f"{path} can't be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise QdotError(f"{path} is not text in UTF-8") from None
-    except tomllib.TOMLDecodeError as error:
-        raise QdotError(f"{path} is not valid TOML: {error}") from None
-    try:
-        chain = chain_of(table)
-        return Robot(chain, _draws(table.get("draw", {}), chain))
-    except QdotError as error:
-        raise QdotError(f"{path}: {error}") from None
+    """Return the robot that a file describes. Raises QdotError with the file, line, place and what is right."""
+    file = read_toml(path)
+    chain = _chain(file)
+    draws = _draws(file, chain)
+    return Robot(chain, draws, _notes(file, chain, draws))
 
 
-def chain_of(table: dict[str, Any]) -> Chain:
-    """Return the chain of a table as TOML gives it. Raises QdotError."""
-    _check_keys(table, TOP_KEYS, ("name", "joint"), "the file")
-    name, rows = table["name"], table["joint"]
-    if not isinstance(name, str) or not name.strip():
-        raise QdotError(f'name = {name!r}; it is a text, as in name = "my arm"')
-    if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
-        raise QdotError("joints are given as [[joint]] tables, one for each row of the DH table")
-    joints = tuple(_joint(number, row) for number, row in enumerate(rows, 1))
-    point = _point(table["point"], len(joints)) if "point" in table else None
-    plain = " ".join(name.split())
+def _chain(file: TomlFile) -> Chain:
+    table = file.content
+    file.check_keys((), TOP_KEYS, ("name", "joint"))
+    with file.at("name"):
+        if not isinstance(table["name"], str) or not table["name"].strip():
+            raise QdotError('it is a text, as in name = "my arm"')
+    rows = table["joint"]
+    with file.at("joint"):
+        if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
+            raise QdotError("joints are given as [[joint]] tables, one for each row of the DH table")
+    kinds = [_kind(file, index, row) for index, row in enumerate(rows)]
+    variables = [sp.Symbol(f"{'theta' if kind == 'R' else 'd'}{i}") for i, kind in enumerate(kinds, 1)]
+    joints = tuple(_joint(file, index, variables) for index in range(len(rows)))
+    point = None
+    if "point" in table:
+        with file.at("point"):
+            point = _point(table["point"], variables)
+    plain = " ".join(table["name"].split())
     chain = Chain(plain, joints, ("vx",), tool=point, title=plain)
-    return chain.with_task(*(_task(table["task"]) if "task" in table else default_task(chain)))
+    if "task" not in table:
+        return chain.with_task(*default_task(chain))
+    with file.at("task"):
+        return chain.with_task(*_task(table["task"]))
 
 
-def _draws(raw: object, chain: Chain) -> tuple[tuple[sp.Symbol, int, int], ...]:
-    right = "[draw] gives lengths of the table a range in metres, as in a1 = [0.3, 0.8]"
-    if not isinstance(raw, dict):
-        raise QdotError(f"draw = {raw!r}; {right}")
-    angles = set[sp.Basic]().union(*(value.free_symbols for j in chain.joints for value in (j.theta, j.alpha)))
-    found = []
-    for name, ends in raw.items():
-        symbol = sp.Symbol(name)
-        if symbol not in chain.parameters:
-            open_lengths = ", ".join(s.name for s in chain.parameters if s not in angles) or "none"
-            raise QdotError(f"draw: {name!r} is no open length of the table; open are: {open_lengths}")
-        if symbol in angles:
-            raise QdotError(f"draw: {name!r} is an angle; {right}")
-        numbers = isinstance(ends, list) and len(ends) == 2 and all(_is_length(end) for end in ends)
-        if not numbers or not 0 < ends[0] < ends[1]:
-            raise QdotError(f"draw: {name} = {shown(ends)}; {right}")
-        low, high = (round(100 * end) for end in ends)
-        if low < 1 or low >= high:
-            raise QdotError(f"draw: {name} = {shown(ends)}; lengths are drawn in whole centimetres, from 0.01")
-        found.append((symbol, low, high))
-    return tuple(found)
+def _kind(file: TomlFile, index: int, row: dict[str, Any]) -> str:
+    file.check_keys(("joint", index), ROW_KEYS, ROW_KEYS, TOP_KEYS)
+    with file.at("joint", index, "kind"):
+        if row["kind"] not in ("R", "P"):
+            raise QdotError('it is "R" (revolute) or "P" (prismatic)')
+    return str(row["kind"])
 
 
-def _is_length(value: object) -> bool:
-    return isinstance(value, (int, Decimal)) and not isinstance(value, bool) and 0 < value < 1000
-
-
-def _check_keys(table: dict[str, Any], known: tuple[str, ...], needed: tuple[str, ...], where: str) -> None:
-    for key in table:
-        if key not in known:
-            close = difflib.get_close_matches(key, known, n=1)
-            hint = f" (did you mean {close[0]!r}?)" if close else ""
-            raise QdotError(f"{where}: unknown key {key!r}{hint}; known: {', '.join(known)}")
-    for key in needed:
-        if key not in table:
-            raise QdotError(f"{where}: {key!r} is missing; needed: {', '.join(needed)}")
-
-
-def _joint(number: int, row: dict[str, Any]) -> Joint:
-    where = f"joint {number}"
-    _check_keys(row, ROW_KEYS, ROW_KEYS, where)
-    kind = row["kind"]
-    if kind not in ("R", "P"):
-        raise QdotError(f'{where}: kind = {kind!r}; it is "R" (revolute) or "P" (prismatic)')
-    values = {key: value_of(row[key], f"{where}: {key}", key in ("theta", "alpha")) for key in ROW_KEYS[1:]}
-    key, variable = ("theta", sp.Symbol(f"theta{number}")) if kind == "R" else ("d", sp.Symbol(f"d{number}"))
-    if variable not in values[key].free_symbols:
-        example = f"{variable} + {'pi/2' if kind == 'R' else '0.2'}"
-        raise QdotError(
-            f'{where}: {key} = {shown(row[key])}; a joint of kind "{kind}" moves by its own variable there: '
-            f'{key} = "{variable}", with a constant added if wanted, as in "{example}"'
-        )
+def _joint(file: TomlFile, index: int, variables: Sequence[sp.Symbol]) -> Joint:
+    row, own = file.content["joint"][index], variables[index]
+    kind, moving = row["kind"], "theta" if row["kind"] == "R" else "d"
+    values = {}
+    for key in (moving, *(key for key in ROW_KEYS[1:] if key != moving)):  # what moves is what is mostly wrong
+        with file.at("joint", index, key):
+            values[key] = value_of(row[key], key in ANGLES)
+            rest = _rest(values[key], own, kind) if key == moving else values[key]
+            _check_symbols(rest, variables)
+            check_role(rest, key in ANGLES)
     return Joint(kind, **values)
 
 
-def value_of(raw: object, where: str, is_angle: bool) -> sp.Expr:
-    """Return a table entry as an exact SymPy expression; decimals become fractions. Raises QdotError."""
-    if isinstance(raw, bool) or not isinstance(raw, (int, Decimal, str)):
-        raise QdotError(f"{where} = {shown(raw)}; it is a number or an expression in quotes")
-    if isinstance(raw, str):
-        if len(raw) > _LENGTH:
-            raise QdotError(f"{where} is {len(raw)} characters long; at most {_LENGTH} are read")
-        try:
-            value = to_sympy(read(raw))
-        except ReadError as error:
-            raise QdotError(f"{where} = {raw!r}: {error}") from None
-    elif isinstance(raw, Decimal) and not raw.is_finite():
-        raise QdotError(f"{where} = {raw}; it is a finite number")
-    else:
-        fraction = Fraction(raw)
-        value = sp.Rational(fraction.numerator, fraction.denominator)
-    if is_angle:
-        _check_angle(value, where)
-    return value
-
-
-def shown(raw: object) -> str:
-    """Return a value as the file has it."""
-    return str(raw) if isinstance(raw, Decimal) else repr(raw)
-
-
-def _check_angle(value: sp.Expr, where: str) -> None:
-    """Refuse a decimal that stands for a multiple of pi/12, and degrees: both would spoil every formula."""
-    constant = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if term.is_number))
-    if not constant.is_Rational or constant == 0:
-        return
-    twelfths = float(constant) / (float(sp.pi) / 12)
-    nearest = round(twelfths)
-    if nearest and abs(twelfths - nearest) < 0.005:
+def _rest(value: sp.Expr, own: sp.Symbol, kind: str) -> sp.Expr:
+    """Return what is added to a joint's own variable. Raises QdotError."""
+    rest = sp.expand(value - own)
+    if own in rest.free_symbols:
+        key, offset = ("theta", "pi/2") if kind == "R" else ("d", "0.2")
         raise QdotError(
-            f'{where}: {float(constant):g} looks like an angle rounded; write it exactly, "{sp.pi * nearest / 12}"'
+            f'a joint of kind "{kind}" moves by its own variable there: {key} = "{own}", with a constant added if '
+            f'wanted, as in "{own} + {offset}"'
         )
-    if abs(constant) > 7:
-        exact = sp.pi * constant / 180
-        raise QdotError(f'{where}: angles are in radians; {float(constant):g} degrees would be "{exact}"')
+    return rest
 
 
-def to_sympy(node: Node) -> sp.Expr:
-    """Return the SymPy expression of a tree of plain arithmetic. Raises ReadError for anything else."""
-    if node.kind in ("number", "decimal"):
-        return sp.Rational(node.value.numerator, node.value.denominator)
-    if node.kind == "name":
-        return _symbol(str(node.value))
-    if node.kind == "call" and node.value in _FUNCTIONS:
-        return _finite(_FUNCTIONS[node.value](*(to_sympy(arg) for arg in node.args)), f"{node.value}(…)")
-    if node.kind == "neg":
-        return -to_sympy(node.args[0])
-    if node.kind == "^":
-        return _power(*(to_sympy(arg) for arg in node.args))
-    if node.kind in ("+", "-", "*", "/"):
-        left, right = (to_sympy(arg) for arg in node.args)
-        if node.kind == "/" and right == 0:
-            raise ReadError("a division by zero")
-        return _OPERATIONS[node.kind](left, right)
-    what = f"the function {node.value!r}" if node.kind == "call" else f"a {node.kind}"
-    raise ReadError(f"{what} can't stand in a DH table")
+def _check_symbols(value: sp.Expr, variables: Sequence[sp.Symbol]) -> None:
+    """Refuse the variables of joints, and of joints that there aren't."""
+    for symbol in sorted(value.free_symbols, key=str):
+        if symbol in variables:
+            number = list(variables).index(symbol) + 1
+            raise QdotError(f"{symbol} is the variable of joint {number}, and stands nowhere but in its own row")
+        match = re.fullmatch(r"theta(\d+)", symbol.name)
+        if match and not 0 < int(match.group(1)) <= len(variables):
+            raise QdotError(f"{symbol} belongs to no joint; the last one is joint {len(variables)}")
 
 
-def _symbol(name: str) -> sp.Expr:
-    if name == "pi":
-        return sp.pi
-    if not re.fullmatch(r"[A-Za-z][A-Za-z]*\d*", name) or name in ("E", "I"):
-        raise ReadError(
-            f"{name!r} is no name for a length or angle; use letters with a number behind, as in a1 or alpha2"
-        )
-    if re.fullmatch(r"qd\d*|[vw][xyz]|blank", name):
-        raise ReadError(f"the name {name!r} means something else: qd1 … are joint rates, vx … wz velocities")
-    return sp.Symbol(name)
-
-
-def _power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
-    if not exponent.is_Rational or abs(exponent) > _EXPONENT:
-        raise ReadError(f"an exponent is a number of at most {_EXPONENT}")
-    if base.is_number and abs(base) > _BASE:
-        raise ReadError("a power is too large for a length or an angle")
-    return _finite(base**exponent, "a power")
-
-
-def _finite(value: sp.Expr, what: str) -> sp.Expr:
-    if value.has(sp.zoo, sp.oo, sp.nan) or value.is_real is False:
-        raise ReadError(f"{what} that is no real number")
-    return value
-
-
-def _point(raw: object, n: int) -> Point:
-    right = f'point is the origin of a frame, "O0" … "O{n}", or [x, y, z] in the last frame'
+def _point(raw: object, variables: Sequence[sp.Symbol]) -> Point:
+    n = len(variables)
+    right = f'it is the origin of a frame, "O0" … "O{n}", or [x, y, z] in the last frame'
     if isinstance(raw, str):
         match = re.fullmatch(r"O_?(\d{1,2})", raw)
         if match is None or int(match.group(1)) > n:
-            raise QdotError(f"point = {raw!r}; {right}")
+            raise QdotError(right)
         return Point(int(match.group(1)))
     if not isinstance(raw, list) or len(raw) != 3:
-        raise QdotError(f"point = {raw!r}; {right}")
-    x, y, z = (value_of(value, f"point, {axis}", False) for value, axis in zip(raw, "xyz", strict=True))
+        raise QdotError(right)
+    x, y, z = (_coordinate(axis, value, variables) for axis, value in zip("xyz", raw, strict=True))
     return Point(n, (x, y, z))
+
+
+def _coordinate(axis: str, raw: object, variables: Sequence[sp.Symbol]) -> sp.Expr:
+    try:
+        value = value_of(raw, False)
+        _check_symbols(value, variables)
+        check_role(value, False)
+    except QdotError as error:
+        raise QdotError(f"{axis} = {shown(raw)}: {error}") from None
+    return value
 
 
 def _task(raw: object) -> tuple[str, ...]:
     if not isinstance(raw, list) or not raw or not all(isinstance(row, str) for row in raw):
-        raise QdotError(f'task = {raw!r}; it is a list of rows that count, as in ["vx", "vy"]')
+        raise QdotError('it is a list of the rows that count, as in ["vx", "vy"]')
     for row in raw:
         if row not in TASK_ROWS:
-            close = difflib.get_close_matches(row.lower(), TASK_ROWS, n=1, cutoff=0.5)
+            meant = f"v{row.lower()}" if row.lower() in ("x", "y", "z") else row.lower()
+            close = difflib.get_close_matches(meant, TASK_ROWS, n=1, cutoff=0.5)
             hint = f" (did you mean {close[0]!r}?)" if close else ""
-            raise QdotError(f"task: unknown row {row!r}{hint}; known: {', '.join(TASK_ROWS)}")
+            raise QdotError(f"unknown row {row!r}{hint}; known: {', '.join(TASK_ROWS)}")
         if raw.count(row) > 1:
-            raise QdotError(f"task: the row {row!r} is named twice")
+            raise QdotError(f"the row {row!r} is named twice")
     return tuple(sorted(raw, key=TASK_ROWS.index))
+
+
+# --- lengths that are drawn ---
+
+
+def _draws(file: TomlFile, chain: Chain) -> tuple[tuple[sp.Symbol, int, int], ...]:
+    raw = file.content.get("draw", {})
+    with file.at("draw"):
+        if not isinstance(raw, dict):
+            raise QdotError("it is a table, [draw], in which " + _RANGE)
+    angles = set[sp.Basic]().union(*(value.free_symbols for j in chain.joints for value in (j.theta, j.alpha)))
+    found = []
+    for name, ends in raw.items():
+        symbol = sp.Symbol(name)
+        with file.at("draw", name):
+            if symbol not in chain.parameters:
+                open_lengths = ", ".join(s.name for s in chain.parameters if s not in angles) or "none"
+                raise QdotError(f"{name!r} is no open length of the table; open are: {open_lengths}")
+            if symbol in angles:
+                raise QdotError(f"{name!r} is an angle; {_RANGE}")
+            found.append((symbol, *_range(name, ends)))
+    return tuple(found)
+
+
+def _range(name: str, ends: object) -> tuple[int, int]:
+    """Return the ends of a range in centimetres."""
+    if not isinstance(ends, list) or len(ends) != 2 or not all(map(_is_number, ends)):
+        raise QdotError(_RANGE)
+    low, high = ends
+    if low <= 0:
+        raise QdotError(f"{shown(low)} is not positive; {_RANGE}")
+    if high >= 1000:
+        raise QdotError(f"{shown(high)} is too long; {_RANGE}")
+    if low == high:
+        raise QdotError(f"both ends are the same, so that nothing is drawn; {_RANGE}")
+    if low > high:
+        raise QdotError(f"the smaller end stands first; write {name} = {shown([high, low])}")
+    first = max(1, int((100 * Decimal(low)).to_integral_value(ROUND_FLOOR)))
+    last = int((100 * Decimal(high)).to_integral_value(ROUND_CEILING))
+    if first != 100 * low or last != 100 * high:
+        wide = max(last, first + 1)
+        near = f"{name} = [{first / 100:.2f}, {wide / 100:.2f}]"
+        raise QdotError(f"lengths are drawn in whole centimetres; write {near}")
+    return first, last
+
+
+def _notes(file: TomlFile, chain: Chain, draws: Sequence[tuple[sp.Symbol, int, int]]) -> tuple[str, ...]:
+    """Return a note for the first length that is probably not in metres."""
+    joints = enumerate(chain.joints)
+    entries: list[tuple[Place, sp.Expr]]
+    entries = [(("joint", i, key), getattr(joint, key)) for i, joint in joints for key in ("d", "a")]
+    entries += [(("point",), value) for value in chain.point.offset]
+    entries += [(("draw", symbol.name), sp.Rational(high, 100)) for symbol, _, high in draws]
+    found = [(place, why) for place, value in entries if (why := doubt(value)) is not None]
+    if not found:
+        return ()
+    (place, why), more = found[0], len(found) - 1
+    others = f" ({more} more like this)" if more else ""
+    return (f"{file.place(*place)}: {why}{others}",)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, Decimal)) and not isinstance(value, bool) and Decimal(value).is_finite()
 
 
 def default_task(chain: Chain) -> tuple[str, ...]:

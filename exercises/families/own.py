@@ -17,9 +17,9 @@ APART, TRIES = sp.Rational(5, 100), 50
 """Lengths drawn are that much apart, as nearly equal ones add singular configurations that nobody asked for."""
 
 
-def own_family(path: Path) -> Family:
-    """Return the family of a robot file; its name is the file's, in small letters. Raises QdotError."""
-    robot = read_robot_file(path)
+def own_family(path: Path, robot: Robot | None = None) -> Family:
+    """Return the family of a robot file, read unless `robot` is given; its name is the file's. Raises QdotError."""
+    robot = robot or read_robot_file(path)
     name = re.sub(r"[^a-z0-9]+", "-", path.stem.lower()).strip("-") or "robot"
     return Family(name, robot.chain.title, path.name, partial(_sample, robot, name))
 

@@ -17,7 +17,7 @@ import sympy as sp
 from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
 from exercises.arm.kinematics import rot_x, rot_z
 from exercises.arm.singularity import singular_set
-from exercises.difficulty import HARDEST, step
+from exercises.difficulty import HARDEST, in_words, step
 from exercises.errors import QdotError
 from exercises.families.base import Family, on_the_floor, sign, standing_in_plane, turned
 from exercises.families.base import centimetres as cm
@@ -41,15 +41,21 @@ def _sample(n: int, rng: Stream, band: Band | None = None, accepts: Accepts | No
     low, high = band or (0, HARDEST)
     classes = [near for alike in clean_classes(n) if (near := _near(alike, low, high))]
     refused: set[Structure] = set()
+    in_band = False
     for structure in (_order(classes, rng) * ROUNDS)[:TRIES]:
         chain = None if structure in refused else _arm(structure, rng)
         if chain is None or not low <= step(chain) <= high:
             continue
+        in_band = True
         if accepts is None or accepts(chain):
             return chain
         refused.add(structure)
-    which = f"of difficulty {low} to {high}" if band else "of any difficulty"
-    raise QdotError(f"random-{n} has no arm {which} that can be asked all of these questions")
+    which = f"of difficulty {in_words(low, high)}" if band else "of any difficulty"
+    if in_band:
+        raise QdotError(f"random-{n} has no arm {which} that can be asked all of these questions")
+    steps = [structure.step for alike in clean_classes(n) for structure in alike]
+    found = in_words(min(steps), max(steps))
+    raise QdotError(f"random-{n} has no arm {which}; its arms are of difficulty {found}")
 
 
 def _order(classes: list[tuple[Structure, ...]], rng: Stream) -> list[Structure]:

@@ -1,0 +1,253 @@
+"""One entry of a DH table: a number or a formula in quotes, made an exact SymPy expression, or refused with a way out.
+
+Formulas are read by the grammar of answers, and more strictly: a unit is no symbol, a product is written with `*`
+(only a number may stand before a factor without it: 2a1, 2pi/3), and a symbol is one letter (a length), or alpha or
+beta (an angle), with or without a number: a1, h, alpha2. So nothing that was meant otherwise is taken for symbols.
+"""
+
+import itertools
+import operator
+import re
+from decimal import Decimal
+from fractions import Fraction
+
+import sympy as sp
+
+from exercises.errors import QdotError
+from exercises.formula.expression import FUNCTIONS, Node, ReadError, read
+
+LONG = 20
+"""Metres above which a length is probably meant in millimetres."""
+
+_LENGTH, _EXPONENT, _BASE = 200, 20, 10**6
+_LEAST, _MOST = sp.Rational(1, 10**9), 10**6
+_OPERATIONS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
+_FUNCTIONS = {name: getattr(sp, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt")}
+
+_ANGLES = ("alpha", "beta")
+"""Names of constant angles, with or without a number; all other symbols are lengths."""
+
+_NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_TOKEN = re.compile(rf"(?P<number>{_NUMBER})|(?P<name>[^\W\d]\w*)|(?P<other>\S)")
+
+_DEGREE = sp.pi / 180
+_UNITS_OF_ANGLES = {
+    **dict.fromkeys(("rad", "rads", "radian", "radians"), sp.S.One),
+    **dict.fromkeys(("°", "º", "deg", "degs", "degree", "degrees", "deg2rad"), _DEGREE),
+}
+_UNITS_OF_LENGTHS = {
+    **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), sp.S.One),
+    **dict.fromkeys(("dm",), sp.Rational(1, 10)),
+    **dict.fromkeys(("cm",), sp.Rational(1, 100)),
+    **dict.fromkeys(("mm",), sp.Rational(1, 1000)),
+    **dict.fromkeys(("in", "inch", "inches"), sp.Rational(254, 10000)),
+    **dict.fromkeys(("ft", "foot", "feet"), sp.Rational(3048, 10000)),
+}
+_RIGHT = {True: 'angles are in radians, as in "pi/2"', False: 'lengths are in metres, as in 0.4 or "a1"'}
+
+
+def value_of(raw: object, is_angle: bool) -> sp.Expr:
+    """Return a table entry as an exact SymPy expression; decimals become fractions. Raises QdotError."""
+    if isinstance(raw, bool) or not isinstance(raw, (int, Decimal, str)):
+        raise QdotError(f"it is a number, or an expression in quotes; {_RIGHT[is_angle]}")
+    if isinstance(raw, str):
+        value = _formula(raw, is_angle)
+    elif isinstance(raw, Decimal) and not raw.is_finite():
+        raise QdotError("it is a finite number")
+    else:
+        fraction = Fraction(raw)
+        value = sp.Rational(fraction.numerator, fraction.denominator)
+    constant = _constant(value)
+    if constant.is_Rational and constant != 0 and not _LEAST <= abs(constant) <= _MOST:
+        raise QdotError(f"it is out of range; {_RIGHT[is_angle]}")
+    if is_angle:
+        _check_angle(value)
+    return value
+
+
+def _formula(text: str, is_angle: bool) -> sp.Expr:
+    if len(text) > _LENGTH:
+        raise QdotError(f"it is {len(text)} characters long; at most {_LENGTH} are read")
+    _check_units(text, is_angle)
+    _check_products(text)
+    comma = re.fullmatch(r"\s*([-+]?\d+),(\d+)\s*", text)
+    if comma:
+        raise QdotError(f"decimals have a point; write {comma.group(1)}.{comma.group(2)}")
+    short = re.search(r"\b[csCS]_?\d{1,4}\b", text)
+    if short:
+        raise QdotError(
+            f"{short.group()} is short for a sine or cosine in answers; give it another name, as in a1 or h"
+        )
+    try:
+        return to_sympy(read(text))
+    except ReadError as error:
+        raise QdotError(str(error) if "as in" in str(error) else f"{error}; {_RIGHT[is_angle]}") from None
+
+
+# --- units ---
+
+
+def _check_units(text: str, is_angle: bool) -> None:
+    """Refuse a unit, and say what to write in its place."""
+    found = {unit for match in _TOKEN.finditer(text) if (unit := _unit(match.group())) is not None}
+    if not found:
+        return
+    own = _UNITS_OF_ANGLES if is_angle else _UNITS_OF_LENGTHS
+    if not found <= set(own):
+        unit = min(found - set(own))
+        other = "an angle" if unit in _UNITS_OF_ANGLES else "a length"
+        raise QdotError(f"{unit} is a unit of {other}; {_RIGHT[is_angle]}")
+    said = "angles are in radians" if is_angle else "lengths are in metres"
+    bare = _without_units(text, own)
+    if not bare or any(_unit(match.group()) for match in _TOKEN.finditer(bare)):
+        example = '"pi/2" for 90 degrees' if is_angle else "0.4 for 400 mm"
+        raise QdotError(f"{said} and have no unit; write {example}")
+    is_number = re.fullmatch(rf"[-+]?{_NUMBER}", bare)
+    if is_angle and is_number:
+        _check_angle(sp.Rational(bare))  # 1.5708 rad is pi/2
+    raise QdotError(f"{said}; write " + (bare if is_number else f'"{bare}"'))
+
+
+def _unit(token: str) -> str | None:
+    """Return the unit that a token is, or None; M is a symbol, MM and Deg are units."""
+    plain = token if len(token) == 1 else token.lower()
+    return plain if plain in _UNITS_OF_ANGLES or plain in _UNITS_OF_LENGTHS else None
+
+
+def _without_units(text: str, units: dict[str, sp.Expr]) -> str:
+    """Return a formula with its quantities in radians or metres, as far as that is plain."""
+    found = {match.group() for match in _TOKEN.finditer(text) if _unit(match.group()) is not None}
+    names = "|".join(sorted(map(re.escape, found), key=len, reverse=True))
+    ones = "|".join(unit for unit, factor in units.items() if factor == 1)
+    called = rf"(?:\w+\.)?(?:deg2rad|radians|rad)\(\s*({_NUMBER})\s*\)"
+    text = re.sub(called, lambda match: _times(match.group(1), _DEGREE), text)
+    quantity = rf"(?<![\w.])({_NUMBER})\s*\*?\s*({names})(?!\w)"
+    text = re.sub(quantity, lambda match: _times(match.group(1), units[str(_unit(match.group(2)))]), text)
+    return re.sub(rf"\s*\*?\s*(?<![\w.])(?:{ones})(?![\w(])", "", text).strip()
+
+
+def _times(number: str, factor: sp.Expr) -> str:
+    value = sp.Rational(number) * factor
+    return str(value) if value.has(sp.pi) else f"{float(value):.12g}"
+
+
+# --- angles and lengths ---
+
+
+def _check_angle(value: sp.Expr) -> None:
+    """Refuse a decimal that stands for a multiple of pi/12, and degrees: both would spoil every formula."""
+    constant = _constant(value)
+    if not constant.is_Rational or constant == 0:
+        return
+    twelfths = float(constant) / (float(sp.pi) / 12)
+    nearest = round(twelfths)
+    if nearest and abs(twelfths - nearest) < 0.005:
+        raise QdotError(f'{float(constant):g} looks like an angle rounded; write it exactly, "{sp.pi * nearest / 12}"')
+    if abs(constant) > 7:
+        exact = sp.pi * constant / 180
+        raise QdotError(f'angles are in radians; {float(constant):g} degrees would be "{exact}"')
+
+
+def _constant(value: sp.Expr) -> sp.Expr:
+    """Return the number that an expression adds to what is open in it."""
+    return sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if term.is_number))
+
+
+def doubt(value: sp.Expr) -> str | None:
+    """Return why a length is probably a mistake, or None."""
+    constant = _constant(value)
+    if not constant.is_Rational or abs(constant) <= LONG:
+        return None
+    length = float(constant)
+    return f"lengths are in metres; is this in millimetres? {length:g} mm would be {length / 1000:g}"
+
+
+def check_role(value: sp.Expr, is_angle: bool) -> None:
+    """Refuse a length for an angle and an angle for a length, as where two columns of the table are swapped."""
+    bare = value.xreplace(dict.fromkeys(value.atoms(sp.Function), sp.S.One))  # atan2(a1, d1) is an angle
+    for symbol in sorted(bare.free_symbols, key=str):
+        letters = symbol.name.rstrip("0123456789")
+        if letters == "theta":
+            raise QdotError(
+                f"{symbol} is the name of a joint's variable; call a constant angle alpha or beta, as in beta1"
+            )
+        if is_angle and letters not in _ANGLES:
+            raise QdotError(f"{symbol} names a length; call an angle alpha or beta, as in alpha1")
+        if not is_angle and letters in _ANGLES:
+            raise QdotError(f"{symbol} names an angle; a length has a name such as a1, d1 or h")
+    if not is_angle and bare.has(sp.pi):
+        raise QdotError("pi makes an angle; lengths are in metres")
+
+
+# --- products and names ---
+
+
+def _check_products(text: str) -> None:
+    """Refuse factors side by side, but for a number before a symbol or bracket: "a1 b2" may be meant otherwise."""
+    written, places = text, []
+    tokens = list(_TOKEN.finditer(text))
+    for one, two in itertools.pairwise(tokens):
+        ends = one.lastgroup == "number" or one.group() == ")" or _is_symbol(one)
+        starts = two.lastgroup in ("number", "name") or two.group() == "("
+        called = one.lastgroup == "name" and two.group() == "("
+        if ends and starts and not called and (one.lastgroup != "number" or two.lastgroup == "number"):
+            places.append((one.end(), two.start()))
+    for end, start in reversed(places):
+        written = f"{written[:end]}*{written[start:]}"
+    if places:
+        raise QdotError(f'a product is written with *; is "{written}" meant?')
+
+
+def _is_symbol(token: re.Match[str]) -> bool:
+    return token.lastgroup == "name" and token.group().lower() not in FUNCTIONS
+
+
+def to_sympy(node: Node) -> sp.Expr:
+    """Return the SymPy expression of a tree of plain arithmetic. Raises ReadError for anything else."""
+    if node.kind in ("number", "decimal"):
+        return sp.Rational(node.value.numerator, node.value.denominator)
+    if node.kind == "name":
+        return _symbol(str(node.value))
+    if node.kind == "call" and node.value in _FUNCTIONS:
+        return _finite(_FUNCTIONS[node.value](*(to_sympy(arg) for arg in node.args)), f"{node.value}(…)")
+    if node.kind == "neg":
+        return -to_sympy(node.args[0])
+    if node.kind == "^":
+        return _power(*(to_sympy(arg) for arg in node.args))
+    if node.kind in ("+", "-", "*", "/"):
+        left, right = (to_sympy(arg) for arg in node.args)
+        if node.kind == "/" and right == 0:
+            raise ReadError("a division by zero")
+        return _OPERATIONS[node.kind](left, right)
+    what = f"the function {node.value!r}" if node.kind == "call" else f"a {node.kind}"
+    raise ReadError(f"{what} can't stand in a DH table")
+
+
+def _symbol(name: str) -> sp.Expr:
+    if name == "pi":
+        return sp.pi
+    if re.fullmatch(r"qd\d*|[vwfm][xyz]|blank", name):
+        raise ReadError(f"the name {name!r} means something else: qd1 … are joint rates, vx … wz velocities")
+    if name in ("k", "n"):
+        raise ReadError(f"the name {name!r} means any whole number in answers; write {name}1")
+    letters = name.rstrip("0123456789")
+    if not (re.fullmatch(r"[A-Za-z]", letters) or letters in (*_ANGLES, "theta")) or name in ("E", "I"):
+        raise ReadError(
+            f"{name!r} is no name for a length or angle; it is one letter, or alpha or beta, with a number if "
+            "wanted, as in a1, h or alpha2"
+        )
+    return sp.Symbol(name)
+
+
+def _power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
+    if not exponent.is_Rational or abs(exponent) > _EXPONENT:
+        raise ReadError(f"an exponent is a number of at most {_EXPONENT}")
+    if base.is_number and abs(base) > _BASE:
+        raise ReadError("a power is too large for a length or an angle")
+    return _finite(base**exponent, "a power")
+
+
+def _finite(value: sp.Expr, what: str) -> sp.Expr:
+    if value.has(sp.zoo, sp.oo, sp.nan) or value.is_real is False:
+        raise ReadError(f"{what} that is no real number")
+    return value

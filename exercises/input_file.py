@@ -1,0 +1,166 @@
+"""Files that people write, read such that whatever is wrong in them is told by its place.
+
+Every message is of one form, FILE: line N: joint 2: alpha = "90 deg": what is wrong, and what would be right. The line
+is left out where it isn't known, the value where it is long.
+"""
+
+import datetime
+import json
+import re
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+from exercises.errors import QdotError, unknown
+
+Place = Sequence[str | int]
+"""Keys and places in lists from the file down: ("joint", 0, "alpha") is alpha of the first [[joint]]."""
+
+_SHORT = 48
+_HINTS = (
+    ("invalid value", '; put text and formulas in quotes, as in "pi/2"; numbers are written 0.5'),
+    ("expected newline or end of document", '; numbers are written 0.5, without a unit, all else in quotes: "pi/2"'),
+    ("cannot overwrite a value", "; a key is given twice"),
+    ("illegal character '\\n'", "; a quote is not closed"),
+    ("unclosed array", "; names stand in quotes with commas between them, and the list ends with ]"),
+    ("twice", "; what there may be several of has double brackets, as in [[joint]]"),
+    ("invalid date", "; a day with a time is written 2027-01-15T23:59:00+01:00"),
+    ("invalid statement", "; a line is KEY = VALUE, a [[header]] or a # comment"),
+    ("array declaration", "; a header has nothing but a name in it, as in [[joint]]"),
+    ("unescaped '\\'", '; formulas have no backslash, as in "pi/2", and paths have /'),
+)
+"""What a TOML reader says, and what is mostly meant."""
+
+
+def read_text(path: Path, missing: str = "") -> str:
+    """Return the text of a file. Raises QdotError; `missing` says what to do where there is none."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise QdotError(f"{path}: there is no such file" + (f"; {missing}" if missing else "")) from None
+    except UnicodeDecodeError as error:
+        line = error.object[: error.start].count(b"\n") + 1
+        raise QdotError(f"{path}: line {line}: this is not text in UTF-8; save the file as UTF-8") from None
+    except OSError as error:
+        raise QdotError(f"{path}: the file can't be read: {error.strerror}") from None
+
+
+@dataclass(frozen=True)
+class TomlFile:
+    """A file in TOML: its path, its text and what it says."""
+
+    path: Path
+    text: str
+    content: Mapping[str, Any]
+
+    @contextmanager
+    def at(self, *place: str | int) -> Iterator[None]:
+        """Put the place before the message of any QdotError raised inside."""
+        try:
+            yield
+        except QdotError as error:
+            raise QdotError(f"{self.place(*place)}: {error}") from None
+
+    def place(self, *place: str | int) -> str:
+        """Return a place as messages name it, with the value where that is short."""
+        value: Any = self.content
+        for key in place:
+            known = key in value if isinstance(value, dict) else isinstance(value, list)
+            value = value[key] if known else None
+        said = self._named(place, place)
+        simple = place and value is not None and not isinstance(value, dict) and not _holds_tables(value)
+        text = shown(value) if simple else ""
+        return f"{said} = {text}" if text and len(text) <= _SHORT else said
+
+    def _named(self, place: Place, key: Place) -> str:
+        """Return the file, the line of `key` and the place as in "joint 2: alpha"."""
+        number = self.line(key)
+        said = [str(self.path), *([f"line {number}"] if number else [])]
+        for step in place:
+            if isinstance(step, int):
+                said[-1] += f" {step + 1}"
+            else:
+                said.append(step)
+        return ": ".join(said)
+
+    def check_keys(
+        self, place: Place, known: Sequence[str], needed: Sequence[str] = (), above: Sequence[str] = ()
+    ) -> None:
+        """Raise QdotError for a key that the table in a place can't have, before one that it lacks.
+
+        `above` are the keys of the file itself: in TOML, what stands below a [[header]] belongs to that table.
+        """
+        table: Any = self.content
+        for key in place:
+            table = table[key]
+        for key in table:
+            where = self._named(place, (*place, key))
+            if key in above and key not in known:
+                raise QdotError(f"{where}: the key {key!r} stands at the top of the file, above every [[{place[0]}]]")
+            if key not in known:
+                raise QdotError(f"{where}: {unknown('key', key, tuple(known))}")
+        for key in needed:
+            if key not in table:
+                raise QdotError(f"{self._named(place, place)}: the key {key!r} is missing; needed: {', '.join(needed)}")
+
+    def line(self, place: Place) -> int | None:
+        """Return the number of the line where a place is written: of its key, else of its [header]; None if unknown."""
+        lines = self.text.splitlines()
+        headers = [i for i, line in enumerate(lines) if re.match(r"\s*\[\[?\s*[\w.-]+\s*\]", line)]
+        start, header = 0, None
+        keys = [key for key in place if isinstance(key, str)]
+        top = self.content.get(keys[0]) if keys else None
+        if len(place) > 1 or isinstance(top, dict) or _holds_tables(top):
+            index = place[1] if len(place) > 1 and isinstance(place[1], int) else 0
+            own = [i for i in headers if re.match(rf"\s*\[\[?\s*{re.escape(str(place[0]))}\s*\]", lines[i])]
+            if index < len(own):
+                header = own[index]
+                start = header + 1
+        end = next((i for i in headers if i >= start), len(lines))
+        for number in range(start, end):
+            if keys and re.match(rf"""\s*["']?{re.escape(keys[-1])}["']?\s*=""", lines[number]):
+                return number + 1
+        return None if header is None else header + 1
+
+
+def _holds_tables(value: object) -> bool:
+    return isinstance(value, list) and any(isinstance(item, dict) for item in value)
+
+
+def read_toml(path: Path, missing: str = "", decimals: Callable[[str], Any] = Decimal) -> TomlFile:
+    """Return what a file in TOML says; `decimals` makes numbers of 0.5. Raises QdotError with the line."""
+    text = read_text(path, missing)
+    try:
+        return TomlFile(path, text, tomllib.loads(text, parse_float=decimals))
+    except tomllib.TOMLDecodeError as error:
+        said = re.fullmatch(r"(.*) \(at (?:line (\d+), column \d+|end of document)\)", str(error))
+        what, line = said.groups() if said else (str(error), None)
+        what = re.sub(r"\('(.*?)',?\)", r"'\1'", what)  # a key, as Python writes it
+        number = line or str(max(1, len(text.splitlines())))
+        hint = next((hint for found, hint in _HINTS if found in what.lower()), "")
+        if any(quote in text.splitlines()[int(number) - 1] for quote in "“”„‘’"):
+            hint = '; its quotes are curly, write straight ones: "'
+        raise QdotError(f"{path}: line {number}: not valid TOML: {what[:1].lower()}{what[1:]}{hint}") from None
+
+
+def shown(value: object) -> str:
+    """Return a value as TOML has it.
+
+    >>> print(shown(["a", Decimal("0.40"), True]))
+    ["a", 0.40, true]
+    """
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, (float, Decimal)):
+        return str(value).replace("Infinity", "inf").replace("NaN", "nan")
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(shown, value))}]"
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{key} = {shown(item)}' for key, item in value.items())}}}"
+    return value.isoformat() if isinstance(value, (datetime.date, datetime.time)) else str(value)
