@@ -4,6 +4,7 @@ Planar arms are drawn flat, from +z_w; others in one fixed axonometric view. Wha
 of the table, theta_i or d_i with its offset. Lengths are brought nearer to each other, so that small ones are seen.
 """
 
+import textwrap
 from collections.abc import Mapping
 from functools import lru_cache
 
@@ -15,12 +16,12 @@ from exercises.figure.labels import Placement, place
 from exercises.figure.plane import exact
 from exercises.figure.pose import HEIGHT, LONG, ROOM, WIDTH, Skeleton, best_poses, drawn_chain, skeleton, told_pose
 from exercises.figure.shapes import Figure, fixed
-from exercises.figure.small import PANEL, cells, singular_figures, thumbnail
+from exercises.figure.small import PANEL, cells, singular_panel, thumbnail
 from exercises.figure.view import Part, View
 from exercises.figure.words import alt_text, panels_text, title_text
 from exercises.render import render
 
-__all__ = ["alt_text", "arm_figure", "figure_svg", "fixed", "singular_figures", "singular_svg", "thumbnail_svg"]
+__all__ = ["alt_text", "arm_figure", "figure_svg", "fixed", "singular_panel", "singular_svg", "thumbnail_svg"]
 
 MARGIN = (34.0, 26.0)
 """Pixels kept free at the left and right, and above and below, for labels outside of all lines."""
@@ -31,8 +32,8 @@ DELAY = 6.0
 GOOD = 6.0
 """What a label may cost on average in a pose that is taken without looking at others; more after each look."""
 
-SHRUNK, GAP, LINE = 60, 12, 18
-"""Small drawings are shown at so many per cent; pixels between them, and for the line of a caption."""
+SHRUNK, GAP, LINE, LETTER = 60, 12, 18, 7
+"""Small drawings are shown at so many per cent; pixels between them, for the line of a caption, and for a letter."""
 
 
 def arm_figure(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
@@ -89,10 +90,10 @@ def singular_svg(chain: Chain, name: str = "singular") -> str:
 
     It is empty where there is nothing to draw: an arm without singular, or without regular configurations.
     """
-    drawings = singular_figures(chain)
-    if not drawings:
+    panel = singular_panel(chain)
+    if not panel.drawings:
         return ""
-    columns, rows = cells(len(drawings))
+    columns, rows = cells(len(panel.drawings))
     wide, high = (SHRUNK * length // 100 for length in PANEL)
     wide, high = wide + GAP, high + GAP
     panels = [
@@ -104,17 +105,23 @@ def singular_svg(chain: Chain, name: str = "singular") -> str:
             "figure": figure,
             "caption": caption,
         }
-        for k, (caption, figure) in enumerate(drawings)
+        for k, (caption, figure) in enumerate(panel.drawings)
+    ]
+    below = (high + LINE) * rows
+    remark = [
+        {"y": below + LINE * k + LINE // 2, "text": text}
+        for k, text in enumerate(textwrap.wrap(panel.remark, wide * columns // LETTER))
     ]
     return render(
         "figure-panels.svg.j2",
         panels=panels,
+        remark=remark,
         name=name,
         width=wide * columns,
-        height=(high + LINE) * rows,
+        height=below + LINE * len(remark),
         scale=SHRUNK / 100,
         title=f"{title_text(chain)}: a regular and the singular configurations",
-        description=panels_text([caption for caption, _ in drawings]),
+        description=panels_text([caption for caption, _ in panel.drawings], panel.remark),
         fixed=fixed,
     )
 
