@@ -254,7 +254,8 @@ def test_singular_configurations_are_drawn_inside_their_panels(name: str) -> Non
         assert (figure.width, figure.height) == PANEL
         assert all(0 <= x <= figure.width and 0 <= y <= figure.height for x, y in points)
     root = ET.fromstring(singular_svg(ARMS[name], "where"))
-    assert [text.text for text in root.iter(f"{SVG}text")] == [caption for caption, _ in figures]
+    captions = [caption for caption, _ in figures]
+    assert [text.text for text in root.iter(f"{SVG}text")][: len(captions)] == captions
     assert all(caption in root.findtext(f"{SVG}desc", "") for caption, _ in figures[1:])
     assert singular_svg(ARMS[name], "where") == singular_svg(ARMS[name], "where")
 
@@ -346,3 +347,45 @@ def test_rods_end_in_their_sleeves(identity: str) -> None:
     rods = [shape.points for shape in figure.shapes if isinstance(shape, Polyline) and shape.style == "rod"]
     for rod in rods:
         assert any((box.min(axis=0) <= rod[0]).all() and (rod[0] <= box.max(axis=0)).all() for box in boxes)
+
+
+def ink(figure: Figure) -> list[tuple[str, tuple[Pair, ...]]]:
+    """All lines and circles of a drawing but the ground, with the class of each."""
+    inner = [one for shape in figure.shapes for one in (shape.shapes if isinstance(shape, Glyph) else (shape,))]
+    return [
+        (one.style, one.points if isinstance(one, Polyline) else (one.center,))
+        for one in inner
+        if one.style not in ("plate", "hatch", "ground", "pedestal")
+    ]
+
+
+def look_alike(first: Figure, second: Figure) -> bool:
+    """Whether each line of one drawing is in the other, give or take 6 pixels of the 280 of its width."""
+    pairs = list(zip(ink(first), ink(second), strict=False))
+    return len(ink(first)) == len(ink(second)) and all(
+        a[0] == b[0] and len(a[1]) == len(b[1]) and np.abs(np.subtract(a[1], b[1])).max() < 6 for a, b in pairs
+    )
+
+
+@every_family
+def test_configurations_of_a_panel_look_different(identity: str) -> None:
+    for (_, first), (_, second) in combinations(panel(sampled(identity)).drawings, 2):
+        assert not look_alike(first, second)
+
+
+@pytest.mark.parametrize("identity", ["ur-6r/2", "lbr-7r/1"])
+def test_a_hand_that_only_turns_has_an_arrow(identity: str) -> None:
+    """The 6R arm's wrist turns about one point, which is P: only z6 tells that it does."""
+    chain = sampled(identity)
+    arrows = [[one.points for one in figure.shapes if isinstance(one, Polyline) and one.style == "axis-z"]
+              for _, figure in panel(chain).drawings]  # fmt: skip
+    assert all(len(found) == 1 for found in arrows)
+    assert f"blue: z{'₆₇'[chain.n - 6]}." in panel(chain).key
+    assert panel(chain).key in " ".join(svg_text(chain))
+
+
+def test_what_the_marks_mean_is_told_where_they_are_drawn() -> None:
+    for name in SINGULAR:
+        marked = any(shape.style == "lost" for _, f in panel(ARMS[name]).drawings for shape in f.shapes
+                     if not isinstance(shape, Glyph))  # fmt: skip
+        assert ("Dashed: P cannot move that way" in panel(ARMS[name]).key) == marked

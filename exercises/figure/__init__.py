@@ -32,7 +32,7 @@ DELAY = 6.0
 GOOD = 6.0
 """What a label may cost on average in a pose that is taken without looking at others; more after each look."""
 
-SHRUNK, GAP, LINE, LETTER = 60, 12, 18, 7
+SHRUNK, GAP, LINE, LETTER = 60, 12, 18, 6
 """Small drawings are shown at so many per cent; pixels between them, for the line of a caption, and for a letter."""
 
 
@@ -110,7 +110,7 @@ def singular_svg(chain: Chain, name: str = "singular") -> str:
     below = (high + LINE) * rows
     remark = [
         {"y": below + LINE * k + LINE // 2, "text": text}
-        for k, text in enumerate(textwrap.wrap(panel.remark, wide * columns // LETTER))
+        for k, text in enumerate(textwrap.wrap(f"{panel.key} {panel.remark}", wide * columns // LETTER))
     ]
     return render(
         "figure-panels.svg.j2",
@@ -121,7 +121,7 @@ def singular_svg(chain: Chain, name: str = "singular") -> str:
         height=below + LINE * len(remark),
         scale=SHRUNK / 100,
         title=f"{title_text(chain)}: a regular and the singular configurations",
-        description=panels_text([caption for caption, _ in panel.drawings], panel.remark),
+        description=panels_text([caption for caption, _ in panel.drawings], panel.key, panel.remark),
         fixed=fixed,
     )
 

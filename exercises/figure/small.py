@@ -17,10 +17,10 @@ from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import Component, singular_set
 from exercises.figure.arm import scene
 from exercises.figure.body import body, fitted
-from exercises.figure.plane import exact
+from exercises.figure.plane import exact, is_flat
 from exercises.figure.pose import best_poses, drawn_chain, scores, skeleton, symbol_values
-from exercises.figure.shapes import Circle, Figure, Pair, Polyline, Shape, decimal
-from exercises.figure.view import View, tip
+from exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Shape, decimal
+from exercises.figure.view import View, arrow, tip
 from exercises.figure.words import left_out_text
 from exercises.writing.latex import tex
 from exercises.writing.unicode_math import unicode_math
@@ -29,7 +29,11 @@ PANEL, THUMBNAIL = (280, 196), (320, 240)
 """Width and height in which these are drawn, in pixels; both are shown at 0.6 of that."""
 MARGIN = (12.0, 12.0)
 ARROW, RING, SHORT = 44.0, 14.0, 0.3
-"""Half the length of an arrow, the radius of a ring, and the part of an arrow that must be seen, else it is a ring."""
+"""Half the length of an arrow, the radius of a ring, and the part of an arrow that must be seen, else it is a ring.
+
+A last link that is shorter than that part of the longest one gets an arrow along its z axis, HAND pixels long.
+"""
+HAND = 56.0
 MOST = 8
 """So many singular configurations are drawn at most."""
 TRIED = 24
@@ -46,15 +50,24 @@ def thumbnail(chain: Chain) -> Figure:
 
 
 def _figure(drawn: Chain, entries: np.ndarray, size: tuple[int, int], lost: tuple[np.ndarray, ...] = ()) -> Figure:
-    bones = skeleton(drawn, entries)
+    bones, shown_hand = skeleton(drawn, entries), size == PANEL and _hides_hand(drawn)
 
     def shapes(view: View) -> tuple[Shape, ...]:
         dot = Circle(view.px(bones.path[-1]), 5.0, "point")
         marks = itertools.chain(*(_cannot_move(view, bones.path[-1], direction) for direction in lost))
-        return (*body(scene(drawn, bones, view)).shapes, *marks, dot)
+        hand, z = bones.origins[-1], bones.frames[-1, :3, 2]
+        last = arrow(view, hand, hand + HAND / view.scale * z, "axis-z") if shown_hand else ()
+        return (*body(scene(drawn, bones, view)).shapes, *last, *marks, dot)
 
     view = fitted(drawn, bones, shapes, (0.9 * size[0], 0.9 * size[1]), size, MARGIN)
     return Figure(*size, shapes(view), ())
+
+
+def _hides_hand(drawn: Chain) -> bool:
+    """Whether the last link is too short to show which way its z axis points, which the joint before it turns."""
+    sizes = [max(abs(float(v)) for v in (joint.a, joint.d) if v.is_number) for joint in drawn.joints]
+    wrist = drawn.n > 1 and drawn.joints[-1].kind == "R" and drawn.joints[-2].alpha not in (0, sp.pi, -sp.pi)
+    return wrist and not is_flat(drawn) and sizes[-1] < SHORT * max(sizes)
 
 
 def _cannot_move(view: View, point: np.ndarray, direction: np.ndarray) -> tuple[Shape, ...]:
@@ -82,9 +95,10 @@ class _Scaled:
 
 @dataclass(frozen=True)
 class Panel:
-    """Drawings with captions, a regular configuration first, and a remark on what is left out ("" if nothing is)."""
+    """Drawings with captions, a regular configuration first; what their marks mean; what is left out, if anything."""
 
     drawings: tuple[tuple[str, Figure], ...] = ()
+    key: str = ""
     remark: str = ""
 
 
@@ -108,9 +122,21 @@ def singular_panel(chain: Chain) -> Panel:
         return Panel()
     drawings = [(REGULAR_CAPTION, _figure(scaled.drawn, regular, PANEL))]
     for number, (one, count) in enumerate(zip(singular, shown, strict=True), 1):
-        for caption, entries, lost in one[:count]:
+        for caption, entries, lost in (one[k] for k in _spread(len(one), count)):
             drawings.append((f"{number}. {caption}", _figure(scaled.drawn, entries, PANEL, lost)))
-    return Panel(tuple(drawings), left_out_text([len(one) for one in singular], shown))
+    return Panel(
+        tuple(drawings),
+        _key(chain, [figure for _, figure in drawings]),
+        left_out_text([len(one) for one in singular], shown),
+    )
+
+
+def _key(chain: Chain, figures: list[Figure]) -> str:
+    """Return the meaning of the marks in some drawings, in the order in which a reader meets them."""
+    styles = {shape.style for figure in figures for shape in figure.shapes if not isinstance(shape, Glyph)}
+    meanings = ("lost", "dashed: P cannot move that way"), ("axis-z", f"blue: {_text(sp.Symbol(f'z{chain.n}'), chain)}")
+    told = "; ".join(meaning for style, meaning in meanings if style in styles)
+    return f"{told[0].upper()}{told[1:]}." if told else ""
 
 
 def shares(counts: list[int], room: int) -> list[int]:
@@ -125,6 +151,11 @@ def shares(counts: list[int], room: int) -> list[int]:
             if turn < count and sum(taken) < room:
                 taken[k] += 1
     return taken
+
+
+def _spread(total: int, count: int) -> list[int]:
+    """Return which are taken where so many of a total are: the first and the last too, since neighbours look alike."""
+    return [k * (total - 1) // max(count - 1, 1) for k in range(count)]
 
 
 def _scaled(chain: Chain) -> _Scaled:

@@ -27,14 +27,11 @@ def alt_text(chain: Chain) -> str:
     return " ".join([*sentences, _point(chain), "Lengths are not to scale."])
 
 
-def panels_text(captions: list[str], remark: str) -> str:
+def panels_text(captions: list[str], key: str, remark: str) -> str:
     """Return a description of small drawings of one arm, the first of which shows a regular configuration."""
-    return (
-        f"The arm in a regular configuration and in these singular ones: {'; '.join(captions[1:])}. "
-        f"{f'{remark} ' if remark else ''}Drawn to scale. "
-        "A dashed double arrow at P shows a direction in which P cannot move there; a dashed ring, that it points at "
-        "the reader."
-    )
+    shown = f"The arm in a regular configuration and in these singular ones: {'; '.join(captions[1:])}."
+    ring = "A dashed ring: that way is at the reader." if "dashed" in key.lower() else ""
+    return " ".join(sentence for sentence in (shown, remark, "Drawn to scale.", key, ring) if sentence)
 
 
 def left_out_text(counts: list[int], shown: list[int]) -> str:
