@@ -14,7 +14,7 @@ from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import singular_set
 from exercises.families import FAMILIES
 from exercises.figure import alt_text, arm_figure, figure_svg, fixed, singular_panel, singular_svg, thumbnail_svg
-from exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline
+from exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Text
 from exercises.figure.small import PANEL, Panel
 from exercises.generate import sample_chain
 from exercises.problem import ProblemId
@@ -81,7 +81,7 @@ ARMS = {
 }  # fmt: skip
 
 
-REPORTED = ("pan-tilt/2", "puma-560/3", "ur-6r/2", "random-3/3", "random-3/4")
+REPORTED = ("pan-tilt/2", "elbow/1", "puma-560/3", "ur-6r/2", "random-3/3", "random-3/4")
 """Problems whose figures were once hard to read."""
 SAMPLED = (*(f"{name}/1" for name in FAMILIES), *REPORTED)
 
@@ -389,3 +389,65 @@ def test_what_the_marks_mean_is_told_where_they_are_drawn() -> None:
         marked = any(shape.style == "lost" for _, f in panel(ARMS[name]).drawings for shape in f.shapes
                      if not isinstance(shape, Glyph))  # fmt: skip
         assert ("Dashed: P cannot move that way" in panel(ARMS[name]).key) == marked
+
+
+def tips(figure: Figure) -> dict[Pair, str]:
+    """Where the arrows of axes end, each with the axis it is of."""
+    heads = [
+        shape for shape in figure.shapes if isinstance(shape, Polyline) and re.fullmatch("axis-.-head", shape.style)
+    ]
+    return {head.points[0]: head.style[5] for head in heads}
+
+
+def gap(text: Text, point: Pair) -> float:
+    """How far a label is from a point, in pixels."""
+    (x, y), (left, top, right, bottom) = point, text.box
+    return float(np.hypot(max(left - x, x - right, 0.0), max(top - y, y - bottom, 0.0)))
+
+
+def has_leader(figure: Figure, text: Text) -> bool:
+    lines = [one.points for one in figure.shapes if isinstance(one, Polyline) and one.style == "leader"]
+    return any(gap(text, start) < 0.01 and np.hypot(*np.subtract(end, text.at)) < 3 for start, end in lines)
+
+
+def all_drawn() -> list[Figure]:
+    return [drawn(chain) for chain in (*ARMS.values(), *map(sampled, SAMPLED))]
+
+
+def test_an_axis_label_is_nearest_to_its_own_arrow_or_has_a_leader() -> None:
+    for figure in all_drawn():
+        ends = tips(figure)
+        for text in figure.texts:
+            if text.style not in "xyzw" or text.at not in ends:  # an axis seen end-on has no arrow
+                continue
+            assert ends[text.at] == text.style
+            nearest = min(gap(text, end) for end in ends if end != text.at)
+            assert gap(text, text.at) <= nearest or has_leader(figure, text)
+
+
+def test_a_label_far_from_what_it_names_has_a_leader() -> None:
+    for figure in all_drawn():
+        for text in figure.texts:
+            assert gap(text, text.at) <= 24 or has_leader(figure, text)
+            on_arrow = text.style == "angle" or text.at in tips(figure)
+            assert not on_arrow or gap(text, text.at) <= 16 or has_leader(figure, text)
+
+
+def test_leaders_are_few() -> None:
+    """They are a way out: most labels stand where they belong."""
+    shapes = [shape for figure in all_drawn() for shape in figure.shapes if isinstance(shape, Polyline)]
+    leaders = sum(shape.style == "leader" for shape in shapes)
+    assert 0 < leaders < 0.08 * sum(len(figure.texts) for figure in all_drawn())
+
+
+@every_family
+def test_origins_of_different_frames_are_drawn_apart(identity: str) -> None:
+    """Lengths are not to scale: no two frames may look like one because two of them are drawn equal."""
+    starts: list[Pair] = []
+    for shape in drawn(sampled(identity)).shapes:
+        if isinstance(shape, Polyline) and shape.style in ("axis-x", "axis-y", "axis-z", "axis-w"):
+            start = shape.points[0]
+            if all(np.hypot(*np.subtract(start, other)) > 0.5 for other in starts):
+                starts.append(start)
+    for first, second in combinations(starts, 2):
+        assert np.hypot(*np.subtract(first, second)) > 24

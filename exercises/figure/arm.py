@@ -257,7 +257,8 @@ def arc(
     for share in (0.5, 0.35, 0.65, 0.2, 0.8):
         out = turned(*xy, share * angle)
         anchors.append((view.px(center + out * radius / view.scale), view.heading(out)))
-    request = Request(label.pieces, tuple(anchors), label.style, gap=4.0)
+    reach = points[:: max(1, count // 8)]
+    request = Request(label.pieces, tuple(anchors), label.style, gap=4.0, kind="angle", reach=reach)
     return Part(tip(points, "arc", 7.0), (request,))
 
 

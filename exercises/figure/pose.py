@@ -48,8 +48,11 @@ class Skeleton:
         return np.asarray(self.frames[:, :3, 3])
 
 
-def drawn_chain(chain: Chain) -> Chain:
-    """Return the arm with numbers for all lengths, near enough to each other that the smallest can be seen."""
+def drawn_chain(chain: Chain, stretch: float = 1.0) -> Chain:
+    """Return the arm with numbers for all lengths, near enough to each other that the smallest can be seen.
+
+    `stretch` is a factor for the base's distance from the world's origin.
+    """
     lengths = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
     known = [abs(float(value)) for value in lengths if value.is_number and value != 0]
     unit = max(known, default=DEFAULT_LENGTH)
@@ -72,7 +75,7 @@ def drawn_chain(chain: Chain) -> Chain:
         return Joint(joint.kind, theta, d, length(joint.a), angle(joint.alpha))
 
     near = (0.55, 1.0) if chain.n <= LONG else (0.3, 0.5)  # leaves more of the drawing to a long arm
-    x, y, z = (length(value, *near) for value in chain.base.position)
+    x, y, z = (stretch * length(value, *near) for value in chain.base.position)
     u, v, w = (length(value) for value in chain.point.offset)
     rows = tuple(row(joint, variable) for joint, variable in zip(chain.joints, chain.q, strict=True))
     base = Base((x, y, z), angle(chain.base.yaw), angle(chain.base.tilt))
