@@ -31,6 +31,8 @@ DELAY = 6.0
 """What a pose costs for each better one before it, as labels cost (see `labels`)."""
 GOOD = 8.0
 """What a label may cost on average in a pose that is taken without looking at others; more after each look."""
+ROUNDS = 3
+"""How often the labels of the pose that is taken are placed, each time with all others in sight."""
 STRETCHES = (1.0, 1.3, 1.6, 0.75, 2.0)
 """Factors for the base's distance from the world's origin, tried one by one while origins are drawn at one place."""
 
@@ -47,16 +49,18 @@ def arm_figure(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
     chain = exact(chain)
     lengths = [drawn_chain(chain, stretch) for stretch in (STRETCHES if any(chain.base.position) else STRETCHES[:1])]
     poses = best_poses(chain, lengths[0], TRIED[chain.n > LONG]) if pose is None else told_pose(chain, pose)[None]
-    best: tuple[float, Figure] | None = None
+    best: tuple[float, Part] | None = None
     for order, entries in enumerate(poses):
-        figure, cost = _compose(chain, [skeleton(drawn, entries) for drawn in lengths])
+        part, cost = _compose(chain, [skeleton(drawn, entries) for drawn in lengths])
         cost = round(cost + DELAY * order, 1)  # rounded: a tie goes to the first on every machine
         if best is None or cost < best[0]:
-            best = (cost, figure)
-        if best[0] <= max(GOOD * (1 + order / 5) * len(figure.texts), DELAY * (order + 1)):
+            best = (cost, part)
+        if best[0] <= max(GOOD * (1 + order / 5) * len(part.labels), DELAY * (order + 1)):
             break
     assert best is not None
-    return best[1]
+    labels, shapes = best[1].labels, best[1].shapes
+    placed = place(list(labels), list(shapes), WIDTH, HEIGHT, ROUNDS)
+    return Figure(WIDTH, HEIGHT, shapes + placed.leaders, placed.texts)
 
 
 @lru_cache(maxsize=512)
@@ -128,8 +132,8 @@ def singular_svg(chain: Chain, name: str = "singular") -> str:
     )
 
 
-def _compose(chain: Chain, choices: list[Skeleton]) -> tuple[Figure, float]:
-    """Return the figure of one pose, and how badly labels and origins are placed.
+def _compose(chain: Chain, choices: list[Skeleton]) -> tuple[Part, float]:
+    """Return the drawing of one pose, and how badly labels and origins are placed.
 
     `choices` are the pose in different lengths: the first is taken in which no origin is drawn at the world's.
     """
@@ -142,8 +146,7 @@ def _compose(chain: Chain, choices: list[Skeleton]) -> tuple[Figure, float]:
             break
     world, own, number, view = min(found, key=lambda one: (one[0], one[2]))
     part = _parts(chain, choices[number], view)
-    placed = place(list(part.labels), list(part.shapes), WIDTH, HEIGHT)
-    return Figure(WIDTH, HEIGHT, part.shapes + placed.leaders, placed.texts), placed.cost + own + world
+    return part, place(list(part.labels), list(part.shapes), WIDTH, HEIGHT).cost + own + world
 
 
 def _shapes(chain: Chain, bones: Skeleton, view: View) -> tuple[Shape, ...]:

@@ -64,25 +64,38 @@ class Placement:
     cost: float
 
 
-def place(requests: list[Request], shapes: list[Shape], width: float, height: float) -> Placement:
-    """Place the labels greedily, those of lowest rank first, among shapes in a box of width x height pixels."""
+def place(requests: list[Request], shapes: list[Shape], width: float, height: float, rounds: int = 1) -> Placement:
+    """Place the labels greedily, those of lowest rank first, among shapes in a box of width x height pixels.
+
+    In each further round every label takes the place that is best when all others stay where they are.
+    """
     ink = _samples(shapes)
-    boxes: list[Box] = []
-    texts, leaders, total = [], [], 0.0
-    points = {id(r): np.array((*r.spots, *r.reach)) for r in requests}
-    for request in sorted(requests, key=lambda r: r.rank):
-        others = [points[id(r)] for r in requests if r is not request and r.kind == request.kind]
-        rivals = np.concatenate([np.empty((0, 2)), *others])
-        box, cost = _best(request, _Around(ink, np.array(boxes).reshape(-1, 4), rivals, (width, height)))
-        boxes.append(box)
-        total += cost
-        middle, base = (box[0] + box[2]) / 2, (box[1] + box[3]) / 2 + 0.27 * FONT
-        texts.append(Text(middle, base, runs(request.pieces), request.style, box, _nearest(box, request.spots)))
-        own, other = (float(_gaps(np.array([box]), p).min(initial=np.inf)) for p in (np.array(request.spots), rivals))
-        if own > min(request.far, other):
-            leaders.append(_leader(box, texts[-1].at))
-            ink = np.concatenate([ink, _samples([leaders[-1]])])
-    return Placement(tuple(texts), tuple(leaders), total)
+    reaches = [np.array((*request.spots, *request.reach)) for request in requests]
+    kinds = [[k for k, other in enumerate(requests) if other.kind == request.kind] for request in requests]
+    boxes: dict[int, Box] = {}
+    costs: dict[int, float] = {}
+    leaders: dict[int, Polyline] = {}
+    order = sorted(range(len(requests)), key=lambda k: requests[k].rank)
+    for i in order * rounds:
+        rivals = np.concatenate([np.empty((0, 2)), *(reaches[k] for k in kinds[i] if k != i)])
+        taken = np.array([box for k, box in boxes.items() if k != i]).reshape(-1, 4)
+        lines = np.concatenate([ink, *(_samples([line]) for k, line in leaders.items() if k != i)])
+        boxes[i], costs[i] = _best(requests[i], _Around(lines, taken, rivals, (width, height)))
+        leaders.pop(i, None)
+        if _needs_leader(boxes[i], requests[i], rivals):
+            leaders[i] = _leader(boxes[i], _nearest(boxes[i], requests[i].spots))
+    texts = tuple(_text(requests[i], boxes[i]) for i in order)
+    return Placement(texts, tuple(leaders.values()), sum(costs.values()))
+
+
+def _text(request: Request, box: Box) -> Text:
+    middle, base = (box[0] + box[2]) / 2, (box[1] + box[3]) / 2 + 0.27 * FONT
+    return Text(middle, base, runs(request.pieces), request.style, box, _nearest(box, request.spots))
+
+
+def _needs_leader(box: Box, request: Request, rivals: np.ndarray) -> bool:
+    own, other = (_gaps(np.array([box]), p).min(initial=np.inf) for p in (np.array(request.spots), rivals))
+    return bool(own > min(request.far, other))
 
 
 def _gaps(boxes: np.ndarray, points: np.ndarray) -> np.ndarray:
