@@ -14,7 +14,7 @@ from exercises.figure.shapes import FONT, Circle, Glyph, Pair, Piece, Polyline, 
 
 HALF_WIDTH = {"link": 6.0, "rod": 4.0, "plate": 1.0}
 ROUND = np.radians(sorted(range(-160, 181, 20), key=abs))
-FURTHER = np.array([0.0, 6.0, 14.0, 26.0, 42.0, 60.0])[:, None]
+FURTHER = np.array([0.0, 6.0, 14.0, 26.0, 42.0, 60.0, 80.0])[:, None]
 """Where a label may stand: turned away from the wished direction (rad), and further from the anchor (pixels)."""
 BOX_COST, OUTSIDE_COST = 400.0, 400.0
 FAR, LEADER_COST, CONFUSED_COST, CROSSED_COST = 15.0, 14.0, 70.0, 60.0
@@ -22,7 +22,7 @@ CLEARLY = 2.0
 """Pixels from which on a label gets a leader; what a leader costs, and one that is needed because something else of the
 kind is nearer, and one that crosses another label; by so many
 pixels its own thing should be nearer."""
-BATCH = 48
+BATCH = 64
 """Candidates that are compared with the lines at once."""
 
 
@@ -204,7 +204,7 @@ def _ink_cost(boxes: np.ndarray, ink: np.ndarray) -> np.ndarray:
     x, y, r = ink[near].T
     left, top, right, bottom = (boxes[:, k, None] for k in range(4))
     hits = ((x > left - r) & (x < right + r) & (y > top - r) & (y < bottom + r)).sum(axis=1)
-    return np.asarray(14.0 * np.minimum(hits, 8) + 1.0 * hits)
+    return np.asarray(14.0 * np.minimum(hits, 10) + 1.0 * hits)
 
 
 def _samples(shapes: list[Shape]) -> np.ndarray:
