@@ -11,9 +11,13 @@ import sympy as sp
 
 from exercises.arm.chain import Base, Chain, Joint, Point
 from exercises.arm.kinematics import NumericChain
-from exercises.figure import alt_text, arm_figure, figure_svg, fixed, singular_figures, singular_svg, thumbnail_svg
-from exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline
-from exercises.figure.small import PANEL
+from exercises.arm.singularity import singular_set
+from exercises.families import FAMILIES
+from exercises.figure import alt_text, arm_figure, figure_svg, fixed, singular_panel, singular_svg, thumbnail_svg
+from exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Text
+from exercises.figure.small import PANEL, Panel
+from exercises.generate import sample_chain
+from exercises.problem import ProblemId
 
 SVG = "{http://www.w3.org/2000/svg}"
 PI = sp.pi
@@ -77,12 +81,33 @@ ARMS = {
 }  # fmt: skip
 
 
+REPORTED = ("pan-tilt/2", "elbow/1", "puma-560/3", "ur-6r/2", "random-3/3", "random-3/4")
+"""Problems whose figures were once hard to read."""
+SAMPLED = (*(f"{name}/1" for name in FAMILIES), *REPORTED)
+
+
 @cache
 def drawn(chain: Chain) -> Figure:
     return arm_figure(chain)
 
 
+@cache
+def sampled(identity: str) -> Chain:
+    name, seed = identity.split("/")
+    return sample_chain(ProblemId(name, int(seed)))
+
+
+@cache
+def panel(chain: Chain) -> Panel:
+    return singular_panel(chain)
+
+
+def svg_text(chain: Chain) -> list[str]:
+    return [text.text or "" for text in ET.fromstring(singular_svg(chain)).iter(f"{SVG}text")]
+
+
 every_arm = pytest.mark.parametrize("chain", ARMS.values(), ids=ARMS)
+every_family = pytest.mark.parametrize("identity", SAMPLED)
 
 
 @every_arm
@@ -219,7 +244,7 @@ SINGULAR = ("2r", "2r-l", "3r", "rp", "elbow-floor", "elbow-wall", "spherical", 
 
 @pytest.mark.parametrize("name", SINGULAR)
 def test_singular_configurations_are_drawn_inside_their_panels(name: str) -> None:
-    figures = singular_figures(ARMS[name])
+    figures = panel(ARMS[name]).drawings
     assert figures[0][0] == "regular" and all(caption[0].isdigit() for caption, _ in figures[1:])
     for _, figure in figures:
         shapes = [
@@ -229,7 +254,8 @@ def test_singular_configurations_are_drawn_inside_their_panels(name: str) -> Non
         assert (figure.width, figure.height) == PANEL
         assert all(0 <= x <= figure.width and 0 <= y <= figure.height for x, y in points)
     root = ET.fromstring(singular_svg(ARMS[name], "where"))
-    assert [text.text for text in root.iter(f"{SVG}text")] == [caption for caption, _ in figures]
+    captions = [caption for caption, _ in figures]
+    assert [text.text for text in root.iter(f"{SVG}text")][: len(captions)] == captions
     assert all(caption in root.findtext(f"{SVG}desc", "") for caption, _ in figures[1:])
     assert singular_svg(ARMS[name], "where") == singular_svg(ARMS[name], "where")
 
@@ -239,8 +265,8 @@ def lost(figure: Figure) -> list[Polyline]:
 
 
 def test_stretched_and_folded_arm_cannot_move_along_itself() -> None:
-    (_, regular), *singular = singular_figures(ARMS["2r"])
-    assert [caption for caption, _ in singular] == ["1. θ₂ = 0", "1. θ₂ = π"] and not lost(regular)
+    (_, regular), *singular = panel(ARMS["2r"]).drawings
+    assert [caption for caption, _ in singular] == ["1. θ₂ = 0°", "1. θ₂ = 180°"] and not lost(regular)
     for _, figure in singular:
         (arrow,) = lost(figure)
         (x, y), (u, v) = arrow.points
@@ -249,28 +275,179 @@ def test_stretched_and_folded_arm_cannot_move_along_itself() -> None:
 
 
 def test_shoulder_singularity_is_drawn_with_the_point_on_the_axis() -> None:
-    captions = dict(singular_figures(elbow()))
+    captions = dict(panel(elbow()).drawings)
     figure = next(figure for caption, figure in captions.items() if caption.startswith("2."))
     point = next(shape for shape in figure.shapes if isinstance(shape, Circle) and shape.style == "point")
     assert point.center[0] == pytest.approx(glyph_places(figure)[0][0], abs=0.01)  # the axis is upright
 
 
 def test_nothing_is_drawn_where_there_is_no_singular_configuration() -> None:
-    assert singular_svg(ARMS["gantry"]) == "" and singular_figures(ARMS["gantry"]) == []
+    assert singular_svg(ARMS["gantry"]) == "" and panel(ARMS["gantry"]) == Panel()
 
 
 def test_a_wrist_folded_onto_itself_looks_folded() -> None:
     chain = ARMS["wrist"].with_task("wx", "wy", "wz")
-    figures = dict(singular_figures(chain))
-    stretched, folded = (glyph_places(figures[f"1. θ₂ = {value}"]) for value in ("0", "π"))
+    figures = dict(panel(chain).drawings)
+    stretched, folded = (glyph_places(figures[f"1. θ₂ = {value}"]) for value in ("0°", "180°"))
     assert stretched[2][1] < stretched[1][1] and folded[2][1] > folded[1][1]
 
 
 def test_singular_configurations_are_the_arms_own() -> None:
     """The bent tool moves the singular angles: the caption tells the numbers at which the Jacobian loses rank."""
     chain = flat(turning(1, Q(1, 2)), turning(2, Q(3, 10)), tool=Point(2, (sp.S.Zero, Q(1, 5), sp.S.Zero)))
-    angles = [float(caption.split("= ")[1].replace("−", "-")) for caption, _ in singular_figures(chain)[1:]]
+    told = [caption.split("= ")[1].replace("−", "-") for caption, _ in panel(chain).drawings[1:]]
+    angles = [np.radians(float(angle.removesuffix("°"))) for angle in told]
     for angle in angles:
         jacobian = NumericChain(chain, {}).jacobian(np.array([0.4, angle]))[:2]
         assert abs(jacobian[0, 0] * jacobian[1, 1] - jacobian[0, 1] * jacobian[1, 0]) < 1e-3
     assert len(angles) == 2 and abs(angles[0] - angles[1]) == pytest.approx(3.1416, abs=0.002)
+
+
+@every_family
+def test_every_condition_has_a_drawing_or_is_named_as_left_out(identity: str) -> None:
+    chain = sampled(identity)
+    found = panel(chain)
+    shown = [int(caption.split(".")[0]) for caption, _ in found.drawings[1:]]
+    for number, component in enumerate(singular_set(chain) or (), 1):
+        known = np.prod([len(values) for _, values in component.solutions or ()])
+        assert number in shown
+        assert (
+            shown.count(number) == known or f"{known - shown.count(number)} more of condition {number}" in found.remark
+        )
+    assert shown == sorted(shown) and (found.remark == "" or len(shown) == 8)
+
+
+def test_what_is_left_out_is_told_below_the_drawings() -> None:
+    """The 7R arm has more singular configurations than there is room for."""
+    chain = sampled("lbr-7r/1")
+    remark = "Not drawn: 2 more of condition 2; 2 more of condition 3; 2 more of condition 4."
+    assert panel(chain).remark == remark and remark in " ".join(svg_text(chain))
+    assert remark in ET.fromstring(singular_svg(chain)).findtext(f"{SVG}desc", "")
+
+
+@every_family
+def test_captions_tell_angles_in_degrees_and_lengths_in_metres(identity: str) -> None:
+    for caption, _ in panel(sampled(identity)).drawings[1:]:
+        assert "π" not in caption
+        for name, value in re.findall(r"([θd])[₀-₉]+ = (−?[\d.]+°?(?: m)?)$", caption):
+            assert value.endswith("°" if name == "θ" else " m")
+
+
+def test_multiples_of_a_degree_are_exact_in_captions() -> None:
+    assert "1. θ₂ = −75°" in dict(panel(sampled("pan-tilt/2")).drawings)
+    assert "2. θ₃ = 5.27°" in dict(panel(sampled("puma-560/3")).drawings)
+
+
+@every_family
+def test_rods_end_in_their_sleeves(identity: str) -> None:
+    """An end that looks out of the sleeve by a pixel or two is read as a mark of some kind."""
+    figure = drawn(sampled(identity))
+    sleeves = [shape.shapes for shape in figure.shapes if isinstance(shape, Glyph) and shape.kind == "P"]
+    boxes = [np.array([p for face in faces if isinstance(face, Polyline) for p in face.points]) for faces in sleeves]
+    rods = [shape.points for shape in figure.shapes if isinstance(shape, Polyline) and shape.style == "rod"]
+    for rod in rods:
+        assert any((box.min(axis=0) <= rod[0]).all() and (rod[0] <= box.max(axis=0)).all() for box in boxes)
+
+
+def ink(figure: Figure) -> list[tuple[str, tuple[Pair, ...]]]:
+    """All lines and circles of a drawing but the ground, with the class of each."""
+    inner = [one for shape in figure.shapes for one in (shape.shapes if isinstance(shape, Glyph) else (shape,))]
+    return [
+        (one.style, one.points if isinstance(one, Polyline) else (one.center,))
+        for one in inner
+        if one.style not in ("plate", "hatch", "ground", "pedestal")
+    ]
+
+
+def look_alike(first: Figure, second: Figure) -> bool:
+    """Whether each line of one drawing is in the other, give or take 6 pixels of the 280 of its width."""
+    pairs = list(zip(ink(first), ink(second), strict=False))
+    return len(ink(first)) == len(ink(second)) and all(
+        a[0] == b[0] and len(a[1]) == len(b[1]) and np.abs(np.subtract(a[1], b[1])).max() < 6 for a, b in pairs
+    )
+
+
+@every_family
+def test_configurations_of_a_panel_look_different(identity: str) -> None:
+    for (_, first), (_, second) in combinations(panel(sampled(identity)).drawings, 2):
+        assert not look_alike(first, second)
+
+
+@pytest.mark.parametrize("identity", ["ur-6r/2", "lbr-7r/1"])
+def test_a_hand_that_only_turns_has_an_arrow(identity: str) -> None:
+    """The 6R arm's wrist turns about one point, which is P: only z6 tells that it does."""
+    chain = sampled(identity)
+    arrows = [[one.points for one in figure.shapes if isinstance(one, Polyline) and one.style == "axis-z"]
+              for _, figure in panel(chain).drawings]  # fmt: skip
+    assert all(len(found) == 1 for found in arrows)
+    assert f"blue: z{'₆₇'[chain.n - 6]}." in panel(chain).key
+    assert panel(chain).key in " ".join(svg_text(chain))
+
+
+def test_what_the_marks_mean_is_told_where_they_are_drawn() -> None:
+    for name in SINGULAR:
+        marked = any(shape.style == "lost" for _, f in panel(ARMS[name]).drawings for shape in f.shapes
+                     if not isinstance(shape, Glyph))  # fmt: skip
+        assert ("Dashed: P cannot move that way" in panel(ARMS[name]).key) == marked
+
+
+def tips(figure: Figure) -> dict[Pair, str]:
+    """Where the arrows of axes end, each with the axis it is of."""
+    heads = [
+        shape for shape in figure.shapes if isinstance(shape, Polyline) and re.fullmatch("axis-.-head", shape.style)
+    ]
+    return {head.points[0]: head.style[5] for head in heads}
+
+
+def gap(text: Text, point: Pair) -> float:
+    """How far a label is from a point, in pixels."""
+    (x, y), (left, top, right, bottom) = point, text.box
+    return float(np.hypot(max(left - x, x - right, 0.0), max(top - y, y - bottom, 0.0)))
+
+
+def has_leader(figure: Figure, text: Text) -> bool:
+    lines = [one.points for one in figure.shapes if isinstance(one, Polyline) and one.style == "leader"]
+    return any(gap(text, start) < 0.01 and np.hypot(*np.subtract(end, text.at)) < 3 for start, end in lines)
+
+
+def all_drawn() -> list[Figure]:
+    return [drawn(chain) for chain in (*ARMS.values(), *map(sampled, SAMPLED))]
+
+
+def test_an_axis_label_is_nearest_to_its_own_arrow_or_has_a_leader() -> None:
+    for figure in all_drawn():
+        ends = tips(figure)
+        for text in figure.texts:
+            if text.style not in "xyzw" or text.at not in ends:  # an axis seen end-on has no arrow
+                continue
+            assert ends[text.at] == text.style
+            nearest = min(gap(text, end) for end in ends if end != text.at)
+            assert gap(text, text.at) <= nearest or has_leader(figure, text)
+
+
+def test_a_label_far_from_what_it_names_has_a_leader() -> None:
+    for figure in all_drawn():
+        for text in figure.texts:
+            assert gap(text, text.at) <= 24 or has_leader(figure, text)
+            on_arrow = text.style == "angle" or text.at in tips(figure)
+            assert not on_arrow or gap(text, text.at) <= 16 or has_leader(figure, text)
+
+
+def test_leaders_are_few() -> None:
+    """They are a way out: most labels stand where they belong."""
+    shapes = [shape for figure in all_drawn() for shape in figure.shapes if isinstance(shape, Polyline)]
+    leaders = sum(shape.style == "leader" for shape in shapes)
+    assert 0 < leaders < 0.08 * sum(len(figure.texts) for figure in all_drawn())
+
+
+@every_family
+def test_origins_of_different_frames_are_drawn_apart(identity: str) -> None:
+    """Lengths are not to scale: no two frames may look like one because two of them are drawn equal."""
+    starts: list[Pair] = []
+    for shape in drawn(sampled(identity)).shapes:
+        if isinstance(shape, Polyline) and shape.style in ("axis-x", "axis-y", "axis-z", "axis-w"):
+            start = shape.points[0]
+            if all(np.hypot(*np.subtract(start, other)) > 0.5 for other in starts):
+                starts.append(start)
+    for first, second in combinations(starts, 2):
+        assert np.hypot(*np.subtract(first, second)) > 24

@@ -4,23 +4,24 @@ Planar arms are drawn flat, from +z_w; others in one fixed axonometric view. Wha
 of the table, theta_i or d_i with its offset. Lengths are brought nearer to each other, so that small ones are seen.
 """
 
+import textwrap
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 
 from exercises.arm.chain import Chain
 from exercises.figure import frames
 from exercises.figure.arm import joint_angle, scene, slide
 from exercises.figure.body import body, fitted
-from exercises.figure.labels import Placement, place
+from exercises.figure.labels import place
 from exercises.figure.plane import exact
 from exercises.figure.pose import HEIGHT, LONG, ROOM, WIDTH, Skeleton, best_poses, drawn_chain, skeleton, told_pose
-from exercises.figure.shapes import Figure, fixed
-from exercises.figure.small import PANEL, cells, singular_figures, thumbnail
+from exercises.figure.shapes import Figure, Shape, fixed
+from exercises.figure.small import PANEL, cells, singular_panel, thumbnail
 from exercises.figure.view import Part, View
 from exercises.figure.words import alt_text, panels_text, title_text
 from exercises.render import render
 
-__all__ = ["alt_text", "arm_figure", "figure_svg", "fixed", "singular_figures", "singular_svg", "thumbnail_svg"]
+__all__ = ["alt_text", "arm_figure", "figure_svg", "fixed", "singular_panel", "singular_svg", "thumbnail_svg"]
 
 MARGIN = (34.0, 26.0)
 """Pixels kept free at the left and right, and above and below, for labels outside of all lines."""
@@ -28,11 +29,15 @@ TRIED = {False: 7, True: 16}
 """How many of the best poses are drawn in full at most, to take the one whose labels find the best places."""
 DELAY = 6.0
 """What a pose costs for each better one before it, as labels cost (see `labels`)."""
-GOOD = 6.0
+GOOD = 8.0
 """What a label may cost on average in a pose that is taken without looking at others; more after each look."""
+ROUNDS = 3
+"""How often the labels of the pose that is taken are placed, each time with all others in sight."""
+STRETCHES = (1.0, 1.3, 1.6, 0.75, 2.0)
+"""Factors for the base's distance from the world's origin, tried one by one while origins are drawn at one place."""
 
-SHRUNK, GAP, LINE = 60, 12, 18
-"""Small drawings are shown at so many per cent; pixels between them, and for the line of a caption."""
+SHRUNK, GAP, LINE, LETTER = 60, 12, 18, 6
+"""Small drawings are shown at so many per cent; pixels between them, for the line of a caption, and for a letter."""
 
 
 def arm_figure(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
@@ -42,18 +47,20 @@ def arm_figure(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
     poses is taken. The figure is in pixels, y down.
     """
     chain = exact(chain)
-    drawn = drawn_chain(chain)
-    poses = best_poses(chain, drawn, TRIED[chain.n > LONG]) if pose is None else told_pose(chain, pose)[None]
-    best: tuple[float, Figure] | None = None
+    lengths = [drawn_chain(chain, stretch) for stretch in (STRETCHES if any(chain.base.position) else STRETCHES[:1])]
+    poses = best_poses(chain, lengths[0], TRIED[chain.n > LONG]) if pose is None else told_pose(chain, pose)[None]
+    best: tuple[float, Part] | None = None
     for order, entries in enumerate(poses):
-        figure, cost = _compose(chain, skeleton(drawn, entries))
+        part, cost = _compose(chain, [skeleton(drawn, entries) for drawn in lengths])
         cost = round(cost + DELAY * order, 1)  # rounded: a tie goes to the first on every machine
         if best is None or cost < best[0]:
-            best = (cost, figure)
-        if best[0] <= max(GOOD * (1 + order / 5) * len(figure.texts), DELAY * (order + 1)):
+            best = (cost, part)
+        if best[0] <= max(GOOD * (1 + order / 5) * len(part.labels), DELAY * (order + 1)):
             break
     assert best is not None
-    return best[1]
+    labels, shapes = best[1].labels, best[1].shapes
+    placed = place(list(labels), list(shapes), WIDTH, HEIGHT, ROUNDS)
+    return Figure(WIDTH, HEIGHT, shapes + placed.leaders, placed.texts)
 
 
 @lru_cache(maxsize=512)
@@ -89,10 +96,10 @@ def singular_svg(chain: Chain, name: str = "singular") -> str:
 
     It is empty where there is nothing to draw: an arm without singular, or without regular configurations.
     """
-    drawings = singular_figures(chain)
-    if not drawings:
+    panel = singular_panel(chain)
+    if not panel.drawings:
         return ""
-    columns, rows = cells(len(drawings))
+    columns, rows = cells(len(panel.drawings))
     wide, high = (SHRUNK * length // 100 for length in PANEL)
     wide, high = wide + GAP, high + GAP
     panels = [
@@ -104,27 +111,46 @@ def singular_svg(chain: Chain, name: str = "singular") -> str:
             "figure": figure,
             "caption": caption,
         }
-        for k, (caption, figure) in enumerate(drawings)
+        for k, (caption, figure) in enumerate(panel.drawings)
+    ]
+    below = (high + LINE) * rows
+    remark = [
+        {"y": below + LINE * k + LINE // 2, "text": text}
+        for k, text in enumerate(textwrap.wrap(f"{panel.key} {panel.remark}", wide * columns // LETTER))
     ]
     return render(
         "figure-panels.svg.j2",
         panels=panels,
+        remark=remark,
         name=name,
         width=wide * columns,
-        height=(high + LINE) * rows,
+        height=below + LINE * len(remark),
         scale=SHRUNK / 100,
         title=f"{title_text(chain)}: a regular and the singular configurations",
-        description=panels_text([caption for caption, _ in drawings]),
+        description=panels_text([caption for caption, _ in panel.drawings], panel.key, panel.remark),
         fixed=fixed,
     )
 
 
-def _compose(chain: Chain, bones: Skeleton) -> tuple[Figure, float]:
-    """Return the figure of one pose, and how badly its labels are placed."""
-    view = fitted(chain, bones, lambda view: _parts(chain, bones, view).shapes, ROOM, (WIDTH, HEIGHT), MARGIN)
-    part = _parts(chain, bones, view)
-    placed: Placement = place(list(part.labels), list(part.shapes), WIDTH, HEIGHT)
-    return Figure(WIDTH, HEIGHT, part.shapes, placed.texts), placed.cost
+def _compose(chain: Chain, choices: list[Skeleton]) -> tuple[Part, float]:
+    """Return the drawing of one pose, and how badly labels and origins are placed.
+
+    `choices` are the pose in different lengths: the first is taken in which no origin is drawn at the world's.
+    """
+    found: list[tuple[float, float, int, View]] = []
+    for number, bones in enumerate(choices):
+        view = fitted(chain, bones, partial(_shapes, chain, bones), ROOM, (WIDTH, HEIGHT), MARGIN)
+        own, world = frames.crowding(scene(chain, bones, view))
+        found.append((round(world, 1), own, number, view))
+        if world == 0.0:
+            break
+    world, own, number, view = min(found, key=lambda one: (one[0], one[2]))
+    part = _parts(chain, choices[number], view)
+    return part, place(list(part.labels), list(part.shapes), WIDTH, HEIGHT).cost + own + world
+
+
+def _shapes(chain: Chain, bones: Skeleton, view: View) -> tuple[Shape, ...]:
+    return _parts(chain, bones, view).shapes
 
 
 def _parts(chain: Chain, bones: Skeleton, view: View) -> Part:

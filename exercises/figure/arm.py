@@ -120,10 +120,7 @@ def link(scene: Scene, i: int) -> Part:
         shapes += _bar(scene.view, [scene.places[i - 1], start], "link")
     if joint.kind == "P":
         place = scene.places[i - 1]
-        moved = float(np.linalg.norm(place - start)) > 1e-9
-        stick = 0.0 if i == 1 else 26.0 / scene.view.scale  # behind the sleeve, where there is no ground
-        back = place if moved else start - _unit(corner - start) * stick
-        shapes += _bar(scene.view, [back, corner], "rod") + _bar(scene.view, [start, place], "link")
+        shapes += _bar(scene.view, [place, corner], "rod") + _bar(scene.view, [start, place], "link")
         shapes += _bar(scene.view, [corner, end], "link")
     else:
         shapes += _bar(scene.view, [start, corner, end], "link")
@@ -139,11 +136,6 @@ def way_to_point(scene: Scene) -> Part:
     for k, value in enumerate(scene.chain.point.offset):
         labels += _length(scene.view, path[k], path[k + 1], magnitude(value))
     return Part(_bar(scene.view, list(path), "link"), tuple(labels))
-
-
-def _unit(vector: np.ndarray) -> np.ndarray:
-    size = np.linalg.norm(vector)
-    return np.asarray(vector / size) if size > 1e-9 else np.zeros(3)
 
 
 def _bar(view: View, points: list[np.ndarray], style: str) -> tuple[Shape, ...]:
@@ -265,7 +257,8 @@ def arc(
     for share in (0.5, 0.35, 0.65, 0.2, 0.8):
         out = turned(*xy, share * angle)
         anchors.append((view.px(center + out * radius / view.scale), view.heading(out)))
-    request = Request(label.pieces, tuple(anchors), label.style, gap=4.0)
+    reach = points[:: max(1, count // 8)]
+    request = Request(label.pieces, tuple(anchors), label.style, gap=4.0, kind="angle", reach=reach)
     return Part(tip(points, "arc", 7.0), (request,))
 
 

@@ -1,5 +1,7 @@
 """The frames in an arm's drawing: axes, origins, the world frame with the base's place in it, and the point P."""
 
+from itertools import combinations
+
 import numpy as np
 
 from exercises.figure.arm import Scene, arc, beside, dimension, is_point
@@ -12,6 +14,8 @@ AXIS = {True: 52.0, False: 54.0}
 LONG = 96.0
 """The same in the drawing of an arm that has no links."""
 NAMES = "xyz"
+ROOMY, TOUCHING, CROWDED_COST = 34.0, 12.0, 120.0
+"""Pixels between two origins, and between one and an axis of the world, below which they cost, at most so much."""
 
 
 def axes(scene: Scene) -> Part:
@@ -39,7 +43,8 @@ def _axis(
     view: View, origin: np.ndarray, axis: np.ndarray, name: str, pieces: tuple[Piece, ...], length: float
 ) -> Part:
     end = origin + axis * length / view.scale
-    request = Request(pieces, ((view.px(end), view.heading(axis)),), name, gap=3.0, rank=2)
+    reach = view.path([origin + share * (end - origin) for share in (0.85, 0.7, 0.55)])
+    request = Request(pieces, ((view.px(end), view.heading(axis)),), name, gap=3.0, rank=2, kind="axis", reach=reach)
     return Part(arrow(view, origin, end, f"axis-{name}"), (request,))
 
 
@@ -59,9 +64,39 @@ def origins(scene: Scene) -> Part:
     for number, (place, pieces) in enumerate(names):
         spot = scene.view.px(place)
         wishes = tuple((spot, wish) for wish in ((0.6, 0.8), (-0.6, 0.8), (0.7, -0.7), (-0.7, -0.7)))
-        labels.append(Request(pieces, wishes, "text", gap=11.0, rank=1 if number == 0 else 3))
+        labels.append(Request(pieces, wishes, gap=11.0, rank=1 if number == 0 else 3, kind="origin"))
     dot = (Circle(scene.view.px(point), 4.6, "point"),)
     return Part(dot, tuple(labels))
+
+
+def crowding(scene: Scene) -> tuple[float, float]:
+    """Return what it costs that origins are drawn at nearly one place: those of the arm, and the world's with those.
+
+    An origin upon an axis of the world frame costs too. 0 means that all are apart.
+    """
+    view, base = scene.view, scene.chain.base
+    spots = [np.array(view.px(place)) for place in _distinct(scene)]
+    own = sum(_nearly(p - q, ROOMY) for p, q in combinations(spots, 2))
+    if not any(base.position):
+        return own, 0.0
+    world, cost = np.array(view.px(np.zeros(3))), 0.0
+    for axis in [axis for axis in np.eye(3) if not scene.is_planar or view.lies_flat(axis)]:
+        way = np.array(view.px(AXIS[scene.is_planar] / view.scale * axis)) - world
+        for spot in spots:
+            share = min(max(float((spot - world) @ way) / float(way @ way), 0.0), 1.0)
+            cost += _nearly(spot - world - share * way, TOUCHING)
+    return own, cost + sum(_nearly(spot - world, ROOMY) for spot in spots)
+
+
+def _nearly(way: np.ndarray, room: float) -> float:
+    return CROWDED_COST * max(0.0, 1.0 - float(np.hypot(*way)) / room)
+
+
+def _distinct(scene: Scene) -> list[np.ndarray]:
+    """Return the origins of the arm's frames (3, m), once where the table says that they are one."""
+    rows, places = scene.chain.joints, scene.bones.origins
+    apart = [True, *(row.kind == "P" or row.a != 0 or row.d != 0 for row in rows)]
+    return [place for place, is_new in zip(places, apart, strict=True) if is_new]
 
 
 def page_normals(scene: Scene) -> Part:
@@ -75,7 +110,7 @@ def page_normals(scene: Scene) -> Part:
         if abs(signs[i]) > 0.9:
             spot = view.px(scene.bones.origins[i])
             wishes = tuple((spot, wish) for wish in ((-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7), (0.7, -0.7)))
-            labels.append(Request(symbol("z", str(i)), wishes, "z", gap=11.0, rank=2))
+            labels.append(Request(symbol("z", str(i)), wishes, "z", gap=11.0, rank=2, kind="axis"))
     return Part((), tuple(labels))
 
 
@@ -100,7 +135,8 @@ def world(scene: Scene) -> Part:
         corner = corner + leg
     if apart:
         spot = view.px(np.zeros(3))
-        part += Part((), (Request(symbol("O", "w"), ((spot, (-0.7, 0.7)), (spot, (0.7, 0.7))), gap=6.0, rank=3),))
+        wishes = ((spot, (-0.7, 0.7)), (spot, (0.7, 0.7)))
+        part += Part((), (Request(symbol("O", "w"), wishes, gap=6.0, rank=3, kind="origin"),))
     return part + _yaw(scene, apart)
 
 

@@ -26,6 +26,8 @@ MANY, BATCH = 2000, 100
 """Poses that are compared; of more combinations an even choice is taken; and how many at a time."""
 LONG = 4
 """More joints than that make a long arm."""
+TIGHT, CLOSE = 0.4, 34.0
+"""What a pose loses for two labels that want to stand at one place, and the pixels below which two are near it."""
 CLEAR = {False: 1.8, True: 4.0}
 """What a pose may gain at most by keeping its links apart; more for a long arm."""
 
@@ -48,8 +50,11 @@ class Skeleton:
         return np.asarray(self.frames[:, :3, 3])
 
 
-def drawn_chain(chain: Chain) -> Chain:
-    """Return the arm with numbers for all lengths, near enough to each other that the smallest can be seen."""
+def drawn_chain(chain: Chain, stretch: float = 1.0) -> Chain:
+    """Return the arm with numbers for all lengths, near enough to each other that the smallest can be seen.
+
+    `stretch` is a factor for the base's distance from the world's origin.
+    """
     lengths = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
     known = [abs(float(value)) for value in lengths if value.is_number and value != 0]
     unit = max(known, default=DEFAULT_LENGTH)
@@ -72,7 +77,7 @@ def drawn_chain(chain: Chain) -> Chain:
         return Joint(joint.kind, theta, d, length(joint.a), angle(joint.alpha))
 
     near = (0.55, 1.0) if chain.n <= LONG else (0.3, 0.5)  # leaves more of the drawing to a long arm
-    x, y, z = (length(value, *near) for value in chain.base.position)
+    x, y, z = (stretch * length(value, *near) for value in chain.base.position)
     u, v, w = (length(value) for value in chain.point.offset)
     rows = tuple(row(joint, variable) for joint, variable in zip(chain.joints, chain.q, strict=True))
     base = Base((x, y, z), angle(chain.base.yaw), angle(chain.base.tilt))
@@ -216,6 +221,7 @@ def _looks(chain: Chain, drawn: Chain, entries: np.ndarray) -> tuple[np.ndarray,
     if not is_flat(chain):
         z_axes = np.linalg.norm(frames[:, :, :3, 2] @ view[:2].T, axis=2)
         score = score + 0.8 * np.minimum(z_axes.min(axis=1) / 0.6, 1) + 0.9 * _axes_apart(frames, view)
+        score = score - TIGHT * _crowd(frames, view, scale)
     ends = (frames[:, -1, :3, 3] - frames[:, 0, :3, 3]) @ view[:2].T
     score = score + 0.9 * np.minimum(np.linalg.norm(ends, axis=1) * scale / 260, 1)
     return np.asarray(score), _with_last_axes(flat, frames, view, scale), scale
@@ -290,6 +296,20 @@ def _angles(chain: Chain, frames: np.ndarray, entries: np.ndarray, view: np.ndar
         if i > 0 or is_flat(chain):
             liked = liked + np.clip(1.4 - np.abs(entries[:, i] - 0.8), 0, 1) * 1.2 / chain.n
     return np.asarray(1.2 * worst + liked)
+
+
+def _crowd(frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Return how many pairs of origins and tips of axes are drawn at nearly one place (k), where labels would stand.
+
+    Pairs that are at one place in every pose are left out.
+    """
+    axes = [frames[:, :, :3, 3] + 54 / scale[:, None, None] * frames[:, :, :3, k] for k in (0, 2)]
+    spots = np.concatenate([frames[:, :, :3, 3], *axes], axis=1)
+    first, second = np.triu_indices(spots.shape[1], 1)
+    ways = spots[:, first] - spots[:, second]
+    ways = ways[:, np.abs(ways).max(axis=(0, 2)) > 1e-6]
+    gaps = np.linalg.norm(ways @ view[:2].T, axis=2) * scale[:, None]
+    return np.asarray(np.maximum(0.0, 1.0 - gaps / CLOSE).sum(axis=1))
 
 
 def _axes_apart(frames: np.ndarray, view: np.ndarray) -> np.ndarray:

@@ -54,13 +54,17 @@ class Run:
 
 @dataclass(frozen=True)
 class Text:
-    """Lettering centred on `x` with its baseline at `y`; `box` is left, top, right, bottom, an upper estimate."""
+    """Lettering centred on `x` with its baseline at `y`; `box` is left, top, right, bottom, an upper estimate.
+
+    `at` is a point of what it names.
+    """
 
     x: float
     y: float
     runs: tuple[Run, ...]
     style: str
     box: tuple[float, float, float, float]
+    at: Pair
 
 
 Shape = Polyline | Circle | Glyph

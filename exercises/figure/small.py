@@ -17,10 +17,11 @@ from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import Component, singular_set
 from exercises.figure.arm import scene
 from exercises.figure.body import body, fitted
-from exercises.figure.plane import exact
+from exercises.figure.plane import exact, is_flat
 from exercises.figure.pose import best_poses, drawn_chain, scores, skeleton, symbol_values
-from exercises.figure.shapes import Circle, Figure, Pair, Polyline, Shape
-from exercises.figure.view import View, tip
+from exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Shape, decimal
+from exercises.figure.view import View, arrow, tip
+from exercises.figure.words import left_out_text
 from exercises.writing.latex import tex
 from exercises.writing.unicode_math import unicode_math
 
@@ -28,7 +29,11 @@ PANEL, THUMBNAIL = (280, 196), (320, 240)
 """Width and height in which these are drawn, in pixels; both are shown at 0.6 of that."""
 MARGIN = (12.0, 12.0)
 ARROW, RING, SHORT = 44.0, 14.0, 0.3
-"""Half the length of an arrow, the radius of a ring, and the part of an arrow that must be seen, else it is a ring."""
+"""Half the length of an arrow, the radius of a ring, and the part of an arrow that must be seen, else it is a ring.
+
+A last link that is shorter than that part of the longest one gets an arrow along its z axis, HAND pixels long.
+"""
+HAND = 56.0
 MOST = 8
 """So many singular configurations are drawn at most."""
 TRIED = 24
@@ -45,15 +50,24 @@ def thumbnail(chain: Chain) -> Figure:
 
 
 def _figure(drawn: Chain, entries: np.ndarray, size: tuple[int, int], lost: tuple[np.ndarray, ...] = ()) -> Figure:
-    bones = skeleton(drawn, entries)
+    bones, shown_hand = skeleton(drawn, entries), size == PANEL and _hides_hand(drawn)
 
     def shapes(view: View) -> tuple[Shape, ...]:
         dot = Circle(view.px(bones.path[-1]), 5.0, "point")
         marks = itertools.chain(*(_cannot_move(view, bones.path[-1], direction) for direction in lost))
-        return (*body(scene(drawn, bones, view)).shapes, *marks, dot)
+        hand, z = bones.origins[-1], bones.frames[-1, :3, 2]
+        last = arrow(view, hand, hand + HAND / view.scale * z, "axis-z") if shown_hand else ()
+        return (*body(scene(drawn, bones, view)).shapes, *last, *marks, dot)
 
     view = fitted(drawn, bones, shapes, (0.9 * size[0], 0.9 * size[1]), size, MARGIN)
     return Figure(*size, shapes(view), ())
+
+
+def _hides_hand(drawn: Chain) -> bool:
+    """Whether the last link is too short to show which way its z axis points, which the joint before it turns."""
+    sizes = [max(abs(float(v)) for v in (joint.a, joint.d) if v.is_number) for joint in drawn.joints]
+    wrist = drawn.n > 1 and drawn.joints[-1].kind == "R" and drawn.joints[-2].alpha not in (0, sp.pi, -sp.pi)
+    return wrist and not is_flat(drawn) and sizes[-1] < SHORT * max(sizes)
 
 
 def _cannot_move(view: View, point: np.ndarray, direction: np.ndarray) -> tuple[Shape, ...]:
@@ -79,22 +93,69 @@ class _Scaled:
     values: dict[sp.Symbol, sp.Rational]
 
 
-def singular_figures(chain: Chain) -> list[tuple[str, Figure]]:
-    """Return drawings with captions: a regular configuration, then one for each singular value or condition.
+@dataclass(frozen=True)
+class Panel:
+    """Drawings with captions, a regular configuration first; what their marks mean; what is left out, if anything."""
 
-    The captions number the components of the singular set from 1. Nothing is drawn where the arm has no singular
-    configuration for its task, or no regular one.
+    drawings: tuple[tuple[str, Figure], ...] = ()
+    key: str = ""
+    remark: str = ""
+
+
+def singular_panel(chain: Chain) -> Panel:
+    """Return drawings of a regular configuration, then of each singular value or condition, as far as there is room.
+
+    The captions number the components of the singular set from 1; each gets a drawing before any gets a second one.
+    Nothing is drawn where the arm has no singular configuration for its task, or no regular one.
     """
     chain = exact(chain)
     scaled = _scaled(chain)
     regular = best_poses(chain, scaled.drawn, 1)[0]
-    found: list[tuple[str, Figure]] = []
-    for number, component in enumerate(singular_set(chain) or (), 1):
-        for caption, entries in _configurations(chain, scaled, component, regular):
-            lost = _lost_directions(chain, scaled, entries)
-            if lost is not None and len(found) < MOST:
-                found.append((f"{number}. {caption}", _figure(scaled.drawn, entries, PANEL, lost)))
-    return [(REGULAR_CAPTION, _figure(scaled.drawn, regular, PANEL)), *found] if found else []
+    found = [_configurations(chain, scaled, component, regular) for component in singular_set(chain) or ()]
+    singular = [
+        [(caption, entries, lost) for caption, entries in one
+         if (lost := _lost_directions(chain, scaled, entries)) is not None]
+        for one in found
+    ]  # fmt: skip
+    shown = shares([len(one) for one in singular], MOST)
+    if not any(shown):
+        return Panel()
+    drawings = [(REGULAR_CAPTION, _figure(scaled.drawn, regular, PANEL))]
+    for number, (one, count) in enumerate(zip(singular, shown, strict=True), 1):
+        for caption, entries, lost in (one[k] for k in _spread(len(one), count)):
+            drawings.append((f"{number}. {caption}", _figure(scaled.drawn, entries, PANEL, lost)))
+    return Panel(
+        tuple(drawings),
+        _key(chain, [figure for _, figure in drawings]),
+        left_out_text([len(one) for one in singular], shown),
+    )
+
+
+def _key(chain: Chain, figures: list[Figure]) -> str:
+    """Return the meaning of the marks in some drawings, in the order in which a reader meets them."""
+    styles = {shape.style for figure in figures for shape in figure.shapes if not isinstance(shape, Glyph)}
+    meanings = ("lost", "dashed: P cannot move that way"), ("axis-z", f"blue: {_text(sp.Symbol(f'z{chain.n}'), chain)}")
+    told = "; ".join(meaning for style, meaning in meanings if style in styles)
+    return f"{told[0].upper()}{told[1:]}." if told else ""
+
+
+def shares(counts: list[int], room: int) -> list[int]:
+    """Return how many of each are taken where there is room for so many: one of each first, then a second of each.
+
+    >>> shares([2, 4, 4, 4], 8), shares([1, 4, 1], 8), shares([3, 3, 3], 2)
+    ([2, 2, 2, 2], [1, 4, 1], [1, 1, 0])
+    """
+    taken = [0] * len(counts)
+    for turn in range(max(counts, default=0)):
+        for k, count in enumerate(counts):
+            if turn < count and sum(taken) < room:
+                taken[k] += 1
+    return taken
+
+
+def _spread(total: int, count: int) -> list[int]:
+    """Return which are taken where so many of a total are: the first and the last too, since neighbours look alike."""
+    return [k * (total - 1) // max(count - 1, 1) for k in range(count)]
 
 
 def _scaled(chain: Chain) -> _Scaled:
@@ -136,8 +197,10 @@ def _configurations(
         for joint, number in zip(joints, numbers, strict=True):
             i = chain.q.index(joint)
             entries[i] = number.real + scaled.offsets[i]
-        pairs = zip(joints, values, strict=True)
-        found.append((_short(", ".join(f"{_text(q, chain)} = {_value(value, chain)}" for q, value in pairs)), entries))
+        kinds = [chain.joints[chain.q.index(joint)].kind for joint in joints]
+        solved = zip(joints, values, kinds, strict=True)
+        caption = ", ".join(f"{_text(q, chain)} = {_value(value, kind, chain)}" for q, value, kind in solved)
+        found.append((_short(caption), entries))
     return found
 
 
@@ -156,9 +219,22 @@ def _text(expression: sp.Expr, chain: Chain) -> str:
     return unicode_math(tex(expression, chain))
 
 
-def _value(value: sp.Expr, chain: Chain) -> str:
-    exact_text = _text(value, chain)
-    return f"{float(value):.3f}".replace("-", "−") if value.is_number and len(exact_text) > 6 else exact_text
+def _value(value: sp.Expr, kind: str, chain: Chain) -> str:
+    """Return an angle in degrees, a length in metres; open symbols stay as they are.
+
+    Multiples of a degree are exact, other angles have two decimals.
+    """
+    known, rest = value.as_independent(*value.free_symbols, as_Add=True) if value.free_symbols else (value, sp.S.Zero)
+    number = _angle(known) if kind == "R" else f"{decimal(known)} m"
+    if rest == 0:
+        return number.replace("-", "−")
+    sign = "" if known == 0 else f" − {number[1:]}" if number.startswith("-") else f" + {number}"
+    return f"{_text(rest, chain)}{sign}"
+
+
+def _angle(value: sp.Expr) -> str:
+    degrees = value * 180 / sp.pi
+    return f"{decimal(degrees)}°" if degrees.is_Rational else f"{float(degrees):.2f}°"
 
 
 def _short(caption: str) -> str:

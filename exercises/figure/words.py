@@ -27,13 +27,28 @@ def alt_text(chain: Chain) -> str:
     return " ".join([*sentences, _point(chain), "Lengths are not to scale."])
 
 
-def panels_text(captions: list[str]) -> str:
+def panels_text(captions: list[str], key: str, remark: str) -> str:
     """Return a description of small drawings of one arm, the first of which shows a regular configuration."""
-    return (
-        f"The arm in a regular configuration and in these singular ones: {'; '.join(captions[1:])}. Drawn to scale. "
-        "A dashed double arrow at P shows a direction in which P cannot move there; a dashed ring, that it points at "
-        "the reader."
-    )
+    shown = f"The arm in a regular configuration and in these singular ones: {'; '.join(captions[1:])}."
+    ring = "A dashed ring: that way is at the reader." if "dashed" in key.lower() else ""
+    return " ".join(sentence for sentence in (shown, remark, "Drawn to scale.", key, ring) if sentence)
+
+
+def left_out_text(counts: list[int], shown: list[int]) -> str:
+    """Return what small drawings leave out: of each condition so many configurations are known and so many shown.
+
+    >>> left_out_text([2, 4, 3, 0], [2, 2, 0, 0])
+    'Not drawn: 2 more of condition 2; condition 3 (3 configurations); condition 4 (none with these lengths).'
+    """
+    missing = []
+    for number, (count, drawn) in enumerate(zip(counts, shown, strict=True), 1):
+        if count == 0:
+            missing.append(f"condition {number} (none with these lengths)")
+        elif drawn == 0:
+            missing.append(f"condition {number} ({count} configuration{'s' if count > 1 else ''})")
+        elif drawn < count:
+            missing.append(f"{count - drawn} more of condition {number}")
+    return f"Not drawn: {'; '.join(missing)}." if missing else ""
 
 
 def _plain(expression: sp.Expr, angle: bool) -> str:
