@@ -220,6 +220,9 @@ def _failures(_: None, task: Task) -> list[Failure]:
         found = [*changes, *_found(Kind.UNSOUND, task, failures_of(problem))]
     except (RuntimeError, QdotError) as error:
         found = _found(Kind.UNSOUND, task, [str(error)])
+    except Exception as error:  # whatever it is, it is one problem's, and the others are verified
+        said = f"qdot itself failed: {type(error).__name__}: {error}; please report it"
+        found = _found(Kind.UNSOUND, task, [said])
     return [*found, *task.against]
 
 

@@ -13,7 +13,7 @@ from exercises import ENGINE
 from exercises.assignment import load_assignment
 from exercises.errors import QdotError
 from exercises.generate import generate
-from exercises.problem import ProblemId
+from exercises.problem import Problem, ProblemId
 from exercises.record import digests
 from exercises.release import certificate_path, init_assignment, notebook_path, release
 from grader import certify as certifying
@@ -441,3 +441,18 @@ def test_a_sweep_over_all_families_has_so_many_problems() -> None:
     found = CliRunner().invoke(program(), ["verify", "--family", "all", "--count", "2", "--jobs", "1"])
     assert found.exit_code == 0
     assert "2 problems verified, 0 failed" in found.output
+
+
+def test_a_crash_is_a_failure_of_its_problem_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = generate
+
+    def crashing(identity: ProblemId, *others: Any) -> Problem:
+        if identity.seed == 1:
+            raise ZeroDivisionError("by zero")
+        return made(identity, *others)
+
+    monkeypatch.setattr("grader.certify.generate", crashing)
+    tasks = [Task(ProblemId("planar-2r", seed, ("jacobian",))) for seed in range(3)]
+    found = [[failure.said for failure in failures] for _, failures in certify_all(tasks, 1)]
+    said = "planar-2r/1 (jacobian): qdot itself failed: ZeroDivisionError: by zero; please report it"
+    assert found == [[], [said], []]
