@@ -56,6 +56,7 @@ def test_every_reference_passes(family: str, seeds: range, drawn: Callable[[str,
     [
         "stanford-6r/29", "puma-560/8",  # a pivot of 1e-31 stood for one of 0
         "orthogonal-3r/19", "orthogonal-3r/107",  # links differ so much that no line is very regular
+        "orthogonal-3r/166",  # and none is long
         "elbow/61",  # joints move by a third of a radian between two of the places that are looked at
         "industrial-6r/28", "industrial-6r/57", "industrial-6r/58",  # det J changes its sign with the lengths
     ],

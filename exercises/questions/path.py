@@ -133,8 +133,8 @@ def _path_rates(chain: Chain, rng: Stream) -> Asked:
         line = seam.line(chain)
         stations = list(line.follow(STEP, regular))
         if stations[-1:] and stations[-1].s > float(line.length) - STEP:
-            s = sp.Rational(5 * rng.integer(3, int(20 * float(line.length)) - 1), 100)
-            return _rates_at(chain, seam, s)
+            last = int(20 * float(line.length)) - 1  # in steps of 5 cm
+            return _rates_at(chain, seam, sp.Rational(5 * rng.integer(min(3, last), last), 100))
     raise RuntimeError(f"no line was found that {chain} can follow; please report this")
 
 
