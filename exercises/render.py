@@ -7,7 +7,7 @@ from typing import Any
 
 import jinja2
 
-from exercises.writing.latex import tex, tex_angle, tex_length
+from exercises.writing.latex import tex, tex_angle, tex_length, tex_lines
 
 _HERE = Path(__file__).parent
 _MARKUP = (".html.j2", ".svg.j2", ".xml.j2")
@@ -32,7 +32,7 @@ def environment() -> jinja2.Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    made.filters.update(tex=tex, tex_length=tex_length, tex_angle=tex_angle)
+    made.filters.update(tex=tex, tex_lines=tex_lines, tex_length=tex_length, tex_angle=tex_angle)
     made.filters["json"] = lambda value: json.dumps(value, ensure_ascii=False)
     return made
 

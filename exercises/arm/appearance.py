@@ -87,7 +87,7 @@ def _in_line(chain: Chain, samples: Sequence[Sample]) -> str | None:
 
 
 def _parallel_axes(chain: Chain, samples: Sequence[Sample]) -> str | None:
-    for i, j in _revolute_pairs(chain):
+    for i, j in sorted(_revolute_pairs(chain), key=lambda pair: pair[1] - pair[0]):
         if samples and _parallel(samples, i, j) and not _parallel(_around(samples), i, j):
             return f"the axes of joints {i + 1} and {j + 1} are parallel"
     return None

@@ -1,4 +1,5 @@
-"""The pages of docs/ that are made from the code: the families with a thumbnail each, and the chapter's examples.
+"""The pages of docs/ that are made from the code: the families with a thumbnail each, the questions, and the
+chapter's examples.
 
 `python -m exercises.docs` writes them all; a test says when they are out of date.
 """
@@ -26,8 +27,8 @@ from exercises.stream import Stream
 from exercises.writing.statement import worked_solution
 from exercises.writing.wording import Wording
 
-LOOKED_AT = 8
-"""Arms of a family whose difficulty is told."""
+LOOKED_AT, LOOKED_AT_VARIED = 8, 120
+"""Arms of a family whose difficulty is told, and of one whose structure is drawn, where hard ones are rarer."""
 README_ARM = ProblemId("planar-2r", 7)
 """The arm that README.md shows."""
 
@@ -46,6 +47,7 @@ def documents() -> dict[str, str]:
         drawings[f"families/{name}.svg"] = thumbnail_svg(_first_arm(name), name)
     return {
         "families.md": families_page(),
+        "questions.md": questions_page(),
         "examples.md": examples_page(),
         "structures.md": structures_page(),
         **drawings,
@@ -74,14 +76,25 @@ class FamilyEntry:
     task: tuple[str, ...]
     kinds: str
     steps: str
-    asked: tuple[tuple[str, str], ...]
+    asked: tuple[str, ...]
     varied: bool
+
+    @property
+    def not_asked(self) -> list[str]:
+        """The questions that its arms can't be asked."""
+        return [name for name in QUESTIONS if name not in self.asked]
 
 
 def families_page() -> str:
     """Return docs/families.md."""
     entries = [_entry(name) for name in FAMILIES]
     return render("docs/families.md.j2", families=entries, questions=len(QUESTIONS))
+
+
+def questions_page() -> str:
+    """Return docs/questions.md."""
+    asked = {name: sum(name in listed.questions for listed in found_out().values()) for name in QUESTIONS}
+    return render("docs/questions.md.j2", questions=QUESTIONS.values(), asked=asked, families=len(FAMILIES))
 
 
 def _first_arm(family: str) -> Chain:
@@ -97,7 +110,7 @@ def _entry(name: str) -> FamilyEntry:
         task=tuple(Wording(_first_arm(name)).task),
         kinds=listed.kinds,
         steps=listed.difficulty,
-        asked=tuple((question, QUESTIONS[question].title) for question in listed.questions),
+        asked=listed.questions,
         varied=family.varied,
     )
 
@@ -107,7 +120,7 @@ def found_out() -> dict[str, Listed]:
     """Return what is to be listed of each family, found out from its arms."""
     found = {}
     for name, family in FAMILIES.items():
-        arms = [sample_chain(ProblemId(name, seed)) for seed in range(LOOKED_AT)]
+        arms = [sample_chain(ProblemId(name, seed)) for seed in range(LOOKED_AT_VARIED if family.varied else LOOKED_AT)]
         steps = [step(arm) for arm in arms]
         kinds = "".join(joint.kind for joint in arms[0].joints)
         found[name] = Listed("" if family.varied else kinds, (min(steps), max(steps)), find_questions(family))

@@ -384,6 +384,35 @@ def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: Ang
     return r"\begin{bmatrix} " + r" \\ ".join(rows) + r" \end{bmatrix}"
 
 
+LINE = 64
+"""Signs that a line of a formula may have before it is broken; a page takes some more, and a fraction counts less."""
+
+
+def tex_lines(expression: sp.Expr, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
+    """Return the LaTeX of a sum for the right side of an aligned formula, broken between its terms where it is long."""
+    lines, room = [""], LINE
+    for term in re.split(r" (?=[+-] )", _outer(tex(expression, chain, angles))):
+        size = len(re.sub(r"\\[a-z]+|[{}_^\\, ]", "", term))
+        if lines[-1] and size > room:
+            lines.append("")
+            room = LINE
+        lines[-1] = f"{lines[-1]} {term}".lstrip()
+        room -= size
+    return r" \\ & \quad ".join(line.replace(_HIDDEN, " ") for line in lines)
+
+
+_HIDDEN = "\0"
+
+
+def _outer(text: str) -> str:
+    """Return a formula with the blanks inside brackets and braces hidden: what is left separates its terms."""
+    depth, out = 0, []
+    for sign in text:
+        depth += (sign in "({") - (sign in ")}")
+        out.append(_HIDDEN if sign == " " and depth else sign)
+    return "".join(out)
+
+
 def tex_length(value: sp.Expr) -> str:
     r"""Return a length for a table or sentence; one that ends in a number has its unit.
 
@@ -406,8 +435,8 @@ def tex_angle(value: sp.Expr) -> str:
     rest = sp.expand(value - constant)
     degrees = sp.deg(constant)
     shown = decimal(abs(degrees)) if degrees.is_Rational else None
-    if shown is None:  # an angle such as atan(4), which is no simple number of degrees
-        return tex(value)
+    if shown is None:  # an angle such as atan(4) or 0.7, which is no simple number of degrees
+        return tex(value) + (r"\,\text{rad}" if constant.is_Rational else "")
     if rest == 0:
         return "0" if constant == 0 else f"{'-' if degrees < 0 else ''}{shown}^\\circ"
     if constant == 0:

@@ -6,13 +6,13 @@ and then filled with the arm's own numbers. World frame; notation of the chapter
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import sympy as sp
 
 from exercises.arm.chain import Chain
 from exercises.arm.classification import Kind, classify_pieces
-from exercises.arm.derivation import Derivation, derive, structure, task_velocity
+from exercises.arm.derivation import Derivation, derive, short_jacobian, structure, task_velocity
 from exercises.arm.kinematics import frames_and_point, joint_rotation, link_vector
 from exercises.arm.precise import determinant, four_digits, inverse, shown
 from exercises.arm.singularity import Component, singular_set
@@ -22,6 +22,7 @@ from exercises.questions.inversion import Situation, jacobian_at
 from exercises.questions.singular import Place
 from exercises.questions.wrist import block_determinants, not_partitioned
 from exercises.writing.latex import AngleNames, angle_names, joint_sum
+from exercises.writing.wording import join
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,22 @@ class Recursion:
 
 
 @dataclass(frozen=True)
+class LoneEntry:
+    """An entry of J that is alone in its row or column: which of the two, its place from 1, and what it leaves."""
+
+    line: str
+    row: int
+    column: int
+    entry: sp.Expr
+    left: sp.Matrix
+
+    @property
+    def sign(self) -> str:
+        """The sign of its cofactor."""
+        return "-" if (self.row + self.column) % 2 else ""
+
+
+@dataclass(frozen=True)
 class Found:
     """A component of the singular set with what it is; `solutions` are (joint, values), None where joints are tied.
 
@@ -58,6 +75,13 @@ class Found:
     solutions: tuple[tuple[sp.Symbol, tuple[sp.Expr, ...]], ...] | None
     kind: Kind
     cases: tuple[tuple[sp.Symbol, sp.Expr, Kind], ...] = ()
+
+    @property
+    def says_it(self) -> bool:
+        """Whether the condition is the joint value itself, as d3 = 0."""
+        return self.solutions is not None and self.conditions == tuple(
+            joint for joint, values in self.solutions if values == (0,)
+        )
 
 
 class Worked:
@@ -74,6 +98,14 @@ class Worked:
         """Short names for the sums of angles that c_{12} can't say, for display."""
         shown = (self.d.position, self.d.geometric, self.d.p_star, *self.d.rotations)
         return angle_names(link_angles(self.chain), *shown)
+
+    @property
+    def some_parallel(self) -> bool:
+        """Whether two neighbouring joints turn about parallel axes."""
+        return any(
+            joint.kind == following.kind == "R" and joint.alpha in (0, sp.pi, -sp.pi)
+            for joint, following in pairwise(self.chain.joints)
+        )
 
     @property
     def has_quarter_turns(self) -> bool:
@@ -154,13 +186,36 @@ class Worked:
         return self._fill(sp.Matrix(n, n, lambda i, j: generic.cofactor(i, j) if n > 1 else sp.S.One))
 
     @cached_property
-    def expansion(self) -> tuple[str, sp.Expr]:
-        """The row or column with the most zeros, in words, and the sum of its entries times their cofactors."""
+    def _sparse(self) -> tuple[str, list[tuple[int, int]]]:
+        """The row or column with the most zeros, in words, and the places of its other entries."""
         jacobian, n = self.d.jacobian, self.chain.n
         lines = [(f"row {i + 1}", [(i, j) for j in range(n)]) for i in range(n)]
         lines += [(f"column {j + 1}", [(i, j) for i in range(n)]) for j in range(n)]
-        name, places = min(lines, key=lambda line: sum(jacobian[place] != 0 for place in line[1]))
-        return name, sp.Add(*(jacobian[place] * self.cofactors[place] for place in places))
+        filled = [(name, [place for place in places if jacobian[place] != 0]) for name, places in lines]
+        return min(filled, key=lambda line: len(line[1]))
+
+    @property
+    def expansion(self) -> tuple[str, sp.Expr]:
+        """A row or column in words, and the sum of its entries times their cofactors."""
+        name, places = self._sparse
+        return name, sp.Add(*(self.d.jacobian[place] * self.cofactors[place] for place in places))
+
+    @property
+    def lone_entry(self) -> LoneEntry | None:
+        """The only entry of a row or column that is not zero, where there is such a row or column."""
+        name, places = self._sparse
+        if len(places) != 1:
+            return None
+        ((i, j),) = places
+        jacobian = self.d.jacobian
+        return LoneEntry(name, i + 1, j + 1, jacobian[i, j], jacobian.minor_submatrix(i, j))
+
+    @property
+    def short_jacobian(self) -> tuple[int, sp.Matrix] | None:
+        """The frame in the middle of the chain and J seen from there, where that leaves the determinant as it is."""
+        short = short_jacobian(self._structure)
+        middle = self.chain.n // 2
+        return None if short == derive(self._structure).jacobian else (middle, self._fill(short))
 
     @cached_property
     def blocks(self) -> sp.Matrix | None:
@@ -176,6 +231,23 @@ class Worked:
         labels = [f"{what} {', '.join(str(i + 1) for i in chosen)}" for chosen in combinations(range(count), size)]
         values = (minor.substituted(self._values) for minor in self.d.generic_minors)
         return list(zip(labels, values, strict=True))
+
+    def zeros_of_minors(self, found: Found) -> list[tuple[sp.Expr, str]]:
+        """Return, of conditions that hold together, which minors each is a factor of: ("s2", "1 to 5").
+
+        Nothing where some minor has none of them as a factor and vanishes all the same.
+        """
+        left = dict(enumerate((minor for _, minor in self.minors), 1))
+        left = {number: minor for number, minor in left.items() if minor != 0}
+        taken = []
+        for condition in found.conditions:
+            bases = {condition, sp.expand(-condition)}
+            here = [n for n, minor in left.items() if bases & {f.as_base_exp()[0] for f in sp.Mul.make_args(minor)}]
+            taken.append((condition, here))
+            left = {number: minor for number, minor in left.items() if number not in here}
+        if left or not all(here for _, here in taken):
+            return []
+        return [(condition, join([f"$M_{{{n}}}$" for n in here])) for condition, here in taken]
 
     # --- singular configurations ---
 
