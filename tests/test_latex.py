@@ -6,7 +6,7 @@ import pytest
 import sympy as sp
 
 from exercises.problem import Expression, Matrix, Problem
-from exercises.writing.latex import AngleNames, angle_names, symbol_latex, tex, tex_angle, tex_length
+from exercises.writing.latex import LINE, AngleNames, angle_names, symbol_latex, tex, tex_angle, tex_length, tex_lines
 from exercises.writing.mathml import mathml
 from exercises.writing.unicode_math import unicode_math
 from exercises.writing.worked import Worked, link_angles
@@ -158,6 +158,14 @@ def test_printed_formulas_mean_the_same(problem: Problem) -> None:
         back = _read_back(shown)
         values = {s: sp.Float(0.3 + 0.17 * i) for i, s in enumerate(sorted(entry.free_symbols, key=str))}
         assert abs(float((back - entry).xreplace(values))) < 1e-9, shown
+
+
+def test_long_sums_are_broken_between_their_terms_and_nowhere_else(problem: Problem) -> None:
+    for entry in set(_entries(problem)):
+        whole, lines = tex(entry, problem.chain), tex_lines(entry, problem.chain).split(r" \\ & \quad ")
+        assert " ".join(lines) == whole
+        assert all(line.startswith(("+ ", "- ")) and line.count("{") == line.count("}") for line in lines[1:])
+        assert len(lines) == 1 or len(whole) > LINE
 
 
 def test_named_angles_are_the_links_own(problem: Problem) -> None:

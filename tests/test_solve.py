@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from exercises.arm import derivation
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.classification import domain_of
 from exercises.arm.derivation import derive
@@ -18,6 +20,7 @@ from exercises.arm.robot_file import read_robot_file
 from exercises.errors import QdotError
 from exercises.formula.conditions import Space, compare_sets, pieces
 from exercises.formula.expression import read
+from exercises.questions import QUESTIONS
 from exercises.solve import Solution, read_robot, solution_data, solution_json, solution_latex, solution_text, solve
 
 TRUTH = json.loads((Path(__file__).parent / "data" / "ground_truth.json").read_text(encoding="utf-8"))
@@ -366,6 +369,25 @@ def test_a_file_that_is_not_there_or_no_text(tmp_path: Path) -> None:
 
 def test_a_file_saved_with_a_byte_order_mark_is_read(tmp_path: Path) -> None:
     assert _read(tmp_path, "\ufeff" + TWO_R).n == 2
+
+
+@pytest.fixture
+def hardly_any_terms(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Let a determinant of more than one term be too long."""
+    monkeypatch.setattr(derivation, "MOST_TERMS", 1)
+    derivation._expanded_minors.cache_clear()
+    yield
+    derivation._expanded_minors.cache_clear()
+
+
+@pytest.mark.usefixtures("hardly_any_terms")
+def test_what_would_be_too_long_to_read_is_not_worked_out(tmp_path: Path) -> None:
+    """Position and Jacobian are; an arm of nine joints has tens of thousands of terms in its minors."""
+    solution = solve(_read(tmp_path, TWO_R.replace('name = "two"', 'name = "too long"')))
+    assert solution.determinant is None and solution.singular is None
+    assert "more than 1 terms" in (solution.note or "")
+    assert "not worked out" in solution_text(solution) and "not worked out" in solution_json(solution)
+    assert QUESTIONS["singular-angles"].refusal(solution.chain) == QUESTIONS["determinant"].refusal(solution.chain)
 
 
 def test_rank_lost_everywhere_is_said_in_every_form(tmp_path: Path) -> None:

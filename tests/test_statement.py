@@ -9,6 +9,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
+import sympy as sp
 
 from exercises.errors import QdotError
 from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part, Problem
@@ -18,6 +19,7 @@ from exercises.show import FORMATS, problem_json, show
 from exercises.writing.answer_code import answer_code
 from exercises.writing.markup import to_html, to_latex, to_text
 from exercises.writing.statement import prompt, statement, worked_solution
+from exercises.writing.worked import Worked
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 Draw = Callable[[str, int], Problem]
@@ -77,6 +79,30 @@ def _is_clean(text: str) -> None:
         assert latex.count("{") == latex.count("}"), latex
         assert latex.count(r"\left") == latex.count(r"\right"), latex
         assert latex.count(r"\begin{") == latex.count(r"\end{"), latex
+
+
+def test_what_is_shown_on_the_way_to_a_determinant_has_that_determinant(problem: Problem) -> None:
+    steps, chain = Worked(problem.chain), problem.chain
+    if not steps.d.is_square:
+        return
+    symbols = sorted({*chain.q, *chain.parameters}, key=str)
+    values = {symbol: sp.Float(0.31 + 0.17 * i, 30) for i, symbol in enumerate(symbols)}
+    expected = steps.d.determinant.xreplace(values)
+    shown = [steps.short_jacobian[1].xreplace(values).det()] if steps.short_jacobian else []
+    if chain.n > 1 and (lone := steps.lone_entry):
+        shown.append((-1 if lone.sign else 1) * (lone.entry * lone.left.xreplace(values).det()).xreplace(values))
+    assert all(abs(number - expected) < 1e-12 for number in shown)
+
+
+def test_a_minor_is_zero_where_the_condition_is_that_is_called_its_factor(drawn: Draw) -> None:
+    steps, told = Worked(drawn("lbr-7r", 1).chain), 0
+    for found in steps.found:
+        for condition, minors in steps.zeros_of_minors(found):
+            ((joint, (value, *_)),) = [(q, values) for q, values in found.solutions or () if condition.has(q)]
+            for number in map(int, re.findall(r"M_\{(\d+)\}", minors)):
+                assert steps.minors[number - 1][1].xreplace({joint: value}) == 0
+                told += 1
+    assert told
 
 
 def test_elbow_solution_speaks_of_the_books_mistake(drawn: Draw) -> None:

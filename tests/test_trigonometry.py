@@ -68,6 +68,14 @@ def test_a_product_is_told_by_its_factors() -> None:
     assert factored(sp.S.Zero).is_zero
 
 
+def test_a_long_sum_keeps_what_its_terms_have_in_common_outside() -> None:
+    total = sp.expand(6 * A1 * sp.sin(T1) ** 2 * (A2 * sp.cos(T2) + A3 * sp.cos(T2 + T3)) * (A1 + sp.sin(T3)))
+    found = factored(total, most=3)
+    assert {str(f): p for f, p in found.factors if not f.is_Add} == {"a1": 1, "sin(theta1)": 2}
+    assert found.coefficient == 6 and len([f for f, _ in found.factors if f.is_Add]) == 1
+    assert same(found.expression(), total)
+
+
 @pytest.mark.parametrize("wrong", [sp.sqrt(A1), sp.sin(T1 / 2), 1 / sp.cos(T1), sp.tan(T1)])
 def test_what_is_no_trigonometric_polynomial_is_refused(wrong: sp.Expr) -> None:
     with pytest.raises(ValueError, match="not a"):
