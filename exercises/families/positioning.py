@@ -38,25 +38,22 @@ def sample_cylindrical(rng: Stream) -> Chain:
 
 def sample_spherical(rng: Stream) -> Chain:
     """Draw an arm that turns, tilts and slides from one centre: height, offsets, senses, zero of the slide."""
-    side = sign(rng)
-    joints = (
-        Joint("R", T1 + turned(rng, 30), sp.Symbol("L1"), 0, side * RIGHT),
-        Joint("R", T2 + turned(rng, 15), 0, 0, -side * RIGHT),
-        Joint("P", 0, D3 + sign(rng) * centimetres(rng, 10, 95), 0, 0),
-    )
-    return Chain("spherical", joints, SPACE, on_the_floor(rng), None, "spherical arm")
+    return _spherical(rng, "spherical", False, "spherical arm")
 
 
 def sample_spherical_offset(rng: Stream) -> Chain:
     """Draw a spherical arm whose slide runs beside the column: lateral offset, offsets, senses, zero of the slide."""
+    return _spherical(rng, "spherical-offset", True, "spherical arm with a lateral offset")
+
+
+def _spherical(rng: Stream, name: str, lateral: bool, title: str) -> Chain:
     side = sign(rng)
     joints = (
         Joint("R", T1 + turned(rng, 30), sp.Symbol("L1"), 0, side * RIGHT),
-        Joint("R", T2 + turned(rng, 15), centimetres(rng, 10, 40), 0, -side * RIGHT),
+        Joint("R", T2 + turned(rng, 15), centimetres(rng, 10, 40) if lateral else 0, 0, -side * RIGHT),
         Joint("P", 0, D3 + sign(rng) * centimetres(rng, 10, 95), 0, 0),
     )
-    title = "spherical arm with a lateral offset"
-    return Chain("spherical-offset", joints, SPACE, on_the_floor(rng), None, title)
+    return Chain(name, joints, SPACE, on_the_floor(rng), None, title)
 
 
 POSITIONING = (
