@@ -64,8 +64,9 @@ def _ratios_elsewhere(ground: Ground, piece: Any, joints: list[str]) -> list[flo
 
 
 def _ratios(jacobians: np.ndarray) -> np.ndarray:
+    """Return sigma_min/sigma_max; where J itself is next to nothing, rank zero, that is next to nothing, too."""
     sigma = np.linalg.svd(jacobians, compute_uv=False)
-    return np.asarray(sigma[..., -1] / np.maximum(sigma[..., 0], 1e-300))
+    return np.asarray(sigma[..., -1] / np.maximum(sigma[..., 0], 1e-6))
 
 
 def _complete(ground: Ground, claimed: list[Any], joints: list[str]) -> Check:
