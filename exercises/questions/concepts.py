@@ -1,5 +1,7 @@
 """Short questions on the concepts: size of J, effect of one joint, when (6.7) can be used, what a singularity costs."""
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
@@ -132,8 +134,9 @@ def _slips(
     return [vector for vector in found if _size_of(vector) > 0.05]
 
 
-def _size_of(vector: sp.Matrix) -> float:
-    return float(np.linalg.norm(np.array([float(value) for value in vector])))
+def _size_of(vector: Iterable[sp.Expr]) -> float:
+    """Return the length of a vector; by sums that are the same on every machine, as lengths may be just 0.05 m."""
+    return math.sqrt(math.fsum(float(value) ** 2 for value in vector))
 
 
 def _rounded(vector: sp.Matrix) -> Numbers:
@@ -146,8 +149,8 @@ def _decimals(value: sp.Expr, places: int) -> sp.Rational:
 
 
 def _differ(a: Numbers, b: Numbers) -> bool:
-    first, second = (np.array([float(value) for value in vector]) for vector in (a, b))
-    return bool(np.linalg.norm(first - second) > DIFFERENT * max(np.linalg.norm(first), np.linalg.norm(second)))
+    apart = _size_of(x - y for x, y in zip(a, b, strict=True))
+    return apart > DIFFERENT * max(_size_of(a), _size_of(b))
 
 
 def vector_words(vector: Numbers) -> str:
