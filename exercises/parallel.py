@@ -58,7 +58,9 @@ def ordered_map(
                 made = pool.map(functools.partial(_work_here, work), items, chunksize=chunk)
             yield from made
         except BrokenProcessPool:
-            raise QdotError("a worker process died (out of memory?); run the same command again to go on") from None
+            raise QdotError(
+                "a worker process died (out of memory?); run the same command again, with a smaller --jobs"
+            ) from None
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             _end(set(multiprocessing.active_children()) - before)

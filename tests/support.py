@@ -1,8 +1,11 @@
 """What tests of questions share: problems of one question for any chain, and problems with another reference."""
 
 from dataclasses import replace
+from typing import Any
 
-from exercises.arm.chain import Chain
+import sympy as sp
+
+from exercises.arm.chain import Chain, Point
 from exercises.problem import Answer, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.stream import Stream
@@ -16,7 +19,33 @@ def asked(name: str, chain: Chain, seed: int = 1) -> Problem:
     return Problem(ProblemId("textbook", seed, (name,)), chain, (part,))
 
 
+def as_table(chain: Chain) -> Chain:
+    """Return the same arm, the lengths that its point of interest has been given put back into the table."""
+    *others, last = chain.joints
+    x, y, z = chain.point.offset
+    if chain.point.frame < chain.n:
+        return chain
+    if last.kind == "P":
+        others[-1] = replace(others[-1], a=others[-1].a + x)
+        return replace(chain, joints=(*others, replace(last, d=last.d + z)), tool=None)
+    x += last.a
+    turns = 0
+    while (x == 0 or _is_minus(x)) and turns < 4 and (x, y) != (0, 0):
+        (x, y), turns = (y, -x), turns + 1
+    last = replace(last, theta=last.theta + turns * sp.pi / 2, d=last.d + z, a=x)
+    return replace(chain, joints=(*others, last), tool=Point(chain.n, (sp.S.Zero, y, sp.S.Zero)))
+
+
+def _is_minus(value: sp.Expr) -> bool:
+    return bool(value.as_coeff_Mul()[0].is_negative)
+
+
 def with_answer(problem: Problem, answer: Answer) -> Problem:
     """Return the problem with another reference for its only part."""
     (part,) = problem.parts
     return replace(problem, parts=(replace(part, answer=answer),))
+
+
+def detail(part: Part, name: str) -> Any:
+    """What a question keeps beside its answer, of whichever type it is."""
+    return part.details[name]

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS, Chain, Joint
-from exercises.arm.classification import Sample, classify, classify_pieces, domain_of, kind_at, kind_is_sure
+from exercises.arm.classification import classify, classify_pieces, domain_of, kind_at, kind_is_sure
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import singular_set
 

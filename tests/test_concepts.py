@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
-from support import asked, with_answer
+from support import asked, detail, with_answer
 
 from exercises.generate import generate
 from exercises.problem import Choice, Number, ProblemId
@@ -57,10 +57,10 @@ def test_the_task_differs_from_the_statements_and_moves() -> None:
     sizes = set()
     for seed in range(12):
         problem = generate(ProblemId("planar-2r", seed, ("jacobian-size",)))
-        task = problem.parts[0].details["task"]
+        task = detail(problem.parts[0], "task")
         assert task != problem.chain.task
-        assert set(task) <= {"vx", "vy", "wz"}  # type: ignore[call-overload]
-        sizes.add(len(task))  # type: ignore[arg-type]
+        assert set(task) <= {"vx", "vy", "wz"}
+        sizes.add(len(task))
     assert sizes == {1, 2, 3}
 
 
@@ -82,24 +82,24 @@ def test_velocities_at_the_stretched_arm(textbook_arms: dict[str, Any]) -> None:
     seen = set()
     for seed in range(10):
         (part,) = asked("unreachable-velocity", chain, seed).parts
-        cost, answer = part.details["cost"], part.answer
+        cost, answer = detail(part, "cost"), part.answer
         assert isinstance(answer, Choice)
-        turn = float(cost.place.joints[sp.Symbol("theta1")])  # type: ignore[attr-defined]
+        turn = float(cost.place.joints[sp.Symbol("theta1")])
         along = np.array([np.cos(turn), np.sin(turn)])
         velocities = [np.array([float(x) for x in option.strip("()").split(",")]) for option in answer.options]
         lost = [abs(v @ along) / np.linalg.norm(v) > 0.3 for v in velocities]
-        assert lost.count(True) == (3 if cost.possible else 1)  # type: ignore[attr-defined]
-        assert lost[answer.correct] == (not cost.possible)  # type: ignore[attr-defined]
-        seen.add(cost.possible)  # type: ignore[attr-defined]
+        assert lost.count(True) == (3 if cost.possible else 1)
+        assert lost[answer.correct] == (not cost.possible)
+        seen.add(cost.possible)
     assert seen == {True, False}
 
 
 def test_a_joint_that_does_not_move_the_point_is_not_asked_about(textbook_arms: dict[str, Any]) -> None:
     chain = textbook_arms["PUMA560"].chain
-    joints = {asked("joint-effect", chain, seed).parts[0].details["effect"].joint for seed in range(10)}  # type: ignore[attr-defined]
+    joints = {detail(asked("joint-effect", chain, seed).parts[0], "effect").joint for seed in range(10)}
     assert joints <= {1, 2, 3}
     wrist = asked("joint-effect", textbook_arms["ZYZ_wrist"].chain, 0).parts[0]
-    assert wrist.details["effect"].rows == ("wx", "wy", "wz")  # type: ignore[attr-defined]
+    assert detail(wrist, "effect").rows == ("wx", "wy", "wz")
 
 
 def test_objections(textbook_arms: dict[str, Any]) -> None:

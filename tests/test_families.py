@@ -88,6 +88,24 @@ def test_arms_differ(family: str) -> None:
 
 
 @pytest.mark.parametrize("family", FIXED)
+def test_the_point_of_interest_and_the_axes_differ(family: str) -> None:
+    """Neither where P is fixed nor how the axes run is that of more than three quarters of the class."""
+    places = Counter(
+        (arm.point.frame, tuple(map(bool, arm.point.offset)), arm.joints[-1].a == 0) for arm in arms(family)
+    )
+    axes = Counter(tuple(joint.alpha for joint in arm.joints) for arm in arms(family))
+    assert max(places.values()) <= 0.75 * ARMS
+    assert max(axes.values()) <= 0.75 * ARMS
+
+
+@pytest.mark.parametrize("family", [name for name in FAMILIES if name not in FIXED])
+def test_the_point_of_interest_differs_with_the_structure(family: str) -> None:
+    """A structure without a last length has no other place for P than the last origin."""
+    held = [not sample_chain(ProblemId(family, seed)).point.is_origin for seed in range(40)]
+    assert 4 <= sum(held) <= 36
+
+
+@pytest.mark.parametrize("family", FIXED)
 def test_answers_differ(family: str) -> None:
     """No Jacobian is that of more than a tenth of the class."""
     jacobians = Counter(tuple(derive(arm).jacobian) for arm in arms(family)[:60])

@@ -5,6 +5,7 @@ from collections import Counter
 
 import pytest
 import sympy as sp
+from support import as_table
 
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import structure
@@ -70,9 +71,10 @@ def test_a_normal_form_is_regular_where_its_tables_are(n: int) -> None:
 
 
 def drawn(chain: Chain) -> tuple[tuple[Row, ...], tuple[str, ...]]:
-    """The structure of an arm, and its task in the axes of the base."""
+    """The structure of an arm, and its task in the axes of the base; lengths that P has are put back into the table."""
     rows = tuple(
-        Row(j.kind, j.a != 0, bool((j.d if j.kind == "R" else j.theta) != 0), j.alpha != 0) for j in chain.joints
+        Row(j.kind, j.a != 0, bool((j.d if j.kind == "R" else j.theta) != 0), j.alpha != 0)
+        for j in as_table(chain).joints
     )
     rotation = rot_z(chain.base.yaw) * rot_x(chain.base.tilt)
     names = {"xyz"[next(i for i in range(3) if rotation[i, k] != 0)]: "xyz"[k] for k in range(3)}

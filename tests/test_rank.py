@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
-from support import asked, with_answer
+from support import asked, detail, with_answer
 
 from exercises.arm.chain import Point
 from exercises.arm.derivation import structure
@@ -152,7 +152,7 @@ def test_values_of_arm_and_structure_belong_together() -> None:
         offset = chain.offsets[1]
         for branch in branches(chain):
             (((_, own),), ((_, theirs),)) = value_sets(branch.own)[0], value_sets(branch.generic)[0]
-            numbers = {sp.Symbol("point_y"): chain.point.offset[1], sp.Symbol("a2"): chain.joints[1].a}
+            numbers = dict(structure(chain).values)
             apart = sp.N((own + offset - theirs.xreplace(numbers)) / (2 * sp.pi))
             assert abs(apart - round(apart)) < 1e-9
 
@@ -166,7 +166,7 @@ def test_the_stretched_elbow_can_not_move_along_itself(textbook_arms: dict[str, 
     for seed in range(12):
         (part,) = asked("lost-motion", chain, seed).parts
         assert isinstance(part.answer, Choice)
-        where = part.details["asked"].where  # type: ignore[attr-defined]
+        where = detail(part, "asked").where
         words = part.answer.options[part.answer.correct]
         if where.condition is not None:
             assert words.split(",")[0] in {f"along $z_{i}$" for i in (1, 2)} | {f"along $z_{3}$"}

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 import sympy as sp
+from support import as_table
 
 from exercises.arm.derivation import derive
 from exercises.families import FAMILIES
@@ -71,7 +72,7 @@ def test_symbols_are_printed_with_an_index_and_typed_without() -> None:
 def test_a_load_along_the_lost_direction_asks_nothing_of_the_joints(family: str, joint: int, value: sp.Expr) -> None:
     """The arm stretched out or folded back, of Example 6.2."""
     problem, part = asked(family, 1)
-    chain = replace(problem.chain, tool=None)
+    chain = replace(as_table(problem.chain), tool=None)
     answer, _ = QUESTIONS["joint-torques"].ask(chain, Stream("x"))
     assert isinstance(answer, Matrix)
     at = {chain.q[joint]: value - chain.offsets[joint]}

@@ -9,6 +9,7 @@ from math import prod
 import numpy as np
 import pytest
 import sympy as sp
+from support import as_table
 
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.classification import classify_pieces, domain_of, samples_on
@@ -119,6 +120,7 @@ def arm_of(family: str, seed: int) -> Chain:
 
 def filled(text: str, chain: Chain) -> sp.Expr:
     """Return a formula of the tables above for one arm."""
+    chain = as_table(chain)
     values: dict[str, sp.Expr] = {"h": chain.point.offset[1]}
     for i, joint in enumerate(chain.joints, 1):
         values |= {f"t{i}": joint.theta, f"d{i}": joint.d, f"a{i}": joint.a, f"u{i}": sp.sin(joint.alpha)}
@@ -247,4 +249,4 @@ def test_kinds_are_those_of_the_books(family: str) -> None:
 @pytest.mark.parametrize("family", [name for name in KNOWN if arm_of(name, 0).n >= 5])
 def test_arms_of_many_joints_have_few_structures(family: str) -> None:
     """A structure of six joints takes some tenths of a second, all further arms of it milliseconds."""
-    assert len({structure(arm_of(family, seed)).chain for seed in range(60)}) <= 4
+    assert len({structure(arm_of(family, seed)).chain for seed in range(60)}) <= 8

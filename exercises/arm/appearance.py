@@ -1,22 +1,18 @@
 """What singular configurations look like, in words: stretched out, on an axis, axes in line; tested at samples."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
 from itertools import combinations
 
 import numpy as np
 import sympy as sp
 
+from exercises.arm.axes import Sample, around, beside, distance, off_line, off_plane, parallel, slant, spread
 from exercises.arm.chain import Chain, Point
-from exercises.arm.kinematics import NumericChain, cross
 
-
-@dataclass(frozen=True)
-class Sample:
-    """One arm in numbers at one configuration."""
-
-    arm: NumericChain
-    q: np.ndarray
+NEAR, APART = 1e-5, 1e-3
+"""What counts as zero, and as clearly not zero, in metres or as a sine."""
 
 
 def wrist_centre(chain: Chain) -> int | None:
@@ -69,8 +65,8 @@ def _seen_at(chain: Chain, samples: Sequence[Sample]) -> str:
 
 
 def _on_an_axis(chain: Chain, samples: Sequence[Sample]) -> str | None:
-    for joint in range(chain.n):
-        if chain.joints[joint].kind == "R" and joint < chain.point.frame and _all_near_axis(samples, joint):
+    for joint in (i for i in range(chain.point.frame) if chain.joints[i].kind == "R"):
+        if _only_there(samples, partial(distance, joint=joint)):
             return f"the point lies on the axis of joint {joint + 1}, which then does not move it"
     return None
 
@@ -81,14 +77,14 @@ def _revolute_pairs(chain: Chain) -> list[tuple[int, int]]:
 
 def _in_line(chain: Chain, samples: Sequence[Sample]) -> str | None:
     for i, j in _revolute_pairs(chain):
-        if _coincide(samples, i, j):
+        if _only_there(samples, partial(off_line, i=i, j=j)):
             return f"the axes of joints {i + 1} and {j + 1} lie on one line"
     return None
 
 
 def _parallel_axes(chain: Chain, samples: Sequence[Sample]) -> str | None:
     for i, j in sorted(_revolute_pairs(chain), key=lambda pair: pair[1] - pair[0]):
-        if samples and _parallel(samples, i, j) and not _parallel(_around(samples), i, j):
+        if _only_there(samples, partial(spread, joints=(i, j))):
             return f"the axes of joints {i + 1} and {j + 1} are parallel"
     return None
 
@@ -96,37 +92,19 @@ def _parallel_axes(chain: Chain, samples: Sequence[Sample]) -> str | None:
 def _axes_in_plane(chain: Chain, samples: Sequence[Sample]) -> str | None:
     """Look for three axes that are parallel to one plane, so that nothing turns about the direction square to it."""
     for triple in combinations([i for i, joint in enumerate(chain.joints) if joint.kind == "R"], 3):
-        if samples and _in_plane(samples, triple) and not _in_plane(_around(samples), triple):
+        if _only_there(samples, partial(spread, joints=triple)):
             names = ", ".join(str(i + 1) for i in triple[:2])
             return f"the axes of joints {names} and {triple[2] + 1} are all parallel to one plane"
     return None
 
 
-def _in_plane(samples: Sequence[Sample], joints: Sequence[int]) -> bool:
-    axes = (sample.arm.frames(sample.q)[list(joints), :3, 2] for sample in samples)
-    return all(abs(np.linalg.det(z)) < 1e-6 for z in axes)
-
-
 def _parallel_row(chain: Chain, samples: Sequence[Sample]) -> str | None:
     for triple in combinations([i for i, joint in enumerate(chain.joints) if joint.kind == "R"], 3):
-        sets = (samples, _around(samples))
-        if not samples or any(not _parallel(found, triple[0], j) for found in sets for j in triple[1:]):
-            continue
-        if _coplanar(samples, triple) and not _coplanar(sets[1], triple):
+        always = all(parallel(found, triple[0], j) for found in (samples, around(samples)) for j in triple[1:])
+        if always and _only_there(samples, partial(off_plane, row=triple)):
             names = ", ".join(str(i + 1) for i in triple[:2])
             return f"the parallel axes of joints {names} and {triple[2] + 1} lie in one plane"
     return None
-
-
-def _coplanar(samples: Sequence[Sample], parallel: tuple[int, ...]) -> bool:
-    """Tell whether parallel axes lie in one plane in all samples."""
-    for sample in samples:
-        frames = sample.arm.frames(sample.q)
-        first, *others = (frames[i, :3, 3] for i in parallel)
-        along = [other - first for other in others]
-        if abs(np.dot(frames[parallel[0], :3, 2], cross(along[0], along[1]))) > 1e-6:
-            return False
-    return True
 
 
 def _far_from_slide(chain: Chain, samples: Sequence[Sample]) -> str | None:
@@ -142,31 +120,21 @@ def _slide_at_link(chain: Chain, samples: Sequence[Sample]) -> str | None:
     """Look for a slide that has come to lie along, or square to, the line that joins two parallel axes."""
     for slide in (i for i, joint in enumerate(chain.joints) if joint.kind == "P"):
         for i, j in _revolute_pairs(chain):
-            if not samples or not _parallel(samples, i, j):
+            if not samples or not parallel(samples, i, j):
                 continue
-            for square, how in ((False, "along"), (True, "at right angles to")):
-                if _runs(samples, slide, i, j, square) and not _runs(_around(samples), slide, i, j, square):
+            for across, how in ((False, "along"), (True, "at right angles to")):
+                if _only_there(samples, partial(slant, slide=slide, i=i, j=j, across=across)):
                     return (
                         f"slide {slide + 1} runs {how} the line from the axis of joint {i + 1} to that of joint {j + 1}"
                     )
     return None
 
 
-def _runs(samples: Sequence[Sample], slide: int, i: int, j: int, square: bool) -> bool:
-    for sample in samples:
-        frames = sample.arm.frames(sample.q)
-        between, along = frames[j, :3, 3] - frames[i, :3, 3], frames[slide, :3, 2]
-        off = abs(np.dot(along, between)) if square else np.linalg.norm(cross(along, between))
-        if off > 1e-6 or np.linalg.norm(between) < 1e-6:
-            return False
-    return True
-
-
 def _origin_on_axis(chain: Chain, samples: Sequence[Sample]) -> str | None:
     for axis in (i for i, joint in enumerate(chain.joints) if joint.kind == "R"):
         for frame in range(axis + 2, chain.n):
             moved = [Sample(sample.arm.with_point(frame), sample.q) for sample in samples]
-            if _all_near_axis(moved, axis):
+            if _only_there(moved, partial(distance, joint=axis)):
                 return f"the origin O{frame} lies on the axis of joint {axis + 1}"
     return None
 
@@ -179,7 +147,7 @@ def _extreme_reach(chain: Chain, samples: Sequence[Sample]) -> str | None:
     mover = f"joint {movers[0] + 1}"
     if chain.joints[movers[0]].kind == "P":
         return f"arm drawn in: the point is as near to the axis of joint {axis + 1} as {mover} can bring it"
-    if all(_parallel(samples, axis, moving) for moving in movers):
+    if all(parallel(samples, axis, moving) for moving in movers):
         return _EXTENDED[signs]
     if signs == frozenset({1, -1}):
         return f"the point is as far from or as near to the axis of joint {axis + 1} as {mover} can bring it"
@@ -194,36 +162,10 @@ _EXTENDED = {
 }
 
 
-def _all_near_axis(samples: Sequence[Sample], joint: int) -> bool:
-    """Tell whether the point is on the axis in all samples, and not in the poses around them as well."""
-    near = bool(samples) and all(_distance(sample, sample.q, joint) < 1e-5 for sample in samples)
-    return near and any(_distance(sample, sample.q + 0.3, joint) > 1e-3 for sample in samples)
-
-
-def _distance(sample: Sample, q: np.ndarray, joint: int) -> float:
-    frames = sample.arm.frames(q)
-    arm = sample.arm.point_of(frames) - frames[joint, :3, 3]
-    return float(np.linalg.norm(cross(frames[joint, :3, 2], arm)))
-
-
-def _coincide(samples: Sequence[Sample], i: int, j: int) -> bool:
-    """Tell whether two axes lie on one line in all samples, and not in the poses around them as well."""
-    return _on_one_line(samples, i, j) and not _on_one_line(_around(samples), i, j)
-
-
-def _around(samples: Sequence[Sample]) -> list[Sample]:
-    """Return samples near by, at which what is special of the first no longer holds."""
-    return [Sample(sample.arm, sample.q + 0.3 * np.arange(1, len(sample.q) + 1)) for sample in samples]
-
-
-def _on_one_line(samples: Sequence[Sample], i: int, j: int) -> bool:
-    for sample in samples:
-        frames = sample.arm.frames(sample.q)
-        axis, between = frames[i, :3, 2], frames[j, :3, 3] - frames[i, :3, 3]
-        apart = np.linalg.norm(cross(axis, frames[j, :3, 2])) + np.linalg.norm(cross(axis, between))
-        if apart > 1e-5:
-            return False
-    return bool(samples)
+def _only_there(samples: Sequence[Sample], off: Callable[[Sample, np.ndarray], float]) -> bool:
+    """Tell whether what is zero if something holds is so in all samples, and not in the poses around them as well."""
+    held = bool(samples) and all(off(sample, sample.q) < NEAR for sample in samples)
+    return held and any(off(sample, beside(sample)) > APART for sample in samples)
 
 
 def _extremes(chain: Chain, samples: Sequence[Sample]) -> tuple[int, list[int], frozenset[int]] | None:
@@ -243,16 +185,11 @@ def _extremes(chain: Chain, samples: Sequence[Sample]) -> tuple[int, list[int], 
     return None
 
 
-def _parallel(samples: Sequence[Sample], i: int, j: int) -> bool:
-    frames = [sample.arm.frames(sample.q) for sample in samples]
-    return all(np.linalg.norm(cross(f[i, :3, 2], f[j, :3, 2])) < 1e-6 for f in frames)
-
-
 def _extreme(sample: Sample, axis: int, moving: int) -> int:
     step = 1e-3
     away = np.zeros(len(sample.q))
     away[moving] = step
-    middle, ahead, behind = (_distance(sample, sample.q + side * away, axis) for side in (0, 1, -1))
+    middle, ahead, behind = (distance(sample, sample.q + side * away, axis) for side in (0, 1, -1))
     if abs(ahead - behind) > 1e-3 * abs(ahead + behind - 2 * middle) or abs(ahead + behind - 2 * middle) < 1e-9:
         return 0
     return 1 if middle > ahead else -1

@@ -13,7 +13,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from exercises.arm.appearance import Sample, meaning, wrist_centre
+from exercises.arm.appearance import meaning, wrist_centre
+from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
@@ -24,7 +25,7 @@ from exercises.formula.identity import Domain
 from exercises.stream import Stream
 
 __all__ = [
-    "Kind", "Sample", "classify", "classify_pieces", "domain_of", "kind_at", "kind_is_sure", "samples_on",
+    "Kind", "classify", "classify_pieces", "domain_of", "kind_at", "kind_is_sure", "samples_on",
     "wrist_centre",
 ]  # fmt: skip
 

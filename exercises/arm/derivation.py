@@ -45,10 +45,15 @@ class Structure:
 
 
 def structure(chain: Chain) -> Structure:
-    """Return the structure of `chain`: lengths and odd angles as symbols, right angles and zeros kept."""
+    """Return the structure of `chain`: lengths and odd angles as symbols, right angles, zeros and minus signs kept."""
     values: Values = {}
 
     def length(name: str, value: sp.Expr) -> sp.Expr:
+        if value.as_coeff_Mul()[0].is_negative:  # an arm is stretched out one way with it, and folded back the other
+            return -_named(name, -value, values)
+        return sp.S.Zero if value == 0 else _named(name, value, values)
+
+    def coordinate(name: str, value: sp.Expr) -> sp.Expr:
         return sp.S.Zero if value == 0 else _named(name, value, values)
 
     def angle(name: str, value: sp.Expr) -> sp.Expr:
@@ -65,7 +70,7 @@ def structure(chain: Chain) -> Structure:
         else:
             joints.append(Joint("P", angle(f"fixed{i}", joint.theta), variable, a, alpha))
     base = Base(
-        tuple(length(f"base_{axis}", v) for axis, v in zip("xyz", chain.base.position, strict=True)),
+        tuple(coordinate(f"base_{axis}", v) for axis, v in zip("xyz", chain.base.position, strict=True)),
         angle("base_yaw", chain.base.yaw),
         angle("base_tilt", chain.base.tilt),
     )

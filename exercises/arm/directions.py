@@ -13,8 +13,8 @@ from itertools import combinations, product
 import numpy as np
 import sympy as sp
 
+from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.classification import Sample
 from exercises.arm.derivation import derive
 from exercises.arm.singularity import Component
 from exercises.arm.trigonometry import Factored, factored, substitute, textbook

@@ -6,12 +6,13 @@ everywhere is the right reading, and those that hold nowhere are the wrong ones.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 
+from exercises.arm.axes import Sample, beside, distance, distances, off_line, parallel, slant, spread
 from exercises.arm.chain import Chain
-from exercises.arm.classification import Sample, kind_at
+from exercises.arm.classification import kind_at
 from exercises.arm.kinematics import cross
 
 NEAR, APART = 1e-6, 0.02
@@ -65,7 +66,7 @@ def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:
     in_line = [
         Meaning("in line", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} lie on one line")
         for i, j in combinations(revolute, 2)
-        if not all(_in_line(sample, _moved(sample), i, j) for sample in samples)
+        if not all(off_line(sample, beside(sample), i, j) < NEAR for sample in samples)
     ]
     if not chain.linear_rows:
         return in_line + _directions_of_axes(samples, revolute)
@@ -79,9 +80,12 @@ def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:
     for i in revolute:
         for j in range(i + 1, min(chain.n, chain.point.frame)):
             found += _extremes(chain, samples, i, j)
+    slides = _slides_at_links(chain, samples) if turns_count else []
+    found += [meaning for meaning in slides if meaning.kind == "across"]
     # A slide passes through zero, and then the order of the origins changes without anything being singular.
     rigid = [k for k in range(1, chain.n) if chain.joints[k - 1].kind == chain.joints[k].kind == "R"]
-    return found + [meaning for k in rigid for meaning in _origins_in_line(samples, k)]
+    found += [meaning for k in rigid for meaning in _origins_in_line(samples, k)]
+    return found + [meaning for meaning in slides if meaning.kind == "along"]
 
 
 def _directions_of_axes(samples: Sequence[Sample], revolute: Sequence[int]) -> list[Meaning]:
@@ -89,10 +93,10 @@ def _directions_of_axes(samples: Sequence[Sample], revolute: Sequence[int]) -> l
     found = [
         Meaning("parallel", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} are parallel")
         for i, j in combinations(revolute, 2)
-        if not all(_spread(sample, _moved(sample), (i, j)) < NEAR for sample in samples)
+        if not all(spread(sample, beside(sample), (i, j)) < NEAR for sample in samples)
     ]
     for chosen in combinations(revolute, 3):
-        if not all(_spread(sample, _moved(sample), chosen) < NEAR for sample in samples):
+        if not all(spread(sample, beside(sample), chosen) < NEAR for sample in samples):
             joints = tuple(i + 1 for i in chosen)
             names = f"{joints[0]}, {joints[1]} and {joints[2]}"
             found.append(Meaning("one plane", joints, f"the axes of joints {names} are all parallel to one plane"))
@@ -100,16 +104,25 @@ def _directions_of_axes(samples: Sequence[Sample], revolute: Sequence[int]) -> l
     return found
 
 
-def _spread(sample: Sample, q: np.ndarray, joints: Sequence[int]) -> float:
-    """Return the area or volume that the directions of two or three axes span."""
-    z = sample.arm.frames(q)[list(joints), :3, 2]
-    return float(np.sqrt(max(np.linalg.det(z @ z.T), 0.0)))
+def _slides_at_links(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:
+    """Return the statements on how slides run past links between parallel axes, where they do not always run so."""
+    kinds = [joint.kind for joint in chain.joints]
+    links = [i for i in range(chain.n - 1) if kinds[i : i + 2] == ["R", "R"] and chain.joints[i].a != 0]
+    found = []
+    for slide, i in product([k for k, kind in enumerate(kinds) if kind == "P"], links):
+        if not parallel(samples, i, i + 1):
+            continue
+        link, joints = f"the line from the axis of joint {i + 1} to that of joint {i + 2}", (slide + 1, i + 1, i + 2)
+        for kind, how in (("along", "along"), ("across", "at right angles to")):
+            if not all(slant(sample, beside(sample), slide, i, i + 1, kind == "across") < NEAR for sample in samples):
+                found.append(Meaning(kind, joints, f"slide {slide + 1} runs {how} {link}"))
+    return found
 
 
 def _origins_in_line(samples: Sequence[Sample], k: int) -> list[Meaning]:
     """Return the statements on three successive origins, the middle one being O_k, where no two of them coincide."""
     sizes = [np.linalg.norm(np.diff(s.arm.frames(s.q)[k - 1 : k + 2, :3, 3], axis=0), axis=1).min() for s in samples]
-    if min(sizes) < APART or all(_bent(sample, _moved(sample), k)[0] < NEAR for sample in samples):
+    if min(sizes) < APART or all(_bent(sample, beside(sample), k)[0] < NEAR for sample in samples):
         return []
     line = f"$O_{k - 1}$, $O_{k}$ and $O_{k + 1}$ lie on one line"
     return [
@@ -125,14 +138,14 @@ def _bent(sample: Sample, q: np.ndarray, k: int) -> tuple[float, float]:
 
 
 def _extremes(chain: Chain, samples: Sequence[Sample], i: int, j: int) -> list[Meaning]:
-    if any(abs(_distance(s, _moved(s), i) - _distance(s, _moved(s, j), i)) < 1e-9 for s in samples):
+    if any(abs(distance(s, beside(s), i) - distance(s, beside(s, j), i)) < 1e-9 for s in samples):
         return []
     bringing = f"from the axis of joint {i + 1} as joint {j + 1} can bring it"
     near = Meaning("near", (i + 1, j + 1), f"$P$ is as near to{bringing.removeprefix('from')}")
     if chain.joints[j].kind == "P":
         return [near]
     far = Meaning("far", (i + 1, j + 1), f"$P$ is as far {bringing}")
-    if all(_parallel(sample, i, j) for sample in samples):
+    if parallel(samples, i, j):
         far = Meaning("far", far.joints, f"the arm is stretched out: {far.words}")
         near = Meaning("near", near.joints, f"the arm is folded back: {near.words}")
     return [far, near]
@@ -142,12 +155,14 @@ def holds(chain: Chain, meaning: Meaning, sample: Sample) -> bool | None:
     """Tell whether a statement is true of a configuration; None where that is not clear."""
     i, j = meaning.joints[0] - 1, meaning.joints[-1] - 1
     if meaning.kind == "on axis":
-        return _clear(_distance(sample, sample.q, i))
+        return _clear(distance(sample, sample.q, i))
     if meaning.kind == "in line":
-        return _clear(_off_line(sample, sample.q, i, j))
+        return _clear(off_line(sample, sample.q, i, j))
+    if meaning.kind in ("along", "across"):
+        return _clear(slant(sample, sample.q, i, meaning.joints[1] - 1, j, meaning.kind == "across"))
     if meaning.kind in ("parallel", "one plane", "square"):
-        spread = _spread(sample, sample.q, [joint - 1 for joint in meaning.joints])
-        return _clear(1 - spread if meaning.kind == "square" else spread)
+        spanned = spread(sample, sample.q, [joint - 1 for joint in meaning.joints])
+        return _clear(1 - spanned if meaning.kind == "square" else spanned)
     if meaning.kind in ("straight", "doubled"):
         off, along = _bent(sample, sample.q, i + 1)
         level = _clear(off)
@@ -160,8 +175,8 @@ def _is_extreme(chain: Chain, kind: str, sample: Sample, i: int, j: int) -> bool
     others = np.linspace(0, 2 * np.pi, 73)[1:-1] if chain.joints[j].kind == "R" else np.linspace(-2, 2, 81)
     away = np.zeros((len(others) + 2, len(sample.q)))
     away[:, j] = [STEP, -STEP, *others]
-    distances = _distances(sample, sample.q + np.vstack([np.zeros(len(sample.q)), away]), i)
-    middle, change = float(distances[0]), distances[1:] - distances[0]
+    away_from = distances(sample, sample.q + np.vstack([np.zeros(len(sample.q)), away]), i)
+    middle, change = float(away_from[0]), away_from[1:] - away_from[0]
     if abs(change[0] - change[1]) / (2 * STEP) > NEAR and middle > NEAR:
         return False if abs(change[0] - change[1]) / (2 * STEP) > APART / 20 else None
     beyond = float(change.max() if kind == "far" else -change.min())
@@ -172,40 +187,5 @@ def _clear(size: float) -> bool | None:
     return True if size < NEAR else False if size > APART / 20 else None
 
 
-def _moved(sample: Sample, but: int | None = None) -> np.ndarray:
-    """Return a pose beside a sample, out of line in every joint; `but` moves one joint more."""
-    moved = sample.q + 0.3 * np.arange(1, len(sample.q) + 1)
-    if but is not None:
-        moved[but] += 0.2
-    return np.asarray(moved)
-
-
 def _always_on_axis(samples: Sequence[Sample], joint: int) -> bool:
-    return all(_distance(sample, _moved(sample), joint) < NEAR for sample in samples)
-
-
-def _distance(sample: Sample, q: np.ndarray, joint: int) -> float:
-    """Return the distance of the point from a joint's axis."""
-    return float(_distances(sample, q[None], joint)[0])
-
-
-def _distances(sample: Sample, q: np.ndarray, joint: int) -> np.ndarray:
-    """Return the distance of the point from a joint's axis in many poses (k x n)."""
-    frames = sample.arm.frames(q)
-    arm = sample.arm.point_of(frames) - frames[:, joint, :3, 3]
-    return np.asarray(np.linalg.norm(cross(frames[:, joint, :3, 2], arm), axis=1))
-
-
-def _off_line(sample: Sample, q: np.ndarray, i: int, j: int) -> float:
-    frames = sample.arm.frames(q)
-    axis, between = frames[i, :3, 2], frames[j, :3, 3] - frames[i, :3, 3]
-    return float(np.linalg.norm(cross(axis, frames[j, :3, 2])) + np.linalg.norm(cross(axis, between)))
-
-
-def _in_line(sample: Sample, q: np.ndarray, i: int, j: int) -> bool:
-    return _off_line(sample, q, i, j) < NEAR
-
-
-def _parallel(sample: Sample, i: int, j: int) -> bool:
-    frames = sample.arm.frames(sample.q)
-    return float(np.linalg.norm(cross(frames[i, :3, 2], frames[j, :3, 2]))) < NEAR
+    return all(distance(sample, beside(sample), joint) < NEAR for sample in samples)

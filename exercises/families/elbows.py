@@ -3,7 +3,7 @@
 import sympy as sp
 
 from exercises.arm.chain import Chain, Joint
-from exercises.families.base import Family, centimetres, hung, sign, turned
+from exercises.families.base import Family, centimetres, hung, sign, turned, with_point
 from exercises.stream import Stream
 
 T1, T2, T3 = sp.symbols("theta1 theta2 theta3")
@@ -14,12 +14,13 @@ SPACE = ("vx", "vy", "vz")
 def _elbow(rng: Stream, name: str, lateral: sp.Expr, title: str) -> Chain:
     links: list[sp.Expr] = list(sp.symbols("a2 a3"))
     links[rng.below(2)] = centimetres(rng, 30, 80)
-    joints = (
+    table = (
         Joint("R", T1 + turned(rng, 30), sp.Symbol("d1"), 0, sign(rng) * RIGHT),
         Joint("R", T2 + turned(rng, 90), lateral, links[0], 0),
         Joint("R", T3 + turned(rng, 15), 0, links[1], 0),
     )
-    return Chain(name, joints, SPACE, hung(rng), None, title)
+    joints, point = with_point(rng, table)
+    return Chain(name, joints, SPACE, hung(rng), point, title)
 
 
 def sample_elbow(rng: Stream) -> Chain:
@@ -35,12 +36,13 @@ def sample_lateral(rng: Stream) -> Chain:
 def sample_orthogonal(rng: Stream) -> Chain:
     """Draw three links with axes at right angles: a2 < a3, so that the third joint can bring P to the second axis."""
     side = sign(rng)
-    joints = (
+    table = (
         Joint("R", T1 + turned(rng, 30), sp.S.Zero, centimetres(rng, 5, 25), side * RIGHT),
         Joint("R", T2 + turned(rng, 90), sp.S.Zero, centimetres(rng, 30, 50), -side * RIGHT),
         Joint("R", T3 + turned(rng, 90), sp.S.Zero, centimetres(rng, 60, 90), 0),
     )
-    return Chain("orthogonal-3r", joints, SPACE, hung(rng), None, "orthogonal 3R arm")
+    joints, point = with_point(rng, table)
+    return Chain("orthogonal-3r", joints, SPACE, hung(rng), point, "orthogonal 3R arm")
 
 
 ELBOWS = (

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import sympy as sp
 
-from exercises.arm.chain import Base, Chain, Joint, Point
-from exercises.families.base import Family, centimetres, on_the_floor, sign, standing_in_plane, turned
+from exercises.arm.chain import Base, Chain, Joint
+from exercises.families.base import Family, centimetres, on_the_floor, sign, standing_in_plane, turned, with_point
 from exercises.stream import Stream
 
 T1, T2, T3 = sp.symbols("theta1 theta2 theta3")
@@ -15,44 +15,47 @@ UP, RIGHT = sp.S.Zero, sp.pi / 2
 
 def sample_pr(rng: Stream) -> Chain:
     """Draw a vertical slide that carries a link: its zero, lateral offset, length, offset and sense of the joint."""
-    joints = (
+    table = (
         Joint("P", 0, D1 + sign(rng) * centimetres(rng, 10, 60), centimetres(rng, 5, 40), sign(rng) * RIGHT),
         Joint("R", T2 + turned(rng, 15), 0, sp.Symbol("a2"), 0),
     )
-    tool = Point(2, (sp.S.Zero, sign(rng) * centimetres(rng, 5, 30), sp.S.Zero))
-    return Chain("planar-pr", joints, ("vx", "vz"), on_the_floor(rng), tool, "planar PR arm in a vertical plane")
+    joints, point = with_point(rng, table, sign(rng) * centimetres(rng, 5, 30))
+    return Chain("planar-pr", joints, ("vx", "vz"), on_the_floor(rng), point, "planar PR arm in a vertical plane")
 
 
 def sample_prr(rng: Stream) -> Chain:
     """Draw a vertical slide that carries two links: zero, offset, lengths, offsets and sense of the joints."""
-    joints = (
+    table = (
         Joint("P", 0, D1 + sign(rng) * centimetres(rng, 10, 60), centimetres(rng, 5, 25), sign(rng) * RIGHT),
         Joint("R", T2 + turned(rng, 15), 0, centimetres(rng, 30, 80), 0),
         Joint("R", T3 + turned(rng, 15), 0, sp.Symbol("a3"), 0),
     )
+    joints, point = with_point(rng, table)
     return Chain(
-        "planar-prr", joints, ("vx", "vz", "wy"), on_the_floor(rng), None, "planar PRR arm in a vertical plane"
+        "planar-prr", joints, ("vx", "vz", "wy"), on_the_floor(rng), point, "planar PRR arm in a vertical plane"
     )
 
 
 def sample_rpr(rng: Stream) -> Chain:
     """Draw a turning slide with a link at its end: lateral offset, zero of the slide, length, offsets, senses."""
-    joints = (
+    table = (
         Joint("R", T1 + turned(rng, 30), 0, centimetres(rng, 5, 40), RIGHT),
         Joint("P", 0, D2 + sign(rng) * centimetres(rng, 10, 90), 0, sign(rng) * RIGHT),
         Joint("R", T3 + turned(rng, 30), 0, sp.Symbol("a3"), 0),
     )
-    return Chain("planar-rpr", joints, ("vx", "vy", "wz"), standing_in_plane(rng), None, "planar RPR arm")
+    joints, point = with_point(rng, table)
+    return Chain("planar-rpr", joints, ("vx", "vy", "wz"), standing_in_plane(rng), point, "planar RPR arm")
 
 
 def sample_rrp(rng: Stream) -> Chain:
     """Draw two links, the second of which slides: lengths, offsets and senses of the joints."""
-    joints = (
+    table = (
         Joint("R", T1 + turned(rng, 30), 0, centimetres(rng, 30, 80), rng.choice((sp.S.Zero, sp.pi))),
         Joint("R", T2 + turned(rng, 15), 0, sp.Symbol("a2"), sign(rng) * RIGHT),
         Joint("P", 0, D3, 0, 0),
     )
-    return Chain("planar-rrp", joints, ("vx", "vy", "wz"), standing_in_plane(rng), None, "planar RRP arm")
+    joints, point = with_point(rng, table)
+    return Chain("planar-rrp", joints, ("vx", "vy", "wz"), standing_in_plane(rng), point, "planar RRP arm")
 
 
 def sample_3r_pose(rng: Stream) -> Chain:
@@ -61,21 +64,23 @@ def sample_3r_pose(rng: Stream) -> Chain:
     lengths.insert(rng.below(3), sp.S.Zero)
     offsets = (sp.S.Zero, turned(rng, 15), turned(rng, 15))
     twists = (rng.choice((sp.S.Zero, sp.pi)), sp.S.Zero, sp.S.Zero)
-    joints = tuple(
+    table = tuple(
         Joint("R", q + offset, 0, length or sp.Symbol(f"a{i}"), twist)
         for i, (q, offset, length, twist) in enumerate(zip((T1, T2, T3), offsets, lengths, twists, strict=True), 1)
     )
-    return Chain("planar-3r-pose", joints, ("vx", "vy", "wz"), standing_in_plane(rng), None, "planar 3R arm")
+    joints, point = with_point(rng, table)
+    return Chain("planar-3r-pose", joints, ("vx", "vy", "wz"), standing_in_plane(rng), point, "planar 3R arm")
 
 
 def sample_pan_tilt(rng: Stream) -> Chain:
     """Draw a pan-tilt head: height, offsets and sense of the tilt axis, the place of what it carries."""
-    joints = (
+    table = (
         Joint("R", T1 + turned(rng, 30), sp.Symbol("d1"), 0, sign(rng) * RIGHT),
         Joint("R", T2 + turned(rng, 15), 0, centimetres(rng, 20, 70), 0),
     )
     base: Base = replace(on_the_floor(rng), tilt=rng.choice((UP, sp.pi)))
-    return Chain("pan-tilt", joints, ("vx", "vy", "vz"), base, None, "pan-tilt head")
+    joints, point = with_point(rng, table)
+    return Chain("pan-tilt", joints, ("vx", "vy", "vz"), base, point, "pan-tilt head")
 
 
 PLANAR_ARMS = (

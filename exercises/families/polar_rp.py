@@ -7,7 +7,7 @@ The zero e of the slide is given to the millimetre, as it alone decides the dete
 import sympy as sp
 
 from exercises.arm.chain import Chain, Joint
-from exercises.families.base import Family, centimetres, millimetres, standing_in_plane, turned
+from exercises.families.base import Family, centimetres, millimetres, standing_in_plane, turned, with_point
 from exercises.stream import Stream
 
 
@@ -15,11 +15,12 @@ def sample(rng: Stream) -> Chain:
     """Draw an arm: lateral offset, zero of the slide, offset of joint 1, side to which the slide points, base place."""
     theta1, d2 = sp.symbols("theta1 d2")
     side = rng.choice((1, -1))
-    joints = (
+    table = (
         Joint("R", theta1 + turned(rng, 30), sp.S.Zero, centimetres(rng, 5, 40), side * sp.pi / 2),
         Joint("P", sp.S.Zero, d2 + rng.choice((1, -1)) * millimetres(rng, 105, 895), sp.S.Zero, sp.S.Zero),
     )
-    return Chain("polar-rp", joints, ("vx", "vy"), standing_in_plane(rng), None, "planar polar (RP) arm")
+    joints, point = with_point(rng, table)
+    return Chain("polar-rp", joints, ("vx", "vy"), standing_in_plane(rng), point, "planar polar (RP) arm")
 
 
 POLAR_RP = Family(

@@ -5,7 +5,7 @@ from dataclasses import replace
 import sympy as sp
 
 from exercises.arm.chain import Chain, Joint, Point
-from exercises.families.base import Family, centimetres, on_the_floor, sign, turned
+from exercises.families.base import Family, centimetres, on_the_floor, sign, turned, with_point
 from exercises.stream import Stream
 
 T1, T2 = sp.symbols("theta1 theta2")
@@ -21,19 +21,22 @@ def sample_cartesian(rng: Stream) -> Chain:
         Joint("P", RIGHT, D2 + sign(rng) * centimetres(rng, 5, 60), 0, sign(rng) * RIGHT),
         Joint("P", rng.choice((sp.S.Zero, RIGHT)), D3 + sign(rng) * centimetres(rng, 5, 60), 0, 0),
     )
-    tool = Point(3, (centimetres(rng, 5, 30), sp.S.Zero, sp.Symbol("L1")))
+    aside = sign(rng) * centimetres(rng, 5, 30)
+    x, y = rng.choice(((aside, sp.S.Zero), (sp.S.Zero, aside)))
+    point = Point(3, (x, y, sp.Symbol("L3")))
     base = replace(on_the_floor(rng), yaw=turned(rng, 15))
-    return Chain("cartesian", joints, SPACE, base, tool, "Cartesian arm")
+    return Chain("cartesian", joints, SPACE, base, point, "Cartesian arm")
 
 
 def sample_cylindrical(rng: Stream) -> Chain:
     """Draw a turning column with a lift and a horizontal slide: offsets, zeros of the slides, lateral offset."""
-    joints = (
+    table = (
         Joint("R", T1 + turned(rng, 30), sp.Symbol("L1"), 0, 0),
         Joint("P", 0, D2 + centimetres(rng, 5, 50), centimetres(rng, 5, 30), sign(rng) * RIGHT),
         Joint("P", 0, D3 + sign(rng) * centimetres(rng, 10, 95), 0, 0),
     )
-    return Chain("cylindrical", joints, SPACE, on_the_floor(rng), None, "cylindrical arm")
+    joints, point = with_point(rng, table)
+    return Chain("cylindrical", joints, SPACE, on_the_floor(rng), point, "cylindrical arm")
 
 
 def sample_spherical(rng: Stream) -> Chain:
@@ -48,12 +51,13 @@ def sample_spherical_offset(rng: Stream) -> Chain:
 
 def _spherical(rng: Stream, name: str, lateral: bool, title: str) -> Chain:
     side = sign(rng)
-    joints = (
+    table = (
         Joint("R", T1 + turned(rng, 30), sp.Symbol("L1"), 0, side * RIGHT),
         Joint("R", T2 + turned(rng, 15), centimetres(rng, 10, 40) if lateral else 0, 0, -side * RIGHT),
         Joint("P", 0, D3 + sign(rng) * centimetres(rng, 10, 95), 0, 0),
     )
-    return Chain(name, joints, SPACE, on_the_floor(rng), None, title)
+    joints, point = with_point(rng, table)
+    return Chain(name, joints, SPACE, on_the_floor(rng), point, title)
 
 
 POSITIONING = (

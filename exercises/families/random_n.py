@@ -1,9 +1,10 @@
 """random-2, random-3, random-4: arms whose very structure is drawn, from all clean structures there are.
 
 A class of structures that are the same problem is drawn with equal chances, then a structure of that class, then
-what leaves the problem what it is: mirror images, zeros of the joints, a place for the base and how it is turned, the
-rows of the task going with it. One length that no condition depends on stays open, if there is one; the others are
-numbers for which every condition of the singular set can hold.
+what leaves the problem what it is: mirror images, zeros of the joints, whether the table or the point of interest has
+the last length, a place for the base and how it is turned, the rows of the task going with it. One length that no
+condition depends on stays open, if there is one; the others are numbers for which every condition of the singular set
+can hold.
 """
 
 from collections.abc import Callable
@@ -19,7 +20,7 @@ from exercises.arm.kinematics import rot_x, rot_z
 from exercises.arm.singularity import singular_set
 from exercises.difficulty import HARDEST, in_words, step
 from exercises.errors import QdotError
-from exercises.families.base import Family, on_the_floor, sign, standing_in_plane, turned
+from exercises.families.base import Family, on_the_floor, sign, standing_in_plane, turned, with_point
 from exercises.families.base import centimetres as cm
 from exercises.families.structures import Structure, chain_of, clean_classes, is_clean
 from exercises.formula.expression import read
@@ -85,10 +86,11 @@ def _arm(structure: Structure, rng: Stream) -> Chain | None:
         for i, joint in enumerate(plain.joints, 1)
     ]
     chain = _placed(_filled(plain, values, zeros), rng)
-    if is_clean(chain):
-        return chain
-    angles = [sp.S.Zero if joint.kind == "P" else zero for joint, zero in zip(plain.joints, zeros, strict=True)]
-    return replace(chain, joints=_filled(plain, values, angles).joints)  # a slide's zero would add too many terms
+    if not is_clean(chain):  # a slide's zero adds too many terms
+        angles = [sp.S.Zero if joint.kind == "P" else zero for joint, zero in zip(plain.joints, zeros, strict=True)]
+        chain = replace(chain, joints=_filled(plain, values, angles).joints)
+    joints, point = with_point(rng, chain.joints)
+    return replace(chain, joints=joints, tool=point)
 
 
 def _lengths(chain: Chain, kept: sp.Symbol | None, conditions: tuple[sp.Expr, ...], rng: Stream) -> Values | None:

@@ -1,7 +1,9 @@
 """Arms of six joints and one of seven; those with a spherical wrist are asked for their wrist centre.
 
-In the wrist centre J is block triangular, det J = det J11 det J22, and does not depend on the tool.
+At the wrist centre J is block triangular, det J = det J11 det J22, and does not depend on the tool.
 """
+
+from dataclasses import replace
 
 import sympy as sp
 
@@ -13,14 +15,19 @@ RIGHT = sp.pi / 2
 Row = tuple[sp.Expr, sp.Expr, sp.Expr]
 
 
-def _arm(name: str, rng: Stream, rows: tuple[Row, ...], offsets: dict[int, sp.Expr], frame: int, title: str) -> Chain:
+def _arm(name: str, rng: Stream, rows: tuple[Row, ...], offsets: dict[int, sp.Expr], title: str) -> Chain:
     """Return an arm of revolute joints with rows (d, a, alpha) and offsets of some joints."""
     theta = sp.symbols(f"theta1:{len(rows) + 1}")
     joints = tuple(
         Joint("R", q + offsets.get(i, sp.S.Zero), d, a, alpha)
         for i, (q, (d, a, alpha)) in enumerate(zip(theta, rows, strict=True), 1)
     )
-    return Chain(name, joints, TASK_ROWS, on_the_floor(rng), Point(frame), title)
+    return Chain(name, joints, TASK_ROWS, on_the_floor(rng), _wrist_centre(rng, joints), title)
+
+
+def _wrist_centre(rng: Stream, joints: tuple[Joint, ...]) -> Point:
+    """Return the point where the last three axes meet, as the origin of either frame that stands there."""
+    return Point(len(joints) - rng.choice((1, 2)))
 
 
 def _spherical_wrist(rng: Stream, side: int) -> tuple[Row, Row, Row]:
@@ -48,7 +55,7 @@ def sample_stanford(rng: Stream) -> Chain:
         Joint("R", theta[4] + turned(rng, 90), 0, 0, bent * RIGHT),
         Joint("R", theta[5], sp.Symbol("d6"), 0, 0),
     )
-    return Chain("stanford-6r", joints, TASK_ROWS, on_the_floor(rng), Point(4), "Stanford arm")
+    return Chain("stanford-6r", joints, TASK_ROWS, on_the_floor(rng), _wrist_centre(rng, joints), "Stanford arm")
 
 
 def sample_puma(rng: Stream) -> Chain:
@@ -60,7 +67,7 @@ def sample_puma(rng: Stream) -> Chain:
         (centimetres(rng, 13, 25), centimetres(rng, 2, 8), -RIGHT),
         *_spherical_wrist(rng, side),
     )
-    return _arm("puma-560", rng, rows, _shoulder_offsets(rng), 4, "PUMA 560 arm")
+    return _arm("puma-560", rng, rows, _shoulder_offsets(rng), "PUMA 560 arm")
 
 
 def sample_anthropomorphic(rng: Stream) -> Chain:
@@ -72,9 +79,7 @@ def sample_anthropomorphic(rng: Stream) -> Chain:
         (sp.S.Zero, sp.S.Zero, side * RIGHT),
         *_spherical_wrist(rng, bent),
     )
-    return _arm(
-        "anthropomorphic-6r", rng, rows, _shoulder_offsets(rng), 4, "anthropomorphic arm with a spherical wrist"
-    )
+    return _arm("anthropomorphic-6r", rng, rows, _shoulder_offsets(rng), "anthropomorphic arm with a spherical wrist")
 
 
 def sample_industrial(rng: Stream) -> Chain:
@@ -86,11 +91,11 @@ def sample_industrial(rng: Stream) -> Chain:
         (sp.S.Zero, sp.Symbol("a3"), -RIGHT),
         *_spherical_wrist(rng, side),
     )
-    return _arm("industrial-6r", rng, rows, _shoulder_offsets(rng), 4, "industrial arm with offsets")
+    return _arm("industrial-6r", rng, rows, _shoulder_offsets(rng), "industrial arm with offsets")
 
 
 def sample_ur(rng: Stream) -> Chain:
-    """Draw an arm of the UR kind, whose last three axes do not meet: lengths, joint offsets, sense of the wrist."""
+    """Draw an arm of the UR kind, whose last three axes do not meet: lengths, joint offsets, senses, the point."""
     side = sign(rng)
     rows = (
         (sp.Symbol("d1"), sp.S.Zero, RIGHT),
@@ -101,23 +106,25 @@ def sample_ur(rng: Stream) -> Chain:
         (sp.S.Zero, sp.S.Zero, sp.S.Zero),
     )
     offsets = {**_shoulder_offsets(rng), 4: turned(rng, 90)}
-    return _arm("ur-6r", rng, rows, offsets, 6, "arm of the UR kind")
+    last = Point(6 - rng.below(2))  # O_5 and O_6 are one place; a tool beyond it would add terms to every entry
+    return replace(_arm("ur-6r", rng, rows, offsets, "arm of the UR kind"), tool=last)
 
 
 def sample_lbr(rng: Stream) -> Chain:
-    """Draw an arm of the LBR kind, with one joint more than the hand has freedoms: lengths, offsets of the elbow."""
+    """Draw an arm of the LBR kind, redundant by one joint: lengths, joint offsets, senses of the axes."""
     zero = sp.S.Zero
+    shoulder, elbow = sign(rng) * RIGHT, sign(rng) * RIGHT
     rows = (
-        (sp.Symbol("d1"), zero, -RIGHT),
-        (zero, zero, RIGHT),
-        (centimetres(rng, 35, 50), zero, RIGHT),
-        (zero, zero, -RIGHT),
-        (sp.Symbol("d5"), zero, -RIGHT),
-        (zero, zero, RIGHT),
+        (sp.Symbol("d1"), zero, shoulder),
+        (zero, zero, -shoulder),
+        (centimetres(rng, 35, 50), zero, elbow),
+        (zero, zero, -elbow),
+        (sp.Symbol("d5"), zero, shoulder),
+        (zero, zero, -shoulder),
         (centimetres(rng, 8, 25), zero, zero),
     )
     offsets = {1: turned(rng, 30), 2: turned(rng, 90), 3: turned(rng, 90), 4: turned(rng, 90)}
-    return _arm("lbr-7r", rng, rows, offsets, 5, "arm of the LBR kind with seven joints")
+    return _arm("lbr-7r", rng, rows, offsets, "arm of the LBR kind with seven joints")
 
 
 SIX_JOINTS = (

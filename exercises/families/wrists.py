@@ -7,7 +7,7 @@ from it in a roll-pitch-yaw wrist. The zero itself is up to 30 degrees off, so t
 import sympy as sp
 
 from exercises.arm.chain import Base, Chain, Joint
-from exercises.families.base import Family, centimetres, sign, turned
+from exercises.families.base import Family, centimetres, sign, turned, with_point
 from exercises.stream import Stream
 
 T1, T2, T3 = sp.symbols("theta1 theta2 theta3")
@@ -22,7 +22,7 @@ FAR = (60, 75, 90, 105, 120, -120, -105, -90, -75, -60)
 
 def _wrist(rng: Stream, name: str, zeros: tuple[int, ...], title: str) -> Chain:
     middle = sp.pi * sp.Rational(rng.choice(zeros), 180)
-    joints = (
+    table = (
         Joint("R", T1 + turned(rng, 30), 0, 0, sign(rng) * RIGHT),
         Joint("R", T2 + middle, 0, 0, sign(rng) * RIGHT),
         Joint("R", T3 + turned(rng, 30), centimetres(rng, 5, 30), 0, 0),
@@ -30,7 +30,8 @@ def _wrist(rng: Stream, name: str, zeros: tuple[int, ...], title: str) -> Chain:
     base = Base(
         (sp.S.Zero, sp.S.Zero, centimetres(rng, 20, 90)), sp.S.Zero, rng.choice((sp.S.Zero, sp.pi, RIGHT, -RIGHT))
     )
-    return Chain(name, joints, TURNS, base, None, title)
+    joints, point = with_point(rng, table)
+    return Chain(name, joints, TURNS, base, point, title)
 
 
 def sample_zyz(rng: Stream) -> Chain:

@@ -12,8 +12,8 @@ import mpmath
 import numpy as np
 import sympy as sp
 
+from exercises.arm.axes import Sample
 from exercises.arm.chain import Chain
-from exercises.arm.classification import Sample
 from exercises.arm.derivation import derive, structure
 from exercises.arm.directions import CLEAR, Values, clear_rank, task_rows, value_sets
 from exercises.arm.kinematics import NumericChain

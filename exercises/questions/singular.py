@@ -7,8 +7,9 @@ from itertools import product
 import numpy as np
 import sympy as sp
 
+from exercises.arm.axes import Sample
 from exercises.arm.chain import Chain
-from exercises.arm.classification import Sample, classify_pieces, kind_at, kind_is_sure
+from exercises.arm.classification import classify_pieces, kind_at, kind_is_sure
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import Component, singular_set

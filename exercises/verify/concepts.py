@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS
-from exercises.arm.classification import Sample
 from exercises.problem import Choice, Part
 from exercises.questions.concepts import USES
 from exercises.verify.formulas import EXACT, agree, reference

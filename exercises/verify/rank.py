@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from exercises.arm.axes import Sample
 from exercises.arm.chain import Chain
-from exercises.arm.classification import Sample, kind_at, samples_on
+from exercises.arm.classification import kind_at, samples_on
 from exercises.arm.directions import directions
 from exercises.arm.kinematics import NumericChain
 from exercises.problem import Choice, Direction, Number, Part
@@ -217,6 +218,11 @@ def _is_so(meaning: Any, sample: Sample) -> bool:
         legs, whole = (np.linalg.norm(a - b), np.linalg.norm(b - c)), np.linalg.norm(a - c)
         expected = sum(legs) if meaning.kind == "straight" else abs(legs[0] - legs[1])
         return bool(abs(whole - expected) < 1e-7)
+    if meaning.kind in ("along", "across"):
+        slide, start, end = (frames[joint - 1] for joint in meaning.joints)
+        seen = np.linalg.inv(start[:3, :3]) @ np.column_stack([slide[:3, 2], end[:3, 3] - start[:3, 3]])
+        turn = np.diff(np.arctan2(seen[1], seen[0]))[0]
+        return bool(abs(np.sin(turn) if meaning.kind == "along" else np.cos(turn)) < 1e-6 and abs(seen[2, 0]) < 1e-6)
     others = sample.q + np.linspace(-2.9, 3.2, 60)[:, None] * np.eye(len(sample.q))[last]
     distances = _from_axis(sample, np.vstack([sample.q, others]), first)
     best = distances.max() if meaning.kind == "far" else distances.min()

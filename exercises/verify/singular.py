@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from exercises.arm.axes import Sample
 from exercises.arm.chain import Chain
-from exercises.arm.classification import REGULAR, Sample, domain_of, kind_at, samples_on
+from exercises.arm.classification import REGULAR, domain_of, kind_at, samples_on
 from exercises.arm.kinematics import NumericChain
 from exercises.formula.conditions import Space, pieces
 from exercises.formula.expression import read
