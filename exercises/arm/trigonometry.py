@@ -268,8 +268,7 @@ def factored(expression: sp.Expr, most: int = 200) -> Factored:
     if expression == 0:
         return Factored(sp.S.Zero, ())
     names, back = _as_symbols(expression)
-    terms = len(sp.Add.make_args(expression))
-    coefficient, raw = (sp.factor_list if terms <= most else _common_factors)(expression.xreplace(names))
+    coefficient, raw = _polynomial_factors(expression.xreplace(names), most)
     powers: dict[sp.Expr, int] = {}
     for factor, power in raw:
         content, short = _shortest(factor.xreplace(back))
@@ -283,13 +282,29 @@ def factored(expression: sp.Expr, most: int = 200) -> Factored:
     return Factored(sp.Rational(coefficient), tuple(ordered))
 
 
-def _common_factors(expression: sp.Expr) -> tuple[sp.Expr, list[tuple[sp.Expr, int]]]:
-    """Return the coefficient, the symbols that all terms have in common, and the rest, as factor_list does."""
-    polynomial = sp.Poly(expression, *sorted(expression.free_symbols, key=lambda symbol: symbol.name))
+def _polynomial_factors(expression: sp.Expr, most: int) -> tuple[sp.Expr, list[tuple[sp.Expr, int]]]:
+    """Return coefficient and factors of a polynomial; what all terms have in common only, if it has over `most`."""
+    if not expression.free_symbols:
+        return expression, []
+    polynomial = sp.Poly(expression)
     powers, rest = polynomial.terms_gcd()
     coefficient, primitive = rest.primitive()
+    if primitive.LC() < 0:
+        coefficient, primitive = -coefficient, -primitive
     factors = [(symbol, power) for symbol, power in zip(polynomial.gens, powers, strict=True) if power]
-    return coefficient, [*factors, (primitive.as_expr(), 1)]
+    if len(primitive.terms()) > most or _has_no_factors(primitive):
+        return coefficient, [*factors, (primitive.as_expr(), 1)]
+    more, pieces = primitive.factor_list()
+    return coefficient * more, factors + [(piece.as_expr(), power) for piece, power in pieces]
+
+
+def _has_no_factors(primitive: sp.Poly) -> bool:
+    """Tell whether a symbol occurs in one term only, to the first power, beside terms that share nothing with it.
+
+    A polynomial x A + B is irreducible if A and B have no common factor, which they can't have if A is a single term.
+    """
+    terms = primitive.monoms()
+    return len(terms) == 1 or any(sum(powers) == max(powers) == 1 for powers in zip(*terms, strict=True))
 
 
 def _as_symbols(expression: sp.Expr) -> tuple[dict[sp.Expr, sp.Symbol], dict[sp.Symbol, sp.Expr]]:
