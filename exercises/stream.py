@@ -34,6 +34,10 @@ class Stream:
         taken, self._buffer = self._buffer[:count], self._buffer[count:]
         return taken
 
+    def take(self, count: int) -> bytes:
+        """Return that many bytes."""
+        return self._bytes(count)
+
     def below(self, n: int) -> int:
         """Return an integer from 0 to n - 1, each as likely as the others (rejection, no modulo bias)."""
         if n < 1:

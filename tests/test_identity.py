@@ -97,7 +97,7 @@ def test_a_difference_is_shown_where_it_can_be_followed_by_hand() -> None:
     assert set(found["at"]) == {"a1", "theta1"}
     assert all(round(number, 2) == number for number in found["at"].values())
     assert found["yours"] != found["expected"]
-    assert certificate.bound is None
+    assert (certificate.method, certificate.bound) == ("exact", 0.0)
 
 
 def test_entries_are_judged_one_by_one() -> None:

@@ -122,7 +122,7 @@ def test_a_vector_may_lie_or_stand() -> None:
 
 def test_zero_entries_accept_rounding_noise_and_nothing_else() -> None:
     reference = [["0"], ["cos(theta1)"]]
-    assert judge_matrix("[1e-17*a1, cos(theta1)]", reference, DOMAIN, "s").outcome is Outcome.CORRECT
+    assert judge_matrix("[6.123233995736766e-17*a1, cos(theta1)]", reference, DOMAIN, "s").outcome is Outcome.CORRECT
     assert judge_matrix("[1e-7*a1, cos(theta1)]", reference, DOMAIN, "s").outcome is not Outcome.CORRECT
 
 

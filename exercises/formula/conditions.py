@@ -14,11 +14,13 @@ from typing import Any
 import numpy as np
 
 from exercises.formula.expression import Node, ReadError, names
-from exercises.formula.identity import TOLERANCE, Domain
+from exercises.formula.identity import Domain
 from exercises.formula.tape import Tape, compile_tape, evaluate
 from exercises.stream import Stream
 
 SAMPLES = 48
+TYPED = 1e-9
+"""How near a configuration must be that was typed as values of joints."""
 MEMBER = 1e-7
 """How near a configuration that was searched for must be; at a double zero, as of |cos| = 1, rounding allows 2e-8."""
 
@@ -371,7 +373,7 @@ def compare_sets(claimed: Sequence[Piece], reference: Sequence[Piece], space: Sp
             points += count
             # Values that were stated are held to the tolerance of all answers, what was projected to the projection's.
             stated = all(atom.joint is not None for atom in piece)
-            inside = space.contains(outer, values, count, TOLERANCE if stated else MEMBER)
+            inside = space.contains(outer, values, count, TYPED if stated else MEMBER)
             held.append(None if count == 0 else bool(inside.all()))
             if count and not inside.all() and example is None:
                 first = int(np.nonzero(~inside)[0][0])

@@ -11,6 +11,7 @@ import unicodedata
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 MAX_DEPTH = 60
@@ -84,6 +85,10 @@ def _where(text: str, at: int) -> str:
     return f"at character {at + 1}, near '{shown}'"
 
 
+_LONGEST_NAME = 60
+
+
+@lru_cache(maxsize=4096)
 def _plain_name(name: str) -> str:
     """Return a name in the form that the symbol tables use: no module, no Greek, no underscore before digits."""
     for module in _MODULES:
@@ -250,6 +255,8 @@ class _Parser:
         return Node(kind, tuple(items))
 
     def named(self, raw: str) -> Node:
+        if len(raw) > _LONGEST_NAME:
+            raise self.fail(f"a name of {len(raw)} characters is no symbol of this field,")
         name = _plain_name(raw)
         if name in FUNCTIONS or (name.lower() in FUNCTIONS and name not in self.known):
             return self.function(FUNCTIONS.get(name) or FUNCTIONS[name.lower()])
@@ -308,13 +315,14 @@ def _sum(nodes: list[Node]) -> Node:
     return total
 
 
-def _shorthand(name: str, known: frozenset[str]) -> list[str]:
+@lru_cache(maxsize=4096)
+def _shorthand(name: str, known: frozenset[str]) -> tuple[str, ...]:
     """Return the angles of c12 or S_23, or nothing where the name is a symbol of the problem or no shorthand."""
     match = re.fullmatch(r"[csCS]_?\{?(\d{1,4})\}?", name)
     if match is None or name in known:
-        return []
-    angles = [f"theta{digit}" for digit in match.group(1)]
-    return angles if not known or all(angle in known for angle in angles) else []
+        return ()
+    angles = tuple(f"theta{digit}" for digit in match.group(1))
+    return angles if not known or all(angle in known for angle in angles) else ()
 
 
 def _number(text: str) -> Node:
@@ -358,7 +366,13 @@ def read(text: str, known: Iterable[str] = ()) -> Node:
     """
     if len(text) > MAX_LENGTH:
         raise ReadError(f"the answer is {len(text)} characters long; more than {MAX_LENGTH} are not read")
-    return _Parser(text.translate(_DASHES), frozenset(known)).whole()
+    return _read(text, frozenset(known))
+
+
+@lru_cache(maxsize=4)
+def _read(text: str, known: frozenset[str]) -> Node:
+    """Return the tree; an answer is often read twice in a row, for its symbols and for what it says."""
+    return _Parser(text.translate(_DASHES), known).whole()
 
 
 def renamed(node: Node, old: str, new: str) -> Node:
@@ -377,6 +391,24 @@ def names(node: Node) -> set[str]:
             found.add(top.value)
         stack.extend(top.args)
     return found
+
+
+def digits_of_decimals(node: Node) -> int:
+    """Return how many significant digits the longest decimal in a tree has; 0 without one.
+
+    >>> digits_of_decimals(read("0.50*a1 + 3.14159"))
+    6
+    """
+    most, stack = 0, [node]
+    while stack:
+        top = stack.pop()
+        if top.kind == "decimal":
+            whole = top.value
+            while whole.denominator != 1:
+                whole *= 10
+            most = max(most, len(str(abs(whole.numerator)).rstrip("0")))
+        stack.extend(top.args)
+    return most
 
 
 def has_blank(node: Node) -> bool:

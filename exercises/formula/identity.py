@@ -1,28 +1,40 @@
-"""Decide whether two expressions are the same function, at random configurations, and say where they differ.
+"""Decide whether two expressions are the same function, entry by entry, and say where they differ.
 
-TOLERANCE, stated once: two values count as equal when they differ by less than 1e-9 of the size of the terms that
-make up the reference's value there. Doubles carry 1e-16, and a student's chain of decimal steps loses three or four
-digits of that, so right answers written with full decimals pass; the least mistake worth the name (3.14 for pi,
-0.866 for sqrt(3)/2) is a hundred thousand times larger. Where rounding could be mistaken for a difference, or hide
-one, the point is evaluated again with 50 and then 200 digits.
+Exactly first (`exact`): rational functions of lengths, sines and cosines, with a bound on the chance of a wrong
+verdict. What is none (square roots, inverse functions, absolute values, decimals in a sine) is compared in numbers, at
+many random points. Double precision only finds differences there that are much larger than rounding can be. That two
+values are the same is decided with 50 digits, at one point at least of every region that was met in which the operands
+of functions with branches keep their signs: both sides are analytic there, and the same all over it if they are the
+same around a point.
+
+Decimals mean what they say: 0.5 is a half, 3.14 is not pi. Only a number of 16 digits or more is taken for the double
+that a program prints, and allowed what a chain of operations with doubles loses (FLOATS, of the size of the terms).
+An assignment may allow more (`Rounding`).
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import mpmath
 import numpy as np
 
-from exercises.formula.expression import Node, names
-from exercises.formula.tape import Tape, compile_tape, evaluate, evaluate_precisely
+from exercises.formula import exact
+from exercises.formula.expression import Node, digits_of_decimals, names
+from exercises.formula.tape import Tape, compile_tape, evaluate_precisely, evaluate_steps, outputs, regions
 from exercises.stream import Stream
 
-TOLERANCE = 1e-9
 POINTS = 24
 POINTS_BRANCHING = 2000
 READABLE = 8
 """That many points come first and have two decimals, so that a counterexample can be followed by hand."""
+
+DOUBLE, NEARLY = 16, 14
+FLOATS, NEARLY_FLOATS = 1e-12, 5e-16
+"""What entries may be off with decimals of DOUBLE digits, and of NEARLY (doubles that happen to be short) or more."""
+SAME = 1e-40
+"""With 50 digits, values are the same if they differ by less, of the size of the terms."""
 
 _ROUNDING = 64 * np.finfo(float).eps
 
@@ -33,6 +45,10 @@ class Domain:
 
     roles: Mapping[str, str | float]
 
+    def given(self) -> dict[str, Fraction]:
+        """Return the names that stand for numbers."""
+        return {name: Fraction(repr(role)) for name, role in self.roles.items() if isinstance(role, (int, float))}
+
     def sample(self, used: set[str], points: int, stream: Stream) -> dict[str, np.ndarray]:
         """Return values at `points` points for each name in use; an unknown name is a free signed number."""
         out = {}
@@ -41,18 +57,22 @@ class Domain:
             if isinstance(role, (int, float)):
                 out[name] = np.full(points, float(role))
             else:
-                out[name] = np.array([_draw(role, stream, readable=i < READABLE) for i in range(points)])
+                out[name] = _drawn(role, points, stream)
         return out
 
 
-def _draw(role: str, stream: Stream, readable: bool) -> float:
+def _drawn(role: str, points: int, stream: Stream) -> np.ndarray:
+    """Return values of a role, readable ones first; those of lengths are spread evenly over orders of magnitude."""
+    unit = (np.frombuffer(stream.take(8 * points), dtype=">u8") >> np.uint64(11)) / float(1 << 53)
     if role == "angle":
-        value = stream.uniform(-np.pi, np.pi)
+        values = np.pi * (2 * unit - 1)
     elif role == "length":
-        value = stream.uniform(0.2, 1.5) if readable else float(np.exp(stream.uniform(np.log(0.05), np.log(40.0))))
+        values = 0.05 * 800.0**unit
+        values[:READABLE] = 0.2 + 1.3 * unit[:READABLE]
     else:
-        value = stream.uniform(0.2, 2.0) * stream.choice((-1, 1))
-    return round(value, 2) if readable else value
+        values = np.where(unit < 0.5, -0.2 - 3.6 * unit, 0.2 + 3.6 * (unit - 0.5))
+    values[:READABLE] = np.round(values[:READABLE], 2)
+    return np.asarray(values)
 
 
 def default_role(name: str) -> str:
@@ -63,8 +83,16 @@ def default_role(name: str) -> str:
 
 
 @dataclass(frozen=True)
+class Rounding:
+    """What decimals may be off, by policy of an assignment: a part of the value's size, and an amount in its unit."""
+
+    relative: float = 0.0
+    absolute: float = 0.0
+
+
+@dataclass(frozen=True)
 class Certificate:
-    """How a verdict was reached: method, points tried, bound on a wrong acceptance (None: no bound is claimed)."""
+    """How a verdict was reached: method, points tried, the chance that it is wrong at most (None: none is claimed)."""
 
     method: str
     points: int
@@ -85,25 +113,51 @@ class Comparison:
     certificate: Certificate
 
 
-def compare_entries(student: Sequence[Node], reference: Sequence[Node], domain: Domain, seed: str) -> Comparison:
-    """Compare two lists of scalar trees entry by entry at points drawn from `seed`.
+def compare_entries(
+    student: Sequence[Node], reference: Sequence[Node], domain: Domain, seed: str, rounding: Rounding | None = None
+) -> Comparison:
+    """Compare two lists of scalar trees entry by entry at points drawn from `seed`, which must not be known before.
 
     Raises ReadError where an entry is no scalar.
     """
-    ours, theirs = compile_tape(reference), compile_tape(student)
-    points = max(POINTS, min(POINTS_BRANCHING, _VALUES // len(theirs.steps))) if theirs.branches else POINTS
-    used = set().union(*(names(node) for node in (*student, *reference)))
-    values = domain.sample(used, points, Stream(seed))
-    expected, scale = evaluate(ours, values, points)
-    found, found_magnitude = evaluate(theirs, values, points)
-    verdicts = _verdicts(found, found_magnitude, expected, scale)
-    _escalate(verdicts, theirs, ours, values, scale)
-    equal = tuple(bool(row) for row in (verdicts == _SAME).all(axis=1))
-    example = _counterexample(verdicts, values, used, found, expected)
-    return Comparison(equal, Certificate("numeric", points, None, example))
+    theirs, ours = compile_tape(student), compile_tape(reference)
+    decided = exact.compare(theirs, ours, domain.given(), seed)
+    allowed = [_allowed(node, rounding) for node in student]
+    certain = [
+        entry.equal is True or (entry.equal is False and not any(room))
+        for entry, room in zip(decided, allowed, strict=True)
+    ]
+    equal = [entry.equal is True for entry in decided]
+    points = max(entry.points for entry in decided)
+    if all(equal):
+        return Comparison(tuple(equal), Certificate("exact", points, max(entry.bound for entry in decided)))
+    count = _count(theirs, certain)
+    values = domain.sample(set().union(*(names(node) for node in (*student, *reference))), count, Stream(seed))
+    trial = _Trial(theirs, ours, allowed, values, count)
+    for k, sure in enumerate(certain):
+        if not sure:
+            equal[k] = trial.equal(k)
+    wrong = [k for k, same in enumerate(equal) if not same]
+    example = trial.counterexample(wrong[0]) if wrong else None
+    if all(certain):
+        bound = max((entry.bound for entry in decided if entry.equal), default=0.0)
+        return Comparison(tuple(equal), Certificate("exact", points, bound, example))
+    return Comparison(tuple(equal), Certificate("numeric", trial.points, None, example))
 
 
-_SAME, _DIFFERENT, _GREY = 1, 0, 2
+def _count(theirs: Tape, certain: Sequence[bool]) -> int:
+    """Return the number of points: a few for a counterexample alone, many where a branch may differ somewhere."""
+    if all(certain):
+        return READABLE
+    return max(POINTS, min(POINTS_BRANCHING, _VALUES // len(theirs.steps))) if theirs.branches else POINTS
+
+
+def _allowed(node: Node, rounding: Rounding | None) -> tuple[float, float]:
+    """Return what an entry may be off: a part of the size of the reference's terms, and an amount."""
+    digits = digits_of_decimals(node)
+    floats = FLOATS if digits >= DOUBLE else NEARLY_FLOATS if digits >= NEARLY else 0.0
+    return (floats, 0.0) if rounding is None else (max(floats, rounding.relative), rounding.absolute)
+
 
 _VALUES = 10_000_000
 """Numbers that one comparison may compute in double precision: a tape longer than 5,000 steps has fewer points."""
@@ -111,77 +165,154 @@ _VALUES = 10_000_000
 _PRECISE_STEPS = 100_000
 """Steps of evaluation with many digits that one comparison may take (some seconds); a grader must not be stalled."""
 
-_DECIDED = 12
-"""An entry with grey points left over is right if that many others were decided, and none of them was different."""
+_CLEAR = 1e-9
+"""A difference that double precision may find: much more than rounding, of the size of the terms."""
+
+_REGIONS, _SUSPECTS = 16, 3
+"""Points at which an entry is looked at with 50 digits: one a region, and those that differ most for their rounding."""
+
+
+class _Trial:
+    """Two tapes at the same points: in double precision at all of them, with many digits where that decides."""
+
+    def __init__(
+        self,
+        theirs: Tape,
+        ours: Tape,
+        allowed: Sequence[tuple[float, float]],
+        values: Mapping[str, np.ndarray],
+        points: int,
+    ) -> None:
+        self.theirs, self.ours, self.values, self.points = theirs, ours, values, points
+        steps, own = evaluate_steps(theirs, values, points), evaluate_steps(ours, values, points)
+        (self.found, size), (self.expected, own_size) = outputs(theirs, steps), outputs(ours, own)
+        self.regions = regions([(theirs, steps), (ours, own)], points)
+        self.scale = _scales(own_size)
+        with np.errstate(all="ignore"):
+            parts, amounts = np.array(allowed).T
+            self.room = parts[:, None] * self.scale + amounts[:, None]
+            self.size = size + own_size
+            self.noise = 10 * _ROUNDING * self.size
+            self.off = np.abs(self.found - self.expected)
+        self.left = _PRECISE_STEPS // (2 * (len(theirs.steps) + len(ours.steps)))
+        self.examples: dict[int, tuple[int, Any, Any]] = {}
+        self.precise: dict[tuple[int, int], tuple[list[Any], list[Any]]] = {}
+
+    def equal(self, entry: int) -> bool:
+        """Decide an entry, and keep the point where it differs."""
+        if self._is_clear(entry).any():
+            return False
+        looked = [self._same(entry, int(point)) for point in self._to_look_at(entry)]
+        return False not in looked and (True in looked or bool(self._settled(entry).any()))
+
+    def _is_clear(self, entry: int) -> np.ndarray:
+        """Return where the difference is much larger than rounding can have made it."""
+        with np.errstate(all="ignore"):
+            least = self.room[entry] + self.noise[entry] + _CLEAR * self.scale[entry]
+            return np.asarray((self.off[entry] > least) & np.isfinite(self.off[entry]))
+
+    def _settled(self, entry: int) -> np.ndarray:
+        """Return where double precision shows that an entry is off by no more than it may be."""
+        with np.errstate(all="ignore"):
+            return np.asarray(self.off[entry] + self.noise[entry] <= self.room[entry])
+
+    def _to_look_at(self, entry: int) -> list[int]:
+        """Return the points that need many digits: of all regions that are not settled one, and the worst."""
+        open_ = np.flatnonzero(~self._settled(entry))
+        defined = np.isfinite(self.found[entry]) & np.isfinite(self.expected[entry])
+        # Values of two decimals may coincide (a1 = a2) and meet a removable singularity; the other points can't.
+        open_ = open_[defined[open_] | (open_ >= READABLE)]
+        if not len(open_):
+            return []
+        with np.errstate(all="ignore"):
+            suspect = np.nan_to_num((self.off[entry] - self.room[entry]) / self.noise[entry], nan=np.inf)
+        first = [int(open_[i]) for i in np.sort(np.unique(self.regions[open_], return_index=True)[1])]
+        worst = [int(open_[i]) for i in np.argpartition(-suspect[open_], min(_SUSPECTS, len(open_) - 1))[:_SUSPECTS]]
+        return list(dict.fromkeys(first[:_REGIONS] + worst))
+
+    def _same(self, entry: int, point: int) -> bool | None:
+        """Tell whether an entry is the same with many digits; None where the reference is undefined or time is up."""
+        mine: Any = None
+        due: Any = None
+        for digits in (50, 200):
+            if (found := self._precisely(point, digits)) is None:
+                return None
+            mine, due = found[0][entry], found[1][entry]
+            if not mpmath.isfinite(due):
+                return None
+            if not mpmath.isfinite(mine):
+                continue  # with more digits it may be defined: a denominator that all but vanishes
+            with mpmath.workdps(digits):
+                off, size = abs(mine - due), self.size[entry, point]
+                lost = mpmath.mpf(10) ** (5 - digits) * (size if np.isfinite(size) else 1e10 * (abs(mine) + abs(due)))
+                room = max(self.room[entry, point], SAME * self.scale[entry, point])
+            if off + lost <= room:
+                return True
+            if off - lost > room:
+                break
+        self.examples.setdefault(entry, (point, mine, due))
+        return False
+
+    def _precisely(self, point: int, digits: int) -> tuple[list[Any], list[Any]] | None:
+        """Return all results of both tapes at a point; None where that would take too long."""
+        if (point, digits) not in self.precise:
+            if self.left <= 0:
+                return None
+            self.left -= 1
+            at = {name: float(column[point]) for name, column in self.values.items()}
+            self.precise[point, digits] = (
+                evaluate_precisely(self.theirs, at, digits), evaluate_precisely(self.ours, at, digits),
+            )  # fmt: skip
+        return self.precise[point, digits]
+
+    def counterexample(self, entry: int) -> dict[str, Any]:
+        """Return a point where an entry differs, both values there, and the entry's number; readable ones first."""
+        defined = np.isfinite(self.expected[entry])
+        clear = np.flatnonzero((self._is_clear(entry) | ~np.isfinite(self.found[entry])) & defined)
+        if len(clear):
+            point = int(clear[0])
+            mine, due = self.found[entry, point], self.expected[entry, point]
+        elif entry in self.examples:
+            point, mine, due = self.examples[entry]
+        else:
+            point, mine, due = self._tiny(entry)
+        at = {name: _short(column[point]) for name, column in sorted(self.values.items())}
+        yours, expected = _apart(mine, due)
+        return {"entry": entry, "at": at, "yours": yours, "expected": expected}
+
+    def _tiny(self, entry: int) -> tuple[int, Any, Any]:
+        """Return a point where 50 digits tell what double precision does not."""
+        mine: Any = mpmath.nan
+        due: Any = mpmath.nan
+        for point in range(READABLE):
+            if (found := self._precisely(point, 50)) is not None:
+                mine, due = found[0][entry], found[1][entry]
+                if mine != due:
+                    return point, mine, due
+        return 0, mine, due
 
 
 def _scales(magnitude: np.ndarray) -> np.ndarray:
     """Return the size against which a difference is judged: the entry's terms; for a zero, the largest entry's."""
     largest = magnitude.max(axis=0, keepdims=True)
-    largest = np.where(largest > 0, largest, 1.0)
-    return np.where(magnitude > 0, magnitude, largest)
-
-
-def _verdicts(found: np.ndarray, size: np.ndarray, expected: np.ndarray, expected_size: np.ndarray) -> np.ndarray:
-    allowed = TOLERANCE * _scales(expected_size)
-    with np.errstate(all="ignore"):
-        noise = _ROUNDING * (size + expected_size)
-        difference = np.abs(found - expected)
-        verdicts = np.where(difference > allowed, _DIFFERENT, _SAME)
-        grey = ~(noise < 0.1 * allowed) & (difference <= 10 * noise)
-    verdicts[grey] = _GREY
-    undefined = ~np.isfinite(found) | ~np.isfinite(expected)
-    verdicts[undefined] = _GREY
-    # Values of two decimals may coincide (a1 = a2) and meet a removable singularity; the other points can't.
-    verdicts[:, :READABLE][undefined[:, :READABLE]] = _SAME
-    return verdicts
-
-
-def _escalate(
-    verdicts: np.ndarray, student: Tape, reference: Tape, values: Mapping[str, np.ndarray], magnitude: np.ndarray
-) -> None:
-    """Decide the grey points with more digits, as many as _PRECISE_STEPS allow; what stays undefined is different.
-
-    Only points at which the reference is defined count (the others are a null set that a draw may still hit).
-    """
-    allowed = TOLERANCE * _scales(magnitude)
-    affordable = _PRECISE_STEPS // (2 * (len(student.steps) + len(reference.steps)))
-    for point in np.unique(np.nonzero(verdicts == _GREY)[1])[:affordable]:
-        at = {name: float(column[point]) for name, column in values.items()}
-        rows = np.nonzero((verdicts[:, point] == _GREY) & ~(verdicts == _DIFFERENT).any(axis=1))[0]
-        if not len(rows):
-            continue
-        low, high = (
-            (evaluate_precisely(student, at, digits), evaluate_precisely(reference, at, digits)) for digits in (50, 200)
-        )
-        for row in rows:
-            verdicts[row, point] = _precise_verdict(low, high, int(row), float(allowed[row, point]))
-    enough = (verdicts == _SAME).sum(axis=1, keepdims=True) >= _DECIDED
-    verdicts[:] = np.where(verdicts == _GREY, np.where(enough, _SAME, _DIFFERENT), verdicts)
-
-
-def _precise_verdict(low: Any, high: Any, row: int, allowed: float) -> int:
-    if not all(mpmath.isfinite(value) for value in (low[0][row], high[0][row])):
-        return _SAME if not mpmath.isfinite(high[1][row]) else _DIFFERENT
-    # Two precisions that agree show that the digits are there; a result that moves with the precision is noise.
-    if abs(low[0][row] - high[0][row]) > allowed / 10:
-        return _DIFFERENT
-    return _SAME if abs(high[0][row] - high[1][row]) <= allowed else _DIFFERENT
-
-
-def _counterexample(
-    verdicts: np.ndarray, values: Mapping[str, np.ndarray], used: set[str], found: np.ndarray, expected: np.ndarray
-) -> dict[str, Any] | None:
-    wrong = np.argwhere(verdicts == _DIFFERENT)
-    if not len(wrong):
-        return None
-    entry, point = min((tuple(pair) for pair in wrong.tolist()), key=lambda pair: (pair[1] >= READABLE, pair))
-    at = {name: _short(values[name][point]) for name in sorted(used)}
-    return {"entry": entry, "at": at, "yours": number(found[entry, point]), "expected": number(expected[entry, point])}
+    largest = np.where((largest > 0) & np.isfinite(largest), largest, 1.0)
+    return np.where((magnitude > 0) & np.isfinite(magnitude), magnitude, largest)
 
 
 def _short(value: float) -> float:
     return float(f"{value:.6g}")
+
+
+def _apart(yours: Any, expected: Any) -> tuple[float | str, float | str]:
+    """Return two values with as many digits as it takes to see that they differ."""
+    shown = number(complex(yours)), number(complex(expected))
+    if shown[0] != shown[1]:
+        return shown
+    for digits in range(8, 50, 2):
+        texts = mpmath.nstr(mpmath.mpmathify(yours), digits), mpmath.nstr(mpmath.mpmathify(expected), digits)
+        if texts[0] != texts[1]:
+            return texts
+    return shown
 
 
 def number(value: complex) -> float | str:

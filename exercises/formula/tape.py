@@ -125,17 +125,45 @@ _SLOPES: dict[str, Callable[..., Any]] = {
 }  # fmt: skip
 
 
+Steps = list[tuple[np.ndarray, np.ndarray]]
+
+
 def evaluate(tape: Tape, values: Mapping[str, np.ndarray], points: int) -> tuple[np.ndarray, np.ndarray]:
     """Return values (complex) and magnitudes, each of shape (outputs, points), in double precision.
 
     `values` gives every name at every point; a missing one is a KeyError. What overflows or is undefined is nan.
     """
-    out: list[tuple[np.ndarray, np.ndarray]] = []
+    return outputs(tape, evaluate_steps(tape, values, points))
+
+
+def evaluate_steps(tape: Tape, values: Mapping[str, np.ndarray], points: int) -> Steps:
+    """Return value and magnitude of every step of a tape, as `evaluate` does of the results."""
+    out: Steps = []
     with np.errstate(all="ignore"):
         for op, operands, constant in tape.steps:
             args = [out[i] for i in operands]
             out.append(_double(op, args, constant, values, points))
-    return np.array([out[i][0] for i in tape.outputs]), np.array([out[i][1] for i in tape.outputs])
+    return out
+
+
+def outputs(tape: Tape, steps: Steps) -> tuple[np.ndarray, np.ndarray]:
+    """Return values and magnitudes of the results among the steps."""
+    return np.array([steps[i][0] for i in tape.outputs]), np.array([steps[i][1] for i in tape.outputs])
+
+
+def regions(evaluated: Sequence[tuple[Tape, Steps]], points: int) -> np.ndarray:
+    """Return a number for each point: the same where operands of functions with branches have the same signs."""
+    rows = [np.zeros(points)]
+    for tape, steps in evaluated:
+        for op, operands, _ in tape.steps:
+            if op in BRANCHING:
+                for value, _ in (steps[i] for i in operands):
+                    rows += [
+                        np.sign(value.real),
+                        np.sign(np.where(np.abs(value.imag) > 1e-9 * np.abs(value), value.imag, 0)),
+                    ]
+    with np.errstate(all="ignore"):
+        return np.asarray(np.unique(np.nan_to_num(np.array(rows)), axis=1, return_inverse=True)[1]).reshape(-1)
 
 
 def _double(op: str, args: list[Any], constant: Any, values: Mapping[str, np.ndarray], points: int) -> Any:

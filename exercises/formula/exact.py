@@ -1,0 +1,355 @@
+"""Decide exactly whether two expressions are the same rational function of lengths, sines and cosines.
+
+Put w = exp(i theta / 8) for every angle. Sines and cosines of angles, of sums, halves, quarters and eighths of angles,
+and of multiples of half a degree added to them, are then quotients of polynomials in the w, with coefficients in the
+field of the 1440th roots of unity; and so are sums, products, quotients and whole powers of them and of symbols. Two
+such functions n1/d1 and n2/d2 are the same where N = n1 d2 - n2 d1 is the zero polynomial.
+
+Modulo a prime p = 1 (mod 1440) there are 1440th roots of unity among the whole numbers, so that the functions can be
+evaluated without any rounding. A prime, a root and a point are drawn at random once the answer is known. Where the two
+values differ, so do the functions, for certain. If N is not zero, they agree all the same
+
+  - if the prime ideal of p that belongs to the root divides a coefficient of N that is not zero. That is a whole number
+    of the field, of a norm of at most 2^(384 height), height being the binary logarithm of the sum of the sizes of all
+    coefficients: at most 384 height / 80 of 384 PRIMES ideals divide it;
+  - or if the point is a zero of N modulo p: a part degree / (p - 1) of all points, at most (Schwartz, Zippel).
+
+The sum of the two is the chance of accepting a wrong answer; points are drawn until it is below 1e-15. Degree and
+height are those of both texts as they are written: nothing is expanded. A bare angle, and pi, are algebraically
+independent of the w, so that they are symbols like any other.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import comb, inf, isqrt, log2
+from typing import Any
+
+from exercises.formula.angles import Angle, Angles, Wave, wave_of
+from exercises.formula.field import BITS, ORDER, PRIMES, Field, below, draw_field
+from exercises.formula.tape import Tape
+from exercises.stream import Stream
+
+# --- sizes: degree and height of numerator and denominator ---
+
+Size = tuple[float, float, float, float]
+"""Degree and height of the numerator, degree and height of the denominator."""
+
+
+def _added(x: Size, y: Size, count: int) -> Size:
+    if not count:
+        return x
+    return (
+        max(x[0] + y[2], x[2] + y[0]),
+        _log_sum(x[1] + y[3], x[3] + y[1] + log2(abs(count))),
+        x[2] + y[2],
+        x[3] + y[3],
+    )
+
+
+def _log_sum(x: float, y: float) -> float:
+    """Return log2(2^x + 2^y), rounded up."""
+    high, low = max(x, y), min(x, y)
+    return high if low == -inf else high + (1.0 if high - low < 1 else 2.0 ** max(low - high + 1, -60.0))
+
+
+def _multiplied(x: Size, y: Size) -> Size:
+    return x[0] + y[0], x[1] + y[1], x[2] + y[2], x[3] + y[3]
+
+
+def _inverted(x: Size) -> Size:
+    return x[2], x[3], x[0], x[1]
+
+
+def _log(number: int) -> float:
+    return log2(abs(number)) if number else -inf
+
+
+# --- programs ---
+
+Op = tuple[str, tuple[int, ...], Any]
+
+
+@dataclass(frozen=True)
+class Program:
+    """The steps of a tape as they are done modulo a prime, None where that can't be; and the size of each."""
+
+    ops: tuple[Op | None, ...]
+    sizes: tuple[Size, ...]
+    outputs: tuple[int, ...]
+
+    def supports(self, entry: int) -> bool:
+        """Whether a result is a rational function, as far as can be seen from the text."""
+        return self.ops[self.outputs[entry]] is not None
+
+
+_NO_SIZE: Size = (0.0, 0.0, 0.0, 0.0)
+_LARGEST = 1e15
+"""Degree or height beyond which nothing is evaluated."""
+
+
+def compile_program(tape: Tape, fixed: Mapping[str, Fraction]) -> Program:
+    """Return the program of a tape in which some names stand for numbers."""
+    steps = [("number", (), fixed[step[2]]) if step[0] == "name" and step[2] in fixed else step for step in tape.steps]
+    angles = Angles(steps)
+    ops: list[Op | None] = []
+    sizes: list[Size] = []
+    for op, operands, constant in steps:
+        if op in _WAVES:
+            made = _wave_op(op, angles.at(operands[0]))
+        elif op == "sqrt":
+            made = _root_op(angles.at(operands[0]))
+        elif any(ops[i] is None for i in operands):
+            made = None
+        else:
+            made = _plain_op(op, operands, constant, [sizes[i] for i in operands])
+        if made is not None and max(made[1]) > _LARGEST:
+            made = None
+        ops.append(None if made is None else made[0])
+        sizes.append(_NO_SIZE if made is None else made[1])
+    return Program(tuple(ops), tuple(sizes), tape.outputs)
+
+
+def _plain_op(op: str, operands: tuple[int, ...], constant: Any, args: Sequence[Size]) -> tuple[Op, Size] | None:
+    if op == "number":
+        return (op, (), constant), (0.0, _log(constant.numerator), 0.0, _log(constant.denominator))
+    if op == "name":
+        if constant == "E":
+            return None
+        return ("turn", (), ORDER // 4) if constant == "I" else (op, (), constant), (
+            float(constant != "I"),
+            0.0,
+            0.0,
+            0.0,
+        )
+    if op == "sum":
+        size: Size = (0.0, -inf, 0.0, 0.0)
+        for arg, count in zip(args, constant, strict=True):
+            size = _added(size, arg, count)
+        return (op, operands, constant), size
+    if op == "neg":
+        return (op, operands, None), args[0]
+    if op in ("*", "/"):
+        return (op, operands, None), _multiplied(args[0], args[1] if op == "*" else _inverted(args[1]))
+    if op == "integer power":
+        a, b, c, d = args[0] if constant >= 0 else _inverted(args[0])
+        times = abs(constant)
+        return (op, operands, constant), (times * a, times * b, times * c, times * d) if constant else _NO_SIZE
+    return None
+
+
+_WAVES = frozenset({"sin", "cos", "tan", "cot", "sec", "csc", "exp"})
+
+
+def _wave_op(op: str, angle: tuple[Angle, bool] | None) -> tuple[Op, Size] | None:
+    """Return a sine and the like of an angle that is real, an exponential of one that is imaginary."""
+    if angle is None or angle[1] != (op == "exp"):
+        return None
+    wave = wave_of(angle[0])
+    if wave is None:
+        return None
+    degree = float(sum(abs(power) for _, power in wave.powers))
+    one, two = (degree, 0.0, degree, 0.0), (2 * degree, 1.0, degree, 1.0)
+    size = {"exp": one, "sin": two, "cos": two, "sec": _inverted(two), "csc": _inverted(two)}.get(op)
+    return (op, (), wave), size or (2 * degree, 1.0, 2 * degree, 1.0)
+
+
+_ROOTS = {1: ((1, 0),), 2: ((1, 180), (1, -180)), 3: ((1, 120), (1, -120)), 5: ((1, 0), (2, 288), (2, -288))}
+"""Square roots of 1, 2, 3 and 5 as sums of multiples of powers of the root of unity."""
+
+
+def _root_op(angle: tuple[Angle, bool] | None) -> tuple[Op, Size] | None:
+    """Return the square root of a number whose squarefree part has the prime factors 2, 3 and 5 only."""
+    if angle is None or set(angle[0]) - {""} or angle[1]:
+        return None
+    number = angle[0].get("", Fraction(0))
+    product, roots = abs(number.numerator) * number.denominator, []
+    for prime in (2, 3, 5):
+        if _valuation(product, prime) % 2:
+            product //= prime
+            roots.append(prime)
+    whole = isqrt(product)
+    if whole * whole != product:
+        return None
+    factor = Fraction(whole, number.denominator)
+    size = (0.0, _log(factor.numerator) + 3.0 * len(roots), 0.0, _log(factor.denominator))
+    return ("root", (), (factor, tuple(roots), ORDER // 4 if number < 0 else 0)), size
+
+
+def _valuation(number: int, prime: int) -> int:
+    count = 0
+    while number and number % prime == 0:
+        number, count = number // prime, count + 1
+    return count
+
+
+# --- evaluation ---
+
+
+class _Point:
+    """Random values of names and of the w modulo the prime, each drawn when it is asked for."""
+
+    def __init__(self, field: Field, stream: Stream) -> None:
+        self.field, self.stream = field, stream
+        self.names: dict[str, int] = {}
+        self.waves: dict[str, int] = {}
+
+    def name(self, name: str) -> int:
+        if name not in self.names:
+            self.names[name] = 1 + below(self.stream, self.field.prime - 1)
+        return self.names[name]
+
+    def wave(self, wave: Wave) -> int:
+        prime = self.field.prime
+        value = self.field.power(wave.turn)
+        for name, power in wave.powers:
+            if name not in self.waves:
+                self.waves[name] = 1 + below(self.stream, prime - 1)
+            value = value * pow(self.waves[name], power, prime) % prime
+        return value
+
+
+def _residue(number: Fraction, prime: int) -> int:
+    return number.numerator * _inverse(number.denominator, prime) % prime
+
+
+def _inverse(value: int, prime: int) -> int:
+    if value % prime == 0:
+        raise ZeroDivisionError
+    return pow(value, -1, prime)
+
+
+def run(program: Program, point: _Point) -> list[int | None]:
+    """Return the results modulo the prime; None where one is undefined there or can't be worked out so."""
+    prime = point.field.prime
+    values: list[int | None] = []
+    for op in program.ops:
+        value = None
+        if op is not None:
+            args = [values[i] for i in op[1]]
+            if None not in args:
+                try:
+                    value = _done(op[0], args, op[2], point) % prime
+                except ZeroDivisionError:
+                    value = None
+        values.append(value)
+    return [values[i] for i in program.outputs]
+
+
+def _done(op: str, args: list[Any], data: Any, point: _Point) -> int:
+    prime = point.field.prime
+    if op == "*":
+        return args[0] * args[1]
+    if op == "sum":
+        return sum(count * arg for count, arg in zip(data, args, strict=True))
+    if op in _WAVES:
+        return _wave_value(op, point.wave(data), point.field)
+    if op == "neg":
+        return -args[0]
+    if op == "name":
+        return point.name(data)
+    if op == "number":
+        return _residue(data, prime)
+    if op == "/":
+        return args[0] * _inverse(args[1], prime)
+    if op == "integer power":
+        return pow(args[0] if data >= 0 else _inverse(args[0], prime), abs(data), prime)
+    if op == "turn":
+        return point.field.power(data)
+    factor, roots, turn = data
+    value = _residue(factor, prime) * point.field.power(turn)
+    for root in roots:
+        value = value * sum(count * point.field.power(turn) for count, turn in _ROOTS[root]) % prime
+    return value
+
+
+def _wave_value(op: str, wave: int, field: Field) -> int:
+    """Return a function of an angle of which exp(i angle) is given."""
+    if op == "exp":
+        return wave
+    prime, i = field.prime, field.power(ORDER // 4)
+    back = pow(wave, -1, prime)
+    sine, cosine = (back - wave) * i, wave + back  # twice of each
+    above, below = {
+        "sin": (sine, 2), "cos": (cosine, 2), "tan": (sine, cosine),
+        "cot": (cosine, sine), "sec": (2, cosine), "csc": (2, sine),
+    }[op]  # fmt: skip
+    return above * _inverse(below, prime)
+
+
+# --- comparison ---
+
+WANTED = 1e-15
+"""Every bound that is reported is below this."""
+TRIES = 6
+"""Points tried before a result is called undefined everywhere, or a bound too large."""
+
+
+@dataclass(frozen=True)
+class Exact:
+    """Whether two results are the same function (None: not decided), after how many points, and the bound if so."""
+
+    equal: bool | None = None
+    points: int = 0
+    bound: float = 1.0
+
+
+def chance(student: Size, reference: Size, bits: int = BITS, choices: float = PRIMES) -> float:
+    """Return the greatest chance that two functions that differ agree at one random point."""
+    degree = max(student[0] + reference[2], student[2] + reference[0])
+    height = _log_sum(student[1] + reference[3], student[3] + reference[1])
+    return min(1.0, degree / 2.0**bits + max(height, 0.0) / bits / choices)
+
+
+def compare(
+    student: Tape, reference: Tape, fixed: Mapping[str, Fraction], seed: str,
+    draw: Callable[[Stream], Field] = draw_field,
+) -> list[Exact]:  # fmt: skip
+    """Compare two tapes result by result; `fixed` are the names that stand for numbers.
+
+    A result that is undefined at every point is not the function that the reference is.
+    """
+    theirs, ours = compile_program(student, fixed), compile_program(reference, fixed)
+    stream = Stream(f"{seed}/exact")
+    found = [_Entry(theirs, ours, k) for k in range(len(ours.outputs))]
+    for _ in range(TRIES):
+        still = [entry for entry in found if entry.is_open]
+        if not still:
+            break
+        point = _Point(draw(stream), stream)
+        values = run(theirs, point), run(ours, point)
+        for entry in still:
+            entry.seen(values[0][entry.number], values[1][entry.number], point.field)
+    return [entry.verdict() for entry in found]
+
+
+class _Entry:
+    """One result of the two: what was seen of it at the points so far."""
+
+    def __init__(self, theirs: Program, ours: Program, number: int) -> None:
+        self.number = number
+        self.able = theirs.supports(number) and ours.supports(number)
+        self.sizes = theirs.sizes[theirs.outputs[number]], ours.sizes[ours.outputs[number]]
+        self.same, self.tried, self.undefined, self.differs, self.bound = 0, 0, 0, False, inf
+
+    @property
+    def is_open(self) -> bool:
+        return self.able and not self.differs and self.bound > WANTED
+
+    def seen(self, theirs: int | None, ours: int | None, field: Field) -> None:
+        self.tried += 1
+        if theirs is None or ours is None:
+            self.undefined += ours is not None
+        elif theirs != ours:
+            self.differs = True
+        else:
+            self.same += 1
+            single = chance(*self.sizes, field.bits, field.choices)
+            self.bound = min(1.0, comb(self.tried, self.same) * single**self.same)
+
+    def verdict(self) -> Exact:
+        if not self.able:
+            return Exact()
+        if self.differs or self.undefined == self.tried:
+            return Exact(False, self.tried)
+        return Exact(True, self.same, self.bound) if self.bound <= WANTED else Exact(None, self.tried)

@@ -1,0 +1,81 @@
+"""Whole numbers modulo a prime drawn at random, with a root of unity: there formulas are evaluated exactly."""
+
+from dataclasses import dataclass
+
+from exercises.stream import Stream
+
+ORDER = 1440
+"""Order of the root of unity, which stands for a quarter of a degree; it also makes the roots of 2, 3, 5 and -1."""
+BITS = 80
+"""Primes are drawn from 2^80 to 2^81."""
+PRIMES = 4.5e19
+"""There are more primes = 1 (mod 1440) than that between X = 2^80 and 2X, namely 4.8e19 or more.
+
+With theta the sum of their logarithms, |theta(x) - x / 384| < x / (160 log x) (Bennett, Martin, O'Bryant, Rechnitzer,
+Explicit bounds for primes in arithmetic progressions, Illinois J. Math. 62, 2018), and there are at least
+(theta(2X) - theta(X)) / log(2X) of them.
+"""
+
+_SMALL = (7, 11, 13, 17, 19, 23, 29, 31, 37, 41)
+_WITNESSES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41)
+"""Bases that prove a number below 3.3e24 prime (Sorenson and Webster, Math. Comp. 86, 2017)."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """The integers modulo `prime`, with a `root` of unity of order ORDER; `choices` primes might have been drawn."""
+
+    prime: int
+    root: int
+    bits: int = BITS
+    choices: float = PRIMES
+
+    def power(self, exponent: int) -> int:
+        """Return that power of the root of unity."""
+        return pow(self.root, exponent % ORDER, self.prime)
+
+
+def is_prime(number: int) -> bool:
+    """Tell whether a number below 3.3e24 is prime, for certain.
+
+    >>> [n for n in range(1400, 3000, 1440) if is_prime(n + 41)], is_prime(2**61 - 1), is_prime(2**67 - 1)
+    ([], True, False)
+    """
+    if number < 2 or any(number % q == 0 for q in _WITNESSES):
+        return number in _WITNESSES
+    odd, twos = number - 1, 0
+    while odd % 2 == 0:
+        odd, twos = odd // 2, twos + 1
+    return all(_passes(number, base, odd, twos) for base in _WITNESSES)
+
+
+def _passes(number: int, base: int, odd: int, twos: int) -> bool:
+    value = pow(base, odd, number)
+    if value in (1, number - 1):
+        return True
+    for _ in range(twos - 1):
+        value = value * value % number
+        if value == number - 1:
+            return True
+    return False
+
+
+def draw_field(stream: Stream) -> Field:
+    """Return a field whose prime and root are drawn, each of all there are with the same chance."""
+    low = (1 << BITS) // ORDER
+    while True:
+        prime = ORDER * (low + 1 + below(stream, low - 1)) + 1
+        if all(prime % q for q in _SMALL) and is_prime(prime):
+            return Field(prime, _root(prime, stream))
+
+
+def _root(prime: int, stream: Stream) -> int:
+    while True:
+        root = pow(1 + below(stream, prime - 1), (prime - 1) // ORDER, prime)
+        if all(pow(root, ORDER // q, prime) != 1 for q in (2, 3, 5)):
+            return root
+
+
+def below(stream: Stream, limit: int) -> int:
+    """Return a whole number from 0 to limit - 1; the chances differ by less than 2^-40 of themselves."""
+    return ((stream.below(1 << 63) << 63) | stream.below(1 << 63)) % limit

@@ -1,0 +1,200 @@
+"""Exact comparison: what it decides, and that its bound holds where the sample space is small enough to see it fail."""
+
+from fractions import Fraction
+from math import gcd, log2
+
+import pytest
+import sympy as sp
+
+from exercises.formula import exact
+from exercises.formula.exact import Exact, chance, compile_program
+from exercises.formula.expression import read
+from exercises.formula.field import BITS, ORDER, PRIMES, Field, draw_field, is_prime
+from exercises.formula.tape import compile_tape
+from exercises.stream import Stream
+
+
+def compared(student: str, reference: str, seed: str = "seed", **given: Fraction) -> Exact:
+    return exact.compare(compile_tape([read(student)]), compile_tape([read(reference)]), given, seed)[0]
+
+
+SAME = [
+    ("sin(theta1 + theta2)", "sin(theta1)*cos(theta2) + cos(theta1)*sin(theta2)"),
+    ("2*tan(theta1/2)/(1 + tan(theta1/2)^2)", "sin(theta1)"),
+    ("1 - 2*sin(theta1/8)^2", "cos(theta1/4)"),
+    ("cos(theta1 + pi/6)", "sqrt(3)/2*cos(theta1) - sin(theta1)/2"),
+    ("cos(theta1 - pi/12)", "(sqrt(6) + sqrt(2))/4*cos(theta1) + sin(theta1)*(sqrt(6) - sqrt(2))/4"),
+    ("cos(pi/5)", "(1 + sqrt(5))/4"),
+    ("sin(theta1 + 17*pi/36)", "cos(theta1 - pi/36)"),
+    ("(exp(I*theta1) - exp(-I*theta1))/(2*I)", "sin(theta1)"),
+    ("sqrt(-3)", "I*sqrt(3)"),
+    ("sqrt(0.25)*a1", "a1/2"),
+    ("cot(theta1)*sec(theta1)*sin(theta1)^2", "1/csc(theta1)"),
+    ("theta1*sin(theta1 + 2*pi) + pi*a1", "a1*pi + sin(theta1)*theta1"),
+    ("(a1^2 - a2^2)/(a1 - a2)", "a1 + a2"),
+    ("a1 + z - z", "a1"),
+    ("a1^-2*a1^3", "a1"),
+    ("0", "a1 - a1"),
+]
+
+
+@pytest.mark.parametrize(("student", "reference"), SAME)
+def test_the_same_function_is_the_same_whatever_its_form(student: str, reference: str) -> None:
+    for seed in ("one", "two", "three"):
+        found = compared(student, reference, seed)
+        assert found.equal is True
+        assert found.bound < 1e-15
+
+
+DIFFERENT = [
+    ("cos(theta1)", "sin(theta1)"),
+    ("cos(theta1 + pi/36)", "cos(theta1 + pi/37*37/36 + pi/720)"),
+    ("a1*(1 + 10^-30)", "a1"),
+    ("a1 + 10^-300*theta1", "a1"),
+    ("3.14159265358979323846264338327950288*a1", "pi*a1"),
+    ("theta1", "theta1 + 2*pi"),
+    ("1/(sin(theta1)^2 + cos(theta1)^2 - 1)", "a1"),
+    ("a1 + 0/(a2 - a2)", "a1"),
+    ("sqrt(2)*a1", "-sqrt(2)*a1"),
+]
+
+
+@pytest.mark.parametrize(("student", "reference"), DIFFERENT)
+def test_another_function_is_another_however_near_it_comes(student: str, reference: str) -> None:
+    for seed in ("one", "two", "three"):
+        assert compared(student, reference, seed).equal is False
+
+
+UNDECIDED = [
+    "sqrt(a1^2)",
+    "abs(a1)",
+    "cos(1)",
+    "sin(a1*theta1)",
+    "exp(a1)",
+    "acos(1/2)",
+    "sqrt(7)",
+    "E",
+    "a1^a2",
+    "cos(theta1/3)",
+]
+
+
+@pytest.mark.parametrize("text", UNDECIDED)
+def test_what_is_no_rational_function_as_it_is_written_is_not_decided(text: str) -> None:
+    assert compared(text, "a1").equal is None
+    assert compared("a1", text).equal is None
+
+
+def test_a_name_that_stands_for_a_number_is_that_number() -> None:
+    assert compared("a1*cos(theta1)", "7*cos(theta1)/20", a1=Fraction(7, 20)).equal is True
+    assert compared("a1*cos(theta1)", "cos(theta1)/3", a1=Fraction(7, 20)).equal is False
+    assert compared("cos(a1)", "cos(a1)", a1=Fraction(7, 20)).equal is None
+
+
+def test_a_field_has_the_roots_of_unity_and_of_numbers() -> None:
+    for seed in range(5):
+        field = draw_field(Stream(f"field/{seed}"))
+        assert 2**BITS < field.prime < 2 ** (BITS + 1)
+        assert sp.isprime(field.prime)
+        assert len({field.power(k) for k in range(ORDER)}) == ORDER
+        assert field.power(720) == field.prime - 1
+
+
+def test_primes_are_told_from_others() -> None:
+    assert [n for n in range(3000) if is_prime(n)] == list(sp.primerange(3000))
+    strong = [3215031751, 3474749660383, 341550071728321, 3825123056546413051, 318665857834031151167461]
+    assert not any(is_prime(n) for n in strong)  # composites that pass the first witnesses
+
+
+# --- the bound ---
+
+SMALL = [n for n in range(1, 2**16, ORDER) if sp.isprime(n)]
+
+
+def small_field(stream: Stream) -> Field:
+    """A field of one of few small primes: a sample space so tiny that wrong answers are accepted."""
+    prime = stream.choice(SMALL)
+    root = next(
+        r for k in range(2, 200)
+        if len({pow(r := pow(k, (prime - 1) // ORDER, prime), ORDER // q, prime) for q in (2, 3, 5)} & {1}) == 0
+    )  # fmt: skip
+    turn = stream.choice([k for k in range(ORDER) if gcd(k, ORDER) == 1])
+    return Field(prime, pow(root, turn, prime), int(log2(min(SMALL))), len(SMALL))
+
+
+def accepted(student: str, trials: int) -> float:
+    """The part of trials at one point in which an answer other than zero is taken for zero."""
+    theirs, ours = compile_tape([read(student)]), compile_tape([read("0")])
+    seen = [exact.compare(theirs, ours, {}, f"trial/{k}", small_field)[0].equal for k in range(trials)]
+    return seen.count(True) / trials
+
+
+def predicted(student: str) -> float:
+    program = compile_program(compile_tape([read(student)]), {})
+    return chance(program.sizes[program.outputs[0]], (0.0, 0.0, 0.0, 0.0), int(log2(min(SMALL))), len(SMALL))
+
+
+@pytest.fixture
+def one_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(exact, "WANTED", 1.0)
+
+
+@pytest.mark.usefixtures("one_point")
+def test_wrong_answers_are_accepted_as_often_as_their_degree_says() -> None:
+    """A product of 300 different linear factors has 300 zeros modulo each prime: just what the theorem allows."""
+    student = "*".join(f"(a1 - {k})" for k in range(1, 301))
+    rate, trials = sum(300 / (prime - 1) for prime in SMALL) / len(SMALL), 4000
+    found = accepted(student, trials)
+    assert abs(found - rate) < 4 * (rate / trials) ** 0.5
+    assert found <= predicted(student) + 4 * (rate / trials) ** 0.5
+
+
+@pytest.mark.usefixtures("one_point")
+def test_wrong_answers_are_accepted_as_often_as_their_height_says() -> None:
+    """A number that half of the primes divide is zero modulo those."""
+    half = SMALL[: len(SMALL) // 2]
+    found = accepted("*".join(map(str, half)), 1000)
+    assert abs(found - len(half) / len(SMALL)) < 0.07
+    assert found <= predicted("*".join(map(str, half)))
+
+
+@pytest.mark.usefixtures("one_point")
+def test_sines_are_zero_as_often_as_their_degree_says() -> None:
+    """cos(theta) - cos(3 theta) in w = exp(i theta / 8): of degree 48, less the powers of w taken out of it."""
+    trials = 4000
+    found = accepted("cos(theta1) - cos(3*theta1)", trials)
+    assert 0 < found <= predicted("cos(theta1) - cos(3*theta1)") + 4 * (0.01 / trials) ** 0.5
+
+
+def test_more_points_are_drawn_until_the_bound_is_small() -> None:
+    """Each point multiplies the bound, so that a huge degree asks for more than one."""
+    student = "(((a1 + a2)^900)^900)^400"
+    found = compared(student, "(((a2 + a1)^900)^900)^400")
+    assert found.equal is True
+    assert found.points >= 2
+    assert found.bound < 1e-15
+
+
+def test_a_degree_beyond_all_bounds_is_not_decided() -> None:
+    assert compared("((((((a1)^900)^900)^900)^900)^900)^900", "a1").equal is None
+
+
+def test_degree_and_height_are_no_less_than_those_of_the_polynomials() -> None:
+    """Numerator and denominator worked out as the text says, nothing cancelled, against their bounds."""
+    x, y = sp.symbols("a1 a2")
+    for text in ("(a1 + 2*a2)^3/(a1 - a2) - 3/7*a1", "a1/(a2 + 1/a1) + 5*a2/3", "(a1 - 1/a2)^-2*(a1 + 10)"):
+        program = compile_program(compile_tape([read(text)]), {})
+        above, below = sp.fraction(sp.cancel(sp.sympify(text.replace("^", "**"), locals={"a1": x, "a2": y})))
+        size = program.sizes[program.outputs[0]]
+        assert size[0] >= sp.Poly(above, x, y).total_degree()
+        assert size[2] >= sp.Poly(below, x, y).total_degree()
+        assert size[1] >= log2(sum(abs(c) for c in sp.Poly(above, x, y).coeffs())) - 1e-9
+        assert size[3] >= log2(sum(abs(c) for c in sp.Poly(below, x, y).coeffs())) - 1e-9
+
+
+def test_the_number_of_primes_is_not_overstated() -> None:
+    """By the theorem that the module names, from the sum of the primes' logarithms."""
+    low, high = sp.Float(2**BITS), sp.Float(2 ** (BITS + 1))
+    least = (high - low) / 384 - sum(x / (160 * sp.log(x)) for x in (low, high))
+    assert least / sp.log(high) >= PRIMES
+    assert sp.totient(ORDER) == 384
