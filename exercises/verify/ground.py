@@ -1,5 +1,7 @@
 """The arm in numbers, against which references are held: products of 4 x 4 matrices and finite differences."""
 
+from collections.abc import Callable, Sequence
+from itertools import combinations, product
 from typing import NamedTuple
 
 import numpy as np
@@ -100,11 +102,39 @@ class Ground:
         return real.T.reshape(self.points, *entries.shape)
 
 
+APART, TRIES = 0.005, 30
+"""Sums and differences of two or three lengths (m) are no nearer to zero, if so many draws can bring that about."""
+
+
 def random_lengths(chain: Chain, stream: Stream) -> dict[str, float]:
     """Draw a value for every open symbol of the chain: a length in metres, or an angle in radians."""
     roles = domain_of(chain).roles
     ends = {"angle": (-np.pi, np.pi), "length": (0.25, 1.25)}
-    return {symbol.name: stream.uniform(*ends[str(roles[symbol.name])]) for symbol in chain.parameters}
+    return apart(
+        chain, lambda: {symbol.name: stream.uniform(*ends[str(roles[symbol.name])]) for symbol in chain.parameters}
+    )
+
+
+def apart(chain: Chain, draw: Callable[[], dict[str, float]]) -> dict[str, float]:
+    """Draw open lengths that don't all but cancel, with each other or with given ones: that is a special case."""
+    roles = domain_of(chain).roles
+    given = [joint.a for joint in chain.joints] + [joint.d for joint in chain.joints if joint.kind == "R"]
+    known = [abs(float(value)) for value in (*given, *chain.point.offset) if value.is_number and value != 0]
+    values = draw()
+    for _ in range(TRIES):
+        own = [value for name, value in values.items() if roles[name] == "length"]
+        sets = (few for size in (2, 3) for few in combinations([*own, *known], size) if few[0] in own)
+        if not any(map(_all_but_cancel, sets)):
+            break
+        values = draw()
+    return values
+
+
+def _all_but_cancel(lengths: Sequence[float]) -> bool:
+    """Tell whether lengths cancel but for APART, with some signs."""
+    first, *others = lengths
+    signed = (zip(signs, others, strict=True) for signs in product((1, -1), repeat=len(others)))
+    return any(abs(first + sum(sign * value for sign, value in pairs)) < APART for pairs in signed)
 
 
 def random_poses(chain: Chain, stream: Stream, count: int) -> np.ndarray:

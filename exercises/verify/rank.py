@@ -14,7 +14,7 @@ from exercises.arm.kinematics import NumericChain
 from exercises.problem import Choice, Direction, Number, Part
 from exercises.verify.exponentials import exponential_jacobian
 from exercises.verify.formulas import EXACT, agree, reference
-from exercises.verify.ground import POSES, Check, Ground, random_poses
+from exercises.verify.ground import POSES, Check, Ground, apart, random_poses
 
 GONE, THERE = 1e-9, 0.02
 """Shares of the largest singular value below which one counts as zero, and above which it has to be."""
@@ -132,7 +132,7 @@ def samples_at(
 def _more_arms(chain: Chain, ground: Ground) -> Iterator[tuple[NumericChain, Mapping[str, float]]]:
     yield from zip(ground.arms, ground.lengths, strict=True)
     for _ in range(3):
-        lengths = {name: value * 3 ** ground.stream.uniform(-1, 1) for name, value in ground.lengths[0].items()}
+        lengths = apart(chain, lambda: {n: v * 3 ** ground.stream.uniform(-1, 1) for n, v in ground.lengths[0].items()})
         yield NumericChain(chain, lengths), lengths
 
 
