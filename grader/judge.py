@@ -3,12 +3,13 @@
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from exercises.formula.conditions import Piece, SetComparison, Space, compare_sets, pieces
+from exercises.formula.conditions import Atom, Piece, SetComparison, Space, compare_sets, pieces
 from exercises.formula.expression import Node, ReadError, as_matrix, has_blank, names, read
 from exercises.formula.identity import Certificate, Comparison, Domain, compare_entries, number
 from exercises.formula.tape import compile_tape, evaluate
@@ -58,12 +59,23 @@ def _unlabelled(node: Node, labels: Sequence[str]) -> Node:
     return Node("list", tuple(found[label] for label in labels)) if set(found) == set(labels) else node
 
 
+def with_points(text: str) -> str:
+    """Return a text with the commas of numbers as in 0,5 written as points, those inside brackets left alone."""
+    depth, out = 0, []
+    for before, char, after in zip(f" {text}", text, f"{text[1:]} ", strict=False):
+        depth += (char in "([{") - (char in ")]}")
+        out.append("." if char == "," and depth == 0 and before.isdigit() and after.isdigit() else char)
+    return "".join(out)
+
+
 def judge_expression(student: str, reference: str, domain: Domain, seed: str) -> Judgement:
     """Judge a formula."""
     node = _read(student, domain)
     if isinstance(node, Judgement):
         return node
     node = _right_side(node, domain)
+    if node.kind == "list" and (point := with_points(student)) != student:
+        return judge_expression(point, reference, domain, seed)
     if node.kind in ("list", "set", "dict"):
         return wrong("a list or matrix stands where a single expression is due")
     try:
@@ -281,7 +293,7 @@ def judge_angles(student: str, reference: str, domain: Domain, seed: str) -> Jud
             pieces(Node("in", (joint, values)), ["angle"])
             for values in (_without_blanks(node), _reference_node(reference, frozenset(domain.roles)))
         )
-        return _judge_set(claimed, truth, Space(["angle"], inner), seed)
+        return _judge_set(claimed, truth, Space(["angle"], inner), seed, "angle")
     except ReadError as error:
         return wrong(f"this can't be read as a set of angles: {error}")
 
@@ -307,7 +319,9 @@ def _says_a_condition(node: Node, joints: Sequence[str]) -> bool:
     return node.kind in ("eq", "in", "dict", "and", "or", "list", "set") or bool(names(node) & set(joints))
 
 
-def _judge_set(claimed: Sequence[Piece], truth: Sequence[Piece], space: Space, seed: str) -> Judgement:
+def _judge_set(
+    claimed: Sequence[Piece], truth: Sequence[Piece], space: Space, seed: str, what: str = "singular configuration"
+) -> Judgement:
     found = compare_sets(claimed, truth, space, seed)
     if found.equal and claimed:
         return correct(Certificate("numeric", found.points))
@@ -316,19 +330,36 @@ def _judge_set(claimed: Sequence[Piece], truth: Sequence[Piece], space: Space, s
     covered = [held for held in compare_sets(sound, truth, space, seed).covered if held is not None]
     surplus = sum(held is False for held in found.sound)
     share = max(0, sum(covered) - surplus) / len(covered) if covered else 0.0
-    return graded(min(share, 0.99), _set_reason(found, space.joints), _set_certificate(found))
+    reason = _set_reason(found, space.joints, what)
+    if found.surplus is not None and _are_degrees(claimed, truth, space, seed):
+        reason = f"these values are in degrees, and radians are due; {reason}"
+    return graded(min(share, 0.99), reason, _set_certificate(found))
+
+
+def _are_degrees(claimed: Sequence[Piece], truth: Sequence[Piece], space: Space, seed: str) -> bool:
+    """Tell whether the values of all joints would be right if they were turned from degrees into radians."""
+    if any(atom.joint is None for piece in claimed for atom in piece):
+        return False
+    degree = Node("/", (Node("name", value="pi"), Node("number", value=Fraction(180))))
+    turned = [tuple(Atom(Node("*", (atom.zero, degree)), atom.joint) for atom in piece) for piece in claimed]
+    return False not in compare_sets(turned, truth, space, seed).sound
 
 
 def _set_certificate(found: SetComparison) -> Certificate:
     return Certificate("numeric", found.points, None, {"missing": found.missing, "surplus": found.surplus})
 
 
-def _set_reason(found: SetComparison, joints: Sequence[str]) -> str:
+def _set_reason(found: SetComparison, joints: Sequence[str], what: str) -> str:
     said = []
     if found.missing is not None:
-        said.append(f"a singular configuration is missing: {_pose(found.missing, joints)}")
-    if found.surplus is not None:
-        said.append(f"not singular, though claimed: {_pose(found.surplus, joints)}")
+        article = "an" if what[0] in "aeiou" else "a"
+        said.append(f"{article} {what} is missing: {_pose(found.missing, joints)}")
+    if found.rounded and found.surplus is not None:
+        said.append(
+            f"right but for rounding: {_pose(found.surplus, joints)}; write the exact value, as in pi/3 or acos(1/3)"
+        )
+    elif found.surplus is not None:
+        said.append(f"claimed, but no {what}: {_pose(found.surplus, joints)}")
     return "; ".join(said) or "no configuration is claimed"
 
 

@@ -316,3 +316,43 @@ def test_an_unknown_symbol_is_named_first() -> None:
 
 def test_a_bare_joint_or_value_is_asked_about() -> None:
     assert "stands alone" in judge_singular("theta2", SINE, JOINTS, DOMAIN, "s").reason
+
+
+# --- values of joints, to the last digit ---
+
+
+@pytest.mark.parametrize(
+    ("student", "right", "said"),
+    [
+        ("{theta2: [0, pi]}", True, ""),
+        ("{theta2: [0.0, 3.141592653589793]}", True, ""),
+        ("theta2 = k*pi", True, ""),
+        ("{theta2: [0, 3.14159265358979]}", False, "right but for rounding"),
+        ("{theta2: [0, 3.1416]}", False, "right but for rounding"),
+        ("{theta2: [0, 2.9]}", False, "no singular configuration: theta1 ="),
+        ("theta2 = k*180", False, "these values are in degrees, and radians are due"),
+        ("theta2 in {0, 180}", False, "these values are in degrees, and radians are due"),
+        ("theta2 = 0", False, "a singular configuration is missing"),
+    ],
+)
+def test_values_are_exact_doubles_or_wrong(student: str, right: bool, said: str) -> None:
+    judged = judge_singular(student, ["sin(theta2) = 0"], ["theta1", "theta2"], DOMAIN, "s")
+    assert (judged.outcome is Outcome.CORRECT) == right
+    assert said in judged.reason
+
+
+def test_all_values_of_a_whole_number_are_meant() -> None:
+    for student, reference in (
+        ("k*pi/6", "sin(6*theta2)"),
+        ("pi/4 + n*pi/2", "cos(2*theta2)"),
+        ("-k*pi", "sin(theta2)"),
+    ):
+        judged = judge_singular(f"theta2 = {student}", [f"{reference} = 0"], ["theta1", "theta2"], DOMAIN, "s")
+        assert judged.outcome is Outcome.CORRECT, judged.reason
+
+
+def test_a_comma_may_stand_for_the_point_of_a_decimal() -> None:
+    assert judge_expression("0,5*a1*cos(theta1)", "a1*cos(theta1)/2", DOMAIN, "s").outcome is Outcome.CORRECT
+    assert judge_expression("1,2", "a1", DOMAIN, "s").outcome is Outcome.WRONG
+    assert "list" in judge_expression("a1, a2", "a1", DOMAIN, "s").reason
+    assert judge_expression("atan2(0,1)", "0", DOMAIN, "s").outcome is Outcome.CORRECT

@@ -13,12 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from exercises.formula.expression import Node, ReadError, names
+from exercises.formula.constants import holds_at, room_of, same_value, turns_of, value_of
+from exercises.formula.expression import Node, ReadError, digits_of_decimals, names
 from exercises.formula.identity import Domain
 from exercises.formula.tape import Tape, compile_tape, evaluate
 from exercises.stream import Stream
 
 SAMPLES = 48
+ROUNDED = 5e-3
+"""A decimal that is so near to the value of a joint that is due is told to be a rounded one."""
 TYPED = 1e-9
 """How near a configuration must be that was typed as values of joints."""
 MEMBER = 1e-7
@@ -120,11 +123,12 @@ def _vanishing(node: Node) -> list[Piece]:
 
 
 def _whole_number_cases(node: Node) -> list[Node]:
+    """Return the cases of a whole number k: all there are modulo whole turns of a value k*pi/6, or coarser."""
     free = [name for name in _WHOLE_NUMBERS if name in names(node)]
     cases = [node]
     for name in free:
-        cases = [_replaced(case, name, k) for case in cases for k in (0, 1, -1, 2, -2)]
-    return cases
+        cases = [_replaced(case, name, k) for case in cases for k in range(-6, 7)]
+    return list({turns if (turns := turns_of(case)) is not None else case: case for case in cases}.values())
 
 
 def _replaced(node: Node, name: str, k: int) -> Node:
@@ -317,6 +321,30 @@ class Space:
             gap = np.angle(np.exp(1j * np.where(np.isfinite(gap), gap, np.nan)))
         return np.asarray((np.abs(gap) <= tolerance) & (np.abs(found.imag) <= tolerance))
 
+    def holds_exactly(self, piece: Piece, outer: Sequence[Piece], symbols: Mapping[str, float]) -> bool:
+        """Tell whether values of joints that were typed as numbers meet the conditions of a piece to the last digit.
+
+        Conditions for joints that have no such value are left to the search.
+        """
+        given = {str(atom.joint): value_of(atom.zero) for atom in piece if atom.joint is not None}
+        typed = {joint: value for joint, value in given.items() if value is not None}
+        return any(
+            all(self._meets(atom, typed, symbols, room_of([a.zero for a in (*piece, *other)])) for atom in other)
+            for other in outer
+        )
+
+    def _meets(self, atom: Atom, typed: Mapping[str, Any], symbols: Mapping[str, float], room: float) -> bool:
+        if atom.joint is not None:
+            due = value_of(atom.zero)
+            if due is None or atom.joint not in typed:
+                return True
+            return same_value(typed[atom.joint], due, self.domain.roles.get(atom.joint) == "angle", room)
+        used = names(atom.zero)
+        if not used & set(typed) or used & set(self.joints) - set(typed):
+            return True
+        return holds_at(atom.zero, {joint: typed[joint] for joint in used & set(typed)},
+                        {name: symbols[name] for name in used - set(typed)}, room)  # fmt: skip
+
     def _typical(self, ready: _Ready, values: Mapping[str, np.ndarray], count: int) -> float:
         """Return how large the terms of an expression are at random poses (where it vanishes they may vanish, too)."""
         stream = Stream("typical")
@@ -343,7 +371,8 @@ class SetComparison:
 
     A claimed piece is None where it holds nowhere: it claims nothing, and covers nothing.
 
-    `missing` and `surplus` are configurations: singular but not claimed, claimed but not singular.
+    `missing` and `surplus` are configurations: singular but not claimed, claimed but not singular; `rounded` says that
+    a value would be right but for its digits.
     """
 
     covered: tuple[bool | None, ...]
@@ -351,6 +380,7 @@ class SetComparison:
     missing: Mapping[str, Any] | None
     surplus: Mapping[str, Any] | None
     points: int
+    rounded: bool = False
 
     @property
     def equal(self) -> bool:
@@ -361,10 +391,10 @@ class SetComparison:
 def compare_sets(claimed: Sequence[Piece], reference: Sequence[Piece], space: Space, seed: str) -> SetComparison:
     """Compare a claimed set of configurations with the reference, piece by piece."""
     used = space.names_of([claimed, reference])
-    points = 0
+    points, rounded = 0, False
 
     def inclusion(inner: Sequence[Piece], outer: Sequence[Piece], tag: str) -> tuple[list[bool | None], Any]:
-        nonlocal points
+        nonlocal points, rounded
         held: list[bool | None] = []
         example = None
         for index, piece in enumerate(inner):
@@ -374,6 +404,12 @@ def compare_sets(claimed: Sequence[Piece], reference: Sequence[Piece], space: Sp
             # Values that were stated are held to the tolerance of all answers, what was projected to the projection's.
             stated = all(atom.joint is not None for atom in piece)
             inside = space.contains(outer, values, count, TYPED if stated else MEMBER)
+            if stated and count and inside.all():
+                symbols = {name: float(column[0]) for name, column in values.items()}
+                if not space.holds_exactly(piece, outer, symbols):
+                    inside, rounded = np.zeros(count, dtype=bool), rounded or tag == "claimed"
+            elif stated and count and tag == "claimed" and any(digits_of_decimals(atom.zero) for atom in piece):
+                rounded |= bool(space.contains(outer, values, count, ROUNDED).all())
             held.append(None if count == 0 else bool(inside.all()))
             if count and not inside.all() and example is None:
                 first = int(np.nonzero(~inside)[0][0])
@@ -387,4 +423,4 @@ def compare_sets(claimed: Sequence[Piece], reference: Sequence[Piece], space: Sp
             sound[index] = False
     real = [piece for piece, held in zip(claimed, sound, strict=True) if held is not None]
     covered, missing = inclusion(reference, real, "reference")
-    return SetComparison(tuple(covered), tuple(sound), missing, surplus, points)
+    return SetComparison(tuple(covered), tuple(sound), missing, surplus, points, rounded)

@@ -152,10 +152,15 @@ def _count(theirs: Tape, certain: Sequence[bool]) -> int:
     return max(POINTS, min(POINTS_BRANCHING, _VALUES // len(theirs.steps))) if theirs.branches else POINTS
 
 
+def allowed_for_decimals(node: Node) -> float:
+    """Return what part of its size a value may be off because its decimals are doubles; 0 where they are not."""
+    digits = digits_of_decimals(node)
+    return FLOATS if digits >= DOUBLE else NEARLY_FLOATS if digits >= NEARLY else 0.0
+
+
 def _allowed(node: Node, rounding: Rounding | None) -> tuple[float, float]:
     """Return what an entry may be off: a part of the size of the reference's terms, and an amount."""
-    digits = digits_of_decimals(node)
-    floats = FLOATS if digits >= DOUBLE else NEARLY_FLOATS if digits >= NEARLY else 0.0
+    floats = allowed_for_decimals(node)
     return (floats, 0.0) if rounding is None else (max(floats, rounding.relative), rounding.absolute)
 
 
