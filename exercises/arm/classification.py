@@ -36,6 +36,9 @@ _STARTS, _STEPS = 80, 40
 _EARLY, _KEPT = 8, 20
 """Searches for a configuration beyond a fold; after `_EARLY` steps only the `_KEPT` nearest go on."""
 
+_TURNS = 24
+"""Turns of a joint that does not move the point, at which a corner of the reach is looked for."""
+
 _BEYOND = 1e-4
 """How far beyond a fold that is, of the reach: less than the hole that a folded arm leaves."""
 
@@ -169,13 +172,15 @@ def _rank(jacobian: np.ndarray, reach: float) -> int:
 def _kind_of_place(sample: Sample, task: list[int]) -> str | None:
     """Return the kind of a configuration; where a joint can turn without moving the point, of the worst it turns to.
 
-    Boundary or not is a matter of where the point is. A corner of the reach is seen from some of its configurations.
+    Boundary or not is a matter of where the point is. A corner of the reach is seen from some of its configurations, so
+    that those that are looked at are the same for all configurations with the point there.
     """
     kind = _kind_seen(sample, task)
     if kind != "internal" or max(task) > 2:
         return kind
     for joint in range(1, min(len(sample.q), sample.arm.point_frame)):
-        turned = sample.q + np.linspace(0, 2 * np.pi, 9)[1:-1, None] * np.eye(len(sample.q))[joint]
+        turned = np.tile(sample.q, (_TURNS, 1))
+        turned[:, joint] = np.linspace(-np.pi, np.pi, _TURNS, endpoint=False)
         places = sample.arm.point(turned)
         if sample.arm.kinds[joint] == "R" and np.ptp(places, axis=0).max() < REGULAR:
             kinds = (_kind_seen(Sample(sample.arm, q), task) for q in turned)
