@@ -4,7 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from exercises.errors import QdotError
-from exercises.formula.expression import Node, ReadError, as_matrix, has_blank, read
+from exercises.formula.expression import read
+from exercises.formula.trees import Node, ReadError, as_matrix, has_blank
 from exercises.problem import variable
 from grader.sandbox import Sandbox
 from grader.submission import Unreadable, read_submission

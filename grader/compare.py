@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from exercises.errors import QdotError
-from exercises.formula.expression import Node, ReadError, as_matrix, names, read
+from exercises.formula.expression import read
 from exercises.formula.identity import Domain, default_role
+from exercises.formula.trees import Node, ReadError, as_matrix, names
 from grader.judge import judge_angles, judge_expression, judge_matrix, judge_singular
 from grader.verdict import Judgement, Outcome
 

@@ -4,9 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from exercises.formula.expression import Node, ReadError, has_blank, names, read
+from exercises.formula.expression import read
 from exercises.formula.identity import Certificate, Domain, compare_entries
 from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.trees import Node, ReadError, has_blank, names
 from grader.judge import answer_rows, unknown_symbols
 from grader.verdict import Judgement, correct, missing, wrong
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from exercises.formula.conditions import Space, compare_sets, pieces
-from exercises.formula.expression import ReadError, read
+from exercises.formula.expression import read
 from exercises.formula.identity import Domain
+from exercises.formula.trees import ReadError
 from exercises.stream import Stream
 
 JOINTS = ("theta1", "theta2", "theta3")

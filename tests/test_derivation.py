@@ -10,8 +10,9 @@ import sympy as sp
 
 from exercises.arm.chain import Chain, Joint, Point
 from exercises.arm.derivation import Derivation, derive
-from exercises.formula.expression import Node, as_matrix, read
+from exercises.formula.expression import read
 from exercises.formula.identity import Domain, compare_entries, default_role
+from exercises.formula.trees import Node, as_matrix
 
 RECORDS = json.loads((Path(__file__).parent / "data" / "ground_truth.json").read_text(encoding="utf-8"))
 NAMES = [record["name"] for record in RECORDS]

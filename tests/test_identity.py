@@ -6,8 +6,9 @@ from typing import Any
 
 import pytest
 
-from exercises.formula.expression import names, read
+from exercises.formula.expression import read
 from exercises.formula.identity import Comparison, Domain, compare_entries, default_role
+from exercises.formula.trees import names
 from grader.compare import compare_line
 
 CASES = [

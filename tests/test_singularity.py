@@ -17,7 +17,8 @@ from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import Component, _common_zeros, singular_set, solve_condition
 from exercises.arm.trigonometry import factored
 from exercises.formula.conditions import Piece, Space, compare_sets, pieces
-from exercises.formula.expression import Node, read
+from exercises.formula.expression import read
+from exercises.formula.trees import Node
 from exercises.stream import Stream
 from exercises.verify.singular import singular_configurations
 

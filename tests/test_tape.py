@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exercises.formula.expression import ReadError, read
+from exercises.formula.expression import read
 from exercises.formula.tape import compile_tape, evaluate, evaluate_precisely
+from exercises.formula.trees import ReadError
 
 ONE_ARGUMENT = [
     "sin", "cos", "tan", "cot", "sec", "csc", "asin", "acos", "atan", "acot", "sinh", "cosh", "tanh", "exp", "log",

@@ -14,7 +14,9 @@ from fractions import Fraction
 import sympy as sp
 
 from exercises.errors import QdotError
-from exercises.formula.expression import FUNCTIONS, Node, ReadError, read
+from exercises.formula.expression import read
+from exercises.formula.names import FUNCTIONS
+from exercises.formula.trees import Node, ReadError
 
 LONG = 20
 """Metres above which a length is probably meant in millimetres."""

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from exercises.formula.constants import holds_at, room_of, same_value, turns_of, value_of
-from exercises.formula.expression import Node, ReadError, digits_of_decimals, names
 from exercises.formula.identity import Domain
 from exercises.formula.tape import Tape, compile_tape, evaluate
+from exercises.formula.trees import Node, ReadError, digits_of_decimals, names
 from exercises.stream import Stream
 
 SAMPLES = 48

@@ -8,9 +8,9 @@ import mpmath
 import numpy as np
 
 from exercises.formula.angles import Angles
-from exercises.formula.expression import Node, names
 from exercises.formula.identity import SAME, allowed_for_decimals
 from exercises.formula.tape import compile_tape, evaluate, evaluate_precisely
+from exercises.formula.trees import Node, names
 
 DIGITS = 50
 

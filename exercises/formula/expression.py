@@ -7,51 +7,26 @@ matrix or a set of conditions is for the caller to say.
 """
 
 import re
-import unicodedata
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
+
+from exercises.formula.names import ARITY, LONGEST, Piece, pieces_of, plain_name
+from exercises.formula.notation import plain, rows_of_semicolons
+from exercises.formula.trees import Node, ReadError, renamed
 
 MAX_DEPTH = 60
 MAX_LENGTH = 300_000
-
-FUNCTIONS = {
-    **{name: name for name in ("sin", "cos", "tan", "cot", "sec", "csc", "asin", "acos", "atan", "acot")},
-    **{name: name for name in ("sinh", "cosh", "tanh", "exp", "log", "sqrt", "atan2", "sign")},
-    **{"abs": "abs", "Abs": "abs", "ln": "log", "fabs": "abs"},
-    **{"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2"},
-}
-"""Every function that an expression may call, under each name that is understood for it."""
-
-ARITY = {"atan2": 2}
+MAX_DIAGONAL = 20
 
 CONTAINERS = {
     "Matrix", "Union", "ImageSet",
-    "MutableDenseMatrix", "ImmutableDenseMatrix", "ImmutableMatrix", "array", "FiniteSet",
+    "diag", "MutableDenseMatrix", "ImmutableDenseMatrix", "ImmutableMatrix", "array", "FiniteSet",
     "Eq", "Equality", "Or", "And", "Rational", "Integer", "Float", "Pow", "list", "set", "tuple", "Tuple",
 }  # fmt: skip
 
-CONSTANTS = ("pi", "E", "I")
 UNDEFINED = ("nan", "NaN", "inf", "oo", "zoo", "None", "True", "False", "undefined")
 BLANK = ("blank", "Ellipsis")
-
-
-class ReadError(ValueError):
-    """Text that is no answer: what was found, where, and what would be understood."""
-
-
-@dataclass(frozen=True, slots=True)
-class Node:
-    """A piece of an expression: `kind` and `args`; `value` holds a number (Fraction) or a name.
-
-    Kinds: number, decimal, name, blank, call, neg, + - * / ^, list, set, dict, pair, eq, in, and, or.
-    """
-
-    kind: str
-    args: tuple["Node", ...] = ()
-    value: Any = None
 
 
 _TOKEN = re.compile(
@@ -60,9 +35,6 @@ _TOKEN = re.compile(
     r"|(?P<name>[^\W\d]\w*(?:\.[^\W\d]\w*)*)"
     r"|(?P<op>\*\*|==|\.\.\.|[-+*/^()\[\]{},:=&|])"
 )
-_GREEK = {"θ": "theta", "ϑ": "theta", "α": "alpha", "β": "beta", "ω": "w", "π": "pi", "φ": "phi"}
-_DASHES = str.maketrans({"−": "-", "–": "-", "×": "*", "·": "*", "⋅": "*", "…": "..."})
-_MODULES = ("np.", "numpy.", "math.", "sp.", "sympy.", "sym.")
 
 
 def _tokens(text: str) -> list[tuple[str, str, int]]:
@@ -83,18 +55,6 @@ def _where(text: str, at: int) -> str:
     start = max(0, at - 15)
     shown = text[start : at + 15].replace("\n", " ")
     return f"at character {at + 1}, near '{shown}'"
-
-
-_LONGEST_NAME = 60
-
-
-@lru_cache(maxsize=4096)
-def _plain_name(name: str) -> str:
-    """Return a name in the form that the symbol tables use: no module, no Greek, no underscore before digits."""
-    for module in _MODULES:
-        name = name.removeprefix(module)
-    name = "".join(_GREEK.get(ch, ch) for ch in unicodedata.normalize("NFKC", name))
-    return re.sub(r"_(?=\d)", "", name)
 
 
 class _Parser:
@@ -255,38 +215,56 @@ class _Parser:
         return Node(kind, tuple(items))
 
     def named(self, raw: str) -> Node:
-        if len(raw) > _LONGEST_NAME:
+        if len(raw) > LONGEST:
             raise self.fail(f"a name of {len(raw)} characters is no symbol of this field,")
-        name = _plain_name(raw)
-        if name in FUNCTIONS or (name.lower() in FUNCTIONS and name not in self.known):
-            return self.function(FUNCTIONS.get(name) or FUNCTIONS[name.lower()])
-        if name in ("Derivative", "Lambda") and self.peek() == "(":
-            return self.bound(name)
-        if name in self.known and self.peek() == "(" and self.text_at(1) == "t" and self.text_at(2) == ")":
+        if raw.endswith(".diff") and self.peek() == "(":  # theta1.diff(t)
+            return self.bound("Derivative", _meant(pieces_of(raw.removesuffix(".diff"), self.known)[0]))
+        name = plain_name(raw)
+        opens = self.peek() == "("
+        if opens and name in ("Derivative", "diff", "Lambda"):
+            return self.bound(name, None)
+        if opens and name in self.known and self.text_at(1) == "t" and self.text_at(2) == ")":
             self.at += 3  # theta1(t), as dynamicsymbols prints it
             return Node("name", value=name)
-        if name in CONTAINERS and self.peek() == "(":
+        if opens and name in CONTAINERS:
             self.at += 1
             return _container(name, self.bracketed(")", "args").args, self)
         if name in UNDEFINED:
             raise self.fail(f"{name} is not an answer;")
         if name in BLANK:
             return Node("blank")
-        if self.peek() == "(" and name not in self.known and not _shorthand(name, self.known):
+        pieces = pieces_of(raw, self.known)
+        if opens and len(pieces) == 1 and pieces[0].kind == "name" and name not in self.known:
             raise self.fail(f"the function {name!r} is not understood")
-        angles = _shorthand(name, self.known)
-        if angles:
-            return Node("call", (_sum([Node("name", value=a) for a in angles]),), "cos" if name[0] in "cC" else "sin")
-        return Node("name", value=name)
+        return self.product_of(pieces)
+
+    def product_of(self, pieces: Sequence[Piece]) -> Node:
+        """Return the product that names without a space stand for; a function is of what follows it."""
+        factors: list[Node] = []
+        todo = list(pieces)
+        while todo:
+            piece = todo.pop(0)
+            if piece.kind != "function":
+                factors.append(_meant(piece))
+            elif todo and todo[0].kind != "function":
+                factors.append(_call(piece.parts[0], (_meant(todo.pop(0)),)))
+            elif not todo:
+                factors.append(self.function(piece.parts[0]))
+            else:
+                raise self.fail(f"expected what {piece.parts[0]} is of,")
+        product = factors[0]
+        for factor in factors[1:]:
+            product = Node("*", (product, factor))
+        return product
 
     def text_at(self, ahead: int) -> str:
         return self.tokens[min(self.at + ahead, len(self.tokens) - 1)][1]
 
-    def bound(self, name: str) -> Node:
+    def bound(self, name: str, of: Node | None) -> Node:
         """Read Derivative(theta1(t), t), which is the rate qd1, or Lambda(_n, …), whose _n is any whole number."""
         self.at += 1
-        args = self.bracketed(")", "args").args
-        if name == "Derivative" and len(args) == 2 and args[0].kind == "name":
+        args = ((of,) if of is not None else ()) + self.bracketed(")", "args").args
+        if name != "Lambda" and len(args) == 2 and args[0].kind == "name":
             match = re.fullmatch(r"(?:theta|d)(\d+)", str(args[0].value))
             if match is not None:
                 return Node("name", value=f"qd{match.group(1)}")
@@ -295,17 +273,64 @@ class _Parser:
         raise self.fail(f"this {name} is not understood")
 
     def function(self, name: str) -> Node:
+        self.depth += 1
+        if self.depth > MAX_DEPTH:
+            raise self.fail(f"functions nest more than {MAX_DEPTH} deep")
+        made = self.function_of(name)
+        self.depth -= 1
+        return made
+
+    def function_of(self, name: str) -> Node:
         power = None
-        if self.peek() in ("^", "**"):  # sin^2(x)
-            self.at += 1
+        if self.take("^", "**"):  # sin^2(x)
+            negative = self.sign()
             power = self.primary()
-        if not self.take("("):
-            raise self.fail(f"expected '(' after {name},")
-        args = self.bracketed(")", "args").args
+            power = Node("neg", (power,)) if negative else power
+        if self.take("("):
+            args = self.bracketed(")", "args").args
+        elif self.take("["):
+            args = self.bracketed("]", "args").args
+        else:
+            args = (self.bare_argument(name),)
         if len(args) != ARITY.get(name, 1):
             raise self.fail(f"{name} takes {ARITY.get(name, 1)} argument, not {len(args)},")
-        call = Node("call", args, name)
+        if power is not None and power == _MINUS_ONE and f"a{name}" in _INVERSES:
+            return _call(f"a{name}", args)  # sin^-1(x) is the arc sine
+        call = _call(name, args)
         return Node("^", (call, power)) if power is not None else call
+
+    def bare_argument(self, name: str) -> Node:
+        """Read what a function without brackets is of: numbers and one name, as in sin 2 theta1."""
+        factors = []
+        while self.tokens[self.at][0] == "number":
+            factors.append(_number(self.peek()))
+            self.at += 1
+        if self.tokens[self.at][0] == "name" and self.peek() not in ("in", "and", "or"):
+            self.at += 1
+            factors.append(self.named(self.text_at(-1)))
+        if not factors or self.peek() in ("/", "^", "**"):
+            raise self.fail(f"expected '(' after {name},")
+        product = factors[0]
+        for factor in factors[1:]:
+            product = Node("*", (product, factor))
+        return product
+
+
+_MINUS_ONE = Node("neg", (Node("number", value=Fraction(1)),))
+_INVERSES = ("asin", "acos", "atan")
+
+
+def _meant(piece: Piece) -> Node:
+    if piece.kind == "name":
+        return Node("name", value=piece.parts[0])
+    angle = _sum([Node("name", value=part) for part in piece.parts])
+    return angle if piece.kind == "sum" else Node("call", (angle,), piece.kind)
+
+
+def _call(name: str, args: tuple[Node, ...]) -> Node:
+    if name == "radians":
+        return Node("/", (Node("*", (args[0], Node("name", value="pi"))), Node("number", value=Fraction(180))))
+    return Node("call", args, name)
 
 
 def _sum(nodes: list[Node]) -> Node:
@@ -313,16 +338,6 @@ def _sum(nodes: list[Node]) -> Node:
     for node in nodes[1:]:
         total = Node("+", (total, node))
     return total
-
-
-@lru_cache(maxsize=4096)
-def _shorthand(name: str, known: frozenset[str]) -> tuple[str, ...]:
-    """Return the angles of c12 or S_23, or nothing where the name is a symbol of the problem or no shorthand."""
-    match = re.fullmatch(r"[csCS]_?\{?(\d{1,4})\}?", name)
-    if match is None or name in known:
-        return ()
-    angles = tuple(f"theta{digit}" for digit in match.group(1))
-    return angles if not known or all(angle in known for angle in angles) else ()
 
 
 def _number(text: str) -> Node:
@@ -348,6 +363,16 @@ def _container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
         return Node("/" if name == "Rational" else "^", args)
     if len(args) == 1:
         return args[0]
+    if name.endswith("Matrix") and len(args) == 3 and args[2].kind == "list":
+        rows, columns, entries = args[0].value, args[1].value, args[2].args
+        if args[0].kind == args[1].kind == "number" and rows * columns == len(entries):
+            cut = range(0, len(entries), int(columns))
+            return Node("list", tuple(Node("list", entries[i : i + int(columns)]) for i in cut))
+    if name == "diag" and len(args) <= MAX_DIAGONAL:
+        zero = Node("number", value=Fraction(0))
+        return Node("list", tuple(
+            Node("list", tuple(arg if i == j else zero for j in range(len(args)))) for i, arg in enumerate(args)
+        ))  # fmt: skip
     if name == "Tuple":
         return Node("list", args)
     raise parser.fail(f"{name} with {len(args)} arguments is not understood")
@@ -372,78 +397,4 @@ def read(text: str, known: Iterable[str] = ()) -> Node:
 @lru_cache(maxsize=4)
 def _read(text: str, known: frozenset[str]) -> Node:
     """Return the tree; an answer is often read twice in a row, for its symbols and for what it says."""
-    return _Parser(text.translate(_DASHES), known).whole()
-
-
-def renamed(node: Node, old: str, new: str) -> Node:
-    """Return the tree with one name put for another."""
-    if node.kind == "name":
-        return Node("name", value=new) if node.value == old else node
-    return Node(node.kind, tuple(renamed(arg, old, new) for arg in node.args), node.value)
-
-
-def names(node: Node) -> set[str]:
-    """Return the names in a tree that are not constants."""
-    found, stack = set(), [node]
-    while stack:
-        top = stack.pop()
-        if top.kind == "name" and top.value not in CONSTANTS:
-            found.add(top.value)
-        stack.extend(top.args)
-    return found
-
-
-def digits_of_decimals(node: Node) -> int:
-    """Return how many significant digits the longest decimal in a tree has; 0 without one.
-
-    >>> digits_of_decimals(read("0.50*a1 + 3.14159"))
-    6
-    """
-    most, stack = 0, [node]
-    while stack:
-        top = stack.pop()
-        if top.kind == "decimal":
-            whole = top.value
-            while whole.denominator != 1:
-                whole *= 10
-            most = max(most, len(str(abs(whole.numerator)).rstrip("0")))
-        stack.extend(top.args)
-    return most
-
-
-def has_blank(node: Node) -> bool:
-    """Tell whether a placeholder is still there somewhere in the tree."""
-    stack = [node]
-    while stack:
-        top = stack.pop()
-        if top.kind == "blank":
-            return True
-        stack.extend(top.args)
-    return False
-
-
-def _is_column(node: Node) -> bool:
-    """Tell whether a node is [[a], [b], …], a column vector as SymPy writes it."""
-    one_each = all(item.kind == "list" and len(item.args) == 1 and item.args[0].kind != "list" for item in node.args)
-    return node.kind == "list" and len(node.args) > 1 and one_each
-
-
-def as_matrix(node: Node) -> list[list[Node]]:
-    """Return rows of scalars: a list of rows, a list of scalars (a column), or a scalar (1 x 1).
-
-    Raises ReadError where rows differ in length or lists nest deeper.
-    """
-    if node.kind != "list":
-        return [[node]]
-    if node.args and all(_is_column(item) for item in node.args):  # a list of column vectors, side by side
-        columns = [[entry.args[0] for entry in item.args] for item in node.args]
-        if len({len(column) for column in columns}) == 1:
-            return [list(row) for row in zip(*columns, strict=True)]
-    rows = [list(item.args) if item.kind == "list" else [item] for item in node.args]
-    if not rows:
-        raise ReadError("the list is empty")
-    if len({len(row) for row in rows}) != 1:
-        raise ReadError(f"the rows of the matrix have different lengths: {', '.join(str(len(row)) for row in rows)}")
-    if any(entry.kind in ("list", "set", "dict") for row in rows for entry in row):
-        raise ReadError("an entry of the matrix is itself a list")
-    return rows
+    return _Parser(rows_of_semicolons(plain(text, known)), known).whole()

@@ -21,8 +21,8 @@ import mpmath
 import numpy as np
 
 from exercises.formula import exact
-from exercises.formula.expression import Node, digits_of_decimals, names
 from exercises.formula.tape import Tape, compile_tape, evaluate_precisely, evaluate_steps, outputs, regions
+from exercises.formula.trees import Node, digits_of_decimals, names
 from exercises.stream import Stream
 
 POINTS = 24

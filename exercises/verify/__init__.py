@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.formula.expression import Node, ReadError, names, read
+from exercises.formula.expression import read
+from exercises.formula.trees import Node, ReadError, names
 from exercises.problem import Choice, ConditionSet, Part, Problem, ProblemId
 from exercises.record import digests
 from exercises.verify import (

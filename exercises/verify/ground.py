@@ -10,8 +10,9 @@ import sympy as sp
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.classification import domain_of
 from exercises.arm.kinematics import NumericChain
-from exercises.formula.expression import Node, read
+from exercises.formula.expression import read
 from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.trees import Node
 from exercises.problem import Problem
 from exercises.record import text_of
 from exercises.stream import Stream

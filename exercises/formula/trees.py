@@ -1,0 +1,104 @@
+"""Expressions as trees of plain nodes, and what can be asked of a tree without knowing how it was written."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from exercises.formula.names import CONSTANTS
+
+
+class ReadError(ValueError):
+    """Text that is no answer: what was found, where, and what would be understood."""
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """A piece of an expression: `kind` and `args`; `value` holds a number (Fraction) or a name.
+
+    Kinds: number, decimal, name, blank, call, neg, + - * / ^, list, set, dict, pair, eq, in, and, or.
+    """
+
+    kind: str
+    args: tuple["Node", ...] = ()
+    value: Any = None
+
+
+def renamed(node: Node, old: str, new: str) -> Node:
+    """Return the tree with one name put for another."""
+    if node.kind == "name":
+        return Node("name", value=new) if node.value == old else node
+    return Node(node.kind, tuple(renamed(arg, old, new) for arg in node.args), node.value)
+
+
+def names(node: Node) -> set[str]:
+    """Return the names in a tree that are not constants."""
+    found, stack = set(), [node]
+    while stack:
+        top = stack.pop()
+        if top.kind == "name" and top.value not in CONSTANTS:
+            found.add(top.value)
+        stack.extend(top.args)
+    return found
+
+
+def digits_of_decimals(node: Node) -> int:
+    """Return how many significant digits the longest decimal in a tree has; 0 without one.
+
+    >>> digits_of_decimals(Node("neg", (Node("decimal", value=Fraction("3.14159")),)))
+    6
+    """
+    most, stack = 0, [node]
+    while stack:
+        top = stack.pop()
+        if top.kind == "decimal":
+            whole = top.value
+            while whole.denominator != 1:
+                whole *= 10
+            most = max(most, len(str(abs(whole.numerator)).rstrip("0")))
+        stack.extend(top.args)
+    return most
+
+
+def has_blank(node: Node) -> bool:
+    """Tell whether a placeholder is still there somewhere in the tree."""
+    stack = [node]
+    while stack:
+        top = stack.pop()
+        if top.kind == "blank":
+            return True
+        stack.extend(top.args)
+    return False
+
+
+def _is_column(node: Node) -> bool:
+    """Tell whether a node is [[a], [b], …], a column vector as SymPy writes it."""
+    one_each = all(item.kind == "list" and len(item.args) == 1 and item.args[0].kind != "list" for item in node.args)
+    return node.kind == "list" and len(node.args) > 1 and one_each
+
+
+def _is_rows(node: Node) -> bool:
+    return node.kind == "list" and bool(node.args) and all(item.kind == "list" for item in node.args)
+
+
+def as_matrix(node: Node) -> list[list[Node]]:
+    """Return rows of scalars: a list of rows, a list of scalars (a column), or a scalar (1 x 1).
+
+    Raises ReadError where rows differ in length or lists nest deeper.
+    """
+    while node.kind == "list" and len(node.args) == 1 and _is_rows(node.args[0]):
+        node = node.args[0]
+    if node.kind == "set" and node.args and all(item.kind == "set" for item in node.args):  # {{a, b}, {c, d}}
+        node = Node("list", tuple(Node("list", item.args) for item in node.args))
+    if node.kind != "list":
+        return [[node]]
+    if node.args and all(_is_column(item) for item in node.args):  # a list of column vectors, side by side
+        columns = [[entry.args[0] for entry in item.args] for item in node.args]
+        if len({len(column) for column in columns}) == 1:
+            return [list(row) for row in zip(*columns, strict=True)]
+    rows = [list(item.args) if item.kind == "list" else [item] for item in node.args]
+    if not rows:
+        raise ReadError("the list is empty")
+    if len({len(row) for row in rows}) != 1:
+        raise ReadError(f"the rows of the matrix have different lengths: {', '.join(str(len(row)) for row in rows)}")
+    if any(entry.kind in ("list", "set", "dict") for row in rows for entry in row):
+        raise ReadError("an entry of the matrix is itself a list")
+    return rows

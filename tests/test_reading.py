@@ -1,0 +1,154 @@
+"""What students really write: a right answer in any writing is right; what can't be read is refused, quickly."""
+
+import pytest
+
+from exercises.formula.expression import read
+from exercises.formula.identity import Domain
+from exercises.formula.names import pieces_of
+from exercises.formula.notation import plain, rows_of_semicolons
+from exercises.formula.trees import ReadError
+from grader.judge import judge_expression, judge_matrix
+from grader.verdict import Outcome
+
+ANGLES = dict.fromkeys(("theta1", "theta2", "theta3", "alpha1"), "angle")
+LENGTHS = dict.fromkeys(("a1", "a2", "a3"), "length")
+DOMAIN = Domain({**ANGLES, **LENGTHS, **dict.fromkeys(("d3", "qd1", "qd2", "vx", "vy", "wz"), "signed")})
+
+POSITION = "a1*cos(theta1) + a2*cos(theta1 + theta2)"
+POSITIONS = [
+    r"a_1 \cos\theta_1 + a_2\cos(\theta_1+\theta_2)",
+    r"a_{1}\cos{\theta_{1}}+a_{2}\cos{\left(\theta_{1}+\theta_{2}\right)}",
+    r"$a_1 c_1 + a_2 c_{12}$",
+    r"\(a_1\mathrm{c}_1 + a_2 \mathrm{c}_{12}\)",
+    r"a_1\cos(\theta_1)+\frac{2a_2}{2}\cos(\theta_1+\theta_2)",
+    r"a_1\cos(\theta_1)+\dfrac{a_2^{2}}{a_2}\cos\left(\theta_1+\theta_2\right)",
+    r"a_1 \cdot \cos \theta_1 + a_2 \times \cos(\theta_1 + \theta_2)",
+    "a_1 c_{1} + a_2 c_{1 2}",
+    "a1*c1+a2*c_{12}",
+    "a1 cos θ1 + a2 cos(θ1+θ2)",
+    "a1 cos theta1 + a2 cos(theta1+theta2)",
+    "a1·cos(θ₁) + a2·cos(θ₁ + θ₂)",
+    "a1*cosθ1+a2*cos(θ1+θ2)",
+    "a1cos(theta1)+a2cos(theta1+theta2)",
+    "a1c1 + a2c12",
+    "a1*c1+a2*(c1c2-s1s2)",
+    "a1*cos(q1)+a2*cos(q1+q2)",
+    "a1*cos(th1)+a2*cos(th1+th2)",
+    "a1*cos(theta1)+a2*cos(theta12)",
+    "a1*cos(theta_1(t))+a2*cos(theta_1(t)+theta_2(t))",
+    "a1*np.cos(theta1)+a2*np.cos(theta1+theta2)",
+    "a1*math.cos(theta1)+a2*math.cos(theta1+theta2)",
+    "a1*cos(theta1)+a2*cos(theta1+theta2) m",
+    "(a1*cos(theta1)+a2*cos(theta1+theta2))*m",
+    "x = a1*cos(theta1)+a2*cos(theta1+theta2)",
+    "a1*c1+a2*cos(theta1+theta2);",
+    "a1*c1+a2*c12.",
+    "a1*cos(theta1)+a2*cos(theta1+theta2) + 0j",
+    "cos(theta1)a1+cos(theta1+theta2)a2",
+    "a1*Cos[theta1]+a2*Cos[theta1+theta2]",
+    "a1*cos(deg2rad(180/pi*theta1))+a2*cos(theta1+theta2)",
+    "1.0*a1*cos(theta1)+\n1.*a2*cos(theta1+theta2)",
+]
+
+
+@pytest.mark.parametrize("text", POSITIONS)
+def test_a_position_in_any_writing(text: str) -> None:
+    judged = judge_expression(text, POSITION, DOMAIN, "s")
+    assert judged.outcome is Outcome.CORRECT, judged.reason
+
+
+WRITINGS = {
+    "qd1": ["Derivative(theta1(t), t)", "diff(theta1,t)", "theta1.diff(t)", r"\dot{\theta}_1", r"\dot\theta_1",
+            "thetadot1",
+            "theta1_dot", "dtheta1", "theta_dot_1", "θ̇1", "q̇1", "qdot1", "dq1", "qd_1", r"\dot{q}_{1}", "thetad1"],
+    "3/10": ["0.3 m", "30 cm", "300 mm", "0.3 rad/s", "0,3", ".3"],
+    "pi/6": ["30 deg", "30°", "30 degrees", r"\frac{\pi}{6}", "π/6", "radians(30)", "np.pi/6"],
+    "sin(alpha1)": ["sin(alpha_1)", "sinα1", r"\sin\alpha_1", "sin α_1"],
+    "vx": ["v_x", "v_{x}"],
+    "wz": ["omega_z", "ω_z", r"\omega_z", "w_z"],
+    "a1/2": ["1/2 a1", "½ a1", r"\tfrac12 a_1"],
+    "a1^2*a2": ["a1^2 a2", "a1**2a2", "a1² a2", "a1^{2} a2"],
+    "sin(theta1)^2": ["sin^2 theta1", "sin²θ1", r"\sin^2\theta_1", r"\sin^{2}{\left(\theta_{1} \right)}",
+                      "s1^2", "s1**2"],
+    "sin(theta1)*cos(theta2)": ["sin theta1 cos theta2", "s1c2", r"\sin\theta_1\cos\theta_2", "sinθ1cosθ2"],
+    "sqrt(a1)": ["√(a1)", r"\sqrt{a_1}", "a1^(1/2)"],
+    "a1^(1/3)": [r"\sqrt[3]{a_1}"],
+    "cos(theta1) + I*sin(theta1)": ["e^(i*theta1)", "exp(j*theta1)", r"e^{i\theta_1}"],
+    "1/sin(theta1)": ["sin(theta1)**-1", "sin(theta1)^{-1}", "csc(theta1)"],
+    "asin(a1/40)": ["arcsin(a1/40)", r"\sin^{-1}(a_1/40)", r"\arcsin\left(\frac{a_1}{40}\right)", "np.arcsin(a1/40)"],
+    "sin(2*theta1)": ["sin 2 theta1", "sin(2θ1)", r"\sin 2\theta_1"],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("reference", "text"), [(due, text) for due, texts in WRITINGS.items() for text in texts])
+def test_a_formula_in_any_writing(reference: str, text: str) -> None:
+    judged = judge_expression(text, reference, DOMAIN, "s")
+    assert judged.outcome is Outcome.CORRECT, judged.reason
+
+
+MATRICES = [
+    r"\begin{bmatrix} a_1 & 0 \\ 0 & c_{12} \end{bmatrix}",
+    r"\left[\begin{matrix}a_{1} & 0\\0 & \cos{\left(\theta_{1} + \theta_{2} \right)}\end{matrix}\right]",
+    r"\begin{array}{cc} a_1 & 0 \\ 0 & c_{12} \\ \end{array}",
+    "[a1, 0; 0, c12]", "np.array([[a1,0],[0,c12]])", "Matrix(2,2,[a1,0,0,c12])", "diag(a1,c12)", "[a1,0],[0,c12]",
+    "((a1,0),(0,c12))", "[[a1, 0],\n [0, c12]]", "{a1,0;0,c12}", "{{a1,0},{0,c12}}", "J = Matrix([[a1, 0], [0, c12]])",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", MATRICES)
+def test_a_matrix_in_any_writing(text: str) -> None:
+    judged = judge_matrix(text, [["a1", "0"], ["0", "cos(theta1+theta2)"]], DOMAIN, "s")
+    assert judged.outcome is Outcome.CORRECT, judged.reason
+
+
+REFUSED = [
+    ("sin theta1/2", "expected '(' after sin"),
+    ("sin theta1^2", "expected '(' after sin"),
+    ("sin", "expected '(' after sin"),
+    ("C(theta1)", "the function 'C' is not understood"),
+    (r"\foo{a1}", "not understood"),
+    (r"\frac{a1}", ""),
+    (r"\begin{align}a1", ""),
+    ("x" * 70, "a name of 70 characters"),
+]
+
+
+@pytest.mark.parametrize(("text", "said"), REFUSED)
+def test_what_has_two_meanings_or_none_is_refused(text: str, said: str) -> None:
+    judged = judge_expression(text, "sin(theta1/2)", DOMAIN, "s")
+    assert judged.outcome is Outcome.WRONG
+    assert said in judged.reason
+
+
+HOSTILE = [
+    " " * 200_000 + "x", "a1" + " " * 200_000 + "; ", "\n" * 100_000 + "$a1", "\\frac" * 3000, "\\frac{" * 3000, "{" * 20000, "\\sqrt[" * 3000, "\\begin{matrix}" * 2000, "_" * 5000, "^" * 5000,
+    "_{" * 5000, "\\dot" * 5000, "a1c12" * 4000, "s1" * 20000, "cos" * 5000, "½" * 9000,
+    "²" * 9000, "°" * 9000, "θ̇" * 9000,
+    "[;" * 9000, "[" + ";" * 20000 + "]", "\ud800", "\x00", "a1" + "\u0307" * 500, "$" * 9000,
+    "sin^" * 4000, "sin " * 4000, "Matrix(9**9,9**9,[1])",
+    "diag(" + "a1," * 3000 + ")", "t1" * 30, "theta1.diff(" * 3000,
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", HOSTILE, ids=lambda text: ascii(text[:12]))
+def test_hostile_writing_ends_in_a_verdict(text: str) -> None:
+    assert judge_expression(text, "a1", DOMAIN, "s").outcome in (Outcome.WRONG, Outcome.MISSING)
+    assert judge_matrix(text, [["a1", "0"]], DOMAIN, "s").outcome in (Outcome.WRONG, Outcome.MISSING)
+
+
+def test_symbols_of_the_problem_win_over_customs() -> None:
+    known = frozenset({"c1", "q1", "e", "m", "theta12", "theta1", "theta2"})
+    assert all(pieces_of(name, known)[0].parts == (name,) for name in known)
+    assert plain("c1*2 m", known) == "c1*2 m"
+    assert read("e*m", known).args[0].value == "e"
+
+
+def test_without_a_problem_nothing_is_split() -> None:
+    assert read("a1a2").value == "a1a2"
+
+
+def test_rows_of_semicolons_need_brackets() -> None:
+    assert rows_of_semicolons("[a; b]") == "[[a], [ b]]"
+    assert rows_of_semicolons("a; b") == "a; b"
+    with pytest.raises(ReadError, match="cannot read ';'"):
+        read("a; b")
