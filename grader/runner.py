@@ -23,12 +23,20 @@ from typing import Any, NamedTuple, NoReturn
 
 import numpy
 import sympy
+from sympy.printing.str import StrPrinter
 
 Report = Callable[[dict[str, Any]], None]
 Answer = Callable[[str], None]
 
 LONGEST_ANSWER = 400_000
 LONGEST_REPORT = 4_000_000
+
+
+class _Printer(StrPrinter):
+    """Prints doubles with all their digits: SymPy prints 15, and 0.866025403784439 is not the root of 3/4."""
+
+    def _print_Float(self, number: sympy.Float) -> str:
+        return repr(float(number)) if number._prec <= 53 else str(sympy.sstr(number, full_prec=True))
 
 
 def text_of(value: Any, depth: int = 0) -> str:
@@ -40,7 +48,7 @@ def text_of(value: Any, depth: int = 0) -> str:
     if isinstance(value, (sympy.MatrixBase, numpy.ndarray)):
         return text_of(value.tolist(), depth + 1)
     if isinstance(value, sympy.Basic):
-        return str(sympy.sstr(value, full_prec=True))
+        return str(_Printer().doprint(value))
     if isinstance(value, numpy.generic):
         return text_of(value.item(), depth + 1)
     if value is Ellipsis:
@@ -359,7 +367,7 @@ def warm_up() -> None:
     sympy.simplify(matrix.det())
     matrix.inv()
     matrix.diff(x)
-    sympy.sstr(sympy.And(sympy.Eq(x, 0), sympy.Eq(y, sympy.atan2(1, 2))))
+    _Printer().doprint(sympy.And(sympy.Eq(x, 0), sympy.Eq(y, sympy.atan2(1, 2))))
     numpy.linalg.svd(numpy.eye(3))
 
 
