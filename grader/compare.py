@@ -9,7 +9,7 @@ from typing import Any
 from exercises.errors import QdotError
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain, default_role
-from exercises.formula.trees import Node, ReadError, as_matrix, names
+from exercises.formula.trees import Node, ReadError, as_matrix, names, node_text
 from grader.judge import judge_angles, judge_expression, judge_matrix, judge_singular
 from grader.verdict import Judgement, Outcome
 
@@ -54,25 +54,13 @@ def _flat(reference: Any) -> list[str]:
 def _rows(reference: Any) -> list[list[str]]:
     if isinstance(reference, str):
         try:
-            return [[_text(entry) for entry in row] for row in as_matrix(read(reference))]
+            return [[node_text(entry) for entry in row] for row in as_matrix(read(reference))]
         except ReadError as error:
             raise QdotError(f"the reference is no matrix: {error}") from None
     rows = [row if isinstance(row, list) else [row] for row in reference]
     if len({len(row) for row in rows}) != 1:
         raise QdotError("the rows of the reference have different lengths")
     return [[str(entry) for entry in row] for row in rows]
-
-
-def _text(node: Node) -> str:
-    """Return a text that reads as the same tree."""
-    if node.kind in ("number", "decimal"):
-        return f"({node.value.numerator}/{node.value.denominator})"
-    if node.kind == "name":
-        return str(node.value)
-    inner = [_text(arg) for arg in node.args]
-    if node.kind == "call":
-        return f"{node.value}({', '.join(inner)})"
-    return f"(-{inner[0]})" if node.kind == "neg" else f"({inner[0]}{node.kind}{inner[1]})"
 
 
 def _domain(nodes: Sequence[Node], student: str, joints: Sequence[str]) -> Domain:

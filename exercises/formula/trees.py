@@ -1,6 +1,7 @@
 """Expressions as trees of plain nodes, and what can be asked of a tree without knowing how it was written."""
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 from exercises.formula.names import CONSTANTS
@@ -40,6 +41,14 @@ def names(node: Node) -> set[str]:
     return found
 
 
+def _whole(decimal: Fraction) -> tuple[int, int]:
+    """Return the digits of a positive decimal as a whole number, and how many of them stand behind the point."""
+    places = 0
+    while decimal.denominator != 1:
+        decimal, places = decimal * 10, places + 1
+    return decimal.numerator, places
+
+
 def digits_of_decimals(node: Node) -> int:
     """Return how many significant digits the longest decimal in a tree has; 0 without one.
 
@@ -50,10 +59,7 @@ def digits_of_decimals(node: Node) -> int:
     while stack:
         top = stack.pop()
         if top.kind == "decimal":
-            whole = top.value
-            while whole.denominator != 1:
-                whole *= 10
-            most = max(most, len(str(abs(whole.numerator)).rstrip("0")))
+            most = max(most, len(str(_whole(top.value)[0]).rstrip("0")))
         stack.extend(top.args)
     return most
 
@@ -102,3 +108,20 @@ def as_matrix(node: Node) -> list[list[Node]]:
     if any(entry.kind in ("list", "set", "dict") for row in rows for entry in row):
         raise ReadError("an entry of the matrix is itself a list")
     return rows
+
+
+def node_text(node: Node) -> str:
+    """Return a text that reads as the same tree."""
+    if node.kind == "decimal":
+        digits, places = _whole(node.value)
+        text = str(digits).rjust(places + 1, "0")
+        return f"{text[: len(text) - places]}.{text[len(text) - places :] or '0'}"
+    if node.kind == "number":
+        value = node.value
+        return str(value.numerator) if value.denominator == 1 else f"({value.numerator}/{value.denominator})"
+    if node.kind == "name":
+        return str(node.value)
+    inner = [node_text(arg) for arg in node.args]
+    if node.kind == "call":
+        return f"{node.value}({', '.join(inner)})"
+    return f"(-{inner[0]})" if node.kind == "neg" else f"({inner[0]}{node.kind}{inner[1]})"

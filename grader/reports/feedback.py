@@ -1,5 +1,6 @@
 """The page that a student gets back: per part, what was right and what was not, and why."""
 
+import math
 import re
 from typing import Any
 
@@ -14,7 +15,10 @@ WORDS = {
     "ungraded": "not graded yet",
 }  # fmt: skip
 
-OURS = r"the|this|its|it|not|nothing|no|entry|numbers?|a singular|say|left|qdot failed|cells?"
+OURS = (
+    r"the|these|this|its|it|not|nothing|no|entry|numbers?|an? \w+ is missing|a list|a singular|say|left|qdot failed"
+    r"|cells?|right but|claimed"
+)
 """Words with which the grader's reasons begin; whatever else begins one may be a name out of the notebook."""
 
 
@@ -71,9 +75,20 @@ def _part(number: int, index: int, part: dict[str, Any]) -> dict[str, Any]:
         "points": "–" if part["points"] is None else f"{round(part['points'], 2):g}",
         "max_points": f"{part['max_points']:g}",
         "reason": _sentence(part["reason"]),
+        "sure": _how_sure(part["certificate"]) if part["outcome"] == "correct" else "",
         "answer": None if answer is None else answer if len(answer) <= 2000 else answer[:2000] + " …",
         "entries": part["entries"] if part["outcome"] in ("partial", "wrong") and _several(part["entries"]) else None,
     }
+
+
+def _how_sure(certificate: dict[str, Any] | None) -> str:
+    """Return how a right answer was compared, and the chance that a wrong one would have passed."""
+    if certificate is None or (certificate["points"] < 2 and not certificate["bound"]):
+        return ""
+    if certificate["bound"]:
+        power = math.ceil(math.log10(certificate["bound"]))
+        return f"Compared exactly: a wrong answer would have passed with a chance below 1 in 10^{-power}."
+    return f"Compared at {certificate['points']} configurations."
 
 
 def _several(entries: list[list[bool]] | None) -> bool:
