@@ -253,12 +253,27 @@ def _lost_directions(chain: Chain, scaled: _Scaled, entries: np.ndarray) -> tupl
     if jacobian.shape[0] > jacobian.shape[1]:
         return ()
     directions = []
-    for lost in u[:, rank:].T:
+    for lost in _own_basis(u[:, rank:]):
         vector = np.zeros(6)
         vector[task] = lost
         if np.linalg.norm(vector[3:]) < 1e-6:
             directions.append(vector[:3])
     return tuple(directions)
+
+
+def _own_basis(basis: np.ndarray) -> list[np.ndarray]:
+    """Return a basis (rows) of the space that columns span: the same whatever basis, of whatever signs, is given.
+
+    Which one the singular value decomposition returns is up to the processor. The coordinate axes are projected to the
+    space, one after another, and what is new of each is taken.
+    """
+    projector, found = basis @ basis.T, list[np.ndarray]()
+    for least in (0.3, 1e-3):
+        for axis in projector:
+            new = axis - sum((axis @ one) * one for one in found)
+            if len(found) < basis.shape[1] and np.linalg.norm(new) > least:
+                found.append(new / np.linalg.norm(new))
+    return found
 
 
 def cells(count: int) -> tuple[int, int]:

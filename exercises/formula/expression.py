@@ -387,7 +387,7 @@ def read(text: str, known: Iterable[str] = ()) -> Node:
     '+'
     >>> read("sin(theta1")
     Traceback (most recent call last):
-    exercises.formula.expression.ReadError: expected ')', found 'the end', at character 11, near 'sin(theta1'
+    exercises.formula.trees.ReadError: expected ')', found 'the end', at character 11, near 'sin(theta1'
     """
     if len(text) > MAX_LENGTH:
         raise ReadError(f"the answer is {len(text)} characters long; more than {MAX_LENGTH} are not read")

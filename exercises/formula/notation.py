@@ -27,7 +27,7 @@ def plain(text: str, known: AbstractSet[str]) -> str:
     >>> plain("½ a1² cos(30°) m", {"a1"})
     '(1/2) a1^(2) cos(30*pi/180)'
     >>> plain(r"\frac{a_{1}}{2} \cos^{2}\theta_{1}", set())
-    '((a1)/(2)) cos^(2) theta1'
+    '((a1)/(2))  cos ^(2) theta1'
     """
     latex = any(mark in text for mark in ("\\", "_{", "^{")) and len(text) <= _LONGEST_LATEX
     if text.isascii() and not (latex or text[-1:] in ".;\n$" or text[-1:].isalpha()):
