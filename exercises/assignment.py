@@ -6,7 +6,7 @@ import hashlib
 import io
 import os
 import unicodedata
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -14,10 +14,12 @@ import pydantic
 
 from exercises import ENGINE
 from exercises.arm.robot_file import read_robot_file
+from exercises.decimals import DECIMALS, read_decimals
 from exercises.difficulty import HARDEST
 from exercises.errors import QdotError
 from exercises.families import Family
 from exercises.families.own import own_family
+from exercises.formula.identity import Rounding
 from exercises.generate import check_questions, family_named, generate, questions_of, student_problem_id
 from exercises.input_file import TomlFile, read_text, read_toml
 from exercises.problem import Problem, ProblemId
@@ -36,6 +38,7 @@ class ProblemEntry(pydantic.BaseModel):
     questions: list[str] = pydantic.Field(default_factory=list)
     points: list[float] | None = None
     difficulty: int | list[int] | None = None
+    decimals: int | str | dict[str, int | str] | None = None
 
 
 class AssignmentFile(pydantic.BaseModel):
@@ -59,6 +62,7 @@ RIGHT = {
     "robot": 'it is the name of a file, as in robot = "my-arm.toml"',
     "questions": 'it is a list of names, as in questions = ["position", "jacobian"]; `qdot questions` lists them',
     "points": "it is a list of positive numbers, one for each question, as in points = [1, 2]",
+    "decimals": DECIMALS,
     "difficulty": f"it is a step from 0 to {HARDEST}, or a range, as in difficulty = [1, 2]",
 }
 """What would be right for each key."""
@@ -78,7 +82,8 @@ class Student:
 class Slot:
     """A place in the assignment: every student has a problem of this family with these questions here.
 
-    `band` bounds the difficulty; `robot` is a digest of the file of an instructor's own robot, empty for a family.
+    `band` bounds the difficulty; `robot` is a digest of the file of an instructor's own robot, empty for a family;
+    `decimals` are the questions in which decimals may be rounded, and how far.
     """
 
     name: str
@@ -87,6 +92,7 @@ class Slot:
     points: tuple[float, ...] | None
     band: tuple[int, int] | None = None
     robot: str = ""
+    decimals: tuple[tuple[str, Rounding], ...] = ()
 
     def identity(self, secret: str, student: str) -> ProblemId:
         """Return the identity of a student's problem in this place."""
@@ -94,7 +100,9 @@ class Slot:
 
     def problem(self, secret: str, student: str) -> Problem:
         """Return a student's problem in this place."""
-        return generate(self.identity(secret, student), self.points, self.family)
+        made = generate(self.identity(secret, student), self.points, self.family)
+        allowed = dict(self.decimals)
+        return replace(made, parts=tuple(replace(part, rounding=allowed.get(part.name)) for part in made.parts))
 
 
 @dataclass(frozen=True)
@@ -124,7 +132,7 @@ class Assignment:
     @property
     def edition(self) -> str:
         """A short text that changes whenever the notebooks do: with the digest, the title or the points."""
-        return _short_hash(repr((self.digest, self.title, [slot.points for slot in self.slots])))
+        return _short_hash(repr((self.digest, self.title, [(slot.points, slot.decimals) for slot in self.slots])))
 
 
 def _short_hash(content: str) -> str:
@@ -192,7 +200,9 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, notes: list[str]) -> 
     points = None if entry.points is None else tuple(entry.points)
     with file.at(*place, "points"):
         _check_points(points, len(questions))
-    return Slot(f"p{index + 1}", family, questions, points, band, robot)
+    with file.at(*place, "decimals"):
+        decimals = read_decimals(entry.decimals, questions)
+    return Slot(f"p{index + 1}", family, questions, points, band, robot, decimals)
 
 
 def _check_points(points: tuple[float, ...] | None, questions: int) -> None:

@@ -10,6 +10,7 @@ from exercises import ENGINE
 from exercises.arm.chain import Chain
 from exercises.arm.singularity import Component
 from exercises.errors import QdotError
+from exercises.formula.identity import Rounding
 
 
 @dataclass(frozen=True)
@@ -120,7 +121,8 @@ class Part:
 
     `details` are the quantities that the wording needs (which component, which frame, the given configuration). Two
     of them mean the same in every question: `symbols` (name -> SymbolInfo) may be used in answers beside those of the
-    arm, and `pose` (joint's name -> value) is drawn as a figure under the prompt.
+    arm, and `pose` (joint's name -> value) is drawn as a figure under the prompt. `rounding` is what the assignment
+    allows decimals to be off, None for formulas without rounding and numbers to three digits.
     """
 
     name: str
@@ -129,6 +131,12 @@ class Part:
     points: float = 1.0
     needs: tuple[str, ...] = ()
     details: Mapping[str, object] = field(default_factory=dict)
+    rounding: Rounding | None = None
+
+    @property
+    def precision(self) -> str:
+        """How exactly numbers are wanted: as the assignment says, else to three digits."""
+        return self.rounding.words if self.rounding is not None else "to three significant digits"
 
     @property
     def type(self) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 
 from exercises.formula.conditions import Atom, Piece, SetComparison, Space, compare_sets, pieces
 from exercises.formula.expression import read
-from exercises.formula.identity import Certificate, Comparison, Domain, compare_entries, number
+from exercises.formula.identity import Certificate, Comparison, Domain, Rounding, compare_entries, number
 from exercises.formula.tape import compile_tape, evaluate
 from exercises.formula.trees import Node, ReadError, as_matrix, has_blank, names
 from grader.verdict import Judgement, correct, graded, missing, wrong
@@ -69,18 +69,20 @@ def with_points(text: str) -> str:
     return "".join(out)
 
 
-def judge_expression(student: str, reference: str, domain: Domain, seed: str) -> Judgement:
-    """Judge a formula."""
+def judge_expression(
+    student: str, reference: str, domain: Domain, seed: str, rounding: Rounding | None = None
+) -> Judgement:
+    """Judge a formula; `rounding` is what its decimals may be off."""
     node = _read(student, domain)
     if isinstance(node, Judgement):
         return node
     node = _right_side(node, domain)
     if node.kind == "list" and (point := with_points(student)) != student:
-        return judge_expression(point, reference, domain, seed)
+        return judge_expression(point, reference, domain, seed, rounding)
     if node.kind in ("list", "set", "dict"):
         return wrong("a list or matrix stands where a single expression is due")
     try:
-        found = compare_entries([node], [_reference_node(reference, frozenset(domain.roles))], domain, seed)
+        found = compare_entries([node], [_reference_node(reference, frozenset(domain.roles))], domain, seed, rounding)
     except ReadError as error:
         return wrong(f"this can't be read as an answer: {error}")
     if all(found.equal):
@@ -88,7 +90,14 @@ def judge_expression(student: str, reference: str, domain: Domain, seed: str) ->
     return wrong(unknown_symbols([node], domain) or _difference(found, 1), found.certificate)
 
 
-def judge_matrix(student: str, reference: Rows, domain: Domain, seed: str, labels: Sequence[str] = ()) -> Judgement:
+def judge_matrix(
+    student: str,
+    reference: Rows,
+    domain: Domain,
+    seed: str,
+    labels: Sequence[str] = (),
+    rounding: Rounding | None = None,
+) -> Judgement:
     """Judge a matrix or vector by entry; `labels` name the entries of a vector, as qd1, qd2, for those who use them.
 
     The share is that of the right entries among those that are not zero in the reference, less the zeros that were
@@ -104,7 +113,7 @@ def judge_matrix(student: str, reference: Rows, domain: Domain, seed: str, label
     blanks = [has_blank(entry) for entry in student_nodes]
     filled = [due if blank else own for blank, own, due in zip(blanks, student_nodes, reference_nodes, strict=True)]
     try:
-        found = compare_entries(filled, reference_nodes, domain, seed)
+        found = compare_entries(filled, reference_nodes, domain, seed, rounding)
     except ReadError as error:
         return wrong(f"this can't be read as a matrix of expressions: {error}")
     equal = [same and not blank for same, blank in zip(found.equal, blanks, strict=True)]
@@ -264,7 +273,12 @@ def judge_choice(student: str, options: Sequence[str], right: int) -> Judgement:
 
 
 def judge_singular(
-    student: str, reference: Sequence[str], joints: Sequence[str], domain: Domain, seed: str
+    student: str,
+    reference: Sequence[str],
+    joints: Sequence[str],
+    domain: Domain,
+    seed: str,
+    rounding: Rounding | None = None,
 ) -> Judgement:
     """Judge a set of singular configurations by what it contains.
 
@@ -277,7 +291,7 @@ def judge_singular(
     truth = [piece for text in reference for piece in pieces(_reference_node(text, known), joints)]
     try:
         node = _named(node, truth, joints)
-        return _judge_set(pieces(_without_blanks(node), joints), truth, Space(joints, domain), seed)
+        return _judge_set(pieces(_without_blanks(node), joints), truth, Space(joints, domain, rounding), seed)
     except ReadError as error:
         return wrong(f"this can't be read as conditions: {error}")
 

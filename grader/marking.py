@@ -31,18 +31,26 @@ def judge(problem: Problem, part: Part, answer: str, seed: str) -> Judgement:
     if isinstance(reference, Number):
         values = [float(value) for value in reference.reference]
         rates = _labels(problem, part)
-        return judge_numbers(answer, values, reference.units, reference.tolerance, reference.floor, rates)
+        tolerance, floor = reference.tolerance, reference.floor
+        if part.rounding is not None:
+            # An allowance for values near zero belongs to the digits that are wanted.
+            tolerance = part.rounding.relative
+            floor = part.rounding.absolute + reference.floor * tolerance / reference.tolerance
+        return judge_numbers(answer, values, reference.units, tolerance, floor, rates)
     domain = domain_of(problem)
     if isinstance(reference, Expression):
-        return judge_expression(answer, text_of(reference.reference), domain, seed)
+        return judge_expression(answer, text_of(reference.reference), domain, seed, part.rounding)
     if isinstance(reference, Matrix):
         rows = [[text_of(entry) for entry in row] for row in reference.reference.tolist()]
-        return judge_matrix(answer, rows, domain, seed, _labels(problem, part))
+        return judge_matrix(answer, rows, domain, seed, _labels(problem, part), part.rounding)
     if isinstance(reference, Direction):
         entries = [text_of(entry) for entry in reference.reference]
-        return judge_direction(answer, entries, domain, seed, reference.tolerance, _labels(problem, part))
+        apart = reference.tolerance
+        if apart is not None and part.rounding is not None:
+            apart = part.rounding.relative or part.rounding.absolute
+        return judge_direction(answer, entries, domain, seed, apart, _labels(problem, part))
     assert isinstance(reference, ConditionSet)
-    return judge_singular(answer, reference.pieces(), [q.name for q in problem.chain.q], domain, seed)
+    return judge_singular(answer, reference.pieces(), [q.name for q in problem.chain.q], domain, seed, part.rounding)
 
 
 def _labels(problem: Problem, part: Part) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ LAYERS = {
         formula.exact formula.identity formula.constants formula.conditions
         arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.axes arm.appearance
         arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
-        difficulty problem families questions generate record verify writing.latex render writing figure
+        decimals difficulty problem families questions generate record verify writing.latex render writing figure
         notebook show solve docs assignment release commands""",
     "grader": """verdict judge direction compare marking runner sandbox submission certificates certify batch check
         reports demo commands cli""",

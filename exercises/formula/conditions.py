@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from exercises.formula.constants import holds_at, room_of, same_value, turns_of, value_of
-from exercises.formula.identity import Domain
+from exercises.formula.identity import Domain, Rounding
 from exercises.formula.tape import Tape, compile_tape, evaluate
 from exercises.formula.trees import Node, ReadError, digits_of_decimals, names
 from exercises.stream import Stream
@@ -170,8 +170,15 @@ def _nudged(values: Mapping[str, np.ndarray], count: int, nudges: Sequence[tuple
 class Space:
     """The joints, their kinds and the domain in which sets of configurations live."""
 
-    def __init__(self, joints: Sequence[str], domain: Domain) -> None:
-        self.joints, self.domain = tuple(joints), domain
+    def __init__(self, joints: Sequence[str], domain: Domain, rounding: Rounding | None = None) -> None:
+        self.joints, self.domain, self.rounding = tuple(joints), domain, rounding
+
+    @property
+    def typed(self) -> float:
+        """How far off values of joints may be that were typed."""
+        if self.rounding is None:
+            return TYPED
+        return max(TYPED, self.rounding.absolute, self.rounding.relative * np.pi)
 
     def names_of(self, sets: Sequence[Sequence[Piece]]) -> set[str]:
         """Return every name that occurs in the sets, and the joints."""
@@ -403,8 +410,8 @@ def compare_sets(claimed: Sequence[Piece], reference: Sequence[Piece], space: Sp
             points += count
             # Values that were stated are held to the tolerance of all answers, what was projected to the projection's.
             stated = all(atom.joint is not None for atom in piece)
-            inside = space.contains(outer, values, count, TYPED if stated else MEMBER)
-            if stated and count and inside.all():
+            inside = space.contains(outer, values, count, space.typed if stated else MEMBER)
+            if stated and count and inside.all() and space.rounding is None:
                 symbols = {name: float(column[0]) for name, column in values.items()}
                 if not space.holds_exactly(piece, outer, symbols):
                     inside, rounded = np.zeros(count, dtype=bool), rounded or tag == "claimed"

@@ -84,10 +84,14 @@ def default_role(name: str) -> str:
 
 @dataclass(frozen=True)
 class Rounding:
-    """What decimals may be off, by policy of an assignment: a part of the value's size, and an amount in its unit."""
+    """What decimals may be off, by policy of an assignment: a part of the value's size, or an amount in SI units.
+
+    `words` say it as in "to three significant digits", "within 0.01 rad/s".
+    """
 
     relative: float = 0.0
     absolute: float = 0.0
+    words: str = ""
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from typing import Any
 
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
-from exercises.problem import Part, Problem
+from exercises.problem import ConditionSet, Expression, Matrix, Part, Problem
 from exercises.render import environment, render
 from exercises.writing.latex import tex
 from exercises.writing.wording import Wording
@@ -26,7 +26,10 @@ def statement(problem: Problem, title: str, figure: str = "") -> str:
 
 def prompt(problem: Problem, part: Part) -> str:
     """Return what is asked, in which frame and units, and the form of the answer; nothing of the answer itself."""
-    return _tidy(_macros(part).prompt(part, problem.chain, Wording(problem.chain)))
+    text = str(_macros(part).prompt(part, problem.chain, Wording(problem.chain)))
+    if part.rounding is not None and isinstance(part.answer, (Expression, Matrix, ConditionSet)):
+        text += f"\n\nDecimals are accepted {part.rounding.words}."
+    return _tidy(text)
 
 
 def worked_solution(problem: Problem, part: Part) -> str:
