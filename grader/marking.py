@@ -1,6 +1,7 @@
 """Mark a student's answers to a problem: each part against its reference, points by the judgement's share."""
 
 from collections.abc import Mapping
+from fractions import Fraction
 
 from exercises.formula.identity import Domain
 from exercises.problem import Choice, ConditionSet, Direction, Expression, Matrix, Number, Part, Problem, variable
@@ -12,10 +13,11 @@ from grader.verdict import Judgement, Outcome, Verdict, missing
 
 def domain_of(problem: Problem) -> Domain:
     """Return what each symbol of the problem may be; a length that is given has its value."""
-    roles: dict[str, str | float] = {}
+    roles: dict[str, str | float | Fraction] = {}
     for name, info in problem.symbols().items():
         if info.value is not None:
-            roles[name] = float(info.value)
+            value = info.value
+            roles[name] = Fraction(int(value.p), int(value.q)) if value.is_Rational else float(value)
         elif info.role == "joint":
             roles[name] = "angle" if info.unit == "rad" else "signed"
         else:

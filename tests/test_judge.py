@@ -1,5 +1,7 @@
 """Judging one answer: right in any form, wrong in the usual ways, hostile, empty."""
 
+from fractions import Fraction
+
 import pytest
 
 from exercises.formula.identity import Domain
@@ -356,3 +358,43 @@ def test_a_comma_may_stand_for_the_point_of_a_decimal() -> None:
     assert judge_expression("1,2", "a1", DOMAIN, "s").outcome is Outcome.WRONG
     assert "list" in judge_expression("a1, a2", "a1", DOMAIN, "s").reason
     assert judge_expression("atan2(0,1)", "0", DOMAIN, "s").outcome is Outcome.CORRECT
+
+
+# --- lengths that are given, by name ---
+
+GIVEN = Domain(
+    {"theta1": "angle", "theta2": "angle", "a1": 0.3, "a2": Fraction(1, 2), "a3": Fraction(1, 3), "d1": 0.5**0.5}
+)
+
+
+@pytest.mark.parametrize(
+    ("student", "reference", "right"),
+    [
+        ("a1*cos(theta1)", "3/10*cos(theta1)", True),
+        ("sqrt(a1^2)*cos(theta1)", "3/10*cos(theta1)", True),
+        ("a3*cos(theta1)", "cos(theta1)/3", True),
+        ("sqrt(a3)^2*cos(theta1)", "cos(theta1)/3", True),
+        ("d1*cos(theta1)", "sqrt(2)/2*cos(theta1)", True),
+        ("sqrt(d1^2)*cos(theta1)", "sqrt(2)/2*cos(theta1)", True),
+        ("0.3333333333333333*cos(theta1)", "cos(theta1)/3", True),
+        ("0.3333*cos(theta1)", "cos(theta1)/3", False),
+        ("a3*cos(theta1)", "0.3333*cos(theta1)", False),
+        ("d1*cos(theta1)", "0.7071*cos(theta1)", False),
+        ("a1*cos(theta1)", "cos(theta1)/3", False),
+    ],
+)
+def test_given_lengths_are_exact_by_name(student: str, reference: str, right: bool) -> None:
+    assert (judge_expression(student, reference, GIVEN, "s").outcome is Outcome.CORRECT) == right
+
+
+def test_a_singular_set_may_name_given_lengths() -> None:
+    values = "theta2 in {acos(-3/5), -acos(-3/5)}"
+    for student in ("a1 + a2*cos(theta2) = 0", "{theta2: [acos(-a1/a2), -acos(-a1/a2)]}", "cos(theta2) = -3/5"):
+        for reference in (values, "3/10 + cos(theta2)/2 = 0"):
+            judged = judge_singular(student, [reference], ["theta1", "theta2"], GIVEN, "s")
+            assert judged.outcome is Outcome.CORRECT, (student, reference, judged.reason)
+    judged = judge_singular("a1 + d1*cos(theta2) = 0", [values], ["theta1", "theta2"], GIVEN, "s")
+    assert judged.outcome is Outcome.WRONG
+    roots = "theta2 in {acos(-3*sqrt(2)/10), -acos(-3*sqrt(2)/10)}"
+    judged = judge_singular("d1*cos(theta2) + a1 = 0", [roots], ["theta1", "theta2"], GIVEN, "s")
+    assert judged.outcome is Outcome.CORRECT, judged.reason

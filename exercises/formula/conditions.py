@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from exercises.formula.constants import holds_at, room_of, same_value, turns_of, value_of
-from exercises.formula.identity import Domain, Rounding
+from exercises.formula.identity import FLOATS, Domain, Rounding
 from exercises.formula.tape import Tape, compile_tape, evaluate
 from exercises.formula.trees import Node, ReadError, digits_of_decimals, names
 from exercises.stream import Stream
@@ -328,7 +328,7 @@ class Space:
             gap = np.angle(np.exp(1j * np.where(np.isfinite(gap), gap, np.nan)))
         return np.asarray((np.abs(gap) <= tolerance) & (np.abs(found.imag) <= tolerance))
 
-    def holds_exactly(self, piece: Piece, outer: Sequence[Piece], symbols: Mapping[str, float]) -> bool:
+    def holds_exactly(self, piece: Piece, outer: Sequence[Piece], symbols: Mapping[str, Any]) -> bool:
         """Tell whether values of joints that were typed as numbers meet the conditions of a piece to the last digit.
 
         Conditions for joints that have no such value are left to the search.
@@ -340,7 +340,7 @@ class Space:
             for other in outer
         )
 
-    def _meets(self, atom: Atom, typed: Mapping[str, Any], symbols: Mapping[str, float], room: float) -> bool:
+    def _meets(self, atom: Atom, typed: Mapping[str, Any], symbols: Mapping[str, Any], room: float) -> bool:
         if atom.joint is not None:
             due = value_of(atom.zero)
             if due is None or atom.joint not in typed:
@@ -349,6 +349,8 @@ class Space:
         used = names(atom.zero)
         if not used & set(typed) or used & set(self.joints) - set(typed):
             return True
+        if any(value is None for name, value in self.domain.given().items() if name in used):
+            room = FLOATS
         return holds_at(atom.zero, {joint: typed[joint] for joint in used & set(typed)},
                         {name: symbols[name] for name in used - set(typed)}, room)  # fmt: skip
 
@@ -412,7 +414,8 @@ def compare_sets(claimed: Sequence[Piece], reference: Sequence[Piece], space: Sp
             stated = all(atom.joint is not None for atom in piece)
             inside = space.contains(outer, values, count, space.typed if stated else MEMBER)
             if stated and count and inside.all() and space.rounding is None:
-                symbols = {name: float(column[0]) for name, column in values.items()}
+                given = space.domain.given()
+                symbols = {name: given.get(name) or float(column[0]) for name, column in values.items()}
                 if not space.holds_exactly(piece, outer, symbols):
                     inside, rounded = np.zeros(count, dtype=bool), rounded or tag == "claimed"
             elif stated and count and tag == "claimed" and any(digits_of_decimals(atom.zero) for atom in piece):

@@ -32,7 +32,7 @@ def same_value(one: Any, other: Any, angles: bool, room: float) -> bool:
         return bool(abs(off) <= max(room, SAME) * max(1, abs(other)))
 
 
-def holds_at(zero: Node, at: Mapping[str, Any], symbols: Mapping[str, float], room: float) -> bool:
+def holds_at(zero: Node, at: Mapping[str, Any], symbols: Mapping[str, Any], room: float) -> bool:
     """Tell whether an expression vanishes at values of joints, for some values of the other symbols."""
     tape = compile_tape([zero])
     values = {**symbols, **at}

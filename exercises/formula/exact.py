@@ -27,7 +27,7 @@ from typing import Any
 
 from exercises.formula.angles import Angle, Angles, Wave, wave_of
 from exercises.formula.field import BITS, ORDER, PRIMES, Field, below, draw_field
-from exercises.formula.tape import Tape
+from exercises.formula.tape import Step, Tape
 from exercises.stream import Stream
 
 # --- sizes: degree and height of numerator and denominator ---
@@ -88,9 +88,9 @@ _LARGEST = 1e15
 """Degree or height beyond which nothing is evaluated."""
 
 
-def compile_program(tape: Tape, fixed: Mapping[str, Fraction]) -> Program:
-    """Return the program of a tape in which some names stand for numbers."""
-    steps = [("number", (), fixed[step[2]]) if step[0] == "name" and step[2] in fixed else step for step in tape.steps]
+def compile_program(tape: Tape, fixed: Mapping[str, Fraction | None]) -> Program:
+    """Return the program of a tape in which some names stand for numbers, None for those that are no fractions."""
+    steps = [_known(step, fixed) for step in tape.steps]
     angles = Angles(steps)
     ops: list[Op | None] = []
     sizes: list[Size] = []
@@ -136,6 +136,13 @@ def _plain_op(op: str, operands: tuple[int, ...], constant: Any, args: Sequence[
         times = abs(constant)
         return (op, operands, constant), (times * a, times * b, times * c, times * d) if constant else _NO_SIZE
     return None
+
+
+def _known(step: Step, fixed: Mapping[str, Fraction | None]) -> Step:
+    if step[0] != "name" or step[2] not in fixed:
+        return step
+    value = fixed[step[2]]
+    return ("number", (), value) if value is not None else ("unknown number", (), None)
 
 
 _WAVES = frozenset({"sin", "cos", "tan", "cot", "sec", "csc", "exp"})
@@ -302,7 +309,7 @@ def chance(student: Size, reference: Size, bits: int = BITS, choices: float = PR
 
 
 def compare(
-    student: Tape, reference: Tape, fixed: Mapping[str, Fraction], seed: str,
+    student: Tape, reference: Tape, fixed: Mapping[str, Fraction | None], seed: str,
     draw: Callable[[Stream], Field] = draw_field,
 ) -> list[Exact]:  # fmt: skip
     """Compare two tapes result by result; `fixed` are the names that stand for numbers.

@@ -13,6 +13,7 @@ An assignment may allow more (`Rounding`).
 """
 
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -22,7 +23,7 @@ import numpy as np
 
 from exercises.formula import exact
 from exercises.formula.tape import Tape, compile_tape, evaluate_precisely, evaluate_steps, outputs, regions
-from exercises.formula.trees import Node, digits_of_decimals, names
+from exercises.formula.trees import Node, digits_of, digits_of_decimals, names
 from exercises.stream import Stream
 
 POINTS = 24
@@ -41,24 +42,33 @@ _ROUNDING = 64 * np.finfo(float).eps
 
 @dataclass(frozen=True)
 class Domain:
-    """What each symbol may be: "angle" (whole circle), "length" (positive), "signed", or a given number."""
+    """What each symbol may be: "angle" (whole circle), "length" (positive), "signed", or a given number.
 
-    roles: Mapping[str, str | float]
+    A number that no fraction is (a root) is given as a double; other doubles are the decimals that they print as.
+    """
 
-    def given(self) -> dict[str, Fraction]:
-        """Return the names that stand for numbers."""
-        return {name: Fraction(repr(role)) for name, role in self.roles.items() if isinstance(role, (int, float))}
+    roles: Mapping[str, str | float | Fraction]
+
+    def given(self) -> dict[str, Fraction | None]:
+        """Return the names that stand for numbers, None for those that are known as doubles only."""
+        return {name: _exactly(role) for name, role in self.roles.items() if not isinstance(role, str)}
 
     def sample(self, used: set[str], points: int, stream: Stream) -> dict[str, np.ndarray]:
         """Return values at `points` points for each name in use; an unknown name is a free signed number."""
         out = {}
         for name in sorted(used):
             role = self.roles.get(name, "signed")
-            if isinstance(role, (int, float)):
+            if not isinstance(role, str):
                 out[name] = np.full(points, float(role))
             else:
                 out[name] = _drawn(role, points, stream)
         return out
+
+
+def _exactly(number: float | Fraction) -> Fraction | None:
+    if isinstance(number, Fraction):
+        return number
+    return None if digits_of(Fraction(repr(number))) >= DOUBLE else Fraction(repr(number))
 
 
 def _drawn(role: str, points: int, stream: Stream) -> np.ndarray:
@@ -125,8 +135,10 @@ def compare_entries(
     Raises ReadError where an entry is no scalar.
     """
     theirs, ours = compile_tape(student), compile_tape(reference)
-    decided = exact.compare(theirs, ours, domain.given(), seed)
-    allowed = [_allowed(node, rounding) for node in student]
+    given = domain.given()
+    decided = exact.compare(theirs, ours, given, seed)
+    doubles = {name for name, value in given.items() if value is None}
+    allowed = [_allowed(node, rounding, doubles) for node in student]
     certain = [
         entry.equal is True or (entry.equal is False and not any(room))
         for entry, room in zip(decided, allowed, strict=True)
@@ -137,7 +149,7 @@ def compare_entries(
         return Comparison(tuple(equal), Certificate("exact", points, max(entry.bound for entry in decided)))
     count = _count(theirs, certain)
     values = domain.sample(set().union(*(names(node) for node in (*student, *reference))), count, Stream(seed))
-    trial = _Trial(theirs, ours, allowed, values, count)
+    trial = _Trial(theirs, ours, allowed, values, given, count)
     for k, sure in enumerate(certain):
         if not sure:
             equal[k] = trial.equal(k)
@@ -162,9 +174,9 @@ def allowed_for_decimals(node: Node) -> float:
     return FLOATS if digits >= DOUBLE else NEARLY_FLOATS if digits >= NEARLY else 0.0
 
 
-def _allowed(node: Node, rounding: Rounding | None) -> tuple[float, float]:
+def _allowed(node: Node, rounding: Rounding | None, doubles: AbstractSet[str]) -> tuple[float, float]:
     """Return what an entry may be off: a part of the size of the reference's terms, and an amount."""
-    floats = allowed_for_decimals(node)
+    floats = FLOATS if doubles and names(node) & doubles else allowed_for_decimals(node)
     return (floats, 0.0) if rounding is None else (max(floats, rounding.relative), rounding.absolute)
 
 
@@ -190,9 +202,10 @@ class _Trial:
         ours: Tape,
         allowed: Sequence[tuple[float, float]],
         values: Mapping[str, np.ndarray],
+        given: Mapping[str, Fraction | None],
         points: int,
     ) -> None:
-        self.theirs, self.ours, self.values, self.points = theirs, ours, values, points
+        self.theirs, self.ours, self.values, self.given, self.points = theirs, ours, values, given, points
         steps, own = evaluate_steps(theirs, values, points), evaluate_steps(ours, values, points)
         (self.found, size), (self.expected, own_size) = outputs(theirs, steps), outputs(ours, own)
         self.regions = regions([(theirs, steps), (ours, own)], points)
@@ -268,7 +281,7 @@ class _Trial:
             if self.left <= 0:
                 return None
             self.left -= 1
-            at = {name: float(column[point]) for name, column in self.values.items()}
+            at = {name: self.given.get(name) or float(column[point]) for name, column in self.values.items()}
             self.precise[point, digits] = (
                 evaluate_precisely(self.theirs, at, digits), evaluate_precisely(self.ours, at, digits),
             )  # fmt: skip

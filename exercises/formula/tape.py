@@ -8,6 +8,7 @@ what cancels and not against what is left.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import mpmath
@@ -245,8 +246,17 @@ _MP: dict[str, Callable[..., Any]] = {
 }  # fmt: skip
 
 
-def evaluate_precisely(tape: Tape, values: Mapping[str, float], digits: int) -> list[Any]:
-    """Return the results at one point with `digits` decimal digits, as mpmath numbers; nan where undefined."""
+def _many_digits(value: Any) -> Any:
+    if isinstance(value, Fraction):
+        return mpmath.mpf(value.numerator) / value.denominator
+    return mpmath.mpf(value)
+
+
+def evaluate_precisely(tape: Tape, values: Mapping[str, Any], digits: int) -> list[Any]:
+    """Return the results at one point with `digits` decimal digits, as mpmath numbers; nan where undefined.
+
+    Values are floats, mpmath numbers or fractions.
+    """
     constants = {"pi": mpmath.pi, "E": mpmath.e, "I": mpmath.mpc(0, 1)}
     with mpmath.workdps(digits):
         out: list[Any] = []
@@ -255,7 +265,7 @@ def evaluate_precisely(tape: Tape, values: Mapping[str, float], digits: int) -> 
                 if op == "number":
                     out.append(mpmath.mpf(constant.numerator) / constant.denominator)
                 elif op == "name":
-                    out.append(+constants[constant] if constant in constants else mpmath.mpf(values[constant]))
+                    out.append(+constants[constant] if constant in constants else _many_digits(values[constant]))
                 elif op == "integer power":
                     out.append(_power(out[operands[0]], constant))
                 elif op == "sum":

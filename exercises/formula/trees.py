@@ -49,6 +49,11 @@ def _whole(decimal: Fraction) -> tuple[int, int]:
     return decimal.numerator, places
 
 
+def digits_of(decimal: Fraction) -> int:
+    """Return how many significant digits a decimal has."""
+    return len(str(_whole(abs(decimal))[0]).rstrip("0"))
+
+
 def digits_of_decimals(node: Node) -> int:
     """Return how many significant digits the longest decimal in a tree has; 0 without one.
 
@@ -59,7 +64,7 @@ def digits_of_decimals(node: Node) -> int:
     while stack:
         top = stack.pop()
         if top.kind == "decimal":
-            most = max(most, len(str(_whole(top.value)[0]).rstrip("0")))
+            most = max(most, digits_of(top.value))
         stack.extend(top.args)
     return most
 
