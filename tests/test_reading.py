@@ -7,7 +7,7 @@ from exercises.formula.identity import Domain
 from exercises.formula.names import pieces_of
 from exercises.formula.notation import plain, rows_of_semicolons
 from exercises.formula.trees import ReadError
-from grader.judge import judge_expression, judge_matrix
+from grader.judge import judge_expression, judge_matrix, judge_singular
 from grader.verdict import Outcome
 
 ANGLES = dict.fromkeys(("theta1", "theta2", "theta3", "alpha1"), "angle")
@@ -142,6 +142,15 @@ def test_symbols_of_the_problem_win_over_customs() -> None:
     assert all(pieces_of(name, known)[0].parts == (name,) for name in known)
     assert plain("c1*2 m", known) == "c1*2 m"
     assert read("e*m", known).args[0].value == "e"
+
+
+@pytest.mark.parametrize(
+    "text", ["theta2 = pi*m", "theta2 = m*pi", "theta2 = pi m", "theta2 in {pi*m}", "{theta2: pi*m}"]
+)
+def test_a_whole_number_is_no_metre(text: str) -> None:
+    judged = judge_singular(text, ["sin(theta2) = 0"], ["theta1", "theta2"], DOMAIN, "s")
+    assert judged.outcome is Outcome.CORRECT, judged.reason
+    assert plain("pi*m", set()) == "pi*m"
 
 
 def test_without_a_problem_nothing_is_split() -> None:

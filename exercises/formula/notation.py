@@ -54,8 +54,8 @@ def _without_unit(text: str, known: AbstractSet[str]) -> str:
     if found is None or found.group(1) in known:
         return text
     factor, rest = _UNITS[found.group(1)], text[: found.start()]
-    if factor and rest[:1] in "[{":
-        return text
+    if (factor and rest[:1] in "[{") or "=" in text or (found.group(1) == "m" and rest.endswith(("pi", "π"))):
+        return text  # a list can't be scaled, and in theta2 = pi*m the m is any whole number
     return f"({rest}){factor}" if factor else rest
 
 
