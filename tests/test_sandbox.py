@@ -67,7 +67,7 @@ def test_the_last_value_counts_and_other_names_stay_inside(sandbox: Sandbox) -> 
         ("[x, numpy.array([1, 2])]", "p1_a[1][0] = 5", "[x, [5, 2]]"),
         ("numpy.array([1, 2])", "p1_a[0] = 5", "[5, 2]"),
         ("{1: [2]}", "p1_a[1] = [3]", "{1: [3]}"),
-        ("Integer(1)", "p1_a = Float(1)", "1.00000000000000"),
+        ("Integer(1)", "p1_a = Float(1)", "1.0"),
         ("Matrix([1, 2])", "p1_a = Matrix([[1, 2]])", "[[1, 2]]"),
         ("[1, 2]", "p1_a[0] = True", "[True, 2]"),
     ],
