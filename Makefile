@@ -58,6 +58,7 @@ pairs: $(VENV)/.dev  ## 100,000 right and wrong answers made from all families' 
 
 bench: $(VENV)/.dev  ## the benchmarks of tests/bench
 	$(PY) -m tests.bench
+	$(PY) -m tests.bench.deriving
 
 format: $(VENV)/.dev  ## rewrite the code as `make test` wants it
 	$(VENV)/bin/ruff check --fix-only $(CODE)

@@ -6,7 +6,7 @@ every arm of that structure.
 """
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import combinations, product
 
 import sympy as sp
@@ -175,11 +175,13 @@ def short_jacobian(chain: Chain) -> sp.Matrix:
 
 def _moves_with_last_link(chain: Chain) -> bool:
     """Whether the joints past the point's frame would not move P if it were fixed in the last link (a wrist centre)."""
-    found = _generic(chain)
-    for i in range(chain.point.frame, chain.n):
-        if chain.joints[i].kind == "P":
+    if chain.point.frame == chain.n:
+        return True
+    frames, point = frames_and_point(chain)
+    for joint, frame in zip(chain.joints[chain.point.frame :], frames[chain.point.frame :], strict=False):
+        if joint.kind == "P":
             return False
-        if not all(same(entry, sp.S.Zero) for entry in found.z[:, i].cross(found.p_star[:, i])):
+        if not all(same(entry, sp.S.Zero) for entry in frame.rotation[:, 2].cross(point - frame.origin)):
             return False
     return True
 
@@ -252,22 +254,38 @@ def _by_velocity(rate: Factored, velocity: tuple[sp.Symbol, ...]) -> Factored:
 
 
 class Derivation:
-    """The results for one arm: SymPy matrices in the arm's own numbers and symbols, world frame.
-
-    `position` 3 x 1 (m); `z` and `p_star` 3 x n, column i being z_{i-1} and p*_{i-1}; `geometric` 6 x n (6.11, 6.12);
-    `jacobian` m x n, the rows of the task.
-    """
+    """The results for one arm: SymPy matrices in the arm's own numbers and symbols, world frame."""
 
     def __init__(self, chain: Chain) -> None:
         self.chain = chain
         found = structure(chain)
         self._structure, self._values = found.chain, dict(found.values)
-        generic = _generic(found.chain)
-        self.position = self._fill(generic.position)
-        self.z = self._fill(generic.z)
-        self.p_star = self._fill(generic.p_star)
-        self.geometric = self._fill(generic.geometric)
-        self.jacobian = task_matrix(self.geometric, chain.task)
+
+    # Worked out where they are asked for: the determinant of a 6-DOF arm needs none of them.
+    @cached_property
+    def position(self) -> sp.Matrix:
+        """The point of interest, 3 x 1 (m)."""
+        return self._fill(_generic(self._structure).position)
+
+    @cached_property
+    def z(self) -> sp.Matrix:
+        """The joint axes z_0 ... z_{n-1}, 3 x n."""
+        return self._fill(_generic(self._structure).z)
+
+    @cached_property
+    def p_star(self) -> sp.Matrix:
+        """The vectors p*_0 ... p*_{n-1} from O_{i-1} to the point of interest, 3 x n (m)."""
+        return self._fill(_generic(self._structure).p_star)
+
+    @cached_property
+    def geometric(self) -> sp.Matrix:
+        """The geometric Jacobian, 6 x n (6.11, 6.12)."""
+        return self._fill(_generic(self._structure).geometric)
+
+    @cached_property
+    def jacobian(self) -> sp.Matrix:
+        """The rows of the task in the geometric Jacobian, m x n."""
+        return task_matrix(self.geometric, self.chain.task)
 
     def fill(self, expression: sp.Expr) -> sp.Expr:
         """Return an expression of the structure in this arm's numbers and symbols."""
