@@ -324,8 +324,9 @@ def _named(node: Node, truth: Sequence[Piece], joints: Sequence[str]) -> Node:
     values = node.args if node.kind in ("list", "set") else (node,)
     if not values or any(_says_a_condition(value, joints) for value in values):
         return node
-    meant = {atom.joint for piece in truth for atom in piece}
-    if len(meant) != 1 or None in meant:
+    meant = {atom.joint for piece in truth for atom in piece} - {None}
+    meant |= set(joints) & set().union(*(names(atom.zero) for piece in truth for atom in piece))
+    if len(meant) != 1:
         raise ReadError(f"say which joint has these values, as in {{{joints[-1]}: [0, pi/3]}}")
     return Node("in", (Node("name", value=meant.pop()), Node("set", tuple(values))))
 

@@ -198,6 +198,8 @@ def test_missing_and_surplus_conditions(student: str, outcome: Outcome) -> None:
 def test_bare_values_belong_to_the_only_joint() -> None:
     assert judge_singular("{0, pi}", ["theta2 = 0", "theta2 = pi"], JOINTS, DOMAIN, "s").outcome is Outcome.CORRECT
     assert judge_singular("{0}", ["theta2 = 0", "theta2 = pi"], JOINTS, DOMAIN, "s").share == 0.5
+    for text in ("{0, pi}", "[0, pi]", "k*pi", "0, pi"):
+        assert judge_singular(text, ["sin(theta2) = 0"], JOINTS, DOMAIN, "s").outcome is Outcome.CORRECT, text
 
 
 def test_conditions_that_hold_together() -> None:

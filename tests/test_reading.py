@@ -48,6 +48,9 @@ POSITIONS = [
     "a1*Cos[theta1]+a2*Cos[theta1+theta2]",
     "a1*cos(deg2rad(180/pi*theta1))+a2*cos(theta1+theta2)",
     "1.0*a1*cos(theta1)+\n1.*a2*cos(theta1+theta2)",
+    "lambda theta1, theta2: a1*cos(theta1)+a2*cos(theta1+theta2)",
+    "lambda q: a1*cos(q[0])+a2*cos(q[0]+q[1])",
+    "a1*cos(q(1))+a2*cos(q(1)+q(2))",
 ]
 
 
@@ -59,8 +62,10 @@ def test_a_position_in_any_writing(text: str) -> None:
 
 WRITINGS = {
     "qd1": ["Derivative(theta1(t), t)", "diff(theta1,t)", "theta1.diff(t)", r"\dot{\theta}_1", r"\dot\theta_1",
-            "thetadot1",
-            "theta1_dot", "dtheta1", "theta_dot_1", "θ̇1", "q̇1", "qdot1", "dq1", "qd_1", r"\dot{q}_{1}", "thetad1"],
+            "thetadot1", "theta1(t).diff(t)", "theta1.diff()", "q[0].diff(t)", "dq[0]", "qd(1)", "dθ1/dt",
+            "dtheta1/dt", "(dtheta1/dt)", "q1'", "theta1(t)'", r"\frac{d\theta_1}{dt}",
+            r"\frac{\mathrm{d}\theta_{1}}{\mathrm{d}t}", r"\frac{d}{dt}\theta_1", "theta1_dot", "dtheta1",
+            "theta_dot_1", "θ̇1", "q̇1", "qdot1", "dq1", "qd_1", r"\dot{q}_{1}", "thetad1"],
     "3/10": ["0.3 m", "30 cm", "300 mm", "0.3 rad/s", "0,3", ".3"],
     "pi/6": ["30 deg", "30°", "30 degrees", r"\frac{\pi}{6}", "π/6", "radians(30)", "np.pi/6"],
     "sin(alpha1)": ["sin(alpha_1)", "sinα1", r"\sin\alpha_1", "sin α_1"],
@@ -78,6 +83,11 @@ WRITINGS = {
     "asin(a1/40)": ["arcsin(a1/40)", r"\sin^{-1}(a_1/40)", r"\arcsin\left(\frac{a_1}{40}\right)", "np.arcsin(a1/40)"],
     "sin(2*theta1)": ["sin 2 theta1", "sin(2θ1)", r"\sin 2\theta_1"],
 }  # fmt: skip
+
+
+def test_rates_are_read_where_no_symbols_are_known() -> None:
+    for text in WRITINGS["qd1"]:
+        assert read(text).value == "qd1", text
 
 
 @pytest.mark.parametrize(("reference", "text"), [(due, text) for due, texts in WRITINGS.items() for text in texts])

@@ -85,6 +85,7 @@ class _Parser:
     def whole(self) -> Node:
         if self.tokens[0][0] == "end":
             raise ReadError("nothing is there")
+        self.pass_parameters()
         node = self.disjunction()
         if self.peek() == ",":  # a bare "a, b" is a list
             items = [node]
@@ -94,6 +95,15 @@ class _Parser:
         if self.tokens[self.at][0] != "end":
             raise self.fail(f"did not expect {self.peek()!r}")
         return node
+
+    def pass_parameters(self) -> None:
+        """Pass the head of a Python function, lambda theta1, theta2: …; what it returns is the answer."""
+        if self.take("lambda"):
+            while self.tokens[self.at][0] == "name":
+                self.at += 1
+                if not self.take(","):
+                    break
+            self.expect(":")
 
     def disjunction(self) -> Node:
         self.depth += 1
@@ -223,9 +233,10 @@ class _Parser:
         opens = self.peek() == "("
         if opens and name in ("Derivative", "diff", "Lambda"):
             return self.bound(name, None)
-        if opens and name in self.known and self.text_at(1) == "t" and self.text_at(2) == ")":
+        varies = name in self.known or _JOINT.fullmatch(name) is not None
+        if opens and varies and self.text_at(1) == "t" and self.text_at(2) == ")":
             self.at += 3  # theta1(t), as dynamicsymbols prints it
-            return Node("name", value=name)
+            return _meant(pieces_of(raw, self.known)[0])
         if opens and name in CONTAINERS:
             self.at += 1
             return _container(name, self.bracketed(")", "args").args, self)
@@ -264,10 +275,10 @@ class _Parser:
         """Read Derivative(theta1(t), t), which is the rate qd1, or Lambda(_n, …), whose _n is any whole number."""
         self.at += 1
         args = ((of,) if of is not None else ()) + self.bracketed(")", "args").args
-        if name != "Lambda" and len(args) == 2 and args[0].kind == "name":
-            match = re.fullmatch(r"(?:theta|d)(\d+)", str(args[0].value))
-            if match is not None:
-                return Node("name", value=f"qd{match.group(1)}")
+        if name != "Lambda" and len(args) in (1, 2) and args[0].kind == "name":
+            joint = _JOINT.fullmatch(str(args[0].value))
+            if joint is not None:
+                return Node("name", value=f"qd{joint.group(1)}")
         if name == "Lambda" and len(args) == 2 and args[0].kind == "name":
             return renamed(args[1], str(args[0].value), "k")
         raise self.fail(f"this {name} is not understood")
@@ -316,6 +327,7 @@ class _Parser:
         return product
 
 
+_JOINT = re.compile(r"(?:theta|q|d)(\d+)")
 _MINUS_ONE = Node("neg", (Node("number", value=Fraction(1)),))
 _INVERSES = ("asin", "acos", "atan")
 

@@ -31,14 +31,43 @@ def plain(text: str, known: AbstractSet[str]) -> str:
     """
     latex = any(mark in text for mark in ("\\", "_{", "^{")) and len(text) <= _LONGEST_LATEX
     if text.isascii() and not (latex or text[-1:] in ".;\n$" or text[-1:].isalpha()):
-        return text
+        return _of_joints(text)
     text = re.sub("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺]+", lambda found: f"^({found.group().translate(_SUPERSCRIPT)})", text)
     text = re.sub("(?:θ|q|d|theta|ϑ)\u0307_?", "qd", text).translate(_SIGNS)
     framed = re.fullmatch(r"\s*(\$\$?)([^$]*)\1\s*", text)
     text = framed.group(2) if framed is not None else text
     if latex:
         text = _from_latex(text)
-    return _without_unit(_without_end(text).replace("°", "*pi/180"), known)
+    return _without_unit(_of_joints(_without_end(text).replace("°", "*pi/180")), known)
+
+
+_JOINT = r"(?:theta|th|q|θ|ϑ)_?(\d)"
+_RATES = re.compile(
+    rf"\(\( ?d ?{_JOINT} ?\)/\( ?d ?t ?\)\)"  # \frac{{d theta1}}{{dt}}
+    rf"|\(\( ?d ?\)/\( ?d ?t ?\)\) ?{_JOINT}"
+    rf"|\bd ?{_JOINT} ?/ ?d ?t\b"
+    rf"|\b{_JOINT}(?:\(t\))?'"
+)
+_VECTORS = re.compile(
+    r"\b(?:(q|theta|th)|(?:qd|dq|qp|qdot|q_dot|dtheta|thetadot|theta_dot))(?:\[([0-8])\]|\(([1-9])\))"
+)
+
+
+def _of_joints(text: str) -> str:
+    """Return a text with rates written as derivatives, and joints as the entries q[0] or q(1) of a vector, by name.
+
+    In brackets the first joint has the number 0, as in Python; in parentheses 1, as in Matlab.
+    """
+    if "'" in text or ("/" in text and "t" in text):
+        text = _RATES.sub(lambda found: f" qd{next(filter(None, found.groups()))} ", text)
+    if ".diff" in text:
+        text = text.replace("(t).diff", ".diff")
+
+    def entry(found: re.Match[str]) -> str:
+        number = int(found.group(2)) + 1 if found.group(2) else found.group(3)
+        return f"{'q' if found.group(1) else 'qd'}{number}"
+
+    return _VECTORS.sub(entry, text)
 
 
 def _without_end(text: str) -> str:
