@@ -18,7 +18,8 @@ from exercises.errors import QdotError
 from exercises.files import cannot_write, make_folder, write_atomically
 from exercises.parallel import ordered_map
 from exercises.problem import Problem, variable
-from grader.marking import mark
+from grader.functions import asked_of
+from grader.marking import domain_of, mark
 from grader.sandbox import Limits, Run, Sandbox
 from grader.submission import (
     Found,
@@ -133,7 +134,9 @@ def grade_student(assignment: Assignment, student: str, found: Found | None, san
     if obstacle is not None:
         return _result(assignment, student, problems, submission, Run(), obstacle, notes)
     names = [variable(slot, part.name) for slot, problem in problems for part in problem.parts]
-    run = sandbox.run(submission.cells, names)
+    seed = _points_seed(assignment, submission)
+    asked = {slot: asked_of(problem, domain_of(problem), seed) for slot, problem in problems}
+    run = sandbox.run(submission.cells, names, asked)
     notes += oddities(submission, assignment, student)
     if run.note:
         notes.append(Note(run.note, run.note))
@@ -150,7 +153,7 @@ def _result(
         for part in problem.parts:
             name = variable(slot, part.name)
             reasons[name] = obstacle or _why_missing(submission, run, slot, part.name)
-        verdicts = mark(problem, slot, run.answers, reasons, assignment.secret)
+        verdicts = mark(problem, slot, run.answers, reasons, assignment.secret, _points_seed(assignment, submission))
         marked.append({"id": str(problem.id), "slot": slot, "parts": [verdict.as_json() for verdict in verdicts]})
     parts = [part for problem in marked for part in problem["parts"]]
     return {
@@ -165,6 +168,11 @@ def _result(
         "staff_notes": [note.staff for note in notes],
         "problems": marked,
     }
+
+
+def _points_seed(assignment: Assignment, submission: Submission | None) -> str:
+    """Return what draws the points at which functions are called: others for every submission that differs."""
+    return f"{assignment.secret}/{submission.sha256 if submission is not None else ''}"
 
 
 def _why_missing(submission: Submission | None, run: Run, slot: str, part: str) -> str:

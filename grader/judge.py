@@ -106,7 +106,6 @@ def judge_matrix(
     rows = answer_rows(student, (len(reference), len(reference[0])), domain, labels)
     if isinstance(rows, Judgement):
         return rows
-    shape = (len(reference), len(reference[0]))
     known = frozenset(domain.roles)
     student_nodes = [entry for row in rows for entry in row]
     reference_nodes = [_reference_node(entry, known) for row in reference for entry in row]
@@ -116,15 +115,20 @@ def judge_matrix(
         found = compare_entries(filled, reference_nodes, domain, seed, rounding)
     except ReadError as error:
         return wrong(f"this can't be read as a matrix of expressions: {error}")
+    return matrix_judgement(found, blanks, reference, unknown_symbols(student_nodes, domain))
+
+
+def matrix_judgement(found: Comparison, blanks: Sequence[bool], reference: Rows, unknown: str = "") -> Judgement:
+    """Return the judgement on a matrix whose entries were compared; `unknown` tells of symbols that no one knows."""
+    columns = len(reference[0])
     equal = [same and not blank for same, blank in zip(found.equal, blanks, strict=True)]
     is_zero = [entry == "0" for row in reference for entry in row]
     if all(equal):
         judged = correct(found.certificate)
     else:
-        said = unknown_symbols(student_nodes, domain) or _difference(found, shape[1]) or "the others were left blank"
+        said = unknown or _difference(found, columns) or "the others were left blank"
         reason = f"{_count(equal, blanks, is_zero)}; {said}"
         judged = graded(_share(equal, blanks, is_zero), reason, found.certificate)
-    columns = shape[1]
     marks = tuple(tuple(equal[i : i + columns]) for i in range(0, len(equal), columns))
     return replace(judged, entries=marks)
 

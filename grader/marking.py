@@ -7,6 +7,7 @@ from exercises.formula.identity import Domain
 from exercises.problem import Choice, ConditionSet, Direction, Expression, Matrix, Number, Part, Problem, variable
 from exercises.record import text_of
 from grader.direction import judge_direction
+from grader.functions import SHOWN, asked_of, constant_text, is_table, judge_function
 from grader.judge import judge_choice, judge_expression, judge_matrix, judge_numbers, judge_singular
 from grader.verdict import Judgement, Outcome, Verdict, missing
 
@@ -25,8 +26,17 @@ def domain_of(problem: Problem) -> Domain:
     return Domain(roles)
 
 
-def judge(problem: Problem, part: Part, answer: str, seed: str) -> Judgement:
-    """Judge the text of an answer to a part; `seed` draws the points at which it is compared."""
+def judge(problem: Problem, part: Part, answer: str, seed: str, points_seed: str = "") -> Judgement:
+    """Judge the text of an answer to a part; `seed` draws the points at which it is compared.
+
+    Those at which a function was called, before its values were an answer, come from `points_seed`.
+    """
+    if is_table(answer):
+        same = constant_text(answer)
+        if same is not None:
+            return judge(problem, part, same, seed)
+        domain = domain_of(problem)
+        return judge_function(part, answer, asked_of(problem, domain, points_seed), domain, part.rounding)
     reference = part.answer
     if isinstance(reference, Choice):
         return judge_choice(answer, reference.options, reference.correct)
@@ -62,7 +72,12 @@ def _labels(problem: Problem, part: Part) -> tuple[str, ...]:
 
 
 def mark(
-    problem: Problem, slot: str, answers: Mapping[str, str], reasons: Mapping[str, str], secret: str
+    problem: Problem,
+    slot: str,
+    answers: Mapping[str, str],
+    reasons: Mapping[str, str],
+    secret: str,
+    points_seed: str = "",
 ) -> list[Verdict]:
     """Return a verdict for each part; `answers` and `reasons` (why there is none) are by variable name.
 
@@ -75,15 +90,17 @@ def mark(
         if answer is None:
             judgement = missing(reasons.get(name, "no answer was found for this part"))
         else:
-            judgement = _judged(problem, part, answer, f"{secret}/{problem.id}/{part.name}/{answer}")
+            seed = f"{secret}/{problem.id}/{part.name}/{answer}"
+            judgement = _judged(problem, part, answer, seed, points_seed)
         points = None if judgement.outcome is Outcome.UNGRADED else round(part.points * judgement.share, 4)
-        verdicts.append(Verdict(part.name, judgement, points, part.points, answer))
+        shown = SHOWN if answer is not None and is_table(answer) else answer
+        verdicts.append(Verdict(part.name, judgement, points, part.points, shown))
     return verdicts
 
 
-def _judged(problem: Problem, part: Part, answer: str, seed: str) -> Judgement:
+def _judged(problem: Problem, part: Part, answer: str, seed: str, points_seed: str) -> Judgement:
     try:
-        return judge(problem, part, answer, seed)
+        return judge(problem, part, answer, seed, points_seed)
     except Exception as error:  # our own failure, whatever it is, must not become a mark
         reason = (
             f"qdot failed on this answer ({type(error).__name__}: {error}); it has no mark yet, tell your instructor"

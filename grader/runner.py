@@ -7,6 +7,7 @@ its own. Answers leave it as text. Whatever a notebook does, it can only report 
 
 import contextlib
 import ctypes
+import importlib.util
 import json
 import os
 import re
@@ -27,6 +28,17 @@ from sympy.printing.str import StrPrinter
 
 Report = Callable[[dict[str, Any]], None]
 Answer = Callable[[str], None]
+
+
+def load_beside(name: str) -> Any:
+    """Return a module that lies beside this file: it is no package here."""
+    spec: Any = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+callables = load_beside("callables")
 
 LONGEST_ANSWER = 400_000
 LONGEST_REPORT = 4_000_000
@@ -140,7 +152,7 @@ def run_cells(request: dict[str, Any], report: Report) -> None:
             set_alarm(0)
         if error is not None:
             report({"cell": index, "error": error})
-        report_answers(namespace, wanted, last, request["cell_seconds"], report)
+        report_answers(namespace, wanted, last, request, report)
     report({"done": True})
 
 
@@ -152,8 +164,16 @@ def describe(raised: BaseException) -> str:
         return "an exception that can't be shown"
 
 
+def value_of(answer: Any, name: str, request: dict[str, Any]) -> Any:
+    """Return an answer, or what it gives where it is a function."""
+    if not isinstance(answer, callables.FUNCTIONS):
+        return answer
+    asked = next((asked for begin, asked in request["asked"].items() if name.startswith(f"{begin}_")), None)
+    return callables.TABLE if asked is None else callables.called(answer, asked)
+
+
 def report_answers(
-    namespace: dict[str, Any], wanted: list[str], last: dict[str, Told], seconds: float, report: Report
+    namespace: dict[str, Any], wanted: list[str], last: dict[str, Told], request: dict[str, Any], report: Report
 ) -> None:
     """Report each answer that is new or has changed, as text or as the reason why it is none."""
     for name in wanted:
@@ -161,12 +181,12 @@ def report_answers(
             continue
         before, parts = last.get(name, Told(None, {})), None
         try:
-            set_alarm(seconds)
+            set_alarm(request["cell_seconds"])
             parts = parts_of(namespace[name])
             found = (
                 before.found
                 if is_same(before.parts, parts)
-                else {"text": text_of(namespace[name])[: LONGEST_ANSWER + 1]}
+                else {"text": text_of(value_of(namespace[name], name, request))[: LONGEST_ANSWER + 1]}
             )
         except BaseException as raised:
             found = {"error": describe(raised)}

@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -83,12 +83,18 @@ class Sandbox:
             self._process = None
         self._buffer = b""
 
-    def run(self, cells: Sequence[str], names: Sequence[str]) -> Run:
-        """Run the cells in order and return the values of `names` as text."""
+    def run(
+        self, cells: Sequence[str], names: Sequence[str], asked: Mapping[str, Mapping[str, Any]] | None = None
+    ) -> Run:
+        """Run the cells in order and return the values of `names` as text.
+
+        A value that is a function is called with symbols or at points: `asked` holds them, by what a name begins with
+        (see `callables`).
+        """
         limits = self.limits
         request = {
             "cells": list(cells), "names": list(names), "seconds": limits.seconds,
-            "cell_seconds": limits.cell_seconds, "memory": limits.memory,
+            "cell_seconds": limits.cell_seconds, "memory": limits.memory, "asked": asked or {},
         }  # fmt: skip
         run = Run()
         try:

@@ -47,7 +47,7 @@ def test_values_leave_as_text(sandbox: Sandbox, code: str, text: str) -> None:
 
 
 def test_what_is_no_expression_is_told(sandbox: Sandbox) -> None:
-    run = sandbox.run(["p = lambda q: q", "q = open", "r = object()"], ["p", "q", "r"])
+    run = sandbox.run(["p = int", "q = open", "r = object()"], ["p", "q", "r"])
     assert run.answers == {}
     assert "not an expression" in run.failures["p"]
 

@@ -18,8 +18,8 @@ LAYERS = {
         arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
         decimals difficulty problem families questions generate record verify writing.latex render writing figure
         notebook show solve docs assignment release commands""",
-    "grader": """verdict judge direction compare marking runner sandbox submission certificates certify batch check
-        reports demo commands cli""",
+    "grader": """verdict judge direction compare callables functions marking runner sandbox submission certificates
+        certify batch check reports demo commands cli""",
 }
 """From the bottom up: a module imports only from those before it; a folder stands for what is in it."""
 

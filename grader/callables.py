@@ -1,0 +1,170 @@
+"""Answers that are Python functions, in the process in which a notebook runs: nothing of qdot is imported here.
+
+A function is called with symbols first: what it returns is then a formula, which the grader compares exactly. `math`
+and NumPy's functions take symbols while that goes on. A function that needs numbers (it fills an array, inverts a
+matrix, tests a sign) is called at the grader's points, which are new for every submission, and its values are sent.
+"""
+
+import contextlib
+import functools
+import inspect
+import json
+import math
+import re
+import types
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy
+import sympy
+
+FUNCTIONS = (
+    types.FunctionType, types.MethodType, functools.partial, numpy.vectorize, numpy.ufunc,
+    sympy.Lambda,
+)  # fmt: skip
+
+TABLE = "function: "
+"""With this begins an answer that is not a formula but values: shape, and a row of them for each point, as JSON."""
+
+_VECTOR = re.compile(r"q|th|theta|thetas|joints|angles|qs|config|configuration|pose")
+_RATES = re.compile(r"qd|dq|qp|q_?dot|d?theta_?dot|dtheta|rates|thetad")
+_JOINT = re.compile(r"(?:theta|th|q|t|d|θ)_?(\d)")
+_RATE = re.compile(
+    r"(?:qd|dq|qp|q_?dot|theta_?dot|dtheta|dth|thetad|thd|d_?dot)_?(\d)|(?:theta|th|q|d)_?(\d)_?(?:dot|d)"
+)
+
+_ELEMENTWISE: dict[str, Any] = {
+    "sin": sympy.sin, "cos": sympy.cos, "tan": sympy.tan, "exp": sympy.exp, "log": sympy.log, "sqrt": sympy.sqrt,
+    "sinh": sympy.sinh, "cosh": sympy.cosh, "tanh": sympy.tanh, "arcsin": sympy.asin, "arccos": sympy.acos,
+    "arctan": sympy.atan, "arctan2": sympy.atan2, "hypot": lambda x, y: sympy.sqrt(x**2 + y**2),
+    "deg2rad": lambda x: x * sympy.pi / 180, "radians": lambda x: x * sympy.pi / 180,
+    "rad2deg": lambda x: x * 180 / sympy.pi, "degrees": lambda x: x * 180 / sympy.pi, "fabs": sympy.Abs,
+}  # fmt: skip
+_RENAMED = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2"}
+
+
+def called(function: Any, asked: Mapping[str, Any]) -> Any:
+    """Return what a function gives for symbols, or else the text of its values at the points asked for.
+
+    `asked` holds the names of the joints, and the names and values of all symbols at the points. Raises what the
+    function raises, TypeError where it can't be called so.
+    """
+    try:
+        with symbols_everywhere(function):
+            result = function(*_arguments(function, asked, sympy.Symbol))
+        if _is_formula(result):
+            return result
+    except Exception:
+        if not asked.get("points"):
+            raise
+    if not asked.get("points"):
+        raise TypeError(f"the function returns a {type(result).__name__}, which is no formula")
+    return TABLE + json.dumps(_table(function, asked))
+
+
+def _is_formula(result: Any) -> bool:
+    if isinstance(result, (list, tuple)):
+        return all(map(_is_formula, result))
+    known = (sympy.Basic, sympy.MatrixBase, numpy.ndarray, numpy.generic, int, float, complex, dict)
+    return isinstance(result, known) and not isinstance(result, bool)
+
+
+def _table(function: Any, asked: Mapping[str, Any]) -> dict[str, Any]:
+    shape, rows = None, []
+    for values in asked["points"]:
+        at = dict(zip(asked["symbols"], values, strict=True))
+        found = numpy.asarray(function(*_arguments(function, asked, at.__getitem__)))
+        if found.dtype.kind not in "biufcO":
+            raise TypeError(f"the function returns a {type(found.flat[0]).__name__}, which is no number")
+        if found.dtype == object:
+            found = numpy.array([complex(entry) for entry in found.flat]).reshape(found.shape)
+        if shape not in (None, found.shape) or found.ndim > 2 or found.size > 100:
+            raise TypeError("the function does not return one number, vector or matrix of one size")
+        shape = found.shape
+        rows.append([[float(entry.real), float(entry.imag)] for entry in found.astype(complex).flat])
+    return {"shape": list(shape or ()), "values": rows}
+
+
+def _arguments(function: Any, asked: Mapping[str, Any], value: Any) -> list[Any]:
+    """Return what each parameter is given, by its name; `value` gives a symbol's value."""
+    if isinstance(function, sympy.Lambda):
+        names: list[str] = [str(symbol) for symbol in function.variables]
+        spread = False
+    else:
+        if isinstance(function, numpy.vectorize):
+            function = function.pyfunc
+        parameters = inspect.signature(function).parameters.values()
+        positional = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+        names = [p.name for p in parameters if p.kind in positional and p.default is inspect.Parameter.empty]
+        spread = any(p.kind is inspect.Parameter.VAR_POSITIONAL for p in parameters)
+    joints: list[str] = list(asked["joints"])
+    if spread and not names:
+        return [value(joint) for joint in joints]
+    meant = [_meant(name, joints, asked["symbols"]) for name in names]
+    if all(one is None for one in meant) and len(names) == len(joints):
+        meant = list(joints)  # other names for the joints, in their order
+    for name, one in zip(names, meant, strict=True):
+        if one is None:
+            raise TypeError(f"its parameter {name!r} is no symbol of the problem; known: {', '.join(asked['symbols'])}")
+    return [value(one) if isinstance(one, str) else numpy.array([value(each) for each in one]) for one in meant if one]
+
+
+def _meant(name: str, joints: Sequence[str], symbols: Sequence[str]) -> str | list[str] | None:
+    """Return the symbol that a parameter stands for, or the joints or rates that a vector of them does."""
+    plain = re.sub(r"_(?=\d)", "", name)
+    rates = [f"qd{i}" for i in range(1, len(joints) + 1)]
+    if plain in symbols:
+        return plain
+    if _VECTOR.fullmatch(name):
+        return list(joints)
+    if _RATES.fullmatch(name) and set(rates) <= set(symbols):
+        return rates
+    for pattern, known in ((_RATE, rates), (_JOINT, joints)):
+        found = pattern.fullmatch(name)
+        if found is not None:
+            number = int(next(filter(None, found.groups())))
+            if 1 <= number <= len(known) and known[number - 1] in symbols:
+                return known[number - 1]
+    return None
+
+
+@contextlib.contextmanager
+def symbols_everywhere(function: Any) -> Iterator[None]:
+    """Let `math`'s and NumPy's functions take symbols, also those that were imported by name; then undo it."""
+    replaced = {
+        getattr(math, name): _taking_symbols(name) for name in (*_ELEMENTWISE, *_RENAMED) if hasattr(math, name)
+    }
+    spaces: list[dict[str, Any]] = [vars(math), getattr(function, "__globals__", {})]
+    before = [(space, name, value) for space in spaces for name, value in space.items() if _is_in(value, replaced)]
+    methods = [name for name in _ELEMENTWISE if not hasattr(sympy.Expr, name)]
+    try:
+        for space, name, value in before:
+            space[name] = replaced[value]
+        for name in methods:
+            setattr(sympy.Expr, name, _as_method(_ELEMENTWISE[name]))
+        yield
+    finally:
+        for space, name, value in before:
+            space[name] = value
+        for name in methods:
+            delattr(sympy.Expr, name)
+
+
+def _is_in(value: Any, known: Mapping[Any, Any]) -> bool:
+    return isinstance(value, types.BuiltinFunctionType) and value in known
+
+
+def _as_method(function: Any) -> Any:
+    def method(self: sympy.Expr, *others: Any) -> Any:  # NumPy calls x.cos() for what is no number
+        return function(self, *others)
+
+    return method
+
+
+def _taking_symbols(name: str) -> Any:
+    numeric, symbolic = getattr(math, name), _ELEMENTWISE[_RENAMED.get(name, name)]
+
+    def either(*values: Any) -> Any:
+        return (symbolic if any(isinstance(value, sympy.Basic) for value in values) else numeric)(*values)
+
+    return either
