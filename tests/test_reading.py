@@ -172,3 +172,11 @@ def test_rows_of_semicolons_need_brackets() -> None:
     assert rows_of_semicolons("a; b") == "a; b"
     with pytest.raises(ReadError, match="cannot read ';'"):
         read("a; b")
+
+
+def test_equal_symbols_of_a_long_sum_are_counted() -> None:
+    long = POSITION + " + a1 - a1" * 300 + " - a2*2" + " - a2" * 200 + " + a2*202 + theta3 - theta3"
+    assert judge_expression(long, POSITION, DOMAIN, "s").outcome is Outcome.CORRECT
+    assert judge_expression(long + " + a1", POSITION, DOMAIN, "s").outcome is Outcome.WRONG
+    assert "'k' is no symbol" in judge_expression(long + " + k", POSITION, DOMAIN, "s").reason
+    assert read("[" + "a1 + " * 150 + "a1, 0]", {"a1"}).args[1] == read("0")

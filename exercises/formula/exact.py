@@ -26,7 +26,7 @@ from math import comb, inf, isqrt, log2
 from typing import Any
 
 from exercises.formula.angles import Angle, Angles, Wave, wave_of
-from exercises.formula.field import BITS, ORDER, PRIMES, Field, below, draw_field
+from exercises.formula.field import BITS, ORDER, PRIMES, Field, SharedField, below, draw_field
 from exercises.formula.tape import Step, Tape
 from exercises.stream import Stream
 
@@ -308,22 +308,27 @@ def chance(student: Size, reference: Size, bits: int = BITS, choices: float = PR
     return min(1.0, degree / 2.0**bits + max(height, 0.0) / bits / choices)
 
 
+_SHARED = SharedField()
+
+
 def compare(
     student: Tape, reference: Tape, fixed: Mapping[str, Fraction | None], seed: str,
-    draw: Callable[[Stream], Field] = draw_field,
+    draw: Callable[[Stream], Field] | None = None,
 ) -> list[Exact]:  # fmt: skip
     """Compare two tapes result by result; `fixed` are the names that stand for numbers.
 
-    A result that is undefined at every point is not the function that the reference is.
+    A result that is undefined at every point is not the function that the reference is. Points are drawn from `seed`,
+    and so are fields after the first: where one is not enough, the next must be independent of it.
     """
     theirs, ours = compile_program(student, fixed), compile_program(reference, fixed)
     stream = Stream(f"{seed}/exact")
     found = [_Entry(theirs, ours, k) for k in range(len(ours.outputs))]
-    for _ in range(TRIES):
+    for trial in range(TRIES):
         still = [entry for entry in found if entry.is_open]
         if not still:
             break
-        point = _Point(draw(stream), stream)
+        field = _SHARED.get() if trial == 0 and draw is None else (draw or draw_field)(stream)
+        point = _Point(field, stream)
         values = run(theirs, point), run(ours, point)
         for entry in still:
             entry.seen(values[0][entry.number], values[1][entry.number], point.field)

@@ -38,16 +38,21 @@ _TOKEN = re.compile(
 
 
 def _tokens(text: str) -> list[tuple[str, str, int]]:
-    found, at = [], 0
-    while at < len(text):
-        match = _TOKEN.match(text, at)
-        if match is None:
-            raise ReadError(f"cannot read {text[at]!r} {_where(text, at)}")
-        kind = str(match.lastgroup)
-        if kind != "space":
-            found.append((kind, match.group(), at))
-        at = match.end()
-    found.append(("end", "", len(text)))
+    found, at, depth = [], 0, 0
+    for match in _TOKEN.finditer(text):
+        start, end = match.span()
+        if start != at:
+            break
+        if (kind := match.lastgroup) != "space":
+            said = match[0]
+            found.append((str(kind), said, at))
+            depth += (said in "([{") - (said in ")]}")
+            if depth > MAX_DEPTH:  # found here, it costs no more than what stands before it
+                raise ReadError(f"brackets nest more than {MAX_DEPTH} deep {_where(text, at)}")
+        at = end
+    if at < len(text):
+        raise ReadError(f"cannot read {text[at]!r} {_where(text, at)}")
+    found.append(("end", "", at))
     return found
 
 
@@ -133,13 +138,30 @@ class _Parser:
         negative = self.sign()
         node = self.product()
         node = Node("neg", (node,)) if negative else node
+        terms = 0
         while self.peek() in ("+", "-"):
             op = self.peek()
             self.at += 1
             negative = self.sign()
             right = self.product()
             node = Node(op, (node, Node("neg", (right,)) if negative else right))
+            terms += 1
+            if terms % _MANY == 0:
+                node = Node("+", (node, counted)) if (counted := self.counted_symbols()) is not None else node
         return node
+
+    def counted_symbols(self) -> Node | None:
+        """Read on in a long sum as long as its terms are symbols: as in a1 - a1 + a1 …, equal ones are counted."""
+        counts: dict[str, int] = {}
+        tokens, at = self.tokens, self.at
+        while tokens[at][1] in ("+", "-") and tokens[at + 1][1] in self.known and tokens[at + 2][1] in _ENDS_TERM:
+            name = tokens[at + 1][1]
+            counts[name] = counts.get(name, 0) + (1 if tokens[at][1] == "+" else -1)
+            at += 2
+        self.at = at
+        return _sum([
+            Node("*", (_whole(count), Node("name", value=name))) for name, count in counts.items()
+        ]) if counts else None  # fmt: skip
 
     def sign(self) -> bool:
         negative = False
@@ -327,6 +349,9 @@ class _Parser:
         return product
 
 
+_MANY = 100
+"""After so many terms of a sum, symbols among those that follow are counted."""
+_ENDS_TERM = frozenset({"+", "-", "", ")", "]", "}", ",", "=", "==", ":", "|", "&"})
 _JOINT = re.compile(r"(?:theta|q|d)(\d+)")
 _MINUS_ONE = Node("neg", (Node("number", value=Fraction(1)),))
 _INVERSES = ("asin", "acos", "atan")
@@ -350,6 +375,11 @@ def _sum(nodes: list[Node]) -> Node:
     for node in nodes[1:]:
         total = Node("+", (total, node))
     return total
+
+
+def _whole(count: int) -> Node:
+    number = Node("number", value=Fraction(abs(count)))
+    return Node("neg", (number,)) if count < 0 else number
 
 
 def _number(text: str) -> Node:

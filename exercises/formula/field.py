@@ -1,5 +1,6 @@
 """Whole numbers modulo a prime drawn at random, with a root of unity: there formulas are evaluated exactly."""
 
+import secrets
 from dataclasses import dataclass
 
 from exercises.stream import Stream
@@ -67,6 +68,27 @@ def draw_field(stream: Stream) -> Field:
         prime = ORDER * (low + 1 + below(stream, low - 1)) + 1
         if all(prime % q for q in _SMALL) and is_prime(prime):
             return Field(prime, _root(prime, stream))
+
+
+ANSWERS = 64
+"""So many comparisons share a field: to find a prime takes longer than most of them."""
+
+
+class SharedField:
+    """A field from the system's randomness, another one after ANSWERS comparisons.
+
+    Nothing that a verdict says hangs on it but for the chance that the verdict's bound states.
+    """
+
+    def __init__(self) -> None:
+        self._left, self._field = 0, Field(0, 0)
+
+    def get(self) -> Field:
+        """Return the field."""
+        if self._left == 0:
+            self._left, self._field = ANSWERS, draw_field(Stream(secrets.token_hex(32)))
+        self._left -= 1
+        return self._field
 
 
 def _root(prime: int, stream: Stream) -> int:

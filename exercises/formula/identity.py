@@ -16,6 +16,7 @@ from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 import mpmath
@@ -208,7 +209,7 @@ class _Trial:
         self.theirs, self.ours, self.values, self.given, self.points = theirs, ours, values, given, points
         steps, own = evaluate_steps(theirs, values, points), evaluate_steps(ours, values, points)
         (self.found, size), (self.expected, own_size) = outputs(theirs, steps), outputs(ours, own)
-        self.regions = regions([(theirs, steps), (ours, own)], points)
+        self.steps = [(theirs, steps), (ours, own)]
         self.scale = _scales(own_size)
         with np.errstate(all="ignore"):
             parts, amounts = np.array(allowed).T
@@ -219,6 +220,11 @@ class _Trial:
         self.left = _PRECISE_STEPS // (2 * (len(theirs.steps) + len(ours.steps)))
         self.examples: dict[int, tuple[int, Any, Any]] = {}
         self.precise: dict[tuple[int, int], tuple[list[Any], list[Any]]] = {}
+
+    @cached_property
+    def regions(self) -> np.ndarray:
+        """The region of each point."""
+        return regions(self.steps, self.points)
 
     def equal(self, entry: int) -> bool:
         """Decide an entry, and keep the point where it differs."""

@@ -154,17 +154,16 @@ def outputs(tape: Tape, steps: Steps) -> tuple[np.ndarray, np.ndarray]:
 
 def regions(evaluated: Sequence[tuple[Tape, Steps]], points: int) -> np.ndarray:
     """Return a number for each point: the same where operands of functions with branches have the same signs."""
-    rows = [np.zeros(points)]
+    number = np.zeros(points, dtype=np.int64)
     for tape, steps in evaluated:
         for op, operands, _ in tape.steps:
             if op in BRANCHING:
                 for value, _ in (steps[i] for i in operands):
-                    rows += [
-                        np.sign(value.real),
-                        np.sign(np.where(np.abs(value.imag) > 1e-9 * np.abs(value), value.imag, 0)),
-                    ]
-    with np.errstate(all="ignore"):
-        return np.asarray(np.unique(np.nan_to_num(np.array(rows)), axis=1, return_inverse=True)[1]).reshape(-1)
+                    with np.errstate(invalid="ignore"):
+                        across = np.where(np.abs(value.imag) > 1e-9 * np.abs(value), np.sign(value.imag), 0)
+                        signs = 3 * np.nan_to_num(np.sign(value.real)) + np.nan_to_num(across) + 4
+                    number = np.unique(9 * number + signs.astype(np.int64), return_inverse=True)[1]
+    return number
 
 
 def _double(op: str, args: list[Any], constant: Any, values: Mapping[str, np.ndarray], points: int) -> Any:
