@@ -76,7 +76,7 @@ def _numeric(entries: Sequence[Node], due: Sequence[Node], tolerance: float) -> 
     target = target * (1.0 if float(unit @ target) >= 0 else -1.0)
     apart = float(np.linalg.norm(unit - target))
     if apart <= tolerance:
-        return correct(Certificate("numeric", 1))
+        return correct(Certificate("numeric", 1, 0.0))
     entry = int(np.abs(unit - target).argmax())
     example = {
         "entry": entry,
@@ -88,4 +88,4 @@ def _numeric(entries: Sequence[Node], due: Sequence[Node], tolerance: float) -> 
         f"not along the direction that is right: scaled to length 1, entry {entry + 1} is {unit[entry]:.4g}, "
         f"and {target[entry]:.4g} is right"
     )
-    return wrong(reason, Certificate("numeric", 1, None, example))
+    return wrong(reason, Certificate("numeric", 1, 0.0, example))

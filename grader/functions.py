@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from exercises.formula.expression import read
-from exercises.formula.identity import Certificate, Comparison, Domain, Rounding, number
+from exercises.formula.identity import Certificate, Comparison, Domain, Rounding, missed, number
 from exercises.formula.tape import compile_tape, evaluate
 from exercises.problem import Direction, Expression, Matrix, Part, Problem
 from exercises.record import text_of
@@ -22,7 +22,7 @@ from grader.callables import TABLE
 from grader.judge import matrix_judgement
 from grader.verdict import Judgement, wrong
 
-POINTS = 40
+POINTS = 50
 NINE_DIGITS = 1e-9
 SHOWN = f"a Python function; its values at {POINTS} random configurations were compared"
 
@@ -105,7 +105,7 @@ def _compared(
             "yours": number(complex(found[entry, point])),
             "expected": number(complex(due[entry, point])),
         }
-    return Comparison(tuple(equal), Certificate("numeric", found.shape[1], None, example))
+    return Comparison(tuple(equal), Certificate("numeric", POINTS, missed(POINTS), example))
 
 
 def _table(answer: str) -> tuple[tuple[int, ...] | None, np.ndarray]:

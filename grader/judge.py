@@ -11,7 +11,7 @@ import numpy as np
 
 from exercises.formula.conditions import Atom, Piece, SetComparison, Space, compare_sets, pieces
 from exercises.formula.expression import read
-from exercises.formula.identity import Certificate, Comparison, Domain, Rounding, compare_entries, number
+from exercises.formula.identity import Certificate, Comparison, Domain, Rounding, compare_entries, missed, number
 from exercises.formula.tape import compile_tape, evaluate
 from exercises.formula.trees import Node, ReadError, as_matrix, has_blank, names
 from grader.verdict import Judgement, correct, graded, missing, wrong
@@ -248,13 +248,13 @@ def judge_numbers(
     ]
     marks = tuple((same,) for same in equal)
     if all(equal):
-        return replace(correct(Certificate("numeric", 1), f"right to {100 * tolerance:g} %"), entries=marks)
+        return replace(correct(Certificate("numeric", 1, 0.0), f"right to {100 * tolerance:g} %"), entries=marks)
     first = equal.index(False)
     due, unit = reference[first], units[first]
     example = {"entry": first, "at": {}, "yours": number(complex(values[first])), "expected": float(f"{due:.4g}")}
     said = "was left blank" if blanks[first] else f"is {_shown(example['yours'])}, and {due:.4g} {unit} is right"
     reason = f"{sum(equal)} of {len(equal)} numbers are right; number {first + 1} {said}"
-    judged = graded(sum(equal) / len(equal), reason, Certificate("numeric", 1, None, example))
+    judged = graded(sum(equal) / len(equal), reason, Certificate("numeric", 1, 0.0, example))
     return replace(judged, entries=marks)
 
 
@@ -344,7 +344,7 @@ def _judge_set(
 ) -> Judgement:
     found = compare_sets(claimed, truth, space, seed)
     if found.equal and claimed:
-        return correct(Certificate("numeric", found.points))
+        return correct(_set_certificate(found))
     # What is claimed beyond the truth must not earn what it happens to cover: only sound pieces count for the share.
     sound = [piece for piece, held in zip(claimed, found.sound, strict=True) if held]
     covered = [held for held in compare_sets(sound, truth, space, seed).covered if held is not None]
@@ -366,7 +366,8 @@ def _are_degrees(claimed: Sequence[Piece], truth: Sequence[Piece], space: Space,
 
 
 def _set_certificate(found: SetComparison) -> Certificate:
-    return Certificate("numeric", found.points, None, {"missing": found.missing, "surplus": found.surplus})
+    example = None if found.equal else {"missing": found.missing, "surplus": found.surplus}
+    return Certificate("numeric", found.least, missed(found.least), example)
 
 
 def _set_reason(found: SetComparison, joints: Sequence[str], what: str) -> str:

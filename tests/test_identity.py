@@ -6,8 +6,9 @@ from typing import Any
 
 import pytest
 
+from exercises.formula import identity
 from exercises.formula.expression import read
-from exercises.formula.identity import Comparison, Domain, compare_entries, default_role
+from exercises.formula.identity import Comparison, Domain, compare_entries, default_role, missed
 from exercises.formula.trees import names
 from grader.compare import compare_line
 
@@ -53,6 +54,17 @@ WRONG_IN_PLACES = [
 def test_what_is_right_in_places_only_is_wrong(student: str, reference: str) -> None:
     for seed in ("one", "two", "three"):
         assert compare(student, reference, seed).equal == (False,)
+
+
+@pytest.mark.parametrize(("inner", "share"), [("sin(theta2)", 0.5), ("sin(theta2/2 + 3/4*pi)", 0.25)])
+def test_the_bound_of_a_comparison_in_numbers(inner: str, share: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With three points, what is wrong at a share of the circle gets through at the rate that the bound states."""
+    for constant in ("POINTS", "POINTS_BRANCHING"):
+        monkeypatch.setattr(identity, constant, 3)
+    found = [compare(f"sqrt(({inner})^2)", inner, str(seed)) for seed in range(400)]
+    passed = [one for one in found if one.equal == (True,)]
+    assert len(passed) / len(found) == pytest.approx(missed(3, share), abs=0.07)
+    assert all(one.certificate.bound == missed(3, identity.SHARE_BRANCHING) for one in passed)
 
 
 RIGHT = [

@@ -19,7 +19,7 @@ from exercises.formula.tape import Tape, compile_tape, evaluate
 from exercises.formula.trees import Node, ReadError, digits_of_decimals, names
 from exercises.stream import Stream
 
-SAMPLES = 48
+SAMPLES = 50
 ROUNDED = 5e-3
 """A decimal that is so near to the value of a joint that is due is told to be a rounded one."""
 TYPED = 1e-9
@@ -380,8 +380,9 @@ class SetComparison:
 
     A claimed piece is None where it holds nowhere: it claims nothing, and covers nothing.
 
-    `missing` and `surplus` are configurations: singular but not claimed, claimed but not singular; `rounded` says that
-    a value would be right but for its digits.
+    `points` are the configurations tried, `least` those on the piece with the fewest. `missing` and `surplus` are
+    configurations: singular but not claimed, claimed but not singular; `rounded` says that a value would be right but
+    for its digits.
     """
 
     covered: tuple[bool | None, ...]
@@ -389,6 +390,7 @@ class SetComparison:
     missing: Mapping[str, Any] | None
     surplus: Mapping[str, Any] | None
     points: int
+    least: int
     rounded: bool = False
 
     @property
@@ -400,16 +402,17 @@ class SetComparison:
 def compare_sets(claimed: Sequence[Piece], reference: Sequence[Piece], space: Space, seed: str) -> SetComparison:
     """Compare a claimed set of configurations with the reference, piece by piece."""
     used = space.names_of([claimed, reference])
-    points, rounded = 0, False
+    counts: list[int] = []
+    rounded = False
 
     def inclusion(inner: Sequence[Piece], outer: Sequence[Piece], tag: str) -> tuple[list[bool | None], Any]:
-        nonlocal points, rounded
+        nonlocal rounded
         held: list[bool | None] = []
         example = None
         for index, piece in enumerate(inner):
             values = space.on_piece(piece, used, Stream(f"{seed}/{tag}/{index}"))
             count = len(next(iter(values.values())))
-            points += count
+            counts.append(count)
             # Values that were stated are held to the tolerance of all answers, what was projected to the projection's.
             stated = all(atom.joint is not None for atom in piece)
             inside = space.contains(outer, values, count, space.typed if stated else MEMBER)
@@ -433,4 +436,5 @@ def compare_sets(claimed: Sequence[Piece], reference: Sequence[Piece], space: Sp
             sound[index] = False
     real = [piece for piece, held in zip(claimed, sound, strict=True) if held is not None]
     covered, missing = inclusion(reference, real, "reference")
-    return SetComparison(tuple(covered), tuple(sound), missing, surplus, points, rounded)
+    least = min(filter(None, counts), default=0)
+    return SetComparison(tuple(covered), tuple(sound), missing, surplus, sum(counts), least, rounded)

@@ -27,8 +27,10 @@ from exercises.formula.tape import Tape, compile_tape, evaluate_precisely, evalu
 from exercises.formula.trees import Node, digits_of, digits_of_decimals, names
 from exercises.stream import Stream
 
-POINTS = 24
+POINTS = 50
 POINTS_BRANCHING = 2000
+SHARE, SHARE_BRANCHING = 0.5, 0.02
+"""The bound of a comparison in numbers is for answers that differ at that share of the configurations or more."""
 READABLE = 8
 """That many points come first and have two decimals, so that a counterexample can be followed by hand."""
 
@@ -107,7 +109,11 @@ class Rounding:
 
 @dataclass(frozen=True)
 class Certificate:
-    """How a verdict was reached: method, points tried, the chance that it is wrong at most (None: none is claimed)."""
+    """How a verdict was reached: method, points tried, the chance at most that a wrong answer gets through.
+
+    After "exact" the bound holds for any wrong answer; after "numeric" for one that is wrong at a share of the
+    configurations or more (SHARE, SHARE_BRANCHING). None: none is claimed.
+    """
 
     method: str
     points: int
@@ -159,7 +165,13 @@ def compare_entries(
     if all(certain):
         bound = max((entry.bound for entry in decided if entry.equal), default=0.0)
         return Comparison(tuple(equal), Certificate("exact", points, bound, example))
-    return Comparison(tuple(equal), Certificate("numeric", trial.points, None, example))
+    bound = missed(trial.defined, SHARE_BRANCHING if theirs.branches else SHARE)
+    return Comparison(tuple(equal), Certificate("numeric", trial.points, bound, example))
+
+
+def missed(points: int, share: float = SHARE) -> float:
+    """Return the chance that none of the points lies where an answer is wrong that is so at that share of them."""
+    return float((1.0 - share) ** points)
 
 
 def _count(theirs: Tape, certain: Sequence[bool]) -> int:
@@ -225,6 +237,11 @@ class _Trial:
     def regions(self) -> np.ndarray:
         """The region of each point."""
         return regions(self.steps, self.points)
+
+    @property
+    def defined(self) -> int:
+        """The number of points at which the entry of the reference that is defined least often has a value."""
+        return int(np.isfinite(self.expected).sum(axis=1).min())
 
     def equal(self, entry: int) -> bool:
         """Decide an entry, and keep the point where it differs."""

@@ -85,10 +85,16 @@ def _how_sure(certificate: dict[str, Any] | None) -> str:
     """Return how a right answer was compared, and the chance that a wrong one would have passed."""
     if certificate is None or (certificate["points"] < 2 and not certificate["bound"]):
         return ""
-    if certificate["bound"]:
-        power = math.ceil(math.log10(certificate["bound"]))
-        return f"Compared exactly: a wrong answer would have passed with a chance below 1 in 10^{-power}."
-    return f"Compared at {certificate['points']} configurations."
+    points, bound = certificate["points"], certificate["bound"]
+    if not bound:
+        return f"Compared at {points} configurations."
+    chance = f"would have passed with a chance below 1 in 10^{-math.ceil(math.log10(bound))}"
+    if certificate["method"] == "exact":
+        return f"Compared exactly: a wrong answer {chance}."
+    share = 1 - bound ** (1 / points)
+    return (
+        f"Compared at {points} random configurations: an answer that is wrong at {share:.0%} of all of them {chance}."
+    )
 
 
 def _several(entries: list[list[bool]] | None) -> bool:
