@@ -407,7 +407,7 @@ def _container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
         return args[0]
     if name.endswith("Matrix") and len(args) == 3 and args[2].kind == "list":
         rows, columns, entries = args[0].value, args[1].value, args[2].args
-        if args[0].kind == args[1].kind == "number" and rows * columns == len(entries):
+        if args[0].kind == args[1].kind == "number" and 0 < rows * columns == len(entries):
             cut = range(0, len(entries), int(columns))
             return Node("list", tuple(Node("list", entries[i : i + int(columns)]) for i in cut))
     if name == "diag" and len(args) <= MAX_DIAGONAL:
