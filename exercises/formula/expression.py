@@ -279,7 +279,7 @@ class _Parser:
             piece = todo.pop(0)
             if piece.kind != "function":
                 factors.append(_meant(piece))
-            elif todo and todo[0].kind != "function":
+            elif todo and todo[0].kind != "function" and piece.parts[0] not in ARITY:
                 factors.append(_call(piece.parts[0], (_meant(todo.pop(0)),)))
             elif not todo:
                 factors.append(self.function(piece.parts[0]))
