@@ -75,7 +75,7 @@ def compare_line(line: str, number: int) -> dict[str, Any]:
     """Return the answer to one line of a batch, as in cli.md. Raises QdotError for a line that is no request."""
     try:
         request = json.loads(line)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise QdotError(f"line {number} is not JSON: {error}") from None
     required = ("type", "reference", "student")
     if not isinstance(request, dict) or any(key not in request for key in required):

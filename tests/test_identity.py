@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from exercises.errors import QdotError
 from exercises.formula import identity
 from exercises.formula.expression import read
 from exercises.formula.identity import Comparison, Domain, compare_entries, default_role, missed
@@ -34,6 +35,12 @@ def test_corpus(case: dict[str, Any]) -> None:
         or judged["certificate"]["bound"] < 1e-15
     )
     assert judged["outcome"] != "ungraded"
+
+
+@pytest.mark.parametrize("line", ["", "[" * 100_000, '{"type": ' * 100_000, "9" * 5000], ids=lambda line: line[:9])
+def test_a_line_that_is_no_json_is_told(line: str) -> None:
+    with pytest.raises(QdotError, match="line 7 is not JSON"):
+        compare_line(line, 7)
 
 
 WRONG_IN_PLACES = [
