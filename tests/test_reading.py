@@ -137,7 +137,7 @@ HOSTILE = [
     "²" * 9000, "°" * 9000, "θ̇" * 9000,
     "[;" * 9000, "[" + ";" * 20000 + "]", "\ud800", "\x00", "a1" + "\u0307" * 500, "$" * 9000,
     "sin^" * 4000, "sin " * 4000, "Matrix(9**9,9**9,[1])", "Matrix(0,0,[])", "atan2a1",
-    "diag(" + "a1," * 3000 + ")", "t1" * 30, "theta1.diff(" * 3000,
+    "diag(" + "a1," * 3000 + ")", "Lambda(x, " + "1+" * 5000 + "x)", "t1" * 30, "theta1.diff(" * 3000,
 ]  # fmt: skip
 
 
@@ -145,6 +145,15 @@ HOSTILE = [
 def test_hostile_writing_ends_in_a_verdict(text: str) -> None:
     assert judge_expression(text, "a1", DOMAIN, "s").outcome in (Outcome.WRONG, Outcome.MISSING)
     assert judge_matrix(text, [["a1", "0"]], DOMAIN, "s").outcome in (Outcome.WRONG, Outcome.MISSING)
+
+
+LONG = ["theta2 = " + "a1+" * 3000 + "a1", "theta2 = k*pi" + "+a1" * 3000, "a1+" * 3000 + "cos(theta1) = 0"]
+
+
+@pytest.mark.parametrize("text", LONG, ids=lambda text: text[:12])
+def test_hostile_conditions_end_in_a_verdict(text: str) -> None:
+    judged = judge_singular(text, ["sin(theta2) = 0"], ["theta1", "theta2"], DOMAIN, "s")
+    assert judged.outcome is Outcome.WRONG
 
 
 def test_symbols_of_the_problem_win_over_customs() -> None:

@@ -8,6 +8,7 @@ A set is a union of pieces, a piece is a list of atoms that hold together, and a
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from itertools import product
 from typing import Any
 
@@ -16,7 +17,7 @@ import numpy as np
 from exercises.formula.constants import holds_at, room_of, same_value, turns_of, value_of
 from exercises.formula.identity import FLOATS, Domain, Rounding
 from exercises.formula.tape import Tape, compile_tape, evaluate
-from exercises.formula.trees import Node, ReadError, digits_of_decimals, names
+from exercises.formula.trees import Node, ReadError, digits_of_decimals, names, replaced
 from exercises.stream import Stream
 
 SAMPLES = 50
@@ -33,6 +34,9 @@ _STILL, _ARRIVED, _VANISHED = 1e-10, 1e-5, 1e-9
 _MOST_STEPS = 120
 _NEAR_MISS = 1e-3
 _WHOLE_NUMBERS = ("k", "n", "m")
+_SIX = tuple(Node("number", value=Fraction(k)) for k in range(7))
+_WHOLE = (*(Node("neg", (k,)) for k in _SIX[:0:-1]), *_SIX)
+"""The whole numbers from -6 to 6."""
 _MOST_PIECES = 500
 
 
@@ -127,15 +131,9 @@ def _whole_number_cases(node: Node) -> list[Node]:
     free = [name for name in _WHOLE_NUMBERS if name in names(node)]
     cases = [node]
     for name in free:
-        cases = [_replaced(case, name, k) for case in cases for k in range(-6, 7)]
-    return list({turns if (turns := turns_of(case)) is not None else case: case for case in cases}.values())
-
-
-def _replaced(node: Node, name: str, k: int) -> Node:
-    if node.kind == "name" and node.value == name:
-        whole = Node("number", value=abs(k))
-        return Node("neg", (whole,)) if k < 0 else whole
-    return Node(node.kind, tuple(_replaced(arg, name, k) for arg in node.args), node.value)
+        cases = [replaced(case, name, whole) for case in cases for whole in _WHOLE]
+    turns = [turns_of(case) for case in cases]
+    return list({(turn, index if turn is None else 0): cases[index] for index, turn in enumerate(turns)}.values())
 
 
 @dataclass

@@ -13,7 +13,7 @@ from functools import lru_cache
 
 from exercises.formula.names import ARITY, LONGEST, Piece, pieces_of, plain_name
 from exercises.formula.notation import plain, rows_of_semicolons
-from exercises.formula.trees import Node, ReadError, renamed
+from exercises.formula.trees import Node, ReadError, replaced
 
 MAX_DEPTH = 60
 MAX_LENGTH = 300_000
@@ -302,7 +302,7 @@ class _Parser:
             if joint is not None:
                 return Node("name", value=f"qd{joint.group(1)}")
         if name == "Lambda" and len(args) == 2 and args[0].kind == "name":
-            return renamed(args[1], str(args[0].value), "k")
+            return replaced(args[1], str(args[0].value), Node("name", value="k"))
         raise self.fail(f"this {name} is not understood")
 
     def function(self, name: str) -> Node:

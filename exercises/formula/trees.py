@@ -23,11 +23,23 @@ class Node:
     value: Any = None
 
 
-def renamed(node: Node, old: str, new: str) -> Node:
-    """Return the tree with one name put for another."""
-    if node.kind == "name":
-        return Node("name", value=new) if node.value == old else node
-    return Node(node.kind, tuple(renamed(arg, old, new) for arg in node.args), node.value)
+def replaced(node: Node, name: str, new: Node) -> Node:
+    """Return the tree with another tree put for a name."""
+    done: list[Node] = []
+    stack = [(node, False)]
+    while stack:  # no recursion: a long sum is a deep tree
+        top, ready = stack.pop()
+        if top.kind == "name":
+            done.append(new if top.value == name else top)
+        elif not top.args:
+            done.append(top)
+        elif ready:
+            args = tuple(done[len(done) - len(top.args) :])
+            done[len(done) - len(top.args) :] = [Node(top.kind, args, top.value)]
+        else:
+            stack.append((top, True))
+            stack.extend((arg, False) for arg in reversed(top.args))
+    return done[0]
 
 
 def names(node: Node) -> set[str]:
