@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from exercises.formula.expression import MAX_LENGTH, read
 from exercises.formula.tape import compile_tape, evaluate
-from exercises.formula.trees import Node, ReadError, as_matrix, has_blank, names
+from exercises.formula.trees import Node, ReadError, as_matrix, has_blank, names, node_text
 
 VALUES = {
     "theta1": 0.7, "theta2": -1.9, "theta3": 2.3, "a1": 0.31, "a2": 1.7, "a3": 0.83, "d1": 0.4, "x": 1.3, "y": -0.6,
@@ -240,3 +240,20 @@ def test_precedence_is_pythons(text: str) -> None:
     except (ZeroDivisionError, OverflowError):
         return
     assert value(text) == pytest.approx(expected, rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a1-(a2-a3)+x",
+        "a1/(a2*a3)*x/y",
+        "-(a1+a2)*-x",
+        "(a1^a2)^(x^y)",
+        "(1/2*x)^-2",
+        "+".join(f"a1*{k}" for k in range(3000)),
+    ],
+)
+def test_a_tree_prints_as_what_reads_as_the_same(text: str) -> None:
+    again = node_text(read(node_text(read(text))))
+    assert again == node_text(read(text))
+    assert value(again) == value(text)

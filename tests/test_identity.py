@@ -37,6 +37,11 @@ def test_corpus(case: dict[str, Any]) -> None:
     assert judged["outcome"] != "ungraded"
 
 
+def test_a_reference_may_be_a_long_sum() -> None:
+    request = {"type": "matrix", "reference": f"[[{'a1+' * 2000}a1, 0]]", "student": "[[2001*a1, 0]]"}
+    assert compare_line(json.dumps(request), 1)["outcome"] == "correct"
+
+
 @pytest.mark.parametrize("line", ["", "[" * 100_000, '{"type": ' * 100_000, "9" * 5000], ids=lambda line: line[:9])
 def test_a_line_that_is_no_json_is_told(line: str) -> None:
     with pytest.raises(QdotError, match="line 7 is not JSON"):

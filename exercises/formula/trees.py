@@ -128,7 +128,25 @@ def as_matrix(node: Node) -> list[list[Node]]:
 
 
 def node_text(node: Node) -> str:
-    """Return a text that reads as the same tree."""
+    """Return a text that reads as the same tree; a long sum or product has no more brackets than a short one."""
+    done: list[str] = []
+    stack = [(node, False)]
+    while stack:  # no recursion: a long sum is a deep tree
+        top, ready = stack.pop()
+        if ready:
+            first = len(done) - len(top.args)
+            done[first:] = [_text(top, done[first:])]
+        else:
+            stack.append((top, True))
+            stack.extend((arg, False) for arg in reversed(top.args))
+    return done[0]
+
+
+_FROM_THE_LEFT = {"+": ("+", "-"), "-": ("+", "-"), "*": ("*", "/"), "/": ("*", "/")}
+"""What a first operand may be that needs no brackets."""
+
+
+def _text(node: Node, inner: list[str]) -> str:
     if node.kind == "decimal":
         digits, places = _whole(node.value)
         text = str(digits).rjust(places + 1, "0")
@@ -138,7 +156,9 @@ def node_text(node: Node) -> str:
         return str(value.numerator) if value.denominator == 1 else f"({value.numerator}/{value.denominator})"
     if node.kind == "name":
         return str(node.value)
-    inner = [node_text(arg) for arg in node.args]
     if node.kind == "call":
         return f"{node.value}({', '.join(inner)})"
-    return f"(-{inner[0]})" if node.kind == "neg" else f"({inner[0]}{node.kind}{inner[1]})"
+    if node.kind == "neg":
+        return f"(-{inner[0]})"
+    first = inner[0][1:-1] if node.args[0].kind in _FROM_THE_LEFT.get(node.kind, ()) else inner[0]
+    return f"({first}{node.kind}{inner[1]})"
