@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from exercises.formula.expression import MAX_LENGTH, read
 from exercises.formula.tape import compile_tape, evaluate
-from exercises.formula.trees import Node, ReadError, as_matrix, has_blank, names, node_text
+from exercises.formula.trees import Node, ReadError, as_matrix, digits_of_decimals, has_blank, names, node_text
 
 VALUES = {
     "theta1": 0.7, "theta2": -1.9, "theta3": 2.3, "a1": 0.31, "a2": 1.7, "a3": 0.83, "d1": 0.4, "x": 1.3, "y": -0.6,
@@ -257,3 +257,8 @@ def test_a_tree_prints_as_what_reads_as_the_same(text: str) -> None:
     again = node_text(read(node_text(read(text))))
     assert again == node_text(read(text))
     assert value(again) == value(text)
+
+
+@pytest.mark.parametrize(("text", "digits"), [("0.0", 0), ("1.50", 2), ("1.25e-400", 3), ("12.5e399", 3), ("1e3", 1)])
+def test_digits_of_a_decimal_are_those_that_count(text: str, digits: int) -> None:
+    assert digits_of_decimals(read(text)) == digits

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from fractions import Fraction
+from math import log
 from typing import Any
 
 from exercises.formula.names import CONSTANTS
@@ -55,10 +56,10 @@ def names(node: Node) -> set[str]:
 
 def _whole(decimal: Fraction) -> tuple[int, int]:
     """Return the digits of a positive decimal as a whole number, and how many of them stand behind the point."""
-    places = 0
-    while decimal.denominator != 1:
-        decimal, places = decimal * 10, places + 1
-    return decimal.numerator, places
+    twos = (decimal.denominator & -decimal.denominator).bit_length() - 1
+    fives = round(log(decimal.denominator >> twos, 5))  # at most 1,400, so that this is exact
+    places = max(twos, fives)
+    return decimal.numerator * (10**places // decimal.denominator), places
 
 
 def digits_of(decimal: Fraction) -> int:
