@@ -15,6 +15,10 @@ Angle = dict[str, Fraction]
 """A sum of names and of pi (under "pi") with rational factors; the constant term stands under ""."""
 
 
+MOST_BITS = 10_000
+"""Size of a factor beyond which nothing is an angle: products of long numbers would fill the memory."""
+
+
 @dataclass(frozen=True)
 class Wave:
     """exp(i angle) as a product of powers of the w and of the root of unity."""
@@ -94,9 +98,16 @@ def _sum_of(terms: Sequence[tuple[Angle, bool]], counts: Sequence[int]) -> tuple
     for (angle, _), count in zip(terms, counts, strict=True):
         for name, factor in angle.items():
             total[name] = total.get(name, Fraction(0)) + count * factor
+            if _is_long(total[name]):
+                return None
     return total, terms[0][1] if terms else False
 
 
-def _times(angle: tuple[Angle, bool], factor: Fraction, imaginary: bool) -> tuple[Angle, bool]:
+def _times(angle: tuple[Angle, bool], factor: Fraction, imaginary: bool) -> tuple[Angle, bool] | None:
     sign = -1 if imaginary and angle[1] else 1
-    return {name: sign * factor * value for name, value in angle[0].items()}, imaginary != angle[1]
+    product = {name: sign * factor * value for name, value in angle[0].items()}
+    return None if any(map(_is_long, product.values())) else (product, imaginary != angle[1])
+
+
+def _is_long(number: Fraction) -> bool:
+    return max(number.numerator.bit_length(), number.denominator.bit_length()) > MOST_BITS
