@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from exercises.formula.claims import claimed_pieces
 from exercises.formula.conditions import Atom, Piece, SetComparison, Space, compare_sets, pieces
 from exercises.formula.expression import read
 from exercises.formula.identity import Certificate, Comparison, Domain, Rounding, compare_entries, missed, number
@@ -295,7 +296,7 @@ def judge_singular(
     truth = [piece for text in reference for piece in pieces(_reference_node(text, known), joints)]
     try:
         node = _named(node, truth, joints)
-        return _judge_set(pieces(_without_blanks(node), joints), truth, Space(joints, domain, rounding), seed)
+        return _judge_set(claimed_pieces(_without_blanks(node), joints), truth, Space(joints, domain, rounding), seed)
     except ReadError as error:
         return wrong(f"this can't be read as conditions: {error}")
 
@@ -308,10 +309,8 @@ def judge_angles(student: str, reference: str, domain: Domain, seed: str) -> Jud
     joint = Node("name", value="angle")
     inner = Domain({**domain.roles, "angle": "angle"})
     try:
-        claimed, truth = (
-            pieces(Node("in", (joint, values)), ["angle"])
-            for values in (_without_blanks(node), _reference_node(reference, frozenset(domain.roles)))
-        )
+        claimed = claimed_pieces(Node("in", (joint, _without_blanks(node))), ["angle"])
+        truth = pieces(Node("in", (joint, _reference_node(reference, frozenset(domain.roles)))), ["angle"])
         return _judge_set(claimed, truth, Space(["angle"], inner), seed, "angle")
     except ReadError as error:
         return wrong(f"this can't be read as a set of angles: {error}")

@@ -149,13 +149,25 @@ def test_hostile_writing_ends_in_a_verdict(text: str) -> None:
     assert judge_matrix(text, [["a1", "0"]], DOMAIN, "s").outcome in (Outcome.WRONG, Outcome.MISSING)
 
 
-LONG = ["theta2 = " + "a1+" * 3000 + "a1", "theta2 = k*pi" + "+a1" * 3000, "a1+" * 3000 + "cos(theta1) = 0"]
+_SUM = "+".join(f"sin({k}*theta1 + theta2^2)" for k in range(1, 330))
+_MANY = " or ".join("+".join(f"sin({k}*theta1+{i}*theta2)" for k in range(2, 9)) for i in range(2, 22))
+LONG = [
+    "theta2 = " + "a1+" * 3000 + "a1", "theta2 = k*pi" + "+a1" * 3000, "a1+" * 3000 + "cos(theta1) = 0",
+    "{theta2: [" + "pi*(k+n)," * 20_000 + "0]}", "{" + "k+n+m," * 40_000 + "0}", "k*theta1 + n = m", f"{_SUM} = k",
+    f"({_MANY}) and ({_MANY.replace('sin', 'cos')})", "theta1 = 0 or " * 20_000 + "theta1 = 0",
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("text", LONG, ids=lambda text: text[:12])
 def test_hostile_conditions_end_in_a_verdict(text: str) -> None:
     judged = judge_singular(text, ["sin(theta2) = 0"], ["theta1", "theta2"], DOMAIN, "s")
     assert judged.outcome is Outcome.WRONG
+
+
+@pytest.mark.parametrize("text", ["theta2 = k*n*m*pi", "theta2 in {" + ",".join(f"{k}*k*pi" for k in range(300)) + "}"])
+def test_long_ways_to_say_what_is_right_are_right(text: str) -> None:
+    judged = judge_singular(text, ["sin(theta2) = 0"], ["theta1", "theta2"], DOMAIN, "s")
+    assert judged.outcome is Outcome.CORRECT, judged.reason
 
 
 def test_symbols_of_the_problem_win_over_customs() -> None:

@@ -33,9 +33,11 @@ _STILL, _ARRIVED, _VANISHED = 1e-10, 1e-5, 1e-9
 
 _MOST_STEPS = 120
 _NEAR_MISS = 1e-3
-_WHOLE_NUMBERS = ("k", "n", "m")
+_VALUES = 5_000_000
+"""Numbers that are kept at once in a search at random: at more than 1,250 steps it has fewer points."""
+WHOLE_NUMBERS = ("k", "n", "m")
 _SIX = tuple(Node("number", value=Fraction(k)) for k in range(7))
-_WHOLE = (*(Node("neg", (k,)) for k in _SIX[:0:-1]), *_SIX)
+WHOLE = (*(Node("neg", (k,)) for k in _SIX[:0:-1]), *_SIX)
 """The whole numbers from -6 to 6."""
 _MOST_PIECES = 500
 
@@ -128,10 +130,10 @@ def _vanishing(node: Node) -> list[Piece]:
 
 def _whole_number_cases(node: Node) -> list[Node]:
     """Return the cases of a whole number k: all there are modulo whole turns of a value k*pi/6, or coarser."""
-    free = [name for name in _WHOLE_NUMBERS if name in names(node)]
+    free = [name for name in WHOLE_NUMBERS if name in names(node)]
     cases = [node]
     for name in free:
-        cases = [replaced(case, name, whole) for case in cases for whole in _WHOLE]
+        cases = [replaced(case, name, whole) for case in cases for whole in WHOLE]
     turns = [turns_of(case) for case in cases]
     return list({(turn, index if turn is None else 0): cases[index] for index, turn in enumerate(turns)}.values())
 
@@ -284,11 +286,11 @@ class Space:
 
     def nearest_miss(self, piece: Piece, used: set[str], stream: Stream) -> float:
         """Return how near to zero a piece's conditions come at random, relative to their terms; large for phantoms."""
-        values = self.domain.sample(used, 4000, stream)
         ready = _ready(piece, self.joints)
         if ready.zeros is None or not ready.free:
             return float("inf")
-        found, size = evaluate(ready.zeros, values, 4000)
+        count = min(4000, max(SAMPLES, _VALUES // len(ready.zeros.steps)))
+        found, size = evaluate(ready.zeros, self.domain.sample(used, count, stream), count)
         with np.errstate(all="ignore"):
             return float(np.nanmin(np.max(np.abs(found) / np.maximum(size, 1e-300), axis=0)))
 

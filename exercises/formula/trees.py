@@ -82,6 +82,15 @@ def digits_of_decimals(node: Node) -> int:
     return most
 
 
+def size_of(node: Node) -> int:
+    """Return how many nodes a tree has."""
+    count, stack = 0, [node]
+    while stack:
+        count += 1
+        stack.extend(stack.pop().args)
+    return count
+
+
 def has_blank(node: Node) -> bool:
     """Tell whether a placeholder is still there somewhere in the tree."""
     stack = [node]

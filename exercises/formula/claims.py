@@ -1,0 +1,38 @@
+"""The conditions that an answer claims, and whether it would take too long to look at all of them."""
+
+from collections.abc import Sequence
+
+from exercises.formula.conditions import WHOLE, WHOLE_NUMBERS, Piece, pieces
+from exercises.formula.tape import compile_tape
+from exercises.formula.trees import Node, ReadError, names, size_of
+
+_MOST_CASES, _MOST_WORK = 100_000, 6000
+"""Nodes of the cases of all whole numbers together, and steps in which zeros are searched for: some seconds of each."""
+_PIECE = 10
+"""What a case takes beside its nodes, and a piece beside its steps."""
+
+
+def claimed_pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
+    """Return the pieces of an answer. Raises ReadError also where it would take too long to look at all of them."""
+    if _nodes_of_cases(node) > _MOST_CASES:
+        raise ReadError("the conditions are too long, or there are too many whole numbers in them")
+    found, work = pieces(node, joints), 0
+    for piece in found:
+        took = _PIECE + sum(len(compile_tape([atom.zero]).steps) for atom in piece)
+        work += took if any(atom.joint is None for atom in piece) else took // 10  # a value needs no search
+        if work > _MOST_WORK:
+            raise ReadError(f"the conditions are too long, with their {len(found)} cases")
+    return found
+
+
+def _nodes_of_cases(node: Node) -> int:
+    """Return how many nodes there are in all conditions, each as often as it has cases."""
+    count, stack = 0, [node]
+    while stack:
+        top = stack.pop()
+        inner = ("list", "set", "or")
+        if top.kind in (*inner, "and", "dict", "pair", "in") or any(arg.kind in inner for arg in top.args):
+            stack.extend(top.args)
+        else:
+            count += (_PIECE + size_of(top)) * len(WHOLE) ** len(names(top) & set(WHOLE_NUMBERS))
+    return count
