@@ -155,6 +155,8 @@ LONG = [
     "theta2 = " + "a1+" * 3000 + "a1", "theta2 = k*pi" + "+a1" * 3000, "a1+" * 3000 + "cos(theta1) = 0",
     "{theta2: [" + "pi*(k+n)," * 20_000 + "0]}", "{" + "k+n+m," * 40_000 + "0}", "k*theta1 + n = m", f"{_SUM} = k",
     f"({_MANY}) and ({_MANY.replace('sin', 'cos')})", "theta1 = 0 or " * 20_000 + "theta1 = 0",
+    "+".join(f"{k}*theta1^{k}" for k in range(1, 500, 9)) + " = 1",
+    "cos(theta1) + log(theta2/0) = 1",
 ]  # fmt: skip
 
 

@@ -6,7 +6,8 @@ A set is a union of pieces, a piece is a list of atoms that hold together, and a
 """
 
 import math
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import product
@@ -167,6 +168,13 @@ def _nudged(values: Mapping[str, np.ndarray], count: int, nudges: Sequence[tuple
     return out
 
 
+def _of_defined(function: Callable[..., Any], rows: np.ndarray) -> np.ndarray:
+    """Return nanmedian or nanmin of every row, a column; nan where nothing is defined, without NumPy's warning."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        return np.asarray(function(rows, axis=1, keepdims=True))
+
+
 class Space:
     """The joints, their kinds and the domain in which sets of configurations live."""
 
@@ -219,7 +227,7 @@ class Space:
     def _descend(self, ready: _Ready, values: dict[str, np.ndarray], count: int, squared: bool) -> np.ndarray:
         last = np.full(count, np.inf)
         # How large the terms are at random, not where they vanish: near 0, sin(theta) has no larger terms than itself.
-        typical = np.nanmedian(self._zeros(ready, values, count)[1], axis=1, keepdims=True)
+        typical = _of_defined(np.nanmedian, self._zeros(ready, values, count)[1])
         for _ in range(_MOST_STEPS):
             residual, _ = self._zeros(ready, values, count)
             if not ready.free or np.all((last < _STILL) | ~np.isfinite(residual).all(axis=0)):
@@ -292,7 +300,7 @@ class Space:
         count = min(4000, max(SAMPLES, _VALUES // len(ready.zeros.steps)))
         found, size = evaluate(ready.zeros, self.domain.sample(used, count, stream), count)
         with np.errstate(all="ignore"):
-            return float(np.nanmin(np.max(np.abs(found) / np.maximum(size, 1e-300), axis=0)))
+            return float(_of_defined(np.nanmin, np.max(np.abs(found) / np.maximum(size, 1e-300), axis=0)[None])[0, 0])
 
     def _zeros(self, ready: _Ready, values: Mapping[str, np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
         assert ready.zeros is not None
@@ -358,7 +366,7 @@ class Space:
         """Return how large the terms of an expression are at random poses (where it vanishes they may vanish, too)."""
         stream = Stream("typical")
         poses = {joint: np.array([stream.uniform(-3, 3) for _ in range(count)]) for joint in ready.free}
-        return float(np.nanmedian(self._zeros(ready, {**values, **poses}, count)[1][0]))
+        return float(_of_defined(np.nanmedian, self._zeros(ready, {**values, **poses}, count)[1][:1])[0, 0])
 
     def _vanishes(self, atom: Atom, values: Mapping[str, np.ndarray], count: int, tolerance: float) -> np.ndarray:
         """Tell where an expression is zero, by the distance to its zero: |f| / |f's slope|, whatever its scale.
@@ -399,6 +407,7 @@ class SetComparison:
         return False not in self.covered and False not in self.sound
 
 
+@np.errstate(all="ignore")  # what overflows on the way is no place of a zero
 def compare_sets(claimed: Sequence[Piece], reference: Sequence[Piece], space: Space, seed: str) -> SetComparison:
     """Compare a claimed set of configurations with the reference, piece by piece."""
     used = space.names_of([claimed, reference])
