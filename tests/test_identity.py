@@ -37,6 +37,17 @@ def test_corpus(case: dict[str, Any]) -> None:
     assert judged["outcome"] != "ungraded"
 
 
+@pytest.mark.parametrize(
+    ("student", "reference"),
+    [
+        ("sqrt(-a1)/I", "sqrt(a1)"), ("(-a1)^(1/2)", "I*sqrt(a1)"), ("log(-a1) - I*pi", "log(a1)"),
+        ("log((-a1)*(-1)*(-2)) - I*pi", "log(2*a1)"), ("sqrt(-(a1*theta1^2 + 1))", "I*sqrt(a1*theta1^2 + 1)"),
+    ],
+)  # fmt: skip
+def test_what_is_negative_is_on_the_upper_side_of_a_cut(student: str, reference: str) -> None:
+    assert compare(student, reference).equal == (True,)
+
+
 def test_a_reference_may_be_a_long_sum() -> None:
     request = {"type": "matrix", "reference": f"[[{'a1+' * 2000}a1, 0]]", "student": "[[2001*a1, 0]]"}
     assert compare_line(json.dumps(request), 1)["outcome"] == "correct"

@@ -143,6 +143,8 @@ def evaluate_steps(tape: Tape, values: Mapping[str, np.ndarray], points: int) ->
     with np.errstate(all="ignore"):
         for op, operands, constant in tape.steps:
             args = [out[i] for i in operands]
+            if op in BRANCHING:  # -1 as -1 - 0j lies below the cut, and its root would be -i
+                args = [(value + 0.0, size) for value, size in args]
             out.append(_double(op, args, constant, values, points))
     return out
 
