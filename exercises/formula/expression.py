@@ -138,30 +138,13 @@ class _Parser:
         negative = self.sign()
         node = self.product()
         node = Node("neg", (node,)) if negative else node
-        terms = 0
         while self.peek() in ("+", "-"):
             op = self.peek()
             self.at += 1
             negative = self.sign()
             right = self.product()
             node = Node(op, (node, Node("neg", (right,)) if negative else right))
-            terms += 1
-            if terms % _MANY == 0:
-                node = Node("+", (node, counted)) if (counted := self.counted_symbols()) is not None else node
         return node
-
-    def counted_symbols(self) -> Node | None:
-        """Read on in a long sum as long as its terms are symbols: as in a1 - a1 + a1 …, equal ones are counted."""
-        counts: dict[str, int] = {}
-        tokens, at = self.tokens, self.at
-        while tokens[at][1] in ("+", "-") and tokens[at + 1][1] in self.known and tokens[at + 2][1] in _ENDS_TERM:
-            name = tokens[at + 1][1]
-            counts[name] = counts.get(name, 0) + (1 if tokens[at][1] == "+" else -1)
-            at += 2
-        self.at = at
-        return _sum([
-            Node("*", (_whole(count), Node("name", value=name))) for name, count in counts.items()
-        ]) if counts else None  # fmt: skip
 
     def sign(self) -> bool:
         negative = False
@@ -349,9 +332,6 @@ class _Parser:
         return product
 
 
-_MANY = 100
-"""After so many terms of a sum, symbols among those that follow are counted."""
-_ENDS_TERM = frozenset({"+", "-", "", ")", "]", "}", ",", "=", "==", ":", "|", "&"})
 _JOINT = re.compile(r"(?:theta|q|d)(\d+)")
 _MINUS_ONE = Node("neg", (Node("number", value=Fraction(1)),))
 _INVERSES = ("asin", "acos", "atan")
@@ -375,11 +355,6 @@ def _sum(nodes: list[Node]) -> Node:
     for node in nodes[1:]:
         total = Node("+", (total, node))
     return total
-
-
-def _whole(count: int) -> Node:
-    number = Node("number", value=Fraction(abs(count)))
-    return Node("neg", (number,)) if count < 0 else number
 
 
 def _number(text: str) -> Node:

@@ -1,6 +1,7 @@
 """What people bring along, turned into the plain text that the grammar reads: LaTeX, typography, units."""
 
 import re
+from collections import Counter
 from collections.abc import Set as AbstractSet
 from itertools import pairwise
 
@@ -29,6 +30,8 @@ def plain(text: str, known: AbstractSet[str]) -> str:
     >>> plain(r"\frac{a_{1}}{2} \cos^{2}\theta_{1}", set())
     '((a1)/(2))  cos ^(2) theta1'
     """
+    if len(text) > _LONG:
+        text = _SYMBOLS_IN_A_ROW.sub(lambda row: _counted(row.group(), known), text)
     latex = any(mark in text for mark in ("\\", "_{", "^{")) and len(text) <= _LONGEST_LATEX
     if text.isascii() and not (latex or text[-1:] in ".;\n$" or text[-1:].isalpha()):
         return _of_joints(text)
@@ -68,6 +71,27 @@ def _of_joints(text: str) -> str:
         return f"{'q' if found.group(1) else 'qd'}{number}"
 
     return _VECTORS.sub(entry, text)
+
+
+_LONG = 2000
+_SYMBOLS_IN_A_ROW = re.compile(r"(?:[-+]\s{0,2}[^\W\d]\w*(?![\w.(\[{])\s{0,2})+")
+_SIGNED_SYMBOL = re.compile(r"([-+])\s*(\w+)")
+
+
+def _counted(row: str, known: AbstractSet[str]) -> str:
+    """Return + a1 - a1 + a1 … with equal symbols counted: it is read in no time then, however long it is.
+
+    The first may belong to a power or a product before it, the last to what follows.
+    """
+    terms = _SIGNED_SYMBOL.findall(row)
+    inner = Counter(terms[1:-1])
+    if len(terms) < _MANY or not {name for _, name in inner} <= known:
+        return row
+    sums = (f"{sign}{count}*{name}" for (sign, name), count in sorted(inner.items()))
+    return f"{''.join(terms[0])}{''.join(sums)}{''.join(terms[-1])}"
+
+
+_MANY = 100
 
 
 def _without_end(text: str) -> str:
