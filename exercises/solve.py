@@ -67,9 +67,9 @@ def _singularities(chain: Chain) -> tuple[sp.Expr | None, tuple[Found, ...] | No
         determinant = d.determinant if d.is_square else None
         if all(minor.is_zero for minor in d.generic_minors):
             return determinant, None, ALWAYS_SINGULAR
+        singular = tuple(Worked(chain).found)
     except TooLong as error:
         return None, None, f"The singular configurations are not worked out: {error}. Position and Jacobian are right."
-    singular = tuple(Worked(chain).found)
     return determinant, singular, None if singular else NEVER_SINGULAR
 
 

@@ -1,7 +1,7 @@
 """Boundary or internal: the kinds of the textbook arms' singularities, and of single configurations."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from exercises.arm.chain import TASK_ROWS, Chain, Joint
 from exercises.arm.classification import classify, classify_pieces, domain_of, kind_at, kind_is_sure
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import singular_set
+from exercises.problem import Problem
 
 RECORDS = json.loads((Path(__file__).parent / "data" / "ground_truth.json").read_text(encoding="utf-8"))
 
@@ -135,7 +136,34 @@ def test_arms_of_six_joints_are_read_from_their_wrist_centre_and_axes() -> None:
         "arm stretched out or folded back",
         "the wrist centre is as near to the axis of joint 1 as joint 2 can bring it",
     ]
-    assert said["ur"][0] == "the parallel axes of joints 2, 3 and 4 lie in one plane"
+    assert said["ur"] == [
+        "the parallel axes of joints 2, 3 and 4 lie in one plane",
+        "the axes of joints 4 and 6 are parallel",
+        "the origin O5 is as near to the axis of joint 1 as joint 3 can bring it",
+    ]
+
+
+def test_several_conditions_look_like_more_than_one_of_them_does() -> None:
+    """Axes 1 and 3 of a 7R arm on one line cost no rank; with axes 5 and 7 on another they do."""
+    turns = [QUARTER, "-pi/2"] * 3 + ["0"]
+    lengths = ["d1", "0", "d3", "0", "d5", "0", "d7"]
+    rows = [("R", d, "0", alpha) for d, alpha in zip(lengths, turns, strict=True)]
+    said = [classify(robot(rows), found).meaning for found in singular_set(robot(rows)) or ()]
+    assert said[0] == "the axes of joints 3 and 5 lie on one line"
+    first, second = "the axes of joints 1 and 3 lie on one line", "the axes of joints 5 and 7 lie on one line"
+    assert f"{first}, and {second}" in said
+    assert "the wrist centre is as near to the axis of joint 1 as joint 2 can bring it" in said
+    assert not any("by itself" in words for words in said)
+
+
+@pytest.mark.parametrize("size", [2, 3, 4])
+def test_every_singularity_of_a_random_arm_looks_like_something(
+    size: int, drawn: Callable[[str, int], Problem]
+) -> None:
+    for seed in range(6):
+        chain = drawn(f"random-{size}", seed).chain
+        for component in singular_set(chain) or ():
+            assert "linearly dependent" not in classify(chain, component).meaning
 
 
 def test_kinds_are_told_only_where_the_rows_are_rates_of_coordinates_with_a_reach() -> None:

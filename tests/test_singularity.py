@@ -112,6 +112,19 @@ def test_the_task_decides_what_is_singular() -> None:
     assert singular_set(flat.with_task("vx", "vz")) is None
 
 
+def test_what_follows_from_other_conditions_is_not_said() -> None:
+    """Two slides and three parallel axes: with s2 = 0 the long condition is that a4 c4 + a5 c45 = 0 once more."""
+    q = [sp.Symbol(name) for name in ("d1", "theta2", "d3", "theta4", "theta5")]
+    a2, a4, a5 = sp.symbols("a2 a4 a5")
+    zero, quarter = sp.S.Zero, PI / 2
+    rows = [("P", zero, q[0], sp.S.One, -quarter), ("R", q[1], zero, a2, zero), ("P", quarter, q[2], zero, quarter),
+            ("R", q[3], zero, a4, zero), ("R", q[4], zero, a5, zero)]  # fmt: skip
+    joints = tuple(Joint(kind, t, d, a, alpha) for kind, t, d, a, alpha in rows)
+    found = [component.conditions for component in singular_set(Chain("PRPRR", joints, ("vx", "vy", "vz"))) or ()]
+    assert sorted(map(len, found)) == [2, 3]
+    assert not any(set(one) < set(other) for one in found for other in found)
+
+
 def test_offsets_move_the_solutions() -> None:
     joints = (Joint("R", T1, 0, A1, 0), Joint("R", T2 + PI / 3, 0, A2, 0))
     (component,) = singular_set(Chain("2R", joints, ("vx", "vy"))) or ()

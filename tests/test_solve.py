@@ -390,6 +390,26 @@ def test_what_would_be_too_long_to_read_is_not_worked_out(tmp_path: Path) -> Non
     assert QUESTIONS["singular-angles"].refusal(solution.chain) == QUESTIONS["determinant"].refusal(solution.chain)
 
 
+def _many(count: int, alpha: str = "0") -> str:
+    rows = (
+        f'[[joint]]\nkind = "R"\ntheta = "theta{i}"\nd = "d{i}"\na = "a{i}"\nalpha = "{alpha}"\n'
+        for i in range(1, count + 1)
+    )
+    return 'name = "long"\n' + "".join(rows)
+
+
+def test_an_arm_of_many_joints_is_worked_out_as_far_as_anyone_would_read(tmp_path: Path) -> None:
+    with pytest.raises(QdotError, match="11 joints are too many to be worked out; an arm has up to 10"):
+        _read(tmp_path, _many(11))
+    solution = solve(_read(tmp_path, _many(8, "pi/2")))
+    assert solution.singular is None
+    assert "not worked out" in (solution.note or "")
+
+
+def test_six_parallel_joints_count_for_their_plane(tmp_path: Path) -> None:
+    assert _read(tmp_path, _many(6)).task == ("vx", "vy")
+
+
 def test_rank_lost_everywhere_is_said_in_every_form(tmp_path: Path) -> None:
     text = TWO_R.replace('name = "two"', 'name = "two"\ntask = ["vx", "vz"]')
     solution = solve(_read(tmp_path, text))

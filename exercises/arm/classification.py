@@ -104,15 +104,25 @@ def classify(chain: Chain, component: Component) -> Kind:
 
     Where some configurations are boundary and some internal, `kind` is "boundary" and `uniform` is False.
     """
-    return classify_pieces(chain, component.pieces())
+    return classify_pieces(chain, component.pieces(), [weaker.pieces() for weaker in component.weaker()])
 
 
-def classify_pieces(chain: Chain, conditions: Sequence[str]) -> Kind:
-    """Classify the union of conditions (text), as `classify` does for a component."""
+def classify_pieces(chain: Chain, conditions: Sequence[str], weaker: Sequence[Sequence[str]] = ()) -> Kind:
+    """Classify the union of conditions (text), as `classify` does for a component.
+
+    What they look like must say more than what each set of `weaker` conditions looks like where no rank is lost.
+    """
     found = [sample for condition in conditions for sample in samples_on(chain, condition, "classify")]
     kinds = {kind for sample in found if (kind := kind_at(chain, sample)) is not None}
     kind = "boundary" if "boundary" in kinds else "internal"
-    return Kind(kind, len(kinds) == 1, meaning(chain, found))
+    return Kind(kind, len(kinds) == 1, meaning(chain, found, [group for w in weaker if (group := _regular(chain, w))]))
+
+
+def _regular(chain: Chain, conditions: Sequence[str]) -> list[Sample]:
+    """Return configurations at which conditions hold and the Jacobian of the task has full rank all the same."""
+    rows = [TASK_ROWS.index(row) for row in chain.task]
+    found = [sample for condition in conditions for sample in samples_on(chain, condition, "weaker")]
+    return [s for s in found if _rank(s.arm.jacobian(s.q)[rows], _reach(s.arm)) == min(len(rows), chain.n)]
 
 
 def kind_is_sure(chain: Chain) -> bool:

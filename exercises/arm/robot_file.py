@@ -13,8 +13,8 @@
     [draw]                         # optional, for assignments: lengths drawn for each student, in metres
     a1 = [0.3, 0.8]
 
-Without `task`, the rows are: all six for six joints or more; for four joints those of the four rows in which the arm
-moves, if they are four (SCARA); else the linear rows in which the point moves.
+Without `task`, the rows are: all six for six joints or more that can move in all of them; for four joints those of the
+four rows in which the arm moves, if they are four (SCARA); else the linear rows in which the point moves.
 """
 
 import difflib
@@ -35,6 +35,8 @@ from exercises.input_file import Place, TomlFile, read_toml, shown
 
 ROW_KEYS = ("kind", "theta", "d", "a", "alpha")
 ANGLES = ("theta", "alpha")
+MOST_JOINTS = 10
+"""The proof that both routes give the same Jacobian takes twice as long for each parallel joint more."""
 TOP_KEYS = ("name", "task", "point", "joint", "draw")
 _RANGE = "a length has a range in metres, as in a1 = [0.3, 0.8]"
 
@@ -74,6 +76,8 @@ def _chain(file: TomlFile) -> Chain:
     with file.at("joint"):
         if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
             raise QdotError("joints are given as [[joint]] tables, one for each row of the DH table")
+        if len(rows) > MOST_JOINTS:
+            raise QdotError(f"{len(rows)} joints are too many to be worked out; an arm has up to {MOST_JOINTS}")
     kinds = [_kind(file, index, row) for index, row in enumerate(rows)]
     variables = [sp.Symbol(f"{'theta' if kind == 'R' else 'd'}{i}") for i, kind in enumerate(kinds, 1)]
     joints = tuple(_joint(file, index, variables) for index in range(len(rows)))
@@ -238,7 +242,7 @@ def default_task(chain: Chain) -> tuple[str, ...]:
     """Return the rows that count where the file names none; see above."""
     geometric = derive(chain).geometric
     moving = tuple(row for i, row in enumerate(TASK_ROWS) if any(entry != 0 for entry in geometric.row(i)))
-    if chain.n >= 6:
+    if chain.n >= 6 and len(moving) == len(TASK_ROWS):
         return TASK_ROWS
     if chain.n == 4 and len(moving) == 4:
         return moving

@@ -4,15 +4,19 @@ For a square Jacobian these are the zeros of the factors of det J. For any other
 all maximal minors: factors that all minors share, and, for what is left, combinations of conditions.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import product
 
 import sympy as sp
 
 from exercises.arm.chain import Chain
-from exercises.arm.derivation import Derivation, derive
+from exercises.arm.derivation import Derivation, TooLong, derive
 from exercises.arm.trigonometry import Factored, factored, substitute
 
+MOST_WAYS, MOST_PARTS = 300, 40
+"""Ways in which minors vanish together that are looked at, and those of them that anyone would read."""
 RIGHT_ANGLES = (sp.S.Zero, sp.pi / 2, sp.pi, -sp.pi / 2)
 
 
@@ -38,6 +42,18 @@ class Component:
         for joint, values in self.solutions:
             texts = [f"{text} and {joint} = {value}".removeprefix(" and ") for text in texts for value in values]
         return texts
+
+    def weaker(self) -> list["Component"]:
+        """Return the components with one condition less; none where there is one only."""
+        count = len(self.conditions)
+        rests = [[k for k in range(count) if k != left_out] for left_out in range(count)] if count > 1 else []
+        return [
+            Component(
+                tuple(self.conditions[k] for k in rest),
+                None if self.solutions is None else tuple(self.solutions[k] for k in rest),
+            )
+            for rest in rests
+        ]
 
 
 @lru_cache(maxsize=1024)
@@ -225,11 +241,17 @@ def _common_zeros(minors: tuple[Factored, ...], joints: Joints) -> list[Conjunct
     shared = [f for f in factor_sets[0] if all(f in other for other in factor_sets[1:])]
     left = [[f for f in factors if f not in shared] for factors in factor_sets]
     conjunctions: list[Conjunction] = [(f,) for f in shared]
-    for leaf in _branches(left, joints, depth=0):
+    for leaf in _branches(left, joints):
         conjunction = tuple(dict.fromkeys(leaf))
+        if len(conjunctions) > MOST_WAYS:
+            raise TooLong(f"the {len(minors)} minors of J may vanish together in more than {MOST_WAYS} ways")
         if not any(f in conjunction for f in shared):
             conjunctions.append(conjunction)
-    return _without_subsumed([_stated(conjunction) for conjunction in _without_special_cases(_merged(conjunctions))])
+    merged = _merged(conjunctions)
+    if len(merged) > MOST_PARTS:
+        raise TooLong(f"the {len(minors)} minors of J vanish together in more than {MOST_PARTS} ways, too many to read")
+    stated = [_stated(conjunction) for conjunction in _without_special_cases(merged)]
+    return _without_subsumed([_without_needless(conjunction) for conjunction in stated])
 
 
 def _without_special_cases(conjunctions: list[Conjunction]) -> list[Conjunction]:
@@ -272,25 +294,24 @@ def _stated(conjunction: Conjunction) -> Conjunction:
     )
 
 
-def _branches(factor_sets: list[list[sp.Expr]], joints: Joints, depth: int) -> list[list[sp.Expr]]:
-    """Return combinations of conditions under which a factor of every set vanishes.
+def _branches(factor_sets: list[list[sp.Expr]], joints: Joints) -> Iterator[list[sp.Expr]]:
+    """Yield combinations of conditions under which a factor of every set vanishes.
 
     A condition that fixes an angle is put into the other sets before the search goes on, so that what it makes
     vanish, or keeps from vanishing, is known. The simplest set goes first.
     """
     if any(not factors for factors in factor_sets):
-        return []
+        return
     if not factor_sets:
-        return [[]]
+        yield []
+        return
     factor_sets = sorted(factor_sets, key=lambda factors: (len(factors), sum(map(sp.count_ops, factors))))
     first, rest = factor_sets[0], factor_sets[1:]
-    found = []
     for factor in first:
         for condition, values in _cases(factor, joints):
             tried = (_after(factors, factor, values, joints) for factors in rest)
             remaining = [factors for factors in tried if factors is not None]
-            found += [[condition, *leaf] for leaf in _branches(remaining, joints, depth + 1)]
-    return found
+            yield from ([condition, *leaf] for leaf in _branches(remaining, joints))
 
 
 def _cases(factor: sp.Expr, joints: Joints) -> list[tuple[sp.Expr, dict[sp.Symbol, sp.Expr]]]:
@@ -330,10 +351,11 @@ def _after(
 def _merged(conjunctions: list[Conjunction]) -> list[Conjunction]:
     """Join cases that differ in the root of one factor only, as in theta3 = 0 and theta3 = pi, into the factor."""
     found = {frozenset(conjunction) for conjunction in conjunctions}
+    text = lru_cache(maxsize=None)(str)
     changed = True
     while changed:
         changed = False
-        for conjunction in sorted(found, key=lambda c: sorted(map(str, c))):
+        for conjunction in sorted(found, key=lambda c: sorted(map(text, c))):
             for case in conjunction:
                 if getattr(case, "func", None) != _AT:
                     continue
@@ -350,6 +372,45 @@ def _merged(conjunctions: list[Conjunction]) -> list[Conjunction]:
     ]
 
 
+def _without_needless(conjunction: Conjunction) -> Conjunction:
+    """Drop conditions that follow from the others, the longest first."""
+    kept = conjunction
+    for condition in sorted(conjunction, key=sp.count_ops, reverse=True):
+        rest = tuple(other for other in kept if other != condition)
+        if rest and _follows(condition, rest):
+            kept = rest
+    return kept
+
+
+def _follows(condition: sp.Expr, given: Conjunction) -> bool:
+    """Tell whether a condition holds wherever the given ones do, as far as angles that these fix and factors show it."""
+    if condition in given:
+        return True
+    ways = [_roots(other) for other in given]
+    fixing = [way for way in ways if way]
+    plain = [other for other, way in zip(given, ways, strict=True) if not way]
+    return bool(fixing) and all(_follows_at(condition, dict(values), plain) for values in product(*fixing))
+
+
+def _follows_at(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], plain: list[sp.Expr]) -> bool:
+    known = [f for other in plain for f, _ in factored(sp.expand(substitute(other, values))).factors]
+    return _holds(condition, values, known)
+
+
+def _roots(condition: sp.Expr) -> list[tuple[sp.Symbol, sp.Expr]]:
+    """Return the joint that a condition fixes by itself with each of its values; nothing where it ties several."""
+    wave = 1 - condition if condition.is_Add and (1 - condition).func == sp.cos else condition
+    if not isinstance(wave, (sp.sin, sp.cos)) or len(wave.free_symbols) != 1:
+        return []
+    if wave is not condition:
+        roots: tuple[sp.Expr, ...] = (sp.S.Zero,)
+    else:
+        roots = (sp.S.Zero, sp.pi) if isinstance(wave, sp.sin) else (sp.pi / 2, -sp.pi / 2)
+    return [item for root in roots for item in _value_at(wave, root).items()]
+
+
 def _without_subsumed(conjunctions: list[Conjunction]) -> list[Conjunction]:
-    kept = [c for c in conjunctions if not any(set(o) < set(c) for o in conjunctions)]
+    """Drop what lies in another conjunction, and what is there twice."""
+    kept = list(dict.fromkeys(c for c in conjunctions if not any(set(o) < set(c) for o in conjunctions)))
+    kept = [c for c in kept if not any(o != c and all(_follows(condition, c) for condition in o) for o in kept)]
     return sorted(kept, key=lambda c: (len(c), sp.count_ops(sp.Add(*c)), [sp.default_sort_key(x) for x in c]))

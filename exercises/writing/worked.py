@@ -4,14 +4,14 @@ Everything is worked out on the structure of the arm (no numbers, no offsets), w
 and then filled with the arm's own numbers. World frame; notation of the chapter.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import combinations, pairwise
 
 import sympy as sp
 
 from exercises.arm.chain import Chain
-from exercises.arm.classification import Kind, classify_pieces
+from exercises.arm.classification import Kind, classify
 from exercises.arm.derivation import Derivation, derive, short_jacobian, structure, task_velocity
 from exercises.arm.kinematics import frames_and_point, joint_rotation, link_vector
 from exercises.arm.precise import determinant, four_digits, inverse, shown
@@ -258,14 +258,15 @@ class Worked:
 
     def _classified(self, component: Component) -> Found:
         conditions = tuple(without_factor(condition) for condition in component.conditions)
-        kind = _kind(self.chain, tuple(component.pieces()))
+        kind = _kind(self.chain, component)
         return Found(conditions, component.solutions, kind, self._cases(component, kind))
 
     def _cases(self, component: Component, kind: Kind) -> tuple[tuple[sp.Symbol, sp.Expr, Kind], ...]:
         if component.solutions is None or len(component.solutions) != 1 or " or " not in kind.meaning:
             return ()
         ((joint, values),) = component.solutions
-        return tuple((joint, value, _kind(self.chain, (f"{joint} = {value}",))) for value in values)
+        at = [(value, replace(component, solutions=((joint, (value,)),))) for value in values]
+        return tuple((joint, value, _kind(self.chain, here)) for value, here in at)
 
     @property
     def is_elbow(self) -> bool:
@@ -288,9 +289,9 @@ class Worked:
             elif component.solutions is not None and all(
                 place.joints[q] in values for q, values in component.solutions
             ):
-                here = " and ".join(f"{q} = {place.joints[q]}" for q, _ in component.solutions)
+                here = replace(component, solutions=tuple((q, (place.joints[q],)) for q, _ in component.solutions))
                 conditions = tuple(without_factor(condition) for condition in component.conditions)
-                return Found(conditions, component.solutions, _kind(self.chain, (here,)))
+                return Found(conditions, component.solutions, _kind(self.chain, here))
         return None
 
     # --- numbers ---
@@ -339,9 +340,9 @@ def link_angles(chain: Chain) -> list[sp.Expr]:
 
 
 @lru_cache(maxsize=1024)
-def _kind(chain: Chain, pieces: tuple[str, ...]) -> Kind:
+def _kind(chain: Chain, component: Component) -> Kind:
     """Return what a set of singular configurations is; kept, as it takes a quarter of a second to establish."""
-    return classify_pieces(chain, pieces)
+    return classify(chain, component)
 
 
 def without_factor(condition: sp.Expr) -> sp.Expr:
