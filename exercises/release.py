@@ -1,6 +1,7 @@
 """An assignment's folder made new, and its notebooks written, one for the student and one for the staff."""
 
 import os
+import re
 import secrets
 from collections.abc import Callable, Sequence
 from contextlib import closing
@@ -43,7 +44,11 @@ MAKERS = (student_notebook, solution_notebook)
 
 @dataclass(frozen=True)
 class Released:
-    """What became of one student's notebooks: "written", "kept" (up to date already) or "rewritten"."""
+    """What became of one student's notebooks: "written", "kept" (up to date already), "completed" or "rewritten".
+
+    Completed is what lacked a file, as an earlier run was stopped: no notebook to hand out is another than it was.
+    Rewritten is one that changed since it was written.
+    """
 
     student: str
     outcome: str
@@ -66,26 +71,42 @@ def notebook_path(assignment: Assignment, student: str, kind: str = "released") 
 def release_one(work: tuple[Assignment, Certify], student: str) -> Released:
     """Certify the problems of one student and write both notebooks, unless all is there from this very assignment."""
     assignment, certify = work
-    paths = [notebook_path(assignment, student, kind) for kind in ("released", "solutions")]
+    released, solved = paths = [notebook_path(assignment, student, kind) for kind in ("released", "solutions")]
     certificate = certificate_path(assignment, student)
-    if all(_made_from(path, assignment.edition) for path in (*paths, certificate)):
+    if all(_edition(path) == assignment.edition for path in (*paths, certificate)):
         return Released(student, "kept")
-    outcome = "rewritten" if any(path.exists() for path in paths) else "written"
     problems = assignment.problems(student)
     notebooks = [make(assignment.title, assignment.key, student, problems) for make in MAKERS]
     for notebook in notebooks:
         notebook.metadata["qdot"].update(digest=assignment.digest, edition=assignment.edition)
+    to_hand_out, solution = map(notebook_text, notebooks)
+    there = _content(released)
+    # Where the solution alone is an old one, a run was stopped after it had changed the notebook, and told nobody.
+    if there not in (None, to_hand_out) or _edition(solved) not in ("", assignment.edition):
+        outcome = "rewritten"
+    else:
+        outcome = "written" if there is None and not solved.exists() else "completed"
     write_atomically(certificate, certify(assignment, student, problems, notebooks[0]), mode=0o600)
-    for path, notebook in zip(paths, notebooks, strict=True):
-        write_atomically(path, notebook_text(notebook))
+    if there != to_hand_out:
+        write_atomically(released, to_hand_out)
+    write_atomically(solved, solution)
     return Released(student, outcome)
 
 
-def _made_from(path: Path, edition: str) -> bool:
+def _content(path: Path) -> str | None:
+    """Return the text of a file as it stands, None where there is no file; what can't be read is empty."""
     try:
-        return f'"edition": "{edition}"' in path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
-        return False
+        return path.read_bytes().decode(errors="replace")
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except OSError:
+        return ""
+
+
+def _edition(path: Path) -> str:
+    """Return the edition that a notebook or a certificate was made from, empty where there is none to be read."""
+    found = re.search(r'"edition": "([^"]*)"', _content(path) or "")
+    return found.group(1) if found else ""
 
 
 def release(assignment: Assignment, certify: Certify, jobs: int, each: Callable[[Released], None]) -> None:

@@ -45,7 +45,7 @@ def generate(
     assignment = load_assignment(folder)
     for said in assignment.notes:
         note(said)
-    counts = {"written": 0, "rewritten": 0, "kept": 0}
+    counts = {"written": 0, "rewritten": 0, "completed": 0, "kept": 0}
     with progress("generating", len(assignment.roster)) as counter:
 
         def each(released: Released) -> None:

@@ -267,7 +267,7 @@ def test_release_keeps_what_is_there_and_goes_on(folder: Path) -> None:
     with (folder / "roster.csv").open("a") as roster:
         roster.write("s003,Third,\n")
     (folder / "solutions" / "s002" / "hw.ipynb").unlink()
-    assert outcomes(folder) == {"s001": "kept", "s002": "rewritten", "s003": "written"}
+    assert outcomes(folder) == {"s001": "kept", "s002": "completed", "s003": "written"}
     assert first.read_bytes() == before
     (folder / "assignment.toml").write_text(TOML + "points = [3]\n")
     assert set(outcomes(folder).values()) == {"rewritten"}
@@ -275,6 +275,34 @@ def test_release_keeps_what_is_there_and_goes_on(folder: Path) -> None:
     assert set(outcomes(folder).values()) == {"rewritten"}
     assert first.read_bytes() != before
     assert not list(folder.rglob("*.tmp"))
+
+
+@pytest.mark.parametrize("gone", ["released", "solutions", "certificates"])
+def test_what_a_killed_run_did_not_come_to_is_completed(folder: Path, gone: str) -> None:
+    (folder / "assignment.toml").write_text(TOML)
+    outcomes(folder)
+    (path,) = (folder / gone / "s002").iterdir()
+    released = folder / "released" / "s002" / "hw.ipynb"
+    written, before = released.stat().st_mtime_ns, released.read_bytes()
+    path.unlink()
+    assert outcomes(folder) == {"s001": "kept", "s002": "completed"}
+    assert path.exists()
+    assert released.read_bytes() == before
+    assert gone == "released" or released.stat().st_mtime_ns == written
+    assert set(outcomes(folder).values()) == {"kept"}
+
+
+def test_a_change_that_a_killed_run_did_not_tell_of_is_told_by_the_next(
+    folder: Path,
+) -> None:
+    (folder / "assignment.toml").write_text(TOML)
+    outcomes(folder)
+    (folder / "assignment.toml").write_text(TOML + "points = [3]\n")
+    solution = folder / "solutions" / "s001" / "hw.ipynb"
+    of_before = solution.read_bytes()
+    outcomes(folder)
+    solution.write_bytes(of_before)
+    assert outcomes(folder) == {"s001": "rewritten", "s002": "kept"}
 
 
 def test_the_students_notebook_gives_no_seed_away(folder: Path) -> None:

@@ -258,6 +258,13 @@ def test_generate_grade_and_check(folder: Path) -> None:
     run("grade", folder, folder / "in", "--fail-under", "50", code=1)
 
 
+def test_what_was_only_completed_need_not_be_handed_out_anew(folder: Path) -> None:
+    (folder / "solutions" / "s002" / "hw.ipynb").unlink()
+    result = runner.invoke(app, ["generate", str(folder), "--jobs", "1"])
+    assert result.stdout.startswith("2 students: 1 completed, 1 kept; hand out")
+    assert result.stderr == ""
+
+
 def test_another_assignment_toml_is_told_in_one_line(folder: Path, tmp_path: Path) -> None:
     for name in ("released", "solutions"):
         shutil.copytree(folder / name, tmp_path / name)
