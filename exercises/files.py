@@ -2,7 +2,9 @@
 
 import contextlib
 import os
+import re
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 
 from exercises.errors import QdotError
@@ -31,15 +33,63 @@ def write_atomically(path: Path, text: str, mode: int = 0o644) -> None:
 
 def _write_and_rename(path: Path, text: str, mode: int) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:40]}.", suffix=".tmp")
+    handle, name = _begun(path)
     try:
         with os.fdopen(handle, "w", encoding="utf-8", errors="replace", newline="") as file:
             file.write(text)
             file.flush()
             os.fsync(file.fileno())
-        Path(name).chmod(mode)
-        Path(name).replace(path)
+            Path(name).chmod(mode)
+            Path(name).replace(path)  # while it is locked: nobody takes it for one that was left behind
     except BaseException:
         with contextlib.suppress(OSError):
             Path(name).unlink()
         raise
+
+
+# --- files begun, and left behind by a process that was killed ---
+
+
+def _begun(path: Path) -> tuple[int, str]:
+    """Return handle and name of a new file beside `path`, locked for as long as this process has it open."""
+    while True:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=_prefix(path), suffix=".tmp")
+        with contextlib.suppress(OSError):  # a disk that knows no locks: nobody else gets one there, either
+            _lock(handle)
+        if os.fstat(handle).st_nlink:
+            return handle, name
+        os.close(handle)  # somebody who was tidying up had it before it was locked
+
+
+def _prefix(path: Path) -> str:
+    return f".{path.name[:40]}."
+
+
+def _lock(handle: int, *, wait: bool = True) -> None:
+    """Lock an open file; the system lets go of it when the file is closed, or the process ends. Raises OSError."""
+    import fcntl
+
+    fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+
+
+def remove_left_behind(paths: Iterable[Path]) -> None:
+    """Remove what killed processes had begun to write for these paths; what one is writing now is locked, and stays."""
+    prefixes: dict[Path, set[str]] = {}
+    for path in paths:
+        prefixes.setdefault(path.parent, set()).add(_prefix(path))
+    for folder, known in prefixes.items():
+        with contextlib.suppress(OSError):
+            for path in folder.iterdir():
+                begun = re.fullmatch(r"(\..*\.)[a-z0-9_]{8}\.tmp", path.name, re.DOTALL)
+                if begun and begun.group(1) in known:
+                    _remove_unless_locked(path)
+
+
+def _remove_unless_locked(path: Path) -> None:
+    with contextlib.suppress(OSError):
+        handle = os.open(path, os.O_RDWR)
+        try:
+            _lock(handle, wait=False)
+            path.unlink()
+        finally:
+            os.close(handle)

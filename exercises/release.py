@@ -12,7 +12,7 @@ from nbformat import NotebookNode
 
 from exercises.assignment import SECRET_FILE, Assignment, Student
 from exercises.errors import QdotError
-from exercises.files import make_folder, write_atomically
+from exercises.files import make_folder, remove_left_behind, write_atomically
 from exercises.notebook import notebook_text, solution_notebook, student_notebook
 from exercises.parallel import ordered_map
 from exercises.problem import Problem
@@ -112,9 +112,12 @@ def _edition(path: Path) -> str:
 def release(assignment: Assignment, certify: Certify, jobs: int, each: Callable[[Released], None]) -> None:
     """Write the notebooks of the whole class on `jobs` processes; `each` is told of every student's in roster order.
 
-    A rerun after a stop goes on where it was: what is up to date is kept.
+    A rerun after a stop goes on where it was: what is up to date is kept, and files that it had only begun are removed.
     """
     students = [student.id for student in assignment.roster]
+    kinds = ("released", "solutions")
+    remove_left_behind(notebook_path(assignment, student, kind) for student in students for kind in kinds)
+    remove_left_behind(certificate_path(assignment, student) for student in students)
     with closing(ordered_map(release_one, students, jobs, _both, (assignment, certify))) as every:
         for released in every:
             each(released)

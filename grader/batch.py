@@ -15,7 +15,7 @@ from typing import Any
 
 from exercises.assignment import Assignment
 from exercises.errors import QdotError
-from exercises.files import cannot_write, make_folder, write_atomically
+from exercises.files import cannot_write, make_folder, remove_left_behind, write_atomically
 from exercises.parallel import ordered_map
 from exercises.problem import Problem, variable
 from grader.functions import asked_of
@@ -56,6 +56,7 @@ def grade_class(
     tasks = [Task(student.id, submissions.get(student.id)) for student in assignment.roster]
     cache = assignment.folder / "graded" / ".cache"
     make_folder(cache)
+    remove_left_behind(_kept(cache, task.student) for task in tasks)
     results = []
     with (
         _alone(cache / "lock"),
@@ -98,7 +99,7 @@ class _Desk:
 
 def _grade(desk: _Desk, task: Task) -> Result:
     assignment, sandbox, cache = desk.assignment, desk.sandbox, desk.cache
-    kept = cache / f"{hashlib.sha256(task.student.encode()).hexdigest()[:24]}.json"
+    kept = _kept(cache, task.student)
     key = _cache_key(assignment, task)
     try:
         stored = json.loads(kept.read_text(encoding="utf-8"))
@@ -110,6 +111,11 @@ def _grade(desk: _Desk, task: Task) -> Result:
     result = grade_student(assignment, task.student, task.found, sandbox)
     write_atomically(kept, json.dumps({"key": key, "result": result}))
     return result
+
+
+def _kept(cache: Path, student: str) -> Path:
+    """Return where the result of a student is kept."""
+    return cache / f"{hashlib.sha256(student.encode()).hexdigest()[:24]}.json"
 
 
 def _cache_key(assignment: Assignment, task: Task) -> str:

@@ -1,9 +1,12 @@
 """An assignment's folder: what is wrong in it is told with file, line or key, and what would be right."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
+from exercises import files
 from exercises.assignment import load_assignment
 from exercises.errors import QdotError
 from exercises.release import Released, init_assignment, release
@@ -303,6 +306,58 @@ def test_a_change_that_a_killed_run_did_not_tell_of_is_told_by_the_next(
     outcomes(folder)
     solution.write_bytes(of_before)
     assert outcomes(folder) == {"s001": "rewritten", "s002": "kept"}
+
+
+def test_what_a_killed_run_had_begun_is_removed_and_what_another_writes_is_not(folder: Path) -> None:
+    (folder / "assignment.toml").write_text(TOML)
+    outcomes(folder)
+    begun = [
+        folder / "solutions" / "s001" / ".hw.ipynb.1ra2d1o5.tmp",
+        folder / "released" / "s002" / ".hw.ipynb.abcd_f_8.tmp",
+        folder / "certificates" / "s002" / ".hw.json.00000000.tmp",
+    ]
+    strange = [
+        folder / "solutions" / "s001" / ".other.ipynb.1ra2d1o5.tmp",
+        folder / "solutions" / "s001" / "hw.ipynb.1ra2d1o5.tmp",
+        folder / "solutions" / "s001" / ".hw.ipynb.swp.tmp",
+        folder / "submitted" / ".hw.ipynb.1ra2d1o5.tmp",
+    ]
+    for path in (*begun, *strange):
+        path.write_text("{")
+    program = "import os, sys; from exercises.files import _begun; from pathlib import Path; "
+    program += "print(_begun(Path(sys.argv[1]))[1], flush=True); sys.stdin.read()"
+    with subprocess.Popen(
+        [sys.executable, "-c", program, str(folder / "released" / "s001" / "hw.ipynb")],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+    ) as writer:  # fmt: skip
+        assert writer.stdin is not None
+        assert writer.stdout is not None
+        writing = Path(writer.stdout.readline().strip())
+        assert set(outcomes(folder).values()) == {"kept"}
+        assert not [path for path in begun if path.exists()]
+        assert [path for path in (*strange, writing) if path.exists()] == [*strange, writing]
+        writer.kill()
+    outcomes(folder)
+    assert not writing.exists()
+
+
+def test_a_file_that_was_tidied_away_before_it_was_locked_is_begun_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun: list[Path] = []
+    lock = files._lock
+
+    def late(handle: int, **how: bool) -> None:
+        begun.append(max(tmp_path.glob(".a.txt.*.tmp"), key=lambda path: path.stat().st_ctime_ns))
+        if len(begun) == 1:
+            begun[0].unlink()
+        lock(handle, **how)
+
+    monkeypatch.setattr(files, "_lock", late)
+    files.write_atomically(tmp_path / "a.txt", "whole")
+    assert len(begun) == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
+    assert (tmp_path / "a.txt").read_text() == "whole"
 
 
 def test_the_students_notebook_gives_no_seed_away(folder: Path) -> None:

@@ -151,6 +151,18 @@ def test_a_rerun_takes_what_has_not_changed_and_grades_what_has(
     assert grade(assignment)["s02"] == first["s02"]
 
 
+def test_what_a_killed_grader_had_begun_is_removed(assignment: Assignment) -> None:
+    graded = assignment.folder / "graded"
+    write_reports(assignment, list(grade(assignment).values()))
+    kept = next((graded / ".cache").glob("*.json"))
+    begun = [kept.with_name(f".{kept.name}.1ra2d1o5.tmp"), graded / ".grades.csv.1ra2d1o5.tmp"]
+    begun.append(graded / "feedback" / ".s01.html.1ra2d1o5.tmp")
+    for path in begun:
+        path.write_text("{")
+    write_reports(assignment, list(grade(assignment).values()))
+    assert not [path for path in begun if path.exists()]
+
+
 def test_two_graders_do_not_work_in_one_folder(assignment: Assignment) -> None:
     import fcntl
 
