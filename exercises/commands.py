@@ -11,8 +11,8 @@ import typer
 from exercises.arm.robot_file import read_robot_file
 from exercises.console import note, one_of, say
 from exercises.families import FAMILIES
-from exercises.families.listing import listing
 from exercises.generate import generate as make_problem
+from exercises.generate import listed
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.release import init_assignment
@@ -49,10 +49,10 @@ def families(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")
             "name": family.name,
             "title": family.title,
             "source": family.source,
-            "joints": listing()[name].kinds or "varied",
-            "questions": list(listing()[name].questions),
-            "difficulty": listing()[name].steps[1],
-            "difficulties": list(listing()[name].steps),
+            "joints": listed(name).kinds or "varied",
+            "questions": list(listed(name).questions),
+            "difficulty": listed(name).steps[1],
+            "difficulties": list(listed(name).steps),
         }
         for name, family in FAMILIES.items()
     ]
@@ -60,7 +60,7 @@ def families(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")
         say(json.dumps(rows, ensure_ascii=False, indent=1))
         return
     for row in rows:
-        say(f"{row['name']:<20} {row['title']} ({row['source']}); difficulty {listing()[row['name']].difficulty}")
+        say(f"{row['name']:<20} {row['title']} ({row['source']}); difficulty {listed(row['name']).difficulty}")
         say(textwrap.fill(_asked(row["questions"]), 100, initial_indent=" " * 21, subsequent_indent=" " * 21))
     say("\nDrawings of all families: docs/families.md")
 

@@ -1,13 +1,14 @@
 """From an identity to a problem: the same id gives the same problem, byte for byte, for as long as its engine lives."""
 
 from collections.abc import Sequence
+from functools import cache
 
 from exercises import ENGINE
 from exercises.arm.chain import Chain
 from exercises.difficulty import in_words, step
 from exercises.errors import QdotError, unknown
 from exercises.families import FAMILIES, Family
-from exercises.families.listing import listing
+from exercises.families.listing import Listed, listing
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.stream import Stream, derived_seed
@@ -17,6 +18,9 @@ ATTEMPTS = 8
 
 DRAWS = 200
 """Arms drawn before a family is said to have none in the band of difficulty asked for."""
+
+LOOKED_AT, LOOKED_AT_VARIED = 8, 120
+"""Arms of a family whose difficulty is told, and of one whose structure is drawn, where hard ones are rarer."""
 
 
 def family_named(name: str) -> Family:
@@ -90,6 +94,21 @@ def _some_arm(family: Family, question: str) -> bool:
     except QdotError:
         return False
     return True
+
+
+def listed(name: str) -> Listed:
+    """Return what is listed of a registered family; of one that is new since `make docs`, it is found out here."""
+    return listing().get(name) or find_out(family_named(name))
+
+
+@cache
+def find_out(family: Family) -> Listed:
+    """Find out from a family's arms what is to be listed of it: kinds of joints, difficulty, questions."""
+    seeds = range(LOOKED_AT_VARIED if family.varied else LOOKED_AT)
+    arms = [sample_chain(ProblemId(family.name, seed), family) for seed in seeds]
+    steps = [step(arm) for arm in arms]
+    kinds = "" if family.varied else "".join(joint.kind for joint in arms[0].joints)
+    return Listed(kinds, (min(steps), max(steps)), find_questions(family))
 
 
 def check_questions(family: str | Family, questions: Sequence[str], band: tuple[int, int] | None = None) -> None:

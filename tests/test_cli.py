@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +68,20 @@ def test_families_and_questions() -> None:
     assert [question["name"] for question in json.loads(run("questions", "--json"))] == list(QUESTIONS)
     assert "planar-2r" in run("families")
     assert "inverse-velocity" in run("questions")
+
+
+@pytest.mark.parametrize("like", ["planar-rpr", "random-2"])
+def test_a_family_that_is_new_in_the_registry_is_listed_without_more_ado(
+    monkeypatch: pytest.MonkeyPatch, like: str
+) -> None:
+    family = replace(FAMILIES[like], name="my-arm", title="my arm")
+    monkeypatch.setitem(FAMILIES, "my-arm", family)
+    *others, found = json.loads(run("families", "--json"))
+    assert (found["name"], found["title"]) == ("my-arm", "my arm")
+    (known,) = [row for row in others if row["name"] == like]
+    same = ("joints", "questions") if family.varied else ("joints", "questions", "difficulty", "difficulties")
+    assert [found[key] for key in same] == [known[key] for key in same]
+    assert "\nmy-arm               my arm (" in run("families")
 
 
 @pytest.mark.parametrize("family", ["planar-2r", "elbow-3r", "scara-rrrp", "random-3"])
@@ -213,7 +228,7 @@ def test_ctrl_c_says_what_is_true_of_the_command(
     def stop(*_: object) -> None:
         raise KeyboardInterrupt
 
-    for name in ("grader.commands._tasks", "grader.commands.load_assignment", "exercises.commands.listing"):
+    for name in ("grader.commands._tasks", "grader.commands.load_assignment", "exercises.commands.listed"):
         monkeypatch.setattr(name, stop)
     result = runner.invoke(app, command)
     assert result.exit_code == 130

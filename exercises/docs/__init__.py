@@ -12,14 +12,13 @@ from pathlib import Path
 import sympy as sp
 
 from exercises.arm.chain import Chain, Joint
-from exercises.difficulty import step
 from exercises.docs.errata import errata
 from exercises.docs.structures import structures_page
 from exercises.families import FAMILIES
 from exercises.families.listing import LISTING, Listed
 from exercises.figure import figure_svg, singular_svg, thumbnail_svg
 from exercises.files import write_atomically
-from exercises.generate import find_questions, sample_chain
+from exercises.generate import find_out, sample_chain
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.render import render
@@ -27,8 +26,6 @@ from exercises.stream import Stream
 from exercises.writing.statement import worked_solution
 from exercises.writing.wording import Wording
 
-LOOKED_AT, LOOKED_AT_VARIED = 8, 120
-"""Arms of a family whose difficulty is told, and of one whose structure is drawn, where hard ones are rarer."""
 README_ARM = ProblemId("planar-2r", 7)
 """The arm that README.md shows."""
 
@@ -115,16 +112,9 @@ def _entry(name: str) -> FamilyEntry:
     )
 
 
-@cache
 def found_out() -> dict[str, Listed]:
     """Return what is to be listed of each family, found out from its arms."""
-    found = {}
-    for name, family in FAMILIES.items():
-        arms = [sample_chain(ProblemId(name, seed)) for seed in range(LOOKED_AT_VARIED if family.varied else LOOKED_AT)]
-        steps = [step(arm) for arm in arms]
-        kinds = "".join(joint.kind for joint in arms[0].joints)
-        found[name] = Listed("" if family.varied else kinds, (min(steps), max(steps)), find_questions(family))
-    return found
+    return {name: find_out(family) for name, family in FAMILIES.items()}
 
 
 def listing_text() -> str:
