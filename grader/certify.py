@@ -22,7 +22,7 @@ from exercises.parallel import ordered_map
 from exercises.problem import Choice, ConditionSet, Expression, Part, Problem, ProblemId
 from exercises.record import digests, text_of
 from exercises.release import certificate_path, notebook_path
-from exercises.verify import ProblemCertificate, certify
+from exercises.verify import FULL_RANK, ProblemCertificate, certify
 from grader.certificates import (
     Certificate,
     Failure,
@@ -87,8 +87,9 @@ def record_of(problem: Problem) -> Record:
     certificate = certify(problem)
     failed = failures_of(problem, certificate)
     if failed:
+        advice = "name another task" if failed[0].startswith(FULL_RANK) else "please report it"
         raise QdotError(
-            f"the problem {problem.id} failed its own certificate and is not handed out: {failed[0]}; please report it"
+            f"the problem {problem.id} failed its own certificate and is not handed out: {failed[0]}; {advice}"
         )
     return Record(
         problem=str(problem.id),

@@ -384,6 +384,18 @@ def test_a_problem_that_fails_is_not_handed_out(folder: Path, monkeypatch: pytes
     assert not (folder / "released").exists()
 
 
+def test_an_own_robot_that_is_singular_everywhere_is_not_handed_out(folder: Path) -> None:
+    shutil.rmtree(folder / "released")
+    (folder / "Lab arm.toml").write_text('task = ["wx", "wy"]\n' + ARM, encoding="utf-8")
+    (folder / "assignment.toml").write_text(
+        PROBLEMS.replace('"jacobian", "determinant", "singular-angles"', '"jacobian"')
+    )
+    said = r"full rank: J for the task wx, wy has rank 1 of 2, whatever the configuration; name another task$"
+    with pytest.raises(QdotError, match=said):
+        release(load_assignment(folder), certificate_text, 1, lambda _: None)
+    assert not (folder / "released").exists()
+
+
 def test_a_record_is_the_same_each_time() -> None:
     problem = generate(ProblemId("elbow-3r", 4, ("jacobian", "singular-angles")))
     assert record_of(problem) == record_of(generate(problem.id))

@@ -26,6 +26,7 @@ from exercises.problem import (
     ProblemId,
 )
 from exercises.questions import QUESTIONS
+from exercises.stream import Stream
 from exercises.verify import CHECKS, certify
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
@@ -252,6 +253,32 @@ def test_a_symbol_for_two_things_is_found() -> None:
     assert not certify(problem(second, "a2")).passed
     assert not certify(problem(second, "qd1")).passed
     assert not certify(problem(second, "vx")).passed
+
+
+@pytest.mark.parametrize(
+    ("task", "said"),
+    [
+        (("vx", "vy"), None),
+        (("vx", "vy", "wz"), None),
+        (("vx", "vy", "vz"), "J for the task vx, vy, vz has rank 2 of 3, whatever the configuration"),
+        (("vz",), "J for the task vz has rank 0 of 1, whatever the configuration"),
+        (("wx", "wy", "wz"), "J for the task wx, wy, wz has rank 1 of 3, whatever the configuration"),
+    ],
+)
+def test_a_task_that_no_configuration_can_do_is_found(
+    task: tuple[str, ...], said: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The turned base leaves rounding errors in vz, which are no rank."""
+    family = FAMILIES["planar-3r"]
+
+    def sample(rng: Stream) -> Chain:
+        chain = family.sample(rng)
+        return replace(chain, task=task, base=replace(chain.base, tilt=sp.pi), tool=None)
+
+    monkeypatch.setitem(FAMILIES, "my-rpr", replace(family, name="my-rpr", sample=sample))
+    certificate = certify(generate(ProblemId("my-rpr", 0, ("jacobian",))))
+    failed = {check.name: check.detail for check in certificate.failures}
+    assert failed == ({} if said is None else {"full rank": said})
 
 
 def test_difficulty_of_the_chapters_arms() -> None:

@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.formula.expression import read
 from exercises.formula.trees import Node, ReadError, names
@@ -66,7 +68,7 @@ def certify(problem: Problem) -> ProblemCertificate:
     True
     """
     ground = Ground(problem)
-    checks = [_one_meaning(problem.chain)]
+    checks = [_one_meaning(problem.chain), _full_rank(ground)]
     for part in problem.parts:
         checks.append(_readable(ground, part))
         if checks[-1].passed:
@@ -94,6 +96,20 @@ def _one_meaning(chain: Chain) -> Check:
             if own != 0 and not own.has(symbol):
                 twice.append(symbol.name)
     return Check("symbols", not twice, f"{', '.join(twice)} stands for two things" if twice else "each has one meaning")
+
+
+FULL_RANK = "full rank"
+"""The check that an arm fails whose task is not one for it."""
+
+
+def _full_rank(ground: Ground) -> Check:
+    """Look for a place of full rank: without one, the arm is singular everywhere, and there is little to be asked."""
+    chain, jacobian = ground.chain, ground.exponential_jacobian
+    sigma = np.linalg.svd(jacobian[:, ground.task], compute_uv=False)
+    found = int((sigma > rank.GONE * np.linalg.norm(jacobian, axis=(1, 2))[:, None]).sum(axis=1).max())
+    full = min(len(chain.task), chain.n)
+    said = f"J for the task {', '.join(chain.task)} has rank {found}"
+    return Check(FULL_RANK, found == full, said if found == full else f"{said} of {full}, whatever the configuration")
 
 
 def _trees(ground: Ground, part: Part) -> list[Node]:
