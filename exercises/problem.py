@@ -12,6 +12,8 @@ from exercises.arm.singularity import Component
 from exercises.errors import QdotError
 from exercises.formula.identity import Rounding
 
+LARGEST_SEED = (1 << 63) - 1
+
 
 @dataclass(frozen=True)
 class ProblemId:
@@ -30,12 +32,15 @@ class ProblemId:
         return f"{self.family}/{self.seed}"
 
     @staticmethod
-    def parse(text: str) -> "ProblemId":
-        """Read FAMILY/SEED, as in planar-2r/7. Raises QdotError."""
-        match = re.fullmatch(r"([a-z0-9-]+)/(\d{1,19})", text)
-        if match is None or int(match.group(2)) >= 1 << 63:
-            raise QdotError(f"{text!r} is not a problem; write FAMILY/SEED, as in planar-2r/7")
-        return ProblemId(match.group(1), int(match.group(2)))
+    def parse(text: str, hint: str = "") -> "ProblemId":
+        """Read FAMILY/SEED, as in planar-2r/7. Raises QdotError, with `hint` where the text is of another form."""
+        match = re.fullmatch(r"([a-z0-9-]+)/0*(\d+)", text)
+        if match is None:
+            raise QdotError(f"{text!r} is not a problem; write FAMILY/SEED, as in planar-2r/7{hint}")
+        family, seed = match.groups()
+        if len(seed) > len(str(LARGEST_SEED)) or int(seed) > LARGEST_SEED:
+            raise QdotError(f"{family}/{seed[:25]}{'…' * (len(seed) > 25)}: the largest seed is {LARGEST_SEED}")
+        return ProblemId(family, int(seed))
 
 
 @dataclass(frozen=True)

@@ -103,6 +103,9 @@ def verify(
         raise typer.Exit(1)
 
 
+NO_FOLDER = "; there is no folder of that name, either"
+
+
 def _tasks(what: list[str], family: str, count: int, first: int) -> list[Task]:
     """Return what is to be verified. Raises QdotError."""
     if not family and not what:
@@ -112,16 +115,8 @@ def _tasks(what: list[str], family: str, count: int, first: int) -> list[Task]:
     tasks = [Task(ProblemId(families[i % len(families)], first + i // len(families))) for i in every]
     tasks.sort(key=lambda task: families.index(task.identity.family))  # a structure is derived once in each process
     for item in what:
-        tasks += _tasks_of_folder(Path(item)) if Path(item).is_dir() else [Task(_problem(item))]
+        tasks += _tasks_of_folder(Path(item)) if Path(item).is_dir() else [Task(ProblemId.parse(item, NO_FOLDER))]
     return tasks
-
-
-def _problem(item: str) -> ProblemId:
-    """Return the problem that is named. Raises QdotError."""
-    try:
-        return ProblemId.parse(item)
-    except QdotError as error:
-        raise QdotError(f"{error}; there is no folder of that name, either") from None
 
 
 def _tasks_of_folder(folder: Path) -> list[Task]:

@@ -110,6 +110,8 @@ def test_show_in_every_format_is_the_same_twice(format: str) -> None:
     ("args", "said"),
     [
         (("show", "planar-2r"), "FAMILY/SEED"),
+        (("show", "planar-2r/99999999999999999999999"), "the largest seed is 9223372036854775807"),
+        (("verify", "planar-2r/9223372036854775808"), "08: the largest seed is 9223372036854775807"),
         (("show", "planer-2r/7"), "did you mean 'planar-2r'"),
         (("show", "planar-2r/7", "--format", "pdf"), "none of text, latex, html, json, ipynb"),
         (("show", "planar-2r/7", "--questions", "jacobean"), "did you mean 'jacobian'"),
