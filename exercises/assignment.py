@@ -35,7 +35,7 @@ class ProblemEntry(pydantic.BaseModel):
     model_config = pydantic.ConfigDict(extra="forbid", strict=True)
     family: str | None = None
     robot: str | None = None
-    questions: list[str] = pydantic.Field(default_factory=list)
+    questions: list[str] | None = None
     points: list[float] | None = None
     difficulty: int | list[int] | None = None
     decimals: int | str | dict[str, int | str] | None = None
@@ -190,12 +190,14 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, notes: list[str]) -> 
         band = _band(entry.difficulty)
         if band is not None:
             check_questions(family, (), band)
-    questions = tuple(entry.questions) or questions_of(family)
-    with file.at(*place, "questions" if entry.questions else "family"):
+    with file.at(*place, "family" if entry.questions is None else "questions"):
         if family.varied and not entry.questions:
             raise QdotError(
                 'its arms are of many kinds; name the questions that all are asked, as in questions = ["jacobian"]'
             )
+        if entry.questions == []:
+            raise QdotError("it names no question; leave the key out to ask all that apply")
+        questions = questions_of(family) if entry.questions is None else tuple(entry.questions)
         check_questions(family, questions, band)
     points = None if entry.points is None else tuple(entry.points)
     with file.at(*place, "points"):

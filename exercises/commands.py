@@ -10,6 +10,7 @@ import typer
 
 from exercises.arm.robot_file import read_robot_file
 from exercises.console import note, one_of, say
+from exercises.errors import QdotError
 from exercises.families import FAMILIES
 from exercises.generate import generate as make_problem
 from exercises.generate import listed
@@ -93,7 +94,9 @@ def show(
     problem: Annotated[str, typer.Argument(metavar="PROBLEM", help="FAMILY/SEED, as in planar-2r/7.")],
     solution: Annotated[bool, typer.Option("--solution", help="Add the reference and the worked steps.")] = False,
     format: Annotated[str, typer.Option("--format", "-f", help=f"One of {', '.join(SHOW_FORMATS)}.")] = "text",
-    ask: Annotated[str, typer.Option("--questions", help="Names with commas between; default: all that apply.")] = "",
+    ask: Annotated[
+        str | None, typer.Option("--questions", help="Names with commas between; default: all that apply.")
+    ] = None,
 ) -> None:
     """Show one problem, with or without its solution.
 
@@ -104,8 +107,8 @@ def show(
 
     one_of(format, SHOW_FORMATS, "--format")
     identity = ProblemId.parse(problem)
-    if ask:
-        identity = replace(identity, questions=tuple(name.strip() for name in ask.split(",")))
+    if ask is not None:
+        identity = replace(identity, questions=_names(ask))
     made = make_problem(identity)
     certificate = None
     if format == "json":
@@ -113,6 +116,14 @@ def show(
 
         certificate = certify(made).as_json()
     say(show_problem(made, solution, format, certificate))
+
+
+def _names(listed: str) -> tuple[str, ...]:
+    """Return names with commas between them. Raises QdotError where there is none."""
+    names = tuple(name.strip() for name in listed.split(","))
+    if not any(names):
+        raise QdotError("--questions names no question; leave the option out to ask all that apply")
+    return names
 
 
 def solve(

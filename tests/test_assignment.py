@@ -52,6 +52,14 @@ def test_init_overwrites_nothing(folder: Path) -> None:
             "line 6: problem 1: questions = [\"positon\"]: unknown question 'positon' ",
         ),
         (TOML.replace('["position"]', '["position", "position"]'), "asked twice"),
+        (
+            TOML.replace('["position"]', "[]"),
+            "line 6: problem 1: questions = []: it names no question; leave the key out to ask all that apply",
+        ),
+        (
+            TOML.replace('["position"]', "[]").replace("planar-2r", "random-3"),
+            "line 6: problem 1: questions = []: its arms are of many kinds; name the questions that all are asked",
+        ),
         (TOML.replace("planar-2r", "planar-3r").replace('"position"', '"determinant"'), "not square"),
         (
             TOML.replace('["position"]', '"position"'),

@@ -115,6 +115,8 @@ def test_show_in_every_format_is_the_same_twice(format: str) -> None:
         (("show", "planer-2r/7"), "did you mean 'planar-2r'"),
         (("show", "planar-2r/7", "--format", "pdf"), "none of text, latex, html, json, ipynb"),
         (("show", "planar-2r/7", "--questions", "jacobean"), "did you mean 'jacobian'"),
+        (("show", "planar-2r/7", "--questions", ""), "names no question; leave the option out to ask all that apply"),
+        (("show", "planar-2r/7", "--questions", " , "), "names no question; leave the option out to ask all that"),
         (("show", "planar-3r/7", "--questions", "determinant"), "not square"),
         (("solve", "nowhere.toml"), "nowhere.toml"),
         (("verify",), "name problems"),
