@@ -110,6 +110,8 @@ def _tasks(what: list[str], family: str, count: int, first: int) -> list[Task]:
     """Return what is to be verified. Raises QdotError."""
     if not family and not what:
         raise QdotError("name problems (planar-2r/7), an assignment folder, or --family (or --family all) with --count")
+    if family and what:
+        raise QdotError(f"--family sweeps over a family, and {what[0]!r} is verified without it: give one or the other")
     families = list(FAMILIES) if family == "all" else [family_named(family).name] if family else []
     every = range(count if families else 0)
     tasks = [Task(ProblemId(families[i % len(families)], first + i // len(families))) for i in every]

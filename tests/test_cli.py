@@ -120,6 +120,7 @@ def test_show_in_every_format_is_the_same_twice(format: str) -> None:
         (("show", "planar-3r/7", "--questions", "determinant"), "not square"),
         (("solve", "nowhere.toml"), "nowhere.toml"),
         (("verify",), "name problems"),
+        (("verify", "planar-2r/3", "--family", "elbow-3r"), "'planar-2r/3' is verified without it: give one or the"),
         (("verify", "--family", "x"), "unknown family 'x'"),
         (
             ("verify", "nodir"),
