@@ -53,7 +53,7 @@ def ordered_map(
         try:
             chunk = max(1, min(16, len(items) // (8 * jobs))) if len(items) >= MANY else 1
             resource_tracker.ensure_running()  # it would undo what comes next
-            with _ctrl_c_put_off():  # whatever starts in here never sees a Ctrl-C, and starts whole
+            with _stop_put_off():  # whatever starts in here never sees a Ctrl-C, and starts whole
                 forkserver.ensure_running()
                 made = pool.map(functools.partial(_work_here, work), items, chunksize=chunk)
             yield from made
@@ -68,21 +68,25 @@ def ordered_map(
 
 
 @contextmanager
-def _ctrl_c_put_off() -> Iterator[None]:
-    """Let a Ctrl-C take effect after the block only; processes that start in it are born deaf to it."""
+def _stop_put_off() -> Iterator[None]:
+    """Let Ctrl-C and SIGTERM take effect after the block only; what starts in it is born deaf to Ctrl-C."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    pressed: list[bool] = []
-    previous = signal.signal(signal.SIGINT, lambda *_: pressed.append(True))  # another thread may be given the signal
+    came: list[signal.Signals] = []
+    previous = {  # another thread may be given the signal
+        each: signal.signal(each, lambda number, _: came.append(signal.Signals(number)))
+        for each in (signal.SIGINT, signal.SIGTERM)
+    }
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-        signal.signal(signal.SIGINT, previous)
-    if pressed:
-        raise KeyboardInterrupt
+        for each, handler in previous.items():
+            signal.signal(each, handler)
+        for each in came:  # whatever failed in the block failed as everything was being ended
+            signal.raise_signal(each)
 
 
 def _end(processes: set[BaseProcess]) -> None:

@@ -1,6 +1,6 @@
 """The command `qdot`: one program, composed of the commands that each package defines.
 
-Nothing slow is imported before `main` has seen to it that Ctrl-C ends the program in one line.
+Nothing slow is imported before `main` has seen to it that Ctrl-C and SIGTERM end the program in one line.
 """
 
 import functools
@@ -22,7 +22,7 @@ STOPPED = {
     **dict.fromkeys(("generate", "grade", "demo"), "stopped; run the same command again to go on"),
     "verify": "stopped; the same command begins at the first problem again, and --from SEED begins a sweep later",
 }
-"""What is said of a command that Ctrl-C ended, where there is more to say than that it stopped."""
+"""What is said of a command that Ctrl-C or SIGTERM ended, where there is more to say than that it stopped."""
 
 
 @functools.cache
@@ -63,7 +63,7 @@ def __getattr__(name: str) -> Any:
 
 
 def _guarded(command: Callable[..., None]) -> Callable[..., None]:
-    """Return the command with its errors told in one line: 2 for bad input or our own failure, 130 for Ctrl-C."""
+    """Return the command with its errors told in one line: 2 for bad input or our own failure, 130 or 143 stopped."""
     import typer
 
     from exercises.errors import QdotError
@@ -74,8 +74,8 @@ def _guarded(command: Callable[..., None]) -> Callable[..., None]:
             command(*args, **options)
         except QdotError as error:
             _leave(str(error), 2)
-        except KeyboardInterrupt:
-            _leave(STOPPED.get(command.__name__, "stopped"), 130)
+        except KeyboardInterrupt as stop:
+            _leave(STOPPED.get(command.__name__, "stopped"), 128 + (stop.args or (signal.SIGINT,))[0])
         except BrokenPipeError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # whoever read our output has gone
         except (typer.Exit, typer.Abort, typer.BadParameter):
@@ -96,19 +96,27 @@ def _leave(message: str, code: int) -> NoReturn:
     raise typer.Exit(code)
 
 
-def _stop_at_once(*_: object) -> NoReturn:
+def _stop_at_once(number: int, _: object) -> NoReturn:
     os.write(2, f"qdot: {STOPPED.get(' '.join(sys.argv[1:2]), 'stopped')}\n".encode())
-    os._exit(130)
+    os._exit(128 + number)
+
+
+def _stop(number: int, _: object) -> NoReturn:
+    """End as for Ctrl-C, so that processes are ended and what they have begun is tidied up."""
+    signal.signal(number, signal.SIG_IGN)  # once is enough
+    raise KeyboardInterrupt(number)
 
 
 def main() -> None:
     """Run the command line: 0 done, 1 something is not as it should be, 2 bad input or our own failure."""
     usual = signal.signal(signal.SIGINT, _stop_at_once)  # nothing has been begun yet
+    signal.signal(signal.SIGTERM, _stop_at_once)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal that knows no "θ" shows "?"
     app = program()
     signal.signal(signal.SIGINT, usual)
+    signal.signal(signal.SIGTERM, _stop)
     app()
 
 

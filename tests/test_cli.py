@@ -15,6 +15,7 @@ import pytest
 from typer.testing import CliRunner
 
 from exercises.families import FAMILIES
+from exercises.parallel import _stop_put_off
 from exercises.questions import QUESTIONS
 from grader.cli import app
 
@@ -349,6 +350,58 @@ def test_ctrl_c_ends_everything_at_once_in_one_line(tmp_path: Path, seconds: flo
     time.sleep(0.5)
     assert alive(process.pid) == []
     assert not list(made.rglob("*.tmp"))
+
+
+@pytest.mark.skipif(shutil.which("ps") is None, reason="needs ps")
+@pytest.mark.parametrize("seconds", [0.3, 4])
+@pytest.mark.parametrize(
+    ("command", "whom", "said"),
+    [
+        ("generate", "parent", "run the same command again to go on"),
+        ("generate", "group", "run the same command again to go on"),
+        (
+            "verify",
+            "parent",
+            "the same command begins at the first problem again, and --from SEED begins a sweep later",
+        ),
+    ],
+)
+def test_sigterm_ends_everything_at_once_in_one_line(
+    tmp_path: Path, command: str, whom: str, said: str, seconds: float
+) -> None:
+    made = tmp_path / "hw"
+    run("init", made)
+    (made / "roster.csv").write_text("student\n" + "".join(f"s{i}\n" for i in range(2000)))
+    what = [str(made)] if command == "generate" else ["--family", "elbow-3r", "--count", "2000"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "grader.cli", command, *what, "--jobs", "2"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
+    )  # fmt: skip
+    time.sleep(seconds)
+    (os.kill if whom == "parent" else os.killpg)(process.pid, signal.SIGTERM)
+    output, errors = process.communicate(timeout=60)
+    assert output == b""
+    assert errors.decode().startswith(f"qdot: stopped; {said}")
+    assert errors.count(b"\n") == 1
+    assert process.returncode == 143
+    time.sleep(0.5)
+    assert alive(process.pid) == []
+    assert not list(made.rglob("*.tmp"))
+
+
+def test_a_stop_while_processes_start_is_a_stop_whatever_fails_then() -> None:
+    def stop(number: int, _: object) -> None:
+        raise KeyboardInterrupt(number)
+
+    usual = signal.signal(signal.SIGTERM, stop)
+    try:
+        with pytest.raises(KeyboardInterrupt) as caught, _stop_put_off():
+            signal.raise_signal(signal.SIGTERM)
+            raise EOFError
+        assert caught.value.args == (signal.SIGTERM,)
+        assert signal.getsignal(signal.SIGTERM) is stop
+    finally:
+        signal.signal(signal.SIGTERM, usual)
 
 
 def test_a_stopped_pipe_and_ctrl_c_end_quietly(folder: Path) -> None:
