@@ -80,3 +80,12 @@ def test_a_long_sum_keeps_what_its_terms_have_in_common_outside() -> None:
 def test_what_is_no_trigonometric_polynomial_is_refused(wrong: sp.Expr) -> None:
     with pytest.raises(ValueError, match="not a"):
         fourier(wrong)
+
+
+def test_lengths_that_are_equal_come_out_of_sums() -> None:
+    a, a2, a3, t2, t3 = sp.symbols("a a2 a3 theta2 theta3")
+    product = factored(sp.expand(a2 * a3 * sp.sin(t3) * (a2 * sp.cos(t2) + a3 * sp.cos(t2 + t3))))
+    assert product.substituted({a2: a, a3: a}) in (
+        a**3 * sp.sin(t3) * (sp.cos(t2) + sp.cos(t2 + t3)),
+        a**3 * (sp.cos(t2) + sp.cos(t2 + t3)) * sp.sin(t3),
+    )

@@ -383,7 +383,7 @@ def _without_needless(conjunction: Conjunction) -> Conjunction:
 
 
 def _follows(condition: sp.Expr, given: Conjunction) -> bool:
-    """Tell whether a condition holds wherever the given ones do, as far as angles that these fix and factors show it."""
+    """Tell whether a condition holds wherever the given ones do, as far as angles that they fix and factors show."""
     if condition in given:
         return True
     ways = [_roots(other) for other in given]

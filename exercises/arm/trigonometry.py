@@ -246,8 +246,11 @@ class Factored:
         return Factored(self.coefficient / other.coefficient, left)
 
     def substituted(self, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-        """Return the product with `values` put in, factor by factor."""
-        return sp.Mul(self.coefficient, *(substitute(f, values) ** power for f, power in self.factors))
+        """Return the product with `values` put in, factor by factor; lengths that are equal come out of a sum."""
+        some_equal = len(set(values.values())) < len(values)
+        put_in = [(substitute(factor, values), power) for factor, power in self.factors]
+        pieces = [(sp.factor_terms(found) if some_equal else found) ** power for found, power in put_in]
+        return sp.Mul(self.coefficient, *pieces)
 
 
 def substitute(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
