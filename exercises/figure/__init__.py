@@ -1,19 +1,24 @@
 """The drawing of an arm as in a robotics textbook, made from its DH table: shapes in numbers, SVG, and words.
 
-Planar arms are drawn flat, from +z_w; others in one fixed axonometric view. What is drawn for joint i is the entry
-of the table, theta_i or d_i with its offset. Lengths are brought nearer to each other, so that small ones are seen.
+Planar arms are drawn flat, from +z_w; others in one fixed axonometric view, but in a told pose, where links and axes
+may lie over one another, from the side from which they are seen apart, and with fewer names. What is drawn for joint i
+is the entry of the table, theta_i or d_i with its offset. Lengths are brought nearer to each other, so that small ones
+are seen.
 """
 
 import textwrap
 from collections.abc import Mapping
 from functools import lru_cache, partial
 
+import numpy as np
+
 from exercises.arm.chain import Chain
 from exercises.figure import frames
 from exercises.figure.arm import joint_angle, scene, slide
+from exercises.figure.aspect import sides
 from exercises.figure.body import body, fitted
 from exercises.figure.labels import place
-from exercises.figure.plane import exact
+from exercises.figure.plane import camera, exact, is_flat
 from exercises.figure.pose import HEIGHT, LONG, ROOM, WIDTH, Skeleton, best_poses, drawn_chain, skeleton, told_pose
 from exercises.figure.shapes import Figure, Shape, fixed
 from exercises.figure.small import PANEL, cells, singular_panel, thumbnail
@@ -33,6 +38,11 @@ GOOD = 8.0
 """What a label may cost on average in a pose that is taken without looking at others; more after each look."""
 ROUNDS = 3
 """How often the labels of the pose that is taken are placed, each time with all others in sight."""
+SIDES, CLEAR = 5, {True: 30.0, False: 16.0}
+"""From so many sides an arm in a told pose is drawn in space; what a label may cost on average there with all names.
+
+More in a flat drawing, where labels have more room and no arrow points towards the reader.
+"""
 STRETCHES = (1.0, 1.3, 1.6, 0.75, 2.0)
 """Factors for the base's distance from the world's origin, tried one by one while origins are drawn at one place."""
 
@@ -48,9 +58,15 @@ def arm_figure(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
     """
     chain = exact(chain)
     lengths = [drawn_chain(chain, stretch) for stretch in (STRETCHES if any(chain.base.position) else STRETCHES[:1])]
-    poses = best_poses(chain, lengths[0], TRIED[chain.n > LONG]) if pose is None else told_pose(chain, pose)[None]
+    part = _own(chain, lengths) if pose is None else _told(chain, lengths, told_pose(chain, pose))
+    placed = place(list(part.labels), list(part.shapes), WIDTH, HEIGHT, ROUNDS)
+    return Figure(WIDTH, HEIGHT, part.shapes + placed.leaders, placed.texts)
+
+
+def _own(chain: Chain, lengths: list[Chain]) -> Part:
+    """Return the drawing in the clearest of a fixed list of poses."""
     best: tuple[float, Part] | None = None
-    for order, entries in enumerate(poses):
+    for order, entries in enumerate(best_poses(chain, lengths[0], TRIED[chain.n > LONG])):
         part, cost = _compose(chain, [skeleton(drawn, entries) for drawn in lengths])
         cost = round(cost + DELAY * order, 1)  # rounded: a tie goes to the first on every machine
         if best is None or cost < best[0]:
@@ -58,9 +74,20 @@ def arm_figure(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
         if best[0] <= max(GOOD * (1 + order / 5) * len(part.labels), DELAY * (order + 1)):
             break
     assert best is not None
-    labels, shapes = best[1].labels, best[1].shapes
-    placed = place(list(labels), list(shapes), WIDTH, HEIGHT, ROUNDS)
-    return Figure(WIDTH, HEIGHT, shapes + placed.leaders, placed.texts)
+    return best[1]
+
+
+def _told(chain: Chain, lengths: list[Chain], entries: np.ndarray) -> Part:
+    """Return the drawing in a told pose: with all names if it is clear from some side, else with few of them."""
+    choices = [skeleton(drawn, entries) for drawn in lengths]
+    flat = is_flat(chain)
+    views = [camera(chain)] if flat else sides(lengths[0], entries, SIDES)
+    for sparse in (False, True) if chain.n <= LONG else (True,):
+        found = [_compose(chain, choices, axes, sparse) for axes in views]
+        part, cost = min(found, key=lambda one: round(one[1], 1))
+        if round(cost, 1) <= CLEAR[flat] * len(part.labels):
+            break
+    return part
 
 
 @lru_cache(maxsize=512)
@@ -132,31 +159,37 @@ def singular_svg(chain: Chain, name: str = "singular") -> str:
     )
 
 
-def _compose(chain: Chain, choices: list[Skeleton]) -> tuple[Part, float]:
+def _compose(
+    chain: Chain, choices: list[Skeleton], axes: np.ndarray | None = None, sparse: bool = False
+) -> tuple[Part, float]:
     """Return the drawing of one pose, and how badly labels and origins are placed.
 
     `choices` are the pose in different lengths: the first is taken in which no origin is drawn at the world's.
     """
     found: list[tuple[float, float, int, View]] = []
     for number, bones in enumerate(choices):
-        view = fitted(chain, bones, partial(_shapes, chain, bones), ROOM, (WIDTH, HEIGHT), MARGIN)
+        shapes = partial(_shapes, chain, bones, sparse)
+        view = fitted(chain, bones, shapes, ROOM, (WIDTH, HEIGHT), MARGIN, axes)
         own, world = frames.crowding(scene(chain, bones, view))
         found.append((round(world, 1), own, number, view))
         if world == 0.0:
             break
     world, own, number, view = min(found, key=lambda one: (one[0], one[2]))
-    part = _parts(chain, choices[number], view)
+    part = _parts(chain, choices[number], view, sparse)
     return part, place(list(part.labels), list(part.shapes), WIDTH, HEIGHT).cost + own + world
 
 
-def _shapes(chain: Chain, bones: Skeleton, view: View) -> tuple[Shape, ...]:
-    return _parts(chain, bones, view).shapes
+def _shapes(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> tuple[Shape, ...]:
+    return _parts(chain, bones, view, sparse).shapes
 
 
-def _parts(chain: Chain, bones: Skeleton, view: View) -> Part:
+def _parts(chain: Chain, bones: Skeleton, view: View, sparse: bool) -> Part:
     """Return all parts from back to front."""
-    stage = scene(chain, bones, view)
-    part = frames.world(stage) + body(stage)
-    for i in range(1, chain.n + 1):
-        part += joint_angle(stage, i) + slide(stage, i)
+    stage = scene(chain, bones, view, sparse)
+    if sparse:
+        part = frames.world(stage) + Part(body(stage).shapes)
+    else:
+        part = frames.world(stage) + body(stage)
+        for i in range(1, chain.n + 1):
+            part += joint_angle(stage, i) + slide(stage, i)
     return part + frames.axes(stage) + frames.page_normals(stage) + frames.origins(stage)

@@ -27,7 +27,8 @@ ARC = {True: 31.0, False: 34.0}
 class Scene:
     """An arm, its skeleton in the pose to draw, the view, and where the glyphs of the joints stand (n x 3).
 
-    `bare` are the frames whose x axes are left out, because too many axes start at one point.
+    `bare` are the frames whose x axes are left out, because too many axes start at one point. A `sparse` drawing has
+    the arm, its origins, its z axes and its first and last frame only.
     """
 
     chain: Chain
@@ -36,6 +37,7 @@ class Scene:
     places: tuple[np.ndarray, ...]
     offsets: tuple[sp.Expr, ...]
     bare: frozenset[int]
+    sparse: bool = False
 
     @property
     def is_planar(self) -> bool:
@@ -58,7 +60,7 @@ class Scene:
         return abs(along) > 1e-9 and not 0.0 <= share <= 1.0
 
 
-def scene(chain: Chain, bones: Skeleton, view: View) -> Scene:
+def scene(chain: Chain, bones: Skeleton, view: View, sparse: bool = False) -> Scene:
     """Return the scene with a free place for each glyph."""
     taken: list[np.ndarray] = []
     order = sorted(range(chain.n), key=lambda i: _movable(bones, i) and i > 0)
@@ -67,7 +69,9 @@ def scene(chain: Chain, bones: Skeleton, view: View) -> Scene:
         places[i] = _free(bones, view, i, taken)
         taken.append(places[i])
     standing = tuple(places[i] for i in range(chain.n))
-    return Scene(chain, bones, view, standing, chain.offsets, frozenset() if is_flat(chain) else _bare(bones))
+    inner = frozenset(range(1, chain.n))
+    bare = inner if sparse else frozenset() if is_flat(chain) else _bare(bones)
+    return Scene(chain, bones, view, standing, chain.offsets, bare, sparse)
 
 
 def _movable(bones: Skeleton, i: int) -> bool:

@@ -35,9 +35,13 @@ def fitted(
     room: Pair,
     size: Pair,
     margin: Pair,
+    axes: np.ndarray | None = None,
 ) -> View:
-    """Return the view in which the skeleton takes `room` at most, and all shapes `size` less `margin` on each side."""
-    view = _first_view(chain, bones, room)
+    """Return the view in which the skeleton takes `room` at most, and all shapes `size` less `margin` on each side.
+
+    `axes` are its directions right, up and towards the reader (rows), if it is not the usual one.
+    """
+    view = _first_view(chain, bones, room, camera(chain) if axes is None else axes)
     for _ in range(3):
         low, high = extent(shapes(view))
         shrink = float(np.min((np.array(size) - 2 * np.array(margin)) / np.maximum(high - low, 1e-9)))
@@ -50,11 +54,10 @@ def fitted(
     return view
 
 
-def _first_view(chain: Chain, bones: Skeleton, room: Pair) -> View:
+def _first_view(chain: Chain, bones: Skeleton, room: Pair, axes: np.ndarray) -> View:
     points = [*bones.origins, *bones.corners, *bones.path]
     if not chain.base.is_world:
         points.append(np.zeros(3))
-    axes = camera(chain)
     spread = np.ptp(np.array(points) @ axes[:2].T, axis=0)
     return View(axes, float(np.min(np.array(room) / np.maximum(spread, 1e-3))))
 

@@ -27,7 +27,7 @@ def axes(scene: Scene) -> Part:
         for k, name in enumerate(NAMES):
             axis, origin = frame[:3, k], frame[:3, 3]
             shown = view.lies_flat(axis) if flat else name != "y" or (i == 0 and scene.chain.base.is_world)
-            if not shown or (name == "x" and i in scene.bare):
+            if not shown or (i in scene.bare and (name == "x" or (name == "y" and scene.sparse))):
                 continue
             key = tuple((np.round(np.concatenate([origin * view.scale / 2, axis * 10])) + 0.0).tolist())
             before = found[key][3] + roman(", ") if key in found else ()
@@ -126,7 +126,9 @@ def world(scene: Scene) -> Part:
     for k in [k for k in range(3) if not scene.is_planar or view.lies_flat(np.eye(3)[k])]:
         part += _axis(view, np.zeros(3), np.eye(3)[k], "w", symbol(NAMES[k], "w"), length)
         leg = np.eye(3)[k] * place[k]
-        if base.position[k] != 0 and _covered(scene, k):
+        if scene.sparse:
+            part += Part((Polyline(view.path([corner, corner + leg]), "leg"),) if base.position[k] != 0 else ())
+        elif base.position[k] != 0 and _covered(scene, k):
             part += dimension(scene, corner, corner + leg, magnitude(base.position[k]), 46.0)
         elif base.position[k] != 0:
             line = Polyline(view.path([corner, corner + leg]), "leg")
@@ -148,7 +150,7 @@ def _covered(scene: Scene, k: int) -> bool:
 
 def _yaw(scene: Scene, apart: bool) -> Part:
     base, view, frame = scene.chain.base, scene.view, scene.bones.frames[0]
-    if base.yaw == 0:
+    if base.yaw == 0 or scene.sparse:
         return Part()
     x, origin = frame[:3, 0], frame[:3, 3]
     angle = float(np.arctan2(x[1], x[0]))

@@ -5,7 +5,7 @@ gets a thin line that leads to it.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -17,10 +17,10 @@ ROUND = np.radians(sorted(range(-160, 181, 20), key=abs))
 FURTHER = np.array([0.0, 6.0, 14.0, 26.0, 42.0, 60.0, 80.0])[:, None]
 """Where a label may stand: turned away from the wished direction (rad), and further from the anchor (pixels)."""
 BOX_COST, OUTSIDE_COST = 400.0, 400.0
-FAR, LEADER_COST, CONFUSED_COST, CROSSED_COST = 15.0, 14.0, 70.0, 60.0
+FAR, LEADER_COST, CONFUSED_COST, CROSSED_COST = 15.0, 14.0, 70.0, 120.0
 CLEARLY = 2.0
 """Pixels from which on a label gets a leader; what a leader costs, and one that is needed because something else of the
-kind is nearer, and one that crosses another label; by so many
+kind is nearer, and one that crosses another label or its leader, as a label does that lies on a leader; by so many
 pixels its own thing should be nearer."""
 BATCH = 64
 """Candidates that are compared with the lines at once."""
@@ -80,7 +80,8 @@ def place(requests: list[Request], shapes: list[Shape], width: float, height: fl
         rivals = np.concatenate([np.empty((0, 2)), *(reaches[k] for k in kinds[i] if k != i)])
         taken = np.array([box for k, box in boxes.items() if k != i]).reshape(-1, 4)
         lines = np.concatenate([ink, *(_samples([line]) for k, line in leaders.items() if k != i)])
-        boxes[i], costs[i] = _best(requests[i], _Around(lines, taken, rivals, (width, height)))
+        leads = np.array([line.points for k, line in leaders.items() if k != i]).reshape(-1, 2, 2)
+        boxes[i], costs[i] = _best(requests[i], _Around(lines, taken, rivals, leads, (width, height)))
         leaders.pop(i, None)
         if _needs_leader(boxes[i], requests[i], rivals):
             leaders[i] = _leader(boxes[i], _nearest(boxes[i], requests[i].spots))
@@ -136,11 +137,15 @@ def _candidates(request: Request) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True)
 class _Around:
-    """What a label has around it: points on lines (k x 3), labels' boxes (k x 4), other things of its kind (k x 2)."""
+    """What a label has around it: points on lines (k x 3), labels' boxes (k x 4), other things of its kind (k x 2).
+
+    `leads` are the leaders of other labels (k x 2 x 2).
+    """
 
     ink: np.ndarray
     taken: np.ndarray
     rivals: np.ndarray
+    leads: np.ndarray
     size: Pair
 
 
@@ -159,7 +164,7 @@ def _best(request: Request, around: _Around) -> tuple[Box, float]:
         over = (left < box[2] + 2) & (right > box[0] - 2) & (top < box[3] + 1) & (bottom > box[1] - 1)
         costs = costs + BOX_COST * over
     outside = (left < 4) | (top < 4) | (right > around.size[0] - 4) | (bottom > around.size[1] - 4)
-    costs = np.round(costs + OUTSIDE_COST * outside, 2)
+    costs = np.round(costs + OUTSIDE_COST * outside + CROSSED_COST * _cover(boxes, around.leads), 2)
     rivals, spots = around.rivals, np.array(request.spots)
     rivals = rivals[((rivals > low - request.far) & (rivals < high + request.far)).all(axis=1)]
     order = np.argsort(costs, kind="stable")
@@ -168,7 +173,7 @@ def _best(request: Request, around: _Around) -> tuple[Box, float]:
         some = order[start : start + BATCH]
         if costs[some[0]] > least:
             break
-        led = _leader_cost(boxes[some], spots, rivals, taken, request.far)
+        led = _leader_cost(boxes[some], spots, rivals, replace(around, taken=taken), request.far)
         totals = np.round(costs[some] + _ink_cost(boxes[some], ink) + led, 2)
         found = int(some[totals == totals.min()].min())
         if (float(totals.min()), found) < (least, best):
@@ -177,7 +182,7 @@ def _best(request: Request, around: _Around) -> tuple[Box, float]:
     return (x0, y0, x1, y1), least
 
 
-def _leader_cost(boxes: np.ndarray, spots: np.ndarray, rivals: np.ndarray, taken: np.ndarray, far: float) -> np.ndarray:
+def _leader_cost(boxes: np.ndarray, spots: np.ndarray, rivals: np.ndarray, around: _Around, far: float) -> np.ndarray:
     """Return what it costs boxes (k x 4) to need a leader (k) to the nearest of some points (m x 2)."""
     gaps = _gaps(boxes, spots)
     own = gaps.min(axis=1)
@@ -185,7 +190,8 @@ def _leader_cost(boxes: np.ndarray, spots: np.ndarray, rivals: np.ndarray, taken
     led = confused | (own > far)
     if not led.any():
         return np.zeros(len(boxes))
-    crossed = _crossed(boxes, spots[gaps.argmin(axis=1)], taken)
+    ends = spots[gaps.argmin(axis=1)]
+    crossed = _crossed(boxes, ends, around.taken) | _tangled(boxes, ends, around.leads)
     return np.asarray(led * (LEADER_COST + CONFUSED_COST * confused + CROSSED_COST * crossed))
 
 
@@ -195,6 +201,27 @@ def _crossed(boxes: np.ndarray, spots: np.ndarray, taken: np.ndarray) -> np.ndar
     shares = np.array([0.1, 0.3, 0.5, 0.7, 0.9])[:, None, None]
     points = (starts + shares * (spots - starts))[:, :, None]
     return np.asarray(((points > taken[:, :2]) & (points < taken[:, 2:])).all(axis=3).any(axis=(0, 2)))
+
+
+def _tangled(boxes: np.ndarray, spots: np.ndarray, leads: np.ndarray) -> np.ndarray:
+    """Tell whether the way from boxes (k x 4) to points (k x 2) crosses other leaders (m x 2 x 2) (k)."""
+    first, second = np.clip(spots, boxes[:, :2], boxes[:, 2:])[:, None], spots[:, None]
+    here = _side(first, second, leads[:, 0]) * _side(first, second, leads[:, 1])
+    there = _side(leads[:, 0], leads[:, 1], first) * _side(leads[:, 0], leads[:, 1], second)
+    return np.asarray(((here < 0) & (there < 0)).any(axis=1))
+
+
+def _side(start: np.ndarray, end: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """Return on which side of lines points lie: the sign says it."""
+    way, there = end - start, point - start
+    return np.asarray(np.round(way[..., 0] * there[..., 1] - way[..., 1] * there[..., 0], 3))
+
+
+def _cover(boxes: np.ndarray, leads: np.ndarray) -> np.ndarray:
+    """Tell whether boxes (k x 4) lie on leaders (m x 2 x 2) (k)."""
+    points = leads[:, None, 0] + np.linspace(0, 1, 17)[:, None] * (leads[:, 1] - leads[:, 0])[:, None]
+    points = points.reshape(-1, 2)
+    return np.asarray(((points > boxes[:, None, :2] - 1) & (points < boxes[:, None, 2:] + 1)).all(axis=2).any(axis=1))
 
 
 def _ink_cost(boxes: np.ndarray, ink: np.ndarray) -> np.ndarray:

@@ -10,12 +10,13 @@ from exercises.arm.chain import Base, Chain, Point
 from exercises.arm.kinematics import NumericChain
 
 
-def _axonometric(azimuth: float, elevation: float) -> np.ndarray:
+def axonometric(azimuth: float, elevation: float) -> np.ndarray:
+    """Return the directions right, up and towards the reader (rows) for a reader at two angles (rad)."""
     ca, sa, ce, se = np.cos(azimuth), np.sin(azimuth), np.cos(elevation), np.sin(elevation)
     return np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
 
 
-SPACE = _axonometric(np.radians(36.0), np.radians(24.0))
+SPACE = axonometric(np.radians(36.0), np.radians(24.0))
 FROM_Z = np.eye(3)
 FROM_X = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 FROM_Y = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])

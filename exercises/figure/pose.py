@@ -200,14 +200,14 @@ def scores(chain: Chain, drawn: Chain, entries: np.ndarray) -> np.ndarray:
 
 
 def _clear(chain: Chain, lines: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    return np.asarray(CLEAR[chain.n > LONG] * np.minimum(_clearance(lines, 2 if chain.n > LONG else 1) * scale / 70, 1))
+    return np.asarray(CLEAR[chain.n > LONG] * np.minimum(clearance(lines, 2 if chain.n > LONG else 1) * scale / 70, 1))
 
 
 def _looks(chain: Chain, drawn: Chain, entries: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the score of poses but for clearance (k), the lines to keep clear (k x s x 2 x 2), and the scale (k)."""
     frames, corners, path = skeletons(drawn, entries)
     view = camera(chain)
-    pieces = _segments(frames, corners, path, drawn.point.frame)
+    pieces = segments(frames, corners, path, drawn.point.frame)
     flat = pieces @ view[:2].T
     spread = np.ptp(flat.reshape(len(entries), -1, 2), axis=1)
     scale = 1.0 / np.maximum(np.max(spread / ROOM, axis=1), 1e-9)
@@ -227,7 +227,7 @@ def _looks(chain: Chain, drawn: Chain, entries: np.ndarray) -> tuple[np.ndarray,
     return np.asarray(score), _with_last_axes(flat, frames, view, scale), scale
 
 
-def _segments(frames: np.ndarray, corners: np.ndarray, path: np.ndarray, moved: int) -> np.ndarray:
+def segments(frames: np.ndarray, corners: np.ndarray, path: np.ndarray, moved: int) -> np.ndarray:
     """Return the straight pieces of all links that have a length (k x s x 2 x 3), in the arm's order."""
     chain = [frames[:, 0, :3, 3]]
     for i in range(corners.shape[1]):
@@ -239,7 +239,7 @@ def _segments(frames: np.ndarray, corners: np.ndarray, path: np.ndarray, moved: 
     return pairs[:, some] if some.any() else pairs[:, :1]
 
 
-def _clearance(flat: np.ndarray, axes: int) -> np.ndarray:
+def clearance(flat: np.ndarray, axes: int) -> np.ndarray:
     """Return the least distance of pieces that are no neighbours (and of far ends of neighbours), per pose (k).
 
     The last pieces are as many axes of the last frame, all of which are neighbours of the last link.
