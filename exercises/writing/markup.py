@@ -10,10 +10,13 @@ from collections.abc import Callable, Sequence
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
+from exercises.writing.fit import fitted, width
 from exercises.writing.mathml import mathml
 from exercises.writing.unicode_math import shown_width, unicode_math
 
 WIDTH = 100
+SCREEN, PAPER = 44.0, 38.0
+"""How wide formulas may be in HTML, for a page of 900 pixels and for A4 in print, and in LaTeX, in em (see `fit`)."""
 _FORMULA = re.compile(r"\$\$(.+?)\$\$|\$([^$]+?)\$", re.DOTALL)
 _HOLDER = re.compile("\ue000(\\d+)\ue001")
 
@@ -35,7 +38,15 @@ def to_html(text: str) -> str:
     tokens, formulas = _parsed(text)
     parser = MarkdownIt("commonmark").enable("table")
     page = parser.renderer.render(tokens, parser.options, {})
-    return _HOLDER.sub(lambda match: mathml(*formulas[int(match.group(1))]), str(page))
+
+    def formula(match: re.Match[str]) -> str:
+        latex, block = formulas[int(match.group(1))]
+        if not block:
+            return mathml(latex)
+        shown = fitted(latex, SCREEN)
+        return mathml(shown, True, min(100, int(100 * SCREEN / width(shown))))
+
+    return _HOLDER.sub(formula, str(page))
 
 
 # --- LaTeX ---
@@ -52,6 +63,8 @@ _CLOSE = {
     "heading_close": "}\n", "strong_close": "}", "em_close": "}", "softbreak": "\n", "hardbreak": r"\\" + "\n",
     "table_close": "\\bottomrule\n\\end{tabular}\n\\end{center}\n",
 }  # fmt: skip
+_SIZES = (1.0, ""), (0.91, r"\small"), (0.82, r"\footnotesize")
+"""From which part of its width on a formula fits in a size of LaTeX's."""
 _SECTIONS = {"h1": "section", "h2": "section", "h3": "subsection"}
 
 
@@ -66,7 +79,13 @@ def to_latex(text: str) -> str:
 
     def formula(match: re.Match[str]) -> str:
         latex, block = formulas[int(match.group(1))]
-        return f"\\[\n{latex}\n\\]" if block else f"${latex}$"
+        if not block:
+            return f"${latex}$"
+        shown = fitted(latex, PAPER)
+        share = PAPER / width(shown)
+        size = next((name for least, name in _SIZES if share >= least), r"\scriptsize")
+        display = f"\\[\n{shown}\n\\]"
+        return f"{{{size}\n{display}\n}}" if size else display
 
     return _HOLDER.sub(formula, _latex_of(tokens)).strip() + "\n"
 

@@ -26,8 +26,10 @@ _FUNCTION = re.compile(rf"(?:{_BEFORE})(?=<mi>(?:arc)?(?:{'|'.join(_WORDS)})</mi
 
 
 @lru_cache(maxsize=8192)
-def mathml(latex: str, block: bool = False) -> str:
+def mathml(latex: str, block: bool = False, percent: int = 100) -> str:
     r"""Return a formula as a MathML element for a browser; `block` is for one that stands on lines of its own.
+
+    `percent` is its size, for one that is too wide for a page.
 
     >>> mathml("a_{1}")
     '<math xmlns="http://www.w3.org/1998/Math/MathML" display="inline"><mrow><msub>...</msub></mrow></math>'
@@ -38,6 +40,8 @@ def mathml(latex: str, block: bool = False) -> str:
     for side, gap in (("right", "0.3em"), ("left", "1.5em")):
         style = f"text-align: {side}; padding: {over} {gap} {over} 0"
         shown = shown.replace(f' columnalign="{side}"', f' style="{style}"')
+    if percent < 100:
+        shown = shown.replace("<math ", f'<math style="font-size: {percent}%" ', 1)
     return _FUNCTION.sub('<mspace width="0.17em" />', shown)
 
 

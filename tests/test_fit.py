@@ -1,0 +1,69 @@
+"""Formulas fit the pages they stand on: broken over lines, and smaller only where that is not enough."""
+
+import re
+from collections import Counter
+
+import pytest
+
+from exercises.problem import Problem
+from exercises.writing.fit import fitted, width
+from exercises.writing.markup import PAPER, SCREEN, to_html, to_latex
+from exercises.writing.statement import prompt, worked_solution
+
+SMALLEST = 0.8
+"""The size of formulas that can't be broken enough."""
+DISPLAY = re.compile(r"\$\$(.+?)\$\$", re.DOTALL)
+SEPARATOR = r" \\ "
+ROW = r"\begin{bmatrix} " + " & ".join(["-0.1"] * 4) + r" \end{bmatrix}"
+WIDE = rf"J = {ROW}, \qquad J J^T = {ROW}"
+
+
+def formulas(problem: Problem) -> set[str]:
+    """All formulas on lines of their own in a problem with its solution."""
+    texts = [write(problem, part) for part in problem.parts for write in (prompt, worked_solution)]
+    return {" ".join(found.split()) for text in texts for found in DISPLAY.findall(text)}
+
+
+def symbols(latex: str) -> Counter[str]:
+    """The symbols with an index in a formula, and how often each is there."""
+    return Counter(re.findall(r"[A-Za-z\\]+(?:'|\{\w\})*_\{?\w+\}?", latex))
+
+
+@pytest.mark.parametrize("room", [SCREEN, PAPER])
+def test_every_formula_fits(problem: Problem, room: float) -> None:
+    for latex in formulas(problem):
+        shown = fitted(latex, room)
+        assert width(shown) <= room / SMALLEST, shown
+        assert symbols(shown) == symbols(latex)
+        assert shown == latex or width(latex) > room
+
+
+def test_what_is_beside_each_other_comes_below_each_other() -> None:
+    shown = fitted(WIDE, width(WIDE) * 0.7)
+    assert shown.count("& =") == 2 and shown.count(r"\\[6pt]") == 1 and shown.count(ROW) == 2
+    assert fitted(WIDE, width(WIDE)) == WIDE
+
+
+def test_a_wide_matrix_goes_on_with_its_other_columns() -> None:
+    rows = [["a_{1} c_{12}", "-a_{1} s_{12}", "0.25 c_{1}"], ["a_{1} s_{12}", "a_{1} c_{12}", "0.25 s_{1}"]]
+    matrix = rf"R = \begin{{bmatrix}} {SEPARATOR.join(map(' & '.join, rows))} \end{{bmatrix}}"
+    found = [
+        [row.split(" & ") for row in inside.split(SEPARATOR)]
+        for inside in re.findall(r"\\begin\{bmatrix\} (.*?) \\end\{bmatrix\}", fitted(matrix, 11.0))
+    ]
+    assert len(found) > 1 and r"\cdots" not in (found[0][0][0], found[-1][0][-1])
+    assert all(part[0][-1] == r"\cdots" for part in found[:-1]) and all(part[0][0] == r"\cdots" for part in found[1:])
+    together = [[entry for part in found for entry in part[row] if entry != r"\cdots"] for row in (0, 1)]
+    assert together == rows
+
+
+def test_a_wide_fraction_becomes_a_factor() -> None:
+    shown = fitted(r"x = -\frac{a_{1} c_{1} + a_{2} c_{2} - a_{3} c_{3}}{s_{2}}", 8.0)
+    assert r"= -\frac{1}{s_{2}} (a_{1} c_{1}" in shown and shown.index("a_{3} c_{3})") > shown.index(r"\\")
+
+
+def test_what_cannot_be_broken_is_smaller() -> None:
+    long = "$$x = " + "".join(["abcdefgh"] * 12) + "$$"
+    assert re.search(r'<math style="font-size: \d\d%"', to_html(long))
+    assert r"\scriptsize" in to_latex(long) or r"\footnotesize" in to_latex(long)
+    assert "font-size" not in to_html("$$x = a$$") and "size" not in to_latex("$$x = a$$")
