@@ -51,6 +51,14 @@ POSITIONS = [
     "lambda theta1, theta2: a1*cos(theta1)+a2*cos(theta1+theta2)",
     "lambda q: a1*cos(q[0])+a2*cos(q[0]+q[1])",
     "a1*cos(q(1))+a2*cos(q(1)+q(2))",
+    "a1*cos(Theta1)+A2*COS(THETA1+Theta_2)",
+    "a1*cos(theta1)+a2*cos(theta1+theta2) [m]",
+    "sp.simplify(a1*cos(theta1)+a2*cos(theta1+theta2))",
+    "det(J) = a1*c1+a2*c12",
+    "det J = a1*c1+a2*c12",
+    "|J| = a1*c1+a2*c12",
+    r"$\det(J) = a_1 c_1 + a_2 c_{12}$",
+    r"\left|J\right| = a_1 c_1 + a_2 c_{12}",
 ]
 
 
@@ -62,11 +70,14 @@ def test_a_position_in_any_writing(text: str) -> None:
 
 WRITINGS = {
     "qd1": ["Derivative(theta1(t), t)", "diff(theta1,t)", "theta1.diff(t)", r"\dot{\theta}_1", r"\dot\theta_1",
+            r"\dot{\theta_1}", r"\dot{\theta_{1}}",
             "thetadot1", "theta1(t).diff(t)", "theta1.diff()", "q[0].diff(t)", "dq[0]", "qd(1)", "dθ1/dt",
             "dtheta1/dt", "(dtheta1/dt)", "q1'", "theta1(t)'", r"\frac{d\theta_1}{dt}",
             r"\frac{\mathrm{d}\theta_{1}}{\mathrm{d}t}", r"\frac{d}{dt}\theta_1", "theta1_dot", "dtheta1",
             "theta_dot_1", "θ̇1", "q̇1", "qdot1", "dq1", "qd_1", r"\dot{q}_{1}", "thetad1"],
     "3/10": ["0.3 m", "30 cm", "300 mm", "0.3 rad/s", "0,3", ".3"],
+    "sqrt(3)*a1/2": ["√3/2 a1", "sqrt3/2*a1", "a1 sin(60 deg)", "a1 cos(30.0 degrees)", "√(3) a1/2",
+                     r"\frac{\sqrt3}{2}a_1"],
     "pi/6": ["30 deg", "30°", "30 degrees", r"\frac{\pi}{6}", "π/6", "radians(30)", "np.pi/6"],
     "sin(alpha1)": ["sin(alpha_1)", "sinα1", r"\sin\alpha_1", "sin α_1"],
     "vx": ["v_x", "v_{x}"],
@@ -76,7 +87,7 @@ WRITINGS = {
     "sin(theta1)^2": ["sin^2 theta1", "sin²θ1", r"\sin^2\theta_1", r"\sin^{2}{\left(\theta_{1} \right)}",
                       "s1^2", "s1**2"],
     "sin(theta1)*cos(theta2)": ["sin theta1 cos theta2", "s1c2", r"\sin\theta_1\cos\theta_2", "sinθ1cosθ2"],
-    "sqrt(a1)": ["√(a1)", r"\sqrt{a_1}", "a1^(1/2)"],
+    "sqrt(a1)": ["√(a1)", "√a1", "√ a_1", r"\sqrt{a_1}", "a1^(1/2)"],
     "a1^(1/3)": [r"\sqrt[3]{a_1}"],
     "cos(theta1) + I*sin(theta1)": ["e^(i*theta1)", "exp(j*theta1)", r"e^{i\theta_1}"],
     "1/sin(theta1)": ["sin(theta1)**-1", "sin(theta1)^{-1}", "csc(theta1)"],
@@ -115,6 +126,9 @@ REFUSED = [
     ("sin theta1/2", "expected '(' after sin"),
     ("sin theta1^2", "expected '(' after sin"),
     ("sin", "expected '(' after sin"),
+    ("1 000*a1", "two numbers stand side by side"),
+    ("1.2.3", "two numbers stand side by side"),
+    ("sin 2 3", "two numbers stand side by side"),
     ("C(theta1)", "the function 'C' is not understood"),
     (r"\foo{a1}", "not understood"),
     (r"\frac{a1}", ""),

@@ -22,6 +22,7 @@ MAX_DIAGONAL = 20
 CONTAINERS = {
     "Matrix", "Union", "ImageSet",
     "diag", "MutableDenseMatrix", "ImmutableDenseMatrix", "ImmutableMatrix", "array", "FiniteSet",
+    "simplify", "trigsimp", "expand", "expand_trig", "factor", "cancel", "together", "radsimp",
     "Eq", "Equality", "Or", "And", "Rational", "Integer", "Float", "Pow", "list", "set", "tuple", "Tuple",
 }  # fmt: skip
 
@@ -160,6 +161,8 @@ class _Parser:
                 node = Node("*", (node, self.signed_power()))
             elif self.take("/"):
                 node = Node("/", (node, self.signed_power()))
+            elif self.tokens[self.at][0] == self.tokens[self.at - 1][0] == "number":
+                raise self.fail("two numbers stand side by side,")  # 1 000, 1.2.3: no product is meant
             elif self.starts_factor():
                 node = Node("*", (node, self.power()))
             else:
@@ -318,7 +321,7 @@ class _Parser:
     def bare_argument(self, name: str) -> Node:
         """Read what a function without brackets is of: numbers and one name, as in sin 2 theta1."""
         factors = []
-        while self.tokens[self.at][0] == "number":
+        if self.tokens[self.at][0] == "number":
             factors.append(_number(self.peek()))
             self.at += 1
         if self.tokens[self.at][0] == "name" and self.peek() not in ("in", "and", "or"):

@@ -54,6 +54,7 @@ def pieces_of(raw: str, known: frozenset[str]) -> tuple[Piece, ...]:
     ['name', 'cos']
     """
     name = plain_name(raw)
+    name = name if name in known or name.lower() not in known else name.lower()
     if name in known:
         return (Piece("name", (name,)),)
     function = FUNCTIONS.get(name) or FUNCTIONS.get(name.lower())

@@ -21,6 +21,15 @@ _LAST = 30
 """So near to the end of a text a unit begins: a search from its start would take long where there is much space."""
 _UNIT_AT_END = re.compile(rf"(?<=[\w)\]}}])(?:\s*\*\s*|\s+)({'|'.join(sorted(_UNITS, key=len, reverse=True))})$")
 
+_HABITS = (
+    (re.compile(r"\A(\s{0,9}\${0,2}) ?(?:\\?det ?[({]? ?J ?[)}]?|(?:\\left)?\|J(?:\\right)?\|) ?=(?!=)"), r"\1"),
+    (re.compile(r"(?<=[\w)\]}])\s?\[(?:m|rad|m/s|rad/s)\]\s*$"), ""),
+    (re.compile(r"(?<![\w.])(\d{1,9}(?:\.\d{1,12})?) ?deg(?:rees?)?\b"), r"(\1*pi/180)"),
+    (re.compile(r"(?:√ ?|(?<![A-Za-z_\\])sqrt)(\d{1,9}(?:\.\d{1,12})?)(?![\d.])"), r"sqrt(\1)"),
+    (re.compile(r"√ ?([^\W\d]\w{0,20})\b"), r"sqrt(\1)"),
+)
+"""What goes before the result, a unit in brackets behind it, degrees inside, the root of what its sign stands before."""
+
 
 def plain(text: str, known: AbstractSet[str]) -> str:
     r"""Return an answer in plain text; the names that are `known` are never taken for units.
@@ -32,6 +41,8 @@ def plain(text: str, known: AbstractSet[str]) -> str:
     """
     if len(text) > _LONG:
         text = _SYMBOLS_IN_A_ROW.sub(lambda row: _counted(row.group(), known), text)
+    for pattern, meant in _HABITS:
+        text = pattern.sub(meant, text)
     latex = any(mark in text for mark in ("\\", "_{", "^{")) and len(text) <= _LONGEST_LATEX
     if text.isascii() and not (latex or text[-1:] in ".;\n$" or text[-1:].isalpha()):
         return _of_joints(text)
@@ -192,9 +203,9 @@ class _Latex:
             return f"(({self.argument()})/({self.argument()}))"
         if name == "sqrt":
             return self.root()
-        if name in ("dot", "ddot"):
-            self.argument()  # the rate of whichever joint variable has the index that follows
-            return " qd" if name == "dot" else " qdd"
+        if name in ("dot", "ddot"):  # the rate of whichever joint variable has the index inside, or that follows
+            index = re.search(r"\d*$", self.argument().strip(" ()"))
+            return f" {'qd' if name == 'dot' else 'qdd'}{index.group() if index else ''}"
         if name == "begin":
             return self.matrix()
         return _WORDS.get(name, f" {name} " if name in FUNCTIONS else f" {name}")
