@@ -17,6 +17,7 @@ from exercises.questions import QUESTIONS
 from exercises.render import template_folder
 from exercises.show import FORMATS, problem_json, show
 from exercises.writing.answer_code import answer_code
+from exercises.writing.latex import tex
 from exercises.writing.markup import to_html, to_latex, to_text
 from exercises.writing.statement import prompt, statement, worked_solution
 from exercises.writing.worked import Worked
@@ -199,3 +200,12 @@ def test_markdown_subset() -> None:
     assert r"\subsection" not in to_latex(text) and r"\section*{A $x_{1}$}" in to_latex(text)
     assert r"\texttt{code\_1}" in to_latex(text) and r"$1$ & 2 \\" in to_latex(text)
     assert "• one\n  • two" in to_text(text) and "A x₁" in to_text(text)
+
+
+def test_conditions_are_listed_with_the_signs_that_they_have_in_the_determinant(family: str, drawn: Draw) -> None:
+    chain = drawn(family, 0).chain
+    steps = Worked(chain)
+    if steps.d.is_square:
+        determinant = tex(steps.d.determinant, chain)
+        sums = [condition for found in steps.found for condition in found.conditions if condition.is_Add]
+        assert not [each for each in sums if f"({tex(-each, chain)})" in determinant]

@@ -28,7 +28,7 @@ _HABITS = (
     (re.compile(r"(?:√ ?|(?<![A-Za-z_\\])sqrt)(\d{1,9}(?:\.\d{1,12})?)(?![\d.])"), r"sqrt(\1)"),
     (re.compile(r"√ ?([^\W\d]\w{0,20})\b"), r"sqrt(\1)"),
 )
-"""What goes before the result, a unit in brackets behind it, degrees inside, the root of what its sign stands before."""
+"""What stands before the result, a unit in brackets behind it, degrees inside it, roots by their sign."""
 
 
 def plain(text: str, known: AbstractSet[str]) -> str:

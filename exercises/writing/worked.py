@@ -21,7 +21,7 @@ from exercises.problem import Part
 from exercises.questions.inversion import Situation, jacobian_at
 from exercises.questions.singular import Place
 from exercises.questions.wrist import block_determinants, not_partitioned
-from exercises.writing.latex import AngleNames, angle_names, joint_sum
+from exercises.writing.latex import AngleNames, angle_names, joint_sum, tex
 from exercises.writing.wording import join
 
 
@@ -257,9 +257,16 @@ class Worked:
         return [self._classified(component) for component in singular_set(self.chain) or ()]
 
     def _classified(self, component: Component) -> Found:
-        conditions = tuple(without_factor(condition) for condition in component.conditions)
+        conditions = tuple(map(self._as_shown, component.conditions))
         kind = _kind(self.chain, component)
         return Found(conditions, component.solutions, kind, self._cases(component, kind))
+
+    def _as_shown(self, condition: sp.Expr) -> sp.Expr:
+        """Return a condition without numbers before it, and a sum with the signs that it has in det J, as shown."""
+        plain = without_factor(condition)
+        if not plain.is_Add or not self.d.is_square:
+            return plain
+        return -plain if f"({tex(-plain, self.chain)})" in tex(self.d.determinant, self.chain) else plain
 
     def _cases(self, component: Component, kind: Kind) -> tuple[tuple[sp.Symbol, sp.Expr, Kind], ...]:
         if component.solutions is None or len(component.solutions) != 1 or " or " not in kind.meaning:
@@ -290,7 +297,7 @@ class Worked:
                 place.joints[q] in values for q, values in component.solutions
             ):
                 here = replace(component, solutions=tuple((q, (place.joints[q],)) for q, _ in component.solutions))
-                conditions = tuple(without_factor(condition) for condition in component.conditions)
+                conditions = tuple(map(self._as_shown, component.conditions))
                 return Found(conditions, component.solutions, _kind(self.chain, here))
         return None
 
