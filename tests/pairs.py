@@ -11,6 +11,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
@@ -292,8 +293,21 @@ def references(seeds: Iterator[int]) -> Iterator[tuple[str, Node, Domain]]:
                         yield f"{family}/{seed} {part.name}[{index}]", read(text, domain.roles), domain
 
 
-def verdicts(count: int) -> Iterator[tuple[str, str, bool, bool, str]]:
-    """Pairs with what is due and what the grader says: source, kind, due, verdict, text of the answer."""
+@dataclass(frozen=True)
+class Pair:
+    """An answer that was made of a reference: where that is from, how, whether it is right, both texts, the seed."""
+
+    source: str
+    kind: str
+    due: bool
+    answer: str
+    reference: str
+    domain: Domain
+    seed: str
+
+
+def pairs(count: int) -> Iterator[Pair]:
+    """Pairs of a reference and an answer, of which it is known whether they are the same function."""
     made = 0
     for source, reference, domain in references(iter(range(10**9))):
         text = node_text(reference)
@@ -311,9 +325,15 @@ def verdicts(count: int) -> Iterator[tuple[str, str, bool, bool, str]]:
             if other is None or (not right and not other):
                 continue  # doubles do not show that it is another function: by 1e-14, or undefined everywhere
             made += 1
-            answer = node_text(tree)
-            judged = judge_expression(answer, text, domain, f"pairs/{source}/{k}")
-            yield source, "rewritten" if right else "changed", not other, judged.outcome is Outcome.CORRECT, answer
+            kind, seed = "rewritten" if right else "changed", f"pairs/{source}/{k}"
+            yield Pair(source, kind, not other, node_text(tree), text, domain, seed)
+
+
+def verdicts(count: int) -> Iterator[tuple[str, str, bool, bool, str]]:
+    """Pairs with what is due and what the grader says: source, kind, due, verdict, text of the answer."""
+    for pair in pairs(count):
+        judged = judge_expression(pair.answer, pair.reference, pair.domain, pair.seed)
+        yield pair.source, pair.kind, pair.due, judged.outcome is Outcome.CORRECT, pair.answer
 
 
 def main() -> int:
