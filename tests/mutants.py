@@ -27,8 +27,6 @@ from pathlib import Path
 from types import CodeType, ModuleType
 from typing import Any
 
-os.environ["OPENBLAS_NUM_THREADS"] = "1"  # one thread may fork
-
 import pytest
 
 ROOT = Path(__file__).parent.parent
@@ -255,6 +253,11 @@ def full_name(module: str) -> str:
     return f"grader.{module}" if module == "judge" else f"exercises.formula.{module}"
 
 
+def path_of(module: str) -> str:
+    """The file of one of MODULES."""
+    return full_name(module).replace(".", "/") + ".py"
+
+
 def run(module: str, mutant: CodeType | None, known: Prepared, seconds: int) -> int:
     """Start a process for a mutant, which may take some seconds of processor time; return its id."""
     if child := os.fork():
@@ -301,9 +304,10 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=1)
     options = parser.parse_args()
     low, high = map(int, options.lines.split("-"))
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # one thread may fork
     known = prepared()
     for module in options.module or MODULES:
-        path = ROOT / (full_name(module).replace(".", "/") + ".py")
+        path = ROOT / path_of(module)
         found = [one for one in mutants(path.read_text(encoding="utf-8"), str(path)) if low <= one.line <= high]
         start = time.perf_counter()
         _, status, used = os.wait4(run(module, None, known, 600), 0)

@@ -1,7 +1,7 @@
 """Exact comparison: what it decides, and that its bound holds where the sample space is small enough to see it fail."""
 
 from fractions import Fraction
-from math import gcd, log2
+from math import gcd, inf, log2
 
 import pytest
 import sympy as sp
@@ -198,3 +198,41 @@ def test_the_number_of_primes_is_not_overstated() -> None:
     least = (high - low) / 384 - sum(x / (160 * sp.log(x)) for x in (low, high))
     assert least / sp.log(high) >= PRIMES
     assert sp.totient(ORDER) == 384
+
+
+SIZES = [
+    ("a1", 1, 0, 0, 0), ("0", 0, -inf, 0, 0), ("I", 0, 0, 0, 0), ("a1^0", 0, 0, 0, 0),
+    ("6*a1/5", 1, log2(6), 0, log2(5)), ("-a1/7", 1, 0, 0, log2(7)), ("a1*a2/(3*a3)", 2, 0, 1, log2(3)),
+    ("a1 + a1 + a1", 1, log2(3), 0, 0), ("1/3 - a1/7 - a1/7", 1, log2(7) + 1, 0, log2(21)),
+    ("1/a1 + 1/a2", 2, 1, 2, 0), ("a1/(a1 + 1) + a2^2/a3", 3, 2, 2, 1), ("a1^3 + a2/8", 3, 3 + 2**-2, 0, 3),
+    ("(2/3*a1)^3", 3, 3, 0, 3 * log2(3)), ("(2/3*a1)^-3", 0, 3 * log2(3), 3, 3),
+    ("sin(theta1)", 16, 1, 8, 1), ("cos(theta1 + 2*theta2)", 48, 1, 24, 1), ("tan(theta1/2)", 8, 1, 8, 1),
+    ("cot(theta1)", 16, 1, 16, 1), ("sec(theta1)", 8, 1, 16, 1), ("csc(-theta1)", 8, 1, 16, 1),
+    ("exp(I*theta1)", 8, 0, 8, 0), ("sqrt(8/9)", 0, 1 + 3, 0, log2(3)), ("sqrt(6)", 0, 6, 0, 0),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "degree", "height", "degree_below", "height_below"), SIZES)
+def test_sizes_are_those_of_the_text_as_it_is_written(
+    text: str, degree: float, height: float, degree_below: float, height_below: float
+) -> None:
+    """A sine is (w^16 - 1) / (2 i w^8); a root of 2, 3 or 5 counts 3 bits, for at most eight powers of the root."""
+    program = compile_program(compile_tape([read(text)]), {})
+    assert program.sizes[program.outputs[0]] == pytest.approx((degree, height, degree_below, height_below), abs=1e-12)
+
+
+def test_the_logarithm_of_a_sum_is_rounded_up_a_little() -> None:
+    for x in (0.0, 0.5, 1.0, 3.0, 59.0):
+        for y in (0.0, 0.25, 1.0, 2.0, 3.5):
+            assert log2(2**x + 2**y) <= exact._log_sum(x, y) == exact._log_sum(y, x) <= log2(2**x + 2**y) + 0.5
+    assert exact._log_sum(-inf, 4.0) == exact._log_sum(4.0, -inf) == 4.0
+    assert exact._log_sum(7.0, 6.0) == exact._log_sum(7.0, 6.5) == 8.0
+    assert exact._log_sum(9.0, 6.0) == 9.25
+
+
+def test_the_chance_is_what_degree_and_height_make_it() -> None:
+    """5 of 2^10 points, and 7.5 bits in primes of 10 bits, of which there are 100."""
+    assert chance((3, 4, 0, 2), (1, 5, 2, 1), 10, 100) == pytest.approx(5 / 2**10 + 7.5 / 10 / 100)
+    assert chance((0, 4, 2, 1), (3, 5, 0, 2), 10, 100) == pytest.approx(5 / 2**10 + 7 / 10 / 100)
+    assert chance((0, -inf, 0, 0), (0, -inf, 0, 0)) == 0
+    assert chance((2.0**90, 0, 0, 0), (0, 0, 0, 0)) == 1
