@@ -1,15 +1,16 @@
 """Exact comparison: what it decides, and that its bound holds where the sample space is small enough to see it fail."""
 
 from fractions import Fraction
+from itertools import count
 from math import gcd, inf, log2
 
 import pytest
 import sympy as sp
 
-from exercises.formula import exact
+from exercises.formula import exact, field
 from exercises.formula.exact import Exact, chance, compile_program
 from exercises.formula.expression import read
-from exercises.formula.field import BITS, ORDER, PRIMES, Field, draw_field, is_prime
+from exercises.formula.field import ANSWERS, BITS, ORDER, PRIMES, Field, SharedField, below, draw_field, is_prime
 from exercises.formula.tape import compile_tape
 from exercises.stream import Stream
 
@@ -104,6 +105,45 @@ def test_primes_are_told_from_others() -> None:
     assert [n for n in range(3000) if is_prime(n)] == list(sp.primerange(3000))
     strong = [3215031751, 3474749660383, 341550071728321, 3825123056546413051, 318665857834031151167461]
     assert not any(is_prime(n) for n in strong)  # composites that pass the first witnesses
+
+
+@pytest.mark.parametrize("highest", [False, True])
+def test_primes_are_drawn_from_both_ends_of_their_range(highest: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With numbers that are counted up from the lowest, or down from the highest, instead of random ones."""
+    drawn = count()
+    monkeypatch.setattr(field, "below", lambda _, limit: limit - 1 - next(drawn) if highest else next(drawn))
+    found = draw_field(Stream("none"))
+    first = 2**BITS // ORDER * ORDER + ORDER + 1
+    candidates = range(2 ** (BITS + 1) // ORDER * ORDER + 1, 0, -ORDER) if highest else range(first, 2**82, ORDER)
+    assert found.prime == next(n for n in candidates if sp.isprime(n))
+    assert len({found.power(k) for k in range(ORDER)}) == ORDER
+
+
+def test_a_root_of_unity_is_no_zero(monkeypatch: pytest.MonkeyPatch) -> None:
+    left, drawn = [1440 * 7 - 1, 0, 1], count(2)
+    monkeypatch.setattr(field, "below", lambda _, limit: min(left.pop(), limit - 1) if left else next(drawn))
+    root = field._root(SMALL[-1], Stream("none"))
+    assert pow(root, ORDER, SMALL[-1]) == 1
+    assert all(pow(root, ORDER // q, SMALL[-1]) != 1 for q in (2, 3, 5))
+
+
+def test_a_long_number_is_drawn_from_two_short_ones() -> None:
+    class Two(Stream):
+        def below(self, limit: int) -> int:
+            assert limit == 2**63
+            return drawn.pop(0)
+
+    drawn = [5, 7, 5, 7]
+    assert below(Two("none"), 2**126) == 5 * 2**63 + 7
+    assert below(Two("none"), 1000) == (5 * 2**63 + 7) % 1000
+
+
+def test_a_field_is_shared_by_so_many_comparisons_and_then_another_is_drawn() -> None:
+    shared = SharedField()
+    found = [shared.get() for _ in range(2 * ANSWERS + 1)]
+    assert [k for k, one in enumerate(found) if one is not found[k - 1]] == [0, ANSWERS, 2 * ANSWERS]
+    assert len({one.prime for one in found}) == 3
+    assert SharedField().get() != SharedField().get()
 
 
 # --- the bound ---
@@ -201,7 +241,7 @@ def test_the_number_of_primes_is_not_overstated() -> None:
 
 
 SIZES = [
-    ("a1", 1, 0, 0, 0), ("0", 0, -inf, 0, 0), ("I", 0, 0, 0, 0), ("a1^0", 0, 0, 0, 0),
+    ("a1", 1, 0, 0, 0), ("0", 0, -inf, 0, 0), ("I", 0, 0, 0, 0), ("a1^0", 0, 0, 0, 0), ("a1^-1", 0, 0, 1, 0),
     ("6*a1/5", 1, log2(6), 0, log2(5)), ("-a1/7", 1, 0, 0, log2(7)), ("a1*a2/(3*a3)", 2, 0, 1, log2(3)),
     ("a1 + a1 + a1", 1, log2(3), 0, 0), ("1/3 - a1/7 - a1/7", 1, log2(7) + 1, 0, log2(21)),
     ("1/a1 + 1/a2", 2, 1, 2, 0), ("a1/(a1 + 1) + a2^2/a3", 3, 2, 2, 1), ("a1^3 + a2/8", 3, 3 + 2**-2, 0, 3),
