@@ -161,8 +161,8 @@ def _wave_op(op: str, angle: tuple[Angle, bool] | None) -> tuple[Op, Size] | Non
     return (op, (), wave), size or (2 * degree, 1.0, 2 * degree, 1.0)
 
 
-_ROOTS = {1: ((1, 0),), 2: ((1, 180), (1, -180)), 3: ((1, 120), (1, -120)), 5: ((1, 0), (2, 288), (2, -288))}
-"""Square roots of 1, 2, 3 and 5 as sums of multiples of powers of the root of unity."""
+_ROOTS = {2: ((1, 180), (1, -180)), 3: ((1, 120), (1, -120)), 5: ((1, 0), (2, 288), (2, -288))}
+"""Square roots of 2, 3 and 5 as sums of multiples of powers of the root of unity."""
 
 
 def _root_op(angle: tuple[Angle, bool] | None) -> tuple[Op, Size] | None:
