@@ -226,6 +226,30 @@ def test_one_point_is_enough_up_to_the_bound_that_is_wanted() -> None:
         found = compared(f"(((a1 + a2)^1000)^1000)^{power}", f"(((a2 + a1)^1000)^1000)^{power}")
         assert (found.equal, found.points) == (True, points)
         assert found.bound < 1e-15
+        assert points == 2 or found.bound == pytest.approx(3e6 / 80 / PRIMES, rel=1e-4)
+
+
+def test_every_point_but_the_first_has_a_field_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[Field] = []
+
+    def recorded(stream: Stream) -> Field:
+        drawn.append(draw_field(stream))
+        return drawn[-1]
+
+    monkeypatch.setattr(exact, "draw_field", recorded)
+    high = "((((({})^1000)^1000)^1000)^1000)^200"
+    found = compared(high.format("a1 + a2"), high.format("a2 + a1"))
+    assert found.points == 3
+    assert len({field.prime for field in drawn}) == 2
+
+
+@pytest.mark.usefixtures("one_point")
+def test_a_point_at_which_an_answer_is_undefined_does_not_make_it_wrong() -> None:
+    """Numerator and denominator have 300 zeros in common, which a point of a small field meets often."""
+    factors = "*".join(f"(a1 - {k})" for k in range(1, 301))
+    theirs, ours = compile_tape([read(f"a1*{factors}/({factors})")]), compile_tape([read("a1")])
+    found = [exact.compare(theirs, ours, {}, f"trial/{k}", small_field)[0] for k in range(300)]
+    assert {one.equal for one in found} == {True}
 
 
 def test_a_degree_beyond_all_bounds_is_not_decided() -> None:
