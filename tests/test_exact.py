@@ -8,6 +8,7 @@ import pytest
 import sympy as sp
 
 from exercises.formula import exact, field
+from exercises.formula.angles import MOST_BITS, Angles
 from exercises.formula.exact import Exact, chance, compile_program
 from exercises.formula.expression import read
 from exercises.formula.field import ANSWERS, BITS, ORDER, PRIMES, Field, SharedField, below, draw_field, is_prime
@@ -40,6 +41,11 @@ SAME = [
     ("sqrt(-1/4)*a1", "I*a1/2"),
     ("a1^-1", "1/a1"),
     ("(a1 - a1)^0", "1"),
+    ("exp(I*theta1/2)^2", "cos(theta1) + I*sin(theta1)"),
+    ("exp(I*theta1 + I*theta2)", "exp(I*theta1)*exp(theta2*I)"),
+    ("exp(I*(theta1 - pi/2))", "sin(theta1) - I*cos(theta1)"),
+    ("sin(I*I*theta1)", "-sin(theta1)"),
+    ("cos(I*theta1*I + theta2)", "cos(theta1 - theta2)"),
 ]
 
 
@@ -81,6 +87,19 @@ UNDECIDED = [
     "E",
     "a1^a2",
     "cos(theta1/3)",
+    "sin(theta1/0)",
+    "sin(theta1/I)",
+    "exp(theta1/I)",
+    "exp(I*theta1 + theta2)",
+    "sin(theta1 + I*theta2)",
+    "sin(I*theta1 + theta2)",
+    "sin(I*theta1 + I*theta2)",
+    "cos(-I*theta1)",
+    "exp(-theta1)",
+    "exp(I*I*theta1)",
+    "cos(theta1/theta2)",
+    "cos(pi/1441)",
+    "sin(theta1 + 1)",
 ]
 
 
@@ -88,6 +107,16 @@ UNDECIDED = [
 def test_what_is_no_rational_function_as_it_is_written_is_not_decided(text: str) -> None:
     assert compared(text, "a1").equal is None
     assert compared("a1", text).equal is None
+
+
+@pytest.mark.parametrize("text", ["x*theta1", "theta1/x", "theta1*x/2 + theta1*x/2"])
+def test_an_angle_with_factors_of_too_many_digits_is_none(text: str) -> None:
+    """A limit of memory: a factor of 10,000 bits is taken, one more is not."""
+    tape = compile_tape([read(text)])
+    for factor, taken in ((2**MOST_BITS - 1, True), (2**MOST_BITS + 1, False)):
+        steps = [("number", (), Fraction(factor)) if step[2] == "x" else step for step in tape.steps]
+        assert (Angles(steps).at(tape.outputs[0]) is not None) is taken
+    assert MOST_BITS == 10_000
 
 
 def test_a_name_that_stands_for_a_number_is_that_number() -> None:
