@@ -1,16 +1,28 @@
 """Comparing formulas: the verdicts of tests/data/corpus.jsonl, and what fools simpler checkers."""
 
 import json
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from exercises.errors import QdotError
 from exercises.formula import identity
 from exercises.formula.expression import read
-from exercises.formula.identity import Comparison, Domain, compare_entries, default_role, missed
+from exercises.formula.identity import (
+    READABLE,
+    Comparison,
+    Domain,
+    Rounding,
+    allowed_for_decimals,
+    compare_entries,
+    default_role,
+    missed,
+)
 from exercises.formula.trees import names
+from exercises.stream import Stream
 from grader.compare import compare_line
 
 CASES = [
@@ -141,3 +153,63 @@ def test_no_answer_stalls_the_comparison() -> None:
     """A long answer with branches whose terms all but cancel: every point would want many digits."""
     waves = "".join(f"{sign}1e9*cos({k}*theta1)*sqrt(a1)" for sign in ("+", "-1.0*") for k in range(2, 4000))
     compare("a1*cos(theta1)" + waves, "a1*cos(theta1)")
+
+
+def test_points_are_drawn_from_all_that_a_symbol_may_be() -> None:
+    domain = Domain({"theta1": "angle", "a1": "length", "d2": "signed", "a2": 0.35})
+    drawn = domain.sample({"theta1", "a1", "d2", "a2", "x"}, 4000, Stream("points"))
+    low_high = {name: (values[READABLE:].min(), values[READABLE:].max()) for name, values in drawn.items()}
+    assert low_high["theta1"] == pytest.approx((-np.pi, np.pi), abs=0.02)
+    assert low_high["a1"] == (pytest.approx(0.05, rel=0.02), pytest.approx(40, rel=0.02))
+    assert np.median(drawn["a1"]) == pytest.approx((0.05 * 40) ** 0.5, rel=0.2)
+    assert low_high["a2"] == (0.35, 0.35)
+    for name in ("d2", "x"):  # a name that no one knows is a signed number
+        assert low_high[name] == pytest.approx((-2, 2), abs=0.02)
+        assert np.abs(drawn[name]).min() == pytest.approx(0.2, abs=0.02)
+        assert np.mean(drawn[name] > 0) == pytest.approx(0.5, abs=0.05)
+    for name in ("theta1", "a1", "d2"):
+        assert all(round(value, 2) == value for value in drawn[name][:READABLE])
+    assert all(0.2 <= value <= 1.5 for value in drawn["a1"][:READABLE])
+    assert not all(round(value, 2) == value for value in drawn["a1"][READABLE : READABLE + 5])
+
+
+def test_given_numbers_are_fractions_where_they_can_be() -> None:
+    domain = Domain({"a1": Fraction(1, 3), "a2": 0.35, "a3": 2**0.5, "a4": "length", "d1": -0.25})
+    assert domain.given() == {"a1": Fraction(1, 3), "a2": Fraction(7, 20), "a3": None, "d1": Fraction(-1, 4)}
+
+
+@pytest.mark.parametrize(
+    ("text", "allowed"),
+    [
+        ("0.3333333333333*a1", 0.0), ("0.33333333333333*a1", 5e-16), ("0.333333333333333*a1", 5e-16),
+        ("0.3333333333333333*a1 + 0.5", 1e-12), ("a1/3", 0.0), ("1.5*a1", 0.0),
+    ],
+)  # fmt: skip
+def test_only_decimals_as_long_as_doubles_may_be_off(text: str, allowed: float) -> None:
+    assert allowed_for_decimals(read(text)) == allowed
+
+
+@pytest.mark.parametrize("given", [Fraction(1, 3), 0.375])
+def test_a_given_fraction_is_exact_and_a_given_root_is_a_double(given: float | Fraction) -> None:
+    def right(student: str, **roles: float | Fraction) -> bool:
+        return compare_entries(
+            [read(student)], [read("a1*cos(theta1)")], Domain({"theta1": "angle", **roles}), "s"
+        ).equal[0]
+
+    assert right("a1*cos(theta1)", a1=given)
+    assert not right("a1*cos(theta1)*(1 + 10^-13)", a1=given)
+    assert right("a1*cos(theta1)*(1 + 10^-13)", a1=2**0.5)
+    assert not right("a1*cos(theta1)*(1 + 10^-11)", a1=2**0.5)
+
+
+@pytest.mark.parametrize(
+    ("rounding", "off", "due"),
+    [
+        (Rounding(0.005), "1.004", True), (Rounding(0.005), "1.006", False), (None, "1.004", False),
+        (Rounding(0.0, 0.01), "1 + 0.009/a1", True),
+        (Rounding(0.0, 0.01), "1 + 0.011/a1", False),
+    ],
+)  # fmt: skip
+def test_an_assignment_may_allow_a_part_or_an_amount(rounding: Rounding | None, off: str, due: bool) -> None:
+    found = compare_entries([read(f"a1*({off})")], [read("a1")], Domain({"a1": "length"}), "seed", rounding)
+    assert found.equal == (due,)
