@@ -119,6 +119,13 @@ def test_an_angle_with_factors_of_too_many_digits_is_none(text: str) -> None:
     assert MOST_BITS == 10_000
 
 
+def test_a_sum_of_angles_with_too_many_digits_is_none() -> None:
+    tape = compile_tape([read("x*theta1 + theta1 - x*theta2")])
+    for factor, taken in ((2**MOST_BITS - 2, True), (2**MOST_BITS - 1, False)):
+        steps = [("number", (), Fraction(factor)) if step[2] == "x" else step for step in tape.steps]
+        assert (Angles(steps).at(tape.outputs[0]) is not None) is taken
+
+
 def test_a_name_that_stands_for_a_number_is_that_number() -> None:
     assert compared("a1*cos(theta1)", "7*cos(theta1)/20", a1=Fraction(7, 20)).equal is True
     assert compared("a1*cos(theta1)", "cos(theta1)/3", a1=Fraction(7, 20)).equal is False
