@@ -198,6 +198,7 @@ def test_a_given_fraction_is_exact_and_a_given_root_is_a_double(given: float | F
 
     assert right("a1*cos(theta1)", a1=given)
     assert not right("a1*cos(theta1)*(1 + 10^-13)", a1=given)
+    assert not right("a1*cos(theta1)*(1 + 10^-13)", a1=given, a2=2**0.5)  # a double that the answer does not use
     assert right("a1*cos(theta1)*(1 + 10^-13)", a1=2**0.5)
     assert not right("a1*cos(theta1)*(1 + 10^-11)", a1=2**0.5)
 
@@ -213,3 +214,12 @@ def test_a_given_fraction_is_exact_and_a_given_root_is_a_double(given: float | F
 def test_an_assignment_may_allow_a_part_or_an_amount(rounding: Rounding | None, off: str, due: bool) -> None:
     found = compare_entries([read(f"a1*({off})")], [read("a1")], Domain({"a1": "length"}), "seed", rounding)
     assert found.equal == (due,)
+
+
+def test_the_bound_is_that_of_the_worst_entry() -> None:
+    texts = ["a1", "(a1 + a2)^900", "a2"]
+    found = compare_entries([read(t) for t in texts], [read(t) for t in texts], Domain({}), "seed")
+    alone = [compare(text, text).certificate.bound or 0.0 for text in texts]
+    assert found.certificate.bound == max(alone) > 2 * min(alone)
+    wrong = compare_entries([read(t) for t in [*texts, "a3"]], [read(t) for t in [*texts, "a2"]], Domain({}), "seed")
+    assert (wrong.equal, wrong.certificate.bound) == ((True, True, True, False), max(alone))
