@@ -15,6 +15,7 @@ import numpy as np
 from exercises.formula.expression import read
 from exercises.formula.identity import Certificate, Comparison, Domain, Rounding, missed, number
 from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.trees import names
 from exercises.problem import Direction, Expression, Matrix, Part, Problem
 from exercises.record import text_of
 from exercises.stream import Stream
@@ -30,11 +31,11 @@ SHOWN = f"a Python function; its values at {POINTS} random configurations were c
 def asked_of(problem: Problem, domain: Domain, seed: str) -> dict[str, Any]:
     """Return the joints, and the names and values of all symbols at the points at which a function is called."""
     values = domain.sample(set(domain.roles), POINTS, Stream(hashlib.sha256(seed.encode()).hexdigest()))
-    names = sorted(values)
+    symbols = sorted(values)
     return {
         "joints": [q.name for q in problem.chain.q],
-        "symbols": names,
-        "points": np.array([values[name] for name in names]).T.tolist(),
+        "symbols": symbols,
+        "points": np.array([values[symbol] for symbol in symbols]).T.tolist(),
     }
 
 
@@ -74,7 +75,8 @@ def judge_function(
     nodes = [read(entry, domain.roles) for row in rows for entry in row]
     due, size = evaluate(compile_tape(nodes), at, POINTS)
     found = _along(values.T, due) if isinstance(reference, Direction) else values.T
-    compared = _compared(found, due, size, at, rounding)
+    shown = set(asked["joints"]).union(*map(names, nodes))
+    compared = _compared(found, due, size, {name: column for name, column in at.items() if name in shown}, rounding)
     return matrix_judgement(compared, [False] * len(nodes), rows)
 
 

@@ -188,6 +188,8 @@ def report_answers(
                 if is_same(before.parts, parts)
                 else {"text": text_of(value_of(namespace[name], name, request))[: LONGEST_ANSWER + 1]}
             )
+        except Overtime:
+            found = {"error": f"working it out took longer than {request['cell_seconds']:g} s"}
         except BaseException as raised:
             found = {"error": describe(raised)}
         finally:

@@ -1,6 +1,6 @@
 """Answers that are Python functions: called with symbols where they take them, at random configurations where not."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 import sympy as sp
@@ -13,6 +13,7 @@ from grader.marking import domain_of, mark
 from grader.sandbox import Limits, Sandbox
 from grader.verdict import Outcome
 
+Draw = Callable[[str, int], Problem]
 IMPORTS = "import math\nfrom math import cos, sin\nimport numpy as np\nimport sympy as sp"
 ASKED = {
     "joints": ["theta1", "theta2"],
@@ -108,7 +109,17 @@ def test_an_endless_function_costs_one_answer(sandbox: Sandbox) -> None:
     with Sandbox(Limits(seconds=30, cell_seconds=0.3)) as hasty:
         run = hasty.run([code], ["p1_a", "p1_b"], {"p1": ASKED})
     assert run.answers == {"p1_b": "1"}
-    assert "Overtime" in run.failures["p1_a"]
+    assert run.failures["p1_a"] == "working it out took longer than 0.3 s"
+
+
+def test_a_wrong_function_is_shown_a_configuration_of_what_counts(sandbox: Sandbox, drawn: Draw) -> None:
+    problem = drawn("planar-2r", 3)
+    asked = {"p1": asked_of(problem, domain_of(problem), "points")}
+    run = sandbox.run(["p1_position = lambda theta1, theta2: [0.5 * float(theta1), 1]"], ["p1_position"], asked)
+    (found,) = (v for v in mark(problem, "p1", run.answers, {}, "secret", "points") if v.part == "position")
+    assert found.judgement.certificate is not None
+    assert "qd1" not in found.judgement.reason
+    assert "theta2 = " in found.judgement.reason
 
 
 def formulas(problem: Problem) -> list[Part]:
