@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from exercises.errors import QdotError
-from exercises.formula.expression import read
+from exercises.formula.expression import MAX_DEPTH, read
 from exercises.formula.identity import Domain, default_role
 from exercises.formula.trees import Node, ReadError, as_matrix, names, node_text
 from grader.judge import judge_angles, judge_expression, judge_matrix, judge_singular
@@ -57,7 +57,8 @@ def _rows(reference: Any) -> list[list[str]]:
             return [[node_text(entry) for entry in row] for row in as_matrix(read(reference))]
         except ReadError as error:
             raise QdotError(f"the reference is no matrix: {error}") from None
-    rows = [row if isinstance(row, list) else [row] for row in reference]
+    given = reference if isinstance(reference, list) else [reference]
+    rows = [row if isinstance(row, list) else [row] for row in given]
     if len({len(row) for row in rows}) != 1:
         raise QdotError("the rows of the reference have different lengths")
     return [[str(entry) for entry in row] for row in rows]
@@ -96,12 +97,13 @@ def safely(request: Mapping[str, Any], number: int) -> Judgement:
         return Judgement(Outcome.UNGRADED, 0.0, f"qdot failed: {type(error).__name__}: {error}"[:300])
 
 
-def as_text(student: Any) -> str:
+def as_text(student: Any, depth: int = 0) -> str:
     """Return an answer given as text, number or nested lists of them as one text; nothing for null."""
     if student is None:
         return ""
-    if isinstance(student, list):
-        return "[" + ", ".join(as_text(item) for item in student) + "]"
+    if isinstance(student, list):  # what lies deeper than the reader goes is left out, and refused there
+        inside = student if depth <= MAX_DEPTH else []
+        return "[" + ", ".join(as_text(item, depth + 1) for item in inside) + "]"
     return student if isinstance(student, str) else repr(student)
 
 

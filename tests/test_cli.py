@@ -194,14 +194,16 @@ def test_compare_by_argument_and_by_batch(tmp_path: Path) -> None:
          "joints": ["theta1", "theta2", "theta3"]},
         {"id": 4, "type": "matrix", "reference": ["a1", "a2"], "student": "[a1, a2]"},
         {"id": 5, "type": "expression", "reference": "a1", "student": ""},
+        {"id": 6, "type": "matrix", "reference": 5, "student": 5},
+        {"id": 7, "type": "matrix", "reference": ["a1"], "student": json.loads("[" * 900 + "]" * 900)},
     ]  # fmt: skip
     lines = "".join(json.dumps(request) + "\n" for request in requests)
     (tmp_path / "b.jsonl").write_text(lines)
-    expected = ["partial", "correct", "correct", "correct", "missing"]
+    expected = ["partial", "correct", "correct", "correct", "missing", "correct", "wrong"]
     for source, stdin in ((tmp_path / "b.jsonl", None), ("-", lines)):
         answers = [json.loads(line) for line in run("compare", "--batch", source, stdin=stdin).splitlines()]
         assert [answer["outcome"] for answer in answers] == expected
-        assert [answer["id"] for answer in answers] == [1, 2, 3, 4, 5]
+        assert [answer["id"] for answer in answers] == list(range(1, 8))
     (tmp_path / "b.jsonl").write_text('{"id": 1}\n')
     assert "line 1" in fails("compare", "--batch", tmp_path / "b.jsonl")
 
