@@ -1,0 +1,140 @@
+"""Conditions as they are claimed: typed values held to 50 digits, and claims that would take too long refused."""
+
+from fractions import Fraction
+
+import mpmath
+import pytest
+
+from exercises.formula.claims import claimed_pieces
+from exercises.formula.constants import holds_at, room_of, same_value, turns_of, value_of
+from exercises.formula.expression import read
+from exercises.formula.identity import SAME
+from exercises.formula.trees import ReadError
+
+JOINTS = ("theta1", "theta2", "theta3")
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("pi/3", mpmath.pi / 3), ("acos(1/3)", mpmath.acos(mpmath.mpf(1) / 3)), ("sqrt(-4)*I", -2)],
+)
+def test_a_value_is_known_with_fifty_digits(text: str, value: mpmath.mpf) -> None:
+    with mpmath.workdps(50):
+        assert abs(value_of(read(text)) - mpmath.mpf(value)) < 1e-15
+        assert mpmath.nstr(value_of(read("pi")), 49) == mpmath.nstr(+mpmath.pi, 49)
+
+
+@pytest.mark.parametrize("text", ["acos(2)", "1/0", "log(0)", "a1", "theta1", "I", "-I", "1 + I/1000", "1 - I/1000"])
+def test_what_is_no_real_number_has_no_value(text: str) -> None:
+    assert value_of(read(text)) is None
+
+
+@pytest.mark.parametrize("off", [1e-3, 1e-12, 1e-30])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_values_that_differ_are_not_the_same(off: float, sign: int) -> None:
+    with mpmath.workdps(50):
+        for value in (mpmath.mpf(0), mpmath.mpf(1), -mpmath.pi / 3):
+            assert same_value(value, value, True, 0.0)
+            assert not same_value(value + sign * mpmath.mpf(off), value, True, 0.0)
+            assert not same_value(value + sign * mpmath.mpf(off), value, False, 0.0)
+
+
+def test_angles_are_the_same_modulo_whole_turns_and_lengths_are_not() -> None:
+    with mpmath.workdps(50):
+        turn = 2 * mpmath.pi
+        for turns in (-3, -1, 1, 2):
+            assert same_value(mpmath.mpf(1) + turns * turn, mpmath.mpf(1), True, 0.0)
+            assert not same_value(mpmath.mpf(1) + turns * turn, mpmath.mpf(1), False, 0.0)
+        assert not same_value(mpmath.mpf(1) + mpmath.pi, mpmath.mpf(1), True, 0.0)
+
+
+def test_room_is_relative_to_a_large_value_and_absolute_for_a_small_one() -> None:
+    room = 1e-3
+    for size in (-40, -0.01, 0.01, 40):
+        allowed = room * max(1, abs(size))
+        for sign in (1, -1):
+            assert same_value(mpmath.mpf(size + sign * 0.9 * allowed), mpmath.mpf(size), False, room)
+            assert not same_value(mpmath.mpf(size + sign * 1.1 * allowed), mpmath.mpf(size), False, room)
+    assert same_value(mpmath.mpf(SAME) / 2, mpmath.mpf(0), False, 0.0)
+
+
+def test_a_condition_holds_at_values_or_misses_them() -> None:
+    zero = read("a1 + a2*cos(theta2)")
+    with mpmath.workdps(50):
+        symbols = {"a1": mpmath.mpf(1) / 4, "a2": mpmath.mpf(1) / 2}
+        exact = 2 * mpmath.pi / 3
+        assert holds_at(zero, {"theta2": exact}, symbols, 0.0)
+        for off in (1e-3, -1e-3, 1e-20, -1e-20):
+            assert not holds_at(zero, {"theta2": exact + off}, symbols, 0.0)
+            assert holds_at(zero, {"theta2": exact + off}, symbols, 3e-3)
+            assert not holds_at(read("1000*(a1 + a2*cos(theta2))"), {"theta2": exact + 0.01}, symbols, 3e-3)
+        tiny = {"a1": mpmath.mpf("0.25e-30"), "a2": mpmath.mpf("0.5e-30")}
+        assert holds_at(zero, {"theta2": exact}, tiny, 0.0)
+        assert not holds_at(zero, {"theta2": exact + 1e-3}, tiny, 0.0)
+        assert not holds_at(read("1/(a1 - a1)"), {}, symbols, 1.0)
+
+
+def test_room_is_what_the_longest_double_may_be_off() -> None:
+    assert room_of([]) == 0.0
+    assert room_of([read("pi/2"), read("0.5")]) == 0.0
+    assert 0 < room_of([read("pi/2"), read("1.5707963267948966")]) < 1e-10
+
+
+@pytest.mark.parametrize(
+    ("text", "turns"),
+    [("0", 0), ("pi", 1), ("-pi/2", Fraction(3, 2)), ("5*pi", 1), ("2*pi/3 + pi/3", 1), ("pi - pi", 0)],
+)
+def test_rational_turns(text: str, turns: Fraction) -> None:
+    assert turns_of(read(text)) == turns
+
+
+@pytest.mark.parametrize(
+    "text", ["1", "pi + 1", "theta1", "pi/2 + theta1", "acos(1/3)", "pi*a1", "pi + asin(1/3)", "I*pi"]
+)
+def test_what_is_no_rational_turn(text: str) -> None:
+    assert turns_of(read(text)) is None
+
+
+def _tied(count: int) -> str:
+    """Conditions in which no joint stands alone, so that zeros have to be searched for."""
+    return "{" + ", ".join(f"cos(theta1 + {k}*theta2) = 0" for k in range(1, count + 1)) + "}"
+
+
+def test_conditions_that_must_be_searched_may_be_some_hundred() -> None:
+    assert len(claimed_pieces(read(_tied(200)), JOINTS)) == 200
+    with pytest.raises(ReadError, match="too long, with their 500 cases"):
+        claimed_pieces(read(_tied(500)), JOINTS)
+
+
+def test_values_may_be_ten_times_as_many() -> None:
+    values = ", ".join(f"{k}/1000" for k in range(2000))
+    assert len(claimed_pieces(read(f"theta2 in {{{values}}}"), JOINTS)) == 2000
+
+
+def test_each_whole_number_multiplies_the_cases() -> None:
+    terms = " + ".join(f"sin({k}*theta1)" for k in range(1, 20))
+    assert len(claimed_pieces(read("theta1 = k*pi"), JOINTS)) == 2
+    for tied in (f"{terms} = k + n + m", f"theta3 = 0 and {terms} = k + n + m", f"[{{{terms} - k*n*m}}]"):
+        with pytest.raises(ReadError, match="too many whole numbers"):
+            claimed_pieces(read(tied), JOINTS)
+        with pytest.raises(ReadError, match="too long, with their"):  # fewer, and refused later, by their steps
+            claimed_pieces(read(tied.replace("m", "1").replace("*1", "")), JOINTS)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{theta1 = k*pi, theta2 = n*pi, LONG = m}",
+        "[theta1 = k*pi, theta2 = n*pi, LONG = m]",
+        "{theta1: k*pi, theta2: n*pi, theta3: {m*pi, LONG2}}",
+        "theta1 = k*pi or theta2 = n*pi or LONG = m",
+        "theta1 = k*pi and theta2 = n*pi and theta3 = LONG2",
+        "theta1 in {k*pi, LONG2}",
+        "theta1 = {k*pi, n*pi/2, LONG2 + m*pi}",
+    ],
+)
+def test_whole_numbers_of_different_conditions_do_not_multiply(text: str) -> None:
+    """Each condition of these has 13 cases of some hundred nodes; all together as one would have 2,197."""
+    long = " + ".join(f"sin({k}*theta1)" for k in range(1, 20))
+    claimed = claimed_pieces(read(text.replace("LONG2", "pi" + " + pi" * 40).replace("LONG", long)), JOINTS)
+    assert claimed
