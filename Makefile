@@ -9,7 +9,7 @@ PIP     = $(PY) -m pip --disable-pip-version-check --quiet
 CODE    = exercises grader tests
 PYTEST  = $(PY) -m pytest -n auto --dist loadgroup
 
-.PHONY: help demo test lint unit docs test-all test-oldest pairs fuzz mutants bench format lock clean
+.PHONY: help demo test lint unit docs test-all test-oldest pairs fuzz diagnoses mutants bench format lock clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1 | \2/p' Makefile | awk -F'|' '{ printf "%-20s %s\n", $$1, $$2 }'
@@ -58,6 +58,9 @@ pairs: $(VENV)/.dev  ## 100,000 right and wrong answers made from all families' 
 
 fuzz: $(VENV)/.dev  ## texts that nobody would write, to the reader and the judgement, guided by coverage (needs atheris)
 	$(PY) -m tests.fuzz
+
+diagnoses: $(VENV)/.dev  ## every mistake made on every family and question, and what the diagnosis says (an hour)
+	$(PY) -m tests.diagnoses
 
 mutants: $(VENV)/.dev  ## mistakes put into the modules that compare answers, and those that no test notices
 	$(PY) -m tests.mutants

@@ -19,7 +19,8 @@ from exercises.files import cannot_write, make_folder, remove_left_behind, write
 from exercises.parallel import ordered_map
 from exercises.problem import Problem, variable
 from grader.functions import asked_of
-from grader.marking import domain_of, mark
+from grader.marking import mark
+from grader.parts import domain_of
 from grader.sandbox import Limits, Run, Sandbox
 from grader.submission import (
     Found,

@@ -33,7 +33,7 @@ from grader.certificates import (
     notebook_failures,
     read_certificate,
 )
-from grader.marking import judge
+from grader.parts import judge
 from grader.verdict import Outcome
 
 

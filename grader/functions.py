@@ -46,7 +46,7 @@ def is_table(answer: str) -> bool:
 
 def constant_text(answer: str) -> str | None:
     """Return the values as the text of a matrix where they are the same at all points; None where they vary."""
-    shape, values = _table(answer)
+    shape, values = table_values(answer)
     if shape is None or not np.all(values == values[0]) or np.any(values.imag != 0):
         return None
     entries = np.array([repr(float(value)) for value in values[0].real], dtype=object).reshape(shape)
@@ -65,7 +65,7 @@ def judge_function(
     else:
         return wrong("a function of the configuration stands where no formula is due")
     due_shape = (len(rows), len(rows[0]))
-    shape, values = _table(answer)
+    shape, values = table_values(answer)
     if shape is None or len(values) != POINTS:
         return wrong("these are no values of a function")
     if values.shape[1] != due_shape[0] * due_shape[1] or (len(shape) == 2 and 1 not in shape and shape != due_shape):
@@ -110,7 +110,7 @@ def _compared(
     return Comparison(tuple(equal), Certificate("numeric", POINTS, missed(POINTS), example))
 
 
-def _table(answer: str) -> tuple[tuple[int, ...] | None, np.ndarray]:
+def table_values(answer: str) -> tuple[tuple[int, ...] | None, np.ndarray]:
     """Return shape and values (points, entries) of a table, or None and nothing where the text is no table."""
     try:
         content = json.loads(answer.removeprefix(TABLE))

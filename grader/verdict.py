@@ -29,14 +29,23 @@ class Judgement:
 
 
 @dataclass(frozen=True)
+class Diagnosis:
+    """The names of the mistakes that together give a wrong answer, and what is said of them to the student."""
+
+    mistakes: tuple[str, ...]
+    says: str
+
+
+@dataclass(frozen=True)
 class Verdict:
-    """The judgement on one part with its points (None where ungraded) and the answer's text."""
+    """The judgement on one part with its points (None where ungraded), the answer's text, and the mistake if known."""
 
     part: str
     judgement: Judgement
     points: float | None
     max_points: float
     answer: str | None
+    diagnosis: Diagnosis | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Return the form of results.jsonl."""
@@ -47,7 +56,8 @@ class Verdict:
             "points": self.points,
             "max_points": self.max_points,
             "reason": self.judgement.reason,
-            "mistake": None,
+            "mistake": None if self.diagnosis is None else " and ".join(self.diagnosis.mistakes),
+            "advice": None if self.diagnosis is None else self.diagnosis.says,
             "followed_from": None,
             "certificate": None if certificate is None else certificate.as_json(),
             "answer": self.answer,

@@ -26,7 +26,7 @@ from exercises.problem import Expression, Matrix, ProblemId
 from exercises.record import text_of
 from exercises.stream import Stream
 from grader.judge import judge_expression
-from grader.marking import domain_of
+from grader.parts import domain_of
 from grader.verdict import Outcome
 
 ASKED = ("position", "velocity", "jacobian", "determinant", "inverse-jacobian", "inverse-velocity",

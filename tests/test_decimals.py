@@ -14,7 +14,7 @@ from exercises.generate import generate
 from exercises.problem import ConditionSet, Matrix, Number, Part, Problem, ProblemId
 from exercises.release import init_assignment
 from exercises.writing.statement import prompt
-from grader.marking import judge
+from grader.parts import judge
 from grader.verdict import Outcome
 
 THREE = Rounding(0.005, 0.0, "to three significant digits")

@@ -9,7 +9,8 @@ from exercises.problem import Expression, Matrix, Part, Problem, variable
 from exercises.writing.answer_code import answer_code
 from grader.callables import TABLE
 from grader.functions import asked_of, judge_function
-from grader.marking import domain_of, mark
+from grader.marking import mark
+from grader.parts import domain_of
 from grader.sandbox import Limits, Sandbox
 from grader.verdict import Outcome
 

@@ -5,6 +5,7 @@ chapter's examples.
 """
 
 import json
+import re
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
@@ -19,6 +20,7 @@ from exercises.families.listing import LISTING, Listed
 from exercises.figure import figure_svg, singular_svg, thumbnail_svg
 from exercises.files import write_atomically
 from exercises.generate import find_out, sample_chain
+from exercises.mistakes.catalogue import SECTIONS
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.render import render
@@ -47,6 +49,7 @@ def documents() -> dict[str, str]:
         "questions.md": questions_page(),
         "examples.md": examples_page(),
         "structures.md": structures_page(),
+        "mistakes.md": mistakes_page(),
         **drawings,
     }
 
@@ -92,6 +95,21 @@ def questions_page() -> str:
     """Return docs/questions.md."""
     asked = {name: sum(name in listed.questions for listed in found_out().values()) for name in QUESTIONS}
     return render("docs/questions.md.j2", questions=QUESTIONS.values(), asked=asked, families=len(FAMILIES))
+
+
+def mistakes_page() -> str:
+    """Return docs/mistakes.md."""
+    sections = [
+        {
+            "title": title,
+            "mistakes": [
+                {"name": m.name, "title": m.title, "said": re.sub(r"{\w+}", "\\*", m.says), "source": m.source}
+                for m in module.MISTAKES
+            ],
+        }
+        for title, module in SECTIONS.items()
+    ]
+    return render("docs/mistakes.md.j2", sections=sections)
 
 
 def _first_arm(family: str) -> Chain:

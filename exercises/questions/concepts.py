@@ -162,6 +162,15 @@ def vector_words(vector: Numbers) -> str:
     return f"({', '.join(f'{float(value) + 0.0:.3f}' for value in vector)})"
 
 
+def option_numbers(words: str) -> list[float]:
+    """Return the vector that an option shows, as `vector_words` wrote it.
+
+    >>> option_numbers("(0.333, -2.000)")
+    [0.333, -2.0]
+    """
+    return [float(value) for value in words.strip("()").split(",")]
+
+
 # --- when (6.7) can be used ---
 
 USES = {

@@ -80,7 +80,7 @@ class Place:
 
 
 def _place(line: Line, rough: Line, s: sp.Expr, speed: sp.Rational) -> Place:
-    q, distance = _joints_at(line, rough, s), line.arm.number(s)
+    q, distance = joints_on(line, rough, s), line.arm.number(s)
     jacobian = line.arm.task_jacobian(q)
     sigma = PRECISE.svd_r(PRECISE.matrix(jacobian), compute_uv=False)
     return Place(
@@ -94,7 +94,7 @@ def _place(line: Line, rough: Line, s: sp.Expr, speed: sp.Rational) -> Place:
     )
 
 
-def _joints_at(line: Line, rough: Line, s: sp.Expr) -> Vector:
+def joints_on(line: Line, rough: Line, s: sp.Expr) -> Vector:
     """Return the joint values at s on the branch on which the arm starts; `rough` is the same line in floats."""
     end = float(s)
     *_, last = rough.follow(end / max(1, round(end / STEP)) if end else 1.0, 1e-3, end)
@@ -140,7 +140,7 @@ def _path_rates(chain: Chain, rng: Stream) -> Asked:
 
 def _rates_at(chain: Chain, seam: Seam, s: sp.Rational) -> Asked:
     line = seam.line(chain, PRECISE)
-    q = _joints_at(line, seam.line(chain), s)
+    q = joints_on(line, seam.line(chain), s)
     rates = [slope * line.arm.number(seam.speed) for slope in line.slopes(q)]
     units = tuple("rad/s" if joint.kind == "R" else "m/s" for joint in chain.joints)
     floor = 0.001 * float(max(map(abs, rates)))

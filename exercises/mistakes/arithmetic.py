@@ -1,0 +1,187 @@
+"""What a derivation is worked out in: numbers at several configurations at once, or formulas.
+
+Both give arrays whose last axes are the arithmetic's own; a derivation uses the axes before them only, so that it is
+written once. A stepped value knows its derivatives with respect to the joint variables.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache, partial
+from typing import Any, Protocol
+
+import numpy as np
+import sympy as sp
+
+from exercises.formula.expression import read
+from exercises.formula.tape import Tape, compile_tape, evaluate
+
+STEP = 1e-30
+"""Step of a derivative into the complex plane, where nothing cancels: it is exact but for rounding."""
+
+
+class Arithmetic(Protocol):
+    """What formulas of the table are turned into; `stepped` ones can be differentiated."""
+
+    def stepped(self, expression: sp.Expr) -> np.ndarray:
+        """Return an expression of the table."""
+
+    def known(self, name: str) -> np.ndarray:
+        """Return the value of a symbol that no joint is."""
+
+    def sin(self, angle: np.ndarray) -> np.ndarray:
+        """Return the sines."""
+
+    def cos(self, angle: np.ndarray) -> np.ndarray:
+        """Return the cosines."""
+
+    def sqrt(self, square: np.ndarray) -> np.ndarray:
+        """Return the square roots."""
+
+    def value(self, stepped: np.ndarray) -> np.ndarray:
+        """Return stepped values without their derivatives."""
+
+    def slopes(self, stepped: np.ndarray) -> np.ndarray:
+        """Return the derivatives with respect to the joint variables, along a new first axis."""
+
+    def number(self, value: sp.Expr) -> np.ndarray:
+        """Return a constant, not stepped."""
+
+
+class Numbers:
+    """Numbers at N configurations; `values` gives each symbol there (N,). Stepped arrays end in (N, n + 1)."""
+
+    def __init__(self, joints: Sequence[str], values: Mapping[str, np.ndarray]) -> None:
+        self._values = {name: np.asarray(value, dtype=float) for name, value in values.items()}
+        self.count = len(next(iter(self._values.values())))
+        self._joints = list(joints)
+
+    def stepped(self, expression: sp.Expr) -> np.ndarray:
+        """Return an expression of the table and, behind it, where each joint is a step further, (N, n + 1)."""
+        shape = (self.count, len(self._joints) + 1)
+        values = {symbol.name: self._steps(symbol.name).ravel() for symbol in expression.free_symbols}
+        return evaluate(tape_of(expression), values, shape[0] * shape[1])[0][0].reshape(shape)
+
+    def _steps(self, name: str) -> np.ndarray:
+        out = np.repeat(self._values[name].astype(complex)[:, None], len(self._joints) + 1, axis=1)
+        if name in self._joints:
+            out[:, 1 + self._joints.index(name)] += STEP * 1j
+        return out
+
+    def known(self, name: str) -> np.ndarray:
+        """Return the value of a symbol, (N,)."""
+        return self._values[name]
+
+    def number(self, value: sp.Expr) -> np.ndarray:
+        """Return a constant, (N,)."""
+        return np.full(self.count, float(value))
+
+    def sin(self, angle: np.ndarray) -> np.ndarray:
+        """Return the sines."""
+        return np.asarray(np.sin(angle))
+
+    def cos(self, angle: np.ndarray) -> np.ndarray:
+        """Return the cosines."""
+        return np.asarray(np.cos(angle))
+
+    def sqrt(self, square: np.ndarray) -> np.ndarray:
+        """Return the square roots, nan of what is negative."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray(np.sqrt(square))
+
+    def value(self, stepped: np.ndarray) -> np.ndarray:
+        """Return (…, N)."""
+        return np.asarray(stepped[..., 0].real)
+
+    def slopes(self, stepped: np.ndarray) -> np.ndarray:
+        """Return the derivatives, (n, …, N)."""
+        return np.moveaxis(stepped[..., 1:].imag / STEP, -1, 0)
+
+
+@lru_cache(maxsize=4096)
+def tape_of(expression: sp.Expr) -> Tape:
+    """Return the tape of one of our own expressions."""
+    return compile_tape([read(str(expression))])
+
+
+class Formulas:
+    """SymPy expressions; arrays end in (1,)."""
+
+    def __init__(self, joints: Sequence[str]) -> None:
+        self._joints = [sp.Symbol(name) for name in joints]
+        self.sin, self.cos, self.sqrt = (_each(function) for function in (sp.sin, sp.cos, sp.sqrt))
+
+    def stepped(self, expression: sp.Expr) -> np.ndarray:
+        """Return an expression of the table."""
+        return self.number(expression)
+
+    def known(self, name: str) -> np.ndarray:
+        """Return a symbol."""
+        return self.number(sp.Symbol(name))
+
+    def number(self, value: sp.Expr) -> np.ndarray:
+        """Return a constant, or any expression."""
+        return np.array([sp.sympify(value)], dtype=object)
+
+    def value(self, stepped: np.ndarray) -> np.ndarray:
+        """Return what it is given."""
+        return stepped
+
+    def slopes(self, stepped: np.ndarray) -> np.ndarray:
+        """Return the derivatives."""
+        return np.stack([_each(partial(_derivative, q))(stepped) for q in self._joints])
+
+
+def _derivative(q: sp.Symbol, entry: sp.Expr) -> sp.Expr:
+    return sp.diff(entry, q)
+
+
+def _each(function: Callable[[Any], Any]) -> Callable[[np.ndarray], np.ndarray]:
+    return np.frompyfunc(function, 1, 1)
+
+
+# --- vectors and matrices, along the first axes ---
+
+
+def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the product of matrices (l, m, …) and (m, n, …)."""
+    return np.asarray((a[:, :, None] * b[None]).sum(axis=1))
+
+
+def applied(a: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Return a matrix (m, n, …) times a vector (n, …)."""
+    return np.asarray((a * v[None]).sum(axis=1))
+
+
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return a x b of vectors (3, …)."""
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+def determinant(a: np.ndarray, sign: int = -1) -> np.ndarray:
+    """Return the determinant of a matrix (n, n, …) by minors; with sign 1, what comes out if all signs are plus."""
+    known: dict[tuple[int, ...], np.ndarray] = {}
+
+    def minor(columns: tuple[int, ...]) -> np.ndarray:
+        row = len(a) - len(columns)
+        if len(columns) == 1:
+            return np.asarray(a[row, columns[0]])
+        if columns not in known:
+            known[columns] = sum(
+                sign**k * a[row, c] * minor(columns[:k] + columns[k + 1 :]) for k, c in enumerate(columns)
+            )
+        return known[columns]
+
+    return minor(tuple(range(len(a))))
+
+
+def minors(a: np.ndarray) -> np.ndarray:
+    """Return what is left of det A without row i and column j, for each i and j; 1 of a 1 x 1 matrix."""
+    n = len(a)
+    if n == 1:
+        return np.asarray(a * 0 + 1)
+    rows = [[r for r in range(n) if r != i] for i in range(n)]
+    return np.stack([np.stack([determinant(a[rows[i]][:, rows[j]]) for j in range(n)]) for i in range(n)])
+
+
+def signs(n: int) -> np.ndarray:
+    """Return the signs of cofactors, n x n."""
+    return np.array([[(-1) ** (i + j) for j in range(n)] for i in range(n)])

@@ -1,0 +1,134 @@
+"""Mistakes in writing a result down: rows, columns, signs, rates that are left in or out."""
+
+from collections.abc import Iterator
+from itertools import combinations
+
+import numpy as np
+
+from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.mistakes.base import RESULT, Mistake, Shape, Slip
+from exercises.mistakes.working import Change, Working
+
+
+def _exchanged(axis: int, i: int, j: int) -> Change:
+    def changed(w: Working, found: np.ndarray) -> np.ndarray:
+        order = list(range(found.shape[axis]))
+        order[i], order[j] = j, i
+        return found[order] if axis == 0 else found[:, order]
+
+    return changed
+
+
+def _negative(axis: int, i: int) -> Change:
+    def changed(w: Working, found: np.ndarray) -> np.ndarray:
+        out = np.array(found)
+        if axis == 0:
+            out[i] = -out[i]
+        else:
+            out[:, i] = -out[:, i]
+        return out
+
+    return changed
+
+
+def _rows_exchanged(chain: Chain, shape: Shape) -> Iterator[Slip]:
+    for i, j in combinations(range(shape[0]), 2):
+        yield Slip({RESULT: _exchanged(0, i, j)}, {"one": i + 1, "other": j + 1})
+
+
+def _columns_exchanged(chain: Chain, shape: Shape) -> Iterator[Slip]:
+    for i, j in combinations(range(shape[1]), 2):
+        yield Slip({RESULT: _exchanged(1, i, j)}, {"one": i + 1, "other": j + 1})
+
+
+def _reversed_columns(chain: Chain, shape: Shape) -> Iterator[Slip]:
+    if shape[1] > 2:
+        yield Slip({RESULT: lambda w, found: found[:, ::-1]})
+
+
+def _transposed(chain: Chain, shape: Shape) -> Iterator[Slip]:
+    if min(shape) > 1:
+        yield Slip({RESULT: lambda w, found: found.swapaxes(0, 1)})
+
+
+def _row_sign(chain: Chain, shape: Shape) -> Iterator[Slip]:
+    if shape[0] > 1:
+        for i in range(shape[0]):
+            yield Slip({RESULT: _negative(0, i)}, {"one": i + 1})
+
+
+def _column_sign(chain: Chain, shape: Shape) -> Iterator[Slip]:
+    if shape[1] > 1:
+        for i in range(shape[1]):
+            yield Slip({RESULT: _negative(1, i)}, {"one": i + 1})
+
+
+def _sign(chain: Chain, shape: Shape) -> Iterator[Slip]:
+    yield Slip({RESULT: lambda w, found: -found})
+
+
+def _rates_left_in(chain: Chain, shape: Shape) -> Iterator[Slip]:
+    if shape[1] == chain.n > 1:
+        yield Slip({RESULT: lambda w, found: found * w.symbols(w.chain.rates)[None]})
+
+
+def _rates_left_out(chain: Chain, shape: Shape) -> Iterator[Slip]:
+    def ones(w: Working, rates: np.ndarray) -> np.ndarray:
+        return rates * 0 + 1
+
+    yield Slip({"joint rates": ones})
+
+
+def _rates_exchanged(chain: Chain, shape: Shape) -> Iterator[Slip]:
+    for i, j in combinations(range(chain.n), 2):
+        yield Slip({"joint rates": _exchanged(0, i, j)}, {"one": i + 1, "other": j + 1})
+
+
+def _other_rows(chain: Chain, shape: Shape) -> Iterator[Slip]:
+    """All six rows, or all three of one kind, where the task counts fewer; or fewer than it counts."""
+    if shape == (len(chain.task), chain.n):
+        kinds = (("all six", slice(0, 6)), ("the linear", slice(0, 3)), ("the angular", slice(3, 6)))
+        for words, rows in kinds:
+            if tuple(TASK_ROWS[rows]) != chain.task:
+                yield Slip({RESULT: lambda w, _, rows=rows: w["geometric"][rows]}, {"rows": words})  # type: ignore[misc]
+
+
+MISTAKES = (
+    Mistake(
+        "transposed", "Transposed", "Rows and columns seem to be exchanged: the matrix is transposed.", "6.4",
+        _transposed,
+    ),
+    Mistake(
+        "other-rows", "Rows that the task does not count",
+        "The matrix has {rows} rows. The task counts others: look at the velocities that are asked for.", "6.6",
+        _other_rows,
+    ),
+    Mistake(
+        "rows-exchanged", "Rows exchanged", "Rows {one} and {other} seem to be exchanged.", "6.6", _rows_exchanged
+    ),
+    Mistake(
+        "columns-exchanged", "Columns exchanged", "Columns {one} and {other} seem to be exchanged.", "6.4",
+        _columns_exchanged,
+    ),
+    Mistake(
+        "columns-reversed", "Columns in reverse order",
+        "The columns seem to be in reverse order: column i belongs to joint i.", "6.4", _reversed_columns,
+    ),
+    Mistake("sign", "Everything with the wrong sign", "Everything seems to have the wrong sign.", "6.4", _sign),
+    Mistake("column-sign", "Column with the wrong sign", "Column {one} seems to have the wrong sign.", "6.4",
+            _column_sign),
+    Mistake("row-sign", "Row with the wrong sign", "Row {one} seems to have the wrong sign.", "6.4", _row_sign),
+    Mistake(
+        "rates-left-in", "Joint rates left in the Jacobian",
+        "The joint rates seem to stand in the Jacobian: it is what they are multiplied by.", "6.4", _rates_left_in,
+    ),
+    Mistake(
+        "rates-left-out", "Joint rates left out",
+        "The joint rates seem to be left out: every column is multiplied by its joint's rate.", "6.4",
+        _rates_left_out,
+    ),
+    Mistake(
+        "rates-exchanged", "Joint rates exchanged",
+        "The rates of joints {one} and {other} seem to be exchanged.", "6.4", _rates_exchanged, rare=True,
+    ),
+)  # fmt: skip

@@ -1,0 +1,69 @@
+"""What a mistake is: a change to a derivation, or to an answer, and what is said to who made it."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+from exercises.arm.chain import Chain
+from exercises.mistakes.working import Change
+from exercises.problem import Answer, Part
+
+RESULT = "result"
+"""The stage behind all others: the answer as it is written down, (rows, columns, …)."""
+
+Shape = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Slip:
+    """One way in which a mistake is made on an arm: the stages that change, and the words for the sentence."""
+
+    changes: Mapping[str, Change]
+    words: Mapping[str, object] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Taken:
+    """One way in which a mistake is made with an answer that no derivation gives: what it is taken for."""
+
+    answer: Answer
+    words: Mapping[str, object] = field(default_factory=dict)
+
+
+Slips = Callable[[Chain, Shape], Iterator[Slip]]
+"""The ways to make a mistake on an arm; the shape is that of the answer that it shows in."""
+
+Takes = Callable[[Chain, Part], Iterator[Taken]]
+"""The ways to make a mistake with the answer to a part."""
+
+
+def never(chain: Chain, about: object) -> Iterator[Slip]:
+    """Make no mistake."""
+    yield from ()
+
+
+def not_taken(chain: Chain, part: Part) -> Iterator[Taken]:
+    """Make no mistake."""
+    yield from ()
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """A kind of mistake.
+
+    `says` is the sentence to the student: what seems to have happened and where to look, with the words of the slip in
+    braces; it gives no answer away. `source` is where the chapter has it right. A rare one is named only where no other
+    gives the same answer.
+    """
+
+    name: str
+    title: str
+    says: str
+    source: str
+    slips: Slips = never
+    takes: Takes = not_taken
+    rare: bool = False
+
+    def sentence(self, words: Mapping[str, object]) -> str:
+        """Return what is said, and where to look."""
+        where = f"({self.source})" if self.source[0].isdigit() else self.source
+        return f"{self.says.format(**words)} See {where}."

@@ -1,0 +1,128 @@
+"""The catalogue: every kind of mistake, and what each makes of the answer to a question."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+
+from exercises.arm.chain import Chain
+from exercises.mistakes import algebra, arrangement, choices, columns, numeric, position, sets, table
+from exercises.mistakes.base import RESULT, Mistake, Slip, Taken
+from exercises.mistakes.results import RESULTS, result
+from exercises.mistakes.working import Working, propagated
+from exercises.problem import Part
+
+SECTIONS: dict[str, ModuleType] = {
+    "Adding up the links": position, "Columns of the Jacobian": columns, "What is made of the Jacobian": algebra,
+    "Reading the table": table, "Writing a result down": arrangement, "Numbers": numeric,
+    "Singular configurations": sets, "Options and counts": choices,
+}  # fmt: skip
+
+_ALL: list[Mistake] = [mistake for module in SECTIONS.values() for mistake in module.MISTAKES]
+
+CATALOGUE: dict[str, Mistake] = {mistake.name: mistake for mistake in sorted(_ALL, key=lambda mistake: mistake.rare)}
+"""By name, the more likely ones first: where two give the same answer, the first is named."""
+
+BEHIND_J = frozenset(
+    {"determinant", "gram-determinant", "block-determinants", "inverse-jacobian", "inverse-velocity"}
+    | {"joint-torques", "joint-rates", "path-rates", "least-norm-rates", "self-motion", "lost-direction"}
+)
+"""Questions that are asked about a Jacobian that is there."""
+
+_LAST_STEPS = {mistake.name for module in (algebra, arrangement) for mistake in module.MISTAKES}
+
+_IN_NUMBERS = [mistake.name for mistake in numeric.MISTAKES]
+
+ONE_NUMBER = frozenset({*_IN_NUMBERS, "all-relative-angles", "determinant-sign", "sign"})
+"""What is looked for behind a wrong answer of a single number, which many others would meet by chance."""
+
+ON_THE_WAY = frozenset(mistake.name for module in (position, columns) for mistake in module.MISTAKES)
+"""What is looked for together with a second mistake behind J."""
+
+_POSITIONS = frozenset({"table", "rotations", "own links", "links"})
+_LATE = frozenset(
+    {"minors", "cofactors", "adjugate", "determinant", "inverse", "wanted velocity", "rates"}
+    | {"transposed jacobian", "gram determinant", "pseudo-inverse", "joint rates", RESULT}
+)
+"""Stages behind J."""
+
+
+@dataclass(frozen=True)
+class Wrong:
+    """A mistake made in one way, and what it makes of an answer: (rows, columns, …) in the working's arithmetic."""
+
+    mistake: Mistake
+    slip: Slip
+    working: Working
+    answer: np.ndarray
+
+    @property
+    def sentence(self) -> str:
+        """What is said to the student."""
+        return self.mistake.sentence(self.slip.words)
+
+
+def likely(part: Part) -> list[Mistake]:
+    """Return the mistakes that are looked for behind a wrong answer to a part, the more likely ones first.
+
+    What goes wrong in the last step comes before what went wrong on the way to J.
+    """
+    found = list(CATALOGUE.values())
+    if part.kind in BEHIND_J:
+        found = sorted(found, key=lambda mistake: (mistake.rare, mistake.name not in _LAST_STEPS))
+    if part.type != "number":
+        return [mistake for mistake in found if mistake.name not in _IN_NUMBERS]
+    return [mistake for mistake in found if part.shape != (1, 1) or mistake.name in ONE_NUMBER]
+
+
+def wrong_answers(w: Working, part: Part) -> Iterator[Wrong]:
+    """Yield what each mistake in the derivation makes of the answer to a part, those that change nothing included."""
+    if part.kind in RESULTS:
+        for mistake in likely(part):
+            yield from made(mistake, w, part)
+
+
+def made(mistake: Mistake, w: Working, part: Part) -> Iterator[Wrong]:
+    """Yield what one mistake makes of the answer to a part, in every way in which it is made.
+
+    A mistake in adding up the links is followed by differentiation first, then by propagation.
+    """
+    right = _result(w, part)
+    if right is None:
+        return
+    for slip in mistake.slips(w.chain, (right.shape[0], right.shape[1])):
+        ways: list[Mapping[str, object]] = [slip.changes]
+        if _POSITIONS & set(slip.changes) and "linear" not in slip.changes:
+            ways.append({**slip.changes, "linear": propagated})
+        for way in ways:
+            working = w.but(way)  # type: ignore[arg-type]
+            answer = _result(working, part)
+            if answer is not None:
+                yield Wrong(mistake, slip, working, answer)
+
+
+def late_slips(first: Wrong, part: Part) -> Iterator[Wrong]:
+    """Yield what a mistake behind J makes of an answer in which another was made on the way to it."""
+    shape = (first.answer.shape[0], first.answer.shape[1])
+    for mistake in likely(part):
+        for slip in mistake.slips(first.working.chain, shape):
+            if set(slip.changes) <= _LATE:
+                answer = _result(first.working.but(slip.changes), part)
+                if answer is not None:
+                    yield Wrong(mistake, slip, first.working, answer)
+
+
+def _result(working: Working, part: Part) -> np.ndarray | None:
+    try:
+        with np.errstate(all="ignore"):  # of a J that lost its rank
+            return result(working, part)
+    except IndexError:  # of a joint behind the frame that is asked for
+        return None
+
+
+def taken(chain: Chain, part: Part, among: Iterable[Mistake] = CATALOGUE.values()) -> Iterator[tuple[Mistake, Taken]]:
+    """Yield what the answer to a part is taken for by mistakes that are made in no derivation."""
+    for mistake in among:
+        for found in mistake.takes(chain, part):
+            yield mistake, found

@@ -1,0 +1,219 @@
+"""Mistakes behind the wrong options of a question with options, and behind counts: the size of J, its rank."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.mistakes.base import Mistake, Taken, Takes
+from exercises.problem import Choice, Number, Part
+from exercises.questions.concepts import USES
+from exercises.questions.singular import OPTIONS
+
+
+def _option(part: Part, index: int, **words: object) -> Taken:
+    assert isinstance(part.answer, Choice)
+    return Taken(replace(part.answer, correct=index), words)
+
+
+def _by_meaning(kind: str, texts: Mapping[str, str], pairs: set[tuple[str, str]]) -> Takes:
+    """Return the takes of one meaning for another; `pairs` are (right, chosen)."""
+
+    def takes(chain: Chain, part: Part) -> Iterator[Taken]:
+        if part.kind != kind or not isinstance(part.answer, Choice):
+            return
+        names = {text: name for name, text in texts.items()}
+        right = names[part.answer.options[part.answer.correct]]
+        for index, option in enumerate(part.answer.options):
+            if (right, names[option]) in pairs:
+                yield _option(part, index)
+
+    return takes
+
+
+def _either(*all_takes: Takes) -> Takes:
+    def takes(chain: Chain, part: Part) -> Iterator[Taken]:
+        for some in all_takes:
+            yield from some(chain, part)
+
+    return takes
+
+
+_TYPES = {"boundary", "internal"}
+
+
+def _other_kind(chain: Chain, part: Part) -> Iterator[Taken]:
+    """Take the right meaning with the wrong kind."""
+    if part.kind != "singularity-meaning":
+        return
+    offered = _asked(part).offered
+    meaning, kind = offered[_right(part)]
+    for index, (other, its_kind) in enumerate(offered):
+        if other is meaning and its_kind != kind:
+            yield _option(part, index)
+
+
+def _other_meaning(chain: Chain, part: Part) -> Iterator[Taken]:
+    if part.kind != "singularity-meaning":
+        return
+    offered = _asked(part).offered
+    for index, (other, _) in enumerate(offered):
+        if other is not offered[_right(part)][0]:
+            yield _option(part, index)
+
+
+def _asked(part: Part) -> Any:
+    return part.details["asked"]
+
+
+def _right(part: Part) -> int:
+    assert isinstance(part.answer, Choice)
+    return part.answer.correct
+
+
+def _every_wrong(kind: str) -> Takes:
+    def takes(chain: Chain, part: Part) -> Iterator[Taken]:
+        if part.kind == kind and isinstance(part.answer, Choice):
+            for index in range(len(part.answer.options)):
+                if index != part.answer.correct:
+                    yield _option(part, index)
+
+    return takes
+
+
+def _numbers(kind: str, value: Callable[[Chain, Part], Iterator[list[int]]]) -> Takes:
+    def takes(chain: Chain, part: Part) -> Iterator[Taken]:
+        if part.kind == kind and isinstance(part.answer, Number):
+            right = list(part.answer.reference)
+            for found in value(chain, part):
+                if found != right:
+                    yield Taken(replace(part.answer, reference=sp.Matrix(found)))
+
+    return takes
+
+
+def _size_turned(chain: Chain, part: Part) -> Iterator[list[int]]:
+    yield [chain.n, _task_size(part)]
+
+
+def _task_size(part: Part) -> int:
+    task = part.details["task"]
+    assert isinstance(task, tuple)
+    return len(task)
+
+
+def _six_rows(chain: Chain, part: Part) -> Iterator[list[int]]:
+    yield [6, chain.n]
+
+
+def _square_size(chain: Chain, part: Part) -> Iterator[list[int]]:
+    yield [chain.n, chain.n]
+    yield [_task_size(part), _task_size(part)]
+
+
+def _own_task(chain: Chain, part: Part) -> Iterator[list[int]]:
+    yield [len(chain.task), chain.n]
+
+
+def _full_rank(chain: Chain, part: Part) -> Iterator[list[int]]:
+    yield [min(len(chain.task), chain.n)]
+
+
+def _rank_of_columns(chain: Chain, part: Part) -> Iterator[list[int]]:
+    yield [chain.n]
+    yield [len(chain.task)]
+
+
+def _less_by_one(chain: Chain, part: Part) -> Iterator[list[int]]:
+    assert isinstance(part.answer, Number)
+    right = int(part.answer.reference[0])
+    if right == min(len(chain.task), chain.n):
+        yield [right - 1]
+
+
+MISTAKES = (
+    Mistake(
+        "boundary-and-internal", "Boundary and internal confused",
+        "Boundary and internal singularities seem to be confused: is the point at the edge of what it can reach, or "
+        "inside?", "below 6.7",
+        takes=_either(
+            _by_meaning("singularity-type", OPTIONS, {("boundary", "internal"), ("internal", "boundary")}), _other_kind
+        ),
+    ),
+    Mistake(
+        "singular-taken-for-regular", "A singular configuration taken for a regular one",
+        "The configuration seems to be taken for a regular one. Put its values into det J, or look at the rank.", "6.8",
+        takes=_either(
+            _by_meaning("singularity-type", OPTIONS, {(kind, "regular") for kind in _TYPES}),
+            _by_meaning("invertibility", USES, {("singular", "regular")}),
+        ),
+    ),
+    Mistake(
+        "regular-taken-for-singular", "A regular configuration taken for a singular one",
+        "The configuration seems to be taken for a singular one. Put its values into det J, or look at the rank.",
+        "6.8", takes=_either(
+            _by_meaning("singularity-type", OPTIONS, {("regular", kind) for kind in _TYPES}),
+            _by_meaning("invertibility", USES, {("regular", "singular")}),
+        ),
+    ),
+    Mistake(
+        "shape-of-jacobian", "Shape of J not looked at",
+        "Count the rows and the columns of J first: only a square matrix can have an inverse.", "6.7",
+        takes=_by_meaning(
+            "invertibility", USES,
+            {(a, b) for a in USES for b in USES if a != b} - {("singular", "regular"), ("regular", "singular")},
+        ),
+    ),
+    Mistake(
+        "other-meaning", "Another meaning of a singularity",
+        "That is not what the arm looks like there. Draw it with these joint values.", "below 6.7",
+        takes=_other_meaning,
+    ),
+    Mistake(
+        "direction-not-lost", "A direction that is not lost",
+        "Along that line the arm can still move. Look for the direction that no column of J has a part along.", "6.8",
+        takes=_every_wrong("lost-motion"),
+    ),
+    Mistake(
+        "reachable-and-not", "What can be produced and what can't confused",
+        "A velocity can be produced where it has no part along the lost direction. Look at the scalar products.", "6.8",
+        takes=_every_wrong("unreachable-velocity"),
+    ),
+    Mistake(
+        "size-transposed", "Rows and columns exchanged",
+        "Rows and columns of J seem to be exchanged: it has a row for each component of velocity and a column for each "
+        "joint.", "6.4", takes=_numbers("jacobian-size", _size_turned),
+    ),
+    Mistake(
+        "size-of-own-task", "Size for another task",
+        "The rows seem to be counted for another task than the one that is asked about.", "6.6",
+        takes=_numbers("jacobian-size", _own_task),
+    ),
+    Mistake(
+        "size-six-rows", "Six rows whatever the task",
+        "J seems to be given all six rows: it has one for each component of velocity that counts.", "6.6",
+        takes=_numbers("jacobian-size", _six_rows),
+    ),
+    Mistake(
+        "size-square", "J taken for square",
+        "J seems to be taken for square: it has a row for each component of velocity and a column for each joint.",
+        "6.4", takes=_numbers("jacobian-size", _square_size), rare=True,
+    ),
+    Mistake(
+        "rank-full", "Full rank given",
+        "The rank seems to be that of a regular configuration. Are the columns independent here?", "6.8",
+        takes=_numbers("rank", _full_rank),
+    ),
+    Mistake(
+        "rank-of-shape", "Number of rows or columns for the rank",
+        "The rank seems to be counted from the size of J: it is at most the smaller of the two, and less where J is "
+        "singular.", "6.8", takes=_numbers("rank", _rank_of_columns),
+    ),
+    Mistake(
+        "rank-less", "Rank of a singular configuration given",
+        "The configuration seems to be taken for a singular one. Are the columns dependent here?", "6.8",
+        takes=_numbers("rank", _less_by_one),
+    ),
+)  # fmt: skip

@@ -1,0 +1,408 @@
+"""Mistakes in the columns of a Jacobian: by differentiation (6.3) and by propagation (6.9 to 6.12)."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.mistakes.arithmetic import applied, cross
+from exercises.mistakes.base import Mistake, Shape, Slip
+from exercises.mistakes.position import run_start
+from exercises.mistakes.working import Change, Table, Working, carried, propagated
+
+# --- differentiation ---
+
+
+def _lengths(chain: Chain) -> list[int]:
+    """Return the links that have a length and lead to the point."""
+    joints = chain.joints
+    has = [k for k in range(chain.n) if joints[k].kind == "P" or (joints[k].a, joints[k].d) != (0, 0)]
+    return [k for k in carried(chain) if k in has or (k == chain.n and not chain.point.is_origin)]
+
+
+def _effect(joint: int, links: list[int], factor: int) -> Change:
+    def changed(w: Working, effects: np.ndarray) -> np.ndarray:
+        out = np.array(effects)
+        out[joint, links] = factor * out[joint, links]
+        return out
+
+    return changed
+
+
+def _names(chain: Chain, joint: int, link: int) -> dict[str, object]:
+    return {"joint": joint + 1, "link": chain.point.frame if link == chain.n else link + 1}
+
+
+def _chain_rule(chain: Chain, _: Shape) -> Iterator[Slip]:
+    for joint in range(chain.n):
+        for link in _lengths(chain):
+            if link >= joint and len([k for k in _lengths(chain) if k >= joint]) > 1:
+                yield Slip({"effects": _effect(joint, [link], 0)}, _names(chain, joint, link))
+
+
+def _own_link_only(chain: Chain, _: Shape) -> Iterator[Slip]:
+    def changed(w: Working, effects: np.ndarray) -> np.ndarray:
+        out = np.array(effects)
+        for joint in range(w.n):
+            others = [k for k in range(w.n + 1) if k != joint]
+            out[joint, others] = 0 * out[joint, others]
+        return out
+
+    yield Slip({"effects": changed})
+
+
+def _last_link_only(chain: Chain, _: Shape) -> Iterator[Slip]:
+    links = _lengths(chain)
+
+    def changed(w: Working, effects: np.ndarray) -> np.ndarray:
+        out = np.array(effects)
+        out[:, links[:-1]] = 0 * out[:, links[:-1]]
+        return out
+
+    if len(links) > 1:
+        yield Slip({"effects": changed})
+
+
+def _term_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
+    for joint in range(chain.n):
+        for link in _lengths(chain):
+            if link >= joint:
+                yield Slip({"effects": _effect(joint, [link], -1)}, _names(chain, joint, link))
+
+
+def _mirrored(w: Working, joint: int) -> np.ndarray:
+    """Return what a joint does to the links where the angles of its run are counted the other way, (n + 1, 3, …)."""
+    run = [i for i in range(w.n) if run_start(w.chain, i) == run_start(w.chain, joint)]
+
+    def turned(_: Working, table: Table) -> Table:
+        kinds = w["kinds"]
+        rows = (
+            replace(row, theta=-row.theta) if i in run and kinds[i] == "R" else row for i, row in enumerate(table.rows)
+        )
+        return replace(table, rows=tuple(rows))
+
+    return np.asarray(w.without("effects").but({"table": turned})["effects"][joint])
+
+
+def _derivative_of(sign: int) -> Callable[[Chain, Shape], Iterator[Slip]]:
+    def slips(chain: Chain, _: Shape) -> Iterator[Slip]:
+        def changed(w: Working, effects: np.ndarray) -> np.ndarray:
+            turning = [i for i in range(w.n) if w["kinds"][i] == "R"]
+            return np.stack([sign * _mirrored(w, i) if i in turning else effects[i] for i in range(w.n)])
+
+        if any(joint.kind == "R" for joint in chain.joints):
+            yield Slip({"effects": changed})
+
+    return slips
+
+
+def _not_differentiated(chain: Chain, _: Shape) -> Iterator[Slip]:
+    def changed(w: Working, effects: np.ndarray) -> np.ndarray:
+        out = np.array(effects)
+        links = w.arithmetic.value(np.stack(w["links"]))
+        for joint in range(w.n):
+            if w["kinds"][joint] == "R":
+                behind = [k for k in carried(w.chain) if k >= joint]
+                out[joint, behind] = links[behind]
+        return out
+
+    yield Slip({"effects": changed})
+
+
+# --- propagation ---
+
+
+def _by_products(change: Callable[[Working, int], np.ndarray]) -> Slip:
+    return Slip({"linear": propagated, "products": lambda w, right: [change(w, i) for i in range(w.n)]})
+
+
+def _next_axis(chain: Chain, _: Shape) -> Iterator[Slip]:
+    yield Slip({"axes": lambda w, axes: np.concatenate([axes[1:], axes[-1:]]), "linear": propagated})
+    yield _by_products(lambda w, i: cross(w["axes"][i + 1], w["arms"][i]))
+
+
+def _next_arm(chain: Chain, _: Shape) -> Iterator[Slip]:
+    yield Slip({"arms": lambda w, arms: np.concatenate([arms[1:], arms[-1:]]), "linear": propagated})
+
+
+def _next_both(chain: Chain, _: Shape) -> Iterator[Slip]:
+    def shifted(w: Working, right: np.ndarray) -> np.ndarray:
+        return np.concatenate([right[1:], right[-1:]])
+
+    yield Slip({"axes": shifted, "arms": shifted, "linear": propagated})
+
+
+def _previous_axis(chain: Chain, _: Shape) -> Iterator[Slip]:
+    yield Slip({"axes": lambda w, axes: np.concatenate([axes[:1], axes[:-1]]), "linear": propagated})
+
+
+def _order(chain: Chain, _: Shape) -> Iterator[Slip]:
+    yield _by_products(lambda w, i: cross(w["arms"][i], w["axes"][i]))
+
+
+def _no_product(chain: Chain, _: Shape) -> Iterator[Slip]:
+    yield _by_products(lambda w, i: w["arms"][i])
+
+
+def _from_base(chain: Chain, _: Shape) -> Iterator[Slip]:
+    yield Slip({"arms": lambda w, arms: np.stack([w["point"]] * len(arms)), "linear": propagated})
+
+
+def _to_origin(chain: Chain, _: Shape) -> Iterator[Slip]:
+    yield Slip({"arms": lambda w, _: w["origins"], "linear": propagated})
+
+
+def _reversed(chain: Chain, _: Shape) -> Iterator[Slip]:
+    yield Slip({"arms": lambda w, arms: -arms, "linear": propagated})
+
+
+def _one_link(chain: Chain, _: Shape) -> Iterator[Slip]:
+    def changed(w: Working, arms: np.ndarray) -> np.ndarray:
+        links = w.arithmetic.value(np.stack(w["links"]))
+        return np.stack([*links[: w.n], arms[-1]])
+
+    yield Slip({"arms": changed, "linear": propagated})
+
+
+def _as_revolute(chain: Chain, _: Shape) -> Iterator[Slip]:
+    return _taken_for(chain, "P", "R")
+
+
+def _as_prismatic(chain: Chain, _: Shape) -> Iterator[Slip]:
+    return _taken_for(chain, "R", "P")
+
+
+def _taken_for(chain: Chain, kind: str, other: str) -> Iterator[Slip]:
+    joints = [i for i, joint in enumerate(chain.joints) if joint.kind == kind]
+
+    def changed(which: list[int]) -> Change:
+        return lambda w, kinds: [other if i in which else found for i, found in enumerate(kinds)]
+
+    for i in joints:
+        yield Slip({"kinds": changed([i]), "linear": propagated}, {"joint": i + 1})
+    if len(joints) > 1:
+        yield Slip(
+            {"kinds": changed(joints), "linear": propagated}, {"joint": " and ".join(str(i + 1) for i in joints)}
+        )
+
+
+def _turning_slides(chain: Chain, _: Shape) -> Iterator[Slip]:
+    for i, joint in enumerate(chain.joints):
+        if joint.kind == "P":
+            yield Slip({"angular": _column(i, lambda w, i: w["axes"][i])}, {"joint": i + 1})
+
+
+def _column(joint: int, new: Callable[[Working, int], np.ndarray]) -> Change:
+    def changed(w: Working, right: np.ndarray) -> np.ndarray:
+        out = np.array(right)
+        out[:, joint] = new(w, joint)
+        return out
+
+    return changed
+
+
+def _not_turning(chain: Chain, _: Shape) -> Iterator[Slip]:
+    revolute = [i for i, joint in enumerate(chain.joints) if joint.kind == "R"]
+    for i in revolute:
+        yield Slip({"angular": _column(i, lambda w, i: 0 * w["axes"][i])}, {"joint": i + 1})
+    if len(revolute) > 1:
+        words = " and ".join(str(i + 1) for i in revolute)
+        yield Slip({"angular": lambda w, angular: 0 * angular}, {"joint": words})
+
+
+def _blocks(chain: Chain, _: Shape) -> Iterator[Slip]:
+    yield Slip({"geometric": lambda w, both: np.concatenate([both[3:], both[:3]])})
+
+
+def _in_tool_frame(chain: Chain, _: Shape) -> Iterator[Slip]:
+    def seen(w: Working, vectors: np.ndarray) -> np.ndarray:
+        turned = w.arithmetic.value(w["rotations"][-1]).swapaxes(0, 1)
+        return np.stack([applied(turned, vectors[:, i]) for i in range(vectors.shape[1])], axis=1)
+
+    yield Slip({"linear": seen, "angular": seen})
+    yield Slip({"axes": lambda w, axes: seen(w, axes.swapaxes(0, 1)).swapaxes(0, 1)})
+
+
+def _own_frame(chain: Chain, _: Shape) -> Iterator[Slip]:
+    """Every axis taken for (0, 0, 1), as each joint's own frame sees it."""
+
+    def changed(w: Working, axes: np.ndarray) -> np.ndarray:
+        up = [w.arithmetic.number(sp.Integer(value)) for value in (0, 0, 1)]
+        return np.stack([np.stack(up)] * len(axes))
+
+    if any(joint.alpha != 0 for joint in chain.joints):
+        yield Slip({"axes": changed, "linear": propagated})
+
+
+def _along_x(chain: Chain, _: Shape) -> Iterator[Slip]:
+    def column(row: int) -> Change:
+        return lambda w, _: np.stack([w.arithmetic.value(rotation[:, row]) for rotation in w["rotations"]])
+
+    yield Slip({"axes": column(0), "linear": propagated}, {"axis": "x"})
+    yield Slip({"axes": column(1), "linear": propagated}, {"axis": "y"})
+
+
+def _axis_row(chain: Chain, _: Shape) -> Iterator[Slip]:
+    def rows(w: Working, _: np.ndarray) -> np.ndarray:
+        return np.stack([w.arithmetic.value(rotation[2]) for rotation in w["rotations"]])
+
+    if any(joint.alpha != 0 for joint in chain.joints):
+        yield Slip({"axes": rows, "linear": propagated})
+
+
+def _axis_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
+    for i in range(chain.n):
+
+        def changed(w: Working, axes: np.ndarray, i: int = i) -> np.ndarray:
+            out = np.array(axes)
+            out[i] = -out[i]
+            return out
+
+        yield Slip({"axes": changed, "linear": propagated}, {"joint": i + 1})
+
+
+def _arms_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
+    for i, j in combinations(range(chain.n), 2):
+
+        def changed(w: Working, arms: np.ndarray, i: int = i, j: int = j) -> np.ndarray:
+            out = np.array(arms)
+            out[[i, j]] = out[[j, i]]
+            return out
+
+        yield Slip({"arms": changed, "linear": propagated}, {"joint": i + 1, "other": j + 1})
+
+
+MISTAKES = (
+    Mistake(
+        "chain-rule", "Contribution dropped from the chain rule",
+        "Column {joint} seems to lack the part that link {link} adds: joint {joint} moves every link behind it.",
+        "6.3", _chain_rule,
+    ),
+    Mistake(
+        "own-link-only", "Each joint moves its own link only",
+        "Each column seems to hold its joint's own link only: a joint moves every link behind it.", "6.3",
+        _own_link_only,
+    ),
+    Mistake(
+        "last-link-only", "Only the last link counted",
+        "The columns seem to hold the last link only: a joint moves every link behind it.", "6.3", _last_link_only,
+    ),
+    Mistake(
+        "term-sign", "Term of a column with the wrong sign",
+        "In column {joint}, the part that link {link} adds seems to have the wrong sign.", "6.3", _term_sign,
+    ),
+    Mistake(
+        "derivative-of-cosine", "Derivatives of sine and cosine with the wrong sign",
+        "A sign seems to go wrong where sines and cosines are differentiated. Look again at the derivative of the "
+        "cosine.", "6.3", _derivative_of(-1),
+    ),
+    Mistake(
+        "derivative-of-sine", "Derivative of the sine with the wrong sign",
+        "A sign seems to go wrong where sines and cosines are differentiated. Look again at the derivative of the "
+        "sine.", "6.3", _derivative_of(1),
+    ),
+    Mistake(
+        "not-differentiated", "Not differentiated",
+        "The sines and cosines of the position seem to stand in the Jacobian as they are: they are to be "
+        "differentiated.", "6.3", _not_differentiated,
+    ),
+    Mistake(
+        "next-axis", "z_i for z_(i-1)",
+        "The axis of the frame behind each joint seems to be taken: joint i turns about z of frame i-1.",
+        "6.9 and 6.10", _next_axis,
+    ),
+    Mistake(
+        "next-arm", "p*_i for p*_(i-1)",
+        "The vectors p* seem to start one origin too late: for joint i it runs from the origin of frame i-1.",
+        "6.12", _next_arm,
+    ),
+    Mistake(
+        "next-frame", "Frame i for frame i-1",
+        "Axis and vector of each column seem to be those of frame i: joint i belongs to frame i-1.",
+        "6.12", _next_both,
+    ),
+    Mistake(
+        "previous-axis", "z_(i-2) for z_(i-1)",
+        "The axes seem to be those of one frame before: joint i turns about z of frame i-1.",
+        "6.9 and 6.10", _previous_axis, rare=True,
+    ),
+    Mistake(
+        "cross-order", "Cross product in the wrong order",
+        "The cross products seem to be taken in the wrong order: a x b is minus b x a.", "6.12", _order,
+    ),
+    Mistake(
+        "no-cross-product", "Cross product left out",
+        "The linear part of a revolute column seems to be p* itself: the cross product with the axis is missing.",
+        "6.12", _no_product,
+    ),
+    Mistake(
+        "arm-from-base", "Vector from the base for p*",
+        "The vectors p* seem to start at the base throughout: each starts at the origin of its own joint's frame.",
+        "6.13", _from_base,
+    ),
+    Mistake(
+        "arm-to-origin", "Vector to the joint for p*",
+        "The vectors p* seem to run from the base to the joints: they run from the joints to the point.",
+        "6.13", _to_origin, rare=True,
+    ),
+    Mistake(
+        "arm-reversed", "p* reversed",
+        "The vectors p* seem to run from the point to the joints: they run the other way.", "6.13", _reversed,
+    ),
+    Mistake(
+        "arm-of-one-link", "p* of one link only",
+        "The vectors p* seem to reach to the next origin only: they reach to the point.", "6.13", _one_link,
+    ),
+    Mistake(
+        "prismatic-as-revolute", "Prismatic joint treated as revolute",
+        "Joint {joint} seems to be treated as revolute: it slides along its axis.", "6.12", _as_revolute,
+    ),
+    Mistake(
+        "revolute-as-prismatic", "Revolute joint treated as prismatic",
+        "Joint {joint} seems to be treated as prismatic: it turns about its axis.", "6.12", _as_prismatic, rare=True,
+    ),
+    Mistake(
+        "slide-turns", "Angular part for a prismatic joint",
+        "Joint {joint} slides, and seems to have an angular part.", "6.11", _turning_slides,
+    ),
+    Mistake(
+        "no-angular-part", "Angular part left out",
+        "The angular part of joint {joint} seems to be left out: a revolute joint turns all links behind it.",
+        "6.10", _not_turning,
+    ),
+    Mistake(
+        "blocks-exchanged", "Linear and angular rows exchanged",
+        "The linear and the angular rows seem to be exchanged: the linear ones come first.", "6.6", _blocks, rare=True,
+    ),
+    Mistake(
+        "tool-frame", "Tool frame for base frame",
+        "The vectors seem to be those that the last frame sees: they are wanted in the base frame.", "6.11",
+        _in_tool_frame,
+    ),
+    Mistake(
+        "own-frames", "Axes as their own frames see them",
+        "Every axis seems to be taken for (0, 0, 1), as its own frame sees it: turn it into the base frame.",
+        "below 6.10", _own_frame, rare=True,
+    ),
+    Mistake(
+        "wrong-axis", "x or y axis for z",
+        "The {axis} axes of the frames seem to be taken: joints turn about, and slide along, z.", "below 6.10",
+        _along_x, rare=True,
+    ),
+    Mistake(
+        "row-of-rotation", "Row of the rotation matrix for its column",
+        "The axes seem to be the last rows of the rotation matrices: they are the last columns.", "below 6.10",
+        _axis_row, rare=True,
+    ),
+    Mistake(
+        "axis-sign", "Axis with the wrong sign",
+        "The axis of joint {joint} seems to point the wrong way.", "below 6.10", _axis_sign, rare=True,
+    ),
+    Mistake(
+        "arms-exchanged", "Vectors p* exchanged",
+        "The vectors p* of joints {joint} and {other} seem to be exchanged.", "6.13", _arms_exchanged, rare=True,
+    ),
+)  # fmt: skip

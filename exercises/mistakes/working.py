@@ -1,0 +1,345 @@
+"""A derivation as a student works it out: stages that build on one another, any of which can go wrong.
+
+A mistake replaces the result of a stage, and all stages behind it follow. Vectors and matrices have their rows and
+columns on the first axes; the arithmetic's own axes come last.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.mistakes.arithmetic import (
+    Arithmetic,
+    Formulas,
+    Numbers,
+    applied,
+    cross,
+    determinant,
+    minors,
+    product,
+    signs,
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of the DH table, all four entries stepped."""
+
+    kind: str
+    theta: np.ndarray
+    d: np.ndarray
+    a: np.ndarray
+    alpha: np.ndarray
+
+
+@dataclass(frozen=True)
+class Table:
+    """The DH table with base and point: what is read before anything is worked out."""
+
+    rows: tuple[Row, ...]
+    base: tuple[np.ndarray, np.ndarray, np.ndarray]
+    """Position (3, …), yaw and tilt."""
+    offset: np.ndarray
+    """The point of interest in its frame (3, …)."""
+
+    def with_row(self, index: int, **changed: Any) -> "Table":
+        """Return the table with entries of one row changed."""
+        rows = list(self.rows)
+        rows[index] = replace(rows[index], **changed)
+        return replace(self, rows=tuple(rows))
+
+
+Change = Callable[["Working", Any], Any]
+"""What becomes of the result of a stage, given what it would have been."""
+
+
+@dataclass
+class Working:
+    """The stages of a derivation for one arm, in an arithmetic; `changes` are the mistakes made in it.
+
+    Stages (STAGES) are worked out when they are asked for. Those that `fresh` changes can't have touched are shared
+    with the working `before` them.
+    """
+
+    chain: Chain
+    arithmetic: Arithmetic
+    changes: tuple[tuple[str, Change], ...] = ()
+    fresh: tuple[tuple[str, Change], ...] = ()
+    before: "Working | None" = None
+    _known: dict[str, Any] = field(default_factory=dict)
+    _first: dict[int, "Working"] = field(default_factory=dict)
+
+    def __getitem__(self, stage: str) -> Any:
+        """Return the result of a stage."""
+        if stage not in self._known:
+            self._known[stage] = self._worked_out(stage)
+        return self._known[stage]
+
+    def _worked_out(self, stage: str) -> Any:
+        touched = any(name in built_on(stage) for name, _ in self.fresh)
+        if self.before is None or touched:
+            found, changes = STAGES[stage][0](self), self.changes
+        else:
+            found, changes = self.before[stage], self.fresh
+        for name, change in changes:
+            if name == stage:
+                found = change(self, found)
+        return found
+
+    def but(self, changes: Mapping[str, Change]) -> "Working":
+        """Return the same working with mistakes in it, beside those that it has."""
+        fresh = tuple(changes.items())
+        return Working(self.chain, self.arithmetic, (*self.changes, *fresh), fresh, self)
+
+    def without(self, stage: str) -> "Working":
+        """Return the same working without the changes of a stage."""
+        kept = tuple((name, change) for name, change in self.changes if name != stage)
+        return Working(self.chain, self.arithmetic, kept)
+
+    def up_to(self, frame: int) -> "Working":
+        """Return the same working, with its mistakes, for the origin of a frame inside the arm and its link."""
+        if frame not in self._first:
+            shorter = replace(self.chain, joints=self.chain.joints[:frame], tool=None)
+            before = None if self.before is None else self.before.up_to(frame)
+            self._first[frame] = Working(shorter, self.arithmetic, self.changes, self.fresh, before)
+        return self._first[frame]
+
+    @property
+    def n(self) -> int:
+        """The number of joints."""
+        return self.chain.n
+
+    def symbols(self, names: Any) -> np.ndarray:
+        """Return symbols that no joint is, as a vector."""
+        return np.stack([self.arithmetic.known(str(name)) for name in names])
+
+
+def numbers(chain: Chain, values: Mapping[str, np.ndarray]) -> Working:
+    """Return the right working at the configurations where symbols have these values."""
+    return Working(chain, Numbers([q.name for q in chain.q], values))
+
+
+def formulas(chain: Chain) -> Working:
+    """Return the right working in formulas."""
+    return Working(chain, Formulas([q.name for q in chain.q]))
+
+
+# --- stages ---
+
+
+def _table(w: Working) -> Table:
+    chain, to = w.chain, w.arithmetic.stepped
+    rows = tuple(Row(joint.kind, to(joint.theta), to(joint.d), to(joint.a), to(joint.alpha)) for joint in chain.joints)
+    base = (np.stack([to(value) for value in chain.base.position]), to(chain.base.yaw), to(chain.base.tilt))
+    return Table(rows, base, np.stack([to(value) for value in chain.point.offset]))
+
+
+def turn_z(w: Working, angle: np.ndarray) -> np.ndarray:
+    """Return the rotation about z by an angle, (3, 3, …)."""
+    c, s = w.arithmetic.cos(angle), w.arithmetic.sin(angle)
+    o, one = angle * 0, angle * 0 + 1
+    return np.stack([np.stack([c, -s, o]), np.stack([s, c, o]), np.stack([o, o, one])])
+
+
+def turn_x(w: Working, angle: np.ndarray) -> np.ndarray:
+    """Return the rotation about x by an angle, (3, 3, …)."""
+    c, s = w.arithmetic.cos(angle), w.arithmetic.sin(angle)
+    o, one = angle * 0, angle * 0 + 1
+    return np.stack([np.stack([one, o, o]), np.stack([o, c, -s]), np.stack([o, s, c])])
+
+
+def _base_rotation(w: Working) -> np.ndarray:
+    _, yaw, tilt = w["table"].base
+    return product(turn_z(w, yaw), turn_x(w, tilt))
+
+
+def _rotations(w: Working) -> list[np.ndarray]:
+    found = [w["base rotation"]]
+    for row in w["table"].rows:
+        found.append(product(found[-1], product(turn_z(w, row.theta), turn_x(w, row.alpha))))
+    return found
+
+
+def _own_links(w: Working) -> list[np.ndarray]:
+    """Return the vectors r_i in frame i-1 (below 6.13), and the point in its own frame."""
+    found = []
+    for row in w["table"].rows:
+        c, s = w.arithmetic.cos(row.theta), w.arithmetic.sin(row.theta)
+        found.append(np.stack([row.a * c, row.a * s, row.d]))
+    return [*found, w["table"].offset]
+
+
+def _links(w: Working) -> list[np.ndarray]:
+    rotations, own = w["rotations"], w["own links"]
+    found = [applied(rotations[k], own[k]) for k in range(w.n)]
+    return [*found, applied(rotations[w.chain.point.frame], own[w.n])]
+
+
+def carried(chain: Chain) -> list[int]:
+    """Return the links, from 0, that lead to the point; the last is the point in its own frame."""
+    return [*range(chain.point.frame), chain.n]
+
+
+def _values(w: Working, vectors: list[np.ndarray]) -> np.ndarray:
+    return np.stack([w.arithmetic.value(vector) for vector in vectors])
+
+
+def _origins(w: Working) -> np.ndarray:
+    steps = _values(w, [w["table"].base[0], *w["links"][:-1]])
+    return np.cumsum(steps, axis=0)
+
+
+def _point(w: Working) -> np.ndarray:
+    links = _values(w, w["links"])
+    return np.asarray(w.arithmetic.value(w["table"].base[0]) + links[carried(w.chain)].sum(axis=0))
+
+
+def _effects(w: Working) -> np.ndarray:
+    """Return what each joint does to each link, (n, n + 1, 3, …): the derivative of that link's vector."""
+    slopes = [w.arithmetic.slopes(link)[: w.n] for link in w["links"]]
+    found = np.stack(slopes, axis=1)
+    left_out = [k for k in range(w.n + 1) if k not in carried(w.chain)]
+    found[:, left_out] = found[:, left_out] * 0
+    return found
+
+
+def _axes(w: Working) -> np.ndarray:
+    return _values(w, [rotation[:, 2] for rotation in w["rotations"]])
+
+
+def _arms(w: Working) -> np.ndarray:
+    return np.asarray(w["point"][None] - w["origins"])
+
+
+def _linear(w: Working) -> np.ndarray:
+    return np.moveaxis(w["effects"].sum(axis=1), 0, 1)
+
+
+def _kinds(w: Working) -> list[str]:
+    """Return the kind of each joint, as it is taken where columns are put together."""
+    return [row.kind for row in w["table"].rows]
+
+
+def _products(w: Working) -> list[np.ndarray]:
+    return [cross(w["axes"][i], w["arms"][i]) for i in range(w.n)]
+
+
+def propagated(w: Working, _: Any = None) -> np.ndarray:
+    """Return the linear rows by propagation, (3, n, …): z x p* of a revolute joint, z of a prismatic one (6.12)."""
+    columns = []
+    for i, kind in enumerate(w["kinds"]):
+        column = w["products"][i] if kind == "R" else w["axes"][i]
+        columns.append(column if i < w.chain.point.frame else column * 0)
+    return np.stack(columns, axis=1)
+
+
+def _angular(w: Working) -> np.ndarray:
+    axes = w["axes"]
+    return np.stack([axes[i] if kind == "R" else axes[i] * 0 for i, kind in enumerate(w["kinds"])], axis=1)
+
+
+def _geometric(w: Working) -> np.ndarray:
+    return np.concatenate([w["linear"], w["angular"]])
+
+
+def _jacobian(w: Working) -> np.ndarray:
+    return np.asarray(w["geometric"][[TASK_ROWS.index(row) for row in w.chain.task]])
+
+
+def _cofactors(w: Working) -> np.ndarray:
+    return np.asarray(signs(w.n)[..., None] * w["minors"])
+
+
+def _inverse(w: Working) -> np.ndarray:
+    with np.errstate(all="ignore"):
+        return np.asarray(w["adjugate"] / w["determinant"])
+
+
+def _rates(w: Working) -> np.ndarray:
+    return applied(w["inverse"], w["wanted velocity"])
+
+
+def _pseudo_inverse(w: Working) -> np.ndarray:
+    """J^T (J J^T)^-1."""
+    found = w["gram matrix"]
+    with np.errstate(all="ignore"):
+        inverse = (signs(len(found))[..., None] * minors(found)).swapaxes(0, 1) / determinant(found)
+    return product(w["transposed jacobian"], inverse)
+
+
+def _self_motion(w: Working) -> np.ndarray:
+    """Of n = m + 1 joints: the minors that are left without each column, with alternating signs."""
+    jacobian = w["jacobian"]
+    if jacobian.shape[1] != jacobian.shape[0] + 1:  # more than one self-motion, or none
+        return np.asarray(jacobian[0] * np.nan)
+    rest = [[c for c in range(w.n) if c != i] for i in range(w.n)]
+    return np.stack([(-1) ** i * determinant(jacobian[:, rest[i]]) for i in range(w.n)])
+
+
+def singular_vectors(w: Working) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return U (m, m, N), sigma (min(m, n), N) and V^T (n, n, N) of the task Jacobian in numbers."""
+    u, sigma, v = np.linalg.svd(np.nan_to_num(np.moveaxis(w["jacobian"], -1, 0).astype(float)))
+    return np.moveaxis(u, 0, -1), sigma.T, np.moveaxis(v, 0, -1)
+
+
+def _condition_number(w: Working) -> np.ndarray:
+    sigma = singular_vectors(w)[1]
+    with np.errstate(all="ignore"):
+        return np.asarray(sigma[0] / sigma[-1])
+
+
+STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
+    "table": (_table, ()),
+    "base rotation": (_base_rotation, ("table",)),
+    "rotations": (_rotations, ("table", "base rotation")),
+    "own links": (_own_links, ("table",)),
+    "links": (_links, ("rotations", "own links")),
+    "origins": (_origins, ("links",)),
+    "point": (_point, ("links",)),
+    "effects": (_effects, ("links",)),
+    "axes": (_axes, ("rotations",)),
+    "arms": (_arms, ("point", "origins")),
+    "kinds": (_kinds, ("table",)),
+    "products": (_products, ("axes", "arms")),
+    "linear": (_linear, ("effects", "products", "axes", "kinds")),
+    "angular": (_angular, ("axes", "kinds")),
+    "geometric": (_geometric, ("linear", "angular")),
+    "jacobian": (_jacobian, ("geometric",)),
+    "transposed jacobian": (lambda w: w["jacobian"].swapaxes(0, 1), ("jacobian",)),
+    "gram matrix": (lambda w: product(w["jacobian"], w["transposed jacobian"]), ("transposed jacobian",)),
+    "pseudo-inverse": (_pseudo_inverse, ("gram matrix", "transposed jacobian")),
+    "self-motion": (_self_motion, ("jacobian",)),
+    "lost direction": (lambda w: singular_vectors(w)[0][:, -1], ("jacobian",)),
+    "gram determinant": (lambda w: determinant(w["gram matrix"]), ("gram matrix",)),
+    "manipulability": (lambda w: w.arithmetic.sqrt(w["gram determinant"]), ("gram determinant",)),
+    "condition number": (_condition_number, ("jacobian",)),
+    "minors": (lambda w: minors(w["jacobian"]), ("jacobian",)),
+    "cofactors": (_cofactors, ("minors",)),
+    "adjugate": (lambda w: w["cofactors"].swapaxes(0, 1), ("cofactors",)),
+    "determinant": (lambda w: determinant(w["jacobian"]), ("jacobian",)),
+    "inverse": (_inverse, ("adjugate", "determinant")),
+    "wanted velocity": (lambda w: w.symbols(w.chain.task), ()),
+    "joint rates": (lambda w: w.symbols(w.chain.rates), ()),
+    "rates": (_rates, ("inverse", "wanted velocity")),
+}
+"""What each stage is, and what it is worked out from ("linear" from the effects or, `propagated`, from the rest)."""
+
+
+@cache
+def built_on(stage: str) -> frozenset[str]:
+    """Return the stages that a stage builds on, at any remove."""
+    direct = STAGES[stage][1]
+    return frozenset(direct).union(*(built_on(name) for name in direct))
+
+
+def as_formulas(found: np.ndarray) -> sp.Matrix:
+    """Return a vector or matrix of formulas as a SymPy matrix; a number of its own as 1 x 1."""
+    entries = found[..., 0]
+    if entries.ndim == 0:
+        return sp.Matrix([[entries.item()]])
+    return sp.Matrix(entries.reshape(len(entries), -1).tolist())

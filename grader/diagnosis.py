@@ -1,0 +1,199 @@
+"""Name the mistake behind a wrong answer: the one of the catalogue that gives the very same answer.
+
+Answers are compared at random configurations, or at the one that is given. First each mistake by itself, then two
+together (one on the way to J, one behind it), then mistakes that were made in some entries only. What gives none of
+these is not guessed at.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from exercises.formula.expression import read
+from exercises.formula.identity import Domain
+from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.trees import Node, ReadError, as_matrix, digits_of_decimals, has_blank, names
+from exercises.mistakes.catalogue import ON_THE_WAY, Wrong, late_slips, taken, wrong_answers
+from exercises.mistakes.given import Values, configurations
+from exercises.mistakes.results import RESULTS, result
+from exercises.mistakes.working import numbers
+from exercises.problem import Choice, Direction, Number, Part, Problem
+from exercises.questions.concepts import option_numbers
+from exercises.stream import Stream
+from grader.functions import asked_of, is_table, table_values
+from grader.judge import chosen_option
+from grader.parts import domain_of, judge
+from grader.verdict import Diagnosis, Outcome
+
+POINTS = 5
+SAME = 1e-9
+"""Share of the size of the terms by which equal values may differ."""
+THREE_DECIMALS = 6e-4
+
+
+@dataclass(frozen=True)
+class Found:
+    """An answer in numbers, (rows, columns, N), with the size of its terms; nan where it was left blank.
+
+    `room` is what it may be off: a share of the size, and an amount. A direction counts up to a factor.
+    """
+
+    values: np.ndarray
+    size: np.ndarray
+    room: tuple[float, float]
+    is_direction: bool = False
+
+    def like(self, other: np.ndarray) -> np.ndarray:
+        """Tell of each entry whether another answer has the same values, (rows, columns)."""
+        with np.errstate(all="ignore"):
+            if self.is_direction:
+                found, due = _unit(self.values), _unit(other)
+                near = np.minimum(np.abs(found - due), np.abs(found + due)) <= self.room[0]
+            else:
+                largest = np.nanmax(self.size, axis=(0, 1))  # what is zero comes out as 1e-17 of what is not
+                near = np.abs(self.values - other) <= self.room[0] * np.maximum(self.size, largest) + self.room[1]
+        return np.asarray(near.all(axis=-1))
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    """Return unit vectors, nan for those of no length."""
+    length = np.sqrt(np.sum(np.abs(vector) ** 2, axis=0))
+    return np.asarray(vector / np.where(length > SAME, length, np.nan))
+
+
+def diagnose(problem: Problem, part: Part, answer: str, seed: str, points_seed: str = "") -> Diagnosis | None:
+    """Return the mistake that gives a wrong answer, or nothing where none in the catalogue does.
+
+    The values of a function are those at the points of `points_seed`.
+    """
+    if is_table(answer):
+        return _of_function(problem, part, answer, points_seed)
+    for mistake, slip in taken(problem.chain, part):
+        if judge(problem, replace(part, answer=slip.answer), answer, seed).outcome is Outcome.CORRECT:
+            return Diagnosis((mistake.name,), mistake.sentence(slip.words))
+    if part.kind not in RESULTS:
+        return None
+    domain = domain_of(problem)
+    values = configurations(problem.chain, part, domain, POINTS, Stream(f"{seed}/diagnosis"))
+    try:
+        found = _in_numbers(part, answer, domain, values)
+    except ReadError:
+        return None
+    return None if found is None else named(problem, part, values, found)
+
+
+def _of_function(problem: Problem, part: Part, answer: str, points_seed: str) -> Diagnosis | None:
+    shape, table = table_values(answer)
+    if shape is None or part.kind not in RESULTS or len(shape) > 2:
+        return None
+    asked = asked_of(problem, domain_of(problem), points_seed)
+    values = {name: column[:POINTS] for name, column in zip(asked["symbols"], np.array(asked["points"]).T, strict=True)}
+    rows = (*shape, *(1,) * (2 - len(shape)))
+    found = table[:POINTS].T.reshape(*rows, -1)
+    room = (max(SAME, part.rounding.relative), part.rounding.absolute) if part.rounding else (SAME, 0.0)
+    return named(problem, part, values, Found(found, np.abs(found), room, isinstance(part.answer, Direction)))
+
+
+def _in_numbers(part: Part, answer: str, domain: Domain, values: Values) -> Found | None:
+    if isinstance(part.answer, Choice):
+        return _option(part, answer)
+    node = read(answer, domain.roles)
+    rows = as_matrix(node.args[1] if node.kind == "eq" else node)
+    entries = [entry for row in rows for entry in row]
+    blanks = [has_blank(entry) for entry in entries]
+    if all(blanks) or set().union(*map(names, entries)) - set(values):
+        return None
+    filled = [Node("name", value="pi") if blank else entry for entry, blank in zip(entries, blanks, strict=True)]
+    count = len(next(iter(values.values())))
+    found, size = evaluate(compile_tape(filled), values, count)
+    found[blanks] = np.nan
+    shape = (len(rows), len(rows[0]), count)
+    return Found(found.reshape(shape), size.reshape(shape), _room(part, filled), isinstance(part.answer, Direction))
+
+
+def _room(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
+    """Return what an answer may be off: what is asked for in digits, or what was typed where that is more."""
+    relative, absolute = (0.0, 0.0) if part.rounding is None else (part.rounding.relative, part.rounding.absolute)
+    in_numbers = isinstance(part.answer, Number) or (isinstance(part.answer, Direction) and part.answer.tolerance)
+    if not in_numbers:
+        return max(SAME, relative), absolute
+    digits = max(map(digits_of_decimals, entries))
+    return max(min(relative or 5e-3, 0.6 * 10.0 ** (1 - max(digits, 3))), 1e-5), 0.0
+
+
+def _option(part: Part, answer: str) -> Found | None:
+    assert isinstance(part.answer, Choice)
+    chosen = chosen_option(answer, part.answer.options)
+    if chosen is None:
+        return None
+    values = np.array(option_numbers(part.answer.options[chosen]))[:, None, None]
+    return Found(values, np.abs(values), (0.0, THREE_DECIMALS))
+
+
+def named(problem: Problem, part: Part, values: Values, found: Found) -> Diagnosis | None:
+    """Return the mistake that gives values at configurations, or nothing."""
+    w = numbers(problem.chain, values)
+    right = result(w, part)
+    if 1 in right.shape[:2] and found.values.shape == right.swapaxes(0, 1).shape != right.shape:
+        found = replace(found, values=found.values.swapaxes(0, 1), size=found.size.swapaxes(0, 1))
+    alone = []
+    for wrong in wrong_answers(w, part):
+        if wrong.answer.shape == found.values.shape:
+            if found.like(wrong.answer).all() and says_something(wrong.answer):
+                return _said([wrong])
+            alone.append(wrong)
+    if found.values.shape != right.shape or (right[..., 0].size == 1 and part.type == "number"):
+        return None
+    return _two(alone, part, found) or _in_some_entries(alone, right, found)
+
+
+def says_something(answer: np.ndarray) -> bool:
+    """Tell whether entries are too particular to be hit by chance: not zero, and no few constants."""
+    largest = np.abs(answer).max(axis=-1)
+    varies = answer.shape[-1] == 1 or (np.ptp(answer, axis=-1) > SAME * largest).any()
+    return bool((largest > SAME).any() and (varies or largest.size > 3))
+
+
+def _said(wrongs: Sequence[Wrong]) -> Diagnosis:
+    sentences = dict.fromkeys(wrong.sentence for wrong in wrongs)
+    return Diagnosis(tuple(dict.fromkeys(wrong.mistake.name for wrong in wrongs)), " ".join(sentences))
+
+
+# --- two at once ---
+
+
+def _two(alone: Sequence[Wrong], part: Part, found: Found) -> Diagnosis | None:
+    """Return one mistake on the way to J and one behind it, which give the answer together."""
+    if part.type == "number":  # three digits are too few to tell so many apart
+        return None
+    for first in alone:
+        if first.mistake.name in ON_THE_WAY:
+            for second in late_slips(first, part):
+                same = second.answer.shape == found.values.shape and found.like(second.answer).all()
+                if same and says_something(second.answer):
+                    return _said([first, second])
+    return None
+
+
+# --- in some entries ---
+
+
+def _in_some_entries(alone: Sequence[Wrong], right: np.ndarray, found: Found) -> Diagnosis | None:
+    """Return the one mistake, or the two, that give all entries which are wrong; in others it was not made."""
+    wrong = ~found.like(right) & ~np.isnan(found.values).any(axis=-1)
+    if found.is_direction or not wrong.any() or wrong.size == 1 or right.shape[-1] == 1:
+        return None
+    telling = []
+    for one in alone:
+        covered = found.like(one.answer) & wrong
+        if covered.any() and says_something(one.answer[covered]):
+            telling.append((one, covered))
+    for one, covered in telling:
+        if (covered == wrong).all():
+            return _said([one])
+    for (one, covered), (other, rest) in combinations(telling, 2):
+        if ((covered | rest) == wrong).all() and (covered & ~rest).any() and (rest & ~covered).any():
+            return _said([one, other])
+    return None
