@@ -13,7 +13,7 @@ from exercises.assignment import Assignment, load_assignment
 from exercises.errors import QdotError
 from exercises.problem import Part
 from exercises.release import init_assignment, release
-from grader import marking
+from grader import parts as judging
 from grader.batch import grade_class
 from grader.certify import certificate_text
 from grader.demo import answered
@@ -179,7 +179,7 @@ def test_our_own_failure_is_ungraded_and_no_mark(assignment: Assignment, monkeyp
     def broken(*_: object) -> None:
         raise ZeroDivisionError("ours")
 
-    monkeypatch.setattr(marking, "judge_matrix", broken)
+    monkeypatch.setattr(judging, "judge_matrix", broken)
     graded = grade(assignment)["s01"]
     part = parts(graded)["p1.jacobian"]
     assert (part["outcome"], part["points"]) == ("ungraded", None)

@@ -1,0 +1,170 @@
+"""Sums, products, matrices and derivatives of trees: what follows from formulas that were read, without SymPy."""
+
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+
+from exercises.formula.trees import Node
+
+Matrix = Sequence[Sequence[Node]]
+
+
+def number(value: int | Fraction) -> Node:
+    """Return a number."""
+    return Node("number", value=Fraction(value))
+
+
+ZERO, ONE, TWO = number(0), number(1), number(2)
+
+
+def plus(a: Node, b: Node) -> Node:
+    """Return a + b, zeros left out.
+
+    >>> plus(ZERO, ONE) == ONE
+    True
+    """
+    return b if a == ZERO else a if b == ZERO else Node("+", (a, b))
+
+
+def negative(a: Node) -> Node:
+    """Return -a."""
+    return a if a == ZERO else a.args[0] if a.kind == "neg" else Node("neg", (a,))
+
+
+def minus(a: Node, b: Node) -> Node:
+    """Return a - b, zeros left out."""
+    return a if b == ZERO else negative(b) if a == ZERO else Node("-", (a, b))
+
+
+def times(a: Node, b: Node) -> Node:
+    """Return a b, zeros and ones left out."""
+    if ZERO in (a, b):
+        return ZERO
+    return b if a == ONE else a if b == ONE else Node("*", (a, b))
+
+
+def over(a: Node, b: Node) -> Node:
+    """Return a / b."""
+    return ZERO if a == ZERO else a if b == ONE else Node("/", (a, b))
+
+
+def power(a: Node, b: Node) -> Node:
+    """Return a ^ b."""
+    return ONE if b == ZERO else a if b == ONE else Node("^", (a, b))
+
+
+def call(function: str, a: Node) -> Node:
+    """Return a function of a."""
+    return Node("call", (a,), function)
+
+
+# --- matrices, as rows of entries ---
+
+
+def transposed(a: Matrix) -> list[list[Node]]:
+    """Return the transpose."""
+    return [list(column) for column in zip(*a, strict=True)]
+
+
+def product(a: Matrix, b: Matrix) -> list[list[Node]]:
+    """Return the product of two matrices."""
+    return [[dot(row, column) for column in transposed(b)] for row in a]
+
+
+def dot(a: Sequence[Node], b: Sequence[Node]) -> Node:
+    """Return the sum of the products of entries."""
+    total = ZERO
+    for x, y in zip(a, b, strict=True):
+        total = plus(total, times(x, y))
+    return total
+
+
+def determinant(a: Matrix) -> Node:
+    """Return the determinant by minors along the first row; 1 of a matrix without rows."""
+    if not a:
+        return ONE
+    total = ZERO
+    for k, entry in enumerate(a[0]):
+        if entry != ZERO:
+            term = times(entry, determinant([[*row[:k], *row[k + 1 :]] for row in a[1:]]))
+            total = minus(total, term) if k % 2 else plus(total, term)
+    return total
+
+
+def adjugate(a: Matrix) -> list[list[Node]]:
+    """Return the transpose of the cofactors: it is the inverse, times the determinant."""
+    n = len(a)
+
+    def cofactor(i: int, j: int) -> Node:
+        minor = determinant([[a[r][c] for c in range(n) if c != j] for r in range(n) if r != i])
+        return negative(minor) if (i + j) % 2 else minor
+
+    return [[cofactor(j, i) for j in range(n)] for i in range(n)]
+
+
+def cross(a: Sequence[Node], b: Sequence[Node]) -> list[Node]:
+    """Return a x b of vectors of three."""
+    return [minus(times(a[i], b[j]), times(a[j], b[i])) for i, j in ((1, 2), (2, 0), (0, 1))]
+
+
+# --- derivatives ---
+
+_SLOPES: dict[str, Callable[[Node], Node]] = {
+    "sin": lambda x: call("cos", x),
+    "cos": lambda x: negative(call("sin", x)),
+    "tan": lambda x: over(ONE, power(call("cos", x), TWO)),
+    "cot": lambda x: negative(over(ONE, power(call("sin", x), TWO))),
+    "sec": lambda x: over(call("sin", x), power(call("cos", x), TWO)),
+    "csc": lambda x: negative(over(call("cos", x), power(call("sin", x), TWO))),
+    "exp": lambda x: call("exp", x),
+    "log": lambda x: over(ONE, x),
+    "sqrt": lambda x: over(ONE, times(TWO, call("sqrt", x))),
+    "asin": lambda x: over(ONE, call("sqrt", minus(ONE, power(x, TWO)))),
+    "acos": lambda x: negative(over(ONE, call("sqrt", minus(ONE, power(x, TWO))))),
+    "atan": lambda x: over(ONE, plus(ONE, power(x, TWO))),
+    "sinh": lambda x: call("cosh", x),
+    "cosh": lambda x: call("sinh", x),
+    "tanh": lambda x: over(ONE, power(call("cosh", x), TWO)),
+}
+
+
+def derivative(node: Node, name: str) -> Node | None:
+    """Return the derivative with respect to a name; None of what has none here (abs, sign, atan2, a set).
+
+    >>> from exercises.formula.expression import read
+    >>> from exercises.formula.trees import node_text
+    >>> node_text(derivative(read("a1*cos(theta1) + 2*theta1^2"), "theta1"))
+    '((a1*(-sin(theta1)))+(2*(2*theta1)))'
+    """
+    if node.kind in ("number", "decimal"):
+        return ZERO
+    if node.kind == "name":
+        return ONE if node.value == name else ZERO
+    slopes = [derivative(arg, name) for arg in node.args]
+    known = [slope for slope in slopes if slope is not None]
+    if len(known) < len(slopes):
+        return None
+    if all(slope == ZERO for slope in known):
+        return ZERO
+    return _made(node, known)
+
+
+def _made(node: Node, slopes: Sequence[Node]) -> Node | None:
+    if node.kind == "neg":
+        return negative(slopes[0])
+    if node.kind == "call":
+        return times(_SLOPES[node.value](node.args[0]), slopes[0]) if node.value in _SLOPES else None
+    if len(slopes) != 2:
+        return None
+    (a, b), (da, db) = node.args, slopes
+    if node.kind in ("+", "-"):
+        return plus(da, db) if node.kind == "+" else minus(da, db)
+    if node.kind == "*":
+        return plus(times(da, b), times(a, db))
+    if node.kind == "/":
+        return over(minus(times(da, b), times(a, db)), power(b, TWO)) if db != ZERO else over(da, b)
+    if node.kind == "^" and db == ZERO:
+        lower = number(b.value - 1) if b.kind == "number" else minus(b, ONE)
+        return times(times(b, power(a, lower)), da)
+    if node.kind == "^":  # a^b = exp(b log a)
+        return times(node, plus(times(db, call("log", a)), over(times(b, da), a)))
+    return None
