@@ -7,6 +7,7 @@ import io
 import os
 import unicodedata
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Literal
 
@@ -49,6 +50,7 @@ class AssignmentFile(pydantic.BaseModel):
     key: str = pydantic.Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=100)
     due: datetime.datetime | None = None
     feedback: Literal["verdicts", "solutions"] = "verdicts"
+    follow_through: float = pydantic.Field(default=0.8, ge=0, le=1)
     problem: list[ProblemEntry] = pydantic.Field(min_length=1)
 
 
@@ -57,6 +59,7 @@ RIGHT = {
     "key": "it names the notebooks' files: at most 100 letters, digits, '.', '_' and '-', as in key = \"velocity\"",
     "due": "it is a day with a time, without quotes, as in due = 2027-01-15T23:59:00+01:00",
     "feedback": 'it is "verdicts" or "solutions"',
+    "follow_through": "it is the share of the points for what follows from a wrong earlier answer, from 0 to 1",
     "problem": "problems are given as [[problem]] tables, one for each",
     "family": 'it is the name of a family, as in family = "planar-2r"; `qdot families` lists them',
     "robot": 'it is the name of a file, as in robot = "my-arm.toml"',
@@ -118,6 +121,7 @@ class Assignment:
     due: datetime.datetime | None = None
     feedback: str = "verdicts"
     notes: tuple[str, ...] = ()
+    follow_through: Fraction = Fraction(4, 5)
 
     def problems(self, student: str) -> list[tuple[str, Problem]]:
         """Return the student's problems, each with the name of its slot; the same at every call, on every machine."""
@@ -152,7 +156,7 @@ def load_assignment(folder: Path) -> Assignment:
     slots = tuple(_slot(file, index, entry, notes) for index, entry in enumerate(content.problem))
     return Assignment(
         folder, content.title, content.key, slots, read_roster(folder / "roster.csv"), read_secret(folder),
-        content.due, content.feedback, tuple(notes),
+        content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
     )  # fmt: skip
 
 

@@ -10,6 +10,8 @@ import hashlib
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +20,9 @@ from exercises.errors import QdotError
 from exercises.files import cannot_write, make_folder, remove_left_behind, write_atomically
 from exercises.parallel import ordered_map
 from exercises.problem import Problem, variable
+from grader.copies import Copies
 from grader.functions import asked_of
-from grader.marking import mark
+from grader.marking import mark, total
 from grader.parts import domain_of
 from grader.sandbox import Limits, Run, Sandbox
 from grader.submission import (
@@ -93,6 +96,7 @@ class _Desk:
 
     def __init__(self, assignment: Assignment, limits: Limits, cache: Path) -> None:
         self.assignment, self.sandbox, self.cache = assignment, Sandbox(limits), cache
+        self.copies = Copies(assignment)
 
     def close(self) -> None:
         self.sandbox.close()
@@ -109,7 +113,7 @@ def _grade(desk: _Desk, task: Task) -> Result:
             return result
     except (OSError, ValueError, KeyError, TypeError):
         pass  # nothing kept yet, or damaged: grade
-    result = grade_student(assignment, task.student, task.found, sandbox)
+    result = grade_student(assignment, task.student, task.found, sandbox, desk.copies)
     write_atomically(kept, json.dumps({"key": key, "result": result}))
     return result
 
@@ -120,26 +124,30 @@ def _kept(cache: Path, student: str) -> Path:
 
 
 def _cache_key(assignment: Assignment, task: Task) -> str:
-    content = hashlib.sha256(f"{assignment.edition}/{GRADER}/{assignment.due}/{task.student}".encode())
+    content = hashlib.sha256(
+        f"{assignment.edition}/{GRADER}/{assignment.due}/{assignment.follow_through}/{task.student}".encode()
+    )
     for path in task.found.files if task.found else ():
         with contextlib.suppress(OSError):
             content.update(f"{path.name}/{int(path.stat().st_mtime)}/".encode() + path.read_bytes())
     return content.hexdigest()
 
 
-def grade_student(assignment: Assignment, student: str, found: Found | None, sandbox: Sandbox) -> Result:
+def grade_student(
+    assignment: Assignment, student: str, found: Found | None, sandbox: Sandbox, copies: Copies
+) -> Result:
     """Grade one student: regenerate the problems from the assignment, run the notebook, mark every part."""
     problems = assignment.problems(student)
     if found is None:
-        return _result(assignment, student, problems, None, Run(), "nothing was handed in", [])
+        return _result(assignment, copies, student, problems, None, Run(), "nothing was handed in", [])
     notes = [Note(found.note, found.note)] if found.note else []
     try:
         submission = read_submission(found.files[0])
     except Unreadable as error:
-        return _result(assignment, student, problems, None, Run(), str(error), notes, found.files[0])
+        return _result(assignment, copies, student, problems, None, Run(), str(error), notes, found.files[0])
     obstacle = wrong_assignment(submission, assignment)
     if obstacle is not None:
-        return _result(assignment, student, problems, submission, Run(), obstacle, notes)
+        return _result(assignment, copies, student, problems, submission, Run(), obstacle, notes)
     names = [variable(slot, part.name) for slot, problem in problems for part in problem.parts]
     seed = _points_seed(assignment, submission)
     asked = {slot: asked_of(problem, domain_of(problem), seed) for slot, problem in problems}
@@ -147,28 +155,33 @@ def grade_student(assignment: Assignment, student: str, found: Found | None, san
     notes += oddities(submission, assignment, student)
     if run.note:
         notes.append(Note(run.note, run.note))
-    return _result(assignment, student, problems, submission, run, None, notes)
+    return _result(assignment, copies, student, problems, submission, run, None, notes)
 
 
 def _result(
-    assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]], submission: Submission | None,
+    assignment: Assignment, copies: Copies, student: str, problems: Sequence[tuple[str, Problem]],
+    submission: Submission | None,
     run: Run, obstacle: str | None, notes: Sequence[Note], file: Path | None = None,
 ) -> Result:  # fmt: skip
     marked: list[dict[str, Any]] = []
+    of_another = submission is not None and submission.claims.get("student") not in (None, student)
+    credit = Fraction(0) if of_another else assignment.follow_through
     for slot, problem in problems:
         reasons = {}
         for part in problem.parts:
             name = variable(slot, part.name)
             reasons[name] = obstacle or _why_missing(submission, run, slot, part.name)
-        verdicts = mark(problem, slot, run.answers, reasons, assignment.secret, _points_seed(assignment, submission))
+        seed = _points_seed(assignment, submission)
+        is_copied = partial(copies.is_right_for_another, problem, slot)
+        verdicts = mark(problem, slot, run.answers, reasons, assignment.secret, seed, credit, is_copied)
         marked.append({"id": str(problem.id), "slot": slot, "parts": [verdict.as_json() for verdict in verdicts]})
     parts = [part for problem in marked for part in problem["parts"]]
     return {
         "student": student,
         "assignment": assignment.key,
         "submission": _submission_json(submission, file),
-        "score": round(sum(part["points"] or 0.0 for part in parts), 4),
-        "max_score": round(sum(part["max_points"] for part in parts), 4),
+        "score": total(part["points"] for part in parts),
+        "max_score": total(part["max_points"] for part in parts),
         "late": _late(assignment, submission),
         "obstacle": obstacle,
         "notes": [note.student for note in notes if note.student],

@@ -1,12 +1,19 @@
 """Mark a student's answers to a problem: each part against its reference, points by the judgement's share."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from fractions import Fraction
+from typing import TypeVar
 
 from exercises.problem import Part, Problem, variable
 from grader.diagnosis import diagnose
+from grader.follow import Followed, IsCopied, follow, nothing_copied
 from grader.functions import SHOWN, is_table
 from grader.parts import judge
 from grader.verdict import Diagnosis, Judgement, Outcome, Verdict, missing
+
+CREDIT = Fraction(4, 5)
+"""The share of its points that a part earns by what follows from a wrong earlier answer, if nothing else is said."""
 
 
 def mark(
@@ -16,32 +23,92 @@ def mark(
     reasons: Mapping[str, str],
     secret: str,
     points_seed: str = "",
+    credit: Fraction = CREDIT,
+    is_copied: IsCopied = nothing_copied,
 ) -> list[Verdict]:
     """Return a verdict for each part; `answers` and `reasons` (why there is none) are by variable name.
 
-    What goes wrong in our own code is UNGRADED: it is told loudly, and is no mark.
+    A part that follows from the student's own wrong answer to an earlier one earns `credit` of its points, unless that
+    answer `is_copied`. What goes wrong in our own code is UNGRADED: it is told loudly, and is no mark.
     """
+    own = {part.name: answers[name] for part in problem.parts if (name := variable(slot, part.name)) in answers}
+    seeds = {name: f"{secret}/{problem.id}/{name}/{answer}" for name, answer in own.items()}
+    judged = {
+        part.name: _judged(problem, part, own[part.name], seeds[part.name], points_seed)
+        if part.name in own
+        else missing(reasons.get(variable(slot, part.name), "no answer was found for this part"))
+        for part in problem.parts
+    }
+    wrong = [name for name, judgement in judged.items() if judgement.outcome in NOT_RIGHT]
     verdicts = []
     for part in problem.parts:
-        name, diagnosis = variable(slot, part.name), None
-        answer = answers.get(name)
-        if answer is None:
-            judgement = missing(reasons.get(name, "no answer was found for this part"))
-        else:
-            seed = f"{secret}/{problem.id}/{part.name}/{answer}"
-            judgement = _judged(problem, part, answer, seed, points_seed)
-            if judgement.outcome in (Outcome.WRONG, Outcome.PARTIAL):
-                diagnosis = _diagnosed(problem, part, answer, seed, points_seed)
-        points = None if judgement.outcome is Outcome.UNGRADED else round(part.points * judgement.share, 4)
-        shown = SHOWN if answer is not None and is_table(answer) else answer
-        verdicts.append(Verdict(part.name, judgement, points, part.points, shown, diagnosis))
+        name, judgement = part.name, judged[part.name]
+        diagnosis, followed = None, None
+        if name in wrong:
+            before = [other for other in wrong if _is_before(problem, other, name)]
+            followed = (
+                _safely(follow, problem, part, own, before, seeds[name], is_copied) if credit and before else None
+            )
+            if followed is None or followed.judgement.outcome is not Outcome.CORRECT:
+                diagnosis = _safely(diagnose, problem, part, own[name], seeds[name], points_seed)
+        shown = SHOWN if name in own and is_table(own[name]) else own.get(name)
+        verdicts.append(verdict(part, judgement, shown, diagnosis, followed, credit))
     return verdicts
 
 
-def _diagnosed(problem: Problem, part: Part, answer: str, seed: str, points_seed: str) -> Diagnosis | None:
+NOT_RIGHT = (Outcome.WRONG, Outcome.PARTIAL)
+
+
+def _is_before(problem: Problem, one: str, other: str) -> bool:
+    names = [part.name for part in problem.parts]
+    return names.index(one) < names.index(other)
+
+
+def verdict(
+    part: Part,
+    judgement: Judgement,
+    answer: str | None,
+    diagnosis: Diagnosis | None = None,
+    followed: Followed | None = None,
+    credit: Fraction = CREDIT,
+) -> Verdict:
+    """Return the verdict on a part: its points by the judgement, or by what follows where that is more."""
+    if judgement.outcome is Outcome.UNGRADED:
+        return Verdict(part.name, judgement, None, part.points, answer)
+    points = points_of(part.points, judgement.share)
+    if followed is None or (more := points_of(part.points, followed.judgement.share, credit)) <= points:
+        return Verdict(part.name, judgement, points, part.points, answer, diagnosis)
+    how_far = "follows" if followed.judgement.outcome is Outcome.CORRECT else "follows in part"
+    reason = (
+        f"this {how_far} from your own answer to {followed.earlier!r}, which is not right, and earns "
+        f"{float(credit):.0%} of what it would; against the solution: {judgement.reason}"
+    )
+    followed_from = replace(judgement, outcome=Outcome.PARTIAL, reason=reason)
+    return Verdict(part.name, followed_from, more, part.points, answer, diagnosis, followed.earlier)
+
+
+def points_of(points: float, share: float, credit: Fraction = Fraction(1)) -> float:
+    """Return a share of the points, exactly, to four decimals.
+
+    >>> points_of(0.3, 1 / 3), points_of(2, 1.0, Fraction(4, 5))
+    (0.1, 1.6)
+    """
+    return float(round(Fraction(str(points)) * Fraction(share).limit_denominator(1000) * credit, 4))
+
+
+def total(points: Iterable[float | None]) -> float:
+    """Return the sum of points of four decimals, exactly: 0.1 and 0.2 are 0.3."""
+    return float(sum((Fraction(str(number)) for number in points if number is not None), Fraction(0)))
+
+
+Found = TypeVar("Found")
+
+
+def _safely(look: Callable[..., Found], *about: object) -> Found | None:
+    """Return what is found out about a wrong answer, None where that fails: the verdict is sound without it."""
     try:
-        return diagnose(problem, part, answer, seed, points_seed)
-    except Exception:  # no mark hangs on it, and the verdict is sound without
+        return look(*about)
+    except Exception:
         return None
 
 

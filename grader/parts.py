@@ -41,7 +41,7 @@ def judge(problem: Problem, part: Part, answer: str, seed: str, points_seed: str
         return judge_choice(answer, reference.options, reference.correct)
     if isinstance(reference, Number):
         values = [float(value) for value in reference.reference]
-        rates = _labels(problem, part)
+        rates = labels(problem, part)
         tolerance, floor = reference.tolerance, reference.floor
         if part.rounding is not None:
             # An allowance for values near zero belongs to the digits that are wanted.
@@ -53,18 +53,18 @@ def judge(problem: Problem, part: Part, answer: str, seed: str, points_seed: str
         return judge_expression(answer, text_of(reference.reference), domain, seed, part.rounding)
     if isinstance(reference, Matrix):
         rows = [[text_of(entry) for entry in row] for row in reference.reference.tolist()]
-        return judge_matrix(answer, rows, domain, seed, _labels(problem, part), part.rounding)
+        return judge_matrix(answer, rows, domain, seed, labels(problem, part), part.rounding)
     if isinstance(reference, Direction):
         entries = [text_of(entry) for entry in reference.reference]
         apart = reference.tolerance
         if apart is not None and part.rounding is not None:
             apart = part.rounding.relative or part.rounding.absolute
-        return judge_direction(answer, entries, domain, seed, apart, _labels(problem, part))
+        return judge_direction(answer, entries, domain, seed, apart, labels(problem, part))
     assert isinstance(reference, ConditionSet)
     return judge_singular(answer, reference.pieces(), [q.name for q in problem.chain.q], domain, seed, part.rounding)
 
 
-def _labels(problem: Problem, part: Part) -> tuple[str, ...]:
+def labels(problem: Problem, part: Part) -> tuple[str, ...]:
     """Return the names of a vector of joint rates, by which `solve` returns them; nothing for other answers."""
     rates = part.kind in ("inverse-velocity", "joint-rates", "least-norm-rates", "self-motion", "path-rates")
     return tuple(rate.name for rate in problem.chain.rates) if rates else ()

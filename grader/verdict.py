@@ -38,7 +38,7 @@ class Diagnosis:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The judgement on one part with its points (None where ungraded), the answer's text, and the mistake if known."""
+    """The judgement on one part with its points (None where ungraded), the answer's text, and what is known of it."""
 
     part: str
     judgement: Judgement
@@ -46,6 +46,7 @@ class Verdict:
     max_points: float
     answer: str | None
     diagnosis: Diagnosis | None = None
+    followed_from: str | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Return the form of results.jsonl."""
@@ -58,7 +59,7 @@ class Verdict:
             "reason": self.judgement.reason,
             "mistake": None if self.diagnosis is None else " and ".join(self.diagnosis.mistakes),
             "advice": None if self.diagnosis is None else self.diagnosis.says,
-            "followed_from": None,
+            "followed_from": self.followed_from,
             "certificate": None if certificate is None else certificate.as_json(),
             "answer": self.answer,
             "entries": None if self.judgement.entries is None else [list(row) for row in self.judgement.entries],

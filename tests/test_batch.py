@@ -13,6 +13,7 @@ from exercises.assignment import Assignment, load_assignment
 from exercises.errors import QdotError
 from exercises.problem import Part
 from exercises.release import init_assignment, release
+from exercises.writing.answer_code import answer_code
 from grader import parts as judging
 from grader.batch import grade_class
 from grader.certify import certificate_text
@@ -105,6 +106,7 @@ def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
     for student in ("s01", "s02", "s03"):
         assert graded[student]["score"] == graded[student]["max_score"]
     assert graded["s04"]["score"] < 2
+    assert all(part["followed_from"] is None for part in parts(graded["s04"]).values())
     assert "handed out to 's01'" in graded["s04"]["staff_notes"][0]
     assert "somebody else" in graded["s04"]["notes"][0]
     assert "s01" not in feedback_page(assignment, assignment.roster[3], graded["s04"])
@@ -171,6 +173,25 @@ def test_two_graders_do_not_work_in_one_folder(assignment: Assignment) -> None:
         fcntl.flock(lock, fcntl.LOCK_EX)
         with pytest.raises(QdotError, match="another 'qdot grade'"):
             grade(assignment)
+
+
+def test_nothing_follows_from_answers_that_are_right_for_somebody_else(assignment: Assignment) -> None:
+    """s02 writes the answers of s01 into the own notebook; s03 makes one mistake and goes on from there."""
+    others = {part.name: answer_code(part) for _, problem in assignment.problems("s01") for part in problem.parts}
+    hand_in(assignment, "s02/hw.ipynb", right(assignment, "s02", lambda _, part: others[part.name]))
+    forgotten = {
+        "position": "Matrix({}) * 0.5", "jacobian": "Matrix({}) * 0.5", "determinant": "({}) * 0.25",
+    }  # fmt: skip
+    hand_in(
+        assignment,
+        "s03/hw.ipynb",
+        right(assignment, "s03", lambda code, part: forgotten.get(part.name, "{}").format(code)),
+    )
+    graded = grade(assignment)
+    assert [part["followed_from"] for part in parts(graded["s02"]).values()] == [None] * 5
+    assert graded["s02"]["score"] < 1
+    followed = parts(graded["s03"])
+    assert followed["p1.jacobian"]["followed_from"] == "position" and followed["p1.determinant"]["points"] == 0.8
 
 
 def test_our_own_failure_is_ungraded_and_no_mark(assignment: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:

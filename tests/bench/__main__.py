@@ -12,6 +12,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from exercises.release import init_assignment, release_one
 from grader.batch import grade_student
 from grader.certify import certificate_text
 from grader.compare import compare_line
+from grader.copies import Copies
 from grader.demo import answered
 from grader.sandbox import Sandbox
 from grader.submission import Found, read_submission
@@ -62,7 +64,10 @@ def bench(folder: Path) -> None:
         floors = [milliseconds(lambda s=s: cells_only(folder, assignment, s.id, sandbox)) for s in students]  # type: ignore[misc]
         floor = statistics.median(floors[1:])
         found = {s.id: Found((folder / "in" / s.id / "bench.ipynb",)) for s in students}
-        grading = [milliseconds(lambda s=s: grade_student(assignment, s.id, found[s.id], sandbox)) for s in students]  # type: ignore[misc]
+        copies = Copies(assignment)
+        grading = [
+            milliseconds(partial(grade_student, assignment, s.id, found[s.id], sandbox, copies)) for s in students
+        ]
     row("floor: the notebook's own cells", floors[1:], floor)
     row("grade: regenerate, run, read, compare, mark", grading, floor)
 

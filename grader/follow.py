@@ -1,0 +1,393 @@
+"""Mark a later part by what follows from the student's own earlier answer, where that was wrong.
+
+The parts of a problem build on one another (`Part.needs`). An earlier answer that is wrong is put in the place of the
+reference, and the later one is judged against what follows from it: by trees, exactly as against a reference. Nothing
+follows from an answer that was not given, or that makes the later part easier than it is: one that is zero or constant,
+depends on fewer joints or not by their sines and cosines, has more zeros, is singular where it should not be, or is a
+copy of another of the answers or of the right answer to somebody else's problem.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from exercises.arm.chain import Chain
+from exercises.arm.derivation import derive
+from exercises.formula.algebra import ZERO, adjugate, cross, derivative, determinant, over, product, transposed
+from exercises.formula.algebra import Matrix as Rows
+from exercises.formula.expression import read
+from exercises.formula.identity import READABLE
+from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.trees import Node, ReadError, as_matrix, has_blank, names, node_text, size_of
+from exercises.mistakes.given import configurations
+from exercises.problem import ConditionSet, Expression, Matrix, Number, Part, Problem
+from exercises.record import text_of
+from exercises.stream import Stream
+from grader.functions import is_table
+from grader.judge import judge_expression, judge_matrix, judge_numbers, judge_singular
+from grader.parts import domain_of, labels
+from grader.verdict import Judgement
+
+LONGEST = 3000
+"""Nodes of an answer from which something may follow, and 20 times that of what follows."""
+POINTS = 6
+
+
+@dataclass(frozen=True)
+class Followed:
+    """The judgement on an answer against what follows from an earlier one, and that part's name."""
+
+    judgement: Judgement
+    earlier: str
+
+
+Own = Mapping[str, Rows]
+"""The rows of each earlier part: the student's where these are wrong, else the reference's."""
+
+
+IsCopied = Callable[[Part, Rows], bool]
+"""Whether a wrong answer to a part is the right one to somebody else's problem."""
+
+
+def nothing_copied(part: Part, rows: Rows) -> bool:
+    """Tell that an answer is nobody else's."""
+    return False
+
+
+def follow(
+    problem: Problem,
+    part: Part,
+    answers: Mapping[str, str],
+    wrong: Sequence[str],
+    seed: str,
+    is_copied: IsCopied = nothing_copied,
+) -> Followed | None:
+    """Return the best judgement on an answer against what follows from an earlier wrong one; None where none does.
+
+    `answers` are the texts of all parts' answers by part, `wrong` the earlier parts that were answered wrongly.
+    """
+    answer = answers[part.name]
+    if is_table(answer) or part.kind not in STEPS:
+        return None
+    desk = _Desk(problem, answers, seed, is_copied)
+    found: list[Followed] = []
+    for sources, step in STEPS[part.kind]:
+        own = desk.own(sources, wrong)
+        if own is None:
+            continue
+        result = step(desk, part, own)
+        judgement = None if result is None else desk.judged(part, result, answer)
+        if judgement is not None and judgement.share > 0:
+            found.append(Followed(judgement, next(name for name in sources if name in wrong)))
+    return max(found, key=lambda one: one.judgement.share, default=None)
+
+
+class _Desk:
+    """A problem with a student's answers, read once."""
+
+    def __init__(self, problem: Problem, answers: Mapping[str, str], seed: str, is_copied: IsCopied) -> None:
+        self.problem, self.answers, self.seed, self.is_copied = problem, answers, f"{seed}/follow", is_copied
+        self.domain = domain_of(problem)
+        self.parts = {part.name: part for part in problem.parts}
+        several = self.domain.sample(set(self.domain.roles), READABLE + POINTS, Stream(self.seed))
+        self.values = {name: value[READABLE:] for name, value in several.items()}
+
+    @property
+    def chain(self) -> Chain:
+        """The arm."""
+        return self.problem.chain
+
+    def own(self, sources: Sequence[str], wrong: Sequence[str]) -> dict[str, Rows] | None:
+        """Return the rows of some parts, the student's where wrong; None where none is wrong, or one of no use."""
+        if not any(name in wrong for name in sources):
+            return None
+        found: dict[str, Rows] = {}
+        for name in sources:
+            due = self.due(name)
+            rows = self.usable(name, due) if name in wrong and due is not None else due
+            if rows is None:
+                return None
+            found[name] = rows
+        return found
+
+    def due(self, name: str) -> Rows | None:
+        """Return the rows of a part's reference, whether or not it is asked in this problem."""
+        part = self.parts.get(name)
+        if part is not None and isinstance(part.answer, (Expression, Matrix)):
+            rows = [[part.answer.reference]] if isinstance(part.answer, Expression) else part.answer.reference.tolist()
+        elif name == "jacobian":
+            rows = derive(self.chain).jacobian.tolist()
+        else:
+            return None
+        return [[read(text_of(entry), self.domain.roles) for entry in row] for row in rows]
+
+    def usable(self, name: str, due: Rows) -> Rows | None:
+        """Return the rows of a wrong answer from which something may follow."""
+        text = self.answers.get(name, "")
+        if is_table(text):
+            return None
+        try:
+            node = read(text, self.domain.roles)
+            rows = as_matrix(node.args[1] if node.kind == "eq" else node)
+            if len(due[0]) == 1 < len(due) and len(rows) == 1:
+                rows = transposed(rows)
+            entries = [entry for row in rows for entry in row]
+            if (len(rows), len(rows[0])) != (len(due), len(due[0])) or sum(map(size_of, entries)) > LONGEST:
+                return None
+            if any(map(has_blank, entries)) or set().union(*map(names, entries)) - set(self.domain.roles):
+                return None
+            if self.is_copy(name, rows) or self.is_copied(self.parts[name], rows):
+                return None
+            return rows if self.as_hard(rows, due) and self.as_regular(rows, due) else None
+        except ReadError:
+            return None
+
+    def is_copy(self, name: str, rows: Rows) -> bool:
+        """Tell whether rows are, at random configurations, the answer to another part as well."""
+        mine = self._values(rows)
+        return any(
+            other is not None and other.shape == mine.shape and np.allclose(other, mine, rtol=1e-9, atol=0)
+            for other in (self._read(text) for part, text in self.answers.items() if part != name)
+        )
+
+    def _read(self, text: str) -> np.ndarray | None:
+        """Return another answer in numbers, None where it has none."""
+        try:
+            rows = as_matrix(read(text, self.domain.roles))
+            used = set().union(*(names(entry) for row in rows for entry in row))
+            return None if used - set(self.domain.roles) or len(text) > 10 * LONGEST else self._values(rows)
+        except ReadError:
+            return None
+
+    def _values(self, rows: Rows) -> np.ndarray:
+        return evaluate(compile_tape([entry for row in rows for entry in row]), self.values, POINTS)[0]
+
+    def as_hard(self, rows: Rows, due: Rows) -> bool:
+        """Tell whether rows depend on as many joints as those that are due, and have not clearly more zeros."""
+        mine, ours = self.traits(rows), self.traits(due)
+        return (
+            mine.finite
+            and mine.periodic
+            and mine.joints >= ours.joints
+            and mine.others >= ours.others - 1
+            and mine.entries >= ours.entries - ours.entries // 4
+        )
+
+    def as_regular(self, rows: Rows, due: Rows) -> bool:
+        """Tell whether a square matrix has a determinant as hard as that of the one that is due."""
+        if not 1 < len(due) == len(due[0]) <= MOST_ROWS:
+            return True
+        return self.as_hard([[determinant(rows)]], [[determinant(due)]])
+
+    def traits(self, rows: Rows) -> "Traits":
+        """Return what an answer is like, at random configurations."""
+        entries = [entry for row in rows for entry in row]
+        tape, roles = compile_tape(entries), self.domain.roles
+        found = evaluate(tape, self.values, POINTS)[0]
+        size = max(float(np.nanmax(np.abs(found), initial=0.0)), 1e-300)
+
+        def differs(values: Mapping[str, np.ndarray], room: float) -> bool:
+            with np.errstate(all="ignore"):
+                return not np.all(np.abs(evaluate(tape, values, POINTS)[0] - found) <= room * size)
+
+        joints = {q.name for q in self.chain.q}
+        used = {name for name in set().union(*map(names, entries)) if isinstance(roles[name], str)}
+        depends = [name for name in used if differs({**self.values, name: 0.83 * self.values[name] + 0.11}, 1e-9)]
+        turn = {name: 2 * np.pi if role == "angle" else 0.0 for name, role in roles.items()}
+        return Traits(
+            bool(np.isfinite(found).all()),
+            not differs({name: value + turn[name] for name, value in self.values.items()}, 1e-6),
+            sum(name in joints for name in depends),
+            sum(name not in joints for name in depends),
+            int(np.count_nonzero(np.abs(found).max(axis=1) > 1e-9 * size)),
+        )
+
+    def judged(self, part: Part, result: "Rows | np.ndarray", answer: str) -> Judgement | None:
+        """Judge an answer against what follows; None where that is easier than what is due, or of no use."""
+        if isinstance(result, np.ndarray):
+            return self._judged_numbers(part, result, answer)
+        if sum(size_of(entry) for row in result for entry in row) > 20 * LONGEST:
+            return None
+        due = [[determinant(rows)]] if (rows := self._set_due(part)) is not None else self.due(part.name)
+        if due is None or not self.as_hard(result, due):
+            return None
+        texts = [[node_text(entry) for entry in row] for row in result]
+        if isinstance(part.answer, ConditionSet):
+            joints = [q.name for q in self.chain.q]
+            return judge_singular(answer, [f"{texts[0][0]} = 0"], joints, self.domain, self.seed, part.rounding)
+        if isinstance(part.answer, Expression):
+            return judge_expression(answer, texts[0][0], self.domain, self.seed, part.rounding)
+        return judge_matrix(answer, texts, self.domain, self.seed, labels(self.problem, part), part.rounding)
+
+    def _set_due(self, part: Part) -> Rows | None:
+        square = len(self.chain.task) == self.chain.n <= MOST_ROWS
+        return self.due("jacobian") if isinstance(part.answer, ConditionSet) and square else None
+
+    def _judged_numbers(self, part: Part, values: np.ndarray, answer: str) -> Judgement | None:
+        assert isinstance(part.answer, Number)
+        largest = float(np.abs(values).max(initial=0.0))
+        if not np.isfinite(values).all() or np.count_nonzero(np.abs(values) > 1e-6 * largest) < len(values):
+            return None
+        tolerance = part.rounding.relative or part.answer.tolerance if part.rounding else part.answer.tolerance
+        floor = 0.001 * largest
+        units = part.answer.units
+        return judge_numbers(answer, values.tolist(), units, tolerance, floor, labels(self.problem, part))
+
+    def at_given(self, part: Part, entries: Sequence[Node]) -> np.ndarray:
+        """Return entries in numbers at the configuration that a part gives."""
+        values = configurations(self.chain, part, self.domain, 1, Stream(self.seed))
+        return evaluate(compile_tape(list(entries)), values, 1)[0][:, 0].real
+
+
+@dataclass(frozen=True)
+class Traits:
+    """What an answer is like at random configurations: whether it is defined, and the same after whole turns.
+
+    `joints` and `others` are the numbers of joints and other symbols on which it depends, `entries` those not zero.
+    """
+
+    finite: bool
+    periodic: bool
+    joints: int
+    others: int
+    entries: int
+
+
+# --- steps ---
+
+MOST_ROWS = 4
+"""Rows of the largest matrix of which the determinant is written out."""
+
+Step = Callable[[_Desk, Part, Own], "Rows | np.ndarray | None"]
+
+
+def _symbols(some: Sequence[object]) -> list[list[Node]]:
+    return [[Node("name", value=str(symbol))] for symbol in some]
+
+
+def _differentiated(desk: _Desk, own: Own) -> list[list[Node]] | None:
+    rows = [[derivative(row[0], q.name) for q in desk.chain.q] for row in own["position"]]
+    known = [[entry for entry in row if entry is not None] for row in rows]
+    return known if all(len(row) == desk.chain.n for row in known) else None
+
+
+def _velocity(desk: _Desk, part: Part, own: Own) -> Rows | None:
+    rows = _differentiated(desk, own)
+    return None if rows is None else product(rows, _symbols(desk.chain.rates))
+
+
+def _component(desk: _Desk, part: Part, own: Own) -> Rows | None:
+    found = _velocity(desk, part, own)
+    return None if found is None else [found[desk.chain.linear_rows.index(str(part.details["axis"]))]]
+
+
+def _jacobian(desk: _Desk, part: Part, own: Own) -> Rows | None:
+    linear, right = _differentiated(desk, own), desk.due("jacobian")
+    if linear is None or right is None:
+        return None
+    rows = iter(linear)
+    return [next(rows) if name[0] == "v" else due for name, due in zip(desk.chain.task, right, strict=True)]
+
+
+def _small(rows: Rows) -> bool:
+    return len(rows) == len(rows[0]) <= MOST_ROWS
+
+
+def _determinant(desk: _Desk, part: Part, own: Own) -> Rows | None:
+    return [[determinant(own["jacobian"])]] if _small(own["jacobian"]) else None
+
+
+def _gram(desk: _Desk, part: Part, own: Own) -> Rows | None:
+    found = product(own["jacobian"], transposed(own["jacobian"]))
+    return [[determinant(found)]] if _small(found) else None
+
+
+def _inverse(desk: _Desk, part: Part, own: Own) -> Rows | None:
+    jacobian = own["jacobian"]
+    if not _small(jacobian):
+        return None
+    by = own["determinant"][0][0] if "determinant" in own else determinant(jacobian)
+    return [[over(entry, by) for entry in row] for row in adjugate(jacobian)]
+
+
+def _rates(desk: _Desk, part: Part, own: Own) -> Rows | None:
+    inverse = own["inverse-jacobian"] if "inverse-jacobian" in own else _inverse(desk, part, own)
+    return None if inverse is None else product(inverse, _symbols(desk.chain.task))
+
+
+def _torques(desk: _Desk, part: Part, own: Own) -> Rows | None:
+    return product(transposed(own["jacobian"]), _symbols(list(part.symbols)))
+
+
+def _geometric(desk: _Desk, part: Part, own: Own) -> Rows | None:
+    columns = []
+    axes, arms = transposed(own["joint-axes"]), transposed(own["position-vectors"])
+    for joint, z, p_star in zip(desk.chain.joints, axes, arms, strict=True):
+        zero = [ZERO] * 3
+        columns.append([*cross(z, p_star), *z] if joint.kind == "R" else [*z, *zero])
+    return transposed(columns)
+
+
+def _twist(desk: _Desk, part: Part, own: Own) -> Rows | None:
+    return product(own["geometric-jacobian"], _symbols(desk.chain.rates))
+
+
+def _tool(desk: _Desk, part: Part, own: Own) -> Rows | None:
+    turned = transposed([row[:3] for row in own["transform"][:3]])
+    return [*product(turned, own["geometric-jacobian"][:3]), *product(turned, own["geometric-jacobian"][3:])]
+
+
+def _blocks(desk: _Desk, part: Part, own: Own) -> Rows | None:
+    return [[determinant(own["arm-block"])], [determinant(own["wrist-block"])]]
+
+
+def _in_numbers(step: Step) -> Step:
+    def at_given(desk: _Desk, part: Part, own: Own) -> np.ndarray | None:
+        rows = step(desk, part, own)
+        return None if rows is None else desk.at_given(part, [row[0] for row in rows])
+
+    return at_given
+
+
+def _known_rates(desk: _Desk, part: Part, own: Own) -> Rows | None:
+    return own["inverse-velocity"]
+
+
+_RATES: tuple[tuple[tuple[str, ...], Step], ...] = (
+    (("inverse-jacobian",), _rates),
+    (("jacobian",), _rates),
+    (("jacobian", "determinant"), _rates),
+)
+
+STEPS: dict[str, tuple[tuple[tuple[str, ...], Step], ...]] = {
+    "velocity": ((("position",), _velocity),),
+    "velocity-component": ((("position",), _component),),
+    "jacobian": ((("position",), _jacobian),),
+    "geometric-jacobian": ((("joint-axes", "position-vectors"), _geometric),),
+    "twist": ((("geometric-jacobian",), _twist),),
+    "tool-jacobian": ((("transform", "geometric-jacobian"), _tool),),
+    "block-determinants": ((("arm-block", "wrist-block"), _blocks),),
+    "determinant": ((("jacobian",), _determinant),),
+    "gram-determinant": ((("jacobian",), _gram),),
+    "inverse-jacobian": ((("jacobian",), _inverse), (("jacobian", "determinant"), _inverse)),
+    "inverse-velocity": _RATES,
+    "joint-rates": tuple(
+        (sources, _in_numbers(step)) for sources, step in ((("inverse-velocity",), _known_rates), *_RATES)
+    ),
+    "path-rates": tuple(
+        (sources, _in_numbers(step)) for sources, step in ((("inverse-velocity",), _known_rates), *_RATES)
+    ),
+    "joint-torques": ((("jacobian",), _torques),),
+    "singular-angles": (
+        (("determinant",), lambda desk, part, own: own["determinant"]),
+        (("jacobian",), _determinant),
+    ),
+}
+"""What each question is worked out from, in the order in which it is tried, and how."""
+
+
+def earlier(part: Part) -> Iterator[str]:
+    """Yield the parts on which a part may build."""
+    for sources, _ in STEPS.get(part.kind, ()):
+        yield from sources

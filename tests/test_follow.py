@@ -1,0 +1,177 @@
+"""A later part is marked on the student's own earlier answer, and nothing is earned by making it easier."""
+
+from fractions import Fraction
+
+import pytest
+
+from exercises.arm.chain import Chain
+from exercises.docs import planar_2r, scorbot_arm
+from exercises.generate import generate
+from exercises.mistakes.catalogue import CATALOGUE, made
+from exercises.mistakes.results import RESULTS, result
+from exercises.mistakes.working import Working, as_formulas, formulas
+from exercises.problem import Expression, Part, Problem, ProblemId, variable
+from exercises.questions import QUESTIONS
+from exercises.record import text_of
+from exercises.stream import Stream
+from grader.follow import STEPS
+from grader.marking import mark, points_of, total
+from grader.verdict import Outcome, Verdict
+
+PLANAR, SCORBOT = planar_2r(), scorbot_arm()
+ASKED = ("position", "jacobian", "determinant", "inverse-jacobian", "inverse-velocity", "singular-angles")
+
+
+def problem_of(chain: Chain, names: tuple[str, ...] = ASKED) -> Problem:
+    parts = []
+    for name in names:
+        question = QUESTIONS[name]
+        answer, details = question.ask(chain, Stream(f"follow/{name}"))
+        parts.append(Part(name, name, answer, question.points, question.needs, details))
+    return Problem(ProblemId("textbook", 1, names), chain, tuple(parts))
+
+
+def marked(problem: Problem, answers: dict[str, str], credit: Fraction = Fraction(4, 5)) -> dict[str, Verdict]:
+    texts = {variable("p1", name): text for name, text in answers.items()}
+    return {verdict.part: verdict for verdict in mark(problem, "p1", texts, {}, "secret", "", credit)}
+
+
+def written(part: Part, w: Working) -> str:
+    matrix = as_formulas(result(w, part))
+    return text_of(matrix[0]) if isinstance(part.answer, Expression) else str(matrix.tolist())
+
+
+RELATIVE = {
+    "position": "[a1*cos(theta1) + a2*cos(theta2), a1*sin(theta1) + a2*sin(theta2)]",
+    "jacobian": "[[-a1*sin(theta1), -a2*sin(theta2)], [a1*cos(theta1), a2*cos(theta2)]]",
+    "determinant": "a1*a2*sin(theta2 - theta1)",
+    "inverse-jacobian": "[[cos(theta2)/(a1*sin(theta2 - theta1)), sin(theta2)/(a1*sin(theta2 - theta1))],"
+    " [-cos(theta1)/(a2*sin(theta2 - theta1)), -sin(theta1)/(a2*sin(theta2 - theta1))]]",
+    "inverse-velocity": "[(vx*cos(theta2) + vy*sin(theta2))/(a1*sin(theta2 - theta1)),"
+    " -(vx*cos(theta1) + vy*sin(theta1))/(a2*sin(theta2 - theta1))]",
+    "singular-angles": "[theta2 = theta1, theta2 = theta1 + pi]",
+}
+"""Everything that follows from relative angles in the position of the planar arm."""
+
+
+def test_one_mistake_at_the_start_costs_its_own_part_and_a_fifth_of_the_others() -> None:
+    verdicts = marked(problem_of(PLANAR), RELATIVE)
+    first = verdicts.pop("position")
+    assert (first.points, first.judgement.outcome, first.followed_from) == (0.0, Outcome.WRONG, None)
+    assert first.diagnosis is not None and first.diagnosis.mistakes == ("relative-angle",)
+    for verdict in verdicts.values():
+        assert verdict.points == points_of(verdict.max_points, 1.0, Fraction(4, 5)), verdict
+        assert verdict.judgement.outcome is Outcome.PARTIAL
+        assert verdict.followed_from in ASKED and "80%" in verdict.judgement.reason
+    assert verdicts["jacobian"].followed_from == "position"
+
+
+def test_the_assignment_sets_the_credit_and_may_give_none() -> None:
+    half = marked(problem_of(PLANAR), RELATIVE, Fraction(1, 2))
+    assert half["jacobian"].points == 1.0
+    none = marked(problem_of(PLANAR), RELATIVE, Fraction(0))
+    assert none["jacobian"].points == 0.0 and none["jacobian"].followed_from is None
+
+
+def test_a_part_is_never_worth_more_and_a_right_one_stays_right() -> None:
+    right = {part.name: written(part, formulas(PLANAR)) for part in problem_of(PLANAR).parts if part.kind in RESULTS}
+    verdicts = marked(problem_of(PLANAR), {**RELATIVE, "jacobian": right["jacobian"]})
+    assert verdicts["jacobian"].points == verdicts["jacobian"].max_points
+    assert verdicts["determinant"].points == 0.0  # it follows from nothing that was handed in but a right answer
+    assert all((v.points or 0) <= v.max_points for v in verdicts.values())
+
+
+def test_an_answer_that_is_right_in_part_keeps_the_better_of_the_two() -> None:
+    answers = {
+        **RELATIVE,
+        "jacobian": "[[-a1*sin(theta1) - a2*sin(theta1 + theta2), -a2*sin(theta1 + theta2)], [0, 0]]",
+    }
+    verdict = marked(problem_of(PLANAR), answers)["jacobian"]
+    assert verdict.points == 1.0 and verdict.followed_from is None
+
+
+GAMES = {
+    "zero": {
+        "position": "[0, 0]", "jacobian": "[[0, 0], [0, 0]]", "determinant": "0", "singular-angles": "theta1 = k*pi",
+    },
+    "constant": {
+        "position": "[theta1, theta2]", "jacobian": "[[1, 0], [0, 1]]", "determinant": "1",
+        "inverse-jacobian": "[[1, 0], [0, 1]]", "inverse-velocity": "[vx, vy]",
+    },
+    "singular": {
+        "jacobian": "[[a1*cos(theta1), a2*cos(theta2)], [a1*cos(theta1), a2*cos(theta2)]]",
+        "determinant": "0", "singular-angles": "theta1 = theta1",
+    },
+    "one joint": {"determinant": "a1*a2*1.0", "singular-angles": "{theta1: 0}"},
+    "polynomial": {"determinant": "a1*a2*theta1*theta2", "singular-angles": "[theta1 = 0, theta2 = 0]"},
+    "diagonal": {
+        "jacobian": "[[a1*cos(theta1), 0], [0, a2*sin(theta2)]]", "determinant": "a1*a2*cos(theta1)*sin(theta2)",
+        "inverse-jacobian": "[[1/(a1*cos(theta1)), 0], [0, 1/(a2*sin(theta2))]]",
+        "inverse-velocity": "[vx/(a1*cos(theta1)), vy/(a2*sin(theta2))]",
+    },
+    "involution": {
+        "jacobian": "[[cos(theta1), sin(theta1)], [sin(theta1), -cos(theta1)]]", "determinant": "-1",
+        "inverse-jacobian": "[[cos(theta1), sin(theta1)], [sin(theta1), -cos(theta1)]]",
+        "inverse-velocity": "[vx*cos(theta1) + vy*sin(theta1), vx*sin(theta1) - vy*cos(theta1)]",
+    },
+    "copied": {
+        "inverse-jacobian": "[[-a1*sin(theta1), -a2*sin(theta2)], [a1*cos(theta1), a2*cos(theta2)]]",
+        "jacobian": "[[-a1*sin(theta1), -a2*sin(theta2)], [a1*cos(theta1), a2*cos(theta2)]]",
+        "determinant": "a1*a2*sin(theta2 - theta1)",
+    },
+    "blank": {"jacobian": "[[blank, blank], [blank, blank]]", "determinant": "a1*a2*sin(theta2 - theta1)"},
+    "not given": {"determinant": "a1*a2*sin(theta2 - theta1)"},
+    "undefined": {"jacobian": "[[1/0, 1/0], [1/0, 1/0]]", "determinant": "1/0"},
+    "unknown": {"jacobian": "[[x, y], [z, w]]", "determinant": "x*w - y*z"},
+    "hostile": {"jacobian": "[[" + "(" * 500, "determinant": "9**9**9**9"},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("game", GAMES)
+def test_nothing_is_earned_by_making_a_later_part_easier(game: str) -> None:
+    names = tuple(name for name in ASKED if game != "copied" or name in GAMES["copied"])
+    verdicts = marked(problem_of(PLANAR, names), GAMES[game])
+    assert sum(verdict.points or 0.0 for verdict in verdicts.values()) == 0.0, verdicts
+    assert all(verdict.followed_from is None for verdict in verdicts.values())
+
+
+EARLY = ("relative-angle", "sine-for-cosine", "link-subtracted", "chain-rule", "term-sign")
+
+
+def test_what_follows_from_a_mistake_is_followed_on_every_family(family: str) -> None:
+    """All answers of one working in which one thing went wrong: each is right, follows, or builds on what is easy."""
+    problem = generate(ProblemId(family, 0))
+    later = [part for part in problem.parts if part.kind in STEPS and part.kind in RESULTS and _is_formula(part)]
+    if problem.chain.n > 3 or not later:
+        return
+    w = formulas(problem.chain)
+    tried = followed = 0
+    for mistake in EARLY:
+        for wrong in list(made(CATALOGUE[mistake], w, later[0]))[:2]:
+            parts = [part for part in problem.parts if part.kind in RESULTS and _is_formula(part)]
+            texts = {part.name: written(part, wrong.working) for part in parts}
+            if any(len(text) > 4000 or "zoo" in text or "nan" in text for text in texts.values()):
+                continue
+            verdicts = marked(problem, texts)
+            for part in later:
+                verdict = verdicts[part.name]
+                if verdict.judgement.outcome is not Outcome.CORRECT and _sources_wrong(part, verdicts):
+                    tried += 1
+                    followed += verdict.followed_from is not None
+    assert followed >= 0.4 * tried, (followed, tried)
+
+
+def _is_formula(part: Part) -> bool:
+    return part.type in ("expression", "matrix") and part.kind != "link-velocity"  # whose mistakes are its own
+
+
+def _sources_wrong(part: Part, verdicts: dict[str, Verdict]) -> bool:
+    sources = {name for names, _ in STEPS[part.kind] for name in names}
+    return any(name in verdicts and (verdicts[name].points or 0.0) < verdicts[name].max_points for name in sources)
+
+
+def test_points_are_exact_and_add_up() -> None:
+    assert total([0.1, 0.2, None]) == 0.3
+    assert [points_of(3, k / 7) for k in range(8)] == [0.0, 0.4286, 0.8571, 1.2857, 1.7143, 2.1429, 2.5714, 3.0]
+    assert str(total(points_of(0.7, 1 / 3) for _ in range(3))) == "0.6999"
+    assert points_of(1.1, 1.0) == 1.1
