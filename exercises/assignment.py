@@ -15,6 +15,7 @@ import pydantic
 
 from exercises import ENGINE
 from exercises.arm.robot_file import read_robot_file
+from exercises.credit import CREDIT, Credit, read_credit
 from exercises.decimals import DECIMALS, read_decimals
 from exercises.difficulty import HARDEST
 from exercises.errors import QdotError
@@ -40,6 +41,7 @@ class ProblemEntry(pydantic.BaseModel):
     points: list[float] | None = None
     difficulty: int | list[int] | None = None
     decimals: int | str | dict[str, int | str] | None = None
+    credit: str | float | dict[str, str | float] | None = None
 
 
 class AssignmentFile(pydantic.BaseModel):
@@ -66,6 +68,7 @@ RIGHT = {
     "questions": 'it is a list of names, as in questions = ["position", "jacobian"]; `qdot questions` lists them',
     "points": "it is a list of positive numbers, one for each question, as in points = [1, 2]",
     "decimals": DECIMALS,
+    "credit": CREDIT,
     "difficulty": f"it is a step from 0 to {HARDEST}, or a range, as in difficulty = [1, 2]",
 }
 """What would be right for each key."""
@@ -86,7 +89,8 @@ class Slot:
     """A place in the assignment: every student has a problem of this family with these questions here.
 
     `band` bounds the difficulty; `robot` is a digest of the file of an instructor's own robot, empty for a family;
-    `decimals` are the questions in which decimals may be rounded, and how far.
+    `decimals` are the questions in which decimals may be rounded, and how far; `credit` those for which it is said how
+    an answer that is right in part is marked.
     """
 
     name: str
@@ -96,6 +100,7 @@ class Slot:
     band: tuple[int, int] | None = None
     robot: str = ""
     decimals: tuple[tuple[str, Rounding], ...] = ()
+    credit: tuple[tuple[str, Credit], ...] = ()
 
     def identity(self, secret: str, student: str) -> ProblemId:
         """Return the identity of a student's problem in this place."""
@@ -104,8 +109,13 @@ class Slot:
     def problem(self, secret: str, student: str) -> Problem:
         """Return a student's problem in this place."""
         made = generate(self.identity(secret, student), self.points, self.family)
-        allowed = dict(self.decimals)
-        return replace(made, parts=tuple(replace(part, rounding=allowed.get(part.name)) for part in made.parts))
+        allowed, credit = dict(self.decimals), dict(self.credit)
+        return replace(
+            made,
+            parts=tuple(
+                replace(part, rounding=allowed.get(part.name), credit=credit.get(part.name)) for part in made.parts
+            ),
+        )
 
 
 @dataclass(frozen=True)
@@ -126,6 +136,11 @@ class Assignment:
     def problems(self, student: str) -> list[tuple[str, Problem]]:
         """Return the student's problems, each with the name of its slot; the same at every call, on every machine."""
         return [(slot.name, slot.problem(self.secret, student)) for slot in self.slots]
+
+    @property
+    def marking(self) -> str:
+        """A short text that changes whenever an answer may earn something else."""
+        return _short_hash(repr((self.due, self.follow_through, [slot.credit for slot in self.slots])))
 
     @property
     def digest(self) -> str:
@@ -208,7 +223,9 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, notes: list[str]) -> 
         _check_points(points, len(questions))
     with file.at(*place, "decimals"):
         decimals = read_decimals(entry.decimals, questions)
-    return Slot(f"p{index + 1}", family, questions, points, band, robot, decimals)
+    with file.at(*place, "credit"):
+        credit = read_credit(entry.credit, questions)
+    return Slot(f"p{index + 1}", family, questions, points, band, robot, decimals, credit)
 
 
 def _check_points(points: tuple[float, ...] | None, questions: int) -> None:

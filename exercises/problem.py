@@ -9,6 +9,7 @@ import sympy as sp
 from exercises import ENGINE
 from exercises.arm.chain import Chain
 from exercises.arm.singularity import Component
+from exercises.credit import Credit
 from exercises.errors import QdotError
 from exercises.formula.identity import Rounding
 
@@ -127,7 +128,8 @@ class Part:
     `details` are the quantities that the wording needs (which component, which frame, the given configuration). Two
     of them mean the same in every question: `symbols` (name -> SymbolInfo) may be used in answers beside those of the
     arm, and `pose` (joint's name -> value) is drawn as a figure under the prompt. `rounding` is what the assignment
-    allows decimals to be off, None for formulas without rounding and numbers to three digits.
+    allows decimals to be off, None for formulas without rounding and numbers to three digits; `credit` is how it marks
+    an answer that is right in part, None for the question's own way.
     """
 
     name: str
@@ -137,6 +139,7 @@ class Part:
     needs: tuple[str, ...] = ()
     details: Mapping[str, object] = field(default_factory=dict)
     rounding: Rounding | None = None
+    credit: Credit | None = None
 
     @property
     def precision(self) -> str:

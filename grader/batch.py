@@ -124,9 +124,7 @@ def _kept(cache: Path, student: str) -> Path:
 
 
 def _cache_key(assignment: Assignment, task: Task) -> str:
-    content = hashlib.sha256(
-        f"{assignment.edition}/{GRADER}/{assignment.due}/{assignment.follow_through}/{task.student}".encode()
-    )
+    content = hashlib.sha256(f"{assignment.edition}/{GRADER}/{assignment.marking}/{task.student}".encode())
     for path in task.found.files if task.found else ():
         with contextlib.suppress(OSError):
             content.update(f"{path.name}/{int(path.stat().st_mtime)}/".encode() + path.read_bytes())

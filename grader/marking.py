@@ -6,6 +6,7 @@ from fractions import Fraction
 from typing import TypeVar
 
 from exercises.problem import Part, Problem, variable
+from grader.credit import credited
 from grader.diagnosis import diagnose
 from grader.follow import Followed, IsCopied, follow, nothing_copied
 from grader.functions import SHOWN, is_table
@@ -114,7 +115,7 @@ def _safely(look: Callable[..., Found], *about: object) -> Found | None:
 
 def _judged(problem: Problem, part: Part, answer: str, seed: str, points_seed: str) -> Judgement:
     try:
-        return judge(problem, part, answer, seed, points_seed)
+        return credited(problem, part, judge(problem, part, answer, seed, points_seed), answer, seed)
     except Exception as error:  # our own failure, whatever it is, must not become a mark
         reason = (
             f"qdot failed on this answer ({type(error).__name__}: {error}); it has no mark yet, tell your instructor"

@@ -17,11 +17,11 @@ LAYERS = {
         formula.exact formula.identity formula.constants formula.conditions formula.claims
         arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.axes arm.appearance
         arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
-        decimals difficulty problem families questions mistakes
+        credit decimals difficulty problem families questions mistakes
         generate record verify writing.latex render writing figure
         notebook show solve docs assignment release commands""",
-    "grader": """verdict judge direction compare callables functions parts diagnosis follow marking runner sandbox
-        submission copies certificates certify batch check reports demo commands cli""",
+    "grader": """verdict judge direction compare callables functions parts credit diagnosis follow marking
+        runner sandbox submission copies certificates certify batch check reports demo commands cli""",
 }
 """From the bottom up: a module imports only from those before it; a folder stands for what is in it."""
 
