@@ -31,8 +31,9 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 MODULES = {
-    "exact": ("exact", "identity"), "identity": ("identity", "decimals", "judge"), "field": ("exact", "identity"),
-    "angles": ("exact", "identity", "judge"), "conditions": ("conditions", "judge", "decimals"),
+    "exact": ("exact", "identity"), "identity": ("trial", "identity", "decimals", "judge"),
+    "field": ("exact", "identity"), "angles": ("exact", "identity", "judge"),
+    "conditions": ("conditions", "judge", "decimals"),
     "judge": ("judge", "decimals"), "tape": ("tape", "identity", "conditions", "judge"),
     "constants": ("claims", "conditions", "judge"), "claims": ("claims", "conditions", "judge"),
 }  # fmt: skip

@@ -173,6 +173,11 @@ def test_points_are_drawn_from_all_that_a_symbol_may_be() -> None:
     assert not all(round(value, 2) == value for value in drawn["a1"][READABLE : READABLE + 5])
 
 
+def test_readable_points_have_lengths_from_0_2_to_1_5() -> None:
+    drawn = [Domain({"a1": "length"}).sample({"a1"}, 20, Stream(str(k)))["a1"][:READABLE] for k in range(200)]
+    assert (np.min(drawn), np.max(drawn)) == (pytest.approx(0.2, abs=0.011), pytest.approx(1.5, abs=0.011))
+
+
 def test_given_numbers_are_fractions_where_they_can_be() -> None:
     domain = Domain({"a1": Fraction(1, 3), "a2": 0.35, "a3": 2**0.5, "a4": "length", "d1": -0.25})
     assert domain.given() == {"a1": Fraction(1, 3), "a2": Fraction(7, 20), "a3": None, "d1": Fraction(-1, 4)}

@@ -326,15 +326,14 @@ class _Trial:
         return {"entry": entry, "at": at, "yours": yours, "expected": expected}
 
     def _tiny(self, entry: int) -> tuple[int, Any, Any]:
-        """Return a point where 50 digits tell what double precision does not."""
-        mine: Any = mpmath.nan
-        due: Any = mpmath.nan
-        for point in range(READABLE):
-            if (found := self._precisely(point, 50)) is not None:
-                mine, due = found[0][entry], found[1][entry]
+        """Return a point where 50 digits tell what double precision does not, or else a point and its values."""
+        point, mine, due = 0, self.found[entry, 0], self.expected[entry, 0]
+        for k in range(READABLE):
+            if (found := self._precisely(k, 50)) is not None:
+                point, mine, due = k, found[0][entry], found[1][entry]
                 if mine != due:
-                    return point, mine, due
-        return 0, mine, due
+                    break
+        return point, mine, due
 
 
 def _scales(magnitude: np.ndarray) -> np.ndarray:

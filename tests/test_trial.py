@@ -1,0 +1,355 @@
+"""How a comparison in numbers decides: what doubles tell, which points want many digits, and what is shown."""
+
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+
+from exercises.formula import identity
+from exercises.formula.expression import read
+from exercises.formula.identity import (
+    Comparison,
+    Domain,
+    Rounding,
+    compare_entries,
+    default_role,
+    missed,
+    number,
+)
+from exercises.formula.tape import compile_tape
+from exercises.formula.trees import names
+from exercises.stream import Stream
+
+ZERO = "sin(theta1 + theta2) - sin(theta1)*cos(theta2) - cos(theta1)*sin(theta2)"
+HUGE = f"10^30*({ZERO})"
+"""Nothing, of terms so large that 50 digits leave 1e-20 of it."""
+
+
+def trial(
+    student: str | list[str], reference: str | list[str], points: int = 200,
+    allowed: tuple[float, float] = (0.0, 0.0), **values: list[float],
+) -> Any:  # fmt: skip
+    """Two answers at the same points, which are random where no values are given."""
+    theirs, ours = ([read(text) for text in ([one] if isinstance(one, str) else one)] for one in (student, reference))
+    used = set().union(*(names(node) for node in theirs + ours))
+    points = len(next(iter(values.values()))) if values else points
+    at = Domain({name: default_role(name) for name in used}).sample(used, points, Stream("trial"))
+    at |= {name: np.array(column) for name, column in values.items()}
+    tapes = compile_tape(theirs), compile_tape(ours)
+    return identity._Trial(*tapes, [allowed] * len(theirs), at, {}, points)
+
+
+def compared(student: str | list[str], reference: str | list[str], rounding: Rounding | None = None) -> Comparison:
+    theirs, ours = ([read(text) for text in ([one] if isinstance(one, str) else one)] for one in (student, reference))
+    used = set().union(*(names(node) for node in theirs + ours))
+    return compare_entries(theirs, ours, Domain({name: default_role(name) for name in used}), "seed", rounding)
+
+
+def example(student: str, reference: str) -> dict[str, Any]:
+    found = compared(student, reference)
+    assert found.equal == (False,)
+    assert found.certificate.counterexample is not None
+    return dict(found.certificate.counterexample)
+
+
+def is_readable(at: dict[str, float]) -> bool:
+    return all(round(value, 2) == value for value in at.values())
+
+
+# --- what doubles tell ---
+
+
+@pytest.mark.parametrize("unit", ["1e-6", "1", "1e6"])
+def test_a_difference_is_clear_from_a_part_of_the_terms_on(unit: str) -> None:
+    for part, clear in (("101*10^-11", True), ("99*10^-11", False)):
+        found = trial(f"{unit}*a1*(1 + {part})", f"{unit}*a1")._is_clear(0)
+        assert found.all() if clear else not found.any()
+
+
+def test_what_is_allowed_is_not_clear_and_what_is_off_by_less_is_settled() -> None:
+    for factor, clear in (("1.004", False), ("1.006", True)):
+        found = trial(f"{factor}*a1", "a1", allowed=(0.005, 0.0))
+        assert (found._is_clear(0) == clear).all()
+        assert (found._settled(0) != clear).all()
+
+
+def test_rounding_is_counted_of_both_sides() -> None:
+    """Two sums of large terms that cancel, each in its own way: what they differ by is no difference."""
+    found = trial("a1 + 10^9*(sin(theta1)^2 + cos(theta1)^2 - 1)", "a1 + 10^9*(1 - sin(theta1)^2 - cos(theta1)^2)")
+    assert found.off.max() > 1e-8
+    assert (found.off <= found.noise).all()
+    assert not found._is_clear(0).any()
+
+
+def test_what_may_be_rounding_is_not_settled() -> None:
+    found = trial(f"a1 + {HUGE}", "a1", allowed=(0.0, 0.01))
+    assert not found._settled(0).any()
+
+
+def test_no_rounding_is_left_where_nothing_is_added() -> None:
+    found = trial("0*sqrt(a1)", "0")
+    assert found._settled(0).all()
+    assert found._to_look_at(0) == []
+
+
+def test_scales_are_those_of_the_terms_and_of_the_largest_entry_for_a_zero() -> None:
+    sizes = [[0.2, 0, 0, 0, np.nan, 0.5], [0.3, 0.5, 0, np.nan, 0.25, np.inf], [4.0, 0.25, 0, 2, 0.5, 0]]
+    scales = [[0.2, 0.5, 1, 1, 1, 0.5], [0.3, 0.5, 1, 1, 0.25, 1], [4.0, 0.25, 1, 2, 0.5, 1]]
+    assert identity._scales(np.array(sizes)).tolist() == scales
+
+
+# --- which points want many digits ---
+
+SIGNS = [f"sqrt((theta{k} - 1)^2)" for k in range(1, 6)]
+
+
+def test_one_point_of_a_region_is_looked_at_and_the_three_that_are_off_most() -> None:
+    text = " + ".join(f"abs(theta{k})" for k in range(1, 6))
+    found = trial(text, text, 2000)
+    assert len(set(found.regions)) == 32
+    found.off[0] = found.noise[0] * np.linspace(1.0, 0.5, 2000)
+    worst = [1998, 1993, 1995]
+    found.off[0, worst] = found.noise[0, worst] * [5, 4, 3]
+    looked = found._to_look_at(0)
+    firsts = {region: list(found.regions).index(region) for region in set(found.regions)}
+    assert looked[:16] == sorted(firsts.values())[:16]
+    assert sorted(looked[16:]) == sorted(worst)
+
+
+def test_points_are_off_most_by_what_is_not_allowed_for_their_rounding() -> None:
+    found = trial("sqrt(a1^2)", "a1", 20)
+    found.off[0], found.room[0], found.noise[0] = 10.0, 0.0, 10.0
+    rows = {11: (20, 0, 2), 12: (2, 0, 0.1), 13: (30, 10, 1.5), 14: (40, 39, 3), 15: (100, 0, 50)}
+    for point, (off, room, noise) in rows.items():
+        found.off[0, point], found.room[0, point], found.noise[0, point] = off, room, noise
+    assert found._to_look_at(0)[0] == 0  # of the only region
+    assert sorted(found._to_look_at(0)[1:]) == [11, 12, 13]
+
+
+def test_a_readable_point_may_be_a_removable_singularity_and_no_other() -> None:
+    text = "sqrt(a1^2)*(a1 - 1)/(a1 - 1)"
+    at = [0.5, 1.5, 2.5, 0.25, 3.0, 4.0, 0.75, 0.3, 0.6, 0.7, 0.8, 0.9]
+    for where, due in (([], True), ([0], True), ([3, 7], True), ([8], False), ([11], False)):
+        found = trial(text, "a1", a1=[1.0 if k in where else value for k, value in enumerate(at)])
+        assert found.equal(0) is due, where
+
+
+def test_a_reference_that_is_undefined_at_points_is_compared_at_the_others() -> None:
+    text = "1/(abs(x) + x)"
+    assert compared(text, text).equal == (True,)
+    assert compared(f"1.001*{text}", text, Rounding(0.005)).equal == (True,)
+    assert compared(f"1.01*{text}", text, Rounding(0.005)).equal == (False,)
+
+
+def test_the_bound_counts_the_points_where_every_entry_has_a_value() -> None:
+    texts = ["a1", "1/(abs(x) + x)"]
+    found = trial(texts, texts, 2000)
+    assert 900 < found.defined < 1100
+    certificate = compared(texts, texts).certificate
+    assert certificate.points == 2000
+    assert certificate.bound is not None
+    assert missed(1100, 0.02) < certificate.bound < missed(900, 0.02)
+
+
+# --- what many digits tell ---
+
+
+@pytest.mark.parametrize("unit", ["1e-20", "1", "1e20"])
+def test_with_many_digits_values_are_the_same_to_40_digits_of_the_terms(unit: str) -> None:
+    assert compared(f"{unit}*sqrt(a1^2)*(1 + 9*10^-41)", f"{unit}*a1").equal == (True,)
+    assert compared(f"{unit}*sqrt(a1^2)*(1 + 11*10^-41)", f"{unit}*a1").equal == (False,)
+
+
+def test_more_digits_are_taken_where_50_are_too_few() -> None:
+    assert compared(f"sqrt(a1^2) + {HUGE}", "a1").equal == (True,)
+    assert compared(f"sqrt(a1^2)*(1 + 10^-30) + {HUGE}", "a1").equal == (False,)
+
+
+@pytest.mark.parametrize("sign", ["", "-"])
+def test_terms_that_no_double_holds_may_be_many_times_what_is_left_of_them(sign: str) -> None:
+    """1e14 times as large here, which leaves 1e-36 with 50 digits: 200 decide."""
+    text = f"(sqrt(a1^2)*(10^400/10^400) + 1e14*({ZERO}))*1e9"
+    assert compared(f"{sign}{text}", f"{sign}1e9*a1").equal == (True,)
+    assert compared(f"{sign}{text}*(1 + 10^-30)", f"{sign}1e9*a1").equal == (False,)
+
+
+@pytest.mark.parametrize(
+    ("student", "reference"),
+    [
+        ("log((3 + 3*10^-60)/3 - 1)", "log(10^-60)"), ("sqrt(a1^2)/((3 + 3*10^-60)/3 - 1)", "10^60*a1"),
+        ("log(1/49*(49 + 49*10^-60) - 1)", "log(10^-60)"),  # of nothing with 50 digits, of -1e-16 with a double's
+    ],
+)  # fmt: skip
+def test_an_answer_may_be_defined_with_more_digits_only(student: str, reference: str) -> None:
+    assert compared(student, reference).equal == (True,)
+
+
+# --- effort that is used up ---
+
+
+def test_so_many_evaluations_and_no_more() -> None:
+    found = trial("sqrt(a1^2)", "a1")
+    found.left = 3
+    assert [found._precisely(point, 50) is None for point in range(5)] == [False, False, False, True, True]
+    assert found._precisely(1, 50) is not None  # known already
+
+
+def test_long_answers_are_evaluated_less_often(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(identity, "_PRECISE_STEPS", 1000)
+    short, long = trial("sqrt(a1^2)", "a1"), trial("sqrt(a1^2 + a2 - a1*a2/a1)", "a1")
+    for found in (short, long):
+        steps = len(found.theirs.steps) + len(found.ours.steps)
+        assert 1000 / 2 - steps < found.left * steps <= 1000
+    assert long.left < short.left
+
+
+def test_long_answers_with_branches_are_tried_at_fewer_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(identity, "_VALUES", 600)
+    steps = len(compile_tape([read("sqrt(a1^2)")]).steps)
+    assert compared("sqrt(a1^2)", "a1").certificate.points == 600 // steps
+    monkeypatch.setattr(identity, "_VALUES", 10)
+    assert compared("sqrt(a1^2)", "a1").certificate.points == identity.POINTS
+
+
+def test_what_could_not_be_looked_at_anywhere_is_not_taken_for_right(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(identity, "_PRECISE_STEPS", 0)
+    assert compared("sqrt(a1^2)", "a1").equal == (False,)
+    assert compared("1.001*sqrt(a1^2)", "a1", Rounding(0.005)).equal == (True,)  # doubles are enough for that
+    assert compared("0*sqrt(a1)", "0").equal == (True,)
+
+
+def test_a_clear_difference_counts_without_any_effort(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(identity, "_PRECISE_STEPS", 0)
+    assert compared("sqrt(sin(theta1)^2)", "sin(theta1)", Rounding(0.005)).equal == (False,)
+    found = example("sqrt(a1^2)*2", "a1")
+    assert found["yours"] == pytest.approx(2 * found["at"]["a1"])
+    assert found["expected"] == pytest.approx(found["at"]["a1"])
+
+
+def test_a_difference_that_50_digits_show_takes_no_more() -> None:
+    found = trial("sqrt(a1^2)*(1 + 10^-20)", "a1")
+    found.left = 1
+    assert found._same(0, 12) is False
+    assert found._same(0, 13) is None
+
+
+# --- what is shown ---
+
+
+def test_a_clear_difference_is_shown_at_a_readable_point() -> None:
+    found = example("sqrt(a1^2) + a1*sin(theta1)", "a1")
+    assert is_readable(found["at"])
+    at = found["at"]
+    assert found["yours"] == pytest.approx(at["a1"] * (1 + np.sin(at["theta1"])), rel=1e-5)
+    assert found["expected"] == at["a1"]
+
+
+@pytest.mark.parametrize("part", ["1", "10^-13"])
+def test_a_difference_is_shown_where_there_is_one(part: str) -> None:
+    """For long a1 only, and by so much that doubles tell, or by so little that they don't."""
+    found = example(f"sqrt(a1^2) + {part}*(abs(a1 - 10) - (10 - a1))", "a1")
+    assert found["at"]["a1"] > 10
+    assert found["yours"] != found["expected"]
+    yours, expected = (mpmath.mpf(found[name]) for name in ("yours", "expected"))
+    excess = 2 * (found["at"]["a1"] - 10) * (1 if part == "1" else 1e-13)
+    assert float(yours - expected) == pytest.approx(excess, rel=0.1, abs=0)
+
+
+def test_an_answer_without_a_value_is_shown_as_one() -> None:
+    for student in ("a1/(a2 - a2)", "sqrt(a1^2)/(a2 - a2)"):
+        found = example(student, "a1")
+        assert is_readable(found["at"])
+        assert found["yours"] == "not a finite number"
+        assert found["expected"] == found["at"]["a1"]
+
+
+@pytest.mark.parametrize("off", ["10^-12", "10^-30"])
+@pytest.mark.parametrize("student", ["a1", "sqrt(a1^2)"])
+def test_a_tiny_difference_is_shown_with_enough_digits(student: str, off: str) -> None:
+    found = example(f"{student}*(1 + {off})", "a1")
+    assert is_readable(found["at"])
+    assert float(found["expected"]) == pytest.approx(found["at"]["a1"], rel=1e-9)
+    with mpmath.workdps(60):
+        part = mpmath.mpf(found["yours"]) / mpmath.mpf(found["expected"]) - 1
+        assert float(part) == pytest.approx(float(off.replace("10^", "1e")), rel=0.2, abs=0)
+
+
+def test_a_difference_that_is_decided_exactly_is_shown_at_a_readable_point() -> None:
+    """At most 1e-12 of a1 there, and more than doubles need elsewhere."""
+    assert is_readable(example("a1 + a1^9/10^14", "a1")["at"])
+
+
+def test_a_difference_too_small_to_show_comes_with_the_values_of_its_point() -> None:
+    found = example("a1 + 10^-300*theta1", "a1")
+    assert found["yours"] == found["expected"] == found["at"]["a1"]
+
+
+def test_a_difference_is_shown_with_doubles_where_effort_is_used_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(identity, "_PRECISE_STEPS", 0)
+    found = example("a1*(1 + 10^-30)", "a1")
+    assert found["yours"] == found["expected"] == found["at"]["a1"]
+
+
+def test_two_values_are_shown_with_as_many_digits_as_it_takes() -> None:
+    def shown(off: str) -> tuple[Any, Any]:
+        with mpmath.workdps(60):
+            return identity._apart(mpmath.pi + mpmath.mpf(off), +mpmath.pi)
+
+    assert shown("1e-3") == (3.14259, 3.14159)
+    assert shown("1e-7") == ("3.1415928", "3.1415927")
+    assert shown("1e-8") == ("3.141592664", "3.141592654")
+    assert shown("1e-30")[0] != shown("1e-30")[1]
+    assert shown("1e-55") == (3.14159, 3.14159)
+    assert identity._apart(complex(np.nan), 0.5) == ("not a finite number", 0.5)
+
+
+def test_numbers_are_shown_with_six_digits_or_in_words() -> None:
+    assert number(0j) == 0.0
+    assert number(-1234.5678 + 0j) == -1234.57
+    assert number(1.5 + 2.25j) == "1.5 + 2.25i"
+    for complex_, real in ((1 + 1.5e-9j, False), (1 - 1.5e-9j, False), (1 + 7e-10j, True), (1e6 - 1e-6j, True)):
+        assert isinstance(number(complex_), float) is real
+    for undefined in (np.nan, np.inf, complex(0, -np.inf)):
+        assert number(complex(undefined)) == "not a finite number"
+
+
+# --- the whole comparison ---
+
+
+def test_how_many_points_are_tried_and_what_the_bound_is() -> None:
+    for student, reference, points, bound in (
+        ("sqrt(a1^2)", "a1", 2000, 0.98**2000), ("a1*(1 + sin(1) - sin(1))", "a1", 50, 0.5**50),
+        ("sqrt(a1^2)*2", "a1", 2000, 0.98**2000),
+    ):  # fmt: skip
+        found = compared(student, reference).certificate
+        assert (found.method, found.points) == ("numeric", points)
+        assert found.bound == pytest.approx(bound, rel=1e-6, abs=0)
+
+
+def test_one_entry_that_is_compared_in_numbers_makes_the_comparison_one_in_numbers() -> None:
+    found = compared(["a1", "sqrt(a2^2)"], ["a1", "a2"])
+    assert found.equal == (True, True)
+    assert (found.certificate.method, found.certificate.points) == ("numeric", 2000)
+
+
+def test_the_points_of_an_exact_comparison_are_those_of_the_entry_that_wants_most() -> None:
+    texts = ["a1", "(((a1 + a2)^900)^900)^400"]
+    certificate = compared(texts, texts).certificate
+    assert (certificate.method, certificate.points) == ("exact", 2)
+
+
+@pytest.mark.parametrize(
+    ("name", "role"),
+    [
+        ("theta1", "angle"), ("theta", "angle"), ("a1", "length"), ("d12", "length"), ("L2", "length"),
+        ("l3", "length"), ("a", "signed"), ("d", "signed"), ("ab1", "signed"), ("q1", "signed"), ("qd2", "signed"), ("k", "signed"),
+    ],
+)  # fmt: skip
+def test_roles_by_name(name: str, role: str) -> None:
+    assert default_role(name) == role
+
+
+def test_nothing_may_be_off_unless_it_is_said() -> None:
+    assert (Rounding().relative, Rounding().absolute) == (0.0, 0.0)
+    assert Rounding(absolute=0.01).relative == 0.0
