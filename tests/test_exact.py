@@ -46,6 +46,8 @@ SAME = [
     ("exp(I*(theta1 - pi/2))", "sin(theta1) - I*cos(theta1)"),
     ("sin(I*I*theta1)", "-sin(theta1)"),
     ("cos(I*theta1*I + theta2)", "cos(theta1 - theta2)"),
+    ("sin(theta1 + 0)*cos(theta2 + 1 - 1)", "sin(theta1)*cos(theta2)"),
+    ("a1 + sqrt(0)*a2", "a1"),
 ]
 
 
@@ -66,6 +68,7 @@ DIFFERENT = [
     ("theta1", "theta1 + 2*pi"),
     ("1/(sin(theta1)^2 + cos(theta1)^2 - 1)", "a1"),
     ("a1 + 0/(a2 - a2)", "a1"),
+    ("0/(a2 - a2) + a1", "a1"),
     ("sqrt(2)*a1", "-sqrt(2)*a1"),
 ]
 
@@ -84,6 +87,8 @@ UNDECIDED = [
     "exp(a1)",
     "acos(1/2)",
     "sqrt(7)",
+    "sqrt(I)",
+    "sqrt(-4*I)",
     "E",
     "a1^a2",
     "cos(theta1/3)",
@@ -98,6 +103,7 @@ UNDECIDED = [
     "exp(-theta1)",
     "exp(I*I*theta1)",
     "cos(theta1/theta2)",
+    "cos(theta1/(theta2 + 1))",
     "cos(pi/1441)",
     "sin(theta1 + 1)",
 ]
@@ -124,6 +130,19 @@ def test_a_sum_of_angles_with_too_many_digits_is_none() -> None:
     for factor, taken in ((2**MOST_BITS - 2, True), (2**MOST_BITS - 1, False)):
         steps = [("number", (), Fraction(factor)) if step[2] == "x" else step for step in tape.steps]
         assert (Angles(steps).at(tape.outputs[0]) is not None) is taken
+
+
+def test_an_angle_is_none_if_one_of_its_factors_has_too_many_digits() -> None:
+    tape = compile_tape([read("(x*theta1 + theta2)*x")])
+    for bits, taken in ((MOST_BITS // 2, True), (MOST_BITS // 2 + 1, False)):
+        steps = [("number", (), Fraction(2**bits - 1)) if step[2] == "x" else step for step in tape.steps]
+        assert (Angles(steps).at(tape.outputs[0]) is not None) is taken
+
+
+def test_one_difference_is_enough_and_a_reference_without_a_value_tells_none() -> None:
+    assert compared("a1", "a2") == Exact(False, 1)
+    for student in ("a1", "1/(a1 - a1)"):
+        assert compared(student, "a1/(a2 - a2)").equal is None
 
 
 def test_a_name_that_stands_for_a_number_is_that_number() -> None:
@@ -273,6 +292,8 @@ def test_every_point_but_the_first_has_a_field_of_its_own(monkeypatch: pytest.Mo
         return drawn[-1]
 
     monkeypatch.setattr(exact, "draw_field", recorded)
+    assert compared("a1", "a1").equal is True
+    assert not drawn  # the first is shared with other comparisons
     high = "((((({})^1000)^1000)^1000)^1000)^200"
     found = compared(high.format("a1 + a2"), high.format("a2 + a1"))
     assert found.points == 3

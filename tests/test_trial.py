@@ -343,7 +343,8 @@ def test_the_points_of_an_exact_comparison_are_those_of_the_entry_that_wants_mos
     ("name", "role"),
     [
         ("theta1", "angle"), ("theta", "angle"), ("a1", "length"), ("d12", "length"), ("L2", "length"),
-        ("l3", "length"), ("a", "signed"), ("d", "signed"), ("ab1", "signed"), ("q1", "signed"), ("qd2", "signed"), ("k", "signed"),
+        ("l3", "length"), ("a", "signed"), ("d", "signed"), ("ab1", "signed"),
+        ("q1", "signed"), ("qd2", "signed"), ("k", "signed"),
     ],
 )  # fmt: skip
 def test_roles_by_name(name: str, role: str) -> None:
