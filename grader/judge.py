@@ -252,8 +252,9 @@ def judge_numbers(
         return replace(correct(Certificate("numeric", 1, 0.0), f"right to {100 * tolerance:g} %"), entries=marks)
     first = equal.index(False)
     due, unit = reference[first], units[first]
-    example = {"entry": first, "at": {}, "yours": number(complex(values[first])), "expected": float(f"{due:.4g}")}
-    said = "was left blank" if blanks[first] else f"is {_shown(example['yours'])}, and {due:.4g} {unit} is right"
+    yours = "blank" if blanks[first] else number(complex(values[first]))
+    example = {"entry": first, "at": {}, "yours": yours, "expected": float(f"{due:.4g}")}
+    said = "was left blank" if blanks[first] else f"is {_shown(yours)}, and {due:.4g} {unit} is right"
     reason = f"{sum(equal)} of {len(equal)} numbers are right; number {first + 1} {said}"
     judged = graded(sum(equal) / len(equal), reason, Certificate("numeric", 1, 0.0, example))
     return replace(judged, entries=marks)

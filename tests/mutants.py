@@ -34,7 +34,7 @@ MODULES = {
     "exact": ("exact", "identity"), "identity": ("trial", "identity", "decimals", "judge"),
     "field": ("exact", "identity"), "angles": ("exact", "identity", "judge"),
     "conditions": ("conditions", "judge", "decimals"),
-    "judge": ("judge", "decimals"), "tape": ("tape", "identity", "conditions", "judge"),
+    "judge": ("judge", "reasons", "decimals"), "tape": ("tape", "identity", "conditions", "judge"),
     "constants": ("claims", "conditions", "judge"), "claims": ("claims", "conditions", "judge"),
 }  # fmt: skip
 """Modules, and the tests that are run on the mutants of each."""
