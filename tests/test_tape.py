@@ -1,5 +1,9 @@
 """Tapes: values of every operation, magnitudes that bound rounding, and many digits without end."""
 
+from fractions import Fraction
+from itertools import product
+from typing import Any
+
 import mpmath
 import numpy as np
 import pytest
@@ -7,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exercises.formula.expression import read
-from exercises.formula.tape import compile_tape, evaluate, evaluate_precisely
-from exercises.formula.trees import ReadError
+from exercises.formula.tape import compile_tape, evaluate, evaluate_precisely, evaluate_steps, regions
+from exercises.formula.trees import Node, ReadError
 
 ONE_ARGUMENT = [
     "sin", "cos", "tan", "cot", "sec", "csc", "asin", "acos", "atan", "acot", "sinh", "cosh", "tanh", "exp", "log",
@@ -89,3 +93,179 @@ def test_branches_are_known() -> None:
     assert compile_tape([read("sqrt(x)")]).branches
     assert compile_tape([read("x**(1/2)")]).branches
     assert not compile_tape([read("sin(x)**2/cos(x) + exp(x)")]).branches
+
+
+# --- steps ---
+
+
+@pytest.mark.parametrize(
+    ("text", "op", "exponent"),
+    [
+        ("x**7", "integer power", 7), ("x**-7", "integer power", -7), ("x**1000", "integer power", 1000),
+        ("x**1000000", "power", None), ("x**" + "9" * 400, "power", None), ("x**(1/2)", "power", None),
+        ("x**y", "power", None), ("x**(-y)", "power", None), ("x**0.5", "power", None),
+    ],
+)  # fmt: skip
+def test_powers_with_whole_exponents_have_no_branches(text: str, op: str, exponent: int | None) -> None:
+    tape = compile_tape([read(text)])
+    assert (tape.steps[-1][0], tape.steps[-1][2]) == (op, exponent)
+    assert tape.branches is (op == "power")
+    with np.errstate(all="ignore"):
+        evaluate(tape, {"x": np.array([1.5]), "y": np.array([0.5])}, 1)  # no matter what comes out
+
+
+def test_a_fraction_as_exponent_is_no_whole_one() -> None:
+    tape = compile_tape([Node("^", (Node("name", value="x"), Node("number", value=Fraction(1, 2))))])
+    assert tape.steps[-1][0] == "power"
+    assert evaluate(tape, {"x": np.array([4.0])}, 1)[0] == 2
+
+
+# --- magnitudes ---
+
+
+def magnitude(text: str, **values: float) -> float:
+    return float(evaluate(compile_tape([read(text)]), {n: np.array([v]) for n, v in values.items()}, 1)[1][0, 0])
+
+
+def slope(text: str, name: str, **values: float) -> float:
+    """How much a text changes with a name: its derivative, from many digits."""
+    tape, step = compile_tape([read(text)]), mpmath.mpf("1e-20")
+    with mpmath.workdps(60):
+        ends = [evaluate_precisely(tape, {**values, name: values[name] + h}, 60)[0] for h in (step, -step)]
+        return float(abs(ends[0] - ends[1]) / (2 * step))
+
+
+def size(text: str, **values: float) -> float:
+    return float(abs(evaluate_precisely(compile_tape([read(text)]), values, 30)[0]))
+
+
+@pytest.mark.parametrize("text", [f"{name}(u)" for name in ONE_ARGUMENT] + ["u**1", "u**3", "u**-1", "u**-3", "u**0"])
+@pytest.mark.parametrize("u", [0.375, -0.625])
+def test_the_magnitude_is_the_size_and_what_the_operands_magnitude_makes_of_it(text: str, u: float) -> None:
+    """Of u = (5 + u) - 5, which is of magnitude 10 + u."""
+    found = magnitude(text.replace("u", "(x - y)"), x=5.0 + u, y=5.0)
+    assert found == pytest.approx(size(text, u=u) + slope(text, "u", u=u) * (10.0 + u), rel=1e-12)
+
+
+@pytest.mark.parametrize(("u", "v"), [(0.375, 0.5), (-0.625, -1.25)])
+def test_magnitudes_of_functions_of_two(u: float, v: float) -> None:
+    at = {"w": 3.0 + u, "x": 3.0, "y": 5.0 + v, "z": 5.0}
+    mu, mv = 6.0 + u, 10.0 + v
+    assert magnitude("(w - x)*(y - z)", **at) == pytest.approx(mu * mv, rel=1e-12)
+    assert magnitude("(w - x)/(y - z)", **at) == pytest.approx(mu * mv / v**2, rel=1e-12)
+    for text in ("u**v", "atan2(u, v)"):
+        due = slope(text, "u", u=u, v=v) * mu + slope(text, "v", u=u, v=v) * mv
+        due += size(text, u=u, v=v) if text == "u**v" else 1.0
+        found = magnitude(text.replace("u", "(w - x)").replace("v", "(y - z)"), **at)
+        assert found == pytest.approx(due, rel=1e-12), text
+
+
+def test_powers_of_nothing() -> None:
+    value, found = evaluate(compile_tape([read("x**0"), read("x**1"), read("x**2")]), {"x": np.zeros(1)}, 1)
+    assert value[:, 0].tolist() == [1, 0, 0]
+    assert found[:, 0].tolist() == [1, 0, 0]
+    assert magnitude("(x - x)**0", x=2.0) == 1
+    value, found = evaluate(compile_tape([read("(x - y)**y")]), {"x": np.full(1, 2.0), "y": np.full(1, 2.0)}, 1)
+    assert value[0, 0] == 0
+
+
+def test_signs() -> None:
+    tape = compile_tape([read("sign(x)")])
+    values = np.array([-3.0, -1.0, 0.0, 1.0, 2.5])
+    assert evaluate(tape, {"x": values}, 5)[0][0].tolist() == [-1, -1, 0, 1, 1]
+    assert [evaluate_precisely(tape, {"x": x}, 30)[0] for x in values] == [-1, -1, 0, 1, 1]
+
+
+# --- regions ---
+
+
+def regions_of(text: str, points: int, **values: list[Any]) -> list[int]:
+    tape = compile_tape([read(text)])
+    return list(regions([(tape, evaluate_steps(tape, {n: np.array(v) for n, v in values.items()}, points))], points))
+
+
+def test_a_region_is_where_operands_have_the_same_signs() -> None:
+    """Of real and imaginary parts of both operands: 81 regions, each of two points here."""
+    signs = list(product((-1, 0, 1), repeat=4))
+    columns = [[factor * sign[k] for factor in (1.0, 2.5) for sign in signs] for k in range(4)]
+    values = dict(zip("wxyz", columns, strict=True))
+    for text in ("sqrt(w + I*x) + abs(y + I*z)", "(w + I*x)**(y + I*z)"):
+        found = regions_of(text, 162, **values)
+        assert len(set(found)) == 81
+        assert found[:81] == found[81:]
+    assert set(regions_of("sin(w)/(1 + x*x) + exp(y)", 162, **values)) == {0}
+    assert len(set(regions_of("sqrt(w) + sin(x)*abs(w)", 162, **values))) == 3
+
+
+def test_regions_are_those_of_both_sides() -> None:
+    tapes = [compile_tape([read(text)]) for text in ("abs(x)", "abs(y)")]
+    at = {"x": np.array([1.0, 1.0, -1.0, -1.0, 2.0]), "y": np.array([1.0, -1.0, 1.0, -1.0, 3.0])}
+    found = list(regions([(tape, evaluate_steps(tape, at, 5)) for tape in tapes], 5))
+    assert len(set(found[:4])) == 4
+    assert found[4] == found[0]
+
+
+def test_an_imaginary_part_that_is_rounding_has_no_sign() -> None:
+    parts = [0.0, 7e-10, -7e-10, 1.5e-9, -1.5e-9, 1.0]
+    for real in (1.0, -1.0):
+        found = regions_of("sqrt(x + I*y)", 6, x=[real] * 6, y=parts)
+        assert found[0] == found[1] == found[2]
+        assert found[3] == found[5]
+        assert len(set(found)) == 3
+
+
+# --- limits ---
+
+
+def precisely(text: str, digits: int = 30, **values: Any) -> Any:
+    return evaluate_precisely(compile_tape([read(text)]), values, digits)[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "inside", "beyond"),
+    [
+        ("exp(x)", 0.99e5, 1.01e5), ("exp(x)", -0.99e5, -1.01e5), ("sinh(x)", 0.99e5, 1.01e5),
+        ("cosh(x)", 0.99e5, 1.01e5), ("tanh(x)", 0.99e5, 1.01e5), ("sin(x)", 0.99e60, 1.01e60),
+        ("tan(x)", -0.99e60, -1.01e60), ("sin(I*x)", 0.99e5, 1.01e5), ("cos(I*x)", -0.99e5, -1.01e5),
+        ("2**x", 0.58e5, 0.6e5), ("(1/2)**x", 0.58e5, 0.6e5), ("2**(-x)", 0.58e5, 0.6e5), ("2**(I*x)", 0.58e5, 0.6e5),
+    ],
+)  # fmt: skip
+def test_functions_are_defined_up_to_what_is_held_with_many_digits(text: str, inside: float, beyond: float) -> None:
+    assert mpmath.isfinite(precisely(text, x=inside))
+    assert mpmath.isnan(precisely(text, x=beyond))
+
+
+def test_powers_of_numbers_and_of_what_is_none() -> None:
+    assert precisely("0**x", x=2.5) == 0
+    assert precisely("0**x", x=1e9) == 0
+    assert precisely("1**x", x=0.99e5) == 1
+    for text in ("(1/0)**x", "x**(1/0)", "0**(1/0)", "log(0)**x", "x**log(0)"):
+        assert mpmath.isnan(precisely(text, x=2.5)), text
+
+
+def test_values_may_be_fractions_floats_and_numbers_of_many_digits() -> None:
+    with mpmath.workdps(60):
+        third, pi = mpmath.mpf(1) / 3, +mpmath.pi
+        assert abs(precisely("3*x - 1", 50, x=Fraction(1, 3))) < 1e-49
+        assert abs(precisely("x - y", 50, x=Fraction(1, 3), y=third)) < 1e-49
+        assert abs(precisely("x - pi", 50, x=pi)) < 1e-49
+        assert precisely("x", 50, x=0.1) == mpmath.mpf(0.1)
+        assert abs(precisely("E - exp(1)", 50)) < 1e-49
+        assert precisely("I*I", 50) == -1
+        assert abs(precisely("0.1*x", 50, x=10.0) - 1) < 1e-49
+
+
+def test_the_angle_of_two_sides_is_one_of_real_sides() -> None:
+    tape = compile_tape([read("atan2(y, x + I*z)")])
+    at = {"x": np.full(2, 0.5), "y": np.full(2, 0.25), "z": np.array([0.0, 1.0])}
+    assert np.isfinite(evaluate(tape, at, 2)[0][0]).tolist() == [True, False]
+    tape = compile_tape([read("atan2(y + I*z, x)")])
+    assert np.isfinite(evaluate(tape, at, 2)[0][0]).tolist() == [True, False]
+
+
+def test_a_number_beyond_all_doubles_is_infinite() -> None:
+    text = "1" + "0" * 400
+    value, other = evaluate(compile_tape([read(text), read(f"1/{text}")]), {}, 1)[0][:, 0]
+    assert not np.isfinite(value)
+    assert other == 0
+    assert precisely(f"{text}/10**399") == 10
