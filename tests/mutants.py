@@ -33,7 +33,7 @@ ROOT = Path(__file__).parent.parent
 MODULES = {
     "exact": ("exact", "identity"), "identity": ("trial", "identity", "decimals", "judge"),
     "field": ("exact", "identity"), "angles": ("exact", "identity", "judge"),
-    "conditions": ("conditions", "judge", "decimals"),
+    "conditions": ("space", "conditions", "reasons", "judge", "decimals"),
     "judge": ("judge", "reasons", "decimals"), "tape": ("tape", "identity", "conditions", "judge"),
     "constants": ("claims", "conditions", "judge"), "claims": ("claims", "conditions", "judge"),
 }  # fmt: skip

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from exercises.formula.conditions import WHOLE, WHOLE_NUMBERS, Piece, pieces
+from exercises.formula.conditions import WHOLE, WHOLE_NUMBERS, Piece, is_tied, pieces
 from exercises.formula.tape import compile_tape
 from exercises.formula.trees import Node, ReadError, names, size_of
 
@@ -19,7 +19,8 @@ def claimed_pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
     found, work = pieces(node, joints), 0
     for piece in found:
         took = _PIECE + sum(len(compile_tape([atom.zero]).steps) for atom in piece)
-        work += took if any(atom.joint is None for atom in piece) else took // 10  # a value needs no search
+        searched = any(atom.joint is None or is_tied(atom, piece, joints) for atom in piece)
+        work += took if searched else took // 10  # a value needs no search
         if work > _MOST_WORK:
             raise ReadError(f"the conditions are too long, with their {len(found)} cases")
     return found

@@ -149,13 +149,27 @@ class _Ready:
 
 
 def _ready(piece: Piece, joints: Sequence[str]) -> _Ready:
-    ready = _Ready([(atom.joint, compile_tape([atom.zero])) for atom in piece if atom.joint is not None])
+    """Return a piece made ready: values without joints come first, then those that follow other joints.
+
+    A value that is tied can't be put in: what it differs from its joint by is one more expression that vanishes.
+    """
+    given = [atom for atom in piece if atom.joint is not None]
+    tied = [atom for atom in given if is_tied(atom, piece, joints)]
+    plain = sorted((atom for atom in given if atom not in tied), key=lambda atom: bool(names(atom.zero) & set(joints)))
+    ready = _Ready([(str(atom.joint), compile_tape([atom.zero])) for atom in plain])
     zeros = [atom.zero for atom in piece if atom.joint is None]
+    zeros += [Node("-", (Node("name", value=atom.joint), atom.zero)) for atom in tied]
     fixed = {joint for joint, _ in ready.values}
     if zeros:
         ready.zeros = compile_tape(zeros)
         ready.free = [j for j in joints if j not in fixed and any(j in names(zero) for zero in zeros)]
     return ready
+
+
+def is_tied(atom: Atom, piece: Piece, joints: Sequence[str]) -> bool:
+    """Tell whether a joint's value follows other joints and another condition names the joint: q1 = q2 and c1 = 0."""
+    follows = atom.joint is not None and bool(names(atom.zero) & set(joints))
+    return follows and any(atom.joint in names(one.zero) | {one.joint} for one in piece if one is not atom)
 
 
 def _nudged(values: Mapping[str, np.ndarray], count: int, nudges: Sequence[tuple[str, Any]]) -> dict[str, np.ndarray]:
