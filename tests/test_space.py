@@ -56,7 +56,7 @@ def poses(text: str, count: int = SAMPLES, space: Space = SPACE) -> dict[str, np
     [
         ("theta2 = 0", [["theta2"]]), ("0 = theta2", [["theta2"]]), ("theta2 = theta1", [["theta2"]]),
         ("theta2 = cos(theta2)", [[None]]), ("2*theta2 = theta1", [["theta1"]]), ("2*theta2 = pi", [[None]]),
-        ("a1 = a2", [[None]]), ("sin(theta2)", [[None]]),
+        ("a1 = a2", [[None]]), ("sin(theta2)", [[None]]), ("a1", [[None]]), ("a1 in {1, 2}", [[None]] * 2),
         ("theta2 = [0, pi]", [["theta2"]] * 2), ("2*theta2 = {0, 2*pi}", [[None]] * 2),
         ("2*theta2 in {0, 2*pi}", [[None]] * 2), ("theta2 in {0, pi}", [["theta2"]] * 2),
         ("{theta2: [0, pi], d3: 1}", [["theta2", "d3"]] * 2), ("{2*theta2: pi}", [[None]]),
@@ -79,6 +79,7 @@ def test_pieces(text: str, found: list[list[str | None]]) -> None:
         ("[theta2 = 0, sin(theta1) = 0, pi]", "a value stands there without a joint"),
         ("[theta2 = 0, {d3: 1}, pi]", "a value stands there without a joint"),
         ("[0 = theta2, pi]", "a value stands there without a joint"),
+        ("[a1 = 1, pi]", "a value stands there without a joint"),
         ("theta2 = [[0]]", "a list stands where a single expression is due"),
         ("sin(theta2) = [[0]]", "a list stands where a single expression is due"),
         (" and ".join(["(theta1 = 0 or theta1 = pi)"] * 9), "the conditions make 512 cases; more than 500"),
@@ -228,11 +229,11 @@ def test_conditions_that_are_tied_are_compared(claimed: str, reference: str, equ
 # --- what lies in a set ---
 
 
-def inside(text: str, space: Space = SPACE, tolerance: float = MEMBER, **values: list[float]) -> list[bool]:
+def inside(text: str, tolerance: float = MEMBER, **values: list[float]) -> list[bool]:
     count = len(next(iter(values.values())))
     every: dict[str, Any] = {name: np.full(count, 0.7) for name in (*JOINTS, "a1", "a2")}
     every |= {name: np.array(column) for name, column in values.items()}
-    return [bool(held) for held in space.contains(read_pieces(text), every, count, tolerance)]
+    return [bool(held) for held in SPACE.contains(read_pieces(text), every, count, tolerance)]
 
 
 def test_values_lie_in_a_set_to_within_a_tolerance() -> None:
@@ -254,10 +255,10 @@ def test_angles_have_whole_turns_and_slides_have_none() -> None:
 
 
 def test_a_set_is_what_lies_in_any_piece_and_a_piece_what_meets_all_conditions() -> None:
-    at = {"theta1": [0.0, 0.0, 1.0, 1.0], "theta2": [0.0, 1.0, 0.0, 1.0]}
-    assert inside("theta1 = 0 or theta2 = 0", **at) == [True, True, True, False]
-    assert inside("theta1 = 0 and theta2 = 0", **at) == [True, False, False, False]
-    assert inside("theta1 = 0 and sin(theta2) = 0", **at) == [True, False, False, False]
+    one, two = [0.0, 0.0, 1.0, 1.0], [0.0, 1.0, 0.0, 1.0]
+    assert inside("theta1 = 0 or theta2 = 0", theta1=one, theta2=two) == [True, True, True, False]
+    assert inside("theta1 = 0 and theta2 = 0", theta1=one, theta2=two) == [True, False, False, False]
+    assert inside("theta1 = 0 and sin(theta2) = 0", theta1=one, theta2=two) == [True, False, False, False]
     assert SPACE.contains([], {"theta1": np.zeros(2)}, 2).tolist() == [False, False]
     assert SPACE.contains(read_pieces("theta1 = 0"), {}, 0).shape == (0,)
 
