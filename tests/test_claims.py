@@ -111,6 +111,16 @@ def test_values_may_be_ten_times_as_many() -> None:
     assert len(claimed_pieces(read(f"theta2 in {{{values}}}"), JOINTS)) == 2000
 
 
+def test_values_that_are_tied_must_be_searched() -> None:
+    def claim(more: str, count: int) -> str:
+        return "{" + ", ".join(f"theta1 = theta2 + {k} and {more}" for k in range(1, count + 1)) + "}"
+
+    assert len(claimed_pieces(read(claim("theta3 = theta2", 600)), JOINTS)) == 600
+    assert len(claimed_pieces(read(claim("theta2 = theta1/2", 200)), JOINTS)) == 200
+    with pytest.raises(ReadError, match="too long, with their 600 cases"):
+        claimed_pieces(read(claim("theta2 = theta1/2", 600)), JOINTS)
+
+
 def test_each_whole_number_multiplies_the_cases() -> None:
     terms = " + ".join(f"sin({k}*theta1)" for k in range(1, 20))
     assert len(claimed_pieces(read("theta1 = k*pi"), JOINTS)) == 2
