@@ -104,6 +104,12 @@ def test_a_piece_is_made_ready() -> None:
     assert ready.free == ["theta2", "d3"]
     assert ready.zeros is not None
     assert len(ready.zeros.outputs) == 2
+    for text, values, free in (
+        ("sin(theta2) = 0", ["theta1"], ["theta2"]),
+        ("cos(theta1) = 0", [], ["theta1", "theta2"]),
+    ):
+        ready = _ready(read_pieces(f"theta1 = theta2 + a1 and {text}")[0], JOINTS)
+        assert ([joint for joint, _ in ready.values], ready.free) == (values, free)
     (piece,) = read_pieces("theta1 = a1")
     assert (_ready(piece, JOINTS).zeros, _ready(piece, JOINTS).free) == (None, [])
 

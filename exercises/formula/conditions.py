@@ -168,7 +168,7 @@ def _ready(piece: Piece, joints: Sequence[str]) -> _Ready:
 
 def is_tied(atom: Atom, piece: Piece, joints: Sequence[str]) -> bool:
     """Tell whether a joint's value follows other joints and another condition names the joint: q1 = q2 and c1 = 0."""
-    follows = atom.joint is not None and bool(names(atom.zero) & set(joints))
+    follows = bool(names(atom.zero) & set(joints))
     return follows and any(atom.joint in names(one.zero) | {one.joint} for one in piece if one is not atom)
 
 
