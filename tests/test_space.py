@@ -1,5 +1,6 @@
 """Pieces of sets and poses on them: how conditions are read, poses found, and what counts as lying in a set."""
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -124,7 +125,9 @@ def test_nudges_lie_one_block_after_another() -> None:
 
 def test_what_is_not_defined_is_left_out() -> None:
     rows = np.array([[1.0, np.nan, 3.0], [np.nan, np.nan, np.nan]])
-    found = _of_defined(np.nanmin, rows)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = _of_defined(np.nanmin, rows)
     assert found.shape == (2, 1)
     assert found[0, 0] == 1
     assert np.isnan(found[1, 0])
