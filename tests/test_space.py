@@ -260,7 +260,8 @@ def test_angles_have_whole_turns_and_slides_have_none() -> None:
     assert inside("d3 = 0", d3=turns) == [True, False, False, False, False]
     assert inside("theta2 = 4*pi", theta2=turns) == [True, True, True, False, False]
     assert inside("theta2 = 1/0", theta2=turns) == [False] * 5
-    assert inside("theta2 = 0.5 + I/100", theta2=[0.5]) == [False]
+    for sign in "+-":
+        assert inside(f"theta2 = 0.5 {sign} I/100", theta2=[0.5]) == [False]
 
 
 def test_a_set_is_what_lies_in_any_piece_and_a_piece_what_meets_all_conditions() -> None:
@@ -349,5 +350,13 @@ def test_typed_values_are_held_to_the_last_digit_unless_rounding_is_allowed() ->
         assert compared(text, "theta2 = pi", loose).equal is allowed
     found = compared("theta2 = 3.14159265358979", "theta2 = pi")
     assert (found.sound, found.rounded) == ((False,), True)
-    found = compared("theta2 = pi", "theta2 = 3.14159265358979")
-    assert not found.rounded or found.sound == (False,)
+    assert not compared("theta2 = pi", "theta2 = 3.14159265358979").equal
+
+
+def test_every_condition_is_held_to_the_last_digit_and_what_has_none_is_left_to_the_search() -> None:
+    assert not compared("theta1 = 0 and theta2 = 3.14159265358979", "theta1 = 0 and theta2 = pi").equal
+    for value, due in (("pi", True), ("3.14159265358979", False)):
+        claimed = f"{{theta1: 0, theta2: [0, {value}]}}"
+        assert compared(claimed, "sin(theta2) = 0 and theta1 = 0").equal is due
+    tied = "cos(theta2)*theta1 = sqrt(2)*a1 and theta2 = 0"
+    assert compared("theta2 = 0 and theta1 = sqrt(2)*a1", tied).equal
