@@ -125,8 +125,19 @@ def _assigned(joint: Node, values: Node, joints: Sequence[str]) -> list[Piece]:
 
 
 def _vanishing(node: Node) -> list[Piece]:
+    node = _bare(node)
     compile_tape([node])
     return [(Atom(case),) for case in _whole_number_cases(node)]
+
+
+def _bare(node: Node) -> Node:
+    """Return what vanishes where an expression does, X of sqrt(X) = 0: the search needs a slope, which a root lacks."""
+    while True:
+        less_nothing = node.kind == "-" and node.args[1].kind in ("number", "decimal") and not node.args[1].value
+        if less_nothing or node.kind == "neg" or (node.kind == "call" and node.value in ("sqrt", "abs")):
+            node = node.args[0]
+        else:
+            return node
 
 
 def _whole_number_cases(node: Node) -> list[Node]:
@@ -229,7 +240,7 @@ class Space:
         """Move the free joints onto the zeros by Gauss-Newton steps of least norm; tell where that ended well.
 
         It ends when steps have become tiny, not when residuals have: at a double zero, as of sin(theta)^2, a residual
-        of 1e-14 is still 1e-7 away. A zero like that of sqrt(cos(theta)) is found through the square of the residual.
+        of 1e-14 is still 1e-7 away. A zero like that of sqrt(s1^2 + s2^2) is found through the square of the residual.
         """
         start = {joint: values[joint].copy() for joint in ready.free}
         good = self._descend(ready, values, count, squared=False)
@@ -246,9 +257,9 @@ class Space:
             residual, _ = self._zeros(ready, values, count)
             if not ready.free or np.all((last < _STILL) | ~np.isfinite(residual).all(axis=0)):
                 break
-            slopes = self._slopes(ready, values, count)
+            slopes = self._slopes(ready, values, count, squared)
             if squared:
-                residual, slopes = residual**2, 2 * residual.T[:, :, None] * slopes
+                residual = residual**2
             good = np.isfinite(slopes).all(axis=(1, 2)) & np.isfinite(residual).all(axis=0)
             slopes[~good] = 0.0
             move = np.einsum("pij,jp->pi", np.linalg.pinv(slopes, rcond=1e-12), np.where(good, residual, 0.0))
@@ -299,11 +310,15 @@ class Space:
         slopes = found[0].imag.reshape(len(ready.free), count).T / 1e-20
         return np.where(np.isfinite(slopes), slopes, 0.0)
 
-    def _slopes(self, ready: _Ready, values: Mapping[str, np.ndarray], count: int) -> np.ndarray:
-        """Return the derivatives of the zeros for the free joints, (count, zeros, joints), by central differences."""
+    def _slopes(self, ready: _Ready, values: Mapping[str, np.ndarray], count: int, squared: bool = False) -> np.ndarray:
+        """Return the derivatives of the zeros, or of their squares, for the free joints, by central differences.
+
+        Of shape (count, zeros, joints). At a zero, sqrt(x^2) has no slope that differences could tell, but x^2 has one.
+        """
         step, joints = 1e-6, len(ready.free)
         nudged = _nudged(values, count, [(joint, side * step) for side in (1, -1) for joint in ready.free])
         ends = self._zeros(ready, nudged, 2 * joints * count)[0].reshape(-1, 2, joints, count)
+        ends = ends**2 if squared else ends
         return np.asarray((ends[:, 0] - ends[:, 1]).transpose(2, 0, 1) / (2 * step))
 
     def nearest_miss(self, piece: Piece, used: set[str], stream: Stream) -> float:
