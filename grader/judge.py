@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from exercises.formula.claims import claimed_pieces
-from exercises.formula.conditions import Atom, Piece, SetComparison, Space, compare_sets, pieces
+from exercises.formula.conditions import SetComparison, Space, compare_sets
 from exercises.formula.expression import read
 from exercises.formula.identity import Certificate, Comparison, Domain, Rounding, compare_entries, missed, number
+from exercises.formula.pieces import Atom, Piece, pieces
 from exercises.formula.tape import compile_tape, evaluate
 from exercises.formula.trees import Node, ReadError, as_matrix, has_blank, names
 from grader.verdict import Judgement, correct, graded, missing, wrong

@@ -42,9 +42,9 @@ from exercises.formula import (
     tape,
     trees,
 )
-from exercises.formula.conditions import pieces
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
+from exercises.formula.pieces import Atom, pieces
 from exercises.formula.tape import compile_tape, evaluate
 from exercises.formula.trees import Node, ReadError, as_matrix, node_text
 from exercises.stream import Stream
@@ -387,7 +387,7 @@ def _holds_where_due(text: str) -> bool:
     def holds(at: Mapping[str, Any]) -> bool:
         return any(all(abs(gap(atom, at)) < 1e-6 for atom in piece) for piece in claimed)
 
-    def gap(atom: conditions.Atom, at: Mapping[str, Any]) -> Any:
+    def gap(atom: Atom, at: Mapping[str, Any]) -> Any:
         value = _precise(atom.zero, at)
         if not mpmath.isfinite(value):
             return mpmath.inf

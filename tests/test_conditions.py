@@ -5,9 +5,10 @@ import contextlib
 import numpy as np
 import pytest
 
-from exercises.formula.conditions import Space, compare_sets, pieces
+from exercises.formula.conditions import Space, compare_sets
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
+from exercises.formula.pieces import pieces
 from exercises.formula.trees import ReadError
 from exercises.stream import Stream
 

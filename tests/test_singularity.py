@@ -16,8 +16,9 @@ from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import Component, _common_zeros, singular_set, solve_condition
 from exercises.arm.trigonometry import factored
-from exercises.formula.conditions import Piece, Space, compare_sets, pieces
+from exercises.formula.conditions import Space, compare_sets
 from exercises.formula.expression import read
+from exercises.formula.pieces import Piece, pieces
 from exercises.formula.trees import Node
 from exercises.stream import Stream
 from exercises.verify.singular import singular_configurations

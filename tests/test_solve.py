@@ -18,8 +18,9 @@ from exercises.arm.derivation import derive
 from exercises.arm.entry import to_sympy
 from exercises.arm.robot_file import read_robot_file
 from exercises.errors import QdotError
-from exercises.formula.conditions import Space, compare_sets, pieces
+from exercises.formula.conditions import Space, compare_sets
 from exercises.formula.expression import read
+from exercises.formula.pieces import pieces
 from exercises.questions import QUESTIONS
 from exercises.solve import Solution, read_robot, solution_data, solution_json, solution_latex, solution_text, solve
 

@@ -10,18 +10,16 @@ from exercises.formula.conditions import (
     MEMBER,
     SAMPLES,
     TYPED,
-    WHOLE,
-    Piece,
     SetComparison,
     Space,
     _nudged,
     _of_defined,
     _ready,
     compare_sets,
-    pieces,
 )
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain, Rounding
+from exercises.formula.pieces import WHOLE, Piece, pieces
 from exercises.formula.tape import compile_tape, evaluate
 from exercises.formula.trees import ReadError, node_text
 from exercises.stream import Stream
@@ -166,8 +164,17 @@ def test_poses_of_all_free_joints_are_spread() -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["theta2 = acos(2)", "theta2 = 1/0", "cos(theta2) = 2", "1 = 0", "a1 = 0", "d3^2 = -1"]
-)
+    "text",
+    [
+        "theta2 = acos(2)",
+        "theta2 = 1/0",
+        "cos(theta2) = 2",
+        "1 = 0",
+        "a1 = 0",
+        "d3^2 = -1",
+        "cos(theta1) = 0 and a1 = 0",
+    ],
+)  # fmt: skip
 def test_no_pose_is_on_a_piece_that_is_nowhere(text: str) -> None:
     assert len(poses(text)["theta1"]) == 0
 
@@ -186,7 +193,8 @@ def test_poses_are_where_values_are_real() -> None:
         ("sqrt((1 + cos(theta2))^2)*d3^2 = 0", "(1 + cos(theta2))*d3"),
         ("sqrt(sin(theta1)^2 + sin(theta2)^2) = 0", "abs(sin(theta1)) + abs(sin(theta2))"),
         ("a1*sqrt(d3^2 + sin(theta1)^2) = 0", "abs(d3) + abs(sin(theta1))"),
-        ("(1 + cos(theta2))^(1/4) = 0", "1 + cos(theta2)"),
+        ("(1 + cos(theta2))^(1/4) = 0", "1 + cos(theta2)"), ("log(d3) = 0", "d3 - 1"),
+        ("log(d3)*a1 = 0 and cos(theta1) = 0", "abs(d3 - 1) + abs(cos(theta1))"),
     ],
 )  # fmt: skip
 def test_zeros_without_a_slope_are_found(text: str, residual: str) -> None:

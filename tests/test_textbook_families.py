@@ -17,8 +17,9 @@ from exercises.arm.derivation import derive, structure
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import singular_set
 from exercises.families import FAMILIES
-from exercises.formula.conditions import Piece, Space, compare_sets, pieces
+from exercises.formula.conditions import Space, compare_sets
 from exercises.formula.expression import read
+from exercises.formula.pieces import Piece, pieces
 from exercises.generate import sample_chain
 from exercises.problem import ProblemId
 from exercises.stream import Stream

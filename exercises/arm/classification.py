@@ -19,9 +19,10 @@ from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import Component
-from exercises.formula.conditions import Piece, Space, pieces
+from exercises.formula.conditions import Space
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
+from exercises.formula.pieces import Piece, pieces
 from exercises.stream import Stream
 
 __all__ = [

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from exercises.formula.conditions import WHOLE, WHOLE_NUMBERS, Piece, is_tied, pieces
+from exercises.formula.pieces import WHOLE, WHOLE_NUMBERS, Piece, is_tied, pieces
 from exercises.formula.tape import compile_tape
 from exercises.formula.trees import Node, ReadError, names, size_of
 

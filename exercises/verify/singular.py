@@ -10,8 +10,9 @@ from exercises.arm.axes import Sample
 from exercises.arm.chain import Chain
 from exercises.arm.classification import REGULAR, domain_of, kind_at, samples_on
 from exercises.arm.kinematics import NumericChain
-from exercises.formula.conditions import Space, pieces
+from exercises.formula.conditions import Space
 from exercises.formula.expression import read
+from exercises.formula.pieces import pieces
 from exercises.problem import Choice, ConditionSet, Part
 from exercises.questions.singular import OPTIONS, Place
 from exercises.verify.ground import ARMS, Check, Ground, random_lengths, random_poses

@@ -1,0 +1,134 @@
+"""Conditions as they are written, read as a union of pieces: "theta3 = 0 or pi", "{theta2: [0, pi]}", "k*pi".
+
+A set is a union of pieces, a piece is a list of atoms that hold together, and an atom is either `expression = 0` or
+`joint = value`.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
+
+from exercises.formula.constants import turns_of
+from exercises.formula.tape import compile_tape
+from exercises.formula.trees import Node, ReadError, names, replaced
+
+WHOLE_NUMBERS = ("k", "n", "m")
+_SIX = tuple(Node("number", value=Fraction(k)) for k in range(7))
+WHOLE = (*(Node("neg", (k,)) for k in _SIX[:0:-1]), *_SIX)
+"""The whole numbers from -6 to 6."""
+_MOST_PIECES = 500
+
+
+@dataclass(frozen=True)
+class Atom:
+    """One condition: `zero` vanishes (joint is None), or `joint` has the value `zero` (modulo 2 pi for an angle)."""
+
+    zero: Node
+    joint: str | None = None
+
+
+Piece = tuple[Atom, ...]
+
+
+def pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
+    """Return the union of pieces that a tree stands for.
+
+    Understood: equations, `theta2 in {0, pi}`, `{theta2: [0, pi]}`, a bare expression (that vanishes), `and`, `or`,
+    lists of these, `k*pi` for every whole number k. Raises ReadError.
+    """
+    if node.kind in ("or", "list", "set"):
+        return _alternatives(node, joints)
+    if node.kind == "and":
+        return _together([pieces(arg, joints) for arg in node.args])
+    if node.kind == "dict":
+        return _together([_assigned(pair.args[0], pair.args[1], joints) for pair in node.args])
+    if node.kind == "in":
+        return _assigned(node.args[0], node.args[1], joints)
+    if node.kind == "eq":
+        left, right = node.args
+        if right.kind in ("list", "set"):
+            return _assigned(left, right, joints)
+        for own, other in ((left, right), (right, left)):
+            if own.kind == "name" and own.value in joints and own.value not in names(other):
+                return _assigned(own, other, joints)
+        return _vanishing(Node("-", (left, right)))
+    if node.kind == "name" and node.value in joints:
+        raise ReadError(f"{node.value} stands alone; say what it is, as in {node.value} = pi/3")
+    return _vanishing(node)
+
+
+def _alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
+    """Return the union of a list; a bare value belongs to the joint before it: theta3 = 0, pi, or (theta3, [0, pi])."""
+    found: list[Piece] = []
+    joint: Node | None = None
+    for arg in node.args:
+        says_more = bool(names(arg) & set(joints)) or arg.kind in ("eq", "in", "and", "or", "dict")
+        if says_more:
+            joint = _joint_of(arg, joints)
+            if arg.kind != "name" or len(node.args) == 1:
+                found += pieces(arg, joints)
+        elif joint is not None:
+            found += _assigned(joint, arg, joints)
+        else:
+            raise ReadError("a value stands there without a joint; write it as in theta1 = pi/3")
+    return found
+
+
+def _joint_of(node: Node, joints: Sequence[str]) -> Node | None:
+    """Return the joint that an equation or membership assigns, or a joint's bare name."""
+    own = node.args[0] if node.kind in ("eq", "in") else node
+    return own if own.kind == "name" and own.value in joints else None
+
+
+def _together(sets: Sequence[Sequence[Piece]]) -> list[Piece]:
+    """Return the pieces of an intersection: every combination of one piece of each set."""
+    count = math.prod(len(pieces_) for pieces_ in sets)
+    if count > _MOST_PIECES:
+        raise ReadError(f"the conditions make {count} cases; more than {_MOST_PIECES} are not read")
+    return [sum(combination, ()) for combination in product(*sets)]
+
+
+def _assigned(joint: Node, values: Node, joints: Sequence[str]) -> list[Piece]:
+    listed = values.args if values.kind in ("list", "set", "or") else (values,)
+    if joint.kind != "name" or joint.value not in joints:
+        return [piece for value in listed for piece in _vanishing(Node("-", (joint, value)))]
+    found: list[Piece] = []
+    for value in listed:
+        for plain in _whole_number_cases(value):
+            compile_tape([plain])
+            found.append((Atom(plain, str(joint.value)),))
+    return found
+
+
+def _vanishing(node: Node) -> list[Piece]:
+    node = _bare(node)
+    compile_tape([node])
+    return [(Atom(case),) for case in _whole_number_cases(node)]
+
+
+def _bare(node: Node) -> Node:
+    """Return what vanishes where an expression does, X of sqrt(X) = 0: the search needs a slope, which a root lacks."""
+    while True:
+        less_nothing = node.kind == "-" and node.args[1].kind in ("number", "decimal") and not node.args[1].value
+        if less_nothing or node.kind == "neg" or (node.kind == "call" and node.value in ("sqrt", "abs")):
+            node = node.args[0]
+        else:
+            return node
+
+
+def _whole_number_cases(node: Node) -> list[Node]:
+    """Return the cases of a whole number k: all there are modulo whole turns of a value k*pi/6, or coarser."""
+    free = [name for name in WHOLE_NUMBERS if name in names(node)]
+    cases = [node]
+    for name in free:
+        cases = [replaced(case, name, whole) for case in cases for whole in WHOLE]
+    turns = [turns_of(case) for case in cases]
+    return list({(turn, index if turn is None else 0): cases[index] for index, turn in enumerate(turns)}.values())
+
+
+def is_tied(atom: Atom, piece: Piece, joints: Sequence[str]) -> bool:
+    """Tell whether a joint's value follows other joints and another condition names the joint: q1 = q2 and c1 = 0."""
+    follows = bool(names(atom.zero) & set(joints))
+    return follows and any(atom.joint in names(one.zero) | {one.joint} for one in piece if one is not atom)
