@@ -42,6 +42,7 @@ from exercises.formula import (
     tape,
     trees,
 )
+from exercises.formula import pieces as pieces_module
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
 from exercises.formula.pieces import Atom, pieces
@@ -451,7 +452,8 @@ def _escapes(text: str) -> bool:
 # --- atheris ---
 
 INSTRUMENTED: tuple[ModuleType, ...] = (
-    angles, claims, conditions, constants, exact, expression, identity, names, notation, tape, trees, judge, compare,
+    angles, claims, conditions, constants, exact, expression, identity, names, notation, pieces_module, tape, trees,
+    judge, compare,
 )  # fmt: skip
 
 
