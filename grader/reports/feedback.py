@@ -76,7 +76,6 @@ def _part(number: int, index: int, part: dict[str, Any]) -> dict[str, Any]:
         "max_points": f"{part['max_points']:g}",
         "reason": _sentence(part["reason"]),
         "advice": part["advice"],
-        "followed": QUESTIONS[part["followed_from"]].title if part["followed_from"] else "",
         "sure": _how_sure(part["certificate"]) if part["outcome"] == "correct" else "",
         "answer": None if answer is None else answer if len(answer) <= 2000 else answer[:2000] + " …",
         "entries": part["entries"] if part["outcome"] in ("partial", "wrong") and _several(part["entries"]) else None,
