@@ -33,7 +33,8 @@ ROOT = Path(__file__).parent.parent
 MODULES = {
     "exact": ("exact", "identity"), "identity": ("trial", "identity", "decimals", "judge"),
     "field": ("exact", "identity"), "angles": ("exact", "identity", "judge"),
-    "conditions": ("sets", "space", "conditions", "reasons", "judge", "decimals"), "pieces": ("space", "conditions", "judge"),
+    "conditions": ("sets", "space", "conditions", "reasons", "judge", "decimals"),
+    "pieces": ("space", "conditions", "judge"),
     "judge": ("judge", "reasons", "decimals"), "tape": ("tape", "identity", "conditions", "judge"),
     "constants": ("claims", "conditions", "judge"), "claims": ("claims", "conditions", "judge"),
 }  # fmt: skip
