@@ -1,6 +1,8 @@
 """How two sets are compared, piece by piece, whatever the poses are: what is covered, sound, rounded, and shown."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -180,3 +182,14 @@ def test_conditions_that_are_undefined_on_a_part_of_the_circle_are_followed_on_t
     tied = parsed("sqrt(cos(theta1)) = sin(theta2)/2 and sin(theta3 + theta2) = 1/5")
     same = parsed("2*sqrt(cos(theta1)) = sin(theta2) and 5*sin(theta3 + theta2) = 1")
     assert compare_sets(tied, same, Space(JOINTS, DOMAIN), "s").equal
+
+
+def test_a_value_of_thirteen_digits_is_not_exact_where_the_lengths_are() -> None:
+    given = Domain({**DOMAIN.roles, "a1": Fraction(1, 2), "a2": Fraction(7, 10)})
+    space = Space(JOINTS, given)
+    due = parsed("a1 + a2*cos(theta2) = 0")
+    exact = parsed("theta2 = acos(-5/7)", "theta2 = -acos(-5/7)")
+    assert compare_sets(exact, due, space, "s").equal
+    digits = f"{math.acos(-5 / 7):.12f}"
+    found = compare_sets(parsed(f"theta2 = {digits}", f"theta2 = -{digits}"), due, space, "s")
+    assert found.sound == (False, False) and found.rounded
