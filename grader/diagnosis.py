@@ -31,6 +31,8 @@ POINTS = 5
 SAME = 1e-9
 """Share of the size of the terms by which equal values may differ."""
 THREE_DECIMALS = 6e-4
+LONGEST_SET = 600
+"""Characters of a set that is compared with what mistakes make of the right one; each comparison takes its time."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,7 @@ def diagnose(problem: Problem, part: Part, answer: str, seed: str, points_seed: 
     """
     if is_table(answer):
         return _of_function(problem, part, answer, points_seed)
-    for mistake, slip in taken(problem.chain, part):
+    for mistake, slip in taken(problem.chain, part) if len(answer) <= LONGEST_SET else ():
         if judge(problem, replace(part, answer=slip.answer), answer, seed).outcome is Outcome.CORRECT:
             return Diagnosis((mistake.name,), mistake.sentence(slip.words))
     if part.kind not in RESULTS:

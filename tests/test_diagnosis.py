@@ -153,6 +153,13 @@ def test_nothing_is_said_rather_than_guessed(answer: str) -> None:
     assert said("determinant", answer) == ("", "")
 
 
+def test_a_long_set_is_not_compared_with_every_mistake(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It would be searched for anew each time, and stall the class."""
+    monkeypatch.setattr("grader.diagnosis.judge", None)
+    many = ", ".join(f"cos(theta1 + {k}*theta2) = 0" for k in range(60))
+    assert said("singular-angles", f"[{many}]") == ("", "")
+
+
 def test_a_function_and_blanks_are_diagnosed_as_well() -> None:
     half = f"[[-a1*{S1} - a2*{S12}, blank], [blank, -a2*{C12}]]"
     assert said("jacobian", half)[0] != ""
