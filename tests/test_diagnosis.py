@@ -1,5 +1,6 @@
 """The mistake behind a wrong answer is named where it is known, whatever arm and question; else nothing is said."""
 
+import json
 import re
 from collections import Counter
 
@@ -22,7 +23,9 @@ from exercises.mistakes.working import as_formulas, formulas, numbers
 from exercises.problem import Expression, Matrix, Part
 from exercises.record import text_of
 from exercises.stream import Stream
+from grader.callables import TABLE
 from grader.diagnosis import diagnose
+from grader.functions import asked_of
 from grader.parts import domain_of
 
 FAMILY_NAMES = list(FAMILIES)
@@ -160,7 +163,7 @@ def test_a_long_set_is_not_compared_with_every_mistake(monkeypatch: pytest.Monke
     assert said("singular-angles", f"[{many}]") == ("", "")
 
 
-def test_a_function_and_blanks_are_diagnosed_as_well() -> None:
+def test_an_answer_with_blanks_is_diagnosed_as_well() -> None:
     half = f"[[-a1*{S1} - a2*{S12}, blank], [blank, -a2*{C12}]]"
     assert said("jacobian", half)[0] != ""
 
@@ -196,3 +199,14 @@ def test_the_right_answer_comes_out_of_every_working(family: str) -> None:
             found = result(numbers(problem.chain, values), part)
             due = evaluated(part, values)
             assert abs(found - due.reshape(found.shape)).max() < 1e-9 * max(1.0, abs(due).max()), part.name
+
+
+def test_a_function_that_needs_numbers_is_diagnosed_by_its_values() -> None:
+    problem = asked("position", PLANAR)
+    called = asked_of(problem, domain_of(problem), "points")
+    at = dict(zip(called["symbols"], np.array(called["points"]).T, strict=True))
+    rows = [at["a1"] * wave(at["theta1"]) + at["a2"] * wave(at["theta2"]) for wave in (np.cos, np.sin)]
+    values = [[[value, 0.0] for value in row] for row in np.array(rows).T.tolist()]
+    table = TABLE + json.dumps({"shape": [2], "values": values})
+    found = diagnose(problem, problem.parts[0], table, "s", "points")
+    assert found is not None and found.mistakes == ("relative-angle",)
