@@ -149,18 +149,23 @@ def _unbraced(text: str) -> str:
 def _factors(part: str, mark: str) -> list[str]:
     if mark == r"\times":
         return split(part, mark)
+    if mark not in part:  # the search for it would take long in a long sum
+        return [part]
     found = re.findall(r"(?:(?!\\begin\{bmatrix\}).)*\\begin\{bmatrix\}.*?\\end\{bmatrix\}[^\\]*", part)
     return [factor.strip() for factor in found] if "".join(found) == part else [part]
 
 
 def _filled(terms: list[str], room: float) -> list[str]:
     """Return lines of terms, each as full as it may be."""
-    lines = [terms[0]]
+    lines, used = [terms[0]], width(terms[0])
     for term in terms[1:]:
-        if width(f"{lines[-1]} {term}") <= room - 1.0:
+        more = width(term)  # widths add up: a line is not measured anew with every term
+        if used + more <= room - 1.0:
             lines[-1] += f" {term}"
+            used += more
         else:
             lines.append(f"{{}} {term}")
+            used = more
     return lines
 
 

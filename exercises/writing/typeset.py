@@ -1,0 +1,254 @@
+r"""The LaTeX of what somebody typed: a tree, its terms and factors in their own order, and nothing simplified.
+
+What a name or a sine is called is said as everywhere: \theta_{1}, s_{12} for sin(theta1 + theta2), \dot{d}_{2}.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from exercises.formula.trees import Node, ReadError, as_matrix, node_text
+from exercises.writing.latex import symbol_latex
+
+DEEPEST = 30
+"""Formulas that nest deeper are not set: nobody could read them."""
+
+_RELATION, _SUM, _PRODUCT, _FACTOR, _ATOM = range(5)
+"""How tightly a piece holds together: an atom can have a power as it is, a factor needs brackets for that."""
+
+_FUNCTIONS = {
+    "asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan", "acot": r"\text{arccot}", "log": r"\ln",
+    "atan2": r"\text{atan2}", "sign": r"\text{sign}",
+}  # fmt: skip
+_CONSTANTS = {"pi": r"\pi", "E": "e", "I": "i"}
+_SYMBOL = re.compile(r"(?:theta|alpha|beta|qd|[a-zA-Z])\d*|[vwfm][xyz]")
+_ANGLE = re.compile(r"theta(\d)")
+
+
+class TooDeep(ValueError):
+    """A tree that nests too deep to be set."""
+
+
+@dataclass(frozen=True)
+class _Set:
+    """A piece that is set, and how tightly it holds together."""
+
+    latex: str
+    level: int
+
+    def at(self, level: int) -> str:
+        """Return the piece as an operand that must hold together so tightly, in brackets if it does not."""
+        return self.latex if self.level >= level else _bracketed(self.latex)
+
+
+def typeset(
+    node: Node, prismatic: tuple[str, ...] = (), alternatives: bool = False, units: Sequence[str] = ()
+) -> str:
+    r"""Return the LaTeX of an answer. Raises TooDeep.
+
+    `prismatic` are the numbers of the prismatic joints, whose rates are \dot d. The items of a list of conditions are
+    `alternatives`, or hold together. `units` are those of the entries of a vector of numbers.
+
+    >>> from exercises.formula.expression import read
+    >>> typeset(read("-a1*sin(theta1 + theta2)/2 + x_long^2"))
+    '-\\frac{a_{1} s_{12}}{2} + \\text{x_long}^{2}'
+    """
+    return _Setter(prismatic, alternatives, units).whole(node)
+
+
+class _Setter:
+    """Sets trees; the left spines of long sums and products are walked along, everything else by recursion."""
+
+    def __init__(self, prismatic: tuple[str, ...], alternatives: bool, units: Sequence[str]) -> None:
+        self.prismatic, self.units, self.depth = prismatic, units, 0
+        self.between = r" \text{ or } \qquad " if alternatives else r", \qquad "
+
+    def whole(self, node: Node) -> str:
+        rows = _rows(node) if self.units else None
+        if rows is None or len(rows) * len(rows[0]) != len(self.units):
+            return self.set(node).latex
+        units = iter(rf"\,\text{{{unit}}}" if unit else "" for unit in self.units)
+        shown = [[self.set(entry).latex + next(units) for entry in row] for row in rows]
+        return shown[0][0] if len(self.units) == 1 else _matrix(shown)
+
+    def set(self, node: Node) -> _Set:
+        self.depth += 1
+        if self.depth > DEEPEST:
+            raise TooDeep(f"the answer nests more than {DEEPEST} deep")
+        found = self.piece(node)
+        self.depth -= 1
+        return found
+
+    def piece(self, node: Node) -> _Set:
+        kind = node.kind
+        if kind in ("number", "decimal"):
+            return _number(node)
+        if kind == "name":
+            return _Set(self.name(str(node.value)), _ATOM)
+        if kind == "blank":
+            return _Set(r"\square", _ATOM)
+        if kind in ("neg", "+", "-"):
+            return self.sum(node)
+        if kind in ("*", "/"):
+            return self.product(node)
+        if kind == "^":
+            return self.power(*node.args)
+        if kind == "call":
+            return self.call(node, "")
+        if kind in ("list", "set", "dict"):
+            return self.collection(node)
+        return self.relation(node)
+
+    def name(self, name: str) -> str:
+        if name in _CONSTANTS:
+            return _CONSTANTS[name]
+        if _SYMBOL.fullmatch(name):
+            return symbol_latex(name, self.prismatic)
+        # A name may hold what its characters are the same as, as the bracketed digits of Unicode.
+        return rf"\text{{{''.join(ch if ch.isalnum() or ch in '._' else '?' for ch in name)}}}"
+
+    def sum(self, node: Node) -> _Set:
+        if node.kind == "neg":
+            return _Set(f"-{self.set(node.args[0]).at(_PRODUCT)}", _SUM)
+        terms: list[str] = []
+        while node.kind in ("+", "-"):
+            right = self.set(node.args[1])
+            terms.append(f" {node.kind} {right.at(_PRODUCT)}")
+            node = node.args[0]
+        return _Set(self.set(node).at(_SUM) + "".join(reversed(terms)), _SUM)
+
+    def product(self, node: Node) -> _Set:
+        above, below = _factors(node)
+        small = all(factor.kind == "number" or factor.value == "pi" for factor in (*above, *below))
+        if not below:
+            return _Set(self.row(above), _PRODUCT)
+        if len(above) > 1:  # (1/2)*a1 is a1/2
+            above = [factor for factor in above if factor.value != 1] or above[:1]
+        return _Set(rf"\{'tfrac' if small else 'frac'}{{{self.row(above)}}}{{{self.row(below)}}}", _FACTOR)
+
+    def row(self, factors: Sequence[Node]) -> str:
+        """Return factors side by side; one alone needs no brackets."""
+        if len(factors) == 1:
+            return self.set(factors[0]).latex
+        shown = [self.set(factor).at(_FACTOR) for factor in factors]
+        out = shown[0]
+        for before, factor in zip(shown, shown[1:], strict=False):
+            if factor[0].isdigit() or (factor.startswith((r"\frac", r"\tfrac")) and before[-1:].isdigit()):
+                out += r" \cdot "
+            else:
+                out += r" \, " if r"\text" in (before[:5], factor[:5]) else " "
+            out += factor
+        return out
+
+    def power(self, base: Node, exponent: Node) -> _Set:
+        above = self.exponent(exponent)
+        if base.kind == "call" and base.value in ("sin", "cos", "tan") and above.isdigit():
+            return self.call(base, f"^{{{above}}}")
+        return _Set(f"{self.set(base).at(_ATOM)}^{{{above}}}", _FACTOR)
+
+    def exponent(self, node: Node) -> str:
+        if node.kind == "/" and all(arg.kind == "number" for arg in node.args):
+            return "/".join(self.set(arg).latex for arg in node.args)
+        return self.set(node).latex
+
+    def call(self, node: Node, power: str) -> _Set:
+        word = str(node.value)
+        if word in ("sin", "cos") and (joints := _joint_sum(node.args[0])):
+            return _Set(f"{word[0]}_{{{joints}}}{power}", _FACTOR if power else _ATOM)
+        inside = ", ".join(self.set(arg).latex for arg in node.args)
+        if word == "sqrt":
+            return _Set(rf"\sqrt{{{inside}}}", _FACTOR)
+        if word == "abs":
+            return _Set(rf"\left|{inside}\right|", _ATOM)
+        return _Set(f"{_FUNCTIONS.get(word, chr(92) + word)}{power}{_bracketed(inside)}", _FACTOR)
+
+    # --- lists and conditions ---
+
+    def collection(self, node: Node) -> _Set:
+        if any(item.kind in ("eq", "in", "pair", "and", "or", "dict") for item in node.args):
+            between = r" \text{ and } " if node.kind == "dict" else self.between
+            items = (self.set(item).latex for item in node.args)
+            return _Set(between.join(items), _RELATION)
+        rows = _rows(node)
+        if rows is not None:
+            return _Set(_matrix([[self.set(entry).latex for entry in row] for row in rows]), _ATOM)
+        inside = ", ".join(self.set(item).latex for item in node.args)
+        left, right = "[]" if node.kind == "list" else (r"\{", r"\}")
+        return _Set(rf"\left{left} {inside} \right{right}", _ATOM)
+
+    def relation(self, node: Node) -> _Set:
+        if node.kind in ("and", "or"):
+            word = r" \text{ and } " if node.kind == "and" else r" \text{ or } \qquad "
+            return _Set(word.join(self.set(arg).latex for arg in node.args), _RELATION)
+        left, right = node.args
+        if node.kind == "in" or right.kind in ("list", "set"):  # {theta2: [0, pi]} says that theta2 is one of them
+            listed = right if right.kind == "name" else Node("set", right.args if right.kind == "list" else (right,))
+            listed = right if right.kind == "set" else listed
+            return _Set(rf"{self.set(left).latex} \in {self.set(listed).latex}", _RELATION)
+        return _Set(f"{self.set(left).latex} = {self.set(right).latex}", _RELATION)
+
+
+def _factors(node: Node) -> tuple[list[Node], list[Node]]:
+    """Return what stands above and below the line of a product, in its order."""
+    above: list[Node] = []
+    below: list[Node] = []
+    todo = [(node, above)]
+    while todo:  # from right to left, and turned around in the end
+        top, side = todo.pop()
+        if top.kind == "*":
+            todo += [(top.args[0], side), (top.args[1], side)]
+        elif top.kind == "/" and side is above:
+            todo += [(top.args[0], above), (top.args[1], below)]
+        else:
+            side.append(top)
+    return above[::-1], below[::-1]
+
+
+def _joint_sum(angle: Node) -> str:
+    """Return "12" for theta1 + theta2, and nothing for an angle that c_{12} can't say."""
+    digits: list[str] = []
+    while True:
+        last = angle.args[1] if angle.kind == "+" else angle
+        found = _ANGLE.fullmatch(str(last.value)) if last.kind == "name" else None
+        if found is None or found[1] in digits:
+            return ""
+        digits.append(found[1])
+        if angle.kind != "+":
+            return "".join(sorted(digits))
+        angle = angle.args[0]
+
+
+def _rows(node: Node) -> list[list[Node]] | None:
+    """Return the entries of a list that is read as a matrix or a vector; None of anything else."""
+    if node.kind != "list" and not (node.kind == "set" and node.args and node.args[0].kind == "set"):
+        return None
+    try:
+        rows = as_matrix(node)
+    except ReadError:
+        return None
+    return rows if rows != [[node]] else None
+
+
+def _matrix(rows: Sequence[Sequence[str]]) -> str:
+    return r"\begin{bmatrix} " + r" \\ ".join(" & ".join(row) for row in rows) + r" \end{bmatrix}"
+
+
+def _number(node: Node) -> _Set:
+    value: Fraction = node.value
+    if node.kind == "number" and value.denominator != 1:
+        return _Set(rf"\tfrac{{{value.numerator}}}{{{value.denominator}}}", _FACTOR)
+    digits = node_text(node)
+    size = abs(value)
+    if node.kind == "decimal" and size and not Fraction(1, 10**5) <= size < 10**9:
+        significant = digits.replace(".", "").strip("0")
+        whole, _, behind = digits.partition(".")
+        power = len(whole) - 1 if whole.strip("0") else len(behind.lstrip("0")) - len(behind) - 1
+        mantissa = f"{significant[0]}.{significant[1:]}".rstrip(".")
+        return _Set(rf"{mantissa} \cdot 10^{{{power}}}", _PRODUCT)
+    return _Set(digits, _ATOM)
+
+
+def _bracketed(inside: str) -> str:
+    tall = any(mark in inside for mark in (r"\frac", r"\tfrac", r"\sqrt", r"\begin"))
+    return rf"\left({inside}\right)" if tall else f"({inside})"
