@@ -213,7 +213,8 @@ def grade(
     limits = Limits(seconds=seconds, cell_seconds=max(1, min(20, seconds / 4)) if seconds < 80 else seconds / 6)
     with progress("grading", len(assignment.roster)) as counter:
         results = grade_class(assignment, found, min(jobs, len(assignment.roster)), limits, lambda _: counter.step())
-    write_reports(assignment, results)
+    with progress("writing feedback", len(results)) as counter:
+        write_reports(assignment, results, min(jobs, len(results)), counter.step)
     _tell_notes(results)
     _summary(results, folder)
     if any(status(result) == "ungraded" for result in results):

@@ -155,7 +155,8 @@ def run_demo(folder: Path, jobs: int) -> None:
         results = grade_class(
             assignment, found, min(jobs, len(students)), Limits(cell_seconds=2), lambda _: counter.step()
         )
-    write_reports(assignment, results)
+    with progress("writing feedback", len(students)) as counter:
+        write_reports(assignment, results, min(jobs, len(students)), counter.step)
     say(f"{'id':<4}  {'name':<20} {'handed in':<32} {'points':>{len(_score(results[0]))}}  status")
     for student, kind, result in zip(assignment.roster, kinds(), results, strict=True):
         say(f"{student.id:<4}  {student.name:<20} {kind:<32} {_score(result)}  {status(result)}")

@@ -1,13 +1,15 @@
 """Judge a vector that counts up to a factor: a lost direction of motion, a self-motion."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from exercises.formula.expression import read
-from exercises.formula.identity import Certificate, Domain, compare_entries
+from exercises.formula.identity import Certificate, Domain, compare_entries, number
 from exercises.formula.tape import compile_tape, evaluate
 from exercises.formula.trees import Node, ReadError, has_blank, names
+from grader.counterexample import at_words, number_words
 from grader.judge import answer_rows, unknown_symbols
 from grader.verdict import Judgement, correct, missing, wrong
 
@@ -52,14 +54,29 @@ def _symbolic(entries: Sequence[Node], due: Sequence[Node], domain: Domain, seed
     found = compare_entries(left, right, domain, seed)
     if all(found.equal):
         return correct(found.certificate)
-    example = found.certificate.counterexample
+    certificate = _for_own_pivot(found.certificate, due[pivot], pivot)
+    example = certificate.counterexample
     entry = int(example["entry"]) if example is not None else found.equal.index(False)
-    at = ", ".join(f"{name} = {value:g}" for name, value in example["at"].items()) if example is not None else ""
+    at = at_words(example["at"]) if example is not None else ""
     reason = (
         f"not along the direction that is right: entry {entry + 1} does not have the right ratio to entry {pivot + 1}"
-        f"{f' at {at}' if at else ''}"
+        f"{at}"
     )
-    return wrong(unknown_symbols(entries, domain) or reason, found.certificate)
+    return wrong(unknown_symbols(entries, domain) or reason, certificate)
+
+
+def _for_own_pivot(certificate: Certificate, due: Node, pivot: int) -> Certificate:
+    """Return the certificate with the entry itself, and what it would have to be for the pivot as it was answered.
+
+    Compared were both times the pivot that is `due`.
+    """
+    example = certificate.counterexample
+    if example is None or not all(isinstance(example[name], float) for name in ("yours", "expected")):
+        return certificate
+    at = {name: np.array([value]) for name, value in example["at"].items()}
+    scale = complex(evaluate(compile_tape([due]), at, 1)[0][0, 0])
+    values = {name: number(example[name] / scale) for name in ("yours", "expected")}
+    return replace(certificate, counterexample={**example, **values, "pivot": pivot})
 
 
 def _numeric(entries: Sequence[Node], due: Sequence[Node], tolerance: float) -> Judgement:
@@ -84,8 +101,5 @@ def _numeric(entries: Sequence[Node], due: Sequence[Node], tolerance: float) -> 
         "yours": float(f"{unit[entry]:.6g}"),
         "expected": float(f"{target[entry]:.4g}"),
     }
-    reason = (
-        f"not along the direction that is right: scaled to length 1, entry {entry + 1} is {unit[entry]:.4g}, "
-        f"and {target[entry]:.4g} is right"
-    )
+    reason = f"not along the direction that is right: scaled to length 1, entry {entry + 1}{number_words(example)}"
     return wrong(reason, Certificate("numeric", 1, 0.0, example))

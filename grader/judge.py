@@ -1,11 +1,10 @@
 """Judge one answer, given as text, against a reference: expressions, matrices, singular sets, numbers, choices."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from exercises.formula.identity import Certificate, Comparison, Domain, Rounding
 from exercises.formula.pieces import Atom, Piece, pieces
 from exercises.formula.tape import compile_tape, evaluate
 from exercises.formula.trees import Node, ReadError, as_matrix, has_blank, names
+from grader.counterexample import at_words, entry_name, number_words, pose_words, values_words
 from grader.verdict import Judgement, correct, graded, missing, wrong
 
 Rows = Sequence[Sequence[str]]
@@ -190,18 +190,8 @@ def _difference(found: Comparison, columns: int) -> str:
     if example is None:
         return ""
     total = len(found.equal)
-    where = _entry_name(int(example["entry"]), columns) + " " if total > 1 else ""
-    at = ", ".join(f"{name} = {value:g}" for name, value in example["at"].items())
-    at = f" at {at}" if at else ""
-    return f"{where}differs{at}: yours {_shown(example['yours'])}, expected {_shown(example['expected'])}"
-
-
-def _shown(value: Any) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def _entry_name(entry: int, columns: int) -> str:
-    return f"entry {entry + 1}" if columns == 1 else f"entry ({entry // columns + 1}, {entry % columns + 1})"
+    where = entry_name(int(example["entry"]), columns) + " " if total > 1 else ""
+    return f"{where}differs{at_words(example['at'])}{values_words(example)}"
 
 
 def unknown_symbols(nodes: Sequence[Node], domain: Domain) -> str:
@@ -255,8 +245,8 @@ def judge_numbers(
     due, unit = reference[first], units[first]
     yours = "blank" if blanks[first] else number(complex(values[first]))
     example = {"entry": first, "at": {}, "yours": yours, "expected": float(f"{due:.4g}")}
-    said = "was left blank" if blanks[first] else f"is {_shown(yours)}, and {due:.4g} {unit} is right"
-    reason = f"{sum(equal)} of {len(equal)} numbers are right; number {first + 1} {said}"
+    said = " was left blank" if blanks[first] else number_words(example, unit)
+    reason = f"{sum(equal)} of {len(equal)} numbers are right; number {first + 1}{said}"
     judged = graded(sum(equal) / len(equal), reason, Certificate("numeric", 1, 0.0, example))
     return replace(judged, entries=marks)
 
@@ -384,16 +374,10 @@ def _set_reason(found: SetComparison, joints: Sequence[str], what: str) -> str:
     said = []
     if found.missing is not None:
         article = "an" if what[0] in "aeiou" else "a"
-        said.append(f"{article} {what} is missing: {_pose(found.missing, joints)}")
+        said.append(f"{article} {what} is missing{pose_words(found.missing, joints)}")
     if found.rounded and found.surplus is not None:
-        said.append(
-            f"right but for rounding: {_pose(found.surplus, joints)}; write the exact value, as in pi/3 or acos(1/3)"
-        )
+        pose = pose_words(found.surplus, joints)
+        said.append(f"right but for rounding{pose}; write the exact value, as in pi/3 or acos(1/3)")
     elif found.surplus is not None:
-        said.append(f"claimed, but no {what}: {_pose(found.surplus, joints)}")
+        said.append(f"claimed, but no {what}{pose_words(found.surplus, joints)}")
     return "; ".join(said) or "no configuration is claimed"
-
-
-def _pose(at: Mapping[str, Any], joints: Sequence[str]) -> str:
-    shown = [name for name in (*joints, *(n for n in at if n not in joints)) if name in at]
-    return ", ".join(f"{name} = {at[name]:.4g}" for name in shown) or "(any)"

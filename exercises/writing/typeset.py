@@ -7,6 +7,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 
 from exercises.formula.trees import Node, ReadError, as_matrix, node_text
 from exercises.writing.latex import symbol_latex
@@ -23,6 +24,7 @@ _FUNCTIONS = {
 }  # fmt: skip
 _CONSTANTS = {"pi": r"\pi", "E": "e", "I": "i"}
 _SYMBOL = re.compile(r"(?:theta|alpha|beta|qd|[a-zA-Z])\d*|[vwfm][xyz]")
+_ONE = Node("number", value=Fraction(1))
 _ANGLE = re.compile(r"theta(\d)")
 
 
@@ -42,9 +44,7 @@ class _Set:
         return self.latex if self.level >= level else _bracketed(self.latex)
 
 
-def typeset(
-    node: Node, prismatic: tuple[str, ...] = (), alternatives: bool = False, units: Sequence[str] = ()
-) -> str:
+def typeset(node: Node, prismatic: tuple[str, ...] = (), alternatives: bool = False, units: Sequence[str] = ()) -> str:
     r"""Return the LaTeX of an answer. Raises TooDeep.
 
     `prismatic` are the numbers of the prismatic joints, whose rates are \dot d. The items of a list of conditions are
@@ -52,7 +52,7 @@ def typeset(
 
     >>> from exercises.formula.expression import read
     >>> typeset(read("-a1*sin(theta1 + theta2)/2 + x_long^2"))
-    '-\\frac{a_{1} s_{12}}{2} + \\text{x_long}^{2}'
+    '-\\tfrac{1}{2} \\, a_{1} s_{12} + \\text{x_long}^{2}'
     """
     return _Setter(prismatic, alternatives, units).whole(node)
 
@@ -120,20 +120,27 @@ class _Setter:
 
     def product(self, node: Node) -> _Set:
         above, below = _factors(node)
-        small = all(factor.kind == "number" or factor.value == "pi" for factor in (*above, *below))
         if not below:
             return _Set(self.row(above), _PRODUCT)
-        if len(above) > 1:  # (1/2)*a1 is a1/2
-            above = [factor for factor in above if factor.value != 1] or above[:1]
-        return _Set(rf"\{'tfrac' if small else 'frac'}{{{self.row(above)}}}{{{self.row(below)}}}", _FACTOR)
+        rest = [factor for factor in above if factor.kind != "number"]
+        small = all(factor.value == "pi" for factor in rest) and _are_numbers(below)
+        if not small and _are_numbers(below):  # 4*sin(theta1)/25 has its fraction before the sine
+            counted = [factor for factor in above if factor.kind == "number"] or [_ONE]
+            return _Set(rf"{self.fraction(counted, below, small=True)} \, {self.row(rest, alone=False)}", _PRODUCT)
+        if len(above) > 1:  # (1/a1)*a2 is a2/a1
+            above = [factor for factor in above if factor != _ONE] or above[:1]
+        return _Set(self.fraction(above, below, small), _FACTOR)
 
-    def row(self, factors: Sequence[Node]) -> str:
-        """Return factors side by side; one alone needs no brackets."""
-        if len(factors) == 1:
+    def fraction(self, above: Sequence[Node], below: Sequence[Node], small: bool) -> str:
+        return rf"\{'tfrac' if small else 'frac'}{{{self.row(above)}}}{{{self.row(below)}}}"
+
+    def row(self, factors: Sequence[Node], alone: bool = True) -> str:
+        """Return factors side by side; a single one that stands alone needs no brackets."""
+        if len(factors) == 1 and alone:
             return self.set(factors[0]).latex
         shown = [self.set(factor).at(_FACTOR) for factor in factors]
         out = shown[0]
-        for before, factor in zip(shown, shown[1:], strict=False):
+        for before, factor in pairwise(shown):
             if factor[0].isdigit() or (factor.startswith((r"\frac", r"\tfrac")) and before[-1:].isdigit()):
                 out += r" \cdot "
             else:
@@ -187,6 +194,10 @@ class _Setter:
             listed = right if right.kind == "set" else listed
             return _Set(rf"{self.set(left).latex} \in {self.set(listed).latex}", _RELATION)
         return _Set(f"{self.set(left).latex} = {self.set(right).latex}", _RELATION)
+
+
+def _are_numbers(factors: Sequence[Node]) -> bool:
+    return all(factor.kind == "number" for factor in factors)
 
 
 def _factors(node: Node) -> tuple[list[Node], list[Node]]:

@@ -1,88 +1,139 @@
-"""The page that a student gets back: per part, what was right and what was not, and why."""
+"""The page that a student gets back: per part, what was right and what was not, where, and why.
 
+It is made from a result as results.jsonl holds it, and from the student's problems: their figures, the units of their
+symbols, and the worked solutions where the assignment says `feedback = "solutions"`.
+"""
+
+import hashlib
+import json
 import math
 import re
+from collections.abc import Mapping
 from typing import Any
 
 from exercises.assignment import Assignment, Student
+from exercises.figure import figure_svg
+from exercises.problem import Number, Part, Problem
 from exercises.questions import QUESTIONS
 from exercises.render import render
 from exercises.writing.markup import to_html
 from exercises.writing.statement import worked_solution
+from grader.counterexample import in_short
+from grader.reports.answers import answer_of, visible
+from grader.reports.differs import table_of
+
+PAGE = 1
+"""Version of the page: any change of what it shows raises it, and every page is written anew."""
 
 WORDS = {
     "correct": "right", "partial": "partly right", "wrong": "wrong", "missing": "not answered",
     "ungraded": "not graded yet",
 }  # fmt: skip
+MANY = 6
+"""More parts than that are listed at the top."""
 
 OURS = (
-    r"the|these|this|its|it|not|nothing|no|entry|numbers?|an? \w+ is missing|a list|a singular|say|left|qdot failed"
-    r"|cells?|right but|claimed"
+    r"the|these|this|its|it|not|nothing|no|entry|numbers?|an? \w+ is missing|a (list|configuration|singular)|say|left"
+    r"|qdot failed|cells?|right but|claimed"
 )
 """Words with which the grader's reasons begin; whatever else begins one may be a name out of the notebook."""
 
+IN_SHORT = {
+    r"\bit is not right; differs$": "it is not right",
+    r"(?<![\w)] )\bdiffers$": "its value differs from the solution's",
+    r"\bclaimed, but no singular configuration\b": "a configuration is claimed that is not singular",
+}
+"""What is left of a reason whose numbers stand in a table, and how it is said there."""
+
+
+def made_from(assignment: Assignment, student: Student, result: Mapping[str, Any]) -> str:
+    """Return a short text that changes whenever the page does; the page holds it."""
+    content = [PAGE, assignment.edition, assignment.feedback, student.name, result]
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
+
 
 def feedback_page(assignment: Assignment, student: Student, result: dict[str, Any]) -> str:
-    """Return the student's page as self-contained HTML; nothing in it regenerates a problem.
-
-    The worked solutions are on it where the assignment says `feedback = "solutions"`.
-    """
-    if result["obstacle"] is not None:
-        return _page(assignment, student, result, [])
-    solutions = _solutions(assignment, student) if assignment.feedback == "solutions" else {}
-    problems = [
-        {
-            "title": f"Problem {number}: {slot.family.title}",
-            "parts": [
-                {**_part(number, index, part), "solution": solutions.get((slot.name, part["name"]))}
-                for index, part in enumerate(entry["parts"], 1)
-            ],
-        }
-        for number, (slot, entry) in enumerate(zip(assignment.slots, result["problems"], strict=True), 1)
-    ]
-    return _page(assignment, student, result, problems)
-
-
-def _page(assignment: Assignment, student: Student, result: dict[str, Any], problems: list[dict[str, Any]]) -> str:
+    """Return the student's page as self-contained HTML; nothing in it regenerates a problem."""
+    problems = [] if result["obstacle"] is not None else _problems(assignment, student, result)
+    parts = [part for problem in problems for part in problem["parts"]]
     return render(
         "feedback.html.j2",
         title=assignment.title,
         student=student,
-        result=result,
+        made_from=made_from(assignment, student, result),
+        obstacle=None if result["obstacle"] is None else visible(result["obstacle"]),
+        notes=[visible(note) for note in result["notes"]],
         percent=f"{100 * result['score'] / result['max_score']:.0f}",
-        score=f"{round(result['score'], 2):g}",
-        max_score=f"{result['max_score']:g}",
+        score=_points(result["score"]),
+        max_score=_points(result["max_score"]),
         problems=problems,
+        outcomes=[name for name in WORDS if any(part["outcome"] == name for part in parts)],
+        overview=len(parts) > MANY,
     )
 
 
-def _solutions(assignment: Assignment, student: Student) -> dict[tuple[str, str], str]:
-    """Return the worked solution of every part as HTML, by slot and part."""
+def _problems(assignment: Assignment, student: Student, result: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return every problem as the template shows it."""
+    slots = zip(assignment.slots, assignment.problems(student.id), result["problems"], strict=True)
+    shown = []
+    for number, (slot, (name, problem), entry) in enumerate(slots, 1):
+        own = {part.name: part for part in problem.parts}
+        parts = []
+        for index, judged in enumerate(entry["parts"], 1):
+            part = own[judged["name"]]
+            solution = to_html(worked_solution(problem, part)) if assignment.feedback == "solutions" else None
+            figure = None if part.pose is None else figure_svg(problem.chain, f"{name}-{part.name}", part.pose)
+            told = {"number": f"{number}.{index}", "id": f"part-{number}-{index}"}
+            parts.append({**told, **_part(problem, part, judged), "solution": solution, "figure": figure})
+        title = f"Problem {number}: {slot.family.title}"
+        figure = figure_svg(problem.chain, name)
+        shown.append({"id": f"problem-{number}", "title": title, "figure": figure, "parts": parts, **_sum(entry)})
+    return shown
+
+
+def _sum(entry: Mapping[str, Any]) -> dict[str, str]:
+    """Return the points of a problem."""
+    points = sum(part["points"] or 0.0 for part in entry["parts"])
+    return {"points": _points(points), "max_points": _points(sum(part["max_points"] for part in entry["parts"]))}
+
+
+def _part(problem: Problem, part: Part, judged: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what is said of a part."""
+    outcome, answer = judged["outcome"], judged["answer"]
+    table = table_of(problem, part, judged["certificate"]) if outcome in ("partial", "wrong") else None
     return {
-        (slot, part.name): to_html(worked_solution(problem, part))
-        for slot, problem in assignment.problems(student.id)
-        for part in problem.parts
+        "title": QUESTIONS[part.kind].title,
+        "outcome": outcome,
+        "word": WORDS[outcome],
+        "points": "–" if judged["points"] is None else _points(judged["points"]),
+        "max_points": _points(judged["max_points"]),
+        "reason": _sentence(_reason(problem, part, judged, table is not None)),
+        "advice": judged["advice"],
+        "sure": _how_sure(judged["certificate"]) if outcome == "correct" else "",
+        "answer": None if answer is None else answer_of(problem, part, answer),
+        "entries": judged["entries"] if outcome in ("partial", "wrong") and _several(judged["entries"]) else None,
+        "table": table,
     }
 
 
-def _part(number: int, index: int, part: dict[str, Any]) -> dict[str, Any]:
-    answer = part["answer"]
-    return {
-        "number": f"{number}.{index}",
-        "title": QUESTIONS[part["name"]].title,
-        "outcome": part["outcome"],
-        "word": WORDS[part["outcome"]],
-        "points": "–" if part["points"] is None else f"{round(part['points'], 2):g}",
-        "max_points": f"{part['max_points']:g}",
-        "reason": _sentence(part["reason"]),
-        "advice": part["advice"],
-        "sure": _how_sure(part["certificate"]) if part["outcome"] == "correct" else "",
-        "answer": None if answer is None else answer if len(answer) <= 2000 else answer[:2000] + " …",
-        "entries": part["entries"] if part["outcome"] in ("partial", "wrong") and _several(part["entries"]) else None,
-    }
+def _points(points: float) -> str:
+    return f"{round(points, 2):g}"
 
 
-def _how_sure(certificate: dict[str, Any] | None) -> str:
+def _reason(problem: Problem, part: Part, judged: Mapping[str, Any], is_short: bool) -> str:
+    """Return why an answer is not right, without the numbers that stand in the table."""
+    reason = str(judged["reason"])
+    if not is_short:
+        return visible(reason)
+    example = judged["certificate"]["counterexample"]
+    unit = part.answer.units[example["entry"]] if isinstance(part.answer, Number) else ""
+    reason = in_short(reason, example, [q.name for q in problem.chain.q], unit)
+    for pattern, words in IN_SHORT.items():
+        reason = re.sub(pattern, words, reason)
+    return visible(reason)
+
+
+def _how_sure(certificate: Mapping[str, Any] | None) -> str:
     """Return how a right answer was compared, and the chance that a wrong one would have passed."""
     if certificate is None or (certificate["points"] < 2 and not certificate["bound"]):
         return ""

@@ -1,22 +1,57 @@
 """Every report of a graded class, written into graded/, each file at once or not at all."""
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
-from exercises.assignment import Assignment
+from exercises.assignment import Assignment, Student
 from exercises.files import remove_left_behind, write_atomically
+from exercises.parallel import ordered_map
 from grader.batch import Result
-from grader.reports.feedback import feedback_page
+from grader.reports.feedback import feedback_page, made_from
 from grader.reports.tables import grades_csv, results_jsonl
 
+BEGINNING = 1000
+"""Characters at the beginning of a page among which it says what it was made from."""
 
-def write_reports(assignment: Assignment, results: Sequence[Result]) -> None:
-    """Write feedback pages, results.jsonl and grades.csv."""
+
+def write_reports(
+    assignment: Assignment, results: Sequence[Result], jobs: int = 1, each: Callable[[], None] = lambda: None
+) -> None:
+    """Write results.jsonl, grades.csv and the feedback pages that are not up to date; `each` is told of every page."""
     folder = assignment.folder / "graded"
-    pages = {result["student"]: folder / "feedback" / f"{result['student']}.html" for result in results}
-    remove_left_behind((*pages.values(), folder / "results.jsonl", folder / "grades.csv"))
     by_id = {student.id: student for student in assignment.roster}
-    for result in results:
-        student = by_id[result["student"]]
-        write_atomically(pages[student.id], feedback_page(assignment, student, result))
+    pages = [(by_id[result["student"]], result) for result in results]
+    remove_left_behind(
+        (*(_page(folder, student) for student, _ in pages), folder / "results.jsonl", folder / "grades.csv")
+    )
     write_atomically(folder / "results.jsonl", results_jsonl(results))
     write_atomically(folder / "grades.csv", grades_csv(results, assignment.roster))
+    # Its figures take longer than all the rest of a page: they are drawn on several processes, and only once.
+    old = [(student, result) for student, result in pages if not _is_up_to_date(assignment, student, result)]
+    for _ in range(len(pages) - len(old)):
+        each()
+    with contextlib.closing(ordered_map(_write, old, jobs, _same, (assignment,))) as written:
+        for _ in written:
+            each()
+
+
+def _same(assignment: Assignment) -> Assignment:
+    return assignment
+
+
+def _write(assignment: Assignment, about: tuple[Student, Result]) -> None:
+    write_atomically(_page(assignment.folder / "graded", about[0]), feedback_page(assignment, *about))
+
+
+def _page(folder: Path, student: Student) -> Path:
+    return folder / "feedback" / f"{student.id}.html"
+
+
+def _is_up_to_date(assignment: Assignment, student: Student, result: Result) -> bool:
+    """Tell whether a page is there that says that it was made from the same."""
+    try:
+        with _page(assignment.folder / "graded", student).open(encoding="utf-8", errors="replace") as page:
+            return f'content="{made_from(assignment, student, result)}"' in page.read(BEGINNING)
+    except OSError:
+        return False

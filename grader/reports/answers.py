@@ -1,0 +1,100 @@
+"""A student's answer as it stands on the feedback page: set as a formula where that can be done, and as text.
+
+The text is read by the grammar that the grader reads it by, and nothing else is done with it. What is too long or too
+deep to be set, can't be read, or is no formula (a function, a letter without an option) stands there as text alone.
+"""
+
+import re
+from dataclasses import dataclass
+
+from exercises.formula.expression import read
+from exercises.formula.trees import Node, ReadError, size_of
+from exercises.problem import Choice, ConditionSet, Expression, Number, Part, Problem
+from exercises.writing.fit import fitted, width
+from exercises.writing.markup import to_html
+from exercises.writing.mathml import mathml
+from exercises.writing.statement import prompt
+from exercises.writing.typeset import TooDeep, typeset
+from grader.functions import SHOWN
+from grader.judge import chosen_option, with_points
+
+LONGEST, LARGEST = 4000, 2000
+"""Characters of a text and nodes of a tree that are set as a formula; more would be no formula to look at."""
+SHOWN_OF_TEXT = 2000
+ROOM = 40.0
+"""How wide a formula may be on the page, in em: it is broken into lines there, and scrolls where that can't be done."""
+SMALLEST = 80
+"""Per cent of its size to which a formula is made smaller before it scrolls."""
+
+_NAMESPACE = ' xmlns="http://www.w3.org/1998/Math/MathML"'
+FORMULAS = ("expression", "matrix", "singular", "number", "direction")
+"""The types of answers that are formulas; those of any other are shown as text."""
+
+_CONTROL = {code: 0x2400 + code for code in range(32) if chr(code) not in "\t\n"} | {0x7F: 0x2421}
+_CONTROL |= dict.fromkeys((*range(0x80, 0xA0), *range(0xD800, 0xE000), 0xFFFE, 0xFFFF), 0xFFFD)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """An answer for the page: `shown` is HTML, empty where there is the text alone.
+
+    `is_text` says that the text is the student's, and not ours about a function.
+    """
+
+    text: str
+    shown: str = ""
+    is_text: bool = True
+
+
+def answer_of(problem: Problem, part: Part, text: str) -> Answer:
+    """Return an answer as text and, where that can be done, as it was read."""
+    plain = visible(text if len(text) <= SHOWN_OF_TEXT else f"{text[:SHOWN_OF_TEXT]} …")
+    if text == SHOWN:
+        return Answer(plain, is_text=False)
+    if isinstance(part.answer, Choice):
+        return Answer(plain, _option(problem, part, part.answer, text))
+    if part.type not in FORMULAS or len(text) > LONGEST:
+        return Answer(plain)
+    try:
+        return Answer(plain, _formula(problem, part, text))
+    except (ReadError, TooDeep):
+        return Answer(plain)
+
+
+def visible(text: str) -> str:
+    """Return a text that any page can hold: control characters are shown by their pictures."""
+    return text.translate(_CONTROL)
+
+
+def _formula(problem: Problem, part: Part, text: str) -> str:
+    node = _read(problem, part, text)
+    if size_of(node) > LARGEST:
+        raise TooDeep("the answer is too long to be set")
+    prismatic = tuple(q.name[1:] for q in problem.chain.q if q.name.startswith("d"))
+    units = part.answer.units if isinstance(part.answer, Number) else ()
+    latex = fitted(typeset(node, prismatic, isinstance(part.answer, ConditionSet), units), ROOM)
+    return _slim(mathml(latex, True, max(SMALLEST, min(100, int(100 * ROOM / max(width(latex), 1.0))))))
+
+
+def _slim(shown: str) -> str:
+    """Return MathML in fewer characters: letters for their codes, no rows of one thing."""
+    shown = re.sub(r"&#x0*([0-9A-F]{3,5});", lambda code: chr(int(code[1], 16)), shown)
+    return re.sub(r"<mrow>(<m[ino]>[^<]*</m[ino]>)</mrow>", r"\1", shown.replace(_NAMESPACE, "", 1))
+
+
+def _read(problem: Problem, part: Part, text: str) -> Node:
+    """Return the tree that was judged: where one expression is due, 0,5 is a half and no list."""
+    known = problem.symbols()
+    node = read(text, known)
+    if isinstance(part.answer, Expression) and node.kind == "list" and (point := with_points(text)) != text:
+        return read(point, known)
+    return node
+
+
+def _option(problem: Problem, part: Part, choice: Choice, text: str) -> str:
+    """Return the line of the prompt with the option that was chosen."""
+    chosen = chosen_option(text, choice.options)
+    if chosen is None:
+        return ""
+    line = re.search(rf"^- (\*\*{'ABCDEFGH'[chosen]}\.\*\* .*)$", prompt(problem, part), re.MULTILINE)
+    return to_html(line[1]) if line is not None else ""

@@ -1,0 +1,135 @@
+"""Where an answer differs, as a table: the configuration with units, the answer's value there and the right one."""
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from exercises.problem import Direction, Number, Part, Problem
+from exercises.writing.latex import symbol_latex
+from exercises.writing.mathml import mathml
+from grader.counterexample import entry_name
+from grader.reports.answers import visible
+
+DIGITS, MOST_DIGITS = 4, 16
+WORDS = {"not a finite number": "not a finite number", "blank": "left blank"}
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row: its head as HTML, which is never a student's, and the text of a cell for each column."""
+
+    head: str
+    cells: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table: what it says, the heads of its columns, rows of symbols, rows of results."""
+
+    caption: str
+    columns: tuple[str, ...]
+    symbols: tuple[Row, ...]
+    results: tuple[Row, ...] = ()
+
+
+def table_of(problem: Problem, part: Part, certificate: Mapping[str, Any] | None) -> Table | None:
+    """Return the counterexample of a certificate; None where there is none that can be followed.
+
+    There is none to follow where the answer has symbols that the problem does not have.
+    """
+    example = None if certificate is None else certificate["counterexample"]
+    if example is None:
+        return None
+    places = [example["missing"], example["surplus"]] if "missing" in example else [example["at"]]
+    places = [at for at in places if at is not None]
+    known = problem.symbols()
+    if any(set(at) - set(known) for at in places):
+        return None
+    names = [name for name in known if any(name in at for at in places)]
+    symbols = tuple(
+        Row(_symbol(problem, name), tuple(_quantity(at.get(name), known[name].unit) for at in places)) for name in names
+    )
+    if "missing" in example:
+        return _of_sets(example, symbols)
+    return Table(_caption(part, example, bool(names)), ("Quantity", "Value"), symbols, _results(part, example))
+
+
+def _of_sets(example: Mapping[str, Any], symbols: tuple[Row, ...]) -> Table | None:
+    heads = {"missing": "Singular, and not in your answer", "surplus": "In your answer, and not singular"}
+    columns = tuple(head for name, head in heads.items() if example[name] is not None)
+    return Table("Configurations", ("Quantity", *columns), symbols) if columns and symbols else None
+
+
+def _caption(part: Part, example: Mapping[str, Any], at_a_place: bool) -> str:
+    what = _what(part, example)
+    return f"Where {what or 'it'} differs" if at_a_place else what.capitalize() or "Your answer and what is right"
+
+
+def _what(part: Part, example: Mapping[str, Any]) -> str:
+    """Return what the entry of a counterexample is called; nothing where there is one alone."""
+    rows, columns = part.shape or (1, 1)
+    if rows * columns == 1:
+        return ""
+    if isinstance(part.answer, Number):
+        return f"number {example['entry'] + 1}"
+    return entry_name(int(example["entry"]), columns)
+
+
+def _results(part: Part, example: Mapping[str, Any]) -> tuple[Row, ...]:
+    unit = part.answer.units[example["entry"]] if isinstance(part.answer, Number) else ""
+    yours, right = _values(example["yours"], example["expected"], unit)
+    heads = "Your answer", "Right"
+    if isinstance(part.answer, Direction):
+        pivot = example.get("pivot")
+        heads = heads[0], "Right" if pivot is None else f"Right for your entry {pivot + 1}"
+    return Row(heads[0], (yours,)), Row(heads[1], (right,))
+
+
+def _symbol(problem: Problem, name: str) -> str:
+    prismatic = tuple(q.name[1:] for q in problem.chain.q if q.name.startswith("d"))
+    return mathml(symbol_latex(name, prismatic))
+
+
+# --- numbers ---
+
+
+def decimal(value: float, digits: int = DIGITS) -> str:
+    """Return a number for people, with a true minus sign.
+
+    >>> decimal(-0.728141), decimal(3.0), decimal(0.00000125)
+    ('−0.7281', '3', '1.25·10⁻⁶')
+    """
+    mantissa, _, power = f"{value:.{digits}g}".partition("e")
+    shown = f"{mantissa}·10{str(int(power)).translate(_SUPERSCRIPT)}" if power else mantissa
+    return shown.replace("-", "−") if float(mantissa) else "0"
+
+
+def _quantity(value: float | None, unit: str) -> str:
+    """Return a value with its unit, an angle in degrees too."""
+    if value is None:
+        return "any"
+    degrees = f" ({decimal(math.degrees(value))}°)" if unit == "rad" else ""
+    return f"{decimal(value)} {unit}".rstrip() + degrees
+
+
+def _values(yours: Any, right: Any, unit: str) -> tuple[str, str]:
+    """Return two values with as many digits as it takes to tell them apart."""
+    for digits in range(DIGITS, MOST_DIGITS + 1):
+        shown = _value(yours, digits, unit), _value(right, digits, unit)
+        if shown[0] != shown[1]:
+            break
+    return shown
+
+
+def _value(value: Any, digits: int, unit: str) -> str:
+    if isinstance(value, str):
+        complex_number = re.fullmatch(r"\(?([-\d.e]+) ([+-]) (-?)([\d.e-]+)[ij]\)?", value)
+        if complex_number is None:
+            return WORDS.get(value) or visible(value).replace("-", "−")
+        real, sign, minus, imaginary = complex_number.groups()
+        sign = "−" if (sign == "-") != bool(minus) else "+"
+        return f"{decimal(float(real), digits)} {sign} {decimal(float(imaginary), digits)} i"
+    return f"{decimal(float(value), digits)} {unit}".rstrip()
