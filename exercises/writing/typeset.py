@@ -65,8 +65,8 @@ class _Setter:
         self.between = r" \text{ or } \qquad " if alternatives else r", \qquad "
 
     def whole(self, node: Node) -> str:
-        rows = _rows(node) if self.units else None
-        if rows is None or len(rows) * len(rows[0]) != len(self.units):
+        rows = _rows(node) if node.kind in ("list", "set", "dict", "eq", "in", "and", "or") else [[node]]
+        if not self.units or rows is None or len(rows) * len(rows[0]) != len(self.units):
             return self.set(node).latex
         units = iter(rf"\,\text{{{unit}}}" if unit else "" for unit in self.units)
         shown = [[self.set(entry).latex + next(units) for entry in row] for row in rows]
@@ -144,7 +144,8 @@ class _Setter:
             if factor[0].isdigit() or (factor.startswith((r"\frac", r"\tfrac")) and before[-1:].isdigit()):
                 out += r" \cdot "
             else:
-                out += r" \, " if r"\text" in (before[:5], factor[:5]) else " "
+                apart = r"\text" in (before[:5], factor[:5]) or before.endswith(r"\right)")
+                out += r" \, " if apart else " "
             out += factor
         return out
 

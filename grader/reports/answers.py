@@ -36,7 +36,7 @@ _CONTROL |= dict.fromkeys((*range(0x80, 0xA0), *range(0xD800, 0xE000), 0xFFFE, 0
 
 @dataclass(frozen=True)
 class Answer:
-    """An answer for the page: `shown` is HTML, empty where there is the text alone.
+    """An answer for the page: `shown` is HTML, empty where there is the text alone; without text it says everything.
 
     `is_text` says that the text is the student's, and not ours about a function.
     """
@@ -52,7 +52,8 @@ def answer_of(problem: Problem, part: Part, text: str) -> Answer:
     if text == SHOWN:
         return Answer(plain, is_text=False)
     if isinstance(part.answer, Choice):
-        return Answer(plain, _option(problem, part, part.answer, text))
+        option = _option(problem, part, part.answer, text)
+        return Answer("" if option and len(text) == 1 else plain, option)
     if part.type not in FORMULAS or len(text) > LONGEST:
         return Answer(plain)
     try:

@@ -13,8 +13,10 @@ from grader.counterexample import entry_name
 from grader.reports.answers import visible
 
 DIGITS, MOST_DIGITS = 4, 16
+ROUNDING = 1e-12
+"""What a joint's value is off that was searched for, where it is zero."""
 WORDS = {"not a finite number": "not a finite number", "blank": "left blank"}
-_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,7 @@ def table_of(problem: Problem, part: Part, certificate: Mapping[str, Any] | None
 def _of_sets(example: Mapping[str, Any], symbols: tuple[Row, ...]) -> Table | None:
     heads = {"missing": "Singular, and not in your answer", "surplus": "In your answer, and not singular"}
     columns = tuple(head for name, head in heads.items() if example[name] is not None)
-    return Table("Configurations", ("Quantity", *columns), symbols) if columns and symbols else None
+    return Table("Configurations where it differs", ("Quantity", *columns), symbols) if columns and symbols else None
 
 
 def _caption(part: Part, example: Mapping[str, Any], at_a_place: bool) -> str:
@@ -103,7 +105,7 @@ def decimal(value: float, digits: int = DIGITS) -> str:
     ('−0.7281', '3', '1.25·10⁻⁶')
     """
     mantissa, _, power = f"{value:.{digits}g}".partition("e")
-    shown = f"{mantissa}·10{str(int(power)).translate(_SUPERSCRIPT)}" if power else mantissa
+    shown = f"{mantissa}·10{str(int(power)).translate(SUPERSCRIPT)}" if power else mantissa
     return shown.replace("-", "−") if float(mantissa) else "0"
 
 
@@ -111,6 +113,7 @@ def _quantity(value: float | None, unit: str) -> str:
     """Return a value with its unit, an angle in degrees too."""
     if value is None:
         return "any"
+    value = value if abs(value) > ROUNDING else 0.0
     degrees = f" ({decimal(math.degrees(value))}°)" if unit == "rad" else ""
     return f"{decimal(value)} {unit}".rstrip() + degrees
 

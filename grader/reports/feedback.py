@@ -20,7 +20,7 @@ from exercises.writing.markup import to_html
 from exercises.writing.statement import worked_solution
 from grader.counterexample import in_short
 from grader.reports.answers import answer_of, visible
-from grader.reports.differs import table_of
+from grader.reports.differs import SUPERSCRIPT, table_of
 
 PAGE = 1
 """Version of the page: any change of what it shows raises it, and every page is written anew."""
@@ -140,7 +140,8 @@ def _how_sure(certificate: Mapping[str, Any] | None) -> str:
     points, bound = certificate["points"], certificate["bound"]
     if not bound:
         return f"Compared at {points} configurations."
-    chance = f"would have passed with a chance below 1 in 10^{-math.ceil(math.log10(bound))}"
+    power = str(-math.ceil(math.log10(bound))).translate(SUPERSCRIPT)
+    chance = f"would have passed with a chance below 1 in 10{power}"
     if certificate["method"] == "exact":
         return f"Compared exactly: a wrong answer {chance}."
     share = 1 - bound ** (1 / points)

@@ -1,0 +1,379 @@
+"""The feedback page: every outcome on it, readable by people and by screen readers, safe whatever was typed."""
+
+import json
+import re
+import time
+import xml.etree.ElementTree as ET
+from collections import Counter
+from collections.abc import Callable, Mapping
+from html.parser import HTMLParser
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from exercises.assignment import Assignment, Student, load_assignment
+from exercises.problem import Choice, Matrix, Problem, variable
+from exercises.record import reference_json
+from exercises.release import init_assignment
+from exercises.render import template_folder
+from grader.callables import TABLE
+from grader.functions import SHOWN
+from grader.marking import mark, total
+from grader.reports.answers import answer_of
+from grader.reports.differs import decimal, table_of
+from grader.reports.feedback import feedback_page, made_from
+from grader.reports.tables import status
+from grader.reports.write import write_reports
+from grader.verdict import Outcome
+
+TOML = """title = "Arms & <angles>"
+key = "hw"
+[[problem]]
+family = "planar-2r"
+questions = ["position", "jacobian", "determinant", "singular-angles", "joint-rates"]
+[[problem]]
+family = "polar-rp"
+questions = ["twist", "joint-effect", "lost-direction", "rank"]
+"""
+VOID = {"meta", "link", "br", "hr", "img", "path", "circle", "use", "rect", "polyline", "polygon", "mspace"}
+Answers = Callable[[str, str, str], str | None]
+"""Slot, part and right answer to what is handed in, None for nothing."""
+
+
+class Page(HTMLParser):
+    """A page taken apart: its elements with the text in each; raises AssertionError where they do not nest."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[tuple[str, dict[str, str]]] = []
+        self.found: list[tuple[str, dict[str, str], list[str]]] = []
+        self.inside: list[list[str]] = []
+        self.feed(text)
+        self.close()
+        assert not self.open
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        about = {name: value or "" for name, value in attrs}
+        assert len(about) == len(attrs), (tag, attrs)
+        self.found.append((tag, about, []))
+        if tag not in VOID:
+            self.open.append((tag, about))
+            self.inside.append(self.found[-1][2])
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.found.append((tag, {name: value or "" for name, value in attrs}, []))
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag in VOID:
+            return
+        assert self.open, tag
+        assert self.open[-1][0] == tag, (self.open[-3:], tag)
+        self.open.pop()
+        self.inside.pop()
+
+    def handle_data(self, data: str) -> None:
+        for texts in self.inside:
+            texts.append(data)
+
+    def all(self, *tags: str) -> list[tuple[dict[str, str], str]]:
+        return [(about, " ".join("".join(texts).split())) for tag, about, texts in self.found if tag in tags]
+
+
+@pytest.fixture(scope="module")
+def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
+    folder = tmp_path_factory.mktemp("class") / "hw"
+    init_assignment(folder, "T", "hw", [Student("s1", "A. <b>"), Student("s2")], "0123456789abcdef")
+    (folder / "assignment.toml").write_text(TOML)
+    return load_assignment(folder)
+
+
+def right(problem: Problem, name: str) -> str:
+    part = next(part for part in problem.parts if part.name == name)
+    found = reference_json(part)
+    return str(found).replace("'", "") if part.type != "singular" else f"[{', '.join(found)}]"
+
+
+def result_of(assignment: Assignment, answers: Answers = lambda slot, part, code: code) -> dict[str, Any]:
+    """Return what grading a student makes of answers, without a notebook."""
+    marked: list[dict[str, Any]] = []
+    for slot, problem in assignment.problems("s1"):
+        own = {part.name: answers(slot, part.name, right(problem, part.name)) for part in problem.parts}
+        handed_in = {variable(slot, name): text for name, text in own.items() if text is not None}
+        verdicts = mark(problem, slot, handed_in, {}, assignment.secret, "points")
+        marked.append({"id": str(problem.id), "slot": slot, "parts": [verdict.as_json() for verdict in verdicts]})
+    parts = [part for problem in marked for part in problem["parts"]]
+    return {
+        "student": "s1", "assignment": "hw", "submission": {}, "late": None, "obstacle": None,
+        "score": total(part["points"] for part in parts), "max_score": total(part["max_points"] for part in parts),
+        "notes": ["<i>told</i>"], "staff_notes": [], "problems": marked,
+    }  # fmt: skip
+
+
+def mixed(slot: str, part: str, code: str) -> str | None:
+    changed: dict[tuple[str, str], str | None] = {
+        ("p1", "position"): f"-({code.strip('[]')}, 1)", ("p1", "jacobian"): code.replace("sin", "cos", 1),
+        ("p1", "determinant"): f"2*({code})", ("p1", "singular-angles"): "{theta2: [0, 1]}",
+        ("p1", "joint-rates"): "[1/0, 2]", ("p2", "twist"): None, ("p2", "joint-effect"): "A" if code != "A" else "B",
+        ("p2", "lost-direction"): "[1, 2]",
+    }  # fmt: skip
+    return changed.get((slot, part), code)
+
+
+@pytest.fixture(scope="module")
+def mix(assignment: Assignment) -> dict[str, Any]:
+    """A result with every outcome in it, and a part that follows from a wrong one."""
+    result = result_of(assignment, mixed)
+    parts = result["problems"][1]["parts"]
+    parts[3] |= {"outcome": "ungraded", "points": None, "reason": "qdot failed on this answer (E: <x>)"}
+    found = {part["outcome"] for problem in result["problems"] for part in problem["parts"]}
+    assert found == {outcome.value for outcome in Outcome} - {"correct"}
+    result["problems"][0]["parts"][0] = result_of(assignment)["problems"][0]["parts"][0]
+    return result
+
+
+def page_of(assignment: Assignment, result: dict[str, Any]) -> tuple[str, Page]:
+    text = feedback_page(assignment, assignment.roster[0], result)
+    return text, Page(text)
+
+
+# --- what stands on it ---
+
+
+def test_every_outcome_is_said_in_words_and_by_a_sign(assignment: Assignment, mix: dict[str, Any]) -> None:
+    text, page = page_of(assignment, mix)
+    for problem in mix["problems"]:
+        for part in problem["parts"]:
+            assert f'class="part {part["outcome"]}"' in text
+    words = [said for about, said in page.all("span") if about.get("class") == "word"]
+    assert set(words) == {"right", "partly right", "wrong", "not answered", "not graded yet"}
+    assert Counter(words) == Counter({word: 2 * words[9:].count(word) for word in words})  # contents and parts
+    assert "<i>" not in text and "&lt;i&gt;told" in text and "A. &lt;b&gt;" in text
+    assert "Worked solution" not in text
+
+
+def test_what_follows_from_a_wrong_answer_is_said(assignment: Assignment) -> None:
+    def all_half(slot: str, part: str, code: str) -> str:
+        half = ", ".join(f"[({row})/2]" for row in re.findall(r"\[([^\[\]]+)\]", code))
+        return f"[{half}]" if (slot, part) == ("p1", "position") else f"({code})/2" if part == "determinant" else code
+
+    result = result_of(assignment, all_half)
+    result["problems"][0]["parts"][1] |= {
+        "outcome": "partial", "followed_from": "position",
+        "reason": "this follows from your own answer to 'position', which is not right, and earns 80% of what it "
+        "would; against the solution: differs at a1 = 1: yours 2, expected 1",
+        "certificate": {"method": "exact", "points": 1, "bound": 0.0,
+                        "counterexample": {"entry": 0, "at": {"a1": 1.0}, "yours": 2.0, "expected": 1.0}},
+    }  # fmt: skip
+    _, page = page_of(assignment, result)
+    said = next(text for _, text in page.all("p") if text.startswith("This follows"))
+    assert said.endswith("against the solution: its value differs from the solution's.")
+
+
+def test_the_table_holds_what_the_certificate_does_and_the_reason_does_not_repeat_it(
+    assignment: Assignment, mix: dict[str, Any]
+) -> None:
+    text, page = page_of(assignment, mix)
+    tables = [said for about, said in page.all("table") if about.get("class") == "differs"]
+    examples = [
+        part["certificate"]["counterexample"]
+        for problem in mix["problems"] for part in problem["parts"]
+        if part["outcome"] in ("wrong", "partial") and (part["certificate"] or {}).get("counterexample")
+    ]  # fmt: skip
+    assert len(tables) == len(examples) >= 4
+    for table, example in zip(tables, examples, strict=True):
+        for at in (example.get("at"), example.get("missing"), example.get("surplus")):
+            for name, value in (at or {}).items():
+                unit = {"t": " rad", "q": ""}.get(name[0], " m")
+                assert f"{decimal(value if abs(value) > 1e-12 else 0.0)}{unit}" in table, (table, name)
+        for value in (example.get("yours"), example.get("expected")):
+            assert value is None or isinstance(value, str) or decimal(value) in table
+    reasons = re.findall(r'<article class="part (?:wrong|partial)".*?</div>\n<p>(.*?)</p>', text, re.DOTALL)
+    assert len(reasons) >= 5
+    assert not [reason for reason in reasons if re.search(r"yours|expected|= -?\d", reason)]
+    assert "number 1 is not right" in text and "not a finite number" in text and "its value differs" not in reasons
+
+
+def test_two_values_are_shown_with_the_digits_that_tell_them_apart(assignment: Assignment) -> None:
+    problem = assignment.problems("s1")[0][1]
+    part = problem.parts[2]
+
+    def shown(yours: Any, expected: Any) -> tuple[str, ...]:
+        example = {"entry": 0, "at": {"theta1": 0.5}, "yours": yours, "expected": expected}
+        table = table_of(problem, part, {"counterexample": example})
+        assert table is not None
+        assert table.symbols[0].cells == ("0.5 rad (28.65°)",)
+        return tuple(row.cells[0] for row in table.results)
+
+    assert shown(0.25, -0.5) == ("0.25", "−0.5")
+    assert shown(0.500001, 0.500002) == ("0.500001", "0.500002")
+    assert shown("0.3 + -0.2i", 1e-7) == ("0.3 − 0.2 i", "1·10⁻⁷")
+    assert shown("0.3 + 0.2i", "(0.3 - 0.25j)") == ("0.3 + 0.2 i", "0.3 − 0.25 i")
+    assert shown("not a finite number", 1.0) == ("not a finite number", "1")
+    assert shown("3.14159265358979", "3.14159265358980") == ("3.14159265358979", "3.14159265358980")
+    assert shown("blank", 0.0) == ("left blank", "0")
+    assert table_of(problem, part, {"counterexample": {"entry": 0, "at": {"k": 1.0}, "yours": 1.0}}) is None
+    assert table_of(problem, part, None) is None
+
+
+def test_a_direction_is_compared_for_the_entry_that_was_answered(assignment: Assignment, mix: dict[str, Any]) -> None:
+    _, page = page_of(assignment, mix)
+    table = next(said for about, said in page.all("table") if "Right for your entry 1" in said)
+    assert "Your answer2 " in table
+
+
+def test_nothing_on_it_tells_the_answer_or_regenerates_the_problem(assignment: Assignment, mix: dict[str, Any]) -> None:
+    text, _ = page_of(assignment, result_of(assignment, lambda slot, part, code: "blank"))
+    for (slot, problem), entry in zip(assignment.problems("s1"), mix["problems"], strict=True):
+        assert str(problem.id) not in text and str(problem.id.seed) not in text
+        assert entry["id"] not in text and assignment.secret not in text
+        for part in problem.parts:
+            if not isinstance(part.answer, Choice) and len(right(problem, part.name)) > 8:
+                assert right(problem, part.name) not in text, (slot, part.name)
+
+
+@pytest.mark.parametrize("obstacle", ["nothing was handed in", "hw.ipynb is not a Jupyter notebook & <more>"])
+def test_a_page_of_one_who_handed_in_nothing(assignment: Assignment, obstacle: str) -> None:
+    result = {**result_of(assignment, lambda *_: None), "obstacle": obstacle, "submission": None, "notes": []}
+    assert status(result) == "missing"
+    text, page = page_of(assignment, result)
+    assert 'class="part' not in text and "<nav" not in text
+    assert f"Not graded: {obstacle}." in [said for _, said in page.all("p")]
+
+
+# --- how it is built ---
+
+
+def test_it_is_well_built(assignment: Assignment, mix: dict[str, Any]) -> None:
+    for result in (mix, result_of(assignment), result_of(assignment, lambda *_: None)):
+        text, page = page_of(assignment, result)
+        tags = [tag for tag, _, _ in page.found]
+        levels = [int(tag[1]) for tag in tags if re.fullmatch(r"h\d", tag)]
+        assert levels[0] == 1 and levels.count(1) == 1
+        assert all(after <= before + 1 for before, after in pairwise(levels))
+        assert [tags.count(tag) for tag in ("header", "nav", "main", "footer")] == [1] * 4
+        ids = [about["id"] for _, about, _ in page.found if "id" in about]
+        assert len(set(ids)) == len(ids)
+        for tag, about, _ in page.found:
+            for name in ("aria-labelledby", "href"):
+                assert all(target.lstrip("#") in ids for target in about.get(name, "").split()), (tag, about)
+            assert tag != "svg" or "aria-hidden" in about or "aria-labelledby" in about
+            assert about.get("role") != "region" or (about["tabindex"], bool(about["aria-label"])) == ("0", True)
+            assert not [name for name in about if name.startswith("on")]
+        assert not {"script", "link", "iframe", "object", "embed", "img", "base", "form"} & set(tags)
+        tables = tags.count("table")
+        assert tables == tags.count("caption")
+        assert all(about.get("scope") in ("row", "col") for about, _ in page.all("th"))
+        assert not re.search(r"url\(|@import|https?://(?!www\.w3\.org/)", text)
+        for formula in re.findall(r"<math.*?</math>|<svg xmlns.*?</svg>", text, re.DOTALL):
+            ET.fromstring(formula)
+
+
+def test_a_short_sheet_has_no_contents(assignment: Assignment, tmp_path: Path) -> None:
+    for name in ("roster.csv", "secret.txt"):
+        (tmp_path / name).write_bytes((assignment.folder / name).read_bytes())
+    (tmp_path / "assignment.toml").write_text(TOML.partition('[[problem]]\nfamily = "polar-rp"')[0])
+    short = load_assignment(tmp_path)
+    text, _ = page_of(short, result_of(short))
+    assert "<nav" not in text and "<figure" in text
+
+
+def _luminance(colour: str) -> float:
+    digits = colour.lstrip("#")
+    digits = "".join(2 * digit for digit in digits) if len(digits) == 3 else digits
+    parts = [int(digits[k : k + 2], 16) / 255 for k in (0, 2, 4)]
+    linear = [part / 12.92 if part <= 0.03928 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def test_every_colour_can_be_read_on_every_ground() -> None:
+    css = (template_folder() / "feedback.css.j2").read_text(encoding="utf-8")
+    schemes = [dict(re.findall(r"--(\w+): (#\w+)", found)) for found in re.findall(r":root \{(.*?)\}", css)]
+    assert len(schemes) == 3  # light, dark, print
+    for scheme in schemes:
+        for ground in ("paper", "card", "field"):
+            for ink in ("ink", "soft", "link", "good", "half", "bad", "none"):
+                one, other = sorted((_luminance(scheme[ground]), _luminance(scheme[ink])))
+                assert (other + 0.05) / (one + 0.05) >= 4.5, (ground, ink, scheme)
+
+
+# --- answers ---
+
+HOSTILE = [
+    "<script>alert(1)</script>", "]]></math><img src=x onerror=alert(1)>", "a1 & a2 < a1 > 'x' \"y\"", "9**9**9",
+    "(" * 200 + "1" + ")" * 200, "[" * 55 + "1" + "]" * 55, "2^" * 55 + "2", "x\ud800y", "\x00\x01\x1b[31m",
+    "\u202eabc", "a1+" * 66_000 + "a1", "a1/" * 1300 + "a1", "sin(" * 28 + "a1" + ")" * 28, "9" * 4000, "1e400",
+    "0." + "0" * 900 + "1", "\\frac{1}{2}" * 300, "\\text{<b>}", "ﷺ*x⑴", "{{{}}}", "[[], []]",
+    "{theta1: {theta2: 0}}", "lambda x: x",
+    "\n" * 3000 + "a1", "A", "", " ", SHOWN, TABLE + '{"shape": [], "values": []}', "blank", "theta1 = theta2 = 0",
+    "[[a1, a2], [a1]]", "x__y.__class__.__bases__", "Or(And(theta1, theta2), 0)", "а1*θ₁", "1 2 3", "k" * 59 + "*a1",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
+def test_whatever_was_typed_is_shown_safely_and_soon(assignment: Assignment, text: str) -> None:
+    start = time.perf_counter()
+    for _, problem in assignment.problems("s1"):
+        for part in problem.parts:
+            answer = answer_of(problem, part, text)
+            answer.text.encode("utf-8")
+            assert not set(answer.text) & set(map(chr, (*range(9), *range(11, 32))))
+            if answer.shown:
+                element = ET.fromstring(answer.shown)
+                assert {"script", "img", "b"}.isdisjoint(one.tag for one in element.iter()) or part.type == "choice"
+    assert time.perf_counter() - start < 5
+
+
+def test_a_page_of_hostile_answers_and_reasons(assignment: Assignment, mix: dict[str, Any]) -> None:
+    for text in HOSTILE:
+        result = json.loads(json.dumps(mix))
+        for problem in result["problems"]:
+            for part in problem["parts"]:
+                part |= {"answer": text, "reason": f"{part['reason']} near '{text[:40]}'"}
+        page, _ = page_of(assignment, {**result, "notes": [text[:100]]})
+        assert "<script" not in page and "onerror=alert(1)>" not in page.replace("&gt;", "")
+        page.encode("utf-8")
+
+
+def test_a_reference_of_every_type_is_set(problem: Problem) -> None:
+    for part in problem.parts:
+        text = right(problem, part.name)
+        answer = answer_of(problem, part, text)
+        if len(text) <= 3000:
+            assert answer.shown, (part.name, text)
+            ET.fromstring(answer.shown.strip() if part.type != "choice" else f"<div>{answer.shown}</div>")
+        if isinstance(part.answer, Matrix):
+            assert answer.text.startswith(text[:1000])
+
+
+def test_what_cannot_be_set_stands_there_as_text(assignment: Assignment) -> None:
+    problem = assignment.problems("s1")[0][1]
+    part = problem.parts[2]
+    for text in ("sin(", "a1+" * 1400 + "a1", "(-" * 40 + "1" + ")" * 40):
+        answer = answer_of(problem, part, text)
+        assert not answer.shown and answer.is_text and answer.text.startswith(text[:1000])
+    assert not answer_of(problem, part, SHOWN).is_text
+    assert "0.5" in answer_of(problem, part, "0,5").shown
+
+
+# --- written once ---
+
+
+def test_a_page_is_written_again_only_if_it_says_something_else(assignment: Assignment, mix: dict[str, Any]) -> None:
+    other = {**mix, "student": "s2", "obstacle": "nothing was handed in"}
+    counted: list[None] = []
+
+    def write(results: list[Mapping[str, Any]]) -> dict[str, int]:
+        counted.clear()
+        write_reports(assignment, results, 1, lambda: counted.append(None))  # type: ignore[arg-type]
+        assert len(counted) == 2
+        pages = sorted((assignment.folder / "graded" / "feedback").glob("*.html"))
+        return {page.stem: page.stat().st_mtime_ns for page in pages}
+
+    first = write([mix, other])
+    assert set(first) == {"s1", "s2"}
+    assert write([mix, other]) == first
+    changed = write([{**mix, "notes": ["another"]}, other])
+    assert changed["s1"] > first["s1"] and changed["s2"] == first["s2"]
+    assert made_from(assignment, assignment.roster[0], mix) != made_from(assignment, assignment.roster[0], other)
