@@ -21,6 +21,7 @@ from exercises.problem import Part
 from exercises.questions.inversion import Situation, jacobian_at
 from exercises.questions.singular import Place
 from exercises.questions.wrist import block_determinants, not_partitioned
+from exercises.writing.clues import Clues
 from exercises.writing.latex import AngleNames, angle_names, joint_sum, tex
 from exercises.writing.wording import join
 
@@ -98,6 +99,21 @@ class Worked:
         """Short names for the sums of angles that c_{12} can't say, for display."""
         shown = (self.d.position, self.d.geometric, self.d.p_star, *self.d.rotations)
         return angle_names(link_angles(self.chain), *shown)
+
+    @cached_property
+    def clues(self) -> Clues:
+        """What hints tell of the arm and show of its results."""
+        return Clues(self.chain)
+
+    @property
+    def links(self) -> list[sp.Expr]:
+        """The angle of every link with the x axis of the world, for an arm in its plane; nothing for others."""
+        return link_angles(self.chain) if self.chain.is_planar and "P" not in self.kinds else []
+
+    @property
+    def kinds(self) -> list[str]:
+        """R or P for every joint."""
+        return [joint.kind for joint in self.chain.joints]
 
     @property
     def some_parallel(self) -> bool:

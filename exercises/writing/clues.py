@@ -1,0 +1,166 @@
+"""What hints tell of an arm and show of its results: one column or entry, only where others are left to be found.
+
+The same column of a matrix is shown wherever one is shown, so that the hints of several questions together do not add
+up to a whole answer. World frame; notation of the chapter.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.arm.derivation import Derivation, derive, structure
+from exercises.arm.singularity import singular_set
+from exercises.arm.trigonometry import textbook
+from exercises.questions.wrist import blocks, not_partitioned
+from exercises.writing.latex import tex
+from exercises.writing.wording import NUMBER_WORDS, join
+
+READABLE = 18
+"""Entries of the largest matrix of numbers that a hint shows."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """An entry of a matrix and its place, from 1."""
+
+    row: int
+    column: int
+    value: sp.Expr
+
+
+class Clues:
+    """What there is to tell and to show of one arm; templates read its properties."""
+
+    def __init__(self, chain: Chain) -> None:
+        self.chain = chain
+        self.d: Derivation = derive(chain)
+
+    # --- a part of a result ---
+
+    @staticmethod
+    def column(matrix: sp.Matrix) -> int | None:
+        """Return the last column, from 1, that is no constant and leaves entries of another form to be found."""
+        columns = [set(map(_unsigned, matrix.col(j))) - {sp.S.Zero} for j in range(matrix.cols)]
+        for j in reversed(range(matrix.cols)):
+            others = set().union(*(columns[:j] + columns[j + 1 :])) - columns[j]
+            if any(map(_varies, columns[j])) and any(map(_varies, others)):
+                return j + 1
+        return None
+
+    @staticmethod
+    def entry(matrix: sp.Matrix) -> Entry | None:
+        """Return the first entry that is no constant, where another one differs from it by more than its sign."""
+        places = [(i, j) for i in range(matrix.rows) for j in range(matrix.cols) if _varies(matrix[i, j])]
+        if len({_unsigned(matrix[place]) for place in places}) < 2:
+            return None
+        i, j = places[0]
+        return Entry(i + 1, j + 1, matrix[i, j])
+
+    @staticmethod
+    def minor(minors: Sequence[tuple[str, sp.Expr]]) -> tuple[str, sp.Expr] | None:
+        """Return the first minor that is no constant, where another one differs from it by more than its sign."""
+        varied = [(label, minor) for label, minor in minors if _varies(minor)]
+        return varied[0] if len({_unsigned(minor) for _, minor in varied}) > 1 else None
+
+    @staticmethod
+    def is_readable(matrix: sp.Matrix) -> bool:
+        """Tell whether a matrix of numbers is small enough for a hint."""
+        return len(matrix) <= READABLE
+
+    @cached_property
+    def joint(self) -> int | None:
+        """The joint, from 1, whose effect hints show: the column of the geometric Jacobian."""
+        return self.column(self.d.geometric)
+
+    # --- what to look at on this arm ---
+
+    def joints(self, kind: str, count: int | None = None) -> str:
+        """Return those of the first `count` joints that are "R" or "P", as in "joints 1 and 3"; nothing for none."""
+        numbers = [str(i) for i, joint in enumerate(self.chain.joints[:count], 1) if joint.kind == kind]
+        return f"joint{'s' * (len(numbers) > 1)} {join(numbers)}" if numbers else ""
+
+    @property
+    def bare_links(self) -> str:
+        """The links up to P whose vector r_i is zero, as in "$r_{1}$ and $r_{4}$"; nothing where there are none."""
+        vectors = self.d.link_vectors[: self.chain.point.frame]
+        bare = [f"$r_{{{i}}}$" for i, vector in enumerate(vectors, 1) if vector.is_zero_matrix]
+        return join(bare) if bare else ""
+
+    @property
+    def axes(self) -> list[tuple[int, str, sp.Expr]]:
+        """How z_i stands to z_{i-1}, i = 1 ... n-1: "same", "opposite", "right" or "other", and the twist."""
+        shown = {sp.S.Zero: "same", sp.pi: "opposite", sp.pi / 2: "right"}
+        return [
+            (i, shown.get(sp.Abs(joint.alpha), "other"), joint.alpha)
+            for i, joint in enumerate(self.chain.joints[:-1], 1)
+        ]
+
+    # --- determinants and singular configurations ---
+
+    @cached_property
+    def determines(self) -> list[str]:
+        """The joint variables on which det J depends."""
+        return [tex(q, self.chain) for q in self.chain.q if q in self.d.determinant.free_symbols]
+
+    @cached_property
+    def turned_back(self) -> tuple[sp.Expr, sp.Matrix] | None:
+        """A value of joint 1 at which J is short, and J there: it has the same determinant. None for other arms."""
+        found = structure(self.chain)
+        generic, first = derive(found.chain), found.chain.q[0]
+        if self.chain.joints[0].kind == "P" or not 1 < self.chain.n <= 4:
+            return None
+        if not generic.jacobian.has(first) or generic.determinant.has(first):
+            return None
+        base = found.chain.base  # a turn of the base about the axis of joint 1 is undone by this joint
+        straight = {sp.S.Zero: -base.yaw, sp.pi: base.yaw}.get(base.tilt, sp.S.Zero)
+        value = sp.expand(straight.xreplace(dict(found.values)) - self.chain.offsets[0])
+        short = self._filled(generic.jacobian.xreplace({first: straight}))
+        return sp.pi - sp.Mod(sp.pi - value, 2 * sp.pi), short
+
+    @property
+    def arm_seen(self) -> sp.Matrix | None:
+        """R_1^T J11 of an arm whose Jacobian falls into blocks, where it differs from J11; None for others."""
+        if not_partitioned(self.chain) is not None:
+            return None
+        found = blocks(self.chain)
+        return None if found.arm_seen == found.arm else found.arm_seen
+
+    @property
+    def conditions(self) -> list[str]:
+        """On which joints each part of the singular set puts a condition, in words."""
+        found = []
+        for component in singular_set(self.chain) or ():
+            joints = [q for q in self.chain.q if any(condition.has(q) for condition in component.conditions)]
+            names = join([f"${tex(q, self.chain)}$" for q in joints])
+            count = len(component.conditions)
+            several = f"{NUMBER_WORDS[count]} conditions at once on " if count > 1 else "one on "
+            found.append(several + names + (" together" if len(joints) > 1 else " alone"))
+        return found
+
+    def jacobian_at(self, values: Sequence[tuple[sp.Symbol, sp.Expr]]) -> sp.Matrix | None:
+        """Return the task Jacobian of up to three joints with some put to values, where their sines are short."""
+        lengths = {q for q, joint in zip(self.chain.q, self.chain.joints, strict=True) if joint.kind == "P"}
+        if self.chain.n > 3 or not all(q in lengths or (12 * value / sp.pi).is_Integer for q, value in values):
+            return None
+        found = structure(self.chain)
+        own = dict(values)
+        generic = {
+            g: own[q] + offset
+            for q, g, offset in zip(self.chain.q, found.chain.q, self.chain.offsets, strict=True)
+            if q in own
+        }
+        return self._filled(derive(found.chain).jacobian.xreplace(generic))
+
+    def _filled(self, generic: sp.Matrix) -> sp.Matrix:
+        return generic.applyfunc(lambda entry: self.d.fill(textbook(sp.expand(entry))))
+
+
+def _varies(entry: sp.Expr) -> bool:
+    return bool(entry.free_symbols)
+
+
+def _unsigned(entry: sp.Expr) -> sp.Expr:
+    return -entry if entry.could_extract_minus_sign() else entry
