@@ -53,6 +53,7 @@ class AssignmentFile(pydantic.BaseModel):
     due: datetime.datetime | None = None
     feedback: Literal["verdicts", "solutions"] = "verdicts"
     follow_through: float = pydantic.Field(default=0.8, ge=0, le=1)
+    hints: bool = False
     problem: list[ProblemEntry] = pydantic.Field(min_length=1)
 
 
@@ -62,6 +63,7 @@ RIGHT = {
     "due": "it is a day with a time, without quotes, as in due = 2027-01-15T23:59:00+01:00",
     "feedback": 'it is "verdicts" or "solutions"',
     "follow_through": "it is the share of the points for what follows from a wrong earlier answer, from 0 to 1",
+    "hints": "it is true or false, without quotes: true puts three hints under every question, as in hints = true",
     "problem": "problems are given as [[problem]] tables, one for each",
     "family": 'it is the name of a family, as in family = "planar-2r"; `qdot families` lists them',
     "robot": 'it is the name of a file, as in robot = "my-arm.toml"',
@@ -132,6 +134,7 @@ class Assignment:
     feedback: str = "verdicts"
     notes: tuple[str, ...] = ()
     follow_through: Fraction = Fraction(4, 5)
+    hints: bool = False
 
     def problems(self, student: str) -> list[tuple[str, Problem]]:
         """Return the student's problems, each with the name of its slot; the same at every call, on every machine."""
@@ -150,8 +153,11 @@ class Assignment:
 
     @property
     def edition(self) -> str:
-        """A short text that changes whenever the notebooks do: with the digest, the title or the points."""
-        return _short_hash(repr((self.digest, self.title, [(slot.points, slot.decimals) for slot in self.slots])))
+        """A short text that changes whenever the notebooks do: with the digest, the title, the points or the hints."""
+        hinted = ("hints",) if self.hints else ()  # so that notebooks without hints are what they were before these
+        return _short_hash(
+            repr((self.digest, self.title, [(slot.points, slot.decimals) for slot in self.slots], *hinted))
+        )
 
 
 def _short_hash(content: str) -> str:
@@ -172,6 +178,7 @@ def load_assignment(folder: Path) -> Assignment:
     return Assignment(
         folder, content.title, content.key, slots, read_roster(folder / "roster.csv"), read_secret(folder),
         content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
+        content.hints,
     )  # fmt: skip
 
 

@@ -97,11 +97,13 @@ def show(
     ask: Annotated[
         str | None, typer.Option("--questions", help="Names with commas between; default: all that apply.")
     ] = None,
+    hints: Annotated[bool, typer.Option("--hints", help="Add three hints to every part.")] = False,
 ) -> None:
-    """Show one problem, with or without its solution.
+    """Show one problem, with or without its hints and its solution.
 
-    It has statement, figure and parts; with --solution the answers and how they are derived. The same FAMILY/SEED
-    shows the same problem on every machine.
+    It has statement, figure and parts; with --hints three hints a part, from gentle to nearly there, in HTML and
+    notebooks to be opened one by one (JSON always has them); with --solution the answers and how they are derived.
+    The same FAMILY/SEED shows the same problem on every machine.
     """
     from dataclasses import replace
 
@@ -115,7 +117,7 @@ def show(
         from exercises.verify import certify
 
         certificate = certify(made).as_json()
-    say(show_problem(made, solution, format, certificate))
+    say(show_problem(made, solution, format, certificate, hints))
 
 
 def _names(listed: str) -> tuple[str, ...]:

@@ -20,20 +20,23 @@ from exercises.questions import QUESTIONS
 from exercises.render import render
 from exercises.writing.answer_code import WIDTH, answer_code, placeholder_code, python_text
 from exercises.writing.latex import natural
-from exercises.writing.statement import prompt, statement, worked_solution
+from exercises.writing.statement import hints, prompt, statement, worked_solution
 
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 Problems = Sequence[tuple[str, Problem]]
 
 
-def student_notebook(title: str, key: str, student: str, problems: Problems) -> NotebookNode:
-    """Return the notebook that a student fills in; `problems` are (slot, problem), the slots being p1, p2, …"""
-    return _notebook("student", title, key, student, problems)
+def student_notebook(title: str, key: str, student: str, problems: Problems, hinted: bool = False) -> NotebookNode:
+    """Return the notebook that a student fills in; `problems` are (slot, problem), the slots being p1, p2, …
+
+    With `hinted`, three hints that can be opened are under every prompt.
+    """
+    return _notebook("student", title, key, student, problems, hinted)
 
 
-def solution_notebook(title: str, key: str, student: str, problems: Problems) -> NotebookNode:
+def solution_notebook(title: str, key: str, student: str, problems: Problems, hinted: bool = False) -> NotebookNode:
     """Return the same notebook with the references filled in, and a worked solution after each part."""
-    return _notebook("solution", title, key, student, problems)
+    return _notebook("solution", title, key, student, problems, hinted)
 
 
 def notebook_text(notebook: NotebookNode) -> str:
@@ -61,24 +64,24 @@ def points_text(points: float) -> str:
     return f"{points:g} {'point' if points == 1 else 'points'}"
 
 
-def _notebook(kind: str, title: str, key: str, student: str, problems: Problems) -> NotebookNode:
+def _notebook(kind: str, title: str, key: str, student: str, problems: Problems, hinted: bool) -> NotebookNode:
     families = {slot: problem.id.family for slot, problem in problems}
     own = {"assignment": key, "student": student, "engine": ENGINE, "kind": kind, "problems": families}
     notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": own})
     opening = render("notebook-title.md.j2", title=title, key=key, student=student, kind=kind)
     notebook.cells = [_markdown("title", opening), _code("setup", _setup(problems))]
     for number, (slot, problem) in enumerate(problems, 1):
-        notebook.cells.extend(_problem_cells(kind, number, slot, problem))
+        notebook.cells.extend(_problem_cells(kind, number, slot, problem, hinted))
     nbformat.validate(notebook)
     return notebook
 
 
-def _problem_cells(kind: str, number: int, slot: str, problem: Problem) -> Iterator[NotebookNode]:
+def _problem_cells(kind: str, number: int, slot: str, problem: Problem, hinted: bool) -> Iterator[NotebookNode]:
     heading = f"{number} {problem.chain.title[:1].upper()}{problem.chain.title[1:] or 'Arm'}"
     yield _markdown(f"{slot}-statement", statement(problem, heading, figure_image(problem, slot)))
     for index, part in enumerate(problem.parts, 1):
         label = f"{number}.{index}"
-        yield _markdown(f"{slot}-{part.name}-question", _prompt(label, slot, problem, part))
+        yield _markdown(f"{slot}-{part.name}-question", _prompt(label, slot, problem, part, hinted))
         start = f"{variable(slot, part.name)} = "
         source = start + (placeholder_code if kind == "student" else answer_code)(part, len(start))
         yield _code(f"{slot}-{part.name}", source, {"qdot": {"part": f"{slot}.{part.name}"}})
@@ -92,12 +95,15 @@ def _problem_cells(kind: str, number: int, slot: str, problem: Problem) -> Itera
             yield _code(f"{slot}-self-check", _check(slot, problem))
 
 
-def _prompt(label: str, slot: str, problem: Problem, part: Part) -> str:
+def _prompt(label: str, slot: str, problem: Problem, part: Part, hinted: bool) -> str:
     title = QUESTIONS[part.kind].title
     points = points_text(part.points)
     asked = prompt(problem, part)
     figure = "" if part.pose is None else figure_image(problem, f"{slot}-{part.name}", part.pose)
-    return render("notebook-prompt.md.j2", number=label, title=title, points=points, prompt=asked, figure=figure)
+    given = hints(problem, part) if hinted else ()
+    return render(
+        "notebook-prompt.md.j2", number=label, title=title, points=points, prompt=asked, figure=figure, hints=given
+    )
 
 
 # --- set-up and self-check ---

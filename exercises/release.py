@@ -76,7 +76,7 @@ def release_one(work: tuple[Assignment, Certify], student: str) -> Released:
     if all(_edition(path) == assignment.edition for path in (*paths, certificate)):
         return Released(student, "kept")
     problems = assignment.problems(student)
-    notebooks = [make(assignment.title, assignment.key, student, problems) for make in MAKERS]
+    notebooks = [make(assignment.title, assignment.key, student, problems, assignment.hints) for make in MAKERS]
     for notebook in notebooks:
         notebook.metadata["qdot"].update(digest=assignment.digest, edition=assignment.edition)
     to_hand_out, solution = map(notebook_text, notebooks)

@@ -21,19 +21,30 @@ from exercises.record import Json, reference_json, robot_json, symbol_json
 from exercises.render import render
 from exercises.writing.answer_code import answer_code
 from exercises.writing.markup import latex_escaped, to_html, to_latex, to_text
-from exercises.writing.statement import prompt, statement, worked_solution
+from exercises.writing.statement import hints, prompt, statement, worked_solution
 
 
-def show(problem: Problem, solution: bool, format: str, certificate: Mapping[str, Any] | None = None) -> str:
+LEAD = "**Hint {}.** "
+"""What a hint begins with where there is nothing to open it with."""
+
+
+def show(
+    problem: Problem,
+    solution: bool,
+    format: str,
+    certificate: Mapping[str, Any] | None = None,
+    hinted: bool = False,
+) -> str:
     """Return the problem as text, latex, html, json or ipynb, with references and worked steps if `solution`.
 
-    `certificate` goes into the JSON as it is. Raises QdotError for another format.
+    With `hinted`, three hints follow every prompt; JSON always has them. `certificate` goes into the JSON as it is.
+    Raises QdotError for another format.
     """
     if format not in FORMATS:
         raise unknown("format", format, list(FORMATS))
     if format == "json":
         return json.dumps(problem_json(problem, solution, certificate), indent=2, ensure_ascii=False) + "\n"
-    return FORMATS[format](problem, solution)
+    return FORMATS[format](problem, solution, hinted)
 
 
 @dataclass(frozen=True)
@@ -44,19 +55,24 @@ class _Piece:
     title: str
     points: str
     prompt: str
+    hints: list[str]
     solution: str
     code: str
     figure: str
     solution_figure: str
 
 
-def _pieces(problem: Problem, solution: bool, convert: Callable[[str], str]) -> list[_Piece]:
+def _pieces(
+    problem: Problem, solution: bool, hinted: bool, convert: Callable[[str], str], lead: str = ""
+) -> list[_Piece]:
+    """Return the parts of a problem in the markup that `convert` writes; `lead` is what a hint begins with."""
     return [
         _Piece(
             part.name,
             QUESTIONS[part.kind].title,
             points_text(part.points),
             convert(prompt(problem, part)),
+            [convert(lead.format(i) + hint) for i, hint in enumerate(hints(problem, part), 1)] if hinted else [],
             convert(worked_solution(problem, part)) if solution else "",
             answer_code(part) if solution else "",
             "" if part.pose is None else figure_svg(problem.chain, part.name, part.pose),
@@ -76,49 +92,49 @@ def _footer(problem: Problem) -> str:
     return f"{problem.id}, engine {problem.id.engine}"
 
 
-def _as_text(problem: Problem, solution: bool) -> str:
+def _as_text(problem: Problem, solution: bool, hinted: bool) -> str:
     return render(
         "problem.txt.j2",
         title=f"{problem_title(problem)} ({problem.id})",
         statement=to_text(statement(problem, "")),
         figure=textwrap.fill(f"Figure: {alt_text(problem.chain)}", 100),
-        parts=_pieces(problem, solution, lambda text: to_text(text).rstrip()),
+        parts=_pieces(problem, solution, hinted, lambda text: to_text(text).rstrip(), LEAD),
         footer=_footer(problem),
     )
 
 
-def _as_latex(problem: Problem, solution: bool) -> str:
+def _as_latex(problem: Problem, solution: bool, hinted: bool) -> str:
     return render(
         "problem.tex.j2",
         title=latex_escaped(problem_title(problem)),
         statement=to_latex(statement(problem, "")),
         figure=latex_escaped(alt_text(problem.chain)),
-        parts=_pieces(problem, solution, lambda text: to_latex(text).rstrip()),
+        parts=_pieces(problem, solution, hinted, lambda text: to_latex(text).rstrip(), LEAD),
     )
 
 
-def _as_html(problem: Problem, solution: bool) -> str:
+def _as_html(problem: Problem, solution: bool, hinted: bool) -> str:
     return render(
         "problem.html.j2",
         title=problem_title(problem),
         statement=to_html(statement(problem, "")),
         figure=figure_svg(problem.chain),
-        parts=_pieces(problem, solution, to_html),
+        parts=_pieces(problem, solution, hinted, to_html),
         footer=_footer(problem),
     )
 
 
-def _as_notebook(problem: Problem, solution: bool) -> str:
+def _as_notebook(problem: Problem, solution: bool, hinted: bool) -> str:
     make = solution_notebook if solution else student_notebook
     key = str(problem.id).replace("/", "-")
-    return notebook_text(make(problem_title(problem), key, "", [("p1", problem)]))
+    return notebook_text(make(problem_title(problem), key, "", [("p1", problem)], hinted))
 
 
 # --- JSON ---
 
 
 def problem_json(problem: Problem, solution: bool, certificate: Mapping[str, Any] | None = None) -> Json:
-    """Return the problem as plain data, in the form of cli.md's `show --format json`."""
+    """Return the problem as plain data, in the form of cli.md's `show --format json`; each part has its `hints`."""
     found: Json = {
         "id": str(problem.id),
         "family": problem.id.family,
@@ -144,6 +160,7 @@ def _part_json(problem: Problem, part: Part, solution: bool) -> Json:
         "prompt": prompt(problem, part),
         "points": part.points,
         "needs": list(part.needs),
+        "hints": list(hints(problem, part)),
     }
     if isinstance(part.answer, Choice):
         found["options"] = list(part.answer.options)
@@ -155,11 +172,11 @@ def _part_json(problem: Problem, part: Part, solution: bool) -> Json:
     return found
 
 
-FORMATS: dict[str, Callable[[Problem, bool], str]] = {
+FORMATS: dict[str, Callable[[Problem, bool, bool], str]] = {
     "text": _as_text,
     "latex": _as_latex,
     "html": _as_html,
-    "json": lambda problem, solution: show(problem, solution, "json"),
+    "json": lambda problem, solution, hinted: show(problem, solution, "json"),
     "ipynb": _as_notebook,
 }
 """Every form in which a problem can be shown."""

@@ -16,7 +16,7 @@ from exercises.arm.singularity import singular_set
 from exercises.arm.trigonometry import textbook
 from exercises.questions.wrist import blocks, not_partitioned
 from exercises.writing.latex import tex
-from exercises.writing.wording import NUMBER_WORDS, join
+from exercises.writing.wording import join
 
 READABLE = 18
 """Entries of the largest matrix of numbers that a hint shows."""
@@ -75,6 +75,11 @@ class Clues:
         """The joint, from 1, whose effect hints show: the column of the geometric Jacobian."""
         return self.column(self.d.geometric)
 
+    @cached_property
+    def mover(self) -> int | None:
+        """The joint, from 1, whose effect on P hints show: the column of the linear rows."""
+        return self.column(self.d.linear)
+
     # --- what to look at on this arm ---
 
     def joints(self, kind: str, count: int | None = None) -> str:
@@ -129,29 +134,25 @@ class Clues:
         return None if found.arm_seen == found.arm else found.arm_seen
 
     @property
-    def conditions(self) -> list[str]:
-        """On which joints each part of the singular set puts a condition, in words."""
-        found = []
-        for component in singular_set(self.chain) or ():
-            joints = [q for q in self.chain.q if any(condition.has(q) for condition in component.conditions)]
-            names = join([f"${tex(q, self.chain)}$" for q in joints])
-            count = len(component.conditions)
-            several = f"{NUMBER_WORDS[count]} conditions at once on " if count > 1 else "one on "
-            found.append(several + names + (" together" if len(joints) > 1 else " alone"))
-        return found
+    def conditions(self) -> list[tuple[int, list[str]]]:
+        """Of each part of the singular set: how many conditions hold together, and the joints that they are on."""
+        return [
+            (len(part.conditions), [tex(q, self.chain) for q in self.chain.q if any(c.has(q) for c in part.conditions)])
+            for part in singular_set(self.chain) or ()
+        ]
 
     def jacobian_at(self, values: Sequence[tuple[sp.Symbol, sp.Expr]]) -> sp.Matrix | None:
         """Return the task Jacobian of up to three joints with some put to values, where their sines are short."""
-        lengths = {q for q, joint in zip(self.chain.q, self.chain.joints, strict=True) if joint.kind == "P"}
-        if self.chain.n > 3 or not all(q in lengths or (12 * value / sp.pi).is_Integer for q, value in values):
-            return None
-        found = structure(self.chain)
-        own = dict(values)
+        found, own = structure(self.chain), dict(values)
         generic = {
-            g: own[q] + offset
-            for q, g, offset in zip(self.chain.q, found.chain.q, self.chain.offsets, strict=True)
+            symbol: own[q] + offset
+            for q, symbol, offset in zip(self.chain.q, found.chain.q, self.chain.offsets, strict=True)
             if q in own
         }
+        slides = {q for q, joint in zip(found.chain.q, found.chain.joints, strict=True) if joint.kind == "P"}
+        short = all(q in slides or (12 * value / sp.pi).is_Integer for q, value in generic.items())
+        if self.chain.n > 3 or not short:
+            return None
         return self._filled(derive(found.chain).jacobian.xreplace(generic))
 
     def _filled(self, generic: sp.Matrix) -> sp.Matrix:

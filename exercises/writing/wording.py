@@ -124,7 +124,12 @@ class Wording:
     @property
     def count(self) -> str:
         """The number of joints as a word."""
-        return NUMBER_WORDS[self.chain.n] if self.chain.n < len(NUMBER_WORDS) else str(self.chain.n)
+        return self.number(self.chain.n)
+
+    @staticmethod
+    def number(count: int) -> str:
+        """Return a small number as a word."""
+        return NUMBER_WORDS[count] if count < len(NUMBER_WORDS) else str(count)
 
     @property
     def kinds(self) -> str:

@@ -111,6 +111,12 @@ class Worked:
         return link_angles(self.chain) if self.chain.is_planar and "P" not in self.kinds else []
 
     @property
+    def angle_sums(self) -> list[str]:
+        """The sums of joint variables that the angles of links behind parallel axes have, without their offsets."""
+        sums = [angle.as_independent(*self.chain.q, as_Add=True)[1] for angle in link_angles(self.chain)]
+        return [tex(angle) for angle in dict.fromkeys(sums) if len(angle.free_symbols) > 1]
+
+    @property
     def kinds(self) -> list[str]:
         """R or P for every joint."""
         return [joint.kind for joint in self.chain.joints]
@@ -147,6 +153,25 @@ class Worked:
         """O_0 ... O_k, k being the frame in which the point is fixed (3 x 1, m)."""
         frames, _ = frames_and_point(self._structure)
         return [self._fill(frame.origin) for frame in frames[: self.chain.point.frame + 1]]
+
+    @property
+    def still(self) -> int:
+        """The last of the origins O_0 ... O_k that no joint moves."""
+        moved = [self._moves(origin) for origin in self.origins]
+        return moved.index(True) - 1 if any(moved) else len(moved) - 1
+
+    @property
+    def last_way(self) -> tuple[int, sp.Matrix] | None:
+        """The last origin from which the way to P changes, and this way; None where it is most of the position."""
+        for i in reversed(range(self.chain.point.frame)):
+            way, origin = self.d.p_star[:, i], self.origins[i]
+            if self._moves(way):
+                whole = [row for row in range(3) if self._moves(way[row]) and not self._moves(origin[row])]
+                return (i, way) if self._moves(origin) and len(whole) < 2 else None
+        return None
+
+    def _moves(self, place: sp.Matrix | sp.Expr) -> bool:
+        return bool(place.free_symbols & set(self.chain.q))
 
     @cached_property
     def recursion(self) -> list[Recursion]:
