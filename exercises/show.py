@@ -23,7 +23,6 @@ from exercises.writing.answer_code import answer_code
 from exercises.writing.markup import latex_escaped, to_html, to_latex, to_text
 from exercises.writing.statement import hints, prompt, statement, worked_solution
 
-
 LEAD = "**Hint {}.** "
 """What a hint begins with where there is nothing to open it with."""
 
@@ -176,7 +175,7 @@ FORMATS: dict[str, Callable[[Problem, bool, bool], str]] = {
     "text": _as_text,
     "latex": _as_latex,
     "html": _as_html,
-    "json": lambda problem, solution, hinted: show(problem, solution, "json"),
+    "json": lambda problem, solution, _: show(problem, solution, "json"),
     "ipynb": _as_notebook,
 }
 """Every form in which a problem can be shown."""

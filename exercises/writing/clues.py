@@ -66,9 +66,14 @@ class Clues:
         return varied[0] if len({_unsigned(minor) for _, minor in varied}) > 1 else None
 
     @staticmethod
-    def is_readable(matrix: sp.Matrix) -> bool:
-        """Tell whether a matrix of numbers is small enough for a hint."""
-        return len(matrix) <= READABLE
+    def gives_away(shown: sp.Matrix, answer: sp.Expr | sp.Matrix) -> bool:
+        """Tell whether an entry of what a hint would show is one of the answer's, up to sign and to three digits."""
+        wanted = set(answer if isinstance(answer, sp.MatrixBase) else [answer]) - {sp.S.Zero, sp.S.One, -sp.S.One}
+        return any(_alike(entry, value) for entry in shown for value in wanted)
+
+    def is_readable(self, numbers: sp.Matrix) -> bool:
+        """Tell whether J in numbers is small enough for a hint, and not the same in every configuration."""
+        return len(numbers) <= READABLE and bool(self.d.jacobian.free_symbols & set(self.chain.q))
 
     @cached_property
     def joint(self) -> int | None:
@@ -165,3 +170,9 @@ def _varies(entry: sp.Expr) -> bool:
 
 def _unsigned(entry: sp.Expr) -> sp.Expr:
     return -entry if entry.could_extract_minus_sign() else entry
+
+
+def _alike(a: sp.Expr, b: sp.Expr) -> bool:
+    if a.is_number and b.is_number:
+        return bool(abs(abs(a) - abs(b)) <= sp.Rational(1, 200) * abs(b))
+    return bool(_unsigned(a) == _unsigned(b))
