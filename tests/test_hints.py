@@ -75,6 +75,8 @@ def _keeps(problem: Problem, part: Part, text: str) -> None:
         _solves_nothing(problem.chain, answer, text)
     if isinstance(answer, (Number, Direction)) and not answer.reference.free_symbols:
         _has_no_digits(answer.reference, text, prompt(problem, part), where)
+    if isinstance(answer, Direction) and answer.reference.free_symbols:
+        assert tex(answer.reference, problem.chain, _angles(problem.chain)) not in text, where
     if isinstance(answer, Matrix):
         _shows_one_column_at_most(problem.chain, answer.reference, text, where)
 
@@ -92,7 +94,7 @@ def _solves_nothing(chain: Chain, answer: ConditionSet, text: str) -> None:
 def _has_no_digits(reference: sp.Matrix, text: str, given: str, where: str) -> None:
     if all(value.is_Integer for value in reference):  # a rank or a size is a number that stands everywhere
         sizes = set(re.findall(r"\d × \d", text)) - set(re.findall(r"\d × \d", given))
-        assert not sizes and not re.search(r"rank (?:is )?\d", text), where
+        assert not sizes and not re.search(r"rank (?:is )?\W*\d", text), where
         return
     shown = {_rounded(number) for number in re.findall(r"\d+\.\d+", text)}
     known = {_rounded(number) for number in re.findall(r"\d+\.?\d*", given)}
