@@ -13,6 +13,7 @@ from support import asked
 from typer.testing import CliRunner
 
 from exercises.arm.chain import Chain, Joint
+from exercises.arm.singularity import singular_set
 from exercises.assignment import load_assignment
 from exercises.notebook import notebook_text, solution_notebook, student_notebook
 from exercises.problem import Choice, ConditionSet, Direction, Expression, Matrix, Number, Part, Problem
@@ -189,6 +190,24 @@ def test_what_a_hint_shows_is_of_this_arm(drawn: Draw) -> None:
     assert set(nearly) == set(SYMBOLIC)
     for kind, told in nearly.items():
         assert len(set(told)) == len(told) > 1, kind
+
+
+def test_what_a_hint_shows_is_true(problem: Problem) -> None:
+    chain, steps = problem.chain, Worked(problem.chain)
+    values = {symbol: sp.Float(0.37 + 0.21 * i, 30) for i, symbol in enumerate((*chain.q, *chain.parameters))}
+    shown = []  # pairs that are equal
+    if len(chain.task) == chain.n and (turned := steps.clues.turned_back):
+        shown.append((turned[1], steps.d.jacobian.xreplace({chain.q[0]: turned[0]})))
+        shown.append((sp.Matrix([turned[1].xreplace(values).det()]), sp.Matrix([steps.d.determinant])))
+    if last := steps.last_way:
+        shown.append((steps.origins[last[0]] + last[1], steps.d.position))
+    for component in singular_set(chain) or ():
+        if component.solutions and chain.n <= 3:
+            place = [(joint, found[0]) for joint, found in component.solutions]
+            if (there := steps.clues.jacobian_at(place)) is not None:
+                shown.append((there, steps.d.jacobian.xreplace(dict(place))))
+    for matrix, other in shown:
+        assert all(abs(entry) < 1e-12 for entry in (matrix - other).xreplace(values).evalf(20))
 
 
 @pytest.mark.xdist_group("planar-2r")

@@ -128,7 +128,7 @@ class Clues:
         straight = {sp.S.Zero: -base.yaw, sp.pi: base.yaw}.get(base.tilt, sp.S.Zero)
         value = sp.expand(straight.xreplace(dict(found.values)) - self.chain.offsets[0])
         short = self._filled(generic.jacobian.xreplace({first: straight}))
-        return sp.pi - sp.Mod(sp.pi - value, 2 * sp.pi), short
+        return sp.pi - sp.Mod(sp.pi - value, 2 * sp.pi) if value.is_number else value, short
 
     @property
     def arm_seen(self) -> sp.Matrix | None:
