@@ -22,7 +22,7 @@ from exercises.errors import QdotError
 from exercises.families import Family
 from exercises.families.own import own_family
 from exercises.formula.identity import Rounding
-from exercises.generate import check_questions, family_named, generate, questions_of, student_problem_id
+from exercises.generate import check_questions, family_named, generate, questions_of, short_quiz, student_problem_id
 from exercises.input_file import TomlFile, read_text, read_toml
 from exercises.problem import Problem, ProblemId
 
@@ -37,7 +37,7 @@ class ProblemEntry(pydantic.BaseModel):
     model_config = pydantic.ConfigDict(extra="forbid", strict=True)
     family: str | None = None
     robot: str | None = None
-    questions: list[str] | None = None
+    questions: list[str] | str | None = None
     points: list[float] | None = None
     difficulty: int | list[int] | None = None
     decimals: int | str | dict[str, int | str] | None = None
@@ -67,7 +67,8 @@ RIGHT = {
     "problem": "problems are given as [[problem]] tables, one for each",
     "family": 'it is the name of a family, as in family = "planar-2r"; `qdot families` lists them',
     "robot": 'it is the name of a file, as in robot = "my-arm.toml"',
-    "questions": 'it is a list of names, as in questions = ["position", "jacobian"]; `qdot questions` lists them',
+    "questions": 'it is a list of names, as in questions = ["position", "jacobian"], which `qdot questions` lists, or '
+    '"quiz" for a short question of each form',
     "points": "it is a list of positive numbers, one for each question, as in points = [1, 2]",
     "decimals": DECIMALS,
     "credit": CREDIT,
@@ -217,13 +218,15 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, notes: list[str]) -> 
         if band is not None:
             check_questions(family, (), band)
     with file.at(*place, "family" if entry.questions is None else "questions"):
-        if family.varied and not entry.questions:
+        if isinstance(entry.questions, str) and entry.questions != "quiz":
+            raise QdotError(RIGHT["questions"])
+        if family.varied and (not entry.questions or entry.questions == "quiz"):
             raise QdotError(
                 'its arms are of many kinds; name the questions that all are asked, as in questions = ["jacobian"]'
             )
         if entry.questions == []:
             raise QdotError("it names no question; leave the key out to ask all that apply")
-        questions = questions_of(family) if entry.questions is None else tuple(entry.questions)
+        questions = _asked(family, entry.questions)
         check_questions(family, questions, band)
     points = None if entry.points is None else tuple(entry.points)
     with file.at(*place, "points"):
@@ -233,6 +236,12 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, notes: list[str]) -> 
     with file.at(*place, "credit"):
         credit = read_credit(entry.credit, questions)
     return Slot(f"p{index + 1}", family, questions, points, band, robot, decimals, credit)
+
+
+def _asked(family: Family, said: list[str] | str | None) -> tuple[str, ...]:
+    if said is None:
+        return questions_of(family)
+    return short_quiz(family) if isinstance(said, str) else tuple(said)
 
 
 def _check_points(points: tuple[float, ...] | None, questions: int) -> None:

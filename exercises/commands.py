@@ -13,9 +13,10 @@ from exercises.console import note, one_of, say
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
 from exercises.generate import generate as make_problem
-from exercises.generate import listed
+from exercises.generate import listed, short_quiz
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
+from exercises.quizzes import ASKED, QUIZZES
 from exercises.release import init_assignment
 from exercises.show import show as show_problem
 from exercises.solve import solution_json, solution_latex, solution_text
@@ -76,18 +77,27 @@ def _asked(names: Sequence[str]) -> str:
 def questions(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
     """List the questions that can be asked.
 
-    They stand in the chapter's order, with the equation that each is about. Their names go into assignment.toml:
-    questions = ["position", "jacobian"].
+    They stand in the chapter's order, with the equation that each is about; behind them the short ones for quizzes.
+    Their names go into assignment.toml: questions = ["position", "jacobian"].
     """
-    rows = [
-        {"name": q.name, "title": q.title, "source": q.source, "points": q.points, "needs": list(q.needs)}
-        for q in QUESTIONS.values()
+    rows: list[dict[str, Any]] = [
+        {
+            "name": q.name,
+            "title": q.title,
+            "source": q.source,
+            "points": q.points,
+            "needs": list(q.needs),
+            "form": q.form,
+        }
+        for q in ASKED.values()
     ]
     if as_json:
         say(json.dumps(rows, ensure_ascii=False, indent=1))
         return
     for row in rows:
-        say(f"{row['name']:<20} {row['title']} ({row['source']})")
+        if row["name"] == next(iter(QUIZZES)):
+            say('\nShort questions for quizzes; questions = "quiz" asks one of each form:\n')
+        say(f"{row['name']:<24} {row['title']} ({row['source']}{'; ' if row['form'] else ''}{row['form']})")
 
 
 def show(
@@ -95,7 +105,8 @@ def show(
     solution: Annotated[bool, typer.Option("--solution", help="Add the reference and the worked steps.")] = False,
     format: Annotated[str, typer.Option("--format", "-f", help=f"One of {', '.join(SHOW_FORMATS)}.")] = "text",
     ask: Annotated[
-        str | None, typer.Option("--questions", help="Names with commas between; default: all that apply.")
+        str | None,
+        typer.Option("--questions", help="Names with commas between, or quiz; default: all that apply but short ones."),
     ] = None,
     hints: Annotated[bool, typer.Option("--hints", help="Add three hints to every part.")] = False,
 ) -> None:
@@ -110,7 +121,7 @@ def show(
     one_of(format, SHOW_FORMATS, "--format")
     identity = ProblemId.parse(problem)
     if ask is not None:
-        identity = replace(identity, questions=_names(ask))
+        identity = replace(identity, questions=short_quiz(identity.family) if ask == "quiz" else _names(ask))
     made = make_problem(identity)
     certificate = None
     if format == "json":

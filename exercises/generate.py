@@ -1,6 +1,6 @@
 """From an identity to a problem: the same id gives the same problem, byte for byte, for as long as its engine lives."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 
 from exercises import ENGINE
@@ -10,14 +10,24 @@ from exercises.errors import QdotError, unknown
 from exercises.families import FAMILIES, Family
 from exercises.families.listing import Listed, listing
 from exercises.problem import Part, Problem, ProblemId
-from exercises.questions import QUESTIONS
+from exercises.questions import QUESTIONS, Question
+from exercises.quizzes import ASKED, QUIZZES
 from exercises.stream import Stream, derived_seed
 
 ATTEMPTS = 8
-"""Arms of a varied family that are tried before a question that finds nothing to ask is given up."""
+"""Arms of a varied family, and for short questions, that are tried before what finds nothing to ask is given up."""
 
 DRAWS = 200
 """Arms drawn before a family is said to have none in the band of difficulty asked for."""
+
+SHORT_QUIZ = (
+    "singular-angles-choice", "column-choice", "determinant-choice", "vector-choice", "singular-configurations",
+    "dependence", "match-columns", "speed", "determinant-value", "true-or-false",
+)  # fmt: skip
+"""Of these, the first of each form makes a quiz."""
+
+QUIZ_DRAWS, QUIZ_LOOKED_AT = 12, 2
+"""Arms of a family drawn before a short question is given up, and those looked at before one is put into a quiz."""
 
 LOOKED_AT, LOOKED_AT_VARIED = 8, 120
 """Arms of a family whose difficulty is told, and of one whose structure is drawn, where hard ones are rarer."""
@@ -42,8 +52,9 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
     stream = Stream(f"qdot/{identity.engine}/{identity}/arm" + (f"/{attempt}" if attempt else ""))
     if family.varied:
         return family.sample(stream, identity.band, lambda chain: not _objection(chain, identity.questions))
+    quizzes = [name for name in identity.questions if name in QUIZZES]
     if identity.band is None:
-        return family.sample(stream)
+        return _that_can_be_asked(family, stream, quizzes)
     low, high = identity.band
     seen: dict[Chain, int] = {}
     for _ in range(DRAWS):
@@ -51,23 +62,33 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
         if chain in seen:
             break
         seen[chain] = step(chain)
-        if low <= seen[chain] <= high:
+        if low <= seen[chain] <= high and (len(seen) > QUIZ_DRAWS or _objection(chain, quizzes) is None):
             return chain
     found = in_words(min(seen.values()), max(seen.values()))
     raise QdotError(f"{family.name} has no arm of difficulty {in_words(low, high)}; its arms are of difficulty {found}")
 
 
+def _that_can_be_asked(family: Family, stream: Stream, quizzes: Sequence[str]) -> Chain:
+    """Return the first arm drawn that has something to ask for the short questions, which is up to its numbers too."""
+    chain = family.sample(stream)
+    for _ in range(QUIZ_DRAWS):
+        if _objection(chain, quizzes) is None:
+            break
+        chain = family.sample(stream)
+    return chain
+
+
 def _objection(chain: Chain, questions: Sequence[str]) -> str | None:
     """Return why one of the questions can't be asked of an arm, or None; unknown ones are for others to tell."""
     for name in questions:
-        if name in QUESTIONS and (found := QUESTIONS[name].refusal(chain)) is not None:
+        if name in ASKED and (found := ASKED[name].refusal(chain)) is not None:
             return f"question {name!r} can't be asked of {chain.name}: {found}"
     return None
 
 
-def applicable(chain: Chain) -> tuple[str, ...]:
-    """Return the names of the questions that can be asked of an arm, in the chapter's order."""
-    return tuple(name for name, question in QUESTIONS.items() if question.refusal(chain) is None)
+def applicable(chain: Chain, among: Mapping[str, Question] = QUESTIONS) -> tuple[str, ...]:
+    """Return the names of the questions that can be asked of an arm, in the chapter's order; others if told."""
+    return tuple(name for name, question in among.items() if question.refusal(chain) is None)
 
 
 def questions_of(family: str | Family) -> tuple[str, ...]:
@@ -79,6 +100,18 @@ def questions_of(family: str | Family) -> tuple[str, ...]:
     if FAMILIES.get(known.name) is known and known.name in listing():
         return listing()[known.name].questions
     return find_questions(known)
+
+
+def short_quiz(family: str | Family) -> tuple[str, ...]:
+    """Return a quiz for a family's arms: a short question of each form, as far as one can be asked."""
+    known = family_named(family) if isinstance(family, str) else family
+    arms = [sample_chain(ProblemId(known.name, seed), known) for seed in range(QUIZ_LOOKED_AT)]
+    chosen: dict[str, str] = {}
+    for name in SHORT_QUIZ:
+        question = QUIZZES[name]
+        if question.form not in chosen and all(question.refusal(arm) is None for arm in arms):
+            chosen[question.form] = name
+    return tuple(chosen.values())
 
 
 def find_questions(family: Family) -> tuple[str, ...]:
@@ -117,7 +150,7 @@ def check_questions(family: str | Family, questions: Sequence[str], band: tuple[
     _check_names(questions)
     if known.varied and FAMILIES.get(known.name) is known and known.name in listing():
         for name in questions:
-            if name not in listing()[known.name].questions:
+            if name in QUESTIONS and name not in listing()[known.name].questions:
                 raise QdotError(
                     f"question {name!r} can be asked of no arm of {known.name}; `qdot families` lists what can"
                 )
@@ -126,10 +159,16 @@ def check_questions(family: str | Family, questions: Sequence[str], band: tuple[
 
 def _check_names(questions: Sequence[str]) -> None:
     for name in questions:
-        if name not in QUESTIONS:
-            raise unknown("question", name, list(QUESTIONS))
+        if name not in ASKED:
+            raise unknown("question", name, list(ASKED))
         if list(questions).count(name) > 1:
             raise QdotError(f"question {name!r} is asked twice")
+        shown = next((other for other in ASKED[name].shows if other in questions), None)
+        if shown is not None:
+            raise QdotError(
+                f"question {name!r} shows the answer to {shown!r} among its options; ask them of different arms, each "
+                "in a [[problem]] of its own"
+            )
 
 
 def _check_asked(chain: Chain, questions: Sequence[str]) -> None:
@@ -145,14 +184,14 @@ def generate(identity: ProblemId, points: Sequence[float] | None = None, family:
     from a stream of its own, so that a part is the same whatever else is asked of the arm.
     """
     _check_names(identity.questions)
-    varied = (family or family_named(identity.family)).varied
-    for attempt in range(ATTEMPTS if varied else 1):
+    again = (family or family_named(identity.family)).varied or any(name in QUIZZES for name in identity.questions)
+    for attempt in range(ATTEMPTS if again else 1):
         chain = sample_chain(identity, family, attempt)
         _check_asked(chain, identity.questions)
         try:
             return Problem(identity, chain, _parts(identity, chain, points))
         except RuntimeError:
-            if not varied or attempt == ATTEMPTS - 1:
+            if not again or attempt == ATTEMPTS - 1:
                 raise
     raise AssertionError("a loop of at least one attempt ended without a result")
 
@@ -162,7 +201,7 @@ def _parts(identity: ProblemId, chain: Chain, points: Sequence[float] | None) ->
     names = identity.questions or applicable(chain)
     parts = []
     for index, name in enumerate(names):
-        question = QUESTIONS[name]
+        question = ASKED[name]
         answer, details = question.ask(chain, Stream(f"qdot/{identity.engine}/{identity}/{name}"))
         given = question.points if points is None else points[index]
         needs = tuple(need for need in question.needs if need in names)

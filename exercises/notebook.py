@@ -14,9 +14,9 @@ from nbformat import NotebookNode
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 
 from exercises import ENGINE
-from exercises.figure import alt_text, figure_svg, singular_svg
+from exercises.figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
 from exercises.problem import Part, Problem, variable
-from exercises.questions import QUESTIONS
+from exercises.quizzes import ASKED
 from exercises.render import render
 from exercises.writing.answer_code import WIDTH, answer_code, placeholder_code, python_text
 from exercises.writing.latex import natural
@@ -96,10 +96,11 @@ def _problem_cells(kind: str, number: int, slot: str, problem: Problem, hinted: 
 
 
 def _prompt(label: str, slot: str, problem: Problem, part: Part, hinted: bool) -> str:
-    title = QUESTIONS[part.kind].title
+    title = ASKED[part.kind].title
     points = points_text(part.points)
     asked = prompt(problem, part)
-    figure = "" if part.pose is None else figure_image(problem, f"{slot}-{part.name}", part.pose)
+    svg = part_svg(problem.chain, part, f"{slot}-{part.name}")
+    figure = _image(svg, part_alt(problem.chain, part)) if svg else ""
     given = hints(problem, part) if hinted else ()
     return render(
         "notebook-prompt.md.j2", number=label, title=title, points=points, prompt=asked, figure=figure, hints=given

@@ -97,10 +97,43 @@ class Choice:
     @property
     def letter(self) -> str:
         """The letter of the right option."""
-        return "ABCDEFGH"[self.correct]
+        return LETTERS[self.correct]
 
 
-Answer = Expression | Matrix | ConditionSet | Number | Direction | Choice
+@dataclass(frozen=True)
+class Selection:
+    """All right options, one or more, out of several."""
+
+    options: tuple[str, ...]
+    correct: tuple[int, ...]
+
+    @property
+    def letters(self) -> str:
+        """The letters of the right options, as in "ACD"."""
+        return "".join(LETTERS[index] for index in self.correct)
+
+
+@dataclass(frozen=True)
+class Matching:
+    """An option for each item; no option belongs to two items, and some may belong to none."""
+
+    items: tuple[str, ...]
+    options: tuple[str, ...]
+    correct: tuple[int, ...]
+
+    @property
+    def letters(self) -> str:
+        """The letters of the right options in the order of the items, as in "BAC"."""
+        return "".join(LETTERS[index] for index in self.correct)
+
+
+TRUE_FALSE = ("true", "false")
+"""The options of a statement that is true or false."""
+
+LETTERS = "ABCDEFGH"
+"""Under which options are shown."""
+
+Answer = Expression | Matrix | ConditionSet | Number | Direction | Choice | Selection | Matching
 
 TYPES = {
     Expression: "expression",
@@ -109,6 +142,8 @@ TYPES = {
     Number: "number",
     Direction: "direction",
     Choice: "choice",
+    Selection: "selection",
+    Matching: "matching",
 }
 
 
@@ -148,7 +183,7 @@ class Part:
 
     @property
     def type(self) -> str:
-        """The type in cli.md: expression, matrix, singular, number, direction or choice."""
+        """The type in cli.md: expression, matrix, singular, number, direction, choice, selection or matching."""
         return TYPES[type(self.answer)]
 
     @property
@@ -165,6 +200,11 @@ class Part:
     def pose(self) -> Mapping[str, float] | None:
         """The joint values in which the arm is drawn under the prompt, or None."""
         return self.details.get("pose")  # type: ignore[return-value]
+
+    @property
+    def has_drawn_options(self) -> bool:
+        """Whether options are configurations (`places`) that are drawn, with the letters under them."""
+        return "drawn" in self.details
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,19 @@ from typing import Any
 import sympy as sp
 
 from exercises.arm.chain import Chain
-from exercises.problem import Choice, ConditionSet, Direction, Expression, Matrix, Number, Part, Problem, SymbolInfo
+from exercises.problem import (
+    Choice,
+    ConditionSet,
+    Direction,
+    Expression,
+    Matching,
+    Matrix,
+    Number,
+    Part,
+    Problem,
+    Selection,
+    SymbolInfo,
+)
 
 Json = dict[str, Any]
 
@@ -58,10 +70,22 @@ def reference_json(part: Part) -> str | list[Any]:
         return answer.pieces()
     if isinstance(answer, Choice):
         return answer.letter
+    if isinstance(answer, (Selection, Matching)):
+        return list(answer.letters)
     if isinstance(answer, Number):
         return [f"{float(value):.10g}" if value.is_number else str(value) for value in answer.reference]
     assert isinstance(answer, (Matrix, Direction))
     return matrix_json(answer.reference)
+
+
+def options_json(part: Part) -> Json:
+    """Return the options of a part that has some, and the items that they are matched to."""
+    found: Json = {}
+    if isinstance(part.answer, (Choice, Selection, Matching)):
+        found["options"] = list(part.answer.options)
+    if isinstance(part.answer, Matching):
+        found["items"] = list(part.answer.items)
+    return found
 
 
 def matrix_json(matrix: sp.Matrix) -> list[Any]:
@@ -95,8 +119,8 @@ def digests(problem: Problem) -> Json:
 
 
 def _part(part: Part) -> Json:
-    options = list(part.answer.options) if isinstance(part.answer, Choice) else None
-    return {"kind": part.kind, "reference": reference_json(part), "options": options, "details": plain(part.details)}
+    given = {"kind": part.kind, "reference": reference_json(part), "options": None, "details": plain(part.details)}
+    return given | options_json(part)
 
 
 def _digest(content: Any) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from exercises.errors import unknown
-from exercises.figure import alt_text, figure_svg
+from exercises.figure import alt_text, figure_svg, part_svg
 from exercises.notebook import (
     notebook_text,
     points_text,
@@ -15,9 +15,9 @@ from exercises.notebook import (
     solution_notebook,
     student_notebook,
 )
-from exercises.problem import Choice, Number, Part, Problem
-from exercises.questions import QUESTIONS
-from exercises.record import Json, reference_json, robot_json, symbol_json
+from exercises.problem import Number, Part, Problem
+from exercises.quizzes import ASKED
+from exercises.record import Json, options_json, reference_json, robot_json, symbol_json
 from exercises.render import render
 from exercises.writing.answer_code import answer_code
 from exercises.writing.markup import latex_escaped, to_html, to_latex, to_text
@@ -68,13 +68,13 @@ def _pieces(
     return [
         _Piece(
             part.name,
-            QUESTIONS[part.kind].title,
+            ASKED[part.kind].title,
             points_text(part.points),
             convert(prompt(problem, part)),
             [convert(lead.format(i) + hint) for i, hint in enumerate(hints(problem, part), 1)] if hinted else [],
             convert(worked_solution(problem, part)) if solution else "",
             answer_code(part) if solution else "",
-            "" if part.pose is None else figure_svg(problem.chain, part.name, part.pose),
+            part_svg(problem.chain, part, part.name),
             solution_figure(problem, part, f"{part.name}-solution") if solution else "",
         )
         for part in problem.parts
@@ -161,8 +161,7 @@ def _part_json(problem: Problem, part: Part, solution: bool) -> Json:
         "needs": list(part.needs),
         "hints": list(hints(problem, part)),
     }
-    if isinstance(part.answer, Choice):
-        found["options"] = list(part.answer.options)
+    found |= options_json(part)
     if isinstance(part.answer, Number):
         found |= {"units": list(part.answer.units), "tolerance": part.answer.tolerance, "floor": part.answer.floor}
     if solution:

@@ -19,7 +19,7 @@ from exercises.errors import QdotError
 from exercises.families import Family
 from exercises.generate import generate
 from exercises.parallel import ordered_map
-from exercises.problem import Choice, ConditionSet, Expression, Part, Problem, ProblemId
+from exercises.problem import Choice, ConditionSet, Expression, Matching, Part, Problem, ProblemId, Selection
 from exercises.record import digests, text_of
 from exercises.release import certificate_path, notebook_path
 from exercises.verify import FULL_RANK, ProblemCertificate, certify
@@ -63,6 +63,8 @@ def reference_text(part: Part) -> str:
     answer = part.answer
     if isinstance(answer, Choice):
         return answer.letter
+    if isinstance(answer, (Selection, Matching)):
+        return answer.letters
     if isinstance(answer, ConditionSet):
         return "[" + ", ".join(piece for piece in answer.pieces()) + "]"
     if isinstance(answer, Expression):

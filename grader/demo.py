@@ -10,7 +10,7 @@ from exercises.assignment import Assignment, Student, load_assignment
 from exercises.console import note, progress, say
 from exercises.errors import QdotError
 from exercises.files import write_atomically
-from exercises.problem import Choice, ConditionSet, Number, Part, Problem
+from exercises.problem import Choice, ConditionSet, Matching, Number, Part, Problem, Selection
 from exercises.release import init_assignment, release
 from grader.batch import Result, grade_class
 from grader.certify import certificate_text
@@ -39,7 +39,7 @@ def _right(code: str, part: Part) -> str:  # noqa: ARG001 - an edit takes both
 
 
 def _symbolic(part: Part) -> bool:
-    return not isinstance(part.answer, (Choice, ConditionSet, Number))
+    return not isinstance(part.answer, (Choice, Selection, Matching, ConditionSet, Number))
 
 
 def _mapped(code: str, function: str) -> str:
@@ -56,7 +56,7 @@ def _expanded(code: str, part: Part) -> str:
 
 
 def _sign(code: str, part: Part) -> str:
-    if isinstance(part.answer, Choice):
+    if isinstance(part.answer, (Choice, Selection, Matching)):
         return '"A"'
     return code if isinstance(part.answer, ConditionSet) else f"-({code})"
 
@@ -96,7 +96,7 @@ def _half(code: str, part: Part) -> str:
 
 
 def _blank(part: Part) -> str:
-    return '"blank"' if isinstance(part.answer, Choice) else "blank"
+    return '"blank"' if isinstance(part.answer, (Choice, Selection, Matching)) else "blank"
 
 
 def _raises(code: str, part: Part) -> str:

@@ -19,11 +19,12 @@ from exercises.mistakes.catalogue import ON_THE_WAY, Wrong, late_slips, taken, w
 from exercises.mistakes.given import Values, configurations
 from exercises.mistakes.results import RESULTS, result
 from exercises.mistakes.working import numbers
-from exercises.problem import Choice, Direction, Number, Part, Problem
+from exercises.problem import Choice, Direction, Matching, Number, Part, Problem, Selection
 from exercises.questions.concepts import option_numbers
+from exercises.quizzes.options import blames_of
 from exercises.stream import Stream
+from grader.choices import chosen_letters, chosen_option
 from grader.functions import asked_of, is_table, table_values
-from grader.judge import chosen_option
 from grader.parts import domain_of, judge
 from grader.verdict import Diagnosis, Outcome
 
@@ -72,6 +73,9 @@ def diagnose(problem: Problem, part: Part, answer: str, seed: str, points_seed: 
     """
     if is_table(answer):
         return _of_function(problem, part, answer, points_seed)
+    offered = _behind_options(part, answer)
+    if offered is not None:
+        return offered
     for mistake, slip in taken(problem.chain, part) if len(answer) <= LONGEST_SET else ():
         if judge(problem, replace(part, answer=slip.answer), answer, seed).outcome is Outcome.CORRECT:
             return Diagnosis((mistake.name,), mistake.sentence(slip.words))
@@ -132,6 +136,25 @@ def _option(part: Part, answer: str) -> Found | None:
         return None
     values = np.array(option_numbers(part.answer.options[chosen]))[:, None, None]
     return Found(values, np.abs(values), (0.0, THREE_DECIMALS))
+
+
+def _behind_options(part: Part, answer: str) -> Diagnosis | None:
+    """Return the mistakes behind the first wrong option that was chosen, as they were kept when it was made."""
+    if isinstance(part.answer, Choice):
+        one = chosen_option(answer, part.answer.options)
+        chosen = [] if one is None else [one]
+        right = {part.answer.correct}
+    elif isinstance(part.answer, (Selection, Matching)):
+        chosen = chosen_letters(answer, len(part.answer.options)) or []
+        right = set(part.answer.correct)
+    else:
+        return None
+    for index in chosen:
+        blames = [] if index in right else blames_of(part, index)
+        if blames:
+            sentences = dict.fromkeys(blame.sentence for blame in blames)
+            return Diagnosis(tuple(dict.fromkeys(blame.mistake for blame in blames)), " ".join(sentences))
+    return None
 
 
 def named(problem: Problem, part: Part, values: Values, found: Found) -> Diagnosis | None:

@@ -1,6 +1,5 @@
-"""Judge one answer, given as text, against a reference: expressions, matrices, singular sets, numbers, choices."""
+"""Judge one answer, given as text, against a reference: expressions, matrices, singular sets, numbers."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -249,33 +248,6 @@ def judge_numbers(
     reason = f"{sum(equal)} of {len(equal)} numbers are right; number {first + 1}{said}"
     judged = graded(sum(equal) / len(equal), reason, Certificate("numeric", 1, 0.0, example))
     return replace(judged, entries=marks)
-
-
-def judge_choice(student: str, options: Sequence[str], right: int) -> Judgement:
-    """Judge a letter (in any case, in brackets or quotes) or the option's own text."""
-    if _said(student) in ("", "blank", "ellipsis", "none"):
-        return missing("the answer was left blank")
-    chosen = chosen_option(student, options)
-    if chosen is None:
-        return wrong(f"{student[:40]!r} is none of the options {', '.join('ABCDEFGH'[: len(options)])}")
-    if chosen == right:
-        return correct(Certificate("exact", 1, 0.0))
-    return wrong(f"{'ABCDEFGH'[chosen]} is not the right option", Certificate("exact", 1, 0.0))
-
-
-def _said(student: str) -> str:
-    return student.strip().strip("\"'()[]{}. ").casefold()
-
-
-def chosen_option(student: str, options: Sequence[str]) -> int | None:
-    """Return the option that is meant by its letter or its own text; None where that is not clear."""
-    said = _said(student)
-    letters = [letter.casefold() for letter in "ABCDEFGH"[: len(options)]]
-    lettered = re.match(r"([a-h])\s*[.):]", said)
-    if lettered is not None:
-        said = lettered.group(1)
-    meant = [index for index, option in enumerate(options) if len(said) > 3 and said in option.casefold()]
-    return letters.index(said) if said in letters else meant[0] if len(meant) == 1 else None
 
 
 def judge_singular(

@@ -3,11 +3,23 @@
 from fractions import Fraction
 
 from exercises.formula.identity import Domain
-from exercises.problem import Choice, ConditionSet, Direction, Expression, Matrix, Number, Part, Problem
+from exercises.problem import (
+    Choice,
+    ConditionSet,
+    Direction,
+    Expression,
+    Matching,
+    Matrix,
+    Number,
+    Part,
+    Problem,
+    Selection,
+)
 from exercises.record import text_of
+from grader.choices import judge_choice, judge_matching, judge_selection
 from grader.direction import judge_direction
 from grader.functions import asked_of, constant_text, is_table, judge_function
-from grader.judge import judge_choice, judge_expression, judge_matrix, judge_numbers, judge_singular
+from grader.judge import judge_expression, judge_matrix, judge_numbers, judge_singular
 from grader.verdict import Judgement
 
 
@@ -39,6 +51,10 @@ def judge(problem: Problem, part: Part, answer: str, seed: str, points_seed: str
     reference = part.answer
     if isinstance(reference, Choice):
         return judge_choice(answer, reference.options, reference.correct)
+    if isinstance(reference, Selection):
+        return judge_selection(answer, len(reference.options), reference.correct)
+    if isinstance(reference, Matching):
+        return judge_matching(answer, reference.items, len(reference.options), reference.correct)
     if isinstance(reference, Number):
         values = [float(value) for value in reference.reference]
         rates = labels(problem, part)

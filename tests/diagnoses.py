@@ -28,7 +28,18 @@ from exercises.mistakes.catalogue import Wrong, likely, made, taken
 from exercises.mistakes.given import configurations
 from exercises.mistakes.results import RESULTS, result
 from exercises.mistakes.working import Working, as_formulas, formulas, numbers
-from exercises.problem import Choice, ConditionSet, Direction, Expression, Number, Part, Problem, ProblemId
+from exercises.problem import (
+    Choice,
+    ConditionSet,
+    Direction,
+    Expression,
+    Matching,
+    Number,
+    Part,
+    Problem,
+    ProblemId,
+    Selection,
+)
 from exercises.questions import QUESTIONS
 from exercises.record import text_of
 from exercises.stream import Stream
@@ -181,7 +192,7 @@ def random_answers(problem: Problem, part: Part, count: int) -> Iterator[str]:
             yield rng.choice((f"({text_of(answer.reference)}) + {noise()}", noise()))
         elif isinstance(answer, Number):
             yield str([float(f"{float(v) * rng.uniform(0.3, 3):.5g}") for v in answer.reference])
-        elif isinstance(answer, (ConditionSet, Choice)):
+        elif isinstance(answer, (ConditionSet, Choice, Selection, Matching)):
             return
         else:
             rows = [[text_of(entry) for entry in row] for row in answer.reference.tolist()]
@@ -236,7 +247,7 @@ def main() -> int:
     options = parser.parse_args()
     counts, missed = sweep(
         options.family or list(FAMILIES),
-        options.seeds,
+        range(options.seeds),
         tuple(options.question or QUESTIONS),
         options.few,
         options.random,

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from exercises.families import FAMILIES
 from exercises.parallel import _stop_put_off
-from exercises.questions import QUESTIONS
+from exercises.quizzes import ASKED
 from grader.cli import app
 
 runner = CliRunner()
@@ -66,7 +66,7 @@ def test_help_lists_every_command_and_each_explains_itself() -> None:
 def test_families_and_questions() -> None:
     families = json.loads(run("families", "--json"))
     assert [family["name"] for family in families] == list(FAMILIES)
-    assert [question["name"] for question in json.loads(run("questions", "--json"))] == list(QUESTIONS)
+    assert [question["name"] for question in json.loads(run("questions", "--json"))] == list(ASKED)
     assert "planar-2r" in run("families")
     assert "inverse-velocity" in run("questions")
 

@@ -5,7 +5,8 @@ from fractions import Fraction
 import pytest
 
 from exercises.formula.identity import Domain
-from grader.judge import judge_angles, judge_choice, judge_expression, judge_matrix, judge_numbers, judge_singular
+from grader.choices import judge_choice
+from grader.judge import judge_angles, judge_expression, judge_matrix, judge_numbers, judge_singular
 from grader.verdict import Outcome
 
 DOMAIN = Domain(

@@ -13,7 +13,7 @@ import sympy as sp
 
 from exercises.families import FAMILIES
 from exercises.notebook import notebook_text, solution_notebook, student_notebook
-from exercises.problem import Choice, Direction, Expression, Matrix, Number, Part, Problem, variable
+from exercises.problem import Choice, ConditionSet, Direction, Expression, Matrix, Number, Part, Problem, variable
 from exercises.writing.answer_code import answer_code, placeholder_code
 
 TITLE = "Velocity kinematics"
@@ -120,6 +120,7 @@ def _is_the_reference(value: Any, part: Part) -> bool:
         return all(abs(a - b) < 1e-9 for a, b in numbers)
     if isinstance(answer, Choice):
         return bool(value == answer.letter)
+    assert isinstance(answer, ConditionSet)
     conditions = [sp.sympify(condition) for condition in value]
     return len(conditions) == len(answer.pieces()) and not any(
         condition.atoms(sp.Float) or condition in (True, False) for condition in conditions

@@ -38,6 +38,7 @@ def answer_of(part: Part) -> Any:
         return {"options": list(answer.options), "correct": answer.letter}
     if isinstance(answer, Expression):
         return str(answer.reference)
+    assert isinstance(answer, (Matrix, Number, Direction))
     return [[str(entry) for entry in row] for row in answer.reference.tolist()]
 
 

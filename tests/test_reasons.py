@@ -5,9 +5,9 @@ from fnmatch import fnmatchcase
 import pytest
 
 from exercises.formula.identity import Certificate, Domain, Rounding, missed
+from grader.choices import judge_choice
 from grader.judge import (
     judge_angles,
-    judge_choice,
     judge_expression,
     judge_matrix,
     judge_numbers,

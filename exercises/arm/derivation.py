@@ -265,22 +265,22 @@ class Derivation:
     @cached_property
     def position(self) -> sp.Matrix:
         """The point of interest, 3 x 1 (m)."""
-        return self._fill(_generic(self._structure).position)
+        return self.fill_matrix(_generic(self._structure).position)
 
     @cached_property
     def z(self) -> sp.Matrix:
         """The joint axes z_0 ... z_{n-1}, 3 x n."""
-        return self._fill(_generic(self._structure).z)
+        return self.fill_matrix(_generic(self._structure).z)
 
     @cached_property
     def p_star(self) -> sp.Matrix:
         """The vectors p*_0 ... p*_{n-1} from O_{i-1} to the point of interest, 3 x n (m)."""
-        return self._fill(_generic(self._structure).p_star)
+        return self.fill_matrix(_generic(self._structure).p_star)
 
     @cached_property
     def geometric(self) -> sp.Matrix:
         """The geometric Jacobian, 6 x n (6.11, 6.12)."""
-        return self._fill(_generic(self._structure).geometric)
+        return self.fill_matrix(_generic(self._structure).geometric)
 
     @cached_property
     def jacobian(self) -> sp.Matrix:
@@ -291,7 +291,8 @@ class Derivation:
         """Return an expression of the structure in this arm's numbers and symbols."""
         return substitute(expression, self._values)
 
-    def _fill(self, matrix: sp.Matrix) -> sp.Matrix:
+    def fill_matrix(self, matrix: sp.Matrix) -> sp.Matrix:
+        """Return a matrix of the structure in this arm's numbers and symbols."""
         return matrix.applyfunc(self.fill)
 
     @property
@@ -313,7 +314,7 @@ class Derivation:
     def rotations(self) -> list[sp.Matrix]:
         """R_0 ... R_n, absolute angles inside a run of parallel joints."""
         frames, _ = frames_and_point(self._structure)
-        return [self._fill(frame.rotation) for frame in frames]
+        return [self.fill_matrix(frame.rotation) for frame in frames]
 
     @property
     def link_vectors(self) -> list[sp.Matrix]:

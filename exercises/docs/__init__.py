@@ -23,6 +23,7 @@ from exercises.generate import find_out, sample_chain
 from exercises.mistakes.catalogue import SECTIONS
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
+from exercises.quizzes import QUIZZES
 from exercises.render import render
 from exercises.stream import Stream
 from exercises.writing.statement import worked_solution
@@ -94,7 +95,13 @@ def families_page() -> str:
 def questions_page() -> str:
     """Return docs/questions.md."""
     asked = {name: sum(name in listed.questions for listed in found_out().values()) for name in QUESTIONS}
-    return render("docs/questions.md.j2", questions=QUESTIONS.values(), asked=asked, families=len(FAMILIES))
+    return render(
+        "docs/questions.md.j2",
+        questions=QUESTIONS.values(),
+        quizzes=QUIZZES.values(),
+        asked=asked,
+        families=len(FAMILIES),
+    )
 
 
 def mistakes_page() -> str:

@@ -7,7 +7,7 @@ are seen.
 """
 
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache, partial
 
 import numpy as np
@@ -21,12 +21,26 @@ from exercises.figure.labels import place
 from exercises.figure.plane import camera, exact, is_flat
 from exercises.figure.pose import HEIGHT, LONG, ROOM, WIDTH, Skeleton, best_poses, drawn_chain, skeleton, told_pose
 from exercises.figure.shapes import Figure, Shape, fixed
-from exercises.figure.small import PANEL, cells, singular_panel, thumbnail
+from exercises.figure.small import PANEL, cells, posed, singular_panel, thumbnail
 from exercises.figure.view import Part, View
 from exercises.figure.words import alt_text, panels_text, title_text
+from exercises.problem import LETTERS
+from exercises.problem import Part as Asked
+from exercises.quizzes.places import options_drawn
 from exercises.render import render
 
-__all__ = ["alt_text", "arm_figure", "figure_svg", "fixed", "singular_panel", "singular_svg", "thumbnail_svg"]
+__all__ = [
+    "alt_text",
+    "arm_figure",
+    "figure_svg",
+    "fixed",
+    "options_svg",
+    "part_alt",
+    "part_svg",
+    "singular_panel",
+    "singular_svg",
+    "thumbnail_svg",
+]
 
 MARGIN = (34.0, 26.0)
 """Pixels kept free at the left and right, and above and below, for labels outside of all lines."""
@@ -103,6 +117,14 @@ def figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] | None
     )
 
 
+def part_svg(chain: Chain, part: Asked, name: str) -> str:
+    """Return the figure under a part's prompt: its configuration, or those to choose from; nothing if there is none."""
+    options = options_drawn(chain, part)
+    if options is not None:
+        return options_svg(*options, name)
+    return "" if part.pose is None else figure_svg(chain, name, part.pose)
+
+
 def thumbnail_svg(chain: Chain, name: str = "arm") -> str:
     """Return a small drawing of the arm without lettering as a self-contained SVG element."""
     figure = thumbnail(chain)
@@ -126,7 +148,36 @@ def singular_svg(chain: Chain, name: str = "singular") -> str:
     panel = singular_panel(chain)
     if not panel.drawings:
         return ""
-    columns, rows = cells(len(panel.drawings))
+    title = f"{title_text(chain)}: a regular and the singular configurations"
+    description = panels_text([caption for caption, _ in panel.drawings], panel.key, panel.remark)
+    return _side_by_side(panel.drawings, f"{panel.key} {panel.remark}", name, title, description)
+
+
+def part_alt(chain: Chain, part: Asked) -> str:
+    """Return the figure under a part's prompt in words."""
+    options = options_drawn(chain, part)
+    return alt_text(chain) if options is None else f"Configurations to choose from. {options_text(options[1])}"
+
+
+def options_svg(chain: Chain, poses: Sequence[Mapping[str, float]], name: str = "options") -> str:
+    """Return drawings of an arm in numbers in several configurations, with the letters A, B, … under them."""
+    drawings = [(LETTERS[k], posed(chain, pose)) for k, pose in enumerate(poses)]
+    title = f"{title_text(chain)}: configurations to choose from"
+    return _side_by_side(drawings, "", name, title, options_text(poses))
+
+
+def options_text(poses: Sequence[Mapping[str, float]]) -> str:
+    """Return what drawings to choose from show, in words."""
+    said = (", ".join(_in_words(q, value) for q, value in pose.items()) for pose in poses)
+    return "; ".join(f"{letter}: {pose}" for letter, pose in zip(LETTERS, said, strict=False)) + "."
+
+
+def _in_words(joint: str, value: float) -> str:
+    return f"{joint} = {value * 180 / np.pi:.4g} degrees" if joint.startswith("theta") else f"{joint} = {value:.4g} m"
+
+
+def _side_by_side(drawings: Sequence[tuple[str, Figure]], below: str, name: str, title: str, description: str) -> str:
+    columns, rows = cells(len(drawings))
     wide, high = (SHRUNK * length // 100 for length in PANEL)
     wide, high = wide + GAP, high + GAP
     panels = [
@@ -138,12 +189,12 @@ def singular_svg(chain: Chain, name: str = "singular") -> str:
             "figure": figure,
             "caption": caption,
         }
-        for k, (caption, figure) in enumerate(panel.drawings)
+        for k, (caption, figure) in enumerate(drawings)
     ]
-    below = (high + LINE) * rows
+    end = (high + LINE) * rows
     remark = [
-        {"y": below + LINE * k + LINE // 2, "text": text}
-        for k, text in enumerate(textwrap.wrap(f"{panel.key} {panel.remark}", wide * columns // LETTER))
+        {"y": end + LINE * k + LINE // 2, "text": text}
+        for k, text in enumerate(textwrap.wrap(below, wide * columns // LETTER))
     ]
     return render(
         "figure-panels.svg.j2",
@@ -151,10 +202,10 @@ def singular_svg(chain: Chain, name: str = "singular") -> str:
         remark=remark,
         name=name,
         width=wide * columns,
-        height=below + LINE * len(remark),
+        height=end + LINE * len(remark),
         scale=SHRUNK / 100,
-        title=f"{title_text(chain)}: a regular and the singular configurations",
-        description=panels_text([caption for caption, _ in panel.drawings], panel.key, panel.remark),
+        title=title,
+        description=description,
         fixed=fixed,
     )
 

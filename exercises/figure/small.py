@@ -6,6 +6,7 @@ double arrow at P, or a dashed ring where that points at the reader, is a direct
 
 import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -47,6 +48,12 @@ def thumbnail(chain: Chain) -> Figure:
     chain = exact(chain)
     drawn = drawn_chain(replace(chain, base=replace(chain.base, position=Base().position)))
     return _figure(drawn, best_poses(chain, drawn, 1)[0], THUMBNAIL)
+
+
+def posed(chain: Chain, pose: Mapping[str, float]) -> Figure:
+    """Return an arm whose lengths are all numbers in a told configuration, to scale."""
+    scaled = _scaled(exact(chain))
+    return _figure(scaled.drawn, np.array([pose[q.name] for q in chain.q]) + scaled.offsets, PANEL)
 
 
 def _figure(drawn: Chain, entries: np.ndarray, size: tuple[int, int], lost: tuple[np.ndarray, ...] = ()) -> Figure:

@@ -68,7 +68,9 @@ def invertible_by_hand(chain: Chain) -> str | None:
 class Question:
     """A kind of question; `objection` tells why it makes no sense for an arm, `too_long` why it is too much by hand.
 
-    Both return nothing where it can be asked.
+    Both return nothing where it can be asked. A short question of a quiz has a `form`, and shows the answers to the
+    questions named in `shows`, among other things: they are not asked beside it. The `template` is that of the name,
+    if no other is told.
     """
 
     name: str
@@ -79,6 +81,9 @@ class Question:
     points: float = 1.0
     objection: Callable[[Chain], str | None] = always
     too_long: Callable[[Chain], str | None] = always
+    form: str = ""
+    shows: tuple[str, ...] = ()
+    template: str = ""
 
     def refusal(self, chain: Chain) -> str | None:
         """Return why it is not asked of an arm, for one reason or the other."""

@@ -119,7 +119,7 @@ def regular_pose(chain: Chain, rng: Stream, clear: float = 0.1, slips: bool = Tr
             joints[joint] = rng.choice((-value, value + slip, slip - value))
         if not all(_is_real(value) for value in joints.values()):
             continue
-        pose = pose_of(chain, lengths, {q: _turned_back(chain, q, value) for q, value in joints.items()})
+        pose = pose_of(chain, lengths, {q: turned_back(chain, q, value) for q, value in joints.items()})
         if clear_rank(jacobian_at(chain, pose), clear) == min(len(chain.task), chain.n):
             return pose
     return None
@@ -224,7 +224,7 @@ def _joints_on(
             values = dict(rng.choice(value_sets(component)))
             if any(fixed.get(q, value) != value for q, value in values.items()):
                 return None
-            fixed.update({q: _turned_back(chain, q, value.xreplace(dict(lengths))) for q, value in values.items()})
+            fixed.update({q: turned_back(chain, q, value.xreplace(dict(lengths))) for q, value in values.items()})
     if not all(_is_real(value) for value in fixed.values()):
         return None
     drawn = draw_pose(chain, rng)
@@ -274,7 +274,7 @@ def _is_real(value: sp.Expr) -> bool:
     return bool(abs(sp.im(sp.N(value, DIGITS))) < sp.Float("1e-20"))
 
 
-def _turned_back(chain: Chain, joint: sp.Symbol, value: sp.Expr) -> sp.Expr:
+def turned_back(chain: Chain, joint: sp.Symbol, value: sp.Expr) -> sp.Expr:
     """Return a revolute joint's value in (-pi, pi] where it is a number."""
     if chain.joints[chain.q.index(joint)].kind == "P" or not value.is_number or not _is_real(value):
         return value

@@ -16,13 +16,14 @@ import numpy as np
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.formula.expression import read
 from exercises.formula.trees import Node, ReadError, names
-from exercises.problem import Choice, ConditionSet, Part, Problem, ProblemId
+from exercises.problem import Choice, ConditionSet, Matching, Part, Problem, ProblemId, Selection
 from exercises.record import digests
 from exercises.verify import (
     concepts,
     formulas,
     path,
     performance,
+    quizzes,
     rank,
     redundancy,
     singular,
@@ -116,7 +117,11 @@ def _trees(ground: Ground, part: Part) -> list[Node]:
     answer = part.answer
     if isinstance(answer, ConditionSet):
         return [read(text, ground.known) for text in answer.pieces()]
-    return [] if isinstance(answer, Choice) else [ground.tree(entry) for entry in formulas.reference(part)]
+    return (
+        []
+        if isinstance(answer, (Choice, Selection, Matching))
+        else [ground.tree(entry) for entry in formulas.reference(part)]
+    )
 
 
 def _usable(ground: Ground, part: Part) -> set[str]:
@@ -142,6 +147,7 @@ CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {
     kind: check
     for module in (
         formulas, singular, transforms, wrist, redundancy, path, rank, concepts, statics, performance,
+        quizzes,
     )
     for kind, check in module.CHECKS.items()
 }  # fmt: skip

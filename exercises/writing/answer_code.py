@@ -8,7 +8,18 @@ import sympy as sp
 from sympy.printing.str import StrPrinter
 
 from exercises.arm.singularity import Component
-from exercises.problem import Choice, ConditionSet, Direction, Expression, Matrix, Number, Part
+from exercises.problem import (
+    TRUE_FALSE,
+    Choice,
+    ConditionSet,
+    Direction,
+    Expression,
+    Matching,
+    Matrix,
+    Number,
+    Part,
+    Selection,
+)
 
 WIDTH = 88
 """Columns of a line of code in a notebook, as far as it can be broken."""
@@ -46,7 +57,12 @@ def answer_code(part: Part, taken: int = 0) -> str:
         return _matrix([[python_text(value)] for value in answer.reference], taken)
     if isinstance(answer, ConditionSet):
         return _listed([text for component in answer.components for text in _alternatives(component)], taken)
-    return f'"{answer.letter}"'
+    return f'"{answer.letters if isinstance(answer, (Selection, Matching)) else word_of(answer)}"'
+
+
+def word_of(answer: Choice) -> str:
+    """Return what is typed for the right option: its letter, or true or false."""
+    return answer.options[answer.correct] if answer.options == TRUE_FALSE else answer.letter
 
 
 def placeholder_code(part: Part, taken: int = 0) -> str:
@@ -58,7 +74,7 @@ def placeholder_code(part: Part, taken: int = 0) -> str:
         return _matrix([["blank"] * columns] * rows, taken)
     if isinstance(part.answer, ConditionSet):
         return "[blank]"
-    return '"blank"' if isinstance(part.answer, Choice) else "blank"
+    return '"blank"' if isinstance(part.answer, (Choice, Selection, Matching)) else "blank"
 
 
 def _matrix(rows: Sequence[Sequence[str]], taken: int) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
 from exercises.problem import ConditionSet, Expression, Matrix, Part, Problem
+from exercises.quizzes import ASKED
 from exercises.render import environment, render
 from exercises.writing.latex import tex
 from exercises.writing.wording import Wording
@@ -59,7 +60,7 @@ def _worked(chain: Chain) -> Worked:
 
 
 def _macros(part: Part) -> Any:
-    return environment().get_template(f"questions/{part.kind}.md.j2").module
+    return environment().get_template(f"questions/{ASKED[part.kind].template or part.kind}.md.j2").module
 
 
 def _tidy(text: str) -> str:

@@ -12,9 +12,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from exercises.assignment import Assignment, Student
-from exercises.figure import figure_svg
+from exercises.figure import part_svg, figure_svg
 from exercises.problem import Number, Part, Problem
-from exercises.questions import QUESTIONS
+from exercises.quizzes import ASKED
 from exercises.render import render
 from exercises.writing.markup import to_html
 from exercises.writing.statement import worked_solution
@@ -102,7 +102,7 @@ def _part(problem: Problem, part: Part, judged: Mapping[str, Any]) -> dict[str, 
     outcome, answer = judged["outcome"], judged["answer"]
     table = table_of(problem, part, judged["certificate"]) if outcome in ("partial", "wrong") else None
     return {
-        "title": QUESTIONS[part.kind].title,
+        "title": ASKED[part.kind].title,
         "outcome": outcome,
         "word": WORDS[outcome],
         "points": "–" if judged["points"] is None else _points(judged["points"]),

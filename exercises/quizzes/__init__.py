@@ -1,0 +1,17 @@
+"""Short questions for quizzes, and with them everything that can be asked: options, matches, numbers, drawings."""
+
+from exercises.questions import QUESTIONS, Question
+from exercises.quizzes import choice, drawn, matching, several, values
+
+QUIZZES: dict[str, Question] = {
+    question.name: question
+    for question in (
+        *choice.CHOICES, *several.SELECTIONS, *matching.MATCHINGS, *values.VALUES, *drawn.DRAWN
+    )
+}  # fmt: skip
+"""Short questions by name."""
+
+ASKED: dict[str, Question] = {**QUESTIONS, **QUIZZES}
+"""Every question by name: those of the chapter, then the short ones."""
+
+__all__ = ["ASKED", "QUIZZES"]

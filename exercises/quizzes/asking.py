@@ -1,0 +1,49 @@
+"""How a short question is asked: of an arm for which it makes sense, and for which something is found to ask."""
+
+from collections.abc import Callable
+from functools import lru_cache
+
+from exercises.arm.chain import Chain
+from exercises.arm.derivation import structure
+from exercises.questions import QUESTIONS
+from exercises.questions.base import Asked, Question
+from exercises.stream import Stream
+
+Ask = Callable[[Chain, Stream], Asked | None]
+"""Returns nothing where the draws lead to nothing that could be asked."""
+
+
+def short_question(
+    name: str,
+    title: str,
+    source: str,
+    ask: Ask,
+    form: str,
+    about: str,
+    otherwise: str,
+    shows: tuple[str, ...] = (),
+    sense: Callable[[Chain], str | None] = lambda _: None,
+    points: float = 0.5,
+    template: str = "",
+) -> Question:
+    """Return a short question about what the question `about` asks for, where that makes sense.
+
+    `otherwise` is the objection where nothing is found to ask, `sense` one of its own. It is looked once for all arms
+    of a structure whether there is anything; where an arm's numbers leave nothing, another is drawn (`generate`).
+    """
+
+    @lru_cache(maxsize=2048)
+    def sure(chain: Chain) -> Asked | None:
+        return ask(chain, Stream(f"quiz/{name}"))
+
+    def asked(chain: Chain, rng: Stream) -> Asked:
+        found = ask(chain, rng) or sure(chain)
+        if found is None:
+            raise RuntimeError(f"{name} finds nothing to ask of {chain}; please report this")
+        return found
+
+    def objection(chain: Chain) -> str | None:
+        refused = QUESTIONS[about].objects(chain) or sense(chain)
+        return refused or (None if sure(structure(chain).chain) is not None else otherwise)
+
+    return Question(name, title, source, asked, (), points, objection, form=form, shows=shows, template=template)

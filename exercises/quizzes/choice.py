@@ -1,0 +1,95 @@
+"""One right option out of four: which is the position, the Jacobian, a column of it, its determinant, …"""
+
+from collections.abc import Callable
+
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.arm.derivation import derive
+from exercises.problem import Expression, Matrix
+from exercises.questions import QUESTIONS
+from exercises.questions.base import Asked, Question
+from exercises.questions.statics import load
+from exercises.quizzes.asking import Ask, short_question
+from exercises.quizzes.options import Offered, choice_of
+from exercises.quizzes.wrong import Subject, four_options
+from exercises.quizzes.wrong_sets import four_sets
+from exercises.stream import Stream
+
+Subjects = Callable[[Chain], list[Subject]]
+"""What a question could be about on an arm."""
+
+
+def _whole(base: str) -> Subjects:
+    return lambda _: [Subject(base)]
+
+
+def _coordinates(chain: Chain) -> list[Subject]:
+    """Return the position as a whole and, for arms where that is too long, each coordinate."""
+    answer, _ = QUESTIONS["position"].ask(chain, Stream("quiz"))
+    assert isinstance(answer, (Expression, Matrix))
+    rows = range(answer.reference.rows if isinstance(answer, Matrix) else 0)
+    return [Subject("position"), *(Subject("position", None, row) for row in rows)]
+
+
+def _columns(base: str, of: str) -> Subjects:
+    """Return the columns that depend on the configuration: others are seen without working anything out."""
+
+    def subjects(chain: Chain) -> list[Subject]:
+        matrix: sp.Matrix = getattr(derive(chain), of)
+        joints = set(chain.q)
+        return [Subject(base, column) for column in range(matrix.cols) if matrix.col(column).free_symbols & joints]
+
+    return subjects
+
+
+def _torques(chain: Chain) -> list[Subject]:
+    jacobian = derive(chain).jacobian
+    joints = set(chain.q)
+    return [Subject("joint-torques", None, row) for row in range(chain.n) if jacobian.col(row).free_symbols & joints]
+
+
+def _asking(subjects: Subjects) -> Ask:
+    def ask(chain: Chain, rng: Stream) -> Asked | None:
+        for subject in rng.shuffled(subjects(chain)):
+            options = four_options(chain, subject, rng)
+            if options is not None:
+                symbols = load(chain) if subject.base == "joint-torques" else {}
+                return _choice(options, rng, subject=subject, symbols=symbols)
+        return None
+
+    return ask
+
+
+def _choice(options: list[Offered], rng: Stream, **details: object) -> Asked:
+    answer, offered = choice_of(options, rng)
+    return answer, {"offered": offered, **details}
+
+
+def _sets(chain: Chain, rng: Stream) -> Asked | None:
+    options = four_sets(chain, rng)
+    return None if options is None else _choice(options, rng)
+
+
+NO_FOUR = "there are no four options that are short and go together"
+
+
+def _formulas(name: str, title: str, source: str, base: str, subjects: Subjects) -> Question:
+    ask = _asking(subjects)
+    return short_question(name, title, source, ask, "choice", base, NO_FOUR, (base,), template="formula-choice")
+
+
+CHOICES = (
+    _formulas("position-choice", "Which position?", "6.1", "position", _coordinates),
+    _formulas("jacobian-choice", "Which Jacobian?", "6.4", "jacobian", _whole("jacobian")),
+    _formulas("column-choice", "Which column?", "6.4", "jacobian", _columns("jacobian", "jacobian")),
+    _formulas("axis-choice", "Which joint axis?", "6.12", "joint-axes", _columns("joint-axes", "z")),
+    _formulas("vector-choice", "Which vector?", "6.13", "position-vectors", _columns("position-vectors", "p_star")),
+    _formulas("determinant-choice", "Which determinant?", "6.8", "determinant", _whole("determinant")),
+    _formulas("inverse-jacobian-choice", "Which inverse?", "appendix", "inverse-jacobian", _whole("inverse-jacobian")),
+    _formulas("torque-choice", "Which joint torque?", "dual of 6.4", "joint-torques", _torques),
+    short_question(
+        "singular-angles-choice", "Where is it singular?", "6.8", _sets, "choice", "singular-angles", NO_FOUR,
+        ("singular-angles",),
+    ),
+)  # fmt: skip

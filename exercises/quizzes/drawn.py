@@ -1,0 +1,83 @@
+"""Questions about drawings: is what is said of this configuration true, and which of these is singular?"""
+
+from collections.abc import Iterator
+
+from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.derivation import derive
+from exercises.arm.singularity import singular_set
+from exercises.problem import TRUE_FALSE, Choice
+from exercises.questions.base import Asked
+from exercises.questions.geometry import Pose, precise, regular_pose, singular_pose
+from exercises.quizzes.asking import short_question
+from exercises.quizzes.places import regular_poses, several, singular_poses, with_lengths, words
+from exercises.stream import Stream
+
+SEEN = 0.08
+"""Least component of a velocity (m/s for a unit rate) whose sign is asked for: it is seen in the drawing."""
+
+Statement = tuple[str, Pose, bool, dict[str, object]]
+"""What is said ("singular", "moves"), where, whether it is true, and the words that it needs."""
+
+# --- true or false ---
+
+
+def _true_or_false(chain: Chain, rng: Stream) -> Asked | None:
+    """Draw first whether it is true, then what is said."""
+    truth = rng.choice((True, False))
+    for _ in range(30):
+        for statement in _statements(chain, truth, rng):
+            said, pose, true, told = statement
+            answer = Choice(TRUE_FALSE, TRUE_FALSE.index("true" if true else "false"))
+            return answer, {"said": said, "place": pose, "pose": pose.figure, **told}
+    return None
+
+
+def _statements(chain: Chain, truth: bool, rng: Stream) -> Iterator[Statement]:
+    for kind in rng.shuffled(("singular", "moves")):
+        if kind == "singular" and (found := singular_set(chain)):
+            pose = singular_pose(chain, (rng.choice(found),), rng) if truth else regular_pose(chain, rng, 0.12)
+            if pose is not None:
+                yield "singular", pose, truth, {}
+        if kind == "moves":
+            yield from _motion(chain, truth, rng)
+
+
+def _motion(chain: Chain, truth: bool, rng: Stream) -> Iterator[Statement]:
+    """Say of one joint which way it moves the point along one axis; what is false has the other sign."""
+    pose = regular_pose(chain, rng, 0.05, slips=False)
+    if pose is None:
+        return
+    linear = precise(chain, pose, derive(chain).linear)
+    seen = [(row, joint) for row in range(3) for joint in range(chain.n) if abs(float(linear[row, joint])) > SEEN]
+    if seen:
+        row, joint = rng.choice(seen)
+        positive = bool(linear[row, joint] > 0) == truth
+        yield "moves", pose, truth, {"joint": joint + 1, "row": TASK_ROWS[row], "positive": positive}
+
+
+# --- which drawing? ---
+
+
+def _which_drawing(chain: Chain, rng: Stream) -> Asked | None:
+    for _ in range(4):
+        arm, lengths = with_lengths(chain, rng)
+        right = several(singular_poses(arm, rng), 1)
+        wrong = several(regular_poses(arm, rng), 3, [pose for pose, _ in right])
+        if right and len(wrong) == 3:
+            order = rng.shuffled([*right, *wrong])
+            places, blames = (tuple(column) for column in zip(*order, strict=True))
+            answer = Choice(tuple(words(pose) for pose in places), order.index(right[0]))
+            return answer, {"places": places, "lengths": lengths, "blames": blames, "drawn": True}
+    return None
+
+
+DRAWN = (
+    short_question(
+        "true-or-false", "True or false?", "6.12", _true_or_false, "true or false", "jacobian",
+        "nothing can be said of its configurations",
+    ),
+    short_question(
+        "singular-drawing", "Which drawing shows a singular configuration?", "6.8", _which_drawing, "choice",
+        "singular-angles", "it has no four configurations to choose from", ("singular-angles",),
+    ),
+)  # fmt: skip

@@ -1,0 +1,57 @@
+"""To each item its option: columns of the Jacobian to the joints that they belong to."""
+
+from functools import lru_cache
+
+from exercises.arm.chain import Chain
+from exercises.arm.derivation import derive
+from exercises.problem import Matching
+from exercises.questions.base import Asked
+from exercises.quizzes.asking import short_question
+from exercises.quizzes.options import Offered
+from exercises.quizzes.wrong import Subject, all_differ, four_options
+from exercises.stream import Stream
+
+LONGEST, MOST = 260, 6
+"""Characters of a column, and columns."""
+
+
+def _columns(chain: Chain, rng: Stream) -> Asked | None:
+    """Draw the order of the columns; one more, that a mistake makes, stands among them where there are few."""
+    if not 2 <= chain.n <= MOST or not _told_apart(chain):
+        return None
+    jacobian = derive(chain).jacobian
+    offered = [Offered(jacobian.col(column)) for column in range(chain.n)]
+    extra = _extra(chain, rng) if chain.n < MOST else None
+    order = tuple(rng.shuffled([*offered, *([] if extra is None else [extra])]))
+    answer = Matching(
+        tuple(f"joint {number}" for number in range(1, chain.n + 1)),
+        tuple(option.text for option in order),
+        tuple(order.index(option) for option in offered),
+    )
+    return answer, {"offered": order}
+
+
+def _extra(chain: Chain, rng: Stream) -> Offered | None:
+    """Return a wrong column that is none of the right ones."""
+    jacobian = derive(chain).jacobian
+    columns = [jacobian.col(column) for column in range(chain.n)]
+    for number in rng.shuffled(range(chain.n)):
+        for option in (four_options(chain, Subject("jacobian", number), rng) or ())[1:]:
+            if all_differ(chain, [*columns, option.shown]) and len(option.text) <= LONGEST:
+                return option
+    return None
+
+
+@lru_cache(maxsize=1024)
+def _told_apart(chain: Chain) -> bool:
+    jacobian = derive(chain).jacobian
+    columns = [jacobian.col(column) for column in range(chain.n)]
+    return all(len(Offered(column).text) <= LONGEST for column in columns) and all_differ(chain, columns)
+
+
+MATCHINGS = (
+    short_question(
+        "match-columns", "Which column belongs to which joint?", "6.12", _columns, "matching", "jacobian",
+        "columns of its Jacobian are many, or long, or the same", ("jacobian",), points=1.0,
+    ),
+)  # fmt: skip

@@ -1,0 +1,102 @@
+"""What a question with options offers: a formula or a set each, and the mistakes behind the wrong ones."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import sympy as sp
+
+from exercises.mistakes.base import Mistake
+from exercises.mistakes.catalogue import CATALOGUE
+from exercises.problem import Choice, Part
+from exercises.stream import Stream
+
+Formula: TypeAlias = Any
+"""A matrix, an expression, or the components of a singular set."""
+
+SPREAD, MOST_SPREAD = 1.35, 2.0
+"""Of the longest option to the shortest: as much as options may differ if there is a choice, and if there is none."""
+
+SHOWS_ITSELF = frozenset({"rates-left-in", "angles-in-degrees"})
+"""Mistakes that are seen without working anything out: symbols and values that can't be there."""
+
+
+@dataclass(frozen=True)
+class Blame:
+    """A mistake, and the words of its sentence for the way in which it was made."""
+
+    mistake: str
+    words: tuple[tuple[str, str], ...]
+
+    @staticmethod
+    def of(mistake: Mistake, words: Iterable[tuple[str, object]]) -> "Blame":
+        """Return the blame on a mistake; words are kept as plain text."""
+        return Blame(mistake.name, tuple((name, str(word)) for name, word in sorted(words, key=lambda pair: pair[0])))
+
+    @property
+    def title(self) -> str:
+        """The mistake in a few words."""
+        return CATALOGUE[self.mistake].title
+
+    @property
+    def sentence(self) -> str:
+        """What is said to who made it."""
+        return CATALOGUE[self.mistake].sentence(dict(self.words))
+
+
+@dataclass(frozen=True)
+class Offered:
+    """One option: what it shows, and the mistakes that lead to it; none lead to a right one."""
+
+    shown: Formula
+    behind: tuple[Blame, ...] = ()
+
+    @property
+    def is_set(self) -> bool:
+        """Whether it shows a set of configurations."""
+        return isinstance(self.shown, tuple)
+
+    @property
+    def is_tall(self) -> bool:
+        """Whether it takes several lines."""
+        return isinstance(self.shown, sp.MatrixBase) and self.shown.rows > 1
+
+    @property
+    def text(self) -> str:
+        """What it shows as plain text, as an answer could be typed."""
+        return text_of(self.shown)
+
+
+def text_of(shown: Formula) -> str:
+    """Return a formula or a set as plain text.
+
+    >>> text_of(sp.Matrix([[1, sp.Symbol("a1")]]))
+    '[[1, a1]]'
+    """
+    if isinstance(shown, tuple):
+        return " or ".join(piece for component in shown for piece in component.pieces())
+    if isinstance(shown, sp.Expr):
+        return str(shown)
+    rows = [f"[{', '.join(map(str, row))}]" if shown.cols > 1 else str(row[0]) for row in shown.tolist()]
+    return f"[{', '.join(rows)}]"
+
+
+def rank_of_key(lengths: Sequence[int]) -> int:
+    """Return how many options are shorter than the first, which is the key."""
+    return sum(length < lengths[0] for length in lengths[1:])
+
+
+def choice_of(offered: Sequence[Offered], rng: Stream) -> tuple[Choice, tuple[Offered, ...]]:
+    """Return a choice of options, the key of which comes first, in random order, and the options in that order."""
+    order = tuple(rng.shuffled(offered))
+    return Choice(tuple(option.text for option in order), order.index(offered[0])), order
+
+
+def blames_of(part: Part, index: int) -> tuple[Blame, ...]:
+    """Return the mistakes behind an option of a part, none behind a right one or where none is known."""
+    details: Mapping[str, Any] = part.details
+    if "offered" in details:
+        behind: tuple[Blame, ...] = details["offered"][index].behind
+        return behind
+    blame = details["blames"][index] if "blames" in details else None
+    return () if blame is None else (blame,)

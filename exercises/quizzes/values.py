@@ -1,0 +1,72 @@
+"""Numbers with their unit: the determinant in a configuration, the speed of the point."""
+
+import mpmath
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.arm.derivation import derive
+from exercises.arm.precise import determinant, numeric, ten_digits
+from exercises.problem import Number
+from exercises.questions.base import Asked
+from exercises.questions.geometry import DIGITS, Pose, precise, regular_pose
+from exercises.questions.inversion import THREE_DIGITS
+from exercises.quizzes.asking import short_question
+from exercises.stream import Stream
+
+SLOW = 0.05
+"""Least speed that is asked for, in m/s."""
+
+
+def _pose(chain: Chain, rng: Stream) -> Pose | None:
+    return regular_pose(chain, rng, 0.05, slips=False)
+
+
+def _determinant(chain: Chain, rng: Stream) -> Asked | None:
+    pose = _pose(chain, rng)
+    if pose is None:
+        return None
+    jacobian = precise(chain, pose, derive(chain).jacobian)
+    value = ten_digits(determinant([[numeric(entry) for entry in row] for row in jacobian.tolist()]))
+    turning = sum(joint.kind == "R" for joint in chain.joints)
+    unit = {0: "", 1: "m"}.get(turning, f"m^{turning}")
+    floor = THREE_DIGITS * abs(float(value)) / 5
+    return Number(sp.Matrix([value]), (unit,), THREE_DIGITS, floor), {"place": pose, "pose": pose.figure}
+
+
+def _no_one_unit(chain: Chain) -> str | None:
+    linear = all(row.startswith("v") for row in chain.task)
+    return None if linear else "its Jacobian counts metres and radians together"
+
+
+def _speed(chain: Chain, rng: Stream) -> Asked | None:
+    """Draw rates of all joints; the speed is the length of the linear velocity."""
+    for _ in range(40):
+        pose = _pose(chain, rng)
+        if pose is None:
+            continue
+        rates = {rate: sp.Rational(rng.choice([k for k in range(-9, 10) if k]), 10) for rate in chain.rates}
+        velocity = precise(chain, pose, derive(chain).linear) * sp.Matrix(list(rates.values()))
+        with mpmath.workdps(DIGITS):
+            speed = mpmath.sqrt(mpmath.fsum(mpmath.mpf(str(sp.N(entry, DIGITS))) ** 2 for entry in velocity))
+        if speed > SLOW:
+            value = ten_digits(speed)
+            answer = Number(sp.Matrix([value]), ("m/s",), THREE_DIGITS, THREE_DIGITS * float(value) / 5)
+            return answer, {"place": pose, "pose": pose.figure, "rates": rates}
+    return None
+
+
+def _on_a_line(chain: Chain) -> str | None:
+    moving = sum(any(entry != 0 for entry in row) for row in derive(chain).linear.tolist())
+    return None if moving >= 2 else "its point moves along a line, or not at all"
+
+
+VALUES = (
+    short_question(
+        "determinant-value", "Determinant in a configuration", "6.8", _determinant, "number", "determinant",
+        "no regular configuration was found", sense=_no_one_unit,
+    ),
+    short_question(
+        "speed", "Speed of the point", "6.4", _speed, "number", "jacobian", "no configuration was found where it moves",
+        sense=_on_a_line,
+    ),
+)  # fmt: skip

@@ -1,0 +1,90 @@
+"""Wrong sets of singular configurations: one mistake made, another, and both."""
+
+from collections.abc import Iterator
+from functools import lru_cache
+from itertools import combinations, islice
+
+from exercises.arm.chain import Chain
+from exercises.arm.classification import domain_of
+from exercises.arm.singularity import Component, singular_set
+from exercises.formula.conditions import Space, compare_sets
+from exercises.formula.expression import read
+from exercises.formula.pieces import Piece, pieces
+from exercises.mistakes.catalogue import taken
+from exercises.problem import ConditionSet, Part
+from exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, Offered, rank_of_key
+from exercises.stream import Stream
+
+Components = tuple[Component, ...]
+
+PAIRS = 60
+MOST_PIECES = 6
+"""Pieces of a set that a short question shows."""
+
+
+def four_sets(chain: Chain, rng: Stream) -> list[Offered] | None:
+    """Return the singular set and three wrong ones, or None where the catalogue does not give three."""
+    right = singular_set(chain)
+    if not right:
+        return None
+    wanted, best = rng.below(4), None
+    for options in islice(_fours(chain, right, rng), PAIRS):
+        texts = [option.text for option in options]
+        if len(set(texts)) < 4 or any(text.count(" or ") >= MOST_PIECES for text in texts):
+            continue
+        lengths = [len(text) for text in texts]
+        spread = max(lengths) / min(lengths)
+        if spread > 2 * MOST_SPREAD:
+            continue
+        score = (spread > 2 * SPREAD, abs(rank_of_key(lengths) - wanted), spread)
+        if (best is None or score < best[0]) and all_differ(chain, options):
+            best = (score, options)
+        if best is not None and best[0][:2] == (False, 0):
+            break
+    return None if best is None else best[1]
+
+
+def _fours(chain: Chain, right: Components, rng: Stream) -> Iterator[list[Offered]]:
+    first = _wrong(chain, right)
+    pairs = rng.shuffled(list(combinations(first, 2)))
+    for one, other in pairs:
+        for both in _wrong(chain, _components(one)):
+            if both.behind == other.behind:
+                blames = (*one.behind, *other.behind)
+                yield [Offered(right), one, other, Offered(both.shown, blames)]
+    for three in rng.shuffled(list(islice(combinations(first, 3), PAIRS))):
+        yield [Offered(right), *three]
+
+
+def _components(option: Offered) -> Components:
+    assert isinstance(option.shown, tuple)
+    return option.shown
+
+
+@lru_cache(maxsize=4096)
+def _wrong(chain: Chain, components: Components) -> tuple[Offered, ...]:
+    """Return what each mistake makes of a set."""
+    part = Part("singular-angles", "singular-angles", ConditionSet(components))
+    found = []
+    for mistake, slip in taken(chain, part):
+        if not mistake.rare and mistake.name not in SHOWS_ITSELF and isinstance(slip.answer, ConditionSet):
+            found.append(Offered(slip.answer.components, (Blame.of(mistake, slip.words.items()),)))
+    return tuple(found)
+
+
+def all_differ(chain: Chain, options: list[Offered]) -> bool:
+    """Tell whether no two of the sets hold the same configurations, and none is empty."""
+    texts = [tuple(piece for component in _components(option) for piece in component.pieces()) for option in options]
+    return all(not _same(chain, a, b) for a, b in combinations(texts, 2))
+
+
+@lru_cache(maxsize=20_000)
+def _same(chain: Chain, a: tuple[str, ...], b: tuple[str, ...]) -> bool:
+    joints = [q.name for q in chain.q]
+    space = Space(joints, domain_of(chain))
+    found = compare_sets(_read(a, joints), _read(b, joints), space, "quiz")
+    return found.equal or all(held is None for held in (*found.covered, *found.sound))
+
+
+def _read(texts: tuple[str, ...], joints: list[str]) -> list[Piece]:
+    return [piece for text in texts for piece in pieces(read(text), joints)]

@@ -1,0 +1,226 @@
+"""Tests of short questions: the right option passes the tests of the question it answers, every other one fails them.
+
+Options are held against the arm in numbers, by the same ways as references are. No two of them are the same.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from exercises.arm.chain import TASK_ROWS
+from exercises.problem import Choice, ConditionSet, Expression, Matching, Matrix, Number, Part, Selection
+from exercises.questions import QUESTIONS
+from exercises.quizzes.choice import CHOICES
+from exercises.quizzes.options import Offered
+from exercises.quizzes.places import filled
+from exercises.stream import Stream
+from exercises.verify.exponentials import exponential_jacobian
+from exercises.verify.formulas import CHECKS as FORMULAS
+from exercises.verify.formulas import EXACT, agree
+from exercises.verify.ground import POSES, Check, Ground
+from exercises.verify.rank import exponential_at, rank_of
+from exercises.verify.singular import CHECKS as SETS
+from exercises.verify.statics import CHECKS as TORQUES
+
+BASE_CHECKS: Mapping[str, Callable[[Ground, Part], Iterator[Check]]] = {**FORMULAS, **TORQUES}
+"""The tests of the questions that options answer."""
+
+STEP = 0.7
+"""By how much a joint is moved, in rad or m."""
+APART = 1e-5
+"""Share of their size by which two options differ somewhere, at least."""
+
+
+def _as_answer(ground: Ground, subject: Any, option: sp.Matrix) -> Part:
+    """Return the question that options answer, with one of them put in its place in the whole answer."""
+    answer, details = QUESTIONS[subject.base].ask(ground.chain, Stream("quiz"))
+    part = Part(subject.base, subject.base, answer, details=details)
+    if isinstance(answer, Expression):
+        return replace(part, answer=Expression(option[0]))
+    assert isinstance(answer, Matrix)
+    whole = answer.reference.as_mutable()
+    whole[subject.row or 0, subject.column or 0] = option
+    return replace(part, answer=Matrix(sp.Matrix(whole)))
+
+
+def _formula_choice(ground: Ground, part: Part) -> Iterator[Check]:
+    subject: Any = part.details["subject"]
+    check = BASE_CHECKS[subject.base]
+    offered = _offered(part)
+    passed = [all(one.passed for one in check(ground, _as_answer(ground, subject, o.shown))) for o in offered]
+    yield _one_right(part, passed)
+    yield _different(ground, [sp.Matrix(option.shown) for option in offered])
+
+
+def _offered(part: Part) -> tuple[Offered, ...]:
+    offered: Any = part.details["offered"]
+    assert isinstance(part.answer, (Choice, Selection, Matching))
+    assert part.answer.options == tuple(option.text for option in offered)
+    return tuple(offered)
+
+
+def _one_right(part: Part, passed: Sequence[bool]) -> Check:
+    assert isinstance(part.answer, Choice)
+    right = [index for index, held in enumerate(passed) if held]
+    said = ", ".join(map(str, right)) or "none"
+    return Check("one right option", right == [part.answer.correct], f"options that pass, from 0: {said}")
+
+
+def _different(ground: Ground, options: Sequence[sp.Matrix]) -> Check:
+    values = [ground.read(option).reshape(ground.points, -1) for option in options]
+    for (i, a), (j, b) in combinations(enumerate(values), 2):
+        if a.shape == b.shape and not np.abs(a - b).max() > APART * (np.abs(a).max() + np.abs(b).max()):
+            return Check("different options", False, f"options {i} and {j}, from 0, are the same")
+    return Check("different options", all(np.isfinite(value).all() for value in values), "no two have the same values")
+
+
+def _set_choice(ground: Ground, part: Part) -> Iterator[Check]:
+    passed = []
+    for option in _offered(part):
+        claimed = Part("singular-angles", "singular-angles", ConditionSet(option.shown))
+        passed.append(all(check.passed for check in SETS["singular-angles"](ground, claimed)))
+    yield _one_right(part, passed)
+    texts = [option.text for option in _offered(part)]
+    yield Check("different options", len(set(texts)) == len(texts), "no two are the same")
+
+
+# --- configurations ---
+
+
+def _ranks(ground: Ground, part: Part) -> list[tuple[int, bool]]:
+    """Return the rank of J at each of the places, by the product of exponentials, and whether it is clear."""
+    places: Any = part.details["places"]
+    lengths: Any = part.details["lengths"]
+    given = [replace(place, lengths={**lengths, **place.lengths}) for place in places]
+    return [rank_of(exponential_at(ground, place)[ground.task]) for place in given]
+
+
+def _configurations(ground: Ground, part: Part) -> Iterator[Check]:
+    answer = part.answer
+    assert isinstance(answer, (Choice, Selection))
+    full = min(len(ground.task), ground.chain.n)
+    ranks = _ranks(ground, part)
+    singular_ones = tuple(index for index, (rank, _) in enumerate(ranks) if rank < full)
+    wanted = (answer.correct,) if isinstance(answer, Choice) else answer.correct
+    yield Check("clear", all(clear for _, clear in ranks), f"ranks {', '.join(str(rank) for rank, _ in ranks)}")
+    yield Check("singular ones", singular_ones == tuple(wanted), f"of rank less than {full}, from 0: {singular_ones}")
+    yield Check("different options", len(set(answer.options)) == len(answer.options), "no two are the same")
+    lengths: Any = part.details["lengths"]
+    yield Check("lengths", not filled(ground.chain, lengths).parameters, "every length has a number")
+
+
+# --- several right ones ---
+
+
+def _quantity(ground: Ground, part: Part, moved: int | None = None) -> np.ndarray:
+    """Return the values of what is asked about, (places, entries), from the arm in numbers; with one joint moved."""
+    asked: Any = part.details["quantity"]
+    poses = np.stack([ground.values[q.name] for q in ground.chain.q], axis=1)
+    if moved is not None:
+        poses[:, moved] += STEP
+    found = []
+    for number, arm in enumerate(ground.arms):
+        q = poses[number * POSES : (number + 1) * POSES]
+        jacobian = exponential_jacobian(arm, q)[:, ground.task]
+        if asked.name == "determinant":
+            found.append(np.linalg.det(jacobian)[:, None])
+        elif asked.name == "position":
+            found.append(arm.point(q)[:, [asked.row]])
+        else:
+            column = jacobian[:, :, asked.column]
+            found.append(column if asked.row is None else column[:, [asked.row]])
+    return np.concatenate(found)
+
+
+def _forms(ground: Ground, part: Part) -> Iterator[Check]:
+    answer, expected = part.answer, _quantity(ground, part)
+    assert isinstance(answer, Selection)
+    right = []
+    for index, option in enumerate(_offered(part)):
+        found = ground.read(sp.Matrix([option.shown]))
+        if agree("", found, expected[:, :, None], EXACT).passed:
+            right.append(index)
+        elif np.abs(found[:, :, 0] - expected).max() <= APART * np.abs(expected).max():
+            yield Check("clearly different", False, f"option {index}, from 0, is near the right value")
+    yield Check("right options", tuple(right) == answer.correct, f"equal in value, from 0: {right}")
+    yield Check("different options", len(set(answer.options)) == len(answer.options), "no two are written the same")
+
+
+def _dependence(ground: Ground, part: Part) -> Iterator[Check]:
+    """Move one joint at a time, and look whether the values of what is asked about change."""
+    assert isinstance(part.answer, Selection)
+    here = _quantity(ground, part)
+    found = tuple(
+        index for index in range(ground.chain.n) if np.abs(_quantity(ground, part, index) - here).max() > EXACT
+    )
+    yield Check("moving one joint", found == part.answer.correct, f"it changes with joints, from 0: {found}")
+
+
+# --- columns to joints ---
+
+
+def _columns(ground: Ground, part: Part) -> Iterator[Check]:
+    assert isinstance(part.answer, Matching)
+    offered = _offered(part)
+    jacobian = ground.exponential_jacobian[:, ground.task]
+    read = [ground.read(sp.Matrix(option.shown)) for option in offered]
+    found = []
+    for joint in range(ground.chain.n):
+        same = [k for k, value in enumerate(read) if agree("", value, jacobian[:, :, [joint]], EXACT).passed]
+        found.append(same[0] if len(same) == 1 else -1)
+    yield Check("columns", tuple(found) == part.answer.correct, f"options of the joints, from 0: {found}")
+    yield _different(ground, [sp.Matrix(option.shown) for option in offered])
+
+
+# --- numbers and statements ---
+
+
+def _value(part: Part, expected: float) -> Iterator[Check]:
+    assert isinstance(part.answer, Number)
+    found = float(part.answer.reference[0])
+    yield agree("in numbers", np.array([[[found]]]), np.array([[[expected]]]), 1e-8)
+    rounded = abs(float(f"{expected:.2e}") - expected)
+    enough = rounded <= max(part.answer.tolerance * abs(expected), part.answer.floor)
+    yield Check("three digits", enough, "rounding keeps it right")
+
+
+def _determinant_value(ground: Ground, part: Part) -> Iterator[Check]:
+    yield from _value(part, float(np.linalg.det(exponential_at(ground, part.details["place"])[ground.task])))
+
+
+def _speed(ground: Ground, part: Part) -> Iterator[Check]:
+    rates: Any = part.details["rates"]
+    velocity = exponential_at(ground, part.details["place"])[:3] @ np.array([float(rate) for rate in rates.values()])
+    yield from _value(part, float(np.linalg.norm(velocity)))
+
+
+def _statement(ground: Ground, part: Part) -> Iterator[Check]:
+    assert isinstance(part.answer, Choice)
+    jacobian = exponential_at(ground, part.details["place"])
+    said: Any = part.details
+    if said["said"] == "singular":
+        rank, clear = rank_of(jacobian[ground.task])
+        true = rank < min(len(ground.task), ground.chain.n)
+    else:
+        component = float(jacobian[TASK_ROWS.index(said["row"]), said["joint"] - 1])
+        true, clear = (component > 0) == said["positive"], abs(component) > 0.01
+    yield Check("clear", clear, "it is clearly true or clearly false")
+    yield Check("statement", part.answer.options[part.answer.correct] == str(true).lower(), f"it is {true}")
+
+
+CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {
+    **{question.name: _formula_choice for question in CHOICES if question.template == "formula-choice"},
+    "singular-angles-choice": _set_choice,
+    "singular-configurations": _configurations,
+    "singular-drawing": _configurations,
+    "equal-forms": _forms,
+    "dependence": _dependence,
+    "match-columns": _columns,
+    "determinant-value": _determinant_value,
+    "speed": _speed,
+    "true-or-false": _statement,
+}

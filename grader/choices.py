@@ -1,0 +1,93 @@
+"""Judge the letters of options: one, several, one for each item; true or false."""
+
+import re
+from collections.abc import Sequence
+from fractions import Fraction
+
+from exercises.formula.identity import Certificate
+from exercises.problem import LETTERS, TRUE_FALSE
+from grader.verdict import Judgement, correct, graded, missing, wrong
+
+
+def judge_choice(student: str, options: Sequence[str], right: int) -> Judgement:
+    """Judge a letter (in any case, in brackets or quotes) or the option's own text."""
+    if _said(student) in NOTHING:
+        return missing("the answer was left blank")
+    chosen = chosen_option(student, options)
+    if chosen is None:
+        named = options if tuple(options) == TRUE_FALSE else LETTERS[: len(options)]
+        return wrong(f"{student[:40]!r} is none of the options {', '.join(named)}")
+    if chosen == right:
+        return correct(Certificate("exact", 1, 0.0))
+    named = options[chosen] if tuple(options) == TRUE_FALSE else LETTERS[chosen]
+    return wrong(f"{named} is not the right option", Certificate("exact", 1, 0.0))
+
+
+NOTHING = ("", "blank", "ellipsis", "none")
+"""What is said where nothing was answered."""
+
+
+def judge_selection(student: str, options: int, right: Sequence[int]) -> Judgement:
+    """Judge a choice of letters: each that is right counts, each that is wrong as much against it, none below zero."""
+    if _said(student) in NOTHING:
+        return missing("the answer was left blank")
+    chosen = chosen_letters(student, options)
+    if chosen is None:
+        return wrong(f'{student[:40]!r} is no choice of the letters {", ".join(LETTERS[:options])}, as in "AC"')
+    hits, misses = len(set(chosen) & set(right)), len(set(chosen) - set(right))
+    if hits == len(right) and not misses:
+        return correct(Certificate("exact", 1, 0.0))
+    share = Fraction(hits, len(right)) - Fraction(misses, max(options - len(right), 1))
+    said = f"{hits} of the letters {'is' if hits == 1 else 'are'} right, {misses} {'is' if misses == 1 else 'are'} not"
+    left = f"; {len(right) - hits} more should be there" if hits < len(right) else ""
+    return graded(float(max(share, Fraction(0))), said + left, Certificate("exact", 1, 0.0))
+
+
+def judge_matching(student: str, items: Sequence[str], options: int, right: Sequence[int]) -> Judgement:
+    """Judge a letter for each item, in their order; items are marked one by one."""
+    if _said(student) in NOTHING:
+        return missing("the answer was left blank")
+    chosen = chosen_letters(student, options)
+    if chosen is None or len(chosen) != len(items):
+        return wrong(
+            f"{student[:40]!r} does not hold {len(items)} of the letters {', '.join(LETTERS[:options])}, one for each "
+            f"of {items[0]} to {items[-1]}"
+        )
+    off = [item for item, mine, due in zip(items, chosen, right, strict=True) if mine != due]
+    if not off:
+        return correct(Certificate("exact", 1, 0.0))
+    share = float(Fraction(len(items) - len(off), len(items)))
+    return graded(share, f"not right for {', '.join(off)}", Certificate("exact", 1, 0.0))
+
+
+def chosen_letters(student: str, options: int) -> list[int] | None:
+    """Return the options that are meant by letters in a row or with commas between; None where it is something else.
+
+    >>> chosen_letters("A, c", 4), chosen_letters("['B', 'A']", 4), chosen_letters("{1: 'B', 2: 'A'}", 4)
+    ([0, 2], [1, 0], [1, 0])
+    >>> chosen_letters("AF", 4), chosen_letters("a1*cos(theta1)", 4)
+    (None, None)
+    """
+    said = re.sub(r"\b(and|joint|joints)\b|\d+ ?[:=.-]>? ?|[\"'()\[\]{}.,;&+ ]", "", student.strip()[:200].casefold())
+    letters = LETTERS[:options].casefold()
+    return [letters.index(letter) for letter in said] if said and set(said) <= set(letters) else None
+
+
+def _said(student: str) -> str:
+    return student.strip().strip("\"'()[]{}. ").casefold()
+
+
+def chosen_option(student: str, options: Sequence[str]) -> int | None:
+    """Return the option that is meant by its letter or its own text; None where that is not clear."""
+    said = _said(student)
+    if tuple(options) == TRUE_FALSE and said in ("t", "f"):
+        said = {"t": "true", "f": "false"}[said]
+    whole = [index for index, option in enumerate(options) if said == _said(option)]
+    if whole:
+        return whole[0]
+    letters = [letter.casefold() for letter in LETTERS[: len(options)]]
+    lettered = re.match(r"([a-h])\s*[.):]", said)
+    if lettered is not None:
+        said = lettered.group(1)
+    meant = [index for index, option in enumerate(options) if len(said) > 3 and said in option.casefold()]
+    return letters.index(said) if said in letters else meant[0] if len(meant) == 1 else None
