@@ -6,7 +6,7 @@ from pathlib import Path
 from exercises.errors import QdotError
 from exercises.formula.expression import read
 from exercises.formula.trees import Node, ReadError, as_matrix, has_blank
-from exercises.problem import variable
+from exercises.problem import TRUE_FALSE, variable
 from grader.functions import is_table
 from grader.sandbox import Sandbox
 from grader.submission import Unreadable, read_submission
@@ -53,6 +53,8 @@ def _row(part: str, text: str) -> Row:
         return Row(part, False, "left blank")
     if is_table(text):
         return Row(part, True, "a Python function; it is called when it is graded")
+    if text.strip().casefold() in TRUE_FALSE:
+        return Row(part, True, text.strip())
     try:
         node = read(text)
     except ReadError as error:

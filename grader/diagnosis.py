@@ -26,6 +26,7 @@ from exercises.stream import Stream
 from grader.choices import chosen_letters, chosen_option
 from grader.functions import asked_of, is_table, table_values
 from grader.parts import domain_of, judge
+from grader.residuals import missing_links
 from grader.verdict import Diagnosis, Outcome
 
 POINTS = 5
@@ -171,7 +172,15 @@ def named(problem: Problem, part: Part, values: Values, found: Found) -> Diagnos
             alone.append(wrong)
     if found.values.shape != right.shape or (right[..., 0].size == 1 and part.type == "number"):
         return None
-    return _two(alone, part, found) or _in_some_entries(alone, right, found)
+    two = _two(alone, part, found)
+    if two is not None:
+        return two
+    telling, off = _in_some_entries(alone, right, found)
+    return (
+        _one_in_some(telling, off)
+        or (None if found.is_direction else missing_links(w, part, right, found.values))
+        or _two_in_some(telling, off)
+    )
 
 
 def says_something(answer: np.ndarray) -> bool:
@@ -205,19 +214,27 @@ def _two(alone: Sequence[Wrong], part: Part, found: Found) -> Diagnosis | None:
 # --- in some entries ---
 
 
-def _in_some_entries(alone: Sequence[Wrong], right: np.ndarray, found: Found) -> Diagnosis | None:
-    """Return the one mistake, or the two, that give all entries which are wrong; in others it was not made."""
+_Telling = list[tuple[Wrong, np.ndarray]]
+
+
+def _in_some_entries(alone: Sequence[Wrong], right: np.ndarray, found: Found) -> tuple[_Telling, np.ndarray]:
+    """Return the mistakes that give some of the wrong entries, with these, and all that are wrong."""
     wrong = ~found.like(right) & ~np.isnan(found.values).any(axis=-1)
+    telling: _Telling = []
     if found.is_direction or not wrong.any() or wrong.size == 1 or right.shape[-1] == 1:
-        return None
-    telling = []
+        return telling, wrong
     for one in alone:
         covered = found.like(one.answer) & wrong
         if covered.any() and says_something(one.answer[covered]):
             telling.append((one, covered))
-    for one, covered in telling:
-        if (covered == wrong).all():
-            return _said([one])
+    return telling, wrong
+
+
+def _one_in_some(telling: _Telling, wrong: np.ndarray) -> Diagnosis | None:
+    return next((_said([one]) for one, covered in telling if (covered == wrong).all()), None)
+
+
+def _two_in_some(telling: _Telling, wrong: np.ndarray) -> Diagnosis | None:
     for (one, covered), (other, rest) in combinations(telling, 2):
         if ((covered | rest) == wrong).all() and (covered & ~rest).any() and (rest & ~covered).any():
             return _said([one, other])
