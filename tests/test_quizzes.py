@@ -5,6 +5,7 @@ Every family is asked some of them, in turn; a snapshot holds what the first arm
 
 import json
 import os
+import re
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
@@ -29,7 +30,7 @@ from exercises.quizzes import ASKED, QUIZZES
 from exercises.quizzes.options import blames_of, rank_of_key
 from exercises.record import digests
 from exercises.verify import certify
-from exercises.writing.statement import prompt, worked_solution
+from exercises.writing.statement import hints, prompt, worked_solution
 from grader.certify import failures_of, reference_text
 from grader.choices import judge_matching, judge_selection
 from grader.cli import app
@@ -64,7 +65,18 @@ def test_short_questions_pass_their_certificate_and_are_marked(family: str) -> N
         assert judge(problem, part, reference_text(part), "seed").outcome is Outcome.CORRECT, name
         _is_clean(prompt(problem, part))
         _is_clean(worked_solution(problem, part))
+        _hints_help_and_give_nothing_away(problem, part)
         _wrong_letters_are_wrong(problem, part)
+
+
+def _hints_help_and_give_nothing_away(problem: Problem, part: Part) -> None:
+    given = hints(problem, part)
+    assert len(set(given)) == 3 and all(len(hint) > 30 for hint in given), part.name
+    for hint in given:
+        _is_clean(hint)
+        assert not re.search(r"\*\*|  \w|\(\)", hint), (part.name, hint)
+        if isinstance(part.answer, Choice) and part.answer.options != TRUE_FALSE:
+            assert part.answer.options[part.answer.correct] not in hint
 
 
 def _wrong_letters_are_wrong(problem: Problem, part: Part) -> None:

@@ -15,7 +15,7 @@ from exercises.arm.derivation import Derivation, derive, structure
 from exercises.arm.singularity import singular_set
 from exercises.arm.trigonometry import textbook
 from exercises.questions.wrist import blocks, not_partitioned
-from exercises.writing.latex import tex
+from exercises.writing.latex import natural, tex
 from exercises.writing.wording import join
 
 READABLE = 18
@@ -37,6 +37,27 @@ class Clues:
     def __init__(self, chain: Chain) -> None:
         self.chain = chain
         self.d: Derivation = derive(chain)
+
+    # --- a configuration that is easy to put in ---
+
+    @staticmethod
+    def is_undefined(formula: sp.Expr | sp.Matrix) -> bool:
+        """Whether a formula in numbers divides by zero."""
+        return bool(formula.has(sp.nan, sp.zoo, sp.oo))
+
+    @property
+    def at_zero(self) -> dict[sp.Symbol, sp.Expr]:
+        """All joint variables at zero, for substitution."""
+        return dict.fromkeys(self.chain.q, sp.S.Zero)
+
+    def symbols(self, matrix: sp.Matrix) -> list[str]:
+        """Return the symbols in a matrix, joints first."""
+        free = sorted(matrix.free_symbols, key=lambda symbol: (symbol not in self.chain.q, natural(symbol.name)))
+        return [tex(symbol, self.chain) for symbol in free]
+
+    def joints_of(self, formula: sp.Expr) -> str:
+        """Return the joint variables in a formula as words."""
+        return join([f"${tex(q, self.chain)}$" for q in self.chain.q if q in formula.free_symbols] or ["no joint"])
 
     # --- a part of a result ---
 
