@@ -82,6 +82,7 @@ WRITINGS = {
     "sin(alpha1)": ["sin(alpha_1)", "sinα1", r"\sin\alpha_1", "sin α_1"],
     "vx": ["v_x", "v_{x}"],
     "wz": ["omega_z", "ω_z", r"\omega_z", "w_z"],
+    "wz*(a1 + a2)": [r"\omega_z (a_1 + a_2)", r"\omega_{z} \left(a_1 + a_2\right)", "ω_z (a1 + a2)"],
     "a1/2": ["1/2 a1", "½ a1", r"\tfrac12 a_1"],
     "a1^2*a2": ["a1^2 a2", "a1**2a2", "a1² a2", "a1^{2} a2"],
     "sin(theta1)^2": ["sin^2 theta1", "sin²θ1", r"\sin^2\theta_1", r"\sin^{2}{\left(\theta_{1} \right)}",

@@ -87,7 +87,7 @@ def test_a_sum_may_be_long_and_not_deep() -> None:
     for deep in (
         "(-" * 40 + "1" + ")" * 40,
         "2^" * 50 + "2",
-        "sin(" * 40 + "1" + ")" * 40,
+        "sin(-" * 25 + "1" + ")" * 25,
         "[" * 40 + "1,2" + "]" * 40,
     ):
         with pytest.raises(TooDeep):
@@ -107,9 +107,8 @@ def test_what_is_set_reads_as_the_same(problem: Problem) -> None:
             prismatic = tuple(q.name[1:] for q in problem.chain.q if q.name.startswith("d"))
             latex = typeset(read(text, problem.symbols()), prismatic)
             ET.fromstring(mathml(latex, True))
-            if len(latex) < 15_000:  # longer LaTeX is not read, nor omega before a bracket
-                plain = latex.replace(r"\omega", "w")
-                assert judge(problem, part, plain, "s").outcome is Outcome.CORRECT, (part.name, latex)
+            if len(latex) < 15_000:  # longer LaTeX is not read
+                assert judge(problem, part, latex, "s").outcome is Outcome.CORRECT, (part.name, latex)
         elif isinstance(part.answer, ConditionSet):
             text = f"[{', '.join(part.answer.pieces())}]"
             ET.fromstring(mathml(typeset(read(text, problem.symbols()), (), alternatives=True), True))

@@ -253,7 +253,8 @@ class _Parser:
         if name in BLANK:
             return Node("blank")
         pieces = pieces_of(raw, self.known)
-        if opens and len(pieces) == 1 and pieces[0].kind == "name" and name not in self.known:
+        one = pieces[0].parts[0] if len(pieces) == 1 and pieces[0].kind == "name" else ""
+        if opens and one and not {name, one} & self.known:
             raise self.fail(f"the function {name!r} is not understood")
         return self.product_of(pieces)
 

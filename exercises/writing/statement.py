@@ -6,7 +6,17 @@ from typing import Any
 
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
-from exercises.problem import ConditionSet, Expression, Matrix, Part, Problem
+from exercises.problem import (
+    LETTERS,
+    Choice,
+    ConditionSet,
+    Expression,
+    Matching,
+    Matrix,
+    Part,
+    Problem,
+    Selection,
+)
 from exercises.quizzes import ASKED
 from exercises.render import environment, render
 from exercises.writing.latex import tex
@@ -31,6 +41,21 @@ def prompt(problem: Problem, part: Part) -> str:
     if part.rounding is not None and isinstance(part.answer, (Expression, Matrix, ConditionSet)):
         text += f"\n\nDecimals are accepted {part.rounding.words}."
     return _tidy(text)
+
+
+def option_text(problem: Problem, part: Part, index: int) -> str:
+    """Return what an option shows, in Markdown on one line: a formula, a set, a configuration, or its words."""
+    answer, details, chain = part.answer, part.details, problem.chain
+    assert isinstance(answer, (Choice, Selection, Matching))
+    macros: Any = environment()
+    if "offered" in details:
+        offered: Any = details["offered"]
+        return str(macros.get_template("questions/options.md.j2").module.formula(offered[index], chain))
+    if "places" in details:
+        places: Any = details["places"]
+        return str(macros.get_template("questions/rank.md.j2").module.at(places[index], chain, Wording(chain)))
+    line = re.search(rf"^- \*\*{LETTERS[index]}\.\*\* (.*)$", prompt(problem, part), re.MULTILINE)
+    return line[1] if line is not None else answer.options[index]
 
 
 def hints(problem: Problem, part: Part) -> tuple[str, str, str]:

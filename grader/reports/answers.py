@@ -9,14 +9,26 @@ from dataclasses import dataclass
 
 from exercises.formula.expression import read
 from exercises.formula.trees import Node, ReadError, size_of
-from exercises.problem import Choice, ConditionSet, Expression, Number, Part, Problem
+from exercises.problem import (
+    LETTERS,
+    TRUE_FALSE,
+    Choice,
+    ConditionSet,
+    Expression,
+    Matching,
+    Number,
+    Part,
+    Problem,
+    Selection,
+)
 from exercises.writing.fit import fitted, width
 from exercises.writing.markup import to_html
 from exercises.writing.mathml import mathml
-from exercises.writing.statement import prompt
+from exercises.writing.statement import option_text
 from exercises.writing.typeset import TooDeep, typeset
+from grader.choices import chosen_letters, chosen_option
 from grader.functions import SHOWN
-from grader.judge import chosen_option, with_points
+from grader.judge import with_points
 
 LONGEST, LARGEST = 4000, 2000
 """Characters of a text and nodes of a tree that are set as a formula; more would be no formula to look at."""
@@ -51,9 +63,9 @@ def answer_of(problem: Problem, part: Part, text: str) -> Answer:
     plain = visible(text if len(text) <= SHOWN_OF_TEXT else f"{text[:SHOWN_OF_TEXT]} …")
     if text == SHOWN:
         return Answer(plain, is_text=False)
-    if isinstance(part.answer, Choice):
-        option = _option(problem, part, part.answer, text)
-        return Answer("" if option and len(text) == 1 else plain, option)
+    if isinstance(part.answer, (Choice, Selection, Matching)):
+        options = _options(problem, part, text)
+        return Answer("" if options and len(text) == 1 else plain, options)
     if part.type not in FORMULAS or len(text) > LONGEST:
         return Answer(plain)
     try:
@@ -92,10 +104,20 @@ def _read(problem: Problem, part: Part, text: str) -> Node:
     return node
 
 
-def _option(problem: Problem, part: Part, choice: Choice, text: str) -> str:
-    """Return the line of the prompt with the option that was chosen."""
-    chosen = chosen_option(text, choice.options)
-    if chosen is None:
-        return ""
-    line = re.search(rf"^- (\*\*{'ABCDEFGH'[chosen]}\.\*\* .*)$", prompt(problem, part), re.MULTILINE)
-    return to_html(line[1]) if line is not None else ""
+def _options(problem: Problem, part: Part, text: str) -> str:
+    """Return the options that were chosen, each with its letter and, where items are matched, with its item."""
+    answer = part.answer
+    assert isinstance(answer, (Choice, Selection, Matching))
+    if isinstance(answer, Choice):
+        one = chosen_option(text, answer.options)
+        chosen = [] if one is None else [one]
+    else:
+        chosen = chosen_letters(text, len(answer.options)) or []
+    if isinstance(answer, Matching) and len(chosen) == len(answer.items):
+        heads = [f"{item}: " for item in answer.items]
+    else:
+        chosen, heads = list(dict.fromkeys(chosen)), [""] * len(chosen)
+    if answer.options == TRUE_FALSE:
+        return "".join(answer.options[index] for index in chosen)
+    lines = (f"{head}**{LETTERS[k]}.** {option_text(problem, part, k)}" for head, k in zip(heads, chosen, strict=False))
+    return "".join(map(to_html, lines))

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from exercises.assignment import Assignment, Student
-from exercises.figure import part_svg, figure_svg
+from exercises.figure import figure_svg, part_svg
 from exercises.problem import Number, Part, Problem
 from exercises.quizzes import ASKED
 from exercises.render import render
@@ -82,7 +82,7 @@ def _problems(assignment: Assignment, student: Student, result: dict[str, Any]) 
         for index, judged in enumerate(entry["parts"], 1):
             part = own[judged["name"]]
             solution = to_html(worked_solution(problem, part)) if assignment.feedback == "solutions" else None
-            figure = None if part.pose is None else figure_svg(problem.chain, f"{name}-{part.name}", part.pose)
+            figure = part_svg(problem.chain, part, f"{name}-{part.name}")
             told = {"number": f"{number}.{index}", "id": f"part-{number}-{index}"}
             parts.append({**told, **_part(problem, part, judged), "solution": solution, "figure": figure})
         title = f"Problem {number}: {slot.family.title}"
