@@ -1,15 +1,13 @@
 """An assignment folder: assignment.toml, roster.csv and the secret, read, checked, and explained where wrong."""
 
-import csv
 import datetime
 import hashlib
-import io
 import os
 import unicodedata
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import pydantic
 
@@ -23,8 +21,10 @@ from exercises.families import Family
 from exercises.families.own import own_family
 from exercises.formula.identity import Rounding
 from exercises.generate import check_questions, family_named, generate, questions_of, short_quiz, student_problem_id
-from exercises.input_file import TomlFile, read_text, read_toml
+from exercises.input_file import TomlFile, read_table, read_text, read_toml
+from exercises.lateness import LATE, LateRule, aware, read_late
 from exercises.problem import Problem, ProblemId
+from exercises.quizzes import ASKED
 
 SECRET_FILE = "secret.txt"  # noqa: S105 - a file's name
 SECRET_VARIABLE = "QDOT_SECRET"  # noqa: S105 - a variable's name
@@ -51,6 +51,8 @@ class AssignmentFile(pydantic.BaseModel):
     title: str = pydantic.Field(pattern=r"\S")
     key: str = pydantic.Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=100)
     due: datetime.datetime | None = None
+    late: dict[str, Any] | None = None
+    attempts: Literal["last", "best"] = "last"
     feedback: Literal["verdicts", "solutions"] = "verdicts"
     follow_through: float = pydantic.Field(default=0.8, ge=0, le=1)
     hints: bool = False
@@ -61,6 +63,8 @@ RIGHT = {
     "title": 'it is a text, as in title = "Velocity kinematics"',
     "key": "it names the notebooks' files: at most 100 letters, digits, '.', '_' and '-', as in key = \"velocity\"",
     "due": "it is a day with a time, without quotes, as in due = 2027-01-15T23:59:00+01:00",
+    "late": LATE,
+    "attempts": 'it says which of several notebooks of a student counts: it is "last" or "best"',
     "feedback": 'it is "verdicts" or "solutions"',
     "follow_through": "it is the share of the points for what follows from a wrong earlier answer, from 0 to 1",
     "hints": "it is true or false, without quotes: true puts three hints under every question, as in hints = true",
@@ -79,12 +83,13 @@ RIGHT = {
 
 @dataclass(frozen=True)
 class Student:
-    """A line of the roster; `others` are its further columns as they stand."""
+    """A line of the roster; `others` are its further columns as they stand, `due` a time of the student's own."""
 
     id: str
     name: str = ""
     email: str = ""
     others: tuple[tuple[str, str], ...] = ()
+    due: datetime.datetime | None = None
 
 
 @dataclass(frozen=True)
@@ -104,6 +109,11 @@ class Slot:
     robot: str = ""
     decimals: tuple[tuple[str, Rounding], ...] = ()
     credit: tuple[tuple[str, Credit], ...] = ()
+
+    @property
+    def max_points(self) -> tuple[float, ...]:
+        """What each question is worth, the same for every student."""
+        return self.points or tuple(ASKED[name].points for name in self.questions)
 
     def identity(self, secret: str, student: str) -> ProblemId:
         """Return the identity of a student's problem in this place."""
@@ -136,6 +146,13 @@ class Assignment:
     notes: tuple[str, ...] = ()
     follow_through: Fraction = Fraction(4, 5)
     hints: bool = False
+    late: LateRule | None = None
+    attempts: str = "last"
+
+    def due_of(self, student: Student) -> datetime.datetime | None:
+        """Return when a student's work is due, with its zone; None where nothing is."""
+        due = student.due or self.due
+        return None if due is None else aware(due, None if self.due is None else self.due.tzinfo)
 
     def problems(self, student: str) -> list[tuple[str, Problem]]:
         """Return the student's problems, each with the name of its slot; the same at every call, on every machine."""
@@ -143,8 +160,8 @@ class Assignment:
 
     @property
     def marking(self) -> str:
-        """A short text that changes whenever an answer may earn something else."""
-        return _short_hash(repr((self.due, self.follow_through, [slot.credit for slot in self.slots])))
+        """A short text that changes whenever an answer may earn something else; what is late is another matter."""
+        return _short_hash(repr((self.follow_through, [slot.credit for slot in self.slots])))
 
     @property
     def digest(self) -> str:
@@ -174,12 +191,14 @@ def load_assignment(folder: Path) -> Assignment:
     if content.key.lower().endswith(".ipynb"):
         with file.at("key"):
             raise QdotError(f'it is written without .ipynb, as in key = "{content.key[:-6]}"')
+    with file.at("late"):
+        late = read_late(content.late, content.due)
     notes: list[str] = []
     slots = tuple(_slot(file, index, entry, notes) for index, entry in enumerate(content.problem))
     return Assignment(
         folder, content.title, content.key, slots, read_roster(folder / "roster.csv"), read_secret(folder),
         content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
-        content.hints,
+        content.hints, late, content.attempts,
     )  # fmt: skip
 
 
@@ -273,65 +292,35 @@ def _band(difficulty: int | list[int] | None) -> tuple[int, int] | None:
 
 def read_roster(path: Path) -> tuple[Student, ...]:
     """Read roster.csv: the first column is `student`; others may follow. Commas or semicolons separate."""
-    rows = _rows(path)
-    if not rows:
-        raise QdotError(f"{path}: the file is empty; its first line is 'student,name,email', then a line a student")
-    header = _header(path, rows[0][1])
+    table = read_table(path, "student", "student,name,email", _MISSING)
     students: list[Student] = []
     lines: dict[str, int] = {}
-    for number, row in rows[1:]:
+    for number, cells in table:
         where = f"{path}: line {number}"
-        if any(cell.strip() for cell in row[len(header) :]):
-            raise QdotError(
-                f"{where}: {len(row)} cells, and the header has {len(header)}; a text with a comma or semicolon in it "
-                'stands in double quotes, as in "Lovelace, Ada"'
-            )
-        if any("\n" in cell or "\r" in cell for cell in row):
-            raise QdotError(f"{where}: a cell goes on over the end of the line; is a double quote not closed?")
-        identifier = unicodedata.normalize("NFC", row[0].strip())
+        identifier = unicodedata.normalize("NFC", cells["student"].strip())
         _check_identifier(where, identifier)
         folded = identifier.casefold()  # two folders that differ in case only are one on many disks
         if folded in lines:
             raise QdotError(f"{where}: student {identifier!r} is already on line {lines[folded]}")
         lines[folded] = number
-        cells = dict(zip(header, row, strict=False))
         others = tuple((k, v) for k, v in cells.items() if k not in ("student", "name", "email"))
-        students.append(Student(identifier, cells.get("name", "").strip(), cells.get("email", "").strip(), others))
+        due = _due(where, cells.get("due", "").strip())
+        students.append(Student(identifier, cells.get("name", "").strip(), cells.get("email", "").strip(), others, due))
     if not students:
         raise QdotError(f"{path}: no student is listed; write one a line below the header")
     return tuple(students)
 
 
-def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Return the rows that hold anything, each with the line that it begins on. Raises QdotError."""
-    text = read_text(path, _MISSING)
-    header_line = text.partition("\n")[0]
-    separator = ";" if ";" in header_line and "," not in header_line else ","  # as many a spreadsheet saves it
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
-    rows, begins = [], 1
+def _due(where: str, said: str) -> datetime.datetime | None:
+    """Return the time at which a student's work is due who has longer (or less time) than others."""
+    if not said:
+        return None
     try:
-        for row in reader:
-            if any(cell.strip() for cell in row):
-                rows.append((begins, row))
-            begins = reader.line_num + 1
-    except csv.Error as error:
-        hint = "is a double quote not closed, or not doubled?" if '"' in text else "save it as CSV, in UTF-8"
-        raise QdotError(f"{path}: line {begins}: this can't be read ({error}); {hint}") from None
-    return rows
-
-
-def _header(path: Path, row: list[str]) -> list[str]:
-    """Return the names of the columns in small letters."""
-    header = [name.strip().lower() for name in row]
-    if header[0] != "student":
-        tabs = "; tabs separate the columns, write commas" if "\t" in row[0] else ""
-        raise QdotError(
-            f"{path}: line 1: the first column is {row[0]!r}, and must be 'student' (then name, email, …){tabs}"
-        )
-    twice = [name for name in header if name and header.count(name) > 1]
-    if twice:
-        raise QdotError(f"{path}: line 1: two columns are called {twice[0]!r}; give each a name of its own")
-    return header
+        if ":" in said:  # a day alone would mean its first minute
+            return datetime.datetime.fromisoformat(said)
+    except ValueError:
+        pass
+    raise QdotError(f"{where}: due = {said!r}: it is a day with a time, as in 2027-01-20T23:59:00+01:00, or empty")
 
 
 def _check_identifier(where: str, identifier: str) -> None:

@@ -4,7 +4,9 @@ Every message is of one form, FILE: line N: joint 2: alpha = "90 deg": what is w
 is left out where it isn't known, the value where it is long.
 """
 
+import csv
 import datetime
+import io
 import json
 import re
 import tomllib
@@ -164,3 +166,62 @@ def shown(value: object) -> str:
     if isinstance(value, dict):
         return f"{{{', '.join(f'{key} = {shown(item)}' for key, item in value.items())}}}"
     return value.isoformat() if isinstance(value, (datetime.date, datetime.time)) else str(value)
+
+
+# --- tables ---
+
+
+def read_table(path: Path, first: str, example: str, missing: str = "") -> list[tuple[int, dict[str, str]]]:
+    """Return the lines of a CSV file with anything in them: the number of each, and its cells by column.
+
+    The columns' names are in small letters. The `first` column is always there; `example` is a header as it may be.
+    Commas or semicolons separate, as many a spreadsheet saves it. Raises QdotError.
+    """
+    rows = _rows(path, missing)
+    if not rows:
+        raise QdotError(f"{path}: the file is empty; its first line is {example!r}, then a line a {first}")
+    header = _header(path, rows[0][1], first, example)
+    for number, row in rows[1:]:
+        if any(cell.strip() for cell in row[len(header) :]):
+            raise QdotError(
+                f"{path}: line {number}: {len(row)} cells, and the header has {len(header)}; a text with a comma or "
+                'semicolon in it stands in double quotes, as in "Lovelace, Ada"'
+            )
+        if any("\n" in cell or "\r" in cell for cell in row):
+            raise QdotError(
+                f"{path}: line {number}: a cell goes on over the end of the line; is a double quote not closed?"
+            )
+    return [(number, dict(zip(header, row, strict=False))) for number, row in rows[1:]]
+
+
+def _rows(path: Path, missing: str) -> list[tuple[int, list[str]]]:
+    """Return the rows that hold anything, each with the line that it begins on. Raises QdotError."""
+    text = read_text(path, missing)
+    header_line = text.partition("\n")[0]
+    separator = ";" if ";" in header_line and "," not in header_line else ","
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
+    rows, begins = [], 1
+    try:
+        for row in reader:
+            if any(cell.strip() for cell in row):
+                rows.append((begins, row))
+            begins = reader.line_num + 1
+    except csv.Error as error:
+        hint = "is a double quote not closed, or not doubled?" if '"' in text else "save it as CSV, in UTF-8"
+        raise QdotError(f"{path}: line {begins}: this can't be read ({error}); {hint}") from None
+    return rows
+
+
+def _header(path: Path, row: list[str], first: str, example: str) -> list[str]:
+    """Return the names of the columns in small letters."""
+    header = [name.strip().lower() for name in row]
+    if header[0] != first:
+        others = ", ".join(example.split(",")[1:])
+        tabs = "; tabs separate the columns, write commas" if "\t" in row[0] else ""
+        raise QdotError(
+            f"{path}: line 1: the first column is {row[0]!r}, and must be {first!r} (then {others}, …){tabs}"
+        )
+    twice = [name for name in header if name and header.count(name) > 1]
+    if twice:
+        raise QdotError(f"{path}: line 1: two columns are called {twice[0]!r}; give each a name of its own")
+    return header

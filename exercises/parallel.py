@@ -29,15 +29,19 @@ def ordered_map(
     jobs: int,
     setup: Callable[..., State],
     arguments: tuple[Any, ...],
+    lost: Callable[[Item], Made] | None = None,
 ) -> Generator[Made, None, None]:
     """Yield `work(state, item)` for each item in order, on up to `jobs` processes.
 
     Each process makes its state once, by `setup(*arguments)`; a state's `close` is called in the end, if it has one.
-    With one job everything is done here. Close the generator (`contextlib.closing`) so that a stop ends the processes.
-    Raises QdotError where a process dies: what was finished has been yielded.
+    Close the generator (`contextlib.closing`) so that a stop ends the processes.
+
+    Where a process dies, what was finished has been yielded, and QdotError is raised; with `lost`, what may have been
+    at work then is done again, each item in a process of its own, and `lost(item)` stands for one that ends two of
+    them. So `work` must be such that it may be done twice. With one job and without `lost`, everything is done here.
     """
     jobs = min(jobs, len(items))
-    if jobs <= 1:
+    if jobs < 1 or (jobs == 1 and lost is None):
         state = setup(*arguments)
         try:
             for item in items:
@@ -45,22 +49,62 @@ def ordered_map(
         finally:
             _close(state)
         return
+    chunk = max(1, min(16, len(items) // (8 * jobs))) if len(items) >= MANY and lost is None else 1
+    done = 0
+    while done < len(items):
+        try:
+            for made in _pooled(work, items[done:], jobs, chunk, setup, arguments):
+                done += 1
+                yield made
+        except BrokenProcessPool:
+            if lost is None:
+                raise QdotError(
+                    "a worker process died (out of memory?); run the same command again, with a smaller --jobs"
+                ) from None
+            for item in items[done : done + jobs + 1]:  # a pool has no more out at a time, and takes them in order
+                done += 1
+                yield _alone(work, item, setup, arguments, lost)
+
+
+def _alone(
+    work: Callable[[State, Item], Made],
+    item: Item,
+    setup: Callable[..., State],
+    arguments: tuple[Any, ...],
+    lost: Callable[[Item], Made],
+) -> Made:
+    """Return `work(state, item)` from a process that does nothing else, or from a second one if that dies."""
+    for _ in range(2):
+        try:
+            (made,) = _pooled(work, [item], 1, 1, setup, arguments)
+            return made
+        except BrokenProcessPool:
+            continue
+    return lost(item)
+
+
+def _pooled(
+    work: Callable[[State, Item], Made],
+    items: Sequence[Item],
+    jobs: int,
+    chunk: int,
+    setup: Callable[..., State],
+    arguments: tuple[Any, ...],
+) -> Generator[Made, None, None]:
+    """Yield `work(state, item)` for each item from `jobs` new processes. Raises BrokenProcessPool where one dies."""
     before = set(multiprocessing.active_children())
     # A fork of this process would copy the thread that draws the progress bar in whatever state it is.
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["exercises.generate"])
     with ProcessPoolExecutor(jobs, context, _begin, (setup, arguments)) as pool:
         try:
-            chunk = max(1, min(16, len(items) // (8 * jobs))) if len(items) >= MANY else 1
             resource_tracker.ensure_running()  # it would undo what comes next
             with _stop_put_off():  # whatever starts in here never sees a Ctrl-C, and starts whole
                 forkserver.ensure_running()
                 made = pool.map(functools.partial(_work_here, work), items, chunksize=chunk)
             yield from made
         except BrokenProcessPool:
-            raise QdotError(
-                "a worker process died (out of memory?); run the same command again, with a smaller --jobs"
-            ) from None
+            raise
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             _end(set(multiprocessing.active_children()) - before)

@@ -1,45 +1,29 @@
 """Grade a class: every student's notebook run, read, compared and marked, on several processes, resumable.
 
-Each student's result is kept in graded/.cache as soon as it is there, under a key made of the submission, the
-assignment, and the versions of problems and grader; a rerun takes from there what has not changed.
+What the grader gives for a notebook is kept in graded/.cache as soon as it is there, under a key made of the
+submission, the assignment, and the versions of problems and grader; a rerun takes from there what has not changed.
 """
 
 import contextlib
-import datetime
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from exercises.assignment import Assignment
 from exercises.errors import QdotError
 from exercises.files import cannot_write, make_folder, remove_left_behind, write_atomically
 from exercises.parallel import ordered_map
-from exercises.problem import Problem, variable
+from grader.attempt import Attempt, Marked, grade_attempt, is_graded, made_from, read_attempt, ungraded
 from grader.copies import Copies
-from grader.functions import asked_of
-from grader.marking import mark, total
-from grader.parts import domain_of
-from grader.sandbox import Limits, Run, Sandbox
-from grader.submission import (
-    Found,
-    Note,
-    Submission,
-    Unreadable,
-    cell_of,
-    oddities,
-    read_submission,
-    wrong_assignment,
-)  # fmt: skip
+from grader.overrides import read_overrides
+from grader.sandbox import Limits, Sandbox
+from grader.settle import Graded, Result, settle
+from grader.submission import Found
 
-GRADER = 1
-"""Version of the grader: any change of what a submission earns raises it."""
-
-Result = dict[str, Any]
+DIED = "its process was ended twice by the system, probably for want of memory"
 
 
 @dataclass(frozen=True)
@@ -51,32 +35,46 @@ class Task:
 
 
 def grade_class(
-    assignment: Assignment, submissions: dict[str, Found], jobs: int, limits: Limits, each: Callable[[Result], None]
+    assignment: Assignment,
+    submissions: dict[str, Found],
+    jobs: int,
+    limits: Limits,
+    each: Callable[[Result], None],
 ) -> list[Result]:
     """Grade everybody on the roster and return the results in its order; `each` is told of every one as it comes.
 
-    Raises QdotError where another grader is at work in the same folder.
+    Without jobs, everything is done in this process, and whatever ends it ends the grading. Else it costs one student
+    a mark until the next run, who is UNGRADED. Raises QdotError, also for a mistake in overrides.csv.
     """
+    overrides = read_overrides(assignment)
     tasks = [Task(student.id, submissions.get(student.id)) for student in assignment.roster]
-    cache = assignment.folder / "graded" / ".cache"
+    cache = cache_of(assignment)
     make_folder(cache)
-    remove_left_behind(_kept(cache, task.student) for task in tasks)
+    remove_left_behind(path for task in tasks for path in _all_kept(cache, task))
+    lost = partial(_lost, assignment) if jobs else None
     results = []
-    with (
-        _alone(cache / "lock"),
-        contextlib.closing(ordered_map(_grade, tasks, jobs, _Desk, (assignment, limits, cache))) as every,
-    ):
-        for result in every:
-            results.append(result)
-            each(result)
+    with contextlib.closing(ordered_map(_grade, tasks, jobs, _Desk, (assignment, limits, cache), lost)) as every:
+        for student, handed_in in zip(assignment.roster, every, strict=True):
+            results.append(settle(assignment, student, handed_in, overrides.get(student.id, {})))
+            each(results[-1])
     return results
 
 
+def cache_of(assignment: Assignment) -> Path:
+    """Return the folder in which is kept what has been graded."""
+    return assignment.folder / "graded" / ".cache"
+
+
 @contextlib.contextmanager
-def _alone(lock: Path) -> Any:
-    """Hold a lock that the system lets go of when this process ends, however it ends."""
+def alone(assignment: Assignment) -> Iterator[None]:
+    """Be the only one who grades in the assignment's folder. Raises QdotError where another grader is at work there.
+
+    The lock is one that the system lets go of when this process ends, however it ends.
+    """
     import fcntl
 
+    lock = cache_of(assignment) / "lock"
+    make_folder(lock.parent)
     try:
         file = lock.open("w")
     except OSError as error:
@@ -84,10 +82,12 @@ def _alone(lock: Path) -> Any:
     with file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
+        except BlockingIOError:
             raise QdotError(
                 f"{lock.parent.parent} is being graded by another 'qdot grade'; wait until it is done"
             ) from None
+        except OSError:
+            pass  # a disk that knows no locks: files are written whole all the same
         yield
 
 
@@ -102,121 +102,71 @@ class _Desk:
         self.sandbox.close()
 
 
-def _grade(desk: _Desk, task: Task) -> Result:
-    assignment, sandbox, cache = desk.assignment, desk.sandbox, desk.cache
-    kept = _kept(cache, task.student)
-    key = _cache_key(assignment, task)
+def _grade(desk: _Desk, task: Task) -> list[Graded]:
+    """Return everything that a student handed in, in the order in which it was received; what counts is marked."""
+    if task.found is None:
+        return [Graded(marked=_marked(desk, task.student, None))]
+    attempts = [read_attempt(file) for file in task.found.files]
+    counting = _counting(desk.assignment, attempts)
+    return [
+        Graded(one.file.name, one.received, _marked(desk, task.student, one) if one in counting else None)
+        for one in sorted(attempts, key=lambda one: one.received)
+    ]
+
+
+def _counting(assignment: Assignment, attempts: list[Attempt]) -> list[Attempt]:
+    """Return the notebooks to grade; `attempts` come as `find_submissions` orders them.
+
+    Where any has the assignment's name, or names it in its metadata, the others are no attempts. The last is the one
+    received last; of those received in the same second, the first in that order.
+    """
+    own = [one for one in attempts if one.is_of(assignment)] or attempts
+    return own if assignment.attempts == "best" else [max(own, key=lambda one: one.received)]
+
+
+def _marked(desk: _Desk, student: str, attempt: Attempt | None) -> Marked:
+    """Return what the grader gives for a notebook, from what is kept where that is still right.
+
+    What qdot failed on is not kept: the next run tries again.
+    """
+    kept = _kept(desk.cache, student, None if attempt is None else attempt.file)
+    key = _key(desk.assignment, student, attempt)
     try:
         stored = json.loads(kept.read_text(encoding="utf-8"))
         if stored["key"] == key:
-            result: Result = stored["result"]
-            return result
+            marked: Marked = stored["marked"]
+            return marked
     except (OSError, ValueError, KeyError, TypeError):
         pass  # nothing kept yet, or damaged: grade
-    result = grade_student(assignment, task.student, task.found, sandbox, desk.copies)
-    write_atomically(kept, json.dumps({"key": key, "result": result}))
-    return result
-
-
-def _kept(cache: Path, student: str) -> Path:
-    """Return where the result of a student is kept."""
-    return cache / f"{hashlib.sha256(student.encode()).hexdigest()[:24]}.json"
-
-
-def _cache_key(assignment: Assignment, task: Task) -> str:
-    content = hashlib.sha256(f"{assignment.edition}/{GRADER}/{assignment.marking}/{task.student}".encode())
-    for path in task.found.files if task.found else ():
-        with contextlib.suppress(OSError):
-            content.update(f"{path.name}/{int(path.stat().st_mtime)}/".encode() + path.read_bytes())
-    return content.hexdigest()
-
-
-def grade_student(
-    assignment: Assignment, student: str, found: Found | None, sandbox: Sandbox, copies: Copies
-) -> Result:
-    """Grade one student: regenerate the problems from the assignment, run the notebook, mark every part."""
-    problems = assignment.problems(student)
-    if found is None:
-        return _result(assignment, copies, student, problems, None, Run(), "nothing was handed in", [])
-    notes = [Note(found.note, found.note)] if found.note else []
     try:
-        submission = read_submission(found.files[0])
-    except Unreadable as error:
-        return _result(assignment, copies, student, problems, None, Run(), str(error), notes, found.files[0])
-    obstacle = wrong_assignment(submission, assignment)
-    if obstacle is not None:
-        return _result(assignment, copies, student, problems, submission, Run(), obstacle, notes)
-    names = [variable(slot, part.name) for slot, problem in problems for part in problem.parts]
-    seed = _points_seed(assignment, submission)
-    asked = {slot: asked_of(problem, domain_of(problem), seed) for slot, problem in problems}
-    run = sandbox.run(submission.cells, names, asked)
-    notes += oddities(submission, assignment, student)
-    if run.note:
-        notes.append(Note(run.note, run.note))
-    return _result(assignment, copies, student, problems, submission, run, None, notes)
+        marked = grade_attempt(desk.assignment, student, attempt, desk.sandbox, desk.copies)
+    except QdotError:
+        raise
+    except Exception as error:  # our own failure, whatever it is, must neither become a mark nor stop the class
+        return ungraded(desk.assignment, student, attempt, f"{type(error).__name__}: {str(error)[:300]}")
+    if is_graded(marked):
+        write_atomically(kept, json.dumps({"key": key, "marked": marked}))
+    return marked
 
 
-def _result(
-    assignment: Assignment, copies: Copies, student: str, problems: Sequence[tuple[str, Problem]],
-    submission: Submission | None,
-    run: Run, obstacle: str | None, notes: Sequence[Note], file: Path | None = None,
-) -> Result:  # fmt: skip
-    marked: list[dict[str, Any]] = []
-    of_another = submission is not None and submission.claims.get("student") not in (None, student)
-    credit = Fraction(0) if of_another else assignment.follow_through
-    for slot, problem in problems:
-        reasons = {}
-        for part in problem.parts:
-            name = variable(slot, part.name)
-            reasons[name] = obstacle or _why_missing(submission, run, slot, part.name)
-        seed = _points_seed(assignment, submission)
-        is_copied = partial(copies.is_right_for_another, problem, slot)
-        verdicts = mark(problem, slot, run.answers, reasons, assignment.secret, seed, credit, is_copied)
-        marked.append({"id": str(problem.id), "slot": slot, "parts": [verdict.as_json() for verdict in verdicts]})
-    parts = [part for problem in marked for part in problem["parts"]]
-    return {
-        "student": student,
-        "assignment": assignment.key,
-        "submission": _submission_json(submission, file),
-        "score": total(part["points"] for part in parts),
-        "max_score": total(part["max_points"] for part in parts),
-        "late": _late(assignment, submission),
-        "obstacle": obstacle,
-        "notes": [note.student for note in notes if note.student],
-        "staff_notes": [note.staff for note in notes],
-        "problems": marked,
-    }
+def _lost(assignment: Assignment, task: Task) -> list[Graded]:
+    """Return what stands for a student whose notebook ended every process that was to grade it."""
+    file = "" if task.found is None else task.found.files[0].name
+    return [Graded(file, marked=ungraded(assignment, task.student, None, DIED))]
 
 
-def _points_seed(assignment: Assignment, submission: Submission | None) -> str:
-    """Return what draws the points at which functions are called: others for every submission that differs."""
-    return f"{assignment.secret}/{submission.sha256 if submission is not None else ''}"
+def _kept(cache: Path, student: str, file: Path | None) -> Path:
+    """Return where the result of a student's notebook is kept."""
+    named = "" if file is None else f"{file.name}/{file.parent.name == student}"
+    return cache / f"{hashlib.sha256(f'{student}/{named}'.encode()).hexdigest()[:24]}.json"
 
 
-def _why_missing(submission: Submission | None, run: Run, slot: str, part: str) -> str:
-    name = variable(slot, part)
-    if name in run.failures:
-        return f"{name} has no value that can be read: {run.failures[name]}"
-    cell = cell_of(submission, slot, part) if submission is not None else None
-    if cell is not None and cell in run.cell_errors:
-        return f"its cell stopped: {run.cell_errors[cell]}"
-    if run.note:
-        return run.note
-    return f"{name} is not set anywhere in the notebook" if cell is None else f"its cell does not set {name}"
+def _all_kept(cache: Path, task: Task) -> list[Path]:
+    return [_kept(cache, task.student, file) for file in (task.found.files if task.found else (None,))]
 
 
-def _submission_json(submission: Submission | None, file: Path | None) -> dict[str, Any] | None:
-    if submission is None:
-        return None if file is None else {"file": file.name, "sha256": None, "received": None}
-    return {"file": submission.file.name, "sha256": submission.sha256, "received": submission.received.isoformat()}
-
-
-def _late(assignment: Assignment, submission: Submission | None) -> dict[str, Any] | None:
-    """Return by how much a submission is late, by the time of its file; no points are taken off."""
-    if assignment.due is None or submission is None:
-        return None
-    due = assignment.due if assignment.due.tzinfo else assignment.due.astimezone()
-    late = submission.received - due
-    if late <= datetime.timedelta(0):
-        return None
-    return {"due": due.isoformat(), "received": submission.received.isoformat(), "seconds": int(late.total_seconds())}
+def _key(assignment: Assignment, student: str, attempt: Attempt | None) -> str:
+    """Return a text that changes whenever what a notebook earns may change."""
+    handed_in = "" if attempt is None else f"{attempt.file.name}/{attempt.fingerprint}"
+    content = f"{json.dumps(made_from(assignment))}/{student}/{handed_in}"
+    return hashlib.sha256(content.encode("utf-8", "replace")).hexdigest()

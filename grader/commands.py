@@ -18,13 +18,15 @@ from exercises.families import FAMILIES
 from exercises.generate import family_named
 from exercises.problem import ProblemId
 from exercises.release import CORES, Released, release
-from grader.batch import Result, grade_class
+from grader.batch import alone, grade_class
 from grader.certificates import Kind
 from grader.certify import Task, certificate_text, former_students, tasks_of, unknown_files
 from grader.compare import TYPES, as_json, compare_line, likely_type
 from grader.compare import compare as compare_texts
-from grader.reports.tables import staff_notes, status
+from grader.overrides import OVERRIDES
+from grader.reports.tables import overrides, staff_notes, status
 from grader.sandbox import Limits
+from grader.settle import Result
 from grader.submission import OTHER_EDITION, find_submissions
 
 Jobs = Annotated[
@@ -211,10 +213,12 @@ def grade(
     for name in strangers:
         note(f"{name}: no student of that name is on the roster; not graded")
     limits = Limits(seconds=seconds, cell_seconds=max(1, min(20, seconds / 4)) if seconds < 80 else seconds / 6)
-    with progress("grading", len(assignment.roster)) as counter:
-        results = grade_class(assignment, found, min(jobs, len(assignment.roster)), limits, lambda _: counter.step())
-    with progress("writing feedback", len(results)) as counter:
-        write_reports(assignment, results, min(jobs, len(results)), counter.step)
+    jobs = min(jobs, len(assignment.roster))
+    with alone(assignment):
+        with progress("grading", len(assignment.roster)) as counter:
+            results = grade_class(assignment, found, jobs, limits, lambda _: counter.step())
+        with progress("writing feedback", len(results)) as counter:
+            write_reports(assignment, results, jobs, counter.step)
     _tell_notes(results)
     _summary(results, folder)
     if any(status(result) == "ungraded" for result in results):
@@ -247,7 +251,9 @@ def _summary(results: list[Result], folder: Path) -> None:
     handed_in = [100 * r["score"] / r["max_score"] for r in results if r["submission"] is not None]
     mean = f"mean {sum(handed_in) / len(handed_in):.1f} % of those handed in; " if handed_in else ""
     said = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
-    say(f"{len(results)} students: {said}; {mean}see {folder / 'graded'}")
+    of_people = sum(len(overrides(result)) for result in results)
+    by_hand = f"{of_people} set by {OVERRIDES}; " if of_people else ""
+    say(f"{len(results)} students: {said}; {mean}{by_hand}see {folder / 'graded'}")
 
 
 def demo(

@@ -12,11 +12,12 @@ from exercises.errors import QdotError
 from exercises.files import write_atomically
 from exercises.problem import Choice, ConditionSet, Matching, Number, Part, Problem, Selection
 from exercises.release import init_assignment, release
-from grader.batch import Result, grade_class
+from grader.batch import alone, grade_class
 from grader.certify import certificate_text
 from grader.reports.tables import status
 from grader.reports.write import write_reports
 from grader.sandbox import Limits
+from grader.settle import Result
 from grader.submission import find_submissions
 
 TITLE, KEY = "Velocity kinematics, demonstration", "velocity"
@@ -151,12 +152,12 @@ def run_demo(folder: Path, jobs: int) -> None:
             hand_in(assignment, student.id, kind)
             counter.step()
     found, _ = find_submissions(assignment, folder / "submitted")
-    with progress("grading", len(students)) as counter:
-        results = grade_class(
-            assignment, found, min(jobs, len(students)), Limits(cell_seconds=2), lambda _: counter.step()
-        )
-    with progress("writing feedback", len(students)) as counter:
-        write_reports(assignment, results, min(jobs, len(students)), counter.step)
+    jobs = min(jobs, len(students))
+    with alone(assignment):
+        with progress("grading", len(students)) as counter:
+            results = grade_class(assignment, found, jobs, Limits(cell_seconds=2), lambda _: counter.step())
+        with progress("writing feedback", len(students)) as counter:
+            write_reports(assignment, results, jobs, counter.step)
     say(f"{'id':<4}  {'name':<20} {'handed in':<32} {'points':>{len(_score(results[0]))}}  status")
     for student, kind, result in zip(assignment.roster, kinds(), results, strict=True):
         say(f"{student.id:<4}  {student.name:<20} {kind:<32} {_score(result)}  {status(result)}")

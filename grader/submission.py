@@ -41,14 +41,6 @@ class Found:
 
     files: tuple[Path, ...]
 
-    @property
-    def note(self) -> str:
-        """What was ambiguous, in words."""
-        if len(self.files) < 2:
-            return ""
-        others = ", ".join(path.name for path in self.files[1:])
-        return f"{len(self.files)} notebooks were handed in; {self.files[0].name} was graded, not {others}"
-
 
 def find_submissions(assignment: Assignment, root: Path) -> tuple[dict[str, Found], list[str]]:
     """Return what each student handed in, and the names in the folder that belong to nobody on the roster.

@@ -56,6 +56,7 @@ class Verdict:
             "outcome": self.judgement.outcome.value,
             "points": self.points,
             "max_points": self.max_points,
+            "override": None,
             "reason": self.judgement.reason,
             "mistake": None if self.diagnosis is None else " and ".join(self.diagnosis.mistakes),
             "advice": None if self.diagnosis is None else self.diagnosis.says,

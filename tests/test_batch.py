@@ -15,7 +15,7 @@ from exercises.problem import Part
 from exercises.release import init_assignment, release
 from exercises.writing.answer_code import answer_code
 from grader import parts as judging
-from grader.batch import grade_class
+from grader.batch import alone, grade_class
 from grader.certify import certificate_text
 from grader.demo import answered
 from grader.reports.feedback import feedback_page
@@ -68,7 +68,7 @@ def hand_in(assignment: Assignment, name: str, text: str | bytes) -> Path:
     return path
 
 
-def grade(assignment: Assignment, jobs: int = 1) -> dict[str, dict[str, Any]]:
+def grade(assignment: Assignment, jobs: int = 0) -> dict[str, dict[str, Any]]:
     (assignment.folder / "submitted").mkdir(exist_ok=True)
     found, _ = find_submissions(assignment, assignment.folder / "submitted")
     results = grade_class(assignment, found, jobs, Limits(seconds=20, cell_seconds=2), lambda _: None)
@@ -142,7 +142,7 @@ def test_a_rerun_takes_what_has_not_changed_and_grades_what_has(
     hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01"))
     first = grade(assignment)
     marked: list[str] = []
-    monkeypatch.setattr("grader.batch.mark", lambda *args: marked.append(args[1]))
+    monkeypatch.setattr("grader.attempt.mark", lambda *args: marked.append(args[1]))
     assert grade(assignment) == first
     assert marked == []
     monkeypatch.undo()
@@ -171,8 +171,10 @@ def test_two_graders_do_not_work_in_one_folder(assignment: Assignment) -> None:
     grade(assignment)
     with (assignment.folder / "graded" / ".cache" / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        with pytest.raises(QdotError, match="another 'qdot grade'"):
-            grade(assignment)
+        with pytest.raises(QdotError, match="another 'qdot grade'"), alone(assignment):
+            pass
+    with alone(assignment):
+        pass
 
 
 def test_nothing_follows_from_answers_that_are_right_for_somebody_else(assignment: Assignment) -> None:

@@ -107,7 +107,7 @@ def result_of(assignment: Assignment, answers: Answers = lambda slot, part, code
     return {
         "student": "s1", "assignment": "hw", "submission": {}, "late": None, "obstacle": None,
         "score": total(part["points"] for part in parts), "max_score": total(part["max_points"] for part in parts),
-        "notes": ["<i>told</i>"], "staff_notes": [], "problems": marked,
+        "notes": ["<i>told</i>"], "staff_notes": [], "problems": marked, "override": None, "attempts": [],
     }  # fmt: skip
 
 

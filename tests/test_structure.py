@@ -16,12 +16,12 @@ LAYERS = {
         formula.angles formula.exact formula.identity formula.constants formula.pieces formula.conditions formula.claims
         arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.axes arm.appearance
         arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
-        credit decimals difficulty problem families questions mistakes quizzes
+        credit decimals lateness difficulty problem families questions mistakes quizzes
         generate record verify writing.latex render writing figure
         notebook show solve docs assignment release commands""",
     "grader": """verdict counterexample judge choices direction compare callables functions parts credit residuals
-        diagnosis follow marking runner sandbox submission copies certificates certify batch check reports demo
-        commands cli""",
+        diagnosis follow marking runner sandbox submission copies overrides attempt settle batch certificates certify
+        check reports demo commands cli""",
 }
 """From the bottom up: a module imports only from those before it; a folder stands for what is in it."""
 

@@ -13,6 +13,7 @@ from typing import Any
 
 from exercises.assignment import Assignment, Student
 from exercises.figure import figure_svg, part_svg
+from exercises.lateness import in_words
 from exercises.problem import Number, Part, Problem
 from exercises.quizzes import ASKED
 from exercises.render import render
@@ -22,7 +23,7 @@ from grader.counterexample import in_short
 from grader.reports.answers import answer_of, visible
 from grader.reports.differs import SUPERSCRIPT, table_of
 
-PAGE = 1
+PAGE = 2
 """Version of the page: any change of what it shows raises it, and every page is written anew."""
 
 WORDS = {
@@ -62,7 +63,7 @@ def feedback_page(assignment: Assignment, student: Student, result: dict[str, An
         student=student,
         made_from=made_from(assignment, student, result),
         obstacle=None if result["obstacle"] is None else visible(result["obstacle"]),
-        notes=[visible(note) for note in result["notes"]],
+        notes=[visible(note) for note in (*_settled(result), *result["notes"])],
         percent=f"{100 * result['score'] / result['max_score']:.0f}",
         score=_points(result["score"]),
         max_score=_points(result["max_score"]),
@@ -70,6 +71,30 @@ def feedback_page(assignment: Assignment, student: Student, result: dict[str, An
         outcomes=[name for name in WORDS if any(part["outcome"] == name for part in parts)],
         overview=len(parts) > MANY,
     )
+
+
+def _settled(result: Mapping[str, Any]) -> list[str]:
+    """Return what decided the points beside the answers: lateness, a total that was set, parts that aren't shown."""
+    said = []
+    late = result["late"]
+    if late is not None:
+        said.append(f"Handed in {in_words(late['seconds'])} after it was due")
+        if late["penalty"]:
+            share = f"{100 * late['penalty']:.4g} %"
+            said[-1] += f": {share} of the {_points(late['points_before'])} points are taken off"
+    if result["override"] is not None:
+        said.append(f"Total {_set_by(result['override'])}")
+    if result["obstacle"] is not None:
+        for problem in result["problems"]:
+            parts = [part for part in problem["parts"] if part["override"] is not None]
+            said += [f"{problem['slot']}.{part['name']} {_set_by(part['override'])}" for part in parts]
+    return said
+
+
+def _set_by(override: Mapping[str, Any]) -> str:
+    """Return what a person set, in words for the student."""
+    comment = f": {override['comment']}" if override["comment"] else ""
+    return f"set by your instructor to {_points(override['points'])}{comment}"
 
 
 def _problems(assignment: Assignment, student: Student, result: dict[str, Any]) -> list[dict[str, Any]]:
@@ -109,6 +134,7 @@ def _part(problem: Problem, part: Part, judged: Mapping[str, Any]) -> dict[str, 
         "max_points": _points(judged["max_points"]),
         "reason": _sentence(_reason(problem, part, judged, table is not None)),
         "advice": judged["advice"],
+        "override": None if judged["override"] is None else visible(_set_by(judged["override"])),
         "sure": _how_sure(judged["certificate"]) if outcome == "correct" else "",
         "answer": None if answer is None else answer_of(problem, part, answer),
         "entries": judged["entries"] if outcome in ("partial", "wrong") and _several(judged["entries"]) else None,

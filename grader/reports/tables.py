@@ -7,6 +7,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from exercises.assignment import Student
+from grader.marking import total
+
+SUMS = ("score", "max_score", "percent", "status", "late_penalty", "override", "note")
+"""The last columns of grades.csv."""
 
 
 def results_jsonl(results: Sequence[dict[str, Any]]) -> str:
@@ -15,22 +19,25 @@ def results_jsonl(results: Sequence[dict[str, Any]]) -> str:
 
 
 def grades_csv(results: Sequence[dict[str, Any]], roster: Sequence[Student]) -> str:
-    """Return the table: student, name, email, a column a part, score, points to be had, percent, status, note."""
+    """Return the table: who, a column a part, score, points to be had, percent, status, late_penalty, override, note.
+
+    The parts less late_penalty are the score, unless the column override says that a person set the total.
+    """
     by_id = {student.id: student for student in roster}
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     parts = [f"{problem['slot']}.{part['name']}" for problem in results[0]["problems"] for part in problem["parts"]]
     others = [name for name, _ in roster[0].others]
-    writer.writerow(["student", "name", "email", *others, *parts, "score", "max_score", "percent", "status", "note"])
+    writer.writerow(["student", "name", "email", *others, *parts, *SUMS])
     for result in results:
         student = by_id[result["student"]]
         points = [part["points"] for problem in result["problems"] for part in problem["parts"]]
         percent = 100 * result["score"] / result["max_score"]
         cells = [student.id, student.name, student.email, *(value for _, value in student.others)]
-        numbers = ["" if value is None else f"{value:g}" for value in points]
-        total = [f"{result['score']:g}", f"{result['max_score']:g}", f"{percent:.1f}", status(result)]
-        note = "; ".join(staff_notes(result))
-        writer.writerow([*map(_no_formula, cells), *numbers, *total, _no_formula(note)])
+        numbers = ["" if value is None else number(value) for value in points]
+        sums = [number(result["score"]), number(result["max_score"]), f"{percent:.1f}", status(result)]
+        told = ["; ".join(overrides(result)), "; ".join(staff_notes(result))]
+        writer.writerow([*map(_no_formula, cells), *numbers, *sums, _penalty(result), *map(_no_formula, told)])
     return out.getvalue()
 
 
@@ -39,14 +46,44 @@ def status(result: dict[str, Any]) -> str:
 
     "missing": nothing handed in; "unusable": no notebook of this assignment; "ungraded": qdot failed; "late"; "graded".
     """
-    outcomes = {part["outcome"] for problem in result["problems"] for part in problem["parts"]}
-    if "ungraded" in outcomes:
+    points = [part["points"] for problem in result["problems"] for part in problem["parts"]]
+    if None in points and result["override"] is None:
         return "ungraded"
     if result["submission"] is None:
         return "missing"
     if result["obstacle"] is not None:
         return "unusable"
     return "late" if result["late"] else "graded"
+
+
+def overrides(result: dict[str, Any]) -> list[str]:
+    """Return what a person set, in words for the staff."""
+    parts = [(f"{problem['slot']}.{part['name']}", part) for problem in result["problems"] for part in problem["parts"]]
+    return [_set(name, about["override"]) for name, about in (*parts, ("total", result)) if about["override"]]
+
+
+def _set(name: str, override: dict[str, Any]) -> str:
+    was = "ungraded" if override["was"] is None else number(override["was"])
+    comment = f", {override['comment']}" if override["comment"] else ""
+    return f"{name}: {number(override['points'])} (was {was}){comment}"
+
+
+def _penalty(result: dict[str, Any]) -> str:
+    """Return the points taken off for lateness; nothing where none are."""
+    late = result["late"]
+    if late is None or not late["penalty"]:
+        return ""
+    score = result["score"] if result["override"] is None else result["override"]["was"]
+    return number(total((late["points_before"], -score)))
+
+
+def number(value: float) -> str:
+    """Return points as they are, to four decimals.
+
+    >>> number(2.0), number(123.4567), number(0.25)
+    ('2', '123.4567', '0.25')
+    """
+    return f"{value:.4f}".rstrip("0").rstrip(".")
 
 
 def staff_notes(result: dict[str, Any]) -> list[str]:

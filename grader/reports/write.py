@@ -7,9 +7,9 @@ from pathlib import Path
 from exercises.assignment import Assignment, Student
 from exercises.files import remove_left_behind, write_atomically
 from exercises.parallel import ordered_map
-from grader.batch import Result
 from grader.reports.feedback import feedback_page, made_from
 from grader.reports.tables import grades_csv, results_jsonl
+from grader.settle import Result
 
 BEGINNING = 1000
 """Characters at the beginning of a page among which it says what it was made from."""

@@ -21,13 +21,13 @@ import sympy as sp
 from exercises.assignment import Assignment, Student, load_assignment
 from exercises.problem import variable
 from exercises.release import init_assignment, release_one
-from grader.batch import grade_student
+from grader.attempt import grade_attempt, read_attempt
 from grader.certify import certificate_text
 from grader.compare import compare_line
 from grader.copies import Copies
 from grader.demo import answered
 from grader.sandbox import Sandbox
-from grader.submission import Found, read_submission
+from grader.submission import read_submission
 
 STUDENTS = 12
 
@@ -63,13 +63,17 @@ def bench(folder: Path) -> None:
     with Sandbox() as sandbox:
         floors = [milliseconds(lambda s=s: cells_only(folder, assignment, s.id, sandbox)) for s in students]  # type: ignore[misc]
         floor = statistics.median(floors[1:])
-        found = {s.id: Found((folder / "in" / s.id / "bench.ipynb",)) for s in students}
         copies = Copies(assignment)
         grading = [
-            milliseconds(partial(grade_student, assignment, s.id, found[s.id], sandbox, copies)) for s in students
+            milliseconds(partial(_grade, folder / "in" / s.id / "bench.ipynb", assignment, s.id, sandbox, copies))
+            for s in students
         ]
     row("floor: the notebook's own cells", floors[1:], floor)
     row("grade: regenerate, run, read, compare, mark", grading, floor)
+
+
+def _grade(file: Path, assignment: Assignment, student: str, sandbox: Sandbox, copies: Copies) -> None:
+    grade_attempt(assignment, student, read_attempt(file), sandbox, copies)
 
 
 def cells_only(folder: Path, assignment: Assignment, student: str, sandbox: Sandbox) -> None:

@@ -1,0 +1,171 @@
+"""One notebook graded: read, run, and every part of it marked, whenever it came and whatever else was handed in."""
+
+import datetime
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from exercises import ENGINE
+from exercises.assignment import Assignment
+from exercises.problem import Problem, variable
+from grader.copies import Copies
+from grader.functions import asked_of
+from grader.marking import mark
+from grader.parts import domain_of
+from grader.sandbox import Run, Sandbox
+from grader.submission import Note, Submission, Unreadable, cell_of, oddities, read_submission, wrong_assignment
+from grader.verdict import Outcome
+
+GRADER = 1
+"""Version of the grader: any change of what a submission earns raises it."""
+
+Marked = dict[str, Any]
+"""What the grader gives for a notebook, or for none, as JSON has it; `settle` makes a student's result of it."""
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """A notebook that a student handed in, and when; where it can't be read, `unreadable` says why."""
+
+    file: Path
+    received: datetime.datetime
+    submission: Submission | None = None
+    unreadable: str = ""
+
+    def is_of(self, assignment: Assignment) -> bool:
+        """Tell whether its file's name or its metadata name the assignment."""
+        claims = {} if self.submission is None else self.submission.claims
+        return self.file.name == f"{assignment.key}.ipynb" or claims.get("assignment") == assignment.key
+
+    @property
+    def fingerprint(self) -> str:
+        """A short text that changes whenever what was handed in does."""
+        return self.unreadable if self.submission is None else self.submission.sha256
+
+
+def read_attempt(file: Path) -> Attempt:
+    """Read a notebook, whatever is in the file."""
+    try:
+        submission = read_submission(file)
+        return Attempt(file, submission.received, submission)
+    except Unreadable as error:
+        try:
+            seconds = int(file.stat().st_mtime)
+        except OSError:
+            seconds = 0
+        return Attempt(file, datetime.datetime.fromtimestamp(seconds, datetime.UTC), None, str(error))
+
+
+def made_from(assignment: Assignment) -> dict[str, Any]:
+    """Return what else than the submission decides the points: the versions of qdot's parts, and the assignment."""
+    content = f"{assignment.edition}/{assignment.marking}"
+    return {"engine": ENGINE, "grader": GRADER, "assignment": hashlib.sha256(content.encode()).hexdigest()[:16]}
+
+
+def grade_attempt(
+    assignment: Assignment, student: str, attempt: Attempt | None, sandbox: Sandbox, copies: Copies
+) -> Marked:
+    """Grade one notebook: regenerate the problems from the assignment, run the cells, mark every part."""
+    problems = assignment.problems(student)
+    if attempt is None:
+        return _marked(assignment, copies, student, problems, None, Run(), "nothing was handed in", [])
+    submission = attempt.submission
+    obstacle = attempt.unreadable if submission is None else wrong_assignment(submission, assignment)
+    if submission is None or obstacle is not None:
+        return _marked(assignment, copies, student, problems, submission, Run(), obstacle, [])
+    names = [variable(slot, part.name) for slot, problem in problems for part in problem.parts]
+    seed = _points_seed(assignment, submission)
+    asked = {slot: asked_of(problem, domain_of(problem), seed) for slot, problem in problems}
+    run = _run(sandbox, submission.cells, names, asked)
+    notes = oddities(submission, assignment, student)
+    if run.note:
+        notes.append(Note(run.note, run.note))
+    return _marked(assignment, copies, student, problems, submission, run, None, notes)
+
+
+def _run(sandbox: Sandbox, cells: Sequence[str], names: Sequence[str], asked: Mapping[str, Mapping[str, Any]]) -> Run:
+    """Run a notebook. Where the process that runs it is lost, the notebook must have done it twice to answer for it."""
+    for _ in range(2):
+        run = sandbox.run(cells, names, asked)
+        if run.end != "lost":
+            return run
+    if sandbox.run((), ()).end != "done":  # no memory, no disk: no notebook's doing
+        raise RuntimeError("the process that runs notebooks ends by itself; is there memory, and room on the disk?")
+    return run
+
+
+def _marked(
+    assignment: Assignment, copies: Copies, student: str, problems: Sequence[tuple[str, Problem]],
+    submission: Submission | None, run: Run, obstacle: str | None, notes: Sequence[Note],
+) -> Marked:  # fmt: skip
+    marked: list[dict[str, Any]] = []
+    of_another = submission is not None and submission.claims.get("student") not in (None, student)
+    credit = Fraction(0) if of_another else assignment.follow_through
+    for slot, problem in problems:
+        reasons = {}
+        for part in problem.parts:
+            name = variable(slot, part.name)
+            reasons[name] = obstacle or _why_missing(submission, run, slot, part.name)
+        seed = _points_seed(assignment, submission)
+        is_copied = partial(copies.is_right_for_another, problem, slot)
+        verdicts = mark(problem, slot, run.answers, reasons, assignment.secret, seed, credit, is_copied)
+        marked.append({"id": str(problem.id), "slot": slot, "parts": [verdict.as_json() for verdict in verdicts]})
+    return {
+        "sha256": None if submission is None else submission.sha256,
+        "obstacle": obstacle,
+        "notes": [note.student for note in notes if note.student],
+        "staff_notes": [note.staff for note in notes],
+        "made_from": made_from(assignment),
+        "problems": marked,
+    }
+
+
+def ungraded(assignment: Assignment, student: str, attempt: Attempt | None, why: str) -> Marked:
+    """Return what stands for a notebook on which qdot itself failed: no mark. It is made without doing anything."""
+    said = f"qdot itself failed on this notebook ({why}); it has no mark yet, tell your instructor"
+    nothing = dict.fromkeys(("override", "mistake", "advice", "followed_from", "certificate", "answer", "entries"))
+    told: dict[str, Any] = {"outcome": Outcome.UNGRADED.value, "points": None, "reason": said}
+    return {
+        "sha256": None if attempt is None or attempt.submission is None else attempt.submission.sha256,
+        "obstacle": said,
+        "notes": [],
+        "staff_notes": [said],
+        "made_from": made_from(assignment),
+        "problems": [
+            {
+                "id": str(slot.identity(assignment.secret, student)),
+                "slot": slot.name,
+                "parts": [
+                    {"name": name, **told, "max_points": points, **nothing}
+                    for name, points in zip(slot.questions, slot.max_points, strict=True)
+                ],
+            }
+            for slot in assignment.slots
+        ],
+    }
+
+
+def is_graded(marked: Marked) -> bool:
+    """Tell whether every part has its points: where one has not, qdot failed."""
+    return all(part["points"] is not None for problem in marked["problems"] for part in problem["parts"])
+
+
+def _points_seed(assignment: Assignment, submission: Submission | None) -> str:
+    """Return what draws the points at which functions are called: others for every submission that differs."""
+    return f"{assignment.secret}/{submission.sha256 if submission is not None else ''}"
+
+
+def _why_missing(submission: Submission | None, run: Run, slot: str, part: str) -> str:
+    name = variable(slot, part)
+    if name in run.failures:
+        return f"{name} has no value that can be read: {run.failures[name]}"
+    cell = cell_of(submission, slot, part) if submission is not None else None
+    if cell is not None and cell in run.cell_errors:
+        return f"its cell stopped: {run.cell_errors[cell]}"
+    if run.note:
+        return run.note
+    return f"{name} is not set anywhere in the notebook" if cell is None else f"its cell does not set {name}"

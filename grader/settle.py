@@ -1,0 +1,136 @@
+"""From what the grader gave for notebooks to a student's result: overrides, lateness, and which attempt counts.
+
+Nothing is marked here, so that a changed override or late rule takes effect at once. The order is: the points of the
+parts, as the grader gave them or a person set them; less what is taken off for lateness; or a total that a person set.
+"""
+
+import datetime
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from exercises.assignment import Assignment, Student
+from exercises.lateness import aware
+from grader.attempt import Marked
+from grader.marking import total
+from grader.overrides import TOTAL, Override
+
+Result = dict[str, Any]
+"""A line of results.jsonl."""
+
+
+@dataclass(frozen=True)
+class Graded:
+    """What the grader gave for a notebook of a student, None where it doesn't count; for nobody's, `file` is empty."""
+
+    file: str = ""
+    received: datetime.datetime | None = None
+    marked: Marked | None = None
+
+
+def settle(
+    assignment: Assignment, student: Student, handed_in: Sequence[Graded], overrides: Mapping[str, Override]
+) -> Result:
+    """Return a student's result from everything that was handed in, in the order in which it was received.
+
+    Of several that were graded, the one that earns most counts; of equal ones, the first. What qdot failed on counts
+    for as much as it may be worth, so that it is told and not passed over.
+    """
+    results = {i: _of_one(assignment, student, one, overrides) for i, one in enumerate(handed_in) if one.marked}
+    counts = max(results, key=lambda i: _may_be_worth(results[i]))
+    result = results[counts]
+    if len(handed_in) == 1:
+        return result
+    others = ", ".join(one.file for i, one in enumerate(handed_in) if i != counts)
+    note = (
+        f"{len(handed_in)} notebooks were handed in; {handed_in[counts].file} counts, the {assignment.attempts} of "
+        f"this assignment, not {others}"
+    )
+    attempts = [
+        {"file": one.file, "received": _iso(one.received), "score": results[i]["score"] if i in results else None}
+        for i, one in enumerate(handed_in)
+    ]
+    told = {name: [note, *result[name]] for name in ("notes", "staff_notes")}
+    return {**result, "attempts": attempts, **told}
+
+
+def _of_one(assignment: Assignment, student: Student, graded: Graded, overrides: Mapping[str, Override]) -> Result:
+    """Return the result if this notebook counts."""
+    marked = graded.marked
+    assert marked is not None
+    problems = []
+    for problem in marked["problems"]:
+        names = [f"{problem['slot']}.{part['name']}" for part in problem["parts"]]
+        judged = zip(problem["parts"], names, strict=True)
+        problems.append({**problem, "parts": [_overridden(part, overrides.get(name)) for part, name in judged]})
+    parts = [part for problem in problems for part in problem["parts"]]
+    before = total(part["points"] for part in parts)
+    late = _late(assignment, student, graded.received, before)
+    score = before if late is None else _less(before, Fraction(str(late["penalty"])))
+    in_all = overrides.get(TOTAL)
+    submission = {"file": graded.file, "sha256": marked["sha256"], "received": _iso(graded.received)}
+    return {
+        "student": student.id,
+        "assignment": assignment.key,
+        "submission": submission if graded.file else None,
+        "score": score if in_all is None else in_all.points,
+        "max_score": total(part["max_points"] for part in parts),
+        "late": late,
+        "override": None if in_all is None else in_all.as_json(score),
+        "attempts": [],
+        "obstacle": marked["obstacle"],
+        "notes": marked["notes"],
+        "staff_notes": marked["staff_notes"],
+        "made_from": marked["made_from"],
+        "problems": problems,
+    }
+
+
+def _overridden(part: dict[str, Any], override: Override | None) -> dict[str, Any]:
+    """Return a part with the points that a person set, and with the grader's own; its outcome and reason stay."""
+    if override is None:
+        return part
+    return {**part, "points": override.points, "override": override.as_json(part["points"])}
+
+
+def _late(
+    assignment: Assignment, student: Student, received: datetime.datetime | None, points: float
+) -> dict[str, Any] | None:
+    """Return by how much work is late and the share of its points that this costs; None where it is on time."""
+    due = assignment.due_of(student)
+    if due is None or received is None:
+        return None
+    rule = assignment.late
+    seconds = (received - due).total_seconds()
+    if seconds <= (0 if rule is None else rule.grace):
+        return None
+    moved = datetime.timedelta(0) if assignment.due is None else due - aware(assignment.due)
+    penalty = Fraction(0) if rule is None else rule.penalty(due, received, moved)
+    return {
+        "due": due.isoformat(),
+        "received": received.isoformat(),
+        "seconds": int(seconds),
+        "penalty": float(penalty),
+        "points_before": points,
+    }
+
+
+def _less(points: float, share: Fraction) -> float:
+    """Return points less a share of them, which is rounded to four decimals.
+
+    >>> _less(0.7, Fraction(1, 10))
+    0.63
+    """
+    exact = Fraction(str(points))
+    return float(exact - round(exact * share, 4))
+
+
+def _may_be_worth(result: Result) -> Fraction:
+    """Return a result's points, with full marks for what qdot failed on."""
+    parts = [part for problem in result["problems"] for part in problem["parts"]]
+    return Fraction(str(result["score"])) + sum(Fraction(str(p["max_points"])) for p in parts if p["points"] is None)
+
+
+def _iso(moment: datetime.datetime | None) -> str | None:
+    return None if moment is None else moment.isoformat()
