@@ -24,7 +24,10 @@ def make_folder(path: Path) -> None:
 
 
 def write_atomically(path: Path, text: str, mode: int = 0o644) -> None:
-    """Write `text` beside `path` and rename it into place; on any failure `path` is as it was. Raises QdotError."""
+    """Write `text` beside `path` and rename it into place; on any failure `path` is as it was. Raises QdotError.
+
+    It is on the disk before it has the name, and has the name for good before this returns, whatever fails then.
+    """
     try:
         _write_and_rename(path, text, mode)
     except OSError as error:
@@ -41,10 +44,21 @@ def _write_and_rename(path: Path, text: str, mode: int) -> None:
             os.fsync(file.fileno())
             Path(name).chmod(mode)
             Path(name).replace(path)  # while it is locked: nobody takes it for one that was left behind
+        _flush_names(path.parent)
     except BaseException:
         with contextlib.suppress(OSError):
             Path(name).unlink()
         raise
+
+
+def _flush_names(folder: Path) -> None:
+    """See to it that a rename outlives a loss of power; without this, it is whole all the same, the old or the new."""
+    with contextlib.suppress(OSError):  # some disks can't
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
 
 
 # --- files begun, and left behind by a process that was killed ---

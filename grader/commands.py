@@ -199,13 +199,16 @@ def grade(
         float, typer.Option(metavar="PERCENT", help="Leave with code 1 if a student has less.")
     ] = 0.0,
     seconds: Annotated[float, typer.Option(min=1, help="Wall time that a notebook may take.")] = Limits().seconds,
+    diff: Annotated[bool, typer.Option("--diff", help="Say whose mark moved since the last run, and why.")] = False,
 ) -> None:
     """Grade what a class has handed in, and write feedback.
 
     Reads SUBMISSIONS/STUDENT/*.ipynb (or SUBMISSIONS/STUDENT.ipynb) of everybody on the roster. Writes
     DIR/graded/results.jsonl, DIR/graded/grades.csv and DIR/graded/feedback/STUDENT.html. What has been graded and
-    has not changed is not graded again, so that a run that was stopped goes on where it was.
+    has not changed is not graded again, so that a run that was stopped goes on where it was. Results that are replaced
+    stay in DIR/graded/history/STUDENT.jsonl. DIR/overrides.csv (student,part,points,comment) sets points by hand.
     """
+    from grader.history import earlier_results, told
     from grader.reports.write import write_reports
 
     assignment = load_assignment(folder)
@@ -215,11 +218,14 @@ def grade(
     limits = Limits(seconds=seconds, cell_seconds=max(1, min(20, seconds / 4)) if seconds < 80 else seconds / 6)
     jobs = min(jobs, len(assignment.roster))
     with alone(assignment):
+        earlier = earlier_results(assignment)
         with progress("grading", len(assignment.roster)) as counter:
             results = grade_class(assignment, found, jobs, limits, lambda _: counter.step())
         with progress("writing feedback", len(results)) as counter:
             write_reports(assignment, results, jobs, counter.step)
     _tell_notes(results)
+    if diff:
+        say(told(earlier, results))
     _summary(results, folder)
     if any(status(result) == "ungraded" for result in results):
         raise QdotError(

@@ -102,6 +102,15 @@ def total(points: Iterable[float | None]) -> float:
     return float(sum((Fraction(str(number)) for number in points if number is not None), Fraction(0)))
 
 
+def number(value: float) -> str:
+    """Return points as they are, to four decimals.
+
+    >>> number(2.0), number(123.4567), number(0.25)
+    ('2', '123.4567', '0.25')
+    """
+    return f"{value:.4f}".rstrip("0").rstrip(".")
+
+
 Found = TypeVar("Found")
 
 

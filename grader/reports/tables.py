@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from exercises.assignment import Student
-from grader.marking import total
+from grader.marking import number, total
 
 SUMS = ("score", "max_score", "percent", "status", "late_penalty", "override", "note")
 """The last columns of grades.csv."""
@@ -75,15 +75,6 @@ def _penalty(result: dict[str, Any]) -> str:
         return ""
     score = result["score"] if result["override"] is None else result["override"]["was"]
     return number(total((late["points_before"], -score)))
-
-
-def number(value: float) -> str:
-    """Return points as they are, to four decimals.
-
-    >>> number(2.0), number(123.4567), number(0.25)
-    ('2', '123.4567', '0.25')
-    """
-    return f"{value:.4f}".rstrip("0").rstrip(".")
 
 
 def staff_notes(result: dict[str, Any]) -> list[str]:

@@ -1,12 +1,14 @@
-"""Every report of a graded class, written into graded/, each file at once or not at all."""
+"""Every report of a graded class, written into graded/, each file at once or not at all; results.jsonl is the last."""
 
 import contextlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from exercises.assignment import Assignment, Student
+from exercises.errors import QdotError
 from exercises.files import remove_left_behind, write_atomically
 from exercises.parallel import ordered_map
+from grader.history import keep_earlier, results_path
 from grader.reports.feedback import feedback_page, made_from
 from grader.reports.tables import grades_csv, results_jsonl
 from grader.settle import Result
@@ -18,30 +20,48 @@ BEGINNING = 1000
 def write_reports(
     assignment: Assignment, results: Sequence[Result], jobs: int = 1, each: Callable[[], None] = lambda: None
 ) -> None:
-    """Write results.jsonl, grades.csv and the feedback pages that are not up to date; `each` is told of every page."""
+    """Write the feedback pages that are not up to date, grades.csv and results.jsonl; `each` is told of every page.
+
+    What the run before gave goes into the history first. Raises QdotError where a file can't be written.
+    """
     folder = assignment.folder / "graded"
     by_id = {student.id: student for student in assignment.roster}
     pages = [(by_id[result["student"]], result) for result in results]
     remove_left_behind(
-        (*(_page(folder, student) for student, _ in pages), folder / "results.jsonl", folder / "grades.csv")
+        (*(_page(folder, student) for student, _ in pages), results_path(assignment), folder / "grades.csv")
     )
-    write_atomically(folder / "results.jsonl", results_jsonl(results))
-    write_atomically(folder / "grades.csv", grades_csv(results, assignment.roster))
+    keep_earlier(assignment, results)
     # Its figures take longer than all the rest of a page: they are drawn on several processes, and only once.
     old = [(student, result) for student, result in pages if not _is_up_to_date(assignment, student, result)]
     for _ in range(len(pages) - len(old)):
         each()
-    with contextlib.closing(ordered_map(_write, old, jobs, _same, (assignment,))) as written:
-        for _ in written:
+    unwritten = []
+    lost = _lost if jobs > 1 else None
+    with contextlib.closing(ordered_map(_write, old, jobs, _same, (assignment,), lost)) as every:
+        for student in every:
+            unwritten += [student] if student else []
             each()
+    write_atomically(folder / "grades.csv", grades_csv(results, assignment.roster))
+    write_atomically(results_path(assignment), results_jsonl(results))
+    if unwritten:
+        raise QdotError(
+            f"no feedback page for {', '.join(unwritten)}: what wrote it was ended by the system, probably for want of "
+            "memory; the grades are complete, and the same command tries again"
+        )
 
 
 def _same(assignment: Assignment) -> Assignment:
     return assignment
 
 
-def _write(assignment: Assignment, about: tuple[Student, Result]) -> None:
+def _write(assignment: Assignment, about: tuple[Student, Result]) -> str:
     write_atomically(_page(assignment.folder / "graded", about[0]), feedback_page(assignment, *about))
+    return ""
+
+
+def _lost(about: tuple[Student, Result]) -> str:
+    """Return whose page ended every process that was to write it."""
+    return about[0].id
 
 
 def _page(folder: Path, student: Student) -> Path:

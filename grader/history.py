@@ -1,0 +1,203 @@
+"""What earlier runs gave: kept in graded/history/STUDENT.jsonl when replaced, and compared with the run just made.
+
+results.jsonl is the last run's word. It is written after everything else, so that a run that was stopped has replaced
+nothing yet, and what an earlier run gave is in the history before it is gone from there.
+"""
+
+import datetime
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from exercises.assignment import Assignment
+from exercises.files import remove_left_behind, write_atomically
+from grader.marking import number, total
+from grader.settle import Result
+
+
+@dataclass(frozen=True)
+class Move:
+    """A mark that is another than it was: of a part, or in all where `part` is empty; texts, as they are shown."""
+
+    student: str
+    part: str
+    was: str
+    now: str
+    why: str
+
+
+def earlier_results(assignment: Assignment) -> dict[str, Result]:
+    """Return the results of the run before by student; what can't be read is left out."""
+    found: dict[str, Result] = {}
+    try:
+        lines = results_path(assignment).read_text(encoding="utf-8").split("\n")
+    except (OSError, ValueError):
+        return found
+    for line in lines:
+        try:
+            result = json.loads(line)
+            if isinstance(result["score"], (int, float)) and isinstance(result["problems"], list):
+                found[str(result["student"])] = result
+        except (ValueError, KeyError, TypeError):
+            continue
+    return found
+
+
+def results_path(assignment: Assignment) -> Path:
+    """Return where the results are."""
+    return assignment.folder / "graded" / "results.jsonl"
+
+
+def keep_earlier(assignment: Assignment, results: Sequence[Result]) -> None:
+    """Add to the history what is about to be replaced by other results, or goes with a student who left the roster.
+
+    A run that was stopped may have done so before: nothing is added twice. What is the same is not added at all.
+    """
+    earlier = earlier_results(assignment)
+    now = {result["student"]: _as_written(result) for result in results}
+    folder = assignment.folder / "graded" / "history"
+    remove_left_behind(folder / f"{student}.jsonl" for student in earlier)
+    for student, was in earlier.items():
+        if student not in now or _content(was) != _content(now[student]):
+            _add(folder / f"{student}.jsonl", was, reasons(was, now.get(student)))
+
+
+def _add(path: Path, was: Result, why: str) -> None:
+    try:
+        lines = [line for line in path.read_text(encoding="utf-8").split("\n") if line]
+    except (OSError, ValueError):
+        lines = []
+    if lines and _result_in(lines[-1]) == was:
+        lines.pop()  # a run that was stopped put it there, and may have had another reason
+    replaced = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+    lines.append(json.dumps({"replaced": replaced, "why": why, "result": was}, ensure_ascii=False))
+    write_atomically(path, "".join(f"{line}\n" for line in lines))
+
+
+def _result_in(line: str) -> Any:
+    try:
+        return json.loads(line)["result"]
+    except (ValueError, KeyError, TypeError):
+        return None
+
+
+def _as_written(result: Result) -> Result:
+    """Return a result as it will be read from its file, which can't hold all that a file's name can."""
+    written: Result = json.loads(json.dumps(result, ensure_ascii=False).encode("utf-8", "replace"))
+    return written
+
+
+def _content(result: Result) -> Result:
+    """Return what of a result a student or the staff may notice."""
+    return {name: value for name, value in result.items() if name != "made_from"}
+
+
+# --- why ---
+
+
+def reasons(was: Result, now: Result | None) -> str:
+    """Return in words why a result is another than it was."""
+    if now is None:
+        return "no longer on the roster"
+    found = _of_grading(was, now)
+    if _overrides(was) != _overrides(now):
+        found.append("override")
+    late, before = now["late"] or {}, was["late"] or {}
+    if late.get("penalty", 0) != before.get("penalty", 0):
+        same = _received(was) == _received(now)
+        if same:
+            found.append("late rule")
+        elif not found:
+            found.append("received at another time")
+    return ", ".join(found) or "graded again"
+
+
+def _of_grading(was: Result, now: Result) -> list[str]:
+    """Return why the grader may have given something else."""
+    found = []
+    old, new = was["submission"] or {}, now["submission"] or {}
+    if (old.get("file"), old.get("sha256")) != (new.get("file"), new.get("sha256")):
+        known = [(one["file"], one["received"]) for one in was.get("attempts", [])]
+        another = (new.get("file"), new.get("received")) in known
+        found.append("submission gone" if not new else "another attempt counts" if another else "new submission")
+    made, anew = was.get("made_from", {}), now.get("made_from", {})
+    if made.get("assignment") != anew.get("assignment"):
+        found.append("assignment changed")
+    if [made.get(name) for name in ("engine", "grader")] != [anew.get(name) for name in ("engine", "grader")]:
+        found.append("grader changed")
+    return found
+
+
+def _received(result: Result) -> str | None:
+    submission = result["submission"]
+    return None if submission is None else submission["received"]
+
+
+def _overrides(result: Result) -> dict[str, Any]:
+    parts = {name: part["override"] for name, part in _parts(result).items() if part.get("override")}
+    return {**parts, "": result.get("override")}
+
+
+def _parts(result: Result) -> dict[str, dict[str, Any]]:
+    return {f"{problem['slot']}.{part['name']}": part for problem in result["problems"] for part in problem["parts"]}
+
+
+# --- whose mark moved ---
+
+
+def moves(earlier: Mapping[str, Result], results: Sequence[Result]) -> list[Move]:
+    """Return whose mark is another than in the run before, and why; first those on the roster, in its order."""
+    found: list[Move] = []
+    now = {result["student"]: result for result in results}
+    for student, result in now.items():
+        if student in earlier:
+            found += _moves_of(student, earlier[student], result)
+        else:
+            found.append(Move(student, "", "–", _shown(result["score"]), "new on the roster"))
+    for student, was in earlier.items():
+        if student not in now:
+            found.append(Move(student, "", _shown(was["score"]), "–", reasons(was, None)))
+    return found
+
+
+def _moves_of(student: str, was: Result, now: Result) -> list[Move]:
+    before, after = _parts(was), _parts(now)
+    set_before, set_now = _overrides(was), _overrides(now)
+    of_grading = ", ".join(_of_grading(was, now)) or "graded again"
+    found = []
+    for part in dict.fromkeys((*after, *before)):
+        old, new = (_shown(parts[part]["points"]) if part in parts else "–" for parts in (before, after))
+        if old != new:
+            by_hand = set_before.get(part) != set_now.get(part)
+            found.append(Move(student, part, old, new, "override" if by_hand else of_grading))
+    if found or was["score"] != now["score"]:
+        found.append(Move(student, "", _shown(was["score"]), _shown(now["score"]), reasons(was, now)))
+    return found
+
+
+def _shown(points: float | None) -> str:
+    return "ungraded" if points is None else number(points)
+
+
+def told(earlier: Mapping[str, Result], results: Sequence[Result]) -> str:
+    """Return the comparison of a run with the one before as `qdot grade --diff` prints it."""
+    if not earlier:
+        return "nothing to compare with: this is the first run"
+    found = moves(earlier, results)
+    if not found:
+        return "no mark moved since the last run"
+    rows = [(move.student, move.part or "total", move.was, move.now, move.why) for move in found]
+    wide = [max(len(row[column]) for row in rows) for column in range(4)]
+    lines = [
+        f"{student:<{wide[0]}}  {part:<{wide[1]}}  {was:>{wide[2]}} → {now:<{wide[3]}}  {why}"
+        for student, part, was, now, why in rows
+    ]
+    before, after = (total(one["score"] for one in those) for those in (earlier.values(), results))
+    students = len({move.student for move in found})
+    change = total((after, -before))
+    marks = "1 student's mark" if students == 1 else f"{students} students' marks"
+    sign = "+" if change >= 0 else "−"
+    said = f"{marks} moved since the last run; all points together {number(before)} → {number(after)}"
+    return "\n".join([*lines, f"{said} ({sign}{number(abs(change))})"])
