@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from multiprocessing import connection, forkserver, resource_tracker
 from multiprocessing.process import BaseProcess
 from typing import Any, NoReturn, TypeVar
@@ -53,9 +53,10 @@ def ordered_map(
     done = 0
     while done < len(items):
         try:
-            for made in _pooled(work, items[done:], jobs, chunk, setup, arguments):
-                done += 1
-                yield made
+            with closing(_pooled(work, items[done:], jobs, chunk, setup, arguments)) as every:
+                for made in every:
+                    done += 1
+                    yield made
         except BrokenProcessPool:
             if lost is None:
                 raise QdotError(

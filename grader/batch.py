@@ -76,7 +76,7 @@ def alone(assignment: Assignment) -> Iterator[None]:
     lock = cache_of(assignment) / "lock"
     make_folder(lock.parent)
     try:
-        file = lock.open("w")
+        file = lock.open("a")
     except OSError as error:
         raise cannot_write(lock, error) from None
     with file:
@@ -130,7 +130,7 @@ def _marked(desk: _Desk, student: str, attempt: Attempt | None) -> Marked:
     What qdot failed on is not kept: the next run tries again.
     """
     kept = _kept(desk.cache, student, None if attempt is None else attempt.file)
-    key = _key(desk.assignment, student, attempt)
+    key = _key(desk, student, attempt)
     try:
         stored = json.loads(kept.read_text(encoding="utf-8"))
         if stored["key"] == key:
@@ -165,8 +165,8 @@ def _all_kept(cache: Path, task: Task) -> list[Path]:
     return [_kept(cache, task.student, file) for file in (task.found.files if task.found else (None,))]
 
 
-def _key(assignment: Assignment, student: str, attempt: Attempt | None) -> str:
-    """Return a text that changes whenever what a notebook earns may change."""
-    handed_in = "" if attempt is None else f"{attempt.file.name}/{attempt.fingerprint}"
-    content = f"{json.dumps(made_from(assignment))}/{student}/{handed_in}"
+def _key(desk: _Desk, student: str, attempt: Attempt | None) -> str:
+    """Return a text that changes whenever what a notebook earns may change; also when it may take longer."""
+    handed_in = "" if attempt is None else f"{attempt.file.name}/{attempt.fingerprint}/{desk.sandbox.limits}"
+    content = f"{json.dumps(made_from(desk.assignment))}/{student}/{handed_in}"
     return hashlib.sha256(content.encode("utf-8", "replace")).hexdigest()

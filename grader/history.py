@@ -90,8 +90,11 @@ def _as_written(result: Result) -> Result:
 
 
 def _content(result: Result) -> Result:
-    """Return what of a result a student or the staff may notice."""
-    return {name: value for name, value in result.items() if name != "made_from"}
+    """Return what of a result a student or the staff may notice; when it came is told where it is late."""
+    attempts = [{**one, "received": None} for one in result.get("attempts", [])]
+    submission = result["submission"] and {**result["submission"], "received": None}
+    others = {name: value for name, value in result.items() if name != "made_from"}
+    return {**others, "attempts": attempts, "submission": submission}
 
 
 # --- why ---

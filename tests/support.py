@@ -1,11 +1,14 @@
 """What tests of questions share: problems of one question for any chain, and problems with another reference."""
 
-from dataclasses import replace
+import os
+import signal
+from dataclasses import dataclass, replace
 from typing import Any
 
 import sympy as sp
 
 from exercises.arm.chain import Chain, Point
+from exercises.assignment import Assignment
 from exercises.problem import Answer, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.stream import Stream
@@ -49,3 +52,18 @@ def with_answer(problem: Problem, answer: Answer) -> Problem:
 def detail(part: Part, name: str) -> Any:
     """What a question keeps beside its answer, of whichever type it is."""
     return part.details[name]
+
+
+@dataclass(frozen=True)
+class DeadlyAssignment(Assignment):
+    """An assignment that ends the process which comes to the problems of `victim`, so many `times`."""
+
+    victim: str = ""
+    times: int = 0
+
+    def problems(self, student: str) -> list[tuple[str, Problem]]:
+        died = len(list(self.folder.glob("died.*")))
+        if student == self.victim and died < self.times:
+            (self.folder / f"died.{died}").touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return super().problems(student)

@@ -127,6 +127,18 @@ def test_a_run_that_was_stopped_adds_nothing_twice(folder: Path) -> None:
     assert [line["result"]["score"] for line in kept(folder)["s1"]] == [1, 1.5, 1]
 
 
+def test_a_file_that_was_touched_is_no_change_unless_it_is_late(folder: Path, released: Path) -> None:
+    hand_in(folder, released, "s1/hw.ipynb", -2)
+    run(folder)
+    hand_in(folder, released, "s1/hw.ipynb", -1)
+    assert diff(folder) == ["no mark moved since the last run"]
+    assert kept(folder) == {}
+    hand_in(folder, released, "s1/hw.ipynb", 1)
+    results, _ = run(folder)
+    assert results["s1"]["late"]["seconds"] == 3600
+    assert [line["why"] for line in kept(folder)["s1"]] == ["graded again"]
+
+
 def test_names_that_no_file_can_hold_are_no_change(folder: Path) -> None:
     odd = result(1, student="s1", submission={"file": "\udcff.ipynb", "sha256": "0", "received": None})
     odd |= {"obstacle": "none", "notes": ["\u2028"], "staff_notes": []}
