@@ -17,6 +17,7 @@ from exercises.notebook import notebook_text, solution_notebook, student_noteboo
 from exercises.parallel import ordered_map
 from exercises.problem import Problem
 from exercises.render import render
+from exercises.store import keep
 
 EXAMPLE_STUDENTS = (Student("s001", "Ada Example", "ada@example.org"), Student("s002", "Bo Example", "bo@example.org"))
 
@@ -90,6 +91,7 @@ def release_one(work: tuple[Assignment, Certify], student: str) -> Released:
     if there != to_hand_out:
         write_atomically(released, to_hand_out)
     write_atomically(solved, solution)
+    keep(assignment, student, problems)
     return Released(student, outcome)
 
 

@@ -12,6 +12,7 @@ from typing import Any
 from exercises import ENGINE
 from exercises.assignment import Assignment
 from exercises.problem import Problem, variable
+from exercises.store import kept
 from grader.copies import Copies
 from grader.functions import asked_of
 from grader.marking import mark
@@ -70,7 +71,7 @@ def grade_attempt(
     assignment: Assignment, student: str, attempt: Attempt | None, sandbox: Sandbox, copies: Copies
 ) -> Marked:
     """Grade one notebook: regenerate the problems from the assignment, run the cells, mark every part."""
-    problems = assignment.problems(student)
+    problems = kept(assignment, student).problems
     if attempt is None:
         return _marked(assignment, copies, student, problems, None, Run(), "nothing was handed in", [])
     submission = attempt.submission

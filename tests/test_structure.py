@@ -18,7 +18,7 @@ LAYERS = {
         arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
         credit decimals lateness difficulty problem families questions mistakes quizzes
         generate record verify writing.latex render writing figure
-        notebook show solve docs assignment release commands""",
+        notebook show solve docs assignment store release commands""",
     "grader": """verdict counterexample judge choices direction compare callables functions parts credit residuals
         diagnosis follow marking runner sandbox submission copies overrides attempt settle batch history certificates
         certify check reports demo commands cli""",

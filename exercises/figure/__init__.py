@@ -111,7 +111,13 @@ def _drawn(chain: Chain) -> Figure:
 
 def figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] | None = None) -> str:
     """Return the drawing as a self-contained SVG element; `name` makes its ids unique in a page."""
-    figure = _drawn(chain) if pose is None else arm_figure(chain, pose)
+    return _svg(chain, name, None if pose is None else tuple(pose.items()))
+
+
+@lru_cache(maxsize=64)
+def _svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | None) -> str:
+    """Return the same, kept for those who show it again at once: the staff's notebook, the store."""
+    figure = _drawn(chain) if pose is None else arm_figure(chain, dict(pose))
     return render(
         "figure.svg.j2", figure=figure, name=name, title=title_text(chain), description=alt_text(chain), fixed=fixed
     )

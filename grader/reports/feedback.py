@@ -12,11 +12,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from exercises.assignment import Assignment, Student
-from exercises.figure import figure_svg, part_svg
 from exercises.lateness import in_words
 from exercises.problem import Number, Part, Problem
 from exercises.quizzes import ASKED
 from exercises.render import render
+from exercises.store import kept
 from exercises.writing.markup import to_html
 from exercises.writing.statement import worked_solution
 from grader.counterexample import in_short
@@ -99,7 +99,8 @@ def _set_by(override: Mapping[str, Any]) -> str:
 
 def _problems(assignment: Assignment, student: Student, result: dict[str, Any]) -> list[dict[str, Any]]:
     """Return every problem as the template shows it."""
-    slots = zip(assignment.slots, assignment.problems(student.id), result["problems"], strict=True)
+    have = kept(assignment, student.id)
+    slots = zip(assignment.slots, have.problems, result["problems"], strict=True)
     shown = []
     for number, (slot, (name, problem), entry) in enumerate(slots, 1):
         own = {part.name: part for part in problem.parts}
@@ -107,11 +108,11 @@ def _problems(assignment: Assignment, student: Student, result: dict[str, Any]) 
         for index, judged in enumerate(entry["parts"], 1):
             part = own[judged["name"]]
             solution = to_html(worked_solution(problem, part)) if assignment.feedback == "solutions" else None
-            figure = part_svg(problem.chain, part, f"{name}-{part.name}")
+            figure = have.part_figure(name, problem, part.name)
             told = {"number": f"{number}.{index}", "id": f"part-{number}-{index}"}
             parts.append({**told, **_part(problem, part, judged), "solution": solution, "figure": figure})
         title = f"Problem {number}: {slot.family.title}"
-        figure = figure_svg(problem.chain, name)
+        figure = have.figure(name, problem)
         shown.append({"id": f"problem-{number}", "title": title, "figure": figure, "parts": parts, **_sum(entry)})
     return shown
 

@@ -1,0 +1,93 @@
+"""What was worked out when notebooks were made, kept so that grading need not derive and draw it again.
+
+A file of DIR/.qdot can be deleted at any time: everything in it is made anew from the assignment and its secret. It is
+signed with the secret and belongs to this very code, assignment and student; any other is not looked into.
+"""
+
+import base64
+import hashlib
+import hmac
+import pickle
+import sys
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import sympy as sp
+
+from exercises.assignment import Assignment
+from exercises.errors import QdotError
+from exercises.figure import figure_svg, part_svg
+from exercises.files import write_atomically
+from exercises.problem import Problem
+from exercises.render import template_folder
+
+FOLDER = ".qdot"
+
+
+@dataclass(frozen=True)
+class Kept:
+    """The problems of a student, each with its slot, and figures (SVG) by slot or slot-part; none where not drawn."""
+
+    problems: list[tuple[str, Problem]]
+    figures: Mapping[str, str] = field(default_factory=dict)
+
+    def figure(self, slot: str, problem: Problem) -> str:
+        """Return the figure of a problem's arm."""
+        return self.figures[slot] if slot in self.figures else figure_svg(problem.chain, slot)
+
+    def part_figure(self, slot: str, problem: Problem, part: str) -> str:
+        """Return the figure of a part, empty where it has none."""
+        name = f"{slot}-{part}"
+        if slot in self.figures:  # what has no figure of its own is not kept
+            return self.figures.get(name, "")
+        return part_svg(problem.chain, next(one for one in problem.parts if one.name == part), name)
+
+
+def keep(assignment: Assignment, student: str, problems: list[tuple[str, Problem]]) -> None:
+    """Keep the problems of a student with their figures; a disk that is full or read-only is no reason to stop."""
+    figures = {}
+    for slot, problem in problems:
+        figures[slot] = figure_svg(problem.chain, slot)
+        drawn = {f"{slot}-{part.name}": part_svg(problem.chain, part, f"{slot}-{part.name}") for part in problem.parts}
+        figures.update({name: svg for name, svg in drawn.items() if svg})
+    payload = zlib.compress(pickle.dumps((problems, figures), protocol=5), 1)
+    text = f"{_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"
+    try:
+        write_atomically(_path(assignment, student), text, mode=0o600)
+    except QdotError:
+        return
+
+
+def kept(assignment: Assignment, student: str) -> Kept:
+    """Return what was kept of a student, or the problems worked out anew."""
+    try:
+        signature, encoded = _path(assignment, student).read_text(encoding="ascii").split("\n")[:2]
+        payload = base64.b64decode(encoded, validate=True)
+        if hmac.compare_digest(signature, _signature(assignment, student, payload)):
+            return Kept(*pickle.loads(zlib.decompress(payload)))  # noqa: S301 - signed with the secret
+    except (OSError, ValueError):
+        pass  # nothing kept, or damaged
+    return Kept(assignment.problems(student))
+
+
+def _path(assignment: Assignment, student: str) -> Path:
+    return assignment.folder / FOLDER / "problems" / hashlib.sha256(student.encode()).hexdigest()[:24]
+
+
+def _signature(assignment: Assignment, student: str, payload: bytes) -> str:
+    about = repr((code(), assignment.edition, assignment.marking, student)).encode()
+    return hmac.new(assignment.secret.encode(), about + b"\0" + payload, hashlib.sha256).hexdigest()
+
+
+@cache
+def code() -> str:
+    """Return a digest of the code and the versions by which problems are worked out and drawn."""
+    found = hashlib.sha256(repr((sys.version_info[:2], sp.__version__, np.__version__)).encode())
+    here = Path(__file__).parent
+    for path in sorted([*here.rglob("*.py"), *here.rglob("*.txt"), *template_folder().glob("*.svg.j2")]):
+        found.update(path.name.encode() + b"\0" + path.read_bytes())
+    return found.hexdigest()
