@@ -412,10 +412,19 @@ def read(text: str, known: Iterable[str] = ()) -> Node:
     """
     if len(text) > MAX_LENGTH:
         raise ReadError(f"the answer is {len(text)} characters long; more than {MAX_LENGTH} are not read")
-    return _read(text, frozenset(known))
+    return (_read_short if len(text) < SHORT else _read)(text, frozenset(known))
+
+
+SHORT = 4000
+"""Characters of an answer that is kept among many; of longer ones a few are."""
 
 
 @lru_cache(maxsize=4)
 def _read(text: str, known: frozenset[str]) -> Node:
-    """Return the tree; an answer is often read twice in a row, for its symbols and for what it says."""
+    """Return the tree; an answer is read for its symbols, for what it says, for the mistake in it, for its page."""
+    return _Parser(rows_of_semicolons(plain(text, known)), known).whole()
+
+
+@lru_cache(maxsize=128)
+def _read_short(text: str, known: frozenset[str]) -> Node:
     return _Parser(rows_of_semicolons(plain(text, known)), known).whole()

@@ -1,0 +1,113 @@
+"""What is kept of a class when its notebooks are made: the same as if it were worked out again, or not looked into."""
+
+import base64
+import pickle
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from exercises import store
+from exercises.assignment import Assignment, Student, load_assignment
+from exercises.figure import figure_svg, part_svg
+from exercises.record import digests
+from exercises.release import init_assignment, release
+from grader.certify import certificate_text
+
+STUDENTS = [Student("ada"), Student("bob")]
+SLOTS = """
+[[problem]]
+family = "planar-2r"
+questions = ["jacobian", "singular-angles", "joint-rates"]
+
+[[problem]]
+family = "polar-rp"
+questions = ["singular-drawing", "joint-effect", "column-choice"]
+"""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
+    folder = tmp_path_factory.mktemp("class") / "homework"
+    init_assignment(folder, "Homework", "hw", STUDENTS, "a secret that is long enough")
+    file = folder / "assignment.toml"
+    file.write_text(file.read_text("utf-8").split("\n[[problem]]")[0] + SLOTS, encoding="utf-8")
+    assignment = load_assignment(folder)
+    release(assignment, certificate_text, 1, lambda _: None)
+    return assignment
+
+
+def file_of(assignment: Assignment, student: str) -> Path:
+    return store._path(assignment, student)
+
+
+def test_problems_and_figures_are_kept_and_the_same(made: Assignment) -> None:
+    for student in STUDENTS:
+        assert file_of(made, student.id).is_file()
+        kept, anew = store.kept(made, student.id), made.problems(student.id)
+        assert kept.figures
+        for (slot, problem), (_, other) in zip(kept.problems, anew, strict=True):
+            assert digests(problem) == digests(other)
+            assert problem == other
+            assert kept.figure(slot, problem) == figure_svg(other.chain, slot)
+            for part in other.parts:
+                assert kept.part_figure(slot, problem, part.name) == part_svg(other.chain, part, f"{slot}-{part.name}")
+
+
+def test_nothing_is_derived_again(made: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Assignment, "problems", lambda *_: pytest.fail("the problems were worked out again"))
+    assert [slot for slot, _ in store.kept(made, "ada").problems] == ["p1", "p2"]
+
+
+def is_made_anew(assignment: Assignment, student: str) -> bool:
+    found = store.kept(assignment, student)
+    assert [problem.id for _, problem in found.problems] == [p.id for _, p in assignment.problems(student)]
+    return not found.figures
+
+
+def test_what_was_kept_of_another_is_not_taken(made: Assignment) -> None:
+    assert not is_made_anew(made, "ada")
+    assert is_made_anew(replace(made, secret="another secret, long enough"), "ada")
+    assert is_made_anew(replace(made, title="Another"), "ada")
+    assert is_made_anew(replace(made, slots=made.slots[:1]), "ada")
+    assert is_made_anew(made, "eve")
+
+
+def test_another_version_of_the_code_is_not_taken(made: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(store, "code", lambda: "another")
+    assert is_made_anew(made, "ada")
+
+
+class Bomb:
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        return pytest.fail, ("what nobody signed was unpickled",)
+
+
+@pytest.mark.parametrize("damage", ["cut", "empty", "turned", "swapped", "bomb", "gone", "folder", "binary"])
+def test_what_is_damaged_or_forged_is_not_looked_into(made: Assignment, damage: str) -> None:
+    path = file_of(made, "ada")
+    text = path.read_text("ascii")
+    signature, payload = text.split("\n")[:2]
+    try:
+        if damage in ("gone", "folder"):
+            path.unlink()
+        if damage == "folder":
+            path.mkdir()
+        elif damage == "binary":
+            path.write_bytes(b"\xff\xfe\0")
+        elif damage != "gone":
+            forged = base64.b64encode(pickle.dumps(Bomb())).decode()
+            path.write_text({
+                "cut": text[: len(text) // 2], "empty": "", "turned": f"{signature}\n{payload[:40]}A{payload[41:]}\n",
+                "swapped": file_of(made, "bob").read_text("ascii"), "bomb": f"{signature}\n{forged}\n",
+            }[damage])  # fmt: skip
+        assert is_made_anew(made, "ada")
+    finally:
+        if path.is_dir():
+            path.rmdir()
+        path.write_text(text, "ascii")
+
+
+def test_a_place_that_can_not_be_written_stops_nothing(made: Assignment, tmp_path: Path) -> None:
+    (tmp_path / ".qdot").write_text("a file where a folder should be")
+    store.keep(replace(made, folder=tmp_path), "ada", made.problems("ada"))
