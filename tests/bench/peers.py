@@ -1,0 +1,174 @@
+"""`make bench-peers`: the same 20 notebooks graded by qdot, by nbgrader and by otter-grader, seconds of wall time each.
+
+The assignment is Examples 6.1 and 6.2, five answers on a planar arm of two joints. The peers grade one student's problem
+handed in 20 times, as they know no problem of one's own; their tests compare the answers at random points with NumPy,
+which is less than what qdot does. They run in an environment of their own, whose Python is the only argument.
+"""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import nbformat
+from nbformat.v4 import new_code_cell
+
+from exercises.assignment import Assignment, Student, load_assignment
+from exercises.problem import Expression, Matrix, variable
+from exercises.release import init_assignment, release
+from grader.certify import certificate_text
+from grader.demo import answered
+
+STUDENTS = [Student(f"s{number:02d}") for number in range(20)]
+SLOT = """
+[[problem]]
+family = "planar-2r"
+questions = ["position", "jacobian", "determinant", "inverse-velocity", "singular-angles"]
+"""
+COMPARE = """
+import random as _random
+def same(mine, right):
+    mine, right = Matrix([mine]) if not hasattr(mine, "shape") else mine, Matrix([right]) if not hasattr(right, "shape") else right
+    symbols = sorted(right.free_symbols, key=str)
+    f, g = lambdify(symbols, mine), lambdify(symbols, right)
+    points = [[_random.uniform(0.3, 1.5) for _ in symbols] for _ in range(5)]
+    return all(np.allclose(np.array(f(*p), float), np.array(g(*p), float)) for p in points)
+"""
+
+
+def main() -> int:
+    """Print the times, and the ratios to qdot's."""
+    python = Path(sys.argv[1])
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        assignment = class_of_twenty(folder / "qdot")
+        own = timed([sys.executable, "-m", "grader.cli", "grade", str(folder / "qdot"), "--jobs", "1"], folder)
+        row("qdot grade, all reports written", own, own)
+        for peer, work in (("nbgrader autograde", nbgrader), ("otter run, one after another", otter)):
+            try:
+                row(peer, work(assignment, folder / peer.split()[0], python.absolute()), own)
+            except (subprocess.CalledProcessError, FileNotFoundError) as error:
+                sys.stdout.write(f"{peer}: not measured: {getattr(error, 'stderr', '') or error}\n")
+    return 0
+
+
+def row(name: str, seconds: float, own: float) -> None:
+    """Print one line."""
+    sys.stdout.write(f"{name:<40} {seconds / len(STUDENTS):8.3f} s a notebook {seconds / own:8.1f} x\n")
+
+
+def timed(command: list[str], folder: Path) -> float:
+    """Run a command, with the programs beside its Python at hand, and return its wall time in seconds."""
+    there = {**os.environ, "PATH": f"{Path(command[0]).parent}{os.pathsep}{os.environ['PATH']}"}
+    start = time.perf_counter()
+    subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True, env=there)
+    return time.perf_counter() - start
+
+
+def class_of_twenty(folder: Path) -> Assignment:
+    """Make the class, and hand in the solutions."""
+    init_assignment(folder, "Bench", "bench", STUDENTS, "a secret that is long enough")
+    file = folder / "assignment.toml"
+    file.write_text(file.read_text("utf-8").split("\n[[problem]]")[0] + SLOT, encoding="utf-8")
+    assignment = load_assignment(folder)
+    release(assignment, certificate_text, 2, lambda _: None)
+    for student in STUDENTS:
+        target = folder / "submitted" / student.id / "bench.ipynb"
+        target.parent.mkdir(parents=True)
+        text = (folder / "released" / student.id / "bench.ipynb").read_text("utf-8")
+        target.write_text(answered(text, assignment.problems(student.id), lambda code, _: code), encoding="utf-8")
+    return assignment
+
+
+def checks(assignment: Assignment) -> dict[str, str]:
+    """Return a line of code for each answer that fails where it is wrong."""
+    ((slot, problem),) = assignment.problems("s00")
+    found = {}
+    for part in problem.parts:
+        name = variable(slot, part.name)
+        if isinstance(part.answer, (Expression, Matrix)):
+            found[part.name] = f"assert same({name}, {part.answer.reference!r})"
+        else:
+            found[part.name] = f"assert {name}"
+    return found
+
+
+def one_notebook(assignment: Assignment, kind: str) -> Any:
+    return nbformat.read(assignment.folder / kind / "s00" / "bench.ipynb", as_version=4)
+
+
+# --- nbgrader ---
+
+
+def nbgrader(assignment: Assignment, folder: Path, python: Path) -> float:
+    """Make a course with one assignment, and return the time of `nbgrader autograde` on the class."""
+    source = one_notebook(assignment, "released")
+    tests = checks(assignment)
+    cells = []
+    for cell in source.cells:
+        cells.append(cell)
+        part = cell.metadata.pop("qdot", {}).get("part", "").removeprefix("p1.")
+        if part in tests:
+            cell.metadata["nbgrader"] = mark(f"answer-{part}", 0, solution=True)
+            code = COMPARE + tests[part]
+            cells.append(new_code_cell(code, metadata={"nbgrader": mark(f"test-{part}", 1, grade=True)}))
+    source.cells = cells
+    target = folder / "source" / "bench" / "bench.ipynb"
+    target.parent.mkdir(parents=True)
+    nbformat.write(source, target)
+    (folder / "nbgrader_config.py").write_text(
+        f"c = get_config()\nc.CourseDirectory.root = {str(folder)!r}\n"
+    )
+    run = [str(python), "-m", "nbgrader"]
+    timed([*run, "generate_assignment", "bench"], folder)
+    handed_out = nbformat.read(folder / "release" / "bench" / "bench.ipynb", as_version=4)
+    solved = {cell.id: cell.source for cell in one_notebook(assignment, "solutions").cells}
+    for cell in handed_out.cells:
+        if cell.metadata.get("nbgrader", {}).get("solution"):
+            cell.source = solved[cell.id]
+    for student in STUDENTS:
+        path = folder / "submitted" / student.id / "bench" / "bench.ipynb"
+        path.parent.mkdir(parents=True)
+        nbformat.write(handed_out, path)
+    return timed([*run, "autograde", "bench"], folder)
+
+
+def mark(name: str, points: int, solution: bool = False, grade: bool = False) -> dict[str, Any]:
+    """Return nbgrader's metadata of a cell."""
+    found = {"grade_id": name, "solution": solution, "grade": grade, "locked": grade, "schema_version": 3, "task": False}
+    return {**found, "points": points} if grade else found
+
+
+# --- otter ---
+
+
+def otter(assignment: Assignment, folder: Path, python: Path) -> float:
+    """Make an autograder of one test for each answer, and return the time of `otter run` on each notebook."""
+    tests = folder / "tests"
+    tests.mkdir(parents=True)
+    for part, check in checks(assignment).items():
+        case = {"code": "".join(f">>> {line}\n" if not line.startswith(" ") else f"... {line}\n" for line in (
+            *(line for line in COMPARE.strip().splitlines()), check)), "hidden": False, "locked": False}  # fmt: skip
+        content = {"name": part, "points": 1, "suites": [{"cases": [case], "scored": True, "setup": "", "teardown": "", "type": "doctest"}]}  # fmt: skip
+        (tests / f"{part.replace('-', '_')}.py").write_text(f"OK_FORMAT = True\ntest = {json.dumps(content)}\n".replace("false", "False").replace("true", "True"))  # fmt: skip
+    timed([str(python), "-m", "otter", "generate", "-t", str(tests), "-o", str(folder / "grader.zip")], folder)
+    notebook = folder / "bench.ipynb"
+    solved = one_notebook(assignment, "solutions")
+    nbformat.write(solved, notebook)
+    archive = folder / "grader.zip"
+    total = 0.0
+    for number in range(len(STUDENTS)):
+        place = folder / f"run{number}"
+        place.mkdir()
+        shutil.copy(notebook, place)
+        total += timed([str(python), "-m", "otter", "run", "bench.ipynb", "-a", str(archive)], place)
+    return total
+
+
+if __name__ == "__main__":
+    sys.exit(main())
