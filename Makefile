@@ -9,7 +9,7 @@ PIP     = $(PY) -m pip --disable-pip-version-check --quiet
 CODE    = exercises grader tests
 PYTEST  = $(PY) -m pytest -n auto --dist loadgroup
 
-.PHONY: help demo test lint unit docs test-all test-oldest pairs fuzz diagnoses mutants bench format lock clean
+.PHONY: help demo test lint unit docs test-all test-oldest pairs fuzz diagnoses mutants bench bench-peers format lock clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1 | \2/p' Makefile | awk -F'|' '{ printf "%-20s %s\n", $$1, $$2 }'
@@ -68,6 +68,15 @@ mutants: $(VENV)/.dev  ## mistakes put into the modules that compare answers, an
 bench: $(VENV)/.dev  ## the benchmarks of tests/bench
 	$(PY) -m tests.bench
 	$(PY) -m tests.bench.deriving
+	$(PY) -m tests.bench.growth $(SIZES)
+
+bench-peers: $(VENV)/.dev .venvs/peers/.installed  ## the same notebooks graded by nbgrader and otter-grader
+	$(PY) -m tests.bench.peers .venvs/peers/bin/python
+
+.venvs/peers/.installed:
+	$(PYTHON) -m venv .venvs/peers
+	.venvs/peers/bin/python -m pip --disable-pip-version-check --quiet install nbgrader otter-grader sympy numpy
+	touch $@
 
 format: $(VENV)/.dev  ## rewrite the code as `make test` wants it
 	$(VENV)/bin/ruff check --fix-only $(CODE)

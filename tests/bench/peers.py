@@ -1,11 +1,10 @@
-"""`make bench-peers`: the same 20 notebooks graded by qdot, by nbgrader and by otter-grader, seconds of wall time each.
+"""`make bench-peers`: the same 20 notebooks graded by qdot, nbgrader and otter-grader, seconds of wall time each.
 
-The assignment is Examples 6.1 and 6.2, five answers on a planar arm of two joints. The peers grade one student's problem
+The assignment is Examples 6.1 and 6.2, five answers on a planar arm of two joints. The peers grade one problem,
 handed in 20 times, as they know no problem of one's own; their tests compare the answers at random points with NumPy,
 which is less than what qdot does. They run in an environment of their own, whose Python is the only argument.
 """
 
-import json
 import os
 import shutil
 import subprocess
@@ -33,7 +32,7 @@ questions = ["position", "jacobian", "determinant", "inverse-velocity", "singula
 COMPARE = """
 import random as _random
 def same(mine, right):
-    mine, right = Matrix([mine]) if not hasattr(mine, "shape") else mine, Matrix([right]) if not hasattr(right, "shape") else right
+    mine, right = (value if hasattr(value, "shape") else Matrix([value]) for value in (mine, right))
     symbols = sorted(right.free_symbols, key=str)
     f, g = lambdify(symbols, mine), lambdify(symbols, right)
     points = [[_random.uniform(0.3, 1.5) for _ in symbols] for _ in range(5)]
@@ -121,9 +120,7 @@ def nbgrader(assignment: Assignment, folder: Path, python: Path) -> float:
     target = folder / "source" / "bench" / "bench.ipynb"
     target.parent.mkdir(parents=True)
     nbformat.write(source, target)
-    (folder / "nbgrader_config.py").write_text(
-        f"c = get_config()\nc.CourseDirectory.root = {str(folder)!r}\n"
-    )
+    (folder / "nbgrader_config.py").write_text(f"c = get_config()\nc.CourseDirectory.root = {str(folder)!r}\n")
     run = [str(python), "-m", "nbgrader"]
     timed([*run, "generate_assignment", "bench"], folder)
     handed_out = nbformat.read(folder / "release" / "bench" / "bench.ipynb", as_version=4)
@@ -140,7 +137,14 @@ def nbgrader(assignment: Assignment, folder: Path, python: Path) -> float:
 
 def mark(name: str, points: int, solution: bool = False, grade: bool = False) -> dict[str, Any]:
     """Return nbgrader's metadata of a cell."""
-    found = {"grade_id": name, "solution": solution, "grade": grade, "locked": grade, "schema_version": 3, "task": False}
+    found = {
+        "grade_id": name,
+        "solution": solution,
+        "grade": grade,
+        "locked": grade,
+        "schema_version": 3,
+        "task": False,
+    }
     return {**found, "points": points} if grade else found
 
 
@@ -152,10 +156,12 @@ def otter(assignment: Assignment, folder: Path, python: Path) -> float:
     tests = folder / "tests"
     tests.mkdir(parents=True)
     for part, check in checks(assignment).items():
-        case = {"code": "".join(f">>> {line}\n" if not line.startswith(" ") else f"... {line}\n" for line in (
-            *(line for line in COMPARE.strip().splitlines()), check)), "hidden": False, "locked": False}  # fmt: skip
-        content = {"name": part, "points": 1, "suites": [{"cases": [case], "scored": True, "setup": "", "teardown": "", "type": "doctest"}]}  # fmt: skip
-        (tests / f"{part.replace('-', '_')}.py").write_text(f"OK_FORMAT = True\ntest = {json.dumps(content)}\n".replace("false", "False").replace("true", "True"))  # fmt: skip
+        lines = [*COMPARE.strip().splitlines(), check]
+        code = "".join(f"{'...' if line.startswith(' ') else '>>>'} {line}\n" for line in lines)
+        case = {"code": code, "hidden": False, "locked": False}
+        suite = {"cases": [case], "scored": True, "setup": "", "teardown": "", "type": "doctest"}
+        content = {"name": part, "points": 1, "suites": [suite]}
+        (tests / f"{part.replace('-', '_')}.py").write_text(f"OK_FORMAT = True\ntest = {content!r}\n")
     timed([str(python), "-m", "otter", "generate", "-t", str(tests), "-o", str(folder / "grader.zip")], folder)
     notebook = folder / "bench.ipynb"
     solved = one_notebook(assignment, "solutions")
