@@ -13,7 +13,7 @@ import sympy as sp
 
 from exercises.errors import QdotError
 from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part, Problem
-from exercises.questions import QUESTIONS
+from exercises.quizzes import ASKED
 from exercises.render import template_folder
 from exercises.show import FORMATS, problem_json, show
 from exercises.writing.answer_code import answer_code
@@ -28,7 +28,7 @@ Draw = Callable[[str, int], Problem]
 
 def test_every_question_has_its_templates() -> None:
     there = {path.name.removesuffix(".md.j2") for path in (template_folder() / "questions").iterdir()}
-    assert there == set(QUESTIONS)
+    assert there == {question.template or name for name, question in ASKED.items()} | {"options"}
 
 
 def test_prompts_ask_and_give_nothing_away(problem: Problem) -> None:
