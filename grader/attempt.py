@@ -3,7 +3,7 @@
 import datetime
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -13,12 +13,14 @@ from exercises import ENGINE
 from exercises.assignment import Assignment
 from exercises.problem import Problem, variable
 from exercises.store import kept
+from grader.cells import Unreadable, plain
 from grader.copies import Copies
+from grader.finding import Answers, find_answers
 from grader.functions import asked_of
 from grader.marking import mark
 from grader.parts import domain_of
 from grader.sandbox import Run, Sandbox
-from grader.submission import Note, Submission, Unreadable, cell_of, oddities, read_submission, wrong_assignment
+from grader.submission import Found, Note, Submission, oddities, read_submission, rivals, wrong_assignment
 from grader.verdict import Outcome
 
 GRADER = 1
@@ -30,12 +32,16 @@ Marked = dict[str, Any]
 
 @dataclass(frozen=True)
 class Attempt:
-    """A notebook that a student handed in, and when; where it can't be read, `unreadable` says why."""
+    """A notebook that a student handed in, and when; where it can't be read, `unreadable` says why.
+
+    `notes` tell what else was handed in that can't be read.
+    """
 
     file: Path
     received: datetime.datetime
     submission: Submission | None = None
     unreadable: str = ""
+    notes: tuple[str, ...] = ()
 
     def is_of(self, assignment: Assignment) -> bool:
         """Tell whether its file's name or its metadata name the assignment."""
@@ -45,20 +51,49 @@ class Attempt:
     @property
     def fingerprint(self) -> str:
         """A short text that changes whenever what was handed in does."""
-        return self.unreadable if self.submission is None else self.submission.sha256
+        if self.submission is None:
+            return self.unreadable
+        read = self.submission
+        return repr((read.sha256, read.notes, read.late, self.notes))
 
 
-def read_attempt(file: Path) -> Attempt:
-    """Read a notebook, whatever is in the file."""
+def read_attempts(found: Found, key: str) -> list[Attempt]:
+    """Read what a student handed in, best first. What can't be read is no attempt where something else can."""
+    if found.obstacle:
+        return [_unreadable(found.files[0], found.obstacle)]
+    likely = rivals(found.files)
+    attempts = [_read(found, path, key) for path in likely]
+    if not any(one.submission for one in attempts):
+        others = (_read(found, path, key) for path in found.files[:MOST_TRIED] if path not in likely)
+        attempts += [one for one in others if one.submission][:1]
+    readable = [one for one in attempts if one.submission]
+    failed = [one.unreadable for one in attempts if not one.submission]
+    if not readable:
+        return attempts[:1]
+    return [replace(one, notes=tuple(f"{why}; {plain(one.file.name)} was read" for why in failed)) for one in readable]
+
+
+MOST_TRIED = 10
+"""Files that are tried where none that looks like a notebook can be read."""
+
+
+def _read(found: Found, path: Path, key: str) -> Attempt:
     try:
-        submission = read_submission(file)
-        return Attempt(file, submission.received, submission)
+        read = read_submission(path, key)
     except Unreadable as error:
-        try:
-            seconds = int(file.stat().st_mtime)
-        except OSError:
-            seconds = 0
-        return Attempt(file, datetime.datetime.fromtimestamp(seconds, datetime.UTC), None, str(error))
+        return _unreadable(path, str(error))
+    submission = replace(read, notes=(*found.notes, *read.notes), late=found.late)
+    if found.received is not None:
+        submission = replace(submission, received=found.received, received_from=found.platform)
+    return Attempt(path, submission.received, submission)
+
+
+def _unreadable(path: Path, why: str) -> Attempt:
+    try:
+        seconds = int(path.lstat().st_mtime)
+    except OSError:
+        seconds = 0
+    return Attempt(path, datetime.datetime.fromtimestamp(seconds, datetime.UTC), None, why)
 
 
 def made_from(assignment: Assignment) -> dict[str, Any]:
@@ -73,19 +108,22 @@ def grade_attempt(
     """Grade one notebook: regenerate the problems from the assignment, run the cells, mark every part."""
     problems = kept(assignment, student).problems
     if attempt is None:
-        return _marked(assignment, copies, student, problems, None, Run(), "nothing was handed in", [])
-    submission = attempt.submission
-    obstacle = attempt.unreadable if submission is None else wrong_assignment(submission, assignment)
-    if submission is None or obstacle is not None:
-        return _marked(assignment, copies, student, problems, submission, Run(), obstacle, [])
-    names = [variable(slot, part.name) for slot, problem in problems for part in problem.parts]
+        return _marked(assignment, copies, student, problems, None, Answers(Run()), "nothing was handed in", [])
+    submission, said = attempt.submission, [Note(note, note) for note in attempt.notes]
+    nothing = Answers(Run())
+    if submission is None:
+        return _marked(assignment, copies, student, problems, None, nothing, attempt.unreadable, said)
+    said += [Note(note, note) for note in submission.notes]
+    obstacle = wrong_assignment(submission, assignment)
+    if obstacle is not None:
+        return _marked(assignment, copies, student, problems, submission, nothing, obstacle, said)
+    parts = [f"{slot}.{part.name}" for slot, problem in problems for part in problem.parts]
     seed = _points_seed(assignment, submission)
     asked = {slot: asked_of(problem, domain_of(problem), seed) for slot, problem in problems}
-    run = _run(sandbox, submission.cells, names, asked)
-    notes = oddities(submission, assignment, student)
-    if run.note:
-        notes.append(Note(run.note, run.note))
-    return _marked(assignment, copies, student, problems, submission, run, None, notes)
+    found = find_answers(submission.cells, parts, lambda cells, names: _run(sandbox, cells, names, asked))
+    said += oddities(submission, assignment, student)
+    said += [Note(note, note) for note in (*found.notes, found.run.note) if note]
+    return _marked(assignment, copies, student, problems, submission, found, None, said)
 
 
 def _run(sandbox: Sandbox, cells: Sequence[str], names: Sequence[str], asked: Mapping[str, Mapping[str, Any]]) -> Run:
@@ -101,7 +139,7 @@ def _run(sandbox: Sandbox, cells: Sequence[str], names: Sequence[str], asked: Ma
 
 def _marked(
     assignment: Assignment, copies: Copies, student: str, problems: Sequence[tuple[str, Problem]],
-    submission: Submission | None, run: Run, obstacle: str | None, notes: Sequence[Note],
+    submission: Submission | None, found: Answers, obstacle: str | None, notes: Sequence[Note],
 ) -> Marked:  # fmt: skip
     marked: list[dict[str, Any]] = []
     of_another = submission is not None and submission.claims.get("student") not in (None, student)
@@ -110,10 +148,10 @@ def _marked(
         reasons = {}
         for part in problem.parts:
             name = variable(slot, part.name)
-            reasons[name] = obstacle or _why_missing(submission, run, slot, part.name)
+            reasons[name] = obstacle or found.reasons.get(name, "")
         seed = _points_seed(assignment, submission)
         is_copied = partial(copies.is_right_for_another, problem, slot)
-        verdicts = mark(problem, slot, run.answers, reasons, assignment.secret, seed, credit, is_copied)
+        verdicts = mark(problem, slot, found.run.answers, reasons, assignment.secret, seed, credit, is_copied)
         marked.append({"id": str(problem.id), "slot": slot, "parts": [verdict.as_json() for verdict in verdicts]})
     return {
         "sha256": None if submission is None else submission.sha256,
@@ -158,15 +196,3 @@ def is_graded(marked: Marked) -> bool:
 def _points_seed(assignment: Assignment, submission: Submission | None) -> str:
     """Return what draws the points at which functions are called: others for every submission that differs."""
     return f"{assignment.secret}/{submission.sha256 if submission is not None else ''}"
-
-
-def _why_missing(submission: Submission | None, run: Run, slot: str, part: str) -> str:
-    name = variable(slot, part)
-    if name in run.failures:
-        return f"{name} has no value that can be read: {run.failures[name]}"
-    cell = cell_of(submission, slot, part) if submission is not None else None
-    if cell is not None and cell in run.cell_errors:
-        return f"its cell stopped: {run.cell_errors[cell]}"
-    if run.note:
-        return run.note
-    return f"{name} is not set anywhere in the notebook" if cell is None else f"its cell does not set {name}"

@@ -16,7 +16,7 @@ from exercises.assignment import Assignment
 from exercises.errors import QdotError
 from exercises.files import cannot_write, make_folder, remove_left_behind, write_atomically
 from exercises.parallel import ordered_map
-from grader.attempt import Attempt, Marked, grade_attempt, is_graded, made_from, read_attempt, ungraded
+from grader.attempt import Attempt, Marked, grade_attempt, is_graded, made_from, read_attempts, ungraded
 from grader.copies import Copies
 from grader.overrides import read_overrides
 from grader.sandbox import Limits, Sandbox
@@ -106,10 +106,15 @@ def _grade(desk: _Desk, task: Task) -> list[Graded]:
     """Return everything that a student handed in, in the order in which it was received; what counts is marked."""
     if task.found is None:
         return [Graded(marked=_marked(desk, task.student, None))]
-    attempts = [read_attempt(file) for file in task.found.files]
+    attempts = read_attempts(task.found, desk.assignment.key)
     counting = _counting(desk.assignment, attempts)
     return [
-        Graded(one.file.name, one.received, _marked(desk, task.student, one) if one in counting else None)
+        Graded(
+            one.file.name,
+            one.received,
+            _marked(desk, task.student, one) if one in counting else None,
+            *(("file", None) if one.submission is None else (one.submission.received_from, one.submission.late)),
+        )
         for one in sorted(attempts, key=lambda one: one.received)
     ]
 

@@ -7,9 +7,12 @@ from exercises.errors import QdotError
 from exercises.formula.expression import read
 from exercises.formula.trees import Node, ReadError, as_matrix, has_blank
 from exercises.problem import TRUE_FALSE, variable
+from exercises.quizzes import ASKED
+from grader.cells import Unreadable
+from grader.finding import asked_in, find_answers
 from grader.functions import is_table
 from grader.sandbox import Sandbox
-from grader.submission import Unreadable, read_submission
+from grader.submission import read_submission
 
 STATEMENTS = ("eq", "and", "or", "in", "pair", "dict", "set")
 """Kinds of nodes that are conditions, and no entries of a matrix."""
@@ -24,27 +27,31 @@ class Row:
     said: str
 
 
-def check_notebook(path: Path) -> list[Row]:
+@dataclass(frozen=True)
+class Checked:
+    """What will be read of a notebook, and what is to be said of how it was found: the notes of `qdot grade`."""
+
+    rows: tuple[Row, ...]
+    notes: tuple[str, ...]
+
+
+def check_notebook(path: Path) -> Checked:
     """Run a notebook and tell for each answer cell what the grader would read. Raises QdotError for no notebook."""
     try:
         submission = read_submission(path)
     except Unreadable as error:
         raise QdotError(str(error)) from None
-    parts = [part for part in submission.parts if part is not None and "." in part]
+    parts = asked_in(submission.cells, tuple(ASKED))
     if not parts:
         raise QdotError(f"{path} has no answer cells; is it a notebook that qdot made?")
-    names = {part: variable(*part.split(".", 1)) for part in parts}
     with Sandbox() as sandbox:
-        run = sandbox.run(submission.cells, list(names.values()))
+        found = find_answers(submission.cells, parts, sandbox.run)
     rows = []
-    for part, name in names.items():
-        if name in run.answers:
-            rows.append(_row(part, run.answers[name]))
-        else:
-            cell = submission.parts.index(part)
-            reason = run.failures.get(name) or run.cell_errors.get(cell) or run.note or f"{name} is not set"
-            rows.append(Row(part, False, reason))
-    return rows
+    for part in parts:
+        name = variable(*part.split(".", 1))
+        answer = found.run.answers.get(name)
+        rows.append(_row(part, answer) if answer is not None else Row(part, False, found.reasons[name]))
+    return Checked(tuple(rows), (*submission.notes, *found.notes))
 
 
 def _row(part: str, text: str) -> Row:

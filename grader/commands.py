@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-from exercises.assignment import load_assignment
+from exercises.assignment import Assignment, load_assignment
 from exercises.console import note, progress, say
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
@@ -27,7 +27,7 @@ from grader.overrides import OVERRIDES
 from grader.reports.tables import overrides, staff_notes, status
 from grader.sandbox import Limits
 from grader.settle import Result
-from grader.submission import OTHER_EDITION, find_submissions
+from grader.submission import OTHER_EDITION, find_submissions, opened
 
 Jobs = Annotated[
     int, typer.Option("--jobs", "-j", min=1, help="How many processes work at once.", show_default="cores")
@@ -143,7 +143,10 @@ def check(
     """
     from grader.check import check_notebook
 
-    rows = check_notebook(notebook)
+    checked = check_notebook(notebook)
+    rows = checked.rows
+    for said in checked.notes:
+        say(f"note: {said}")
     for row in rows:
         say(f"{'ok ' if row.readable else '-- '} {row.part}: {row.said}")
     unreadable = sum(not row.readable for row in rows)
@@ -193,7 +196,10 @@ def _lines(batch: str) -> Iterable[str]:
 
 def grade(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The assignment folder.")],
-    submissions: Annotated[Path | None, typer.Argument(metavar="SUBMISSIONS", help="Default: DIR/submitted.")] = None,
+    submissions: Annotated[
+        Path | None,
+        typer.Argument(metavar="SUBMISSIONS", help="A folder, or a platform's zip. Default: DIR/submitted."),
+    ] = None,
     jobs: Jobs = CORES,
     fail_under: Annotated[
         float, typer.Option(metavar="PERCENT", help="Leave with code 1 if a student has less.")
@@ -203,18 +209,27 @@ def grade(
 ) -> None:
     """Grade what a class has handed in, and write feedback.
 
-    Reads SUBMISSIONS/STUDENT/*.ipynb (or SUBMISSIONS/STUDENT.ipynb) of everybody on the roster. Writes
+    Reads SUBMISSIONS/STUDENT/*.ipynb (or SUBMISSIONS/STUDENT.ipynb) of everybody on the roster, or what Moodle, Canvas
+    and Gradescope let you download, as a folder or as the zip (docs/submissions.md). Writes
     DIR/graded/results.jsonl, DIR/graded/grades.csv and DIR/graded/feedback/STUDENT.html. What has been graded and
     has not changed is not graded again, so that a run that was stopped goes on where it was. Results that are replaced
     stay in DIR/graded/history/STUDENT.jsonl. DIR/overrides.csv (student,part,points,comment) sets points by hand.
     """
+    assignment = load_assignment(folder)
+    with opened(submissions or folder / "submitted") as root:
+        _grade(assignment, root, jobs, fail_under, seconds, diff)
+
+
+def _grade(assignment: Assignment, submissions: Path, jobs: int, fail_under: float, seconds: float, diff: bool) -> None:
     from grader.history import earlier_results, told
     from grader.reports.write import write_reports
 
-    assignment = load_assignment(folder)
-    found, strangers = find_submissions(assignment, submissions or folder / "submitted")
-    for name in strangers:
+    looked = find_submissions(assignment, submissions)
+    for said in looked.unsure:
+        note(said)
+    for name in looked.strangers:
         note(f"{name}: no student of that name is on the roster; not graded")
+    found, folder = looked.found, assignment.folder
     limits = Limits(seconds=seconds, cell_seconds=max(1, min(20, seconds / 4)) if seconds < 80 else seconds / 6)
     jobs = min(jobs, len(assignment.roster))
     with alone(assignment):

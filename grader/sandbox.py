@@ -38,6 +38,8 @@ class Run:
     failures: dict[str, str] = field(default_factory=dict)
     cell_errors: dict[int, str] = field(default_factory=dict)
     end: str = "done"
+    earlier: dict[str, list[str]] = field(default_factory=dict)
+    """Every text that an answer had in the course of the notebook."""
 
     @property
     def note(self) -> str:
@@ -118,6 +120,7 @@ class Sandbox:
             if name in names and isinstance(line.get("text"), str):
                 run.answers[str(name)] = _writable(line["text"])
                 run.failures.pop(str(name), None)
+                run.earlier.setdefault(str(name), []).append(run.answers[str(name)])
             elif name in names:
                 run.failures[str(name)] = _writable(str(line.get("error"))[:300])
                 run.answers.pop(str(name), None)

@@ -22,11 +22,16 @@ Result = dict[str, Any]
 
 @dataclass(frozen=True)
 class Graded:
-    """What the grader gave for a notebook of a student, None where it doesn't count; for nobody's, `file` is empty."""
+    """What the grader gave for a notebook of a student, None where it doesn't count; for nobody's, `file` is empty.
+
+    `received_from` is what tells the time: a platform, or "file". `late` is a platform's own mark, where it makes one.
+    """
 
     file: str = ""
     received: datetime.datetime | None = None
     marked: Marked | None = None
+    received_from: str = "file"
+    late: bool | None = None
 
 
 def settle(
@@ -66,10 +71,13 @@ def _of_one(assignment: Assignment, student: Student, graded: Graded, overrides:
         problems.append({**problem, "parts": [_overridden(part, overrides.get(name)) for part, name in judged]})
     parts = [part for problem in problems for part in problem["parts"]]
     before = total(part["points"] for part in parts)
-    late = _late(assignment, student, graded.received, before)
+    late = None if graded.late is False else _late(assignment, student, graded.received, before)
     score = before if late is None else _less(before, Fraction(str(late["penalty"])))
     in_all = overrides.get(TOTAL)
-    submission = {"file": graded.file, "sha256": marked["sha256"], "received": _iso(graded.received)}
+    submission = {
+        "file": graded.file, "sha256": marked["sha256"], "received": _iso(graded.received),
+        "received_from": graded.received_from,
+    }  # fmt: skip
     return {
         "student": student.id,
         "assignment": assignment.key,

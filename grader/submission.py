@@ -1,145 +1,291 @@
 """What was handed in: found in the folder of submissions, read, and told apart from what can't be graded."""
 
+import contextlib
 import datetime
 import hashlib
-import json
-import re
-import warnings
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+import os
+import zipfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path, PurePosixPath
 from typing import Any
 
-import nbformat
-
 from exercises.assignment import Assignment
+from exercises.console import note
 from exercises.errors import QdotError
-from exercises.problem import variable
+from grader.archives import is_archive, listed, read_packed, unpacked
+from grader.cells import LARGEST, SCRIPTS, TEXTS, Cell, Unreadable, plain, read_cells
+from grader.layouts import handed_in
+from grader.roster import Roster
 
-LARGEST = 50_000_000
-
-
-class Unreadable(Exception):
-    """A submission that can't be graded at all; the text says why, to the student."""
+MOST_FILES, MOST_ATTEMPTS = 2000, 50
+"""Files of one student that are looked at, and those of them that are read."""
 
 
 @dataclass(frozen=True)
 class Submission:
-    """A notebook as handed in: code cells, the part that each was made for, and what its metadata claims."""
+    """A notebook as handed in: its cells, what its metadata claim, and what is to be said of how it was read.
+
+    `received_from` is what tells the time: a platform, or "file". `late` is a platform's own mark, where it makes one.
+    """
 
     file: Path
     sha256: str
     received: datetime.datetime
-    cells: tuple[str, ...]
-    parts: tuple[str | None, ...]
+    cells: tuple[Cell, ...]
     claims: Mapping[str, Any]
+    notes: tuple[str, ...] = ()
+    foreign: tuple[str, ...] = ()
+    received_from: str = "file"
+    late: bool | None = None
 
 
 @dataclass(frozen=True)
 class Found:
-    """The notebooks of one student, the one to grade first."""
+    """The files of one student, the one to grade first; `obstacle` is why none of them can be graded."""
 
     files: tuple[Path, ...]
+    notes: tuple[str, ...] = ()
+    obstacle: str = ""
+    platform: str = ""
+    received: datetime.datetime | None = None
+    late: bool | None = None
 
 
-def find_submissions(assignment: Assignment, root: Path) -> tuple[dict[str, Found], list[str]]:
-    """Return what each student handed in, and the names in the folder that belong to nobody on the roster.
+@dataclass(frozen=True)
+class Looked:
+    """What lies in the folder of submissions: by student, and what nobody on the roster has handed in for sure."""
 
-    `root/STUDENT/*.ipynb` or `root/STUDENT.ipynb`. Of several, the one with the assignment's file name goes first, else
+    found: dict[str, Found]
+    strangers: list[str] = field(default_factory=list)
+    unsure: list[str] = field(default_factory=list)
+
+    def __iter__(self) -> Iterator[Any]:
+        """Unpack as the students' files and the strangers' names."""
+        return iter((self.found, self.strangers))
+
+
+def find_submissions(assignment: Assignment, root: Path) -> Looked:
+    """Return what each student handed in, what belongs to nobody on the roster, and what may be of several.
+
+    The layouts are those of `layouts`. Of several files, the notebook with the assignment's file name goes first, else
     the one whose metadata name the assignment, else the first by name. Raises QdotError where `root` is no folder.
     """
     if not root.exists():
         raise QdotError(f"{root} does not exist; put what was handed in there, as STUDENT/*.ipynb or STUDENT.ipynb")
     if not root.is_dir():
         raise QdotError(f"{root} is not a folder of submissions; it holds STUDENT/*.ipynb or STUDENT.ipynb")
-    by_id = {student.id: student.id for student in assignment.roster}
-    found: dict[str, list[Path]] = {}
-    strangers = []
-    for path in sorted(root.iterdir()):
-        if path.name.startswith("."):
-            continue
-        name = path.name if path.is_dir() else path.stem
-        if not path.is_dir() and path.suffix != ".ipynb":
-            continue
-        if name not in by_id:
-            strangers.append(path.name)
-            continue
-        notebooks = sorted(path.glob("*.ipynb")) if path.is_dir() else [path]
-        found.setdefault(name, []).extend(p for p in notebooks if p.is_file() and not p.name.startswith("."))
-    return {name: Found(tuple(_best_first(files, assignment))) for name, files in found.items() if files}, strangers
+    _, entries = handed_in(root)
+    roster, gathered, looked = Roster(assignment.roster), dict[str, _Gathered](), Looked({})
+    for handed in entries:
+        name = handed.path.name
+        owner = roster.owner(replace(handed, ids=(*handed.ids, name if handed.path.is_dir() else handed.path.stem)))
+        if len(owner.students) == 1 and not owner.why:
+            gathered.setdefault(owner.students[0], _Gathered()).add(
+                handed.path, handed.platform, handed.received, handed.late
+            )
+        elif not handed.path.is_dir() and _kind(name) > _LAST_KIND:
+            continue  # a list of grades, a README
+        elif owner.students:
+            looked.unsure.append(f"{plain(name)} may be of {' or '.join(owner.students)}: {owner.why}; not graded")
+            for student in owner.students:
+                gathered.setdefault(student, _Gathered()).doubtful.append(handed.path)
+        else:
+            looked.strangers.append(plain(name))
+    for student, own in gathered.items():
+        found = own.found(assignment.key)
+        if found is not None:
+            looked.found[student] = found
+    return looked
 
 
-def _best_first(files: Sequence[Path], assignment: Assignment) -> list[Path]:
-    if len(files) == 1:
-        return list(files)
-    mark = f'"assignment": "{assignment.key}"'
+@contextlib.contextmanager
+def opened(submissions: Path) -> Iterator[Path]:
+    """Yield the folder of submissions; a platform's zip is unpacked while the block lasts. Raises QdotError."""
+    if not submissions.is_file() or not zipfile.is_zipfile(submissions):
+        yield submissions
+        return
+    try:
+        with unpacked(submissions) as (folder, left_out):
+            for said in left_out:
+                note(said)
+            yield folder
+    except Unreadable as error:
+        raise QdotError(str(error)) from None
 
-    def rank(path: Path) -> tuple[bool, bool, str]:
+
+MAY_BE = (
+    "what may be yours was handed in under a name that fits another student, too; it was not graded: "
+    "tell your instructor which is yours"
+)
+
+
+class _Gathered:
+    """What was found of one student so far."""
+
+    def __init__(self) -> None:
+        self.files: list[Path] = []
+        self.links: list[Path] = []
+        self.doubtful: list[Path] = []
+        self.platform = ""
+        self.received: datetime.datetime | None = None
+        self.late: bool | None = None
+
+    def add(self, path: Path, platform: str, received: datetime.datetime | None, late: bool | None) -> None:
+        """Take what lies in a folder, or a file. Of several times of a platform the last counts."""
+        for inside in _files_in(path):
+            (self.links if inside.is_symlink() else self.files).append(inside)
+        self.platform = platform or self.platform
+        self.received = max((time for time in (self.received, received) if time), default=None)
+        self.late = late if self.late is None else self.late or bool(late)
+
+    def found(self, key: str) -> Found | None:
+        """Return it with the file to grade first; None where there is nothing."""
+        files = tuple(best_first([_Candidate(path.name, path, _Reader(path)) for path in self.files], key))
+        names = ", ".join(plain(path.name) for path in self.links[:3])
+        linked = f"{names}: a symbolic link is not followed; hand in the file itself" if names else ""
+        if files:
+            return Found(files, (linked,) if linked else (), "", self.platform, self.received, self.late)
+        if self.links:
+            return Found(tuple(self.links), (), linked, self.platform, self.received, self.late)
+        return Found(tuple(self.doubtful), (), MAY_BE) if self.doubtful else None
+
+
+def _files_in(path: Path) -> Iterator[Path]:
+    """Yield a file, or the files in a folder and its folders; links are yielded, and never followed."""
+    if path.is_symlink() or not path.is_dir():
+        yield path
+        return
+    count = 0
+    for place, folders, names in os.walk(path):
+        folders[:] = sorted(name for name in folders if not _is_hidden(name))
+        links = [name for name in folders if Path(place, name).is_symlink()]
+        for name in sorted((*names, *links)):
+            inside = Path(place, name)
+            if not _is_hidden(name) and (inside.is_symlink() or inside.is_file()):
+                yield inside
+                count += 1
+                if count >= MOST_FILES:
+                    return
+
+
+def _is_hidden(name: str) -> bool:
+    """Tell whether a name is one that systems make beside files: .ipynb_checkpoints, __MACOSX, ._name, Thumbs.db."""
+    return name.startswith(".") or name in ("__MACOSX", "Thumbs.db", "desktop.ini", "__pycache__")
+
+
+# --- which of several files ---
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    """A file that may be the one to grade: its name, what stands for it, and its text, if it comes to that."""
+
+    name: str
+    what: Any
+    read: Callable[[], bytes]
+
+
+@dataclass(frozen=True)
+class _Reader:
+    """Reads a file of a reasonable size."""
+
+    path: Path
+
+    def __call__(self) -> bytes:
         try:
-            named = mark in path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError):
-            named = False
-        return (path.name != f"{assignment.key}.ipynb", not named, path.name)
-
-    return sorted(files, key=rank)
+            return self.path.read_bytes() if self.path.stat().st_size <= LARGEST // 4 else b""
+        except OSError:
+            return b""
 
 
-def read_submission(path: Path) -> Submission:
-    """Read a notebook. Raises Unreadable with a reason for whatever is none."""
+_KINDS = ((".ipynb",), (".ipynb.txt", ".ipynb.json", ".json"), (".zip", ".tgz", ".tar.gz", ".tar"), (*SCRIPTS, *TEXTS))
+_LAST_KIND = len(_KINDS)
+
+
+def _kind(name: str) -> int:
+    """Return how likely a file is the notebook, by its name; smaller is likelier."""
+    lower = name.lower()
+    known = next((kind for kind, endings in enumerate(_KINDS) if lower.endswith(endings)), None)
+    if known is not None:
+        return known
+    return (
+        _LAST_KIND
+        if lower.endswith((".txt", ".html", ".htm", ".pdf", ".docx", ".doc", ".odt", ".rtf"))
+        else _LAST_KIND + 1
+    )
+
+
+def best_first(candidates: Sequence[_Candidate], key: str) -> list[Any]:
+    """Return what stands for the candidates, the one to grade first."""
+    mark = f'"assignment": "{key}"'.encode()
+    is_one = len(candidates) == 1
+
+    def rank(one: _Candidate) -> tuple[int, bool, bool, str]:
+        named = is_one or _kind(one.name) > 1 or mark in one.read()
+        return _kind(one.name), PurePosixPath(one.name).name != f"{key}.ipynb", not named, one.name
+
+    return [one.what for one in sorted(candidates, key=rank)]
+
+
+def rivals(files: Sequence[Path]) -> tuple[Path, ...]:
+    """Return the files that may be notebooks to grade, of those of a student, which come best first."""
+    kinds = [_kind(path.name) for path in files]
+    likely = [path for path, kind in zip(files, kinds, strict=True) if kind <= max(2, kinds[0]) and kind < _LAST_KIND]
+    return tuple(likely[:MOST_ATTEMPTS]) or tuple(files[:1])
+
+
+# --- reading ---
+
+
+def read_submission(path: Path, key: str = "") -> Submission:
+    """Read a notebook, or what stands for one. Raises Unreadable with a reason for whatever can't be graded."""
+    said = plain(path.name)
     try:
-        data = path.read_bytes() if path.stat().st_size <= LARGEST else None
-        received = datetime.datetime.fromtimestamp(int(path.stat().st_mtime), datetime.UTC)
+        status = path.stat()
+        data = path.read_bytes() if status.st_size <= LARGEST else None
     except OSError as error:
-        raise Unreadable(f"{path.name} can't be read: {error.strerror}") from None
+        raise Unreadable(f"{said} can't be read: {error.strerror}") from None
     if data is None:
+        raise Unreadable(f"{said} is larger than {LARGEST // 1_000_000} MB; clear its outputs and hand it in again")
+    notes, digest = [], hashlib.sha256(data).hexdigest()
+    name = path.name
+    if is_archive(data[:512]):
+        name, data, note = _out_of_archive(path, key)
+        notes.append(note)
+    content = read_cells(name, data)
+    if content.note:
+        notes.append(f"{plain(name)} is no .ipynb file: {content.note}")
+    received = datetime.datetime.fromtimestamp(int(status.st_mtime), datetime.UTC)
+    return Submission(path, digest, received, content.cells, content.claims, tuple(notes), content.foreign)
+
+
+def _out_of_archive(path: Path, key: str) -> tuple[str, bytes, str]:
+    """Return the name and the text of the notebook in an archive, and what is to be said of it. Raises Unreadable."""
+    files = [packed for packed in listed(path) if not any(map(_is_hidden, PurePosixPath(packed.name).parts))]
+    said = plain(path.name)
+    fit = [packed for packed in files if _kind(packed.name) in (0, 1, 3)]
+    if not fit:
+        nested = any(_kind(packed.name) == 2 for packed in files)
+        why = "only another archive, which is not opened" if nested else "no notebook"
+        raise Unreadable(f"{said} has {why} in it; hand in the notebook itself, the file that ends in .ipynb")
+
+    def reader(name: str, size: int) -> Callable[[], bytes]:
+        return lambda: read_packed(path, name) if size <= LARGEST // 4 else b""
+
+    shallow = sorted(fit, key=lambda packed: (_kind(packed.name), packed.name.count("/"), packed.name))[:20]
+    ordered = best_first([_Candidate(one.name, one, reader(one.name, one.size)) for one in shallow], key)
+    if ordered[0].size > LARGEST:
         raise Unreadable(
-            f"{path.name} is larger than {LARGEST // 1_000_000} MB; clear its outputs and hand it in again"
+            f"{plain(ordered[0].name)} in {said} is larger than {LARGEST // 1_000_000} MB; clear its outputs"
         )
-    notebook = _notebook(path.name, data)
-    claims = _plain(notebook.get("metadata", {})).get("qdot", {})
-    code = [cell for cell in notebook.cells if cell.get("cell_type") == "code"]
-    return Submission(
-        path, hashlib.sha256(data).hexdigest(), received,
-        tuple(_source(cell) for cell in code), tuple(_part(cell) for cell in code),
-        claims if isinstance(claims, dict) else {},
-    )  # fmt: skip
+    note = f"{said} is an archive; {plain(ordered[0].name)} in it was read"
+    others = [plain(one.name) for one in ordered[1:] if _kind(one.name) <= _kind(ordered[0].name)]
+    note += f", not {', '.join(others[:5])}" if others else ""
+    return PurePosixPath(ordered[0].name).name, read_packed(path, ordered[0].name), note
 
 
-def _notebook(name: str, data: bytes) -> Any:
-    """Return the notebook. What is wrong is told in our own words: the libraries' quote the file's innards."""
-    if not data.strip():
-        raise Unreadable(f"{name} is empty")
-    try:
-        text = data.decode("utf-8-sig")
-        json.loads(text)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            notebook = nbformat.reads(text, as_version=4)
-        if isinstance(notebook.get("cells"), list):
-            return notebook
-    except UnicodeDecodeError:
-        raise Unreadable(f"{name} is not a Jupyter notebook: it is not text") from None
-    except json.JSONDecodeError as error:
-        raise Unreadable(f"{name} is not a Jupyter notebook, or was cut off (line {error.lineno})") from None
-    except RecursionError:
-        raise Unreadable(f"{name} is not a Jupyter notebook: it nests too deeply") from None
-    except Exception:  # noqa: S110 - nbformat raises many kinds, all of them about the file
-        pass
-    raise Unreadable(f"{name} is not a Jupyter notebook: it is JSON, but has no cells that can be read")
-
-
-def _plain(value: Any) -> dict[str, Any]:
-    return value if isinstance(value, dict) else {}
-
-
-def _source(cell: Any) -> str:
-    source = cell.get("source", "")
-    return "".join(map(str, source)) if isinstance(source, list) else str(source)
-
-
-def _part(cell: Any) -> str | None:
-    part = _plain(_plain(cell.get("metadata")).get("qdot")).get("part")
-    return part if isinstance(part, str) else None
+# --- what its metadata say ---
 
 
 def wrong_assignment(submission: Submission, assignment: Assignment) -> str | None:
@@ -174,12 +320,15 @@ def oddities(submission: Submission, assignment: Assignment, student: str) -> li
     if isinstance(digest, str) and digest != assignment.digest:
         said = "this notebook was made from another version of the assignment; ask your instructor for the right one"
         notes.append(Note(OTHER_EDITION, said))
+    asked = {f"{slot.name}.{question}" for slot in assignment.slots for question in slot.questions}
+    unknown = sorted({cell.part for cell in submission.cells if cell.part is not None} - asked)
+    if unknown:
+        named = ", ".join(plain(part) for part in unknown[:3]) + (", …" if len(unknown) > 3 else "")
+        notes.append(Note(f"cells are marked as answers to what is not asked: {named}"))
+    if submission.foreign:
+        notes.append(
+            Note(f"its cells' metadata were changed, which decides nothing: {', '.join(submission.foreign[:5])}")
+        )
+    if submission.late:
+        notes.append(Note("the platform has marked it as late"))
     return notes
-
-
-def cell_of(submission: Submission, slot: str, part: str) -> int | None:
-    """Return the index of the code cell that answers a part: by its metadata, failing that by its assignment."""
-    if f"{slot}.{part}" in submission.parts:
-        return submission.parts.index(f"{slot}.{part}")
-    pattern = re.compile(rf"(?m)^\s*{re.escape(variable(slot, part))}\s*=(?!=)")
-    return next((i for i, source in enumerate(submission.cells) if pattern.search(source)), None)

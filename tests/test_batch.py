@@ -97,7 +97,7 @@ def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
     hand_in(assignment, "s07/hw.ipynb", full.replace('"assignment": "hw"', '"assignment": "other"'))
     hand_in(assignment, "s08/hw.ipynb", (assignment.folder / "released" / "s08" / "hw.ipynb").read_text())
     hand_in(assignment, "s09/hw.ipynb", right(assignment, "s09", lambda c, p: "1/0" if p.name == "position" else c))
-    hand_in(assignment, "s10/hw.ipynb", b"\xff\xfe{}")
+    hand_in(assignment, "s10/hw.ipynb", b"\x93\xff\0{}")
     hand_in(assignment, "s11/notes.txt", "no notebook")
     hand_in(assignment, "stranger/hw.ipynb", full)
     _, strangers = find_submissions(assignment, assignment.folder / "submitted")
@@ -117,9 +117,9 @@ def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
     assert {part["outcome"] for part in parts(graded["s08"]).values()} == {"missing"}
     assert parts(graded["s09"])["p1.position"]["reason"] == "its cell stopped: ZeroDivisionError: division by zero"
     assert graded["s09"]["score"] == graded["s09"]["max_score"] - 1
-    for student in ("s11", "s12"):
-        assert status(graded[student]) == "missing"
-        assert graded[student]["score"] == 0
+    assert "notes.txt is not a notebook" in graded["s11"]["obstacle"] and status(graded["s11"]) == "unusable"
+    assert status(graded["s12"]) == "missing"
+    assert graded["s12"]["score"] == 0
 
 
 def test_a_grade_does_not_depend_on_who_else_is_graded_or_how(assignment: Assignment) -> None:

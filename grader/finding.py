@@ -1,0 +1,343 @@
+"""Where in a notebook the answer to each part is: by the variable's name, and by the answer cell's metadata.
+
+The value that the variable has at the end of the notebook counts: it is what a student sees who runs all cells.
+Whatever else is read, for an answer that is there must not be lost, is said in a note. Cells are counted from the top,
+text too.
+"""
+
+import ast
+import difflib
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from exercises.problem import variable
+from grader.cells import Cell, parsed, without_magics
+from grader.sandbox import Run
+
+LONGEST = 30_000
+"""Characters of a cell that is looked into; one that is longer is run all the same."""
+
+RunCells = Callable[[Sequence[str], Sequence[str]], Run]
+"""Runs cells and returns what variables of these names hold."""
+
+
+@dataclass
+class Answers:
+    """What a notebook answers: the run, why each missing part is missing, by variable, and what is to be said."""
+
+    run: Run
+    reasons: dict[str, str] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+
+def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> Answers:
+    """Run a notebook and find the answers to `parts`, called as in "p1.jacobian"."""
+    names = {part: variable(*part.split(".", 1)) for part in parts}
+    book = _Book(cells, names)
+    for part in parts:
+        book.look_for(part)
+    order = sorted(book.sources)
+    sources = [book.sources[index] for index in order]
+    result = run(sources, list(names.values()))
+    failed = {order[place]: error for place, error in result.cell_errors.items() if 0 <= place < len(order)}
+    found = Answers(result, notes=book.notes)
+    again = _Again(run, sources, order, failed)
+    for part, name in names.items():
+        if _is_missing(result, name):
+            _take_an_earlier_value(found, name)
+        if _is_missing(result, name):
+            _run_once_more(found, name, book, again)
+        if name in result.answers:
+            _tell_several(found, part, name, book, failed)
+        else:
+            found.reasons[name] = _why_missing(part, name, book, result, failed)
+    return found
+
+
+def asked_in(cells: Sequence[Cell], questions: Sequence[str]) -> list[str]:
+    """Return the parts that a notebook seems to have, by metadata and by the names that it sets."""
+    endings = {question.replace("-", "_"): question for question in questions}
+    found = dict[str, None]()
+    for cell in cells:
+        if cell.part is not None and re.fullmatch(r"p\d+\.[a-z0-9-]+", cell.part):
+            found[cell.part] = None
+        for slot, ending in re.findall(r"(?m)^\s*(p\d+)_(\w+) *=(?!=)", cell.source):
+            if ending in endings:
+                found[f"{slot}.{endings[ending]}"] = None
+    return list(found)
+
+
+# --- what cells set ---
+
+
+class _Book:
+    """A notebook's cells: what each sets, what is run for it, and what is to be said."""
+
+    def __init__(self, cells: Sequence[Cell], names: Mapping[str, str]) -> None:
+        self.cells, self.names, self.notes = cells, names, list[str]()
+        self.sources = {index: cell.source for index, cell in enumerate(cells) if cell.is_code}
+        slots = "|".join(sorted({re.escape(part.split(".")[0]) for part in names})) or "$^"
+        self._relevant = re.compile(rf"\b(?:{slots})_?\w", re.IGNORECASE)
+        self.sets = {index: self._set_by(index) for index in self.sources}
+
+    def _set_by(self, index: int) -> set[str]:
+        """Return the names that a cell sets, of those that look like the names of answers."""
+        cell = self.cells[index]
+        if cell.part not in self.names and not self._relevant.search(cell.source):
+            return set()
+        tree = parsed(without_magics(cell.source), LONGEST)
+        if tree is None:  # by the look of it: why the cell stops is told when it is run
+            return set(re.findall(r"(?m)^\s*(\w+)[^\n=!<>]*=(?!=)", cell.source[:LONGEST]))
+        return set(_bound(tree))
+
+    def setters(self, name: str) -> list[int]:
+        """Return the cells that set a variable."""
+        return [index for index, names in self.sets.items() if name in names]
+
+    def marked(self, part: str) -> list[int]:
+        """Return the cells that the metadata call the answer to a part, text among them."""
+        return [index for index, cell in enumerate(self.cells) if cell.part == part]
+
+    def look_for(self, part: str) -> None:
+        """See to it that the answer to a part is read, whatever its cell has become."""
+        name, setters = self.names[part], self.setters(self.names[part])
+        marked = [index for index in self.marked(part) if index in self.sources]
+        if setters:
+            own = [index for index in marked if index not in setters and self._answer_in(index) is not None]
+            if own and not set(marked) & set(setters):
+                self.notes.append(
+                    f"{name} is set in {_cells(setters)}, and was read there; "
+                    f"the answer cell, {_cells(own)}, does not set it"
+                )
+            return
+        for index in reversed(marked):
+            if self._read_as(index, part, f"{_cells([index])} is the answer cell of {name}"):
+                return
+        texts = [index for index, cell in enumerate(self.cells) if not cell.is_code]
+        for index in texts:
+            cell = self.cells[index]
+            is_answer = cell.part == part or re.search(rf"(?m)^ *`*{name} *=(?!=)", cell.source)
+            if is_answer and self._read_text(index, part):
+                return
+        near = [
+            (index, other)
+            for index, names in self.sets.items()
+            for other in sorted(names)
+            if self._is_near(name, other)
+        ]
+        if len({other for _, other in near}) == 1:
+            index, other = near[-1]
+            if self._rename(index, name, other):
+                self.notes.append(f"{name} is not set anywhere; {other} in {_cells([index])} was read for it")
+
+    def _is_near(self, name: str, other: str) -> bool:
+        """Tell whether another name is this one misspelt: P1_Jacobian, p1_jacobain."""
+        if other in self.names.values() or other[:2].casefold() != name[:2].casefold():
+            return False
+        closest = difflib.get_close_matches(other.casefold(), list(self.names.values()), 1, 0.87)
+        return closest == [name]
+
+    def _answer_in(self, index: int) -> "ast.Assign | ast.Expr | None":
+        """Return the statement of an answer cell that gives its answer, whatever the variable is called."""
+        tree = parsed(without_magics(self.sources[index]), LONGEST)
+        if tree is None or not tree.body:
+            return None
+        last = tree.body[-1]
+        assigned = [s for s in tree.body if isinstance(s, ast.Assign) and isinstance(s.targets[-1], ast.Name)]
+        if isinstance(last, ast.Expr) and not _shows(last) and (not assigned or isinstance(last.value, ast.Name)):
+            return last
+        return assigned[-1] if assigned else None
+
+    def _read_as(self, index: int, part: str, because: str) -> bool:
+        """Have the value of an answer cell read as the answer to its part. Return whether it has one."""
+        name, statement = self.names[part], self._answer_in(index)
+        if statement is None:
+            return False
+        target = statement.targets[-1] if isinstance(statement, ast.Assign) else None
+        other = target.id if isinstance(target, ast.Name) else ""
+        if other in self.names.values():
+            if self.setters(other) == [index]:
+                return False  # it is the only answer to the other part
+            self._insert(index, statement, name, instead=True)
+        else:
+            self._insert(index, statement, name)
+        what = "is no assignment: its value" if not other else f"sets {other}, which"
+        self.notes.append(f"{because} and {what} was read for it")
+        return True
+
+    def _rename(self, index: int, name: str, other: str) -> bool:
+        """Have another variable, where a cell sets it, read as the answer."""
+        tree = parsed(without_magics(self.sources[index]), LONGEST)
+        for statement in reversed(tree.body if tree else []):
+            if isinstance(statement, ast.Assign) and any(
+                isinstance(t, ast.Name) and t.id == other for t in statement.targets
+            ):
+                self._insert(index, statement, name)
+                return True
+        return False
+
+    def _insert(self, index: int, statement: ast.stmt, name: str, *, instead: bool = False) -> None:
+        """Put `name = ` before a statement, or in place of what it sets."""
+        lines = without_magics(self.sources[index]).split("\n")
+        at = lines[statement.lineno - 1].encode()
+        begin, end = statement.col_offset, statement.col_offset
+        if instead and isinstance(statement, ast.Assign):
+            end = statement.value.col_offset if statement.value.lineno == statement.lineno else len(at)
+        lines[statement.lineno - 1] = (at[:begin] + f"{name} = ".encode() + at[end:]).decode()
+        self.sources[index] = "\n".join(lines)
+        self.sets[index] = self.sets[index] | {name}
+
+    def _read_text(self, index: int, part: str) -> bool:
+        """Have Python in a text cell run, where the answer is nowhere else. Return whether there is any."""
+        name = self.names[part]
+        code = _code_in(self.cells[index].source, name)
+        if code is None:
+            return False
+        self.sources[index], self.sets[index] = code, {name}
+        said = f"{_cells([index])} is a text cell, not code; what it says"
+        tree = parsed(code, LONGEST)
+        if tree is not None and name not in _bound(tree):
+            self.sets[index] = set(_bound(tree))
+            if not self._read_as(index, part, f"{_cells([index])} is a text cell, not code,"):
+                del self.sources[index], self.sets[index]
+                return False
+        else:
+            self.notes.append(f"{said} was read for {name} as if it were code")
+        return True
+
+
+def _bound(tree: ast.AST) -> Iterator[str]:
+    """Yield the names that statements set, those inside of functions left out."""
+    left = [tree]  # a sum of a thousand terms is a thousand deep: no recursion
+    while left:
+        for node in ast.iter_child_nodes(left.pop()):
+            if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+                yield node.id
+            elif isinstance(node, (ast.FunctionDef, ast.ClassDef, ast.AsyncFunctionDef)):
+                yield node.name
+            elif not isinstance(node, ast.Lambda):
+                left.append(node)
+
+
+def _shows(statement: ast.Expr) -> bool:
+    """Tell whether a statement only shows something."""
+    called = statement.value.func if isinstance(statement.value, ast.Call) else None
+    return isinstance(called, ast.Name) and called.id in ("print", "display", "pprint", "init_printing", "help")
+
+
+def _code_in(text: str, name: str) -> str | None:
+    """Return the Python in a text cell: all of it, without fences, else what follows after `name =`."""
+    lines = [line for line in text[:LONGEST].split("\n") if not re.match(r"\s*(```|~~~)", line)]
+    whole = "\n".join(lines).strip().strip("`")
+    tree = parsed(whole, LONGEST)
+    if tree is not None and any(map(_is_answer, tree.body)):
+        return whole
+    begin = next((n for n, line in enumerate(lines) if re.match(rf" *`*{name} *=(?!=)", line)), None)
+    if begin is None:
+        return None
+    for end in range(min(len(lines), begin + 60), begin, -1):
+        code = "\n".join(lines[begin:end]).strip().strip("`")
+        if parsed(code, LONGEST) is not None:
+            return code
+    return None
+
+
+def _is_answer(statement: ast.stmt) -> bool:
+    """Tell a statement from a word or two of prose, which may be Python, too."""
+    written = isinstance(statement, ast.Expr) and isinstance(statement.value, (ast.Call, ast.BinOp, ast.List, ast.Dict))
+    return written or isinstance(statement, ast.Assign)
+
+
+# --- what was read ---
+
+
+def _is_blank(text: str) -> bool:
+    return re.fullmatch(r"(?:blank|[\s\[\](){},\"'])*", text) is not None
+
+
+def _is_missing(run: Run, name: str) -> bool:
+    return name not in run.answers or _is_blank(run.answers[name])
+
+
+def _take_an_earlier_value(found: Answers, name: str) -> None:
+    """Read the last value that was one, where the variable holds a placeholder at the end, or what can't be read."""
+    run = found.run
+    earlier = [text for text in run.earlier.get(name, ()) if not _is_blank(text)]
+    if earlier:
+        became = "left blank" if name in run.answers else f"no value that can be read ({run.failures.get(name, '')})"
+        run.answers[name] = earlier[-1]
+        run.failures.pop(name, None)
+        found.notes.append(f"{name} is {became} at the end of the notebook; its value before that was read")
+
+
+@dataclass
+class _Again:
+    """A second run, in which cells that lacked a name come once more after all others; made when it is needed first."""
+
+    run: RunCells
+    sources: list[str]
+    order: list[int]
+    failed: Mapping[int, str]
+    _second: Run | None = None
+
+    def cells(self) -> list[int]:
+        return [index for index in self.order if self.failed.get(index, "").startswith("NameError")]
+
+    def value(self, name: str, names: Sequence[str]) -> str | None:
+        """Return what a variable holds after the second run."""
+        if self._second is None:
+            by_index = dict(zip(self.order, self.sources, strict=True))
+            self._second = self.run([*self.sources, *(by_index[index] for index in self.cells())], names)
+        return self._second.answers.get(name)
+
+
+def _run_once_more(found: Answers, name: str, book: _Book, again: _Again) -> None:
+    """Run cells that stopped for want of a name again, after all others: in Jupyter, cells are run in any order."""
+    setters = [index for index in again.cells() if index in book.setters(name)]
+    if not setters or found.run.end != "done":
+        return
+    value = again.value(name, list(book.names.values()))
+    if value is not None and not _is_blank(value):
+        found.run.answers[name] = value
+        why = again.failed[setters[-1]]
+        found.notes.append(
+            f"{_cells(setters)} stopped ({why}), and was run again after all other cells, which gave {name}"
+        )
+
+
+def _tell_several(found: Answers, part: str, name: str, book: _Book, failed: Mapping[int, str]) -> None:
+    """Say which value was read, where several cells set it to different ones."""
+    setters = book.setters(name)
+    if len(setters) < 2 or any(said.startswith(f"{name} is ") for said in found.notes):
+        return
+    stopped = [index for index in setters if index in failed]
+    values = {text for text in found.run.earlier.get(name, ()) if not _is_blank(text)}
+    if stopped:
+        found.notes.append(f"{name} is set in {_cells(setters)}, and {_cells(stopped)} stopped ({failed[stopped[-1]]})")
+    elif len(values) > 1 and len([index for index in setters if book.cells[index].part in (part, None)]) > 1:
+        found.notes.append(f"{name} is set in {_cells(setters)}; its value at the end of the notebook was read")
+
+
+def _why_missing(part: str, name: str, book: _Book, run: Run, failed: Mapping[int, str]) -> str:
+    """Return why a part has no answer, in words."""
+    if name in run.failures:
+        return f"{name} has no value that can be read: {run.failures[name]}"
+    places = [*book.setters(name), *book.marked(part)]
+    stopped = next((failed[index] for index in places if index in failed), None)
+    if stopped is not None:
+        return f"its cell stopped: {stopped}"
+    if run.note:
+        return run.note
+    if not places:
+        return f"{name} is not set anywhere in the notebook"
+    texts = [index for index in places if index not in book.sources]
+    if len(texts) == len(places):
+        return f"its cell ({_cells(texts)}) is text and not code, and no Python in it can be read"
+    return f"its cell does not set {name}"
+
+
+def _cells(indices: Sequence[int]) -> str:
+    """Return how cells are named to people, as in "cells 3 and 7"."""
+    numbers = [str(index + 1) for index in indices[:6]] + (["…"] if len(indices) > 6 else [])
+    return f"cell {numbers[0]}" if len(numbers) == 1 else f"cells {', '.join(numbers[:-1])} and {numbers[-1]}"

@@ -1,0 +1,168 @@
+"""How learning platforms lay out what a class handed in: one function a platform, which knows its names.
+
+A layout looks at what lies in the folder of submissions and says of each file or folder that it knows whose it is said
+to be, and when it came in. Who that is on the roster is for `roster` to say. Sources: Moodle's
+mod/assign/classes/downloader.php, Canvas's lib/content_zipper.rb, and programs that read Gradescope's exports.
+"""
+
+import datetime
+import json
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Handed:
+    """A file or folder: whose it is said to be, by identifiers or by name, when it came in, and what says so.
+
+    `late` is a platform's own mark, where it makes one; `received` is None where only the file tells its time.
+    """
+
+    path: Path
+    ids: tuple[str, ...] = ()
+    name: str = ""
+    platform: str = ""
+    received: datetime.datetime | None = None
+    late: bool | None = None
+
+
+Layout = Callable[[Path, Sequence[Path]], list[Handed]]
+
+
+def _by_student(_: Path, entries: Sequence[Path]) -> list[Handed]:
+    """STUDENT/…, STUDENT.ipynb: qdot's own layout, and nbgrader's submitted/STUDENT/ASSIGNMENT/…"""
+    names = [(path, path.name if path.is_dir() else path.stem) for path in entries]
+    return [Handed(path, (name.removesuffix(".tar"),), name) for path, name in names]
+
+
+_MOODLE = re.compile(r"(?P<name>.+?)_(?P<number>\d+)_assignsubmission_(?:file|onlinetext|[a-z]+)(?:_.*)?", re.DOTALL)
+
+
+def _moodle(_: Path, entries: Sequence[Path]) -> list[Handed]:
+    """NAME_NUMBER_assignsubmission_file/…, with an underscore at the end before Moodle 4.1, or flat …_file_hw.ipynb.
+
+    With names hidden, NAME is "Participant", and its NUMBER is in the grading worksheet's column Identifier.
+    """
+    found = ((path, _MOODLE.fullmatch(path.name)) for path in entries)
+    return [
+        Handed(path, (said["number"], f"Participant {said['number']}"), said["name"], "Moodle")
+        for path, said in found
+        if said
+    ]
+
+
+_CANVAS = re.compile(
+    r"(?P<name>.+?)(?P<late>_LATE)?_(?P<user>\d+)_(?:\d+_.+|(?:text|link)\.html)", re.DOTALL
+)  # fmt: skip
+
+
+def _canvas(_: Path, entries: Sequence[Path]) -> list[Handed]:
+    """lastfirst_USER_FILE_hw.ipynb, lastfirst_LATE_USER_FILE_hw-1.ipynb; the files' times are of the download."""
+    found = ((path, _CANVAS.fullmatch(path.name)) for path in entries if not path.is_dir())
+    return [
+        Handed(path, (said["user"],), said["name"], "Canvas", None, said["late"] is not None)
+        for path, said in found
+        if said
+    ]
+
+
+def _gradescope(root: Path, entries: Sequence[Path]) -> list[Handed]:
+    """submission_NUMBER/…, with names, identifiers and times in submission_metadata.yml; a group has several names."""
+    listing = root / "submission_metadata.yml"
+    if listing.is_symlink() or not listing.is_file():
+        return []
+    by_name = {path.name: path for path in entries}
+    found = [Handed(listing, platform="Gradescope")]
+    for record in _records(listing):
+        if record.folder in by_name:
+            people = record.people or [{}]
+            ids = [tuple(value for key in ("sid", "email") if (value := person.get(key))) for person in people]
+            found += [
+                Handed(by_name[record.folder], own, person.get("name", ""), "Gradescope", record.created)
+                for person, own in zip(people, ids, strict=True)
+            ]
+    return found
+
+
+LAYOUTS: dict[str, Layout] = {
+    "gradescope": _gradescope, "moodle": _moodle, "canvas": _canvas, "students": _by_student,
+}  # fmt: skip
+"""Asked in this order: whoever knows a file or folder first says whose it is."""
+
+
+def handed_in(root: Path) -> tuple[Path, list[Handed]]:
+    """Return the folder that holds what was handed in, and what each file or folder in it is said to be.
+
+    A platform's export that was unpacked into a folder of its own is looked for there.
+    """
+    inside = [path for path in _entries(root) if path.is_dir()]
+    for path in inside if len(inside) == 1 and not (root / "submission_metadata.yml").exists() else ():
+        if (path / "submission_metadata.yml").is_file():
+            root = path
+    left, found = _entries(root), list[Handed]()
+    for layout in LAYOUTS.values():
+        known = layout(root, left)
+        found += known
+        left = [path for path in left if path not in {handed.path for handed in known}]
+    return root, [handed for handed in found if handed.ids or handed.name]
+
+
+def _entries(root: Path) -> list[Path]:
+    return sorted(path for path in root.iterdir() if not path.name.startswith((".", "__MACOSX")))
+
+
+# --- Gradescope's list ---
+
+
+@dataclass
+class _Record:
+    """A submission: its folder, when it was made, and by whom."""
+
+    folder: str
+    created: datetime.datetime | None = None
+    people: list[dict[str, str]] = field(default_factory=list)
+
+
+def _records(path: Path) -> Iterator[_Record]:
+    """Yield what submission_metadata.yml says: the few lines of YAML that count, as Ruby writes them."""
+    record, section = _Record(""), ""
+    with path.open(encoding="utf-8", errors="replace") as file:
+        for line in file:
+            if found := re.match(r"""(["']?)([^\s:"'-][^:"']*)\1:\s*$""", line):
+                if record.folder:
+                    yield record
+                record, section = _Record(found.group(2)), ""
+            elif found := re.match(r"  :(\w+):\s*(.*?)\s*$", line):
+                section = found.group(1)
+                if section == "created_at":
+                    record.created = _time(_scalar(found.group(2)))
+            elif section == "submitters" and (found := re.match(r"\s+(- )?:(\w+):\s*(.*?)\s*$", line)):
+                if found.group(1) or not record.people:
+                    record.people.append({})
+                record.people[-1][found.group(2)] = _scalar(found.group(3))
+    if record.folder:
+        yield record
+
+
+def _scalar(text: str) -> str:
+    """Return a YAML scalar as text."""
+    if text[:1] == '"':
+        try:
+            return str(json.loads(text))
+        except ValueError:
+            return text.strip('"')
+    return text[1:-1].replace("''", "'") if text[:1] == "'" and text[-1:] == "'" else text
+
+
+def _time(text: str) -> datetime.datetime | None:
+    """Return a time as Ruby or ISO 8601 writes it, as in 2026-11-21 22:05:07.123456789 Z; None where it is none."""
+    found = re.match(r"(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d:\d\d)(?:\.\d+)?\s*(Z|UTC|[+-]\d\d:?\d\d)?$", text)
+    if not found:
+        return None
+    zone = found.group(3) or "Z"
+    try:
+        return datetime.datetime.fromisoformat(f"{found.group(1)}T{found.group(2)}{'Z' if zone == 'UTC' else zone}")
+    except ValueError:
+        return None

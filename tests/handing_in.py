@@ -1,0 +1,94 @@
+"""A class that hands in: an assignment of three parts, right notebooks made by hand, and everybody graded."""
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from exercises.assignment import Assignment, Student, load_assignment
+from exercises.problem import variable
+from exercises.release import init_assignment
+from exercises.writing.answer_code import answer_code
+from grader.batch import grade_class
+from grader.sandbox import Limits
+from grader.submission import Looked, find_submissions, opened
+
+TOML = """title = "T"
+key = "hw"
+[[problem]]
+family = "planar-2r"
+questions = ["position", "jacobian", "determinant"]
+points = [1, 2, 1]
+"""
+PARTS = ("p1.position", "p1.jacobian", "p1.determinant")
+Cells = list[dict[str, Any]]
+Result = dict[str, Any]
+
+
+def a_class(folder: Path, students: Sequence[Student]) -> Assignment:
+    """Make an assignment folder without releasing it: that takes longer than all that is tested here."""
+    init_assignment(folder, "T", "hw", students, secret="0123456789abcdef")
+    (folder / "assignment.toml").write_text(TOML)
+    return load_assignment(folder)
+
+
+def code(source: str, part: str | None = None) -> dict[str, Any]:
+    metadata = {"qdot": {"part": part}} if part else {}
+    return {"cell_type": "code", "metadata": metadata, "source": source, "outputs": [], "execution_count": None}
+
+
+def text(source: str, kind: str = "markdown") -> dict[str, Any]:
+    return {"cell_type": kind, "metadata": {}, "source": source}
+
+
+def right_cells(assignment: Assignment, student: str) -> Cells:
+    """Return cells 1 to 5: a heading, the set-up, and the three answers."""
+    ((slot, problem),) = assignment.problems(student)
+    names = list(problem.symbols())
+    cells = [
+        text("# T"),
+        code(f"from sympy import *\n{', '.join(names)} = symbols({' '.join(names)!r})\nblank = Symbol('blank')"),
+    ]
+    cells += [code(f"{variable(slot, p.name)} = {answer_code(p)}", f"{slot}.{p.name}") for p in problem.parts]
+    return cells
+
+
+def notebook(assignment: Assignment, student: str, cells: Cells, **others: Any) -> str:
+    """Return a notebook's text, with the metadata that qdot writes."""
+    claims = {"assignment": "hw", "student": student, "engine": 1, "kind": "student"}
+    return json.dumps({"cells": cells, "metadata": {"qdot": claims}, "nbformat": 4, "nbformat_minor": 5, **others})
+
+
+def right(assignment: Assignment, student: str, change: Callable[[Cells], Any] = lambda cells: None) -> str:
+    """Return a right notebook, its cells changed in place."""
+    cells = right_cells(assignment, student)
+    change(cells)
+    return notebook(assignment, student, cells)
+
+
+def hand_in(assignment: Assignment, name: str, content: str | bytes) -> Path:
+    path = assignment.folder / "submitted" / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
+def grade(
+    assignment: Assignment, submissions: Path | None = None, seconds: float = 20
+) -> tuple[dict[str, Result], Looked]:
+    """Return everybody's result, and what was found."""
+    with opened(submissions or assignment.folder / "submitted") as root:
+        looked = find_submissions(assignment, root)
+        results = grade_class(assignment, looked.found, 1, Limits(seconds=seconds, cell_seconds=4), lambda _: None)
+    return {result["student"]: result for result in results}, looked
+
+
+def outcomes(result: Result) -> list[str]:
+    return [part["outcome"] for problem in result["problems"] for part in problem["parts"]]
+
+
+def reasons(result: Result) -> list[str]:
+    return [part["reason"] for problem in result["problems"] for part in problem["parts"]]
+
+
+RIGHT = ["correct"] * 3
