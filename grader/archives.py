@@ -150,7 +150,6 @@ def _unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
         raise Unreadable(f"{archive.filename} has more than {MOST_OF_CLASS} files in it")
     for info in files:
         place = _place(info.filename)
-        total += info.file_size
         why = (
             "its name leads out of the folder" if place is None
             else "it is a symbolic link" if stat.S_ISLNK(info.external_attr >> 16)
@@ -160,12 +159,12 @@ def _unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:
         if why or place is None:
             left_out.append(f"{plain(info.filename)}: {why}; not unpacked")
             continue
-        if total > LARGEST_CLASS:
-            raise Unreadable(f"{archive.filename} unpacks to more than {LARGEST_CLASS // 1_000_000_000} GB")
         try:
-            _write(archive, info, folder / place)
+            total += _write(archive, info, folder / place)
         except BROKEN:
             left_out.append(f"{plain(info.filename)}: it is damaged; not unpacked")
+        if total > LARGEST_CLASS:
+            raise Unreadable(f"{archive.filename} unpacks to more than {LARGEST_CLASS // 1_000_000_000} GB")
     return left_out
 
 
@@ -178,8 +177,8 @@ def _place(name: str) -> PurePosixPath | None:
     return PurePosixPath(*(unicodedata.normalize("NFC", step) for step in steps))
 
 
-def _write(archive: zipfile.ZipFile, info: zipfile.ZipInfo, target: Path) -> None:
-    """Write a file with the time that the archive has for it; of one that is too large only what tells that it is."""
+def _write(archive: zipfile.ZipFile, info: zipfile.ZipInfo, target: Path) -> int:
+    """Write a file with the time that the archive has for it, of a too large one the beginning; return its size."""
     target.parent.mkdir(parents=True, exist_ok=True)
     left = LARGEST + 1
     with archive.open(info) as source, target.open("wb") as file:
@@ -189,3 +188,4 @@ def _write(archive: zipfile.ZipFile, info: zipfile.ZipInfo, target: Path) -> Non
     with contextlib.suppress(ValueError, OverflowError):
         when = time.mktime(datetime.datetime(*info.date_time).timetuple())  # noqa: DTZ001 - a zip knows no time zone
         os.utime(target, (when, when))
+    return LARGEST + 1 - left

@@ -23,7 +23,7 @@ from grader.sandbox import Run, Sandbox
 from grader.submission import Found, Note, Submission, oddities, read_submission, rivals, wrong_assignment
 from grader.verdict import Outcome
 
-GRADER = 1
+GRADER = 2
 """Version of the grader: any change of what a submission earns raises it."""
 
 Marked = dict[str, Any]

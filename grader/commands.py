@@ -241,7 +241,7 @@ def _grade(assignment: Assignment, submissions: Path, jobs: int, fail_under: flo
     _tell_notes(results)
     if diff:
         say(told(earlier, results))
-    _summary(results, folder)
+    _summary(results, folder, len(looked.unsure) + len(looked.strangers))
     if any(status(result) == "ungraded" for result in results):
         raise QdotError(
             "qdot failed on some answers, which have no mark: see 'ungraded' in grades.csv; please report it"
@@ -265,16 +265,17 @@ def _tell_notes(results: list[Result]) -> None:
         )
 
 
-def _summary(results: list[Result], folder: Path) -> None:
+def _summary(results: list[Result], folder: Path, nobodys: int) -> None:
     kinds: dict[str, int] = {}
     for result in results:
         kinds[status(result)] = kinds.get(status(result), 0) + 1
     handed_in = [100 * r["score"] / r["max_score"] for r in results if r["submission"] is not None]
     mean = f"mean {sum(handed_in) / len(handed_in):.1f} % of those handed in; " if handed_in else ""
     said = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
+    left = f"{nobodys} of nobody on the roster, or not surely of one; " if nobodys else ""
     of_people = sum(len(overrides(result)) for result in results)
     by_hand = f"{of_people} set by {OVERRIDES}; " if of_people else ""
-    say(f"{len(results)} students: {said}; {mean}{by_hand}see {folder / 'graded'}")
+    say(f"{len(results)} students: {said}; {mean}{by_hand}{left}see {folder / 'graded'}")
 
 
 def demo(

@@ -111,8 +111,10 @@ class _Book:
                     f"the answer cell, {_cells(own)}, does not set it"
                 )
             return
-        for index in reversed(marked):
-            if self._read_as(index, part, f"{_cells([index])} is the answer cell of {name}"):
+        assigns = [index for index in marked if isinstance(self._answer_in(index), ast.Assign)]
+        several = f", the last of {_cells(marked)}," if len(marked) > 1 else ""
+        for index in reversed(assigns or marked):
+            if self._read_as(index, part, f"{_cells([index])}{several} is the answer cell of {name}"):
                 return
         texts = [index for index, cell in enumerate(self.cells) if not cell.is_code]
         for index in texts:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from exercises.assignment import Student
 from grader.layouts import Handed
 
-_IDENTIFIES = re.compile(r"id\b|identif|number|login|user|mail|sis|matri|participant|sid|netid")
-"""What columns of a roster are called by which a platform may know a student; a seat or a section is none."""
+_IDENTIFIES = re.compile(r"id\b|identif|login|user|mail|sis\b|matri|participant|(student|candidate).?(no|nr|number)")
+"""What columns of a roster are called by which a platform may know a student; a seat's number is none."""
 
 
 @dataclass(frozen=True)

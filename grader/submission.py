@@ -84,7 +84,7 @@ def find_submissions(assignment: Assignment, root: Path) -> Looked:
             gathered.setdefault(owner.students[0], _Gathered()).add(
                 handed.path, handed.platform, handed.received, handed.late
             )
-        elif not handed.path.is_dir() and _kind(name) > _LAST_KIND:
+        elif not handed.path.is_dir() and not handed.platform and _kind(name) >= _LAST_KIND:
             continue  # a list of grades, a README
         elif owner.students:
             looked.unsure.append(f"{plain(name)} may be of {' or '.join(owner.students)}: {owner.why}; not graded")
@@ -171,7 +171,7 @@ def _files_in(path: Path) -> Iterator[Path]:
 
 def _is_hidden(name: str) -> bool:
     """Tell whether a name is one that systems make beside files: .ipynb_checkpoints, __MACOSX, ._name, Thumbs.db."""
-    return name.startswith(".") or name in ("__MACOSX", "Thumbs.db", "desktop.ini", "__pycache__")
+    return (name.startswith(".") and name != "..") or name in ("__MACOSX", "Thumbs.db", "desktop.ini", "__pycache__")
 
 
 # --- which of several files ---
@@ -271,7 +271,13 @@ def _out_of_archive(path: Path, key: str) -> tuple[str, bytes, str]:
         raise Unreadable(f"{said} has {why} in it; hand in the notebook itself, the file that ends in .ipynb")
 
     def reader(name: str, size: int) -> Callable[[], bytes]:
-        return lambda: read_packed(path, name) if size <= LARGEST // 4 else b""
+        def read() -> bytes:
+            try:
+                return read_packed(path, name) if size <= LARGEST // 4 else b""
+            except Unreadable:
+                return b""  # said when it is the one to grade
+
+        return read
 
     shallow = sorted(fit, key=lambda packed: (_kind(packed.name), packed.name.count("/"), packed.name))[:20]
     ordered = best_first([_Candidate(one.name, one, reader(one.name, one.size)) for one in shallow], key)

@@ -28,10 +28,10 @@ from hypothesis import strategies as st
 
 from exercises.assignment import Assignment, Student
 from exercises.problem import variable
-from grader.batch import Result
 from grader.cells import Cell, read_cells
 from grader.finding import find_answers
 from grader.sandbox import Limits, Sandbox
+from grader.settle import Result
 
 pytestmark = pytest.mark.xdist_group("cells-as-they-come")
 SETUP, POSITION, JACOBIAN, DETERMINANT = 1, 2, 3, 4
@@ -178,55 +178,133 @@ def another_parts_name(cells: Cells) -> None:
 NO_NOTE = ""
 CASES: dict[str, tuple[Callable[[Cells], None], list[str], str, str]] = {
     "duplicated, the last wrong": (
-        duplicated_last_wrong, ["correct", "wrong", "correct"],
-        "p1_jacobian is set in cells 4 and 6; its value at the end of the notebook was read", "differs"),
+        duplicated_last_wrong,
+        ["correct", "wrong", "correct"],
+        "p1_jacobian is set in cells 4 and 6; its value at the end of the notebook was read",
+        "differs",
+    ),
     "duplicated, the last right": (
-        duplicated_last_right, RIGHT, "p1_jacobian is set in cells 4 and 5; its value at the end of the notebook was", ""),
+        duplicated_last_right,
+        RIGHT,
+        "p1_jacobian is set in cells 4 and 5; its value at the end of the notebook was",
+        "",
+    ),
     "duplicated, the last blank": (
-        duplicated_blank, RIGHT, "p1_jacobian is left blank at the end of the notebook; its value before that was read", ""),
+        duplicated_blank,
+        RIGHT,
+        "p1_jacobian is left blank at the end of the notebook; its value before that was read",
+        "",
+    ),
     "duplicated, the last unreadable": (
-        duplicated_unreadable, RIGHT, "p1_jacobian is no value that can be read (TypeError: a object is not an expr", ""),
+        duplicated_unreadable,
+        RIGHT,
+        "p1_jacobian is no value that can be read (TypeError: a object is not an expr",
+        "",
+    ),
     "duplicated, the last stops": (
-        duplicated_stops, RIGHT, "set in cells 4 and 6, and cell 6 stopped (NameError: name 'undefined_name' is not", ""),
+        duplicated_stops,
+        RIGHT,
+        "set in cells 4 and 6, and cell 6 stopped (NameError: name 'undefined_name' is not",
+        "",
+    ),
     "duplicated, the same": (duplicated_same, RIGHT, NO_NOTE, ""),
     "answered in another cell": (answered_in_another_cell, RIGHT, NO_NOTE, ""),
     "built step by step": (built_step_by_step, RIGHT, NO_NOTE, ""),
-    "misspelt": (misspelt, RIGHT, "cell 4 is the answer cell of p1_jacobian and sets p1_jacobain, which was read for it", ""),
+    "misspelt": (
+        misspelt,
+        RIGHT,
+        "cell 4 is the answer cell of p1_jacobian and sets p1_jacobain, which was read for it",
+        "",
+    ),
     "misspelt, without metadata": (
-        misspelt_without_metadata, RIGHT, "p1_jacobian is not set anywhere; p1_jacobain in cell 4 was read for it", ""),
+        misspelt_without_metadata,
+        RIGHT,
+        "p1_jacobian is not set anywhere; p1_jacobain in cell 4 was read for it",
+        "",
+    ),
     "another name": (named_j, RIGHT, "cell 4 is the answer cell of p1_jacobian and sets J, which was read for it", ""),
     "another name, and shown": (named_j_and_shown, RIGHT, "sets J, which was read for it", ""),
     "an expression only": (
-        expression_only, RIGHT, "cell 4 is the answer cell of p1_jacobian and is no assignment: its value was read for it", ""),
+        expression_only,
+        RIGHT,
+        "cell 4 is the answer cell of p1_jacobian and is no assignment: its value was read for it",
+        "",
+    ),
     "another part's name": (
-        copied_name, RIGHT, "cell 4 is the answer cell of p1_jacobian and sets p1_position, which was read for it", ""),
+        copied_name,
+        RIGHT,
+        "cell 4 is the answer cell of p1_jacobian and sets p1_position, which was read for it",
+        "",
+    ),
     "the answer in a new cell": (
-        answer_moved_to_a_new_cell, RIGHT,
-        "p1_jacobian is set in cell 6, and was read there; the answer cell, cell 4, does not set it", ""),
+        answer_moved_to_a_new_cell,
+        RIGHT,
+        "p1_jacobian is set in cell 6, and was read there; the answer cell, cell 4, does not set it",
+        "",
+    ),
     "retyped to Markdown": (
-        as_markdown, RIGHT, "cell 4 is a text cell, not code; what it says was read for p1_jacobian as if it were code", ""),
+        as_markdown,
+        RIGHT,
+        "cell 4 is a text cell, not code; what it says was read for p1_jacobian as if it were code",
+        "",
+    ),
     "retyped to raw, metadata lost": (as_raw_without_metadata, RIGHT, "cell 4 is a text cell, not code", ""),
     "fenced among prose": (as_markdown_with_prose, RIGHT, "cell 4 is a text cell, not code", ""),
-    "retyped and renamed": (as_markdown_renamed, RIGHT, "cell 4 is a text cell, not code, and sets J, which was read", ""),
+    "retyped and renamed": (
+        as_markdown_renamed,
+        RIGHT,
+        "cell 4 is a text cell, not code, and sets J, which was read",
+        "",
+    ),
     "prose": (
-        as_prose, ["correct", "missing", "correct"], NO_NOTE,
-        "its cell (cell 4) is text and not code, and no Python in it can be read"),
+        as_prose,
+        ["correct", "missing", "correct"],
+        NO_NOTE,
+        "its cell (cell 4) is text and not code, and no Python in it can be read",
+    ),
     "metadata stripped": (stripped, RIGHT, NO_NOTE, ""),
     "a helper below": (
-        helper_below, RIGHT, "cell 4 stopped (NameError: name 'helper' is not defined), and was run again after all other", ""),
+        helper_below,
+        RIGHT,
+        "cell 4 stopped (NameError: name 'helper' is not defined), and was run again after all other",
+        "",
+    ),
     "deleted": (deleted, ["correct", "missing", "correct"], NO_NOTE, "p1_jacobian is not set anywhere in the notebook"),
     "emptied": (emptied, ["correct", "missing", "correct"], NO_NOTE, "its cell does not set p1_jacobian"),
     "the set-up deleted": (
-        setup_deleted, ["missing"] * 3, NO_NOTE, "its cell stopped: NameError: name 'Matrix' is not defined"),
+        setup_deleted,
+        ["missing"] * 3,
+        NO_NOTE,
+        "its cell stopped: NameError: name 'Matrix' is not defined",
+    ),
     "cells merged": (merged, RIGHT, NO_NOTE, ""),
     "magics, and another name": (magics, RIGHT, "sets J, which was read for it", ""),
     "a part that isn't asked": (
-        tampered("p9.jacobian"), RIGHT, "cells are marked as answers to what is not asked: p9.jacobian", ""),
-    "a part that is a path": (tampered("../x\n"), RIGHT, "marked as answers to what is not asked: ../x\N{REPLACEMENT CHARACTER}", ""),
-    "a part that is a dictionary": (tampered({"a": [1]}), RIGHT, "its cells' metadata were changed, which decides nothing: part", ""),
+        tampered("p9.jacobian"),
+        RIGHT,
+        "cells are marked as answers to what is not asked: p9.jacobian",
+        "",
+    ),
+    "a part that is a path": (
+        tampered("../x\n"),
+        RIGHT,
+        "marked as answers to what is not asked: ../x\N{REPLACEMENT CHARACTER}",
+        "",
+    ),
+    "a part that is a dictionary": (
+        tampered({"a": [1]}),
+        RIGHT,
+        "its cells' metadata were changed, which decides nothing: part",
+        "",
+    ),
     "points": (tampered("p1.jacobian", points=1000), RIGHT, "metadata were changed, which decides nothing: points", ""),
-    "the metadata of another part": (another_parts_name, ["correct", "missing", "correct"], NO_NOTE, "does not set p1_jacobian"),
-}  # fmt: skip
+    "the metadata of another part": (
+        another_parts_name,
+        ["correct", "missing", "correct"],
+        NO_NOTE,
+        "does not set p1_jacobian",
+    ),
+}
 STUDENTS = [Student(f"s{number:02d}") for number in range(len(CASES) + 1)]
 
 
@@ -337,9 +415,10 @@ def test_a_cell_that_is_run_again_changes_nothing_that_was_read(sandbox: Sandbox
     ]
     found = find_answers(cells, ["p1.a", "p1.b"], sandbox.run)
     assert found.run.answers == {"p1_a": "[1, 2]", "p1_b": "5"}
-    assert found.notes == [
-        "cell 2 stopped (NameError: name 'late' is not defined), and was run again after all other cells, which gave p1_b"
-    ]
+    assert "; ".join(found.notes) == (
+        "cell 2 stopped (NameError: name 'late' is not defined), and was run again after all other cells, "
+        "which gave p1_b"
+    )
 
 
 def test_what_is_deep_or_long_is_run_though_it_is_not_looked_into(sandbox: Sandbox) -> None:

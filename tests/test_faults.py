@@ -316,10 +316,11 @@ class LosingSandbox(Sandbox):
 def test_a_notebook_answers_for_its_process_only_if_it_is_lost_twice(
     handed_in: Path, ends: tuple[str, ...], said: str
 ) -> None:
-    from grader.attempt import read_attempt
+    from grader.attempt import read_attempts
+    from grader.submission import Found
 
     assignment = load_assignment(handed_in)
-    attempt = read_attempt(handed_in / "submitted" / "s00" / "hw.ipynb")
+    attempt = read_attempts(Found((handed_in / "submitted" / "s00" / "hw.ipynb",)), "hw")[0]
     marked = grade_attempt(assignment, "s00", attempt, LosingSandbox(*ends), Copies(assignment))
     assert is_graded(marked)
     assert "".join(marked["notes"]).startswith(said)

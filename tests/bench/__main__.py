@@ -21,7 +21,7 @@ import sympy as sp
 from exercises.assignment import Assignment, Student, load_assignment
 from exercises.problem import variable
 from exercises.release import init_assignment, release_one
-from grader.attempt import grade_attempt, read_attempt
+from grader.attempt import grade_attempt, read_attempts
 from grader.certify import certificate_text
 from grader.compare import compare_line
 from grader.copies import Copies
@@ -73,7 +73,7 @@ def bench(folder: Path) -> None:
 
 
 def _grade(file: Path, assignment: Assignment, student: str, sandbox: Sandbox, copies: Copies) -> None:
-    grade_attempt(assignment, student, read_attempt(file), sandbox, copies)
+    grade_attempt(assignment, student, read_attempts(Found((file,)), "bench")[0], sandbox, copies)
 
 
 def cells_only(folder: Path, assignment: Assignment, student: str, sandbox: Sandbox) -> None:
