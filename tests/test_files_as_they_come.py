@@ -16,9 +16,9 @@ import pytest
 from handing_in import RIGHT, a_class, code, grade, hand_in, notebook, outcomes, right, right_cells, text
 
 from exercises.assignment import Assignment, Student
-from grader.batch import Result
 from grader.cells import Unreadable, read_cells
 from grader.reports.tables import status
+from grader.settle import Result
 
 pytestmark = pytest.mark.xdist_group("files-as-they-come")
 HW = "hw.ipynb"

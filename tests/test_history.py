@@ -10,6 +10,7 @@ from test_settle import DUE, HOUR, RULE, STUDENTS, TOML, hand_in, released, run
 from exercises.assignment import load_assignment
 from exercises.release import init_assignment
 from grader import history
+from grader.attempt import GRADER
 from grader.history import earlier_results, keep_earlier, moves, told
 from grader.reports.write import write_reports
 
@@ -69,7 +70,7 @@ def test_whose_mark_moved_and_why(folder: Path, released: Path) -> None:
     (folder / "overrides.csv").unlink()
     (folder / "assignment.toml").write_text(TOML.format(RULE).replace("[2, 0.7]", "[1, 0.7]"))
     last = folder / "graded" / "results.jsonl"
-    last.write_text(last.read_text().replace('"grader": 1', '"grader": 0'))
+    last.write_text(last.read_text().replace(f'"grader": {GRADER}', '"grader": 0'))
     lines = diff(folder)
     assert "s1 total 1 → 1.7 assignment changed, grader changed, override" in lines
     assert "s2 p1.position 2 → 1 assignment changed, grader changed" in lines

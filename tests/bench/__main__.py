@@ -27,7 +27,7 @@ from grader.compare import compare_line
 from grader.copies import Copies
 from grader.demo import answered
 from grader.sandbox import Sandbox
-from grader.submission import read_submission
+from grader.submission import Found, read_submission
 
 STUDENTS = 12
 
