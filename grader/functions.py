@@ -19,7 +19,7 @@ from exercises.formula.trees import names
 from exercises.problem import Direction, Expression, Matrix, Part, Problem
 from exercises.record import text_of
 from exercises.stream import Stream
-from grader.callables import TABLE
+from grader.contained.callables import TABLE
 from grader.judge import matrix_judgement
 from grader.verdict import Judgement, wrong
 

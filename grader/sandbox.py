@@ -1,24 +1,38 @@
 """Run a notebook's cells in a separate process with limits, and take its answers out as text.
 
-A `Sandbox` keeps one `grader.runner` process, which forks for each notebook; it is started by path with `-I`, an empty
-environment and nothing of qdot in it. If a notebook kills it, that notebook keeps what it had reported, and the next
-one gets a new process.
+A `Sandbox` keeps one process (`contained`), which forks for each notebook; it is started by path with `-I`, an empty
+environment and nothing of qdot in it. Every notebook has pipes of its own to the grader: what it writes is read as its
+own, and the process that forks is told nothing of it. If a notebook kills that process, it keeps what it had reported,
+and the next one gets a new process.
 """
 
+import contextlib
 import json
 import os
 import select
+import shutil
+import signal
+import socket
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-RUNNER = Path(__file__).with_name("runner.py")
+from exercises.errors import QdotError
+
+CONTAINED = Path(__file__).with_name("contained")
+
+LONGEST_REPORT = 4_100_000
+"""Bytes that are read of a notebook's report; it stops itself a little earlier."""
+
+MOST_LINES = 50_000
+"""Lines that are read of it."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +62,7 @@ class Run:
             "overtime": "the notebook ran out of time; cells after that were not run",
             "crashed": "the notebook crashed Python; cells after that were not run",
             "closed": "the notebook ended its own process; cells after that were not run",
+            "killed": "the notebook was stopped by the machine (time or memory); cells after that were not run",
             "lost": "the notebook killed the process that runs it; cells after that were not run",
         }
         return said.get(self.end, "")
@@ -58,13 +73,31 @@ def _writable(text: str) -> str:
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
-class Sandbox:
-    """A place to run notebooks, one after the other; close it, or use it in a `with` statement."""
+class _Lost(Exception):
+    """The process that forks is gone."""
 
-    def __init__(self, limits: Limits | None = None) -> None:
+
+class Sandbox:
+    """A place to run notebooks, one after the other; close it, or use it in a `with` statement.
+
+    `lacking` says which measures this machine does not allow, and why. Those named in `without` are not taken, for
+    tests. A probe needs no libraries `loaded`, and little processor time in all.
+    """
+
+    def __init__(
+        self, limits: Limits | None = None, without: Iterable[str] = (), loaded: bool = True,
+        processor_seconds: int | None = None,
+    ) -> None:  # fmt: skip
         self.limits = limits or Limits()
+        self.lacking: dict[str, str] = {}
+        self.left_running = False
+        self._config = {
+            "memory": self.limits.memory, "seconds": processor_seconds or int(self.limits.seconds) + 1,
+            "without": sorted(without), "loaded": loaded,
+        }  # fmt: skip
         self._process: subprocess.Popen[bytes] | None = None
-        self._buffer = b""
+        self._control: socket.socket | None = None
+        self._folder = ""
 
     def __enter__(self) -> "Sandbox":
         return self
@@ -75,15 +108,17 @@ class Sandbox:
         self.close()
 
     def close(self) -> None:
-        """End the runner."""
+        """End the process and all that is in it."""
+        if self._control is not None:
+            self._control.close()
+            self._control = None
         if self._process is not None:
             self._process.kill()
-            for stream in (self._process.stdin, self._process.stdout):
-                if stream is not None:
-                    stream.close()
             self._process.wait()
             self._process = None
-        self._buffer = b""
+        if self._folder:
+            shutil.rmtree(self._folder, ignore_errors=True)
+            self._folder = ""
 
     def run(
         self, cells: Sequence[str], names: Sequence[str], asked: Mapping[str, Mapping[str, Any]] | None = None
@@ -91,74 +126,160 @@ class Sandbox:
         """Run the cells in order and return the values of `names` as text.
 
         A value that is a function is called with symbols or at points: `asked` holds them, by what a name begins with
-        (see `callables`).
+        (see `callables`). Raises QdotError where the notebook can't be contained as it should be.
         """
-        limits = self.limits
         request = {
-            "cells": list(cells), "names": list(names), "seconds": limits.seconds,
-            "cell_seconds": limits.cell_seconds, "memory": limits.memory, "asked": asked or {},
+            "cells": list(cells), "names": list(names), "cell_seconds": self.limits.cell_seconds, "asked": asked or {},
         }  # fmt: skip
         run = Run()
-        try:
-            process = self._started()
-            assert process.stdin is not None
-            process.stdin.write((json.dumps(request) + "\n").encode())
-            process.stdin.flush()
-            self._collect(run, names, time.monotonic() + limits.seconds + 10)
-        except (BrokenPipeError, EOFError, TimeoutError):
-            run.end = "lost"
-            self.close()
-        return run
 
-    def _collect(self, run: Run, names: Sequence[str], deadline: float) -> None:
-        while True:
-            line = self._line(deadline)
-            if "end" in line:
-                run.end = str(line["end"])
-                return
+        def take(line: dict[str, Any]) -> None:
             name, cell = line.get("name"), line.get("cell")
-            if name in names and isinstance(line.get("text"), str):
-                run.answers[str(name)] = _writable(line["text"])
-                run.failures.pop(str(name), None)
-                run.earlier.setdefault(str(name), []).append(run.answers[str(name)])
-            elif name in names:
-                run.failures[str(name)] = _writable(str(line.get("error"))[:300])
-                run.answers.pop(str(name), None)
-            elif isinstance(cell, int) and not isinstance(cell, bool):
+            if isinstance(name, str) and name in names and isinstance(line.get("text"), str):
+                run.answers[name] = _writable(line["text"])
+                run.failures.pop(name, None)
+                run.earlier.setdefault(name, []).append(run.answers[name])
+            elif isinstance(name, str) and name in names:
+                run.failures[name] = _writable(str(line.get("error"))[:300])
+                run.answers.pop(name, None)
+            elif isinstance(cell, int) and not isinstance(cell, bool) and 0 <= cell < len(cells):
                 run.cell_errors[cell] = _writable(str(line.get("error"))[:300])
 
-    def _started(self) -> "subprocess.Popen[bytes]":
+        run.end = self.exchange(request, take)
+        return run
+
+    def exchange(self, request: dict[str, Any], take: Callable[[dict[str, Any]], None]) -> str:
+        """Have a child do what is requested, pass each line of its report to `take`, and return how it ended."""
+        self._start()
+        inbox, to_child = os.pipe()
+        from_child, outbox = os.pipe()
+        with os.fdopen(to_child, "wb", 0) as receipts, os.fdopen(from_child, "rb", 0) as report:
+            try:
+                try:
+                    self._say(b"r", [inbox, outbox])
+                finally:
+                    os.close(inbox)
+                    os.close(outbox)
+                lines = _Lines(report.fileno(), time.monotonic() + self.limits.seconds)
+                end = _converse(request, lines, receipts.fileno(), take)
+                self._say(b"c" if end == "closed" else b"s")
+                died_of = self._heard().get("signal")
+            except (_Lost, OSError):
+                self.close()
+                return "lost"
+            if end == "closed" and died_of:
+                end = "killed" if died_of == signal.SIGKILL else "crashed"
+            self.left_running = not lines.are_at_an_end(within=1.0)
+            return end
+
+    def _say(self, word: bytes, pipes: Sequence[int] = ()) -> None:
+        assert self._control is not None
+        socket.send_fds(self._control, [word], pipes)
+
+    def _heard(self) -> dict[str, Any]:
+        """Return what the process that forks says next; it is none of a notebook's words. Raises _Lost."""
+        assert self._control is not None
+        said = b""
+        while not said.endswith(b"\n"):
+            more = self._control.recv(1 << 16)  # times out with OSError
+            if not more:
+                raise _Lost
+            said += more
+        heard: dict[str, Any] = json.loads(said)
+        return heard
+
+    def _start(self) -> None:
+        """Start the process, if there is none. Raises QdotError where it can't be."""
         if self._process is not None and self._process.poll() is None:
-            return self._process
+            return
         self.close()
+        self._folder = tempfile.mkdtemp(prefix="qdot-")
         keep = {name: os.environ[name] for name in ("PATH", "SYSTEMROOT", "LD_LIBRARY_PATH") if name in os.environ}
         environment = {
             **keep, "HOME": tempfile.gettempdir(), "LANG": "C.UTF-8", "MPLBACKEND": "Agg", "PYTHONHASHSEED": "0",
             "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1",
         }  # fmt: skip
-        self._process = subprocess.Popen(
-            [sys.executable, "-I", str(RUNNER)], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL, env=environment, cwd=tempfile.gettempdir(), start_new_session=True,
-        )  # fmt: skip
-        if self._line(time.monotonic() + 60) != {"ready": True}:
-            raise EOFError
-        return self._process
-
-    def _line(self, deadline: float) -> dict[str, Any]:
-        assert self._process is not None
-        assert self._process.stdout is not None
-        descriptor = self._process.stdout.fileno()
-        while b"\n" not in self._buffer:
-            left = deadline - time.monotonic()
-            if left <= 0 or not select.select([descriptor], [], [], left)[0]:
-                raise TimeoutError
-            data = os.read(descriptor, 1 << 16)
-            if not data:
-                raise EOFError
-            self._buffer += data
-        line, self._buffer = self._buffer.split(b"\n", 1)
+        config = {**self._config, "folder": self._folder}
+        self._control, other = socket.socketpair()
+        with other:
+            self._process = subprocess.Popen(
+                [sys.executable, "-I", str(CONTAINED), json.dumps(config)], stdin=other.fileno(),
+                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment, cwd=tempfile.gettempdir(),
+                start_new_session=True,
+            )  # fmt: skip
+        self._control.settimeout(60)
         try:
-            content = json.loads(line)
-        except ValueError:
-            raise EOFError from None
+            heard = self._heard()
+        except (_Lost, OSError):
+            heard = {}
+        if not heard.get("ready"):
+            self.close()
+            raise QdotError(
+                "the process in which notebooks run does not start"
+                + (f": {heard['failed']}" if "failed" in heard else "; is there enough memory?")
+            )
+        self.lacking = heard["lacking"]
+
+
+class _Lines:
+    """Lines of JSON from a pipe into which anybody may have written anything, up to a moment and a size."""
+
+    def __init__(self, descriptor: int, deadline: float) -> None:
+        self._descriptor, self._deadline = descriptor, deadline
+        self._lines: deque[bytes] = deque()
+        self._buffer, self._bytes, self._count = b"", 0, 0
+
+    def next(self) -> dict[str, Any] | str:
+        """Return the next line, empty where it is none of ours; "overtime" or "closed" where there is no more."""
+        while not self._lines:
+            left = self._deadline - time.monotonic()
+            if left <= 0 or not select.select([self._descriptor], [], [], left)[0]:
+                return "overtime"
+            data = os.read(self._descriptor, 1 << 16)
+            *lines, self._buffer = (self._buffer + data).split(b"\n")
+            self._lines.extend(lines)
+            self._bytes, self._count = self._bytes + len(data), self._count + len(lines)
+            if not data or self._bytes > LONGEST_REPORT or self._count > MOST_LINES:
+                return "closed"
+        try:
+            content = json.loads(self._lines.popleft())
+        except (ValueError, RecursionError):
+            content = {}
         return content if isinstance(content, dict) else {}
+
+    def are_at_an_end(self, within: float) -> bool:
+        """Tell whether everybody who could write into the pipe is gone, or goes within so many seconds."""
+        deadline = time.monotonic() + within
+        while select.select([self._descriptor], [], [], max(0.0, deadline - time.monotonic()))[0]:
+            if not os.read(self._descriptor, 1 << 16):
+                return True
+            if time.monotonic() >= deadline:
+                break
+        return False
+
+
+def _converse(request: dict[str, Any], lines: _Lines, receipts: int, take: Callable[[dict[str, Any]], None]) -> str:
+    """Give a child its request once it is contained, and take its report; return how that ended.
+
+    Raises QdotError where it is not contained as it was when the process started; it has been told nothing then.
+    """
+    first = lines.next()
+    if isinstance(first, str):
+        return first
+    if not first.get("confined"):
+        raise QdotError(f"a notebook could not be contained, and was not run: {first.get('unprotected')}")
+    _write_all(receipts, (json.dumps(request) + "\n").encode())
+    os.set_blocking(receipts, False)
+    while not isinstance(line := lines.next(), str):
+        if line.get("done") is True:
+            return "done"
+        take(line)
+        with contextlib.suppress(OSError):  # it may have gone, or take no more receipts
+            os.write(receipts, b".")
+    return line
+
+
+def _write_all(descriptor: int, data: bytes) -> None:
+    with contextlib.suppress(BrokenPipeError):  # it has died; that is seen where it would report
+        while data:
+            data = data[os.write(descriptor, data) :]

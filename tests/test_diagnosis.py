@@ -23,7 +23,7 @@ from exercises.mistakes.working import as_formulas, formulas, numbers
 from exercises.problem import Expression, Matrix, Part
 from exercises.record import text_of
 from exercises.stream import Stream
-from grader.callables import TABLE
+from grader.contained.callables import TABLE
 from grader.diagnosis import diagnose
 from grader.functions import asked_of
 from grader.parts import domain_of

@@ -18,7 +18,7 @@ from exercises.problem import Choice, Matrix, Problem, variable
 from exercises.record import reference_json
 from exercises.release import init_assignment
 from exercises.render import template_folder
-from grader.callables import TABLE
+from grader.contained.callables import TABLE
 from grader.functions import SHOWN
 from grader.marking import mark, total
 from grader.reports.answers import answer_of

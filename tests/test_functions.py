@@ -7,7 +7,7 @@ import sympy as sp
 
 from exercises.problem import Expression, Matrix, Part, Problem, variable
 from exercises.writing.answer_code import answer_code
-from grader.callables import TABLE
+from grader.contained.callables import TABLE
 from grader.functions import asked_of, judge_function
 from grader.marking import mark
 from grader.parts import domain_of

@@ -1,6 +1,7 @@
 """Running students' code: answers come out as text, and whatever a notebook does costs only that notebook."""
 
 import ast
+import contextlib
 import sys
 import threading
 import time
@@ -9,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from grader.sandbox import RUNNER, Limits, Sandbox
+from grader.sandbox import CONTAINED, Limits, Sandbox
 
 IMPORTS = "from sympy import *\nimport numpy as np\nx, y = symbols('x y')"
 
@@ -154,9 +155,10 @@ def test_nothing_of_qdot_is_in_the_process(sandbox: Sandbox) -> None:
     assert sandbox.run([cell], ["p"]).answers == {"p": "[]"}
     imported = {
         name.name.split(".")[0]
-        for node in ast.walk(ast.parse(RUNNER.read_text(encoding="utf-8")))
-        if isinstance(node, ast.Import)
-        for name in node.names
+        for path in CONTAINED.glob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for name in ([ast.alias(node.module or "")] if isinstance(node, ast.ImportFrom) else node.names)
     }
     assert not imported & {"exercises", "grader"}
 
@@ -199,12 +201,13 @@ def test_a_notebook_reads_and_writes_nothing_of_the_machines_owner(sandbox: Sand
     run = sandbox.run(cells, [f"p{i}" for i in range(1, 17)])
     assert run.answers == {}
     assert sorted(run.cell_errors) == list(range(len(cells)))
-    assert all("may not" in error for error in run.cell_errors.values()), run.cell_errors
+    refused = ("may not", "not found", "No module")  # by the hook in words, or by the kernel: it is not there
+    assert not [error for error in run.cell_errors.values() if not any(word in error for word in refused)]
     assert sorted(path.name for path in secret.parent.iterdir()) == ["secret.txt"]
 
 
 def test_a_checkout_of_qdot_is_not_readable(sandbox: Sandbox) -> None:
-    checkout = RUNNER.parent.parent
+    checkout = CONTAINED.parent.parent
     run = sandbox.run([f"a = open({str(checkout / 'grader' / 'judge.py')!r}).read()[:9]",
                        f"b = open({str(checkout / 'README.md')!r}).read()[:9]"], ["a", "b"])  # fmt: skip
     assert run.answers == {}
@@ -225,25 +228,33 @@ def test_what_a_notebook_needs_is_allowed(sandbox: Sandbox) -> None:
     assert len(run.answers) == 7
 
 
+def descendants(pid: int) -> list[int]:
+    children = [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+    return [*children, *(each for child in children for each in descendants(child))]
+
+
+def is_running(pid: int) -> bool:
+    with contextlib.suppress(OSError):
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    return False
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells a process that its parent has ended")
 def test_a_stopped_grader_leaves_no_notebook_running() -> None:
     sandbox = Sandbox(Limits(seconds=30, cell_seconds=30))
     run = sandbox.run(["import os; pid = str(os.getpid())"], ["pid"])
     assert run.answers["pid"].isdigit()
+    idle = descendants(sandbox._process.pid) if sandbox._process else []
     thread = threading.Thread(target=sandbox.run, args=(["while True: pass"], ["a"]))
     thread.start()
-    runner = sandbox._process
-    assert runner is not None
-    children = Path(f"/proc/{runner.pid}/task/{runner.pid}/children")
+    started = sandbox._process
+    assert started is not None
     deadline = time.monotonic() + 20
-    while not children.read_text().split() and time.monotonic() < deadline:
+    while len(family := descendants(started.pid)) < 1 + len(idle) and time.monotonic() < deadline:
         time.sleep(0.05)
-    (child,) = children.read_text().split()
-    runner.kill()
+    started.kill()
     thread.join()
-    while Path(f"/proc/{child}/stat").exists() and time.monotonic() < deadline:
-        state = Path(f"/proc/{child}/stat").read_text().split()[2]
-        if state == "Z":
-            break
+    while any(map(is_running, family)) and time.monotonic() < deadline:
         time.sleep(0.05)
-    assert not Path(f"/proc/{child}").exists() or Path(f"/proc/{child}/stat").read_text().split()[2] == "Z"
+    assert not [pid for pid in family if is_running(pid)]
+    sandbox.close()

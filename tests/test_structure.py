@@ -19,8 +19,8 @@ LAYERS = {
         credit decimals lateness difficulty problem families questions mistakes quizzes
         generate record verify writing.latex render writing figure
         notebook show solve docs assignment store release commands""",
-    "grader": """verdict counterexample judge choices direction compare callables functions parts credit residuals
-        diagnosis follow marking runner sandbox cells archives layouts roster submission finding copies overrides
+    "grader": """verdict counterexample judge choices direction compare contained functions parts credit residuals
+        diagnosis follow marking sandbox guarantees cells archives layouts roster submission finding copies overrides
         attempt settle batch history certificates certify check reports demo commands cli""",
 }
 """From the bottom up: a module imports only from those before it; a folder stands for what is in it."""

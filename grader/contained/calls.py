@@ -1,0 +1,103 @@
+"""Which system calls a notebook is refused, as a program for the kernel's filter (seccomp, in classic BPF).
+
+What NumPy, SymPy and Python do while they compute is let through: files, memory, threads, time. What starts programs
+and processes, opens sockets, reaches other processes, mounts, or changes the machine is answered with EPERM.
+"""
+
+import platform
+import struct
+
+# name: number on x86_64, on aarch64; None where the machine has no such call
+REFUSED: dict[str, tuple[int | None, int | None]] = {
+    # programs and processes; clone is looked at below
+    "fork": (57, None), "vfork": (58, None), "execve": (59, 221), "execveat": (322, 281), "setsid": (112, 157),
+    "setpgid": (109, 154),
+    # the network, and sockets on this machine
+    "socket": (41, 198), "socketpair": (53, 199), "connect": (42, 203), "bind": (49, 200), "listen": (50, 201),
+    "accept": (43, 202), "accept4": (288, 242), "sendto": (44, 206), "sendmsg": (46, 211), "sendmmsg": (307, 269),
+    "recvmsg": (47, 212), "recvmmsg": (299, 243),
+    # ways around a filter
+    "io_uring_setup": (425, 425), "io_uring_enter": (426, 426), "io_uring_register": (427, 427),
+    "seccomp": (317, 277), "bpf": (321, 280), "userfaultfd": (323, 282), "perf_event_open": (298, 241),
+    "modify_ldt": (154, None), "personality": (135, 92), "open_by_handle_at": (304, 265),
+    "name_to_handle_at": (303, 264),
+    # other processes
+    "ptrace": (101, 117), "process_vm_readv": (310, 270), "process_vm_writev": (311, 271), "kcmp": (312, 272),
+    "pidfd_open": (434, 434), "pidfd_getfd": (438, 438), "pidfd_send_signal": (424, 424),
+    "process_madvise": (440, 440), "process_mrelease": (448, 448), "tkill": (200, 130),
+    "rt_sigqueueinfo": (129, 138), "rt_tgsigqueueinfo": (297, 240), "setpriority": (141, 140),
+    "ioprio_set": (251, 30), "sched_setscheduler": (144, 119), "sched_setparam": (142, 118),
+    "sched_setattr": (314, 274), "sched_setaffinity": (203, 122), "migrate_pages": (256, 238),
+    "move_pages": (279, 239),
+    # memory that no limit counts, or that outlives the process
+    "shmget": (29, 194), "msgget": (68, 186), "semget": (64, 190), "mq_open": (240, 180), "memfd_create": (319, 279),
+    "memfd_secret": (447, 447), "add_key": (248, 217), "request_key": (249, 218), "keyctl": (250, 219),
+    # namespaces and mounts
+    "unshare": (272, 97), "setns": (308, 268), "mount": (165, 40), "umount2": (166, 39), "pivot_root": (155, 41),
+    "chroot": (161, 51), "mount_setattr": (442, 442), "open_tree": (428, 428), "move_mount": (429, 429),
+    "fsopen": (430, 430), "fsconfig": (431, 431), "fsmount": (432, 432), "fspick": (433, 433),
+    # the machine
+    "kexec_load": (246, 104), "kexec_file_load": (320, 294), "init_module": (175, 105), "finit_module": (313, 273),
+    "delete_module": (176, 106), "reboot": (169, 142), "swapon": (167, 224), "swapoff": (168, 225), "acct": (163, 89),
+    "syslog": (103, 116), "quotactl": (179, 60), "sethostname": (170, 161), "setdomainname": (171, 162),
+    "settimeofday": (164, 170), "clock_settime": (227, 112), "adjtimex": (159, 171), "clock_adjtime": (305, 266),
+    "ioperm": (173, None), "iopl": (172, None), "vhangup": (153, 58), "fanotify_init": (300, 262),
+}  # fmt: skip
+
+ON_PATHS: dict[str, tuple[int | None, int | None]] = {
+    "truncate": (76, 45), "chmod": (90, None), "fchmodat": (268, 53), "fchmodat2": (452, 452), "chown": (92, None),
+    "lchown": (94, None), "fchownat": (260, 54), "utime": (132, None), "utimes": (235, None), "futimesat": (261, None),
+    "utimensat": (280, 88), "setxattr": (188, 5), "lsetxattr": (189, 6), "removexattr": (197, 14),
+    "lremovexattr": (198, 15),
+}  # fmt: skip
+"""Refused, too, where a notebook still sees the machine's own files: Landlock does not rule what changes no content."""
+
+_CLONE, _CLONE3, _PRCTL, _IOCTL = (56, 220), (435, 435), (157, 167), (16, 29)
+_KILL, _TGKILL, _PRLIMIT = (62, 129), (234, 131), (302, 261)
+_THREAD, _TIOCSTI, _NAMES = 0x10000, 0x5412, (15, 16, 0x53564D41)
+_EPERM, _ENOSYS = 1, 38
+_ARCHITECTURES = {"x86_64": (0xC000003E, 0), "aarch64": (0xC00000B7, 1)}
+
+_LOAD, _EQUAL, _AT_LEAST, _ANY_BIT, _RETURN = 0x20, 0x15, 0x35, 0x45, 0x06
+_ALLOW, _KILL_PROCESS, _ERROR = 0x7FFF0000, 0x80000000, 0x00050000
+_NUMBER, _ARCHITECTURE, _FIRST, _SECOND = 0, 4, 16, 24  # where they lie in what the filter is shown
+
+
+def _do(code: int, k: int, then: int = 0, otherwise: int = 0) -> bytes:
+    return struct.pack("HBBI", code, then, otherwise, k)
+
+
+def filter_program(own: int, on_paths: bool) -> bytes:
+    """Return the filter for the process `own`. Raises OSError for a processor whose system calls are not known here.
+
+    Signals reach the process itself only, clone makes threads only. clone3 is not there, as its flags can't be looked
+    at: the C library then takes clone.
+    """
+    machine = platform.machine()
+    if machine not in _ARCHITECTURES:
+        raise OSError(f"system calls of {machine} are not known")
+    architecture, column = _ARCHITECTURES[machine]
+    refuse, allow = _do(_RETURN, _ERROR | _EPERM), _do(_RETURN, _ALLOW)
+    program = [_do(_LOAD, _ARCHITECTURE), _do(_EQUAL, architecture, 1), _do(_RETURN, _KILL_PROCESS)]
+    program += [_do(_LOAD, _NUMBER), _do(_AT_LEAST, 0x40000000, 0, 1), refuse]  # x32: other numbers for the same calls
+
+    def case(numbers: tuple[int, int], *body: bytes) -> None:
+        program.extend((_do(_EQUAL, numbers[column], 0, len(body)), *body))
+
+    def only(where: int, *values: int) -> list[bytes]:
+        """Allow if an argument is one of the values (its lower half, which is all that the kernel takes)."""
+        tests = [_do(_EQUAL, value, len(values) - i) for i, value in enumerate(values)]
+        return [_do(_LOAD, where), *tests, refuse, allow]
+
+    case(_CLONE, _do(_LOAD, _FIRST), _do(_ANY_BIT, _THREAD, 1), refuse, allow)
+    case(_CLONE3, _do(_RETURN, _ERROR | _ENOSYS))
+    case(_KILL, *only(_FIRST, own))
+    case(_TGKILL, *only(_FIRST, own))
+    case(_PRLIMIT, *only(_FIRST, 0, own))
+    case(_PRCTL, *only(_FIRST, *_NAMES))
+    case(_IOCTL, _do(_LOAD, _SECOND), _do(_EQUAL, _TIOCSTI, 0, 1), refuse, allow)
+    for numbers in (*REFUSED.values(), *(ON_PATHS.values() if on_paths else ())):
+        number = numbers[column]
+        if number is not None:
+            program += [_do(_EQUAL, number, 0, 1), refuse]
+    return b"".join((*program, allow))

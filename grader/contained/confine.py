@@ -1,0 +1,233 @@
+"""The measures that contain a notebook: each tried for itself, so that it is known which hold on this machine.
+
+`enter` and `private_root` are for the process that forks for every notebook, once; `apply` is for the child, before it
+runs anything of a student's. Where a measure can't be had, the others still are: see docs/sandbox.md for what each is
+worth.
+"""
+
+import contextlib
+import os
+import resource
+import signal
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from . import calls, guard, kernel
+
+MEASURES = ("namespaces", "landlock", "seccomp", "user", "privileges", "limits", "watch")
+"""Namespaces with a root of their own; rules on files; a filter of system calls; another user than root; no rights and
+no new ones; limits on resources; the audit hook."""
+
+OWN = "/tmp"  # noqa: S108 - in a root of its own, where there is nothing else
+DISK, FILE, FILES, PROCESSES, DESCRIPTORS = 64_000_000, 10_000_000, 4096, 64, 64
+"""Bytes in a notebook's folder, in one file of it, how many files, processes or threads, open files."""
+
+
+@dataclass
+class Measures:
+    """Which measures hold and, of the others, why not; `user` is whom a child becomes where this process is root."""
+
+    lacking: dict[str, str]
+    memory: int
+    seconds: int
+    user: int | None = None
+    processes: int | None = None
+
+    def holds(self, name: str) -> bool:
+        """Tell whether a measure is taken."""
+        return name not in self.lacking
+
+
+def tried(action: Callable[[], None]) -> str:
+    """Do something in a process of its own, which ends then; return why it can't be done, or nothing."""
+    reading, writing = os.pipe()
+    pid = os.fork()
+    if pid == 0:
+        said = "it ended"
+        try:
+            action()
+            said = ""
+        except BaseException as error:
+            said = str(error) or type(error).__name__
+        finally:
+            os.write(writing, b"." + said.encode()[:500])
+            os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading, "rb") as pipe:
+        said = pipe.read().decode()
+    os.waitpid(pid, 0)
+    return said[1:] if said else "the process that tried it was killed"
+
+
+# --- once, in the process that forks for every notebook ---
+
+
+def enter() -> None:
+    """Leave the machine's namespaces: no network but an own one that is down, no other processes, own mounts.
+
+    Root needs no user namespace; anybody else becomes the one user of an own one, with rights in it only.
+    """
+    user, group = os.geteuid(), os.getegid()
+    others = kernel.NEWNS | kernel.NEWNET | kernel.NEWIPC | kernel.NEWUTS | kernel.NEWPID
+    try:
+        kernel.unshare(others)
+    except OSError:
+        kernel.unshare(others | kernel.NEWUSER)
+        Path("/proc/self/setgroups").write_text("deny")
+        Path("/proc/self/uid_map").write_text(f"{user} {user} 1")
+        Path("/proc/self/gid_map").write_text(f"{group} {group} 1")
+    kernel.mount(None, "/", None, kernel.MS_REC | kernel.MS_PRIVATE)
+
+
+def private_root(mountpoint: str) -> None:
+    """Make a root in which there are Python, its libraries and an empty folder, all of it read-only."""
+    kernel.mount("qdot", mountpoint, "tmpfs", kernel.MS_NOSUID | kernel.MS_NODEV, "size=4m,mode=755")
+    shown: list[str] = []
+    for path in sorted(guard.PLACES, key=len):
+        real = _with_links(path, mountpoint)
+        if os.path.exists(real) and not guard.is_inside(real, tuple(shown)):
+            _show(real, mountpoint)
+            shown.append(real)
+    for folder in guard.LIBRARIES:
+        for name in guard.HIDDEN:
+            if os.path.isdir(hidden := mountpoint + os.path.realpath(f"{folder}/{name}")):
+                kernel.mount("qdot", hidden, "tmpfs", kernel.MS_RDONLY, "size=4k")
+    os.makedirs(mountpoint + OWN, exist_ok=True)
+    kernel.pivot_root(mountpoint)
+    kernel.mount(None, "/", None, kernel.MS_REMOUNT | kernel.MS_BIND | kernel.MS_RDONLY | kernel.MS_NOSUID)
+
+
+def _show(path: str, mountpoint: str) -> None:
+    target = mountpoint + path
+    if os.path.isdir(path):
+        os.makedirs(target, exist_ok=True)
+    else:
+        os.makedirs(os.path.dirname(target), exist_ok=True)
+        Path(target).touch()
+    kernel.mount(path, target, None, kernel.MS_BIND | kernel.MS_REC)
+    kernel.make_read_only(target, devices=path in guard.DEVICES)
+
+
+def _with_links(path: str, mountpoint: str) -> str:
+    """Return the path with links resolved, and make the links on the way to it in the new root, too."""
+    for _ in range(40):
+        parts = Path(path).parts
+        for length in range(2, len(parts) + 1):
+            at = os.path.join(*parts[:length])
+            if os.path.islink(at):
+                if not os.path.lexists(mountpoint + at):
+                    os.makedirs(os.path.dirname(mountpoint + at), exist_ok=True)
+                    os.symlink(os.readlink(at), mountpoint + at)
+                path = os.path.normpath(os.path.join(os.path.dirname(at), os.readlink(at), *parts[length:]))
+                break
+        else:
+            break
+    return path
+
+
+def fresh_folder(measures: Measures, parent: str) -> str:
+    """Return an empty folder for a notebook; in a root of its own it is a file system that holds so much, no more."""
+    if measures.holds("namespaces"):
+        data = f"size={DISK},nr_inodes={FILES},mode=755"
+        kernel.mount("qdot", OWN, "tmpfs", kernel.MS_NOSUID | kernel.MS_NODEV, data)
+        parent = OWN
+    folder = tempfile.mkdtemp(prefix="qdot-run-", dir=parent)
+    if measures.user is not None and measures.holds("user"):
+        os.chmod(parent, 0o711)  # noqa: S103 - it has to get there
+        os.chown(folder, measures.user, measures.user)
+    return folder
+
+
+# --- for every notebook, in its process ---
+
+
+def apply(measures: Measures, folder: str, parent: int) -> dict[str, str]:
+    """Take all measures but the watching, in an order in which none is in the way of the next.
+
+    Returns those that failed, with the reason. `parent` is the process with which this one ends.
+    """
+    failed: dict[str, str] = {}
+
+    def take(name: str, action: Callable[[], None]) -> None:
+        if measures.holds(name):
+            try:
+                action()
+            except (OSError, ValueError, AttributeError) as error:
+                failed[name] = str(error) or type(error).__name__
+
+    take("limits", lambda: _limit(measures))
+    take("user", lambda: become(measures.user))
+    die_with_parent(parent)  # who becomes another user is let off this
+    take("privileges", _give_up_privileges)
+    if not measures.holds("privileges") and measures.holds("seccomp") and sys.platform == "linux":
+        take("seccomp", lambda: kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1))
+    take("landlock", lambda: _rule_files(folder))
+    take("seccomp", lambda: kernel.seccomp(calls.filter_program(os.getpid(), not measures.holds("namespaces"))))
+    kernel.forget()
+    return failed
+
+
+def die_with_parent(parent: int) -> None:
+    """Have Linux kill this process when its parent ends: a stopped grader leaves nothing running."""
+    if sys.platform == "linux":
+        with contextlib.suppress(OSError):
+            kernel.prctl(kernel.PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() not in (parent, 0):  # it has ended before this was asked for; 0 is a parent in another namespace
+        os._exit(1)
+
+
+def _limit(measures: Measures) -> None:
+    wanted = [
+        ("RLIMIT_CPU", measures.seconds), ("RLIMIT_FSIZE", FILE), ("RLIMIT_NOFILE", DESCRIPTORS), ("RLIMIT_CORE", 0),
+        ("RLIMIT_AS", measures.memory),
+    ]  # fmt: skip
+    if measures.processes is not None:
+        wanted.append(("RLIMIT_NPROC", measures.processes))
+    refused = []
+    for name, value in wanted:
+        try:
+            resource.setrlimit(getattr(resource, name), (value, value))
+        except (AttributeError, ValueError, OSError) as error:
+            refused.append(f"{name}: {error}")
+    if refused:
+        raise OSError("; ".join(refused))
+
+
+def become(user: int | None) -> None:
+    """Become a user who owns nothing, if root started this. Raises OSError where that one couldn't load a library."""
+    if user is None:
+        return
+    libraries = [path for path in guard.LIBRARIES if os.path.isdir(path)]
+    os.setgroups([])
+    os.setresgid(user, user, user)
+    os.setresuid(user, user, user)
+    for path in libraries:
+        if not os.access(path, os.R_OK | os.X_OK):
+            raise OSError(f"only root may read {path}")
+
+
+def _give_up_privileges() -> None:
+    kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1)
+    kernel.prctl(kernel.PR_SET_DUMPABLE, 0)
+    kernel.drop_capabilities()
+
+
+_READ_FILE, _READ_FOLDER, _WRITE, _TRUNCATE, _REFER = 1 << 2, 1 << 3, 1 << 1, 1 << 14, 1 << 13
+_CHANGE_FOLDER = (1 << 4) | (1 << 5) | (1 << 7) | (1 << 8)  # remove folders and files, make them
+
+
+def _rule_files(folder: str) -> None:
+    version = kernel.landlock_version()
+    files = (1 << (13 + min(version - 1, 2))) - 1 | (1 << 15 if version >= 5 else 0)
+    network, scopes = (3 if version >= 4 else 0), (3 if version >= 6 else 0)
+    own = (_READ_FILE | _READ_FOLDER | _WRITE | _CHANGE_FOLDER | _TRUNCATE | _REFER) & files
+    rules = [(folder, own)]
+    for path in guard.READABLE:
+        if os.path.isdir(path):
+            rules.append((path, _READ_FILE | _READ_FOLDER))
+        elif os.path.exists(path):
+            rules.append((path, _READ_FILE | _WRITE if path in guard.DEVICES else _READ_FILE))
+    kernel.landlock((files, network, scopes), rules)

@@ -1,0 +1,87 @@
+"""What a notebook may read, and an audit hook that refuses the rest in words: the second line, behind the kernel.
+
+The hook watches Python code and says what was refused. What native code does is for the kernel (`confine`); where that
+can't, as on macOS, the hook is all there is.
+"""
+
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NoReturn
+
+HIDDEN = ("exercises", "grader")
+"""Packages that a notebook may not load: with them and the secret, the answers could be regenerated."""
+
+
+def library_folders() -> list[str]:
+    """Return the folders that modules come from, but not a checkout of qdot (an editable install)."""
+    kept = [path for path in sys.path if "site-packages" in path or "dist-packages" in path]
+    other = [path for path in sys.path if path and path not in kept]
+    return kept + [path for path in other if not any(Path(path, name).is_dir() for name in HIDDEN)]
+
+
+LIBRARIES = tuple(library_folders())
+
+DEVICES = ("/dev/null", "/dev/zero", "/dev/urandom", "/dev/random")
+
+PLACES = (
+    sys.prefix, sys.base_prefix, *LIBRARIES, "/usr/lib", "/usr/lib64", "/usr/share", "/usr/local/lib", "/lib",
+    "/lib64", "/nix/store", "/gnu/store", "/System/Library", "/Library/Fonts", "/etc/localtime", "/etc/fonts",
+    "/etc/ssl", "/etc/ld.so.cache", *filter(os.path.isabs, os.environ.get("LD_LIBRARY_PATH", "").split(":")), *DEVICES,
+)  # fmt: skip
+"""What Python and its libraries read; everything else on the machine is none of a notebook's business."""
+
+READABLE = tuple(dict.fromkeys(map(os.path.realpath, PLACES)))
+"""The same with links resolved."""
+
+REFUSED = (
+    "subprocess.", "os.system", "os.exec", "os.posix_spawn", "os.spawn", "os.fork", "os.kill", "os.killpg", "pty.",
+    "socket.", "ctypes.", "signal.pthread_kill", "os.link", "os.symlink", "os.chown", "sys.setprofile", "sys.settrace",
+    "gc.get_", "webbrowser.", "ftplib.", "smtplib.", "urllib.",
+)  # fmt: skip
+
+
+def is_inside(path: Any, folders: tuple[str, ...]) -> bool:
+    """Tell whether a path, links resolved, is one of the folders or lies in it; a descriptor that is open does."""
+    if isinstance(path, int) or path is None:
+        return True
+    real = os.path.realpath(os.fsdecode(path))
+    return any(real == folder or real.startswith(folder.rstrip("/") + "/") for folder in folders)
+
+
+def guard(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
+    """Return an audit hook: read the libraries, write in the own folder, and nothing else.
+
+    Once added, a hook can't be removed.
+    """
+    own = (os.path.realpath(folder),)
+    writing = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
+    packages = tuple(os.path.realpath(f"{path}/{name}") for path in sys.path for name in HIDDEN)
+
+    def refuse(what: str) -> NoReturn:
+        raise PermissionError(f"a notebook that is graded may not {what}")
+
+    def hook(event: str, args: tuple[Any, ...]) -> None:
+        if event == "open":
+            path, _, flags = args
+            changes = isinstance(flags, int) and flags & writing and path not in ("/dev/null", b"/dev/null")
+            if not is_inside(path, own if changes else (*own, *READABLE)) or is_inside_hidden(path):
+                refuse(f"open {str(path)[:200]!r}")
+        elif event == "import" and str(args[0]).split(".")[0] in HIDDEN:
+            refuse(f"import {str(args[0])[:100]}")
+        elif event.startswith(("os.listdir", "os.scandir", "os.walk", "glob.", "os.chdir")):
+            if not is_inside(args[0], (*own, *READABLE)):
+                refuse(f"look into {str(args[0])[:200]!r}")
+        elif event.startswith(
+            ("os.rename", "os.remove", "os.rmdir", "os.mkdir", "os.chmod", "os.truncate", "os.utime")
+        ):
+            if not all(is_inside(arg, own) for arg in args[:2] if isinstance(arg, (str, bytes))):
+                refuse(f"change {str(args[0])[:200]!r}")
+        elif event.startswith(REFUSED):
+            refuse(f"use {event}")
+
+    def is_inside_hidden(path: Any) -> bool:
+        return not isinstance(path, int) and is_inside(path, packages)
+
+    return hook

@@ -1,0 +1,143 @@
+"""Linux's system calls for containment that Python has no functions for, by way of ctypes; nothing is decided here.
+
+Every function raises OSError where the kernel refuses. Importing this calls nothing, so it can be imported anywhere.
+"""
+
+import ctypes
+import functools
+import os
+import platform
+import struct
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+NEWNS, NEWCGROUP, NEWUTS, NEWIPC = 0x00020000, 0x02000000, 0x04000000, 0x08000000
+NEWUSER, NEWPID, NEWNET = 0x10000000, 0x20000000, 0x40000000
+
+MS_RDONLY, MS_NOSUID, MS_NODEV, MS_REMOUNT, MS_BIND, MS_REC, MS_PRIVATE = 1, 2, 4, 32, 4096, 16384, 1 << 18
+MNT_DETACH = 2
+ATTR_RDONLY, ATTR_NOSUID, ATTR_NODEV = 1, 2, 4
+
+PR_SET_PDEATHSIG, PR_SET_DUMPABLE, PR_SET_SECCOMP, PR_CAPBSET_DROP = 1, 4, 22, 24
+PR_SET_CHILD_SUBREAPER, PR_SET_NO_NEW_PRIVS = 36, 38
+
+_AT_FDCWD, _AT_RECURSIVE = -100, 0x8000
+_PIVOT_ROOT = {"x86_64": 155, "aarch64": 41}
+_CAPSET = {"x86_64": 126, "aarch64": 91}
+_MOUNT_SETATTR, _LANDLOCK_CREATE, _LANDLOCK_ADD, _LANDLOCK_RESTRICT = 442, 444, 445, 446
+
+
+@functools.cache
+def _libc() -> Any:
+    if sys.platform != "linux":
+        raise OSError("this is not Linux")
+    return ctypes.CDLL(None, use_errno=True)
+
+
+def forget() -> None:
+    """Let go of the C library: who looks for it in this process's objects should not find it."""
+    _libc.cache_clear()
+
+
+def _checked(result: int) -> int:
+    if result < 0:
+        number = ctypes.get_errno()
+        raise OSError(number, os.strerror(number))
+    return result
+
+
+def _syscall(number: int, *args: Any) -> int:
+    wide = [ctypes.c_long(arg) if isinstance(arg, int) else arg for arg in args]
+    return _checked(_libc().syscall(ctypes.c_long(number), *wide))
+
+
+def _by_machine(numbers: dict[str, int]) -> int:
+    try:
+        return numbers[platform.machine()]
+    except KeyError:
+        raise OSError(f"no system call numbers for {platform.machine()}") from None
+
+
+def prctl(option: int, *args: Any) -> None:
+    """Change something about this process."""
+    wide = [ctypes.c_ulong(arg) if isinstance(arg, int) else arg for arg in (*args, 0, 0, 0, 0)[:4]]
+    _checked(_libc().prctl(ctypes.c_int(option), *wide))
+
+
+def unshare(flags: int) -> None:
+    """Leave the namespaces for new ones."""
+    _checked(_libc().unshare(ctypes.c_int(flags)))
+
+
+def setns(descriptor: int, kind: int) -> None:
+    """Enter a namespace."""
+    _checked(_libc().setns(ctypes.c_int(descriptor), ctypes.c_int(kind)))
+
+
+def mount(source: str | None, target: str, kind: str | None, flags: int, data: str = "") -> None:
+    """Mount a file system, or bind a folder to another place."""
+    texts = [None if text is None else os.fsencode(text) for text in (source, target, kind)]
+    _checked(_libc().mount(*texts, ctypes.c_ulong(flags), data.encode() or None))
+
+
+def unmount(target: str) -> None:
+    """Take a file system away at once; it ends when nobody uses it."""
+    _checked(_libc().umount2(os.fsencode(target), MNT_DETACH))
+
+
+def make_read_only(target: str, devices: bool) -> None:
+    """Make a mount and all below it read-only, its programs without privileges; Linux 5.12, before: not those below."""
+    attributes = ATTR_RDONLY | ATTR_NOSUID | (0 if devices else ATTR_NODEV)
+    try:
+        data = struct.pack("QQQQ", attributes, 0, 0, 0)
+        _syscall(_MOUNT_SETATTR, _AT_FDCWD, os.fsencode(target), _AT_RECURSIVE, data, len(data))
+    except OSError:
+        kept = os.statvfs(target).f_flag & ~(MS_RDONLY | MS_NOSUID)  # what a user namespace may not take off
+        mount(None, target, None, MS_REMOUNT | MS_BIND | MS_RDONLY | MS_NOSUID | (kept & 0x0C0E))
+
+
+def pivot_root(folder: str) -> None:
+    """Make a mount the root, and let go of what was the root."""
+    os.chdir(folder)
+    _syscall(_by_machine(_PIVOT_ROOT), b".", b".")
+    unmount(".")
+    os.chdir("/")
+
+
+def drop_capabilities() -> None:
+    """Give up all capabilities, and those that a program could bring."""
+    for number in range(64):
+        try:
+            prctl(PR_CAPBSET_DROP, number)
+        except OSError:  # there are no more, or this process has none to give up
+            break
+    _syscall(_by_machine(_CAPSET), struct.pack("Ii", 0x20080522, 0), bytes(24))
+
+
+def landlock_version() -> int:
+    """Return the version of Landlock's interface. Raises OSError where there is none."""
+    return _syscall(_LANDLOCK_CREATE, None, 0, 1)
+
+
+def landlock(handled: tuple[int, int, int], rules: Sequence[tuple[str, int]]) -> None:
+    """Allow only what the rules say: rights under paths; of files, network and scopes, `handled` is ruled by them."""
+    size = 8 if not (handled[1] or handled[2]) else 16 if not handled[2] else 24
+    ruleset = _syscall(_LANDLOCK_CREATE, struct.pack("QQQ", *handled), size, 0)
+    try:
+        for path, rights in rules:
+            place = os.open(path, os.O_PATH | os.O_CLOEXEC)
+            try:
+                _syscall(_LANDLOCK_ADD, ruleset, 1, struct.pack("=Qi", rights, place), 0)
+            finally:
+                os.close(place)
+        _syscall(_LANDLOCK_RESTRICT, ruleset, 0)
+    finally:
+        os.close(ruleset)
+
+
+def seccomp(program: bytes) -> None:
+    """Filter this process's system calls from now on, by a program of BPF."""
+    buffer = ctypes.create_string_buffer(program, len(program))
+    header = struct.pack("HxxxxxxP", len(program) // 8, ctypes.addressof(buffer))
+    prctl(PR_SET_SECCOMP, 2, header)

@@ -1,0 +1,186 @@
+"""Run the cells of one notebook and report its answers as text: all that students' code may say leaves it here.
+
+Whatever a notebook does, it can only report about itself.
+"""
+
+import re
+import signal
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy
+import sympy
+from sympy.printing.str import StrPrinter
+
+from . import callables
+
+Report = Callable[[dict[str, Any]], None]
+
+
+LONGEST_ANSWER = 400_000
+
+
+class _Printer(StrPrinter):
+    """Prints doubles with all their digits: SymPy prints 15, and 0.866025403784439 is not the root of 3/4."""
+
+    def _print_Float(self, number: sympy.Float) -> str:
+        return repr(float(number)) if number._prec <= 53 else str(sympy.sstr(number, full_prec=True))
+
+
+def text_of(value: Any, depth: int = 0) -> str:
+    """Return a value as the text of an expression; raise TypeError for what is none."""
+    if depth > 6:
+        raise TypeError("lists nest too deeply")
+    if isinstance(value, str):
+        return str.__str__(value)  # of a subclass, too, the characters that it has
+    if isinstance(value, (sympy.MatrixBase, numpy.ndarray)):
+        return text_of(value.tolist(), depth + 1)
+    if isinstance(value, sympy.Basic):
+        return str(_Printer().doprint(value))
+    if isinstance(value, numpy.generic):
+        return text_of(value.item(), depth + 1)
+    if value is Ellipsis:
+        return "blank"
+    if value is None or isinstance(value, (bool, int, float)):
+        return repr(value)
+    if isinstance(value, complex):
+        return f"({value.real!r} + I*({value.imag!r}))"
+    return text_of_container(value, depth + 1)
+
+
+def text_of_container(value: Any, depth: int) -> str:
+    """Return a list, set or dictionary as text; raise TypeError for anything else."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{text_of(k, depth)}: {text_of(v, depth)}" for k, v in value.items()) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(text_of(item, depth) for item in value) + "]"
+    if isinstance(value, (set, frozenset)):
+        return "{" + ", ".join(sorted(text_of(item, depth) for item in value)) + "}"
+    raise TypeError(f"a {type(value).__name__} is not an expression")
+
+
+def parts_of(value: Any, depth: int = 0) -> list[Any] | None:
+    """Return what a value is made of, down to what can't change in place; None where that isn't known."""
+    kind = type(value)
+    if kind in (int, float, complex, str, bool, type(None)) or isinstance(value, sympy.Basic):
+        return [value]
+    if kind is sympy.Matrix:
+        return [kind, value.rows, *value.flat()]
+    if kind in (list, tuple) and len(value) < 1000 and depth < 6:
+        inner = [parts_of(item, depth + 1) for item in value]
+        return None if None in inner else [kind, len(value), *(part for item in inner for part in item or ())]
+    return None
+
+
+def is_same(before: list[Any] | None, now: list[Any] | None) -> bool:
+    """Tell whether a value surely is what it was, so that its text need not be made again after every cell."""
+    if before is None or now is None or len(before) != len(now):
+        return False
+    return all(a is b or (type(a) is type(b) is int and a == b) for a, b in zip(before, now, strict=True))
+
+
+def plain_python(source: str) -> str:
+    """Return a cell's source with IPython's magic lines (%..., !...) taken out."""
+    return re.sub(r"(?m)^(\s*)[%!].*$", r"\1pass", source)
+
+
+class Overtime(BaseException):
+    """A cell ran longer than it may. Not an Exception, so that `except Exception` does not swallow it."""
+
+
+def _ring(_signal: int, _frame: Any) -> None:
+    raise Overtime
+
+
+class Told(NamedTuple):
+    """What was reported of an answer, and what the answer was made of."""
+
+    parts: list[Any] | None
+    found: dict[str, str]
+
+
+def set_alarm(seconds: float) -> None:
+    """Ring after so much processor time, which a busy machine does not shorten, or thrice that on the clock."""
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    signal.setitimer(signal.ITIMER_REAL, 3 * seconds)
+
+
+def run_cells(request: dict[str, Any], report: Report) -> None:
+    """Run the cells in order, each within its time; report every answer as soon as it is there."""
+    wanted = request["names"]
+    namespace: dict[str, Any] = {"__name__": "__main__", "display": lambda *_args, **_options: None}
+    last: dict[str, Told] = {}
+    signal.signal(signal.SIGALRM, _ring)
+    signal.signal(signal.SIGPROF, _ring)
+    for index, source in enumerate(request["cells"]):
+        error = None
+        try:
+            set_alarm(request["cell_seconds"])
+            code = compile(plain_python(source), f"<cell {index + 1}>", "exec", dont_inherit=True)
+            exec(code, namespace)  # noqa: S102 - this is the contained process
+        except Overtime:
+            error = f"it ran longer than {request['cell_seconds']:g} s"
+        except SystemExit:
+            error = "it called exit()"
+        except BaseException as raised:
+            error = describe(raised)
+        finally:
+            set_alarm(0)
+        if error is not None:
+            report({"cell": index, "error": error})
+        report_answers(namespace, wanted, last, request, report)
+    report({"done": True})
+
+
+def describe(raised: BaseException) -> str:
+    """Return an exception as one short line; a hostile one must not break the report."""
+    try:
+        return f"{type(raised).__name__}: {raised}".splitlines()[0][:300]
+    except BaseException:
+        return "an exception that can't be shown"
+
+
+def value_of(answer: Any, name: str, request: dict[str, Any]) -> Any:
+    """Return an answer, or what it gives where it is a function."""
+    if not isinstance(answer, callables.FUNCTIONS):
+        return answer
+    asked = next((asked for begin, asked in request["asked"].items() if name.startswith(f"{begin}_")), None)
+    return callables.TABLE if asked is None else callables.called(answer, asked)
+
+
+def report_answers(
+    namespace: dict[str, Any], wanted: list[str], last: dict[str, Told], request: dict[str, Any], report: Report
+) -> None:
+    """Report each answer that is new or has changed, as text or as the reason why it is none."""
+    for name in wanted:
+        if name not in namespace:
+            continue
+        before, parts = last.get(name, Told(None, {})), None
+        try:
+            set_alarm(request["cell_seconds"])
+            parts = parts_of(namespace[name])
+            found = (
+                before.found
+                if is_same(before.parts, parts)
+                else {"text": text_of(value_of(namespace[name], name, request))[: LONGEST_ANSWER + 1]}
+            )
+        except Overtime:
+            found = {"error": f"working it out took longer than {request['cell_seconds']:g} s"}
+        except BaseException as raised:
+            found = {"error": describe(raised)}
+        finally:
+            set_alarm(0)
+        last[name] = Told(parts, found)
+        if found != before.found:
+            report({"name": name, **found})
+
+
+def warm_up() -> None:
+    """Do once what reference-like code does, so that SymPy's first-use costs are paid before the fork."""
+    x, y = sympy.symbols("x y")
+    matrix = sympy.Matrix([[sympy.cos(x), -sympy.sin(x)], [sympy.sin(x), y * sympy.cos(x + y)]])
+    sympy.simplify(matrix.det())
+    matrix.inv()
+    matrix.diff(x)
+    _Printer().doprint(sympy.And(sympy.Eq(x, 0), sympy.Eq(y, sympy.atan2(1, 2))))
+    numpy.linalg.svd(numpy.eye(3))

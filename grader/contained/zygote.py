@@ -1,0 +1,283 @@
+"""The process that forks for every notebook: loaded, enclosed, and never told anything of a notebook.
+
+A child takes its notebook from a pipe that the grader made for it, and reports into another. So its memory holds no
+other student's work, and whatever it writes is read as its own. What this process is told over its control socket: a
+child is wanted ("r", with both pipes), and it is to end ("s", or "c" where it closed its pipe itself).
+"""
+
+import contextlib
+import json
+import os
+import resource
+import shutil
+import signal
+import socket
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any, NoReturn
+
+from . import attempts, confine, guard, kernel
+from .confine import Measures
+
+LONGEST_REPORT = 4_000_000
+"""Bytes that a notebook may report in all."""
+
+
+def main(config: dict[str, Any]) -> None:
+    """Enclose this process, load what notebooks need, find out which measures hold, and serve until the grader ends."""
+    control = socket.socket(fileno=os.dup(0))
+    os.dup2(os.open(os.devnull, os.O_RDWR), 0)
+    measures = Measures(
+        dict.fromkeys(config["without"], "it was switched off"), config["memory"], config["seconds"],
+        2_000_000_000 + os.getpid() if os.geteuid() == 0 else None,
+    )  # fmt: skip
+    namespace = None
+    try:
+        if measures.holds("namespaces"):
+            reason = confine.tried(lambda: _try_namespaces(measures, config["folder"]))
+            if reason:
+                measures.lacking["namespaces"] = reason
+        if measures.holds("namespaces"):
+            namespace = _enter(control)
+        else:
+            _adopt_orphans()
+        measures.processes = _processes(measures)
+        if config["loaded"]:
+            _load()
+        if measures.holds("namespaces"):
+            confine.private_root(config["folder"])
+        if measures.user is not None and measures.holds("user"):
+            reason = confine.tried(lambda: confine.become(measures.user))
+            if reason:
+                measures.lacking["user"] = reason
+        measures.lacking.update(_failing(measures, config["folder"]))
+        _answer(control, {"ready": True, "lacking": measures.lacking})
+        _serve(control, measures, config["folder"], namespace)
+    except BaseException as error:
+        with contextlib.suppress(OSError):
+            _answer(control, {"failed": f"{type(error).__name__}: {error}"[:500]})
+        raise
+
+
+def _answer(control: socket.socket, line: dict[str, Any]) -> None:
+    control.sendall((json.dumps(line) + "\n").encode())
+
+
+def _load() -> None:
+    from . import runner
+
+    runner.warm_up()
+
+
+# --- what is done once ---
+
+
+def _try_namespaces(measures: Measures, folder: str) -> None:
+    """Go all the way to a child with a namespace, root and folder of its own. Raises OSError where it ends earlier."""
+    confine.enter()
+
+    def inside() -> None:
+        confine.private_root(folder)
+        confine.fresh_folder(measures, "")
+        kernel.unshare(kernel.NEWPID)
+        reason = confine.tried(lambda: None)
+        if reason:
+            raise OSError(reason)
+
+    reason = confine.tried(inside)
+    if reason:
+        raise OSError(reason)
+
+
+def _enter(control: socket.socket) -> int:
+    """Become the first process of a namespace, with which all others in it end; return what leads back to it.
+
+    The process that was started stays outside, waits, and takes this one with it when it is killed.
+    """
+    confine.enter()
+    outside = os.getpid()
+    pid = os.fork()
+    if pid:
+        control.close()
+        os.waitpid(pid, 0)
+        os._exit(0)
+    confine.die_with_parent(outside)
+    return os.open("/proc/self/ns/pid", os.O_RDONLY)
+
+
+def _adopt_orphans() -> None:
+    """Become the parent of whatever outlives its own, where there is no namespace with which it would end."""
+    with contextlib.suppress(OSError):
+        kernel.prctl(kernel.PR_SET_CHILD_SUBREAPER, 1)
+
+
+def _processes(measures: Measures) -> int | None:
+    """Return how many processes and threads the user of a notebook may have; None where they can't be counted."""
+    own = measures.user is not None and measures.holds("user")
+    with contextlib.suppress(ValueError, OSError):
+        kernel_version = tuple(int(part) for part in os.uname().release.split(".")[:2])
+        if own or (measures.holds("namespaces") and kernel_version >= (5, 14)):  # from then on each namespace counts
+            return confine.PROCESSES
+    user, used = os.geteuid(), 0
+    with contextlib.suppress(OSError):
+        for process in Path("/proc").iterdir():
+            with contextlib.suppress(OSError):
+                if process.name.isdigit() and process.stat().st_uid == user:
+                    used += len(list(process.joinpath("task").iterdir()))
+        return used + 4 * confine.PROCESSES
+    return None
+
+
+def _failing(measures: Measures, parent: str) -> dict[str, str]:
+    """Return the measures that fail in a child, each with the reason."""
+    folder = confine.fresh_folder(measures, parent)
+    reading, writing = os.pipe()
+    pid = os.fork()
+    if pid == 0:
+        try:
+            os.chdir(folder)
+            failed = confine.apply(measures, folder, os.getppid())
+            os.write(writing, json.dumps(failed).encode())
+        finally:
+            os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading, "rb") as pipe:
+        failed = json.loads(pipe.read() or b'{"all": "the process that tried them died"}')
+    os.waitpid(pid, 0)
+    _remove(measures, folder)
+    return failed
+
+
+# --- what is done for every notebook ---
+
+
+def _serve(control: socket.socket, measures: Measures, parent: str, namespace: int | None) -> None:
+    while True:
+        _, pipes, *_ = socket.recv_fds(control, 1, 2)
+        if len(pipes) != 2:
+            return
+        folder = confine.fresh_folder(measures, parent)
+        if namespace is not None:
+            kernel.setns(namespace, kernel.NEWPID)
+            kernel.unshare(kernel.NEWPID)
+        own = os.getpid()
+        pid = os.fork()
+        if pid == 0:
+            _be_child(measures, folder, own, *pipes)
+        for descriptor in pipes:
+            os.close(descriptor)
+        said = control.recv(1)  # nothing where the grader has ended
+        how = _end(pid, patience=0.2 if said == b"c" else 0.0)
+        _remove(measures, folder)
+        if not said:
+            return
+        _answer(control, {"signal": how})
+
+
+def _be_child(measures: Measures, folder: str, parent: int, inbox: int, outbox: int) -> NoReturn:
+    """Be the process in which one notebook runs; never return."""
+    try:
+        os.setsid()
+        null = os.open(os.devnull, os.O_RDWR)
+        for descriptor in (0, 1, 2):
+            os.dup2(null, descriptor)
+        _close_all_but({inbox, outbox})
+        os.chdir(folder)
+        sys.setrecursionlimit(3000)
+        os.environ.update(HOME=folder, TMPDIR=folder, MPLCONFIGDIR=folder, XDG_CACHE_HOME=folder)
+        tempfile.tempdir = folder
+        failed = confine.apply(measures, folder, parent)
+        _tell(outbox, {"unprotected": failed} if failed else {"confined": True})
+        if not failed:
+            _do(measures, folder, inbox, outbox)
+    finally:
+        os._exit(0)
+
+
+def _do(measures: Measures, folder: str, inbox: int, outbox: int) -> None:
+    request = json.loads(_line(inbox))
+    sent = 0
+
+    def report(line: dict[str, Any]) -> None:
+        nonlocal sent
+        sent += _tell(outbox, line) if sent <= LONGEST_REPORT else 0
+        os.read(inbox, 1)  # wait until it is safe outside, whatever the next cell does
+
+    if "attempts" in request:
+        attempts.make(request["attempts"], report)
+        return
+    from . import runner
+
+    if measures.holds("watch"):
+        sys.addaudithook(guard.guard(folder))
+    runner.run_cells(request, report)
+
+
+def _line(inbox: int) -> bytes:
+    data = b""
+    while not data.endswith(b"\n"):
+        more = os.read(inbox, 1 << 16)
+        if not more:
+            os._exit(0)
+        data += more
+    return data
+
+
+def _tell(outbox: int, line: dict[str, Any]) -> int:
+    data = (json.dumps(line) + "\n").encode()
+    left = data
+    while left:
+        left = left[os.write(outbox, left) :]
+    return len(data)
+
+
+def _close_all_but(kept: set[int]) -> None:
+    """Close every descriptor above standard error except those in `kept`: the control socket among them."""
+    low = 3
+    for descriptor in sorted(kept):
+        os.closerange(low, descriptor)
+        low = descriptor + 1
+    os.closerange(low, resource.getrlimit(resource.RLIMIT_NOFILE)[0] if sys.platform == "darwin" else 65536)
+
+
+def _end(pid: int, patience: float) -> int:
+    """Kill a child and all that came of it; return the signal that had ended it before, 0 for none.
+
+    One that closed its pipe is given some time to be seen dead, so that it is known what it died of.
+    """
+    seen = None
+    deadline = time.monotonic() + patience
+    while seen is None:
+        seen = os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+        if time.monotonic() >= deadline:
+            break
+        if seen is None:
+            time.sleep(0.001)
+    for kill in (os.killpg, os.kill):
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            kill(pid, signal.SIGKILL)
+    os.waitpid(pid, 0)
+    _kill_orphans()
+    return seen.si_status if seen is not None and seen.si_code in (os.CLD_KILLED, os.CLD_DUMPED) else 0
+
+
+def _kill_orphans() -> None:
+    """Kill what was left to this process by a child that is dead, and what those leave, until nothing is there."""
+    while True:
+        with contextlib.suppress(OSError):
+            for pid in Path(f"/proc/self/task/{os.getpid()}/children").read_text().split():
+                os.kill(int(pid), signal.SIGKILL)
+        try:
+            if os.waitpid(-1, os.WNOHANG)[0] == 0:
+                time.sleep(0.001)
+        except ChildProcessError:
+            return
+
+
+def _remove(measures: Measures, folder: str) -> None:
+    if measures.holds("namespaces"):
+        kernel.unmount(confine.OWN)
+    else:
+        shutil.rmtree(folder, ignore_errors=True)

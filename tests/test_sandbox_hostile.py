@@ -1,0 +1,383 @@
+"""Notebooks that attack: each has its exact verdict, costs itself only, leaks nothing, changes nothing, leaves nothing.
+
+Every attack runs between two answers; after it, an honest notebook in the same sandbox gets all right. Attacks by native
+calls run with the audit hook off, on this machine's means and on what is left with single ones switched off: what the
+kernel then still guarantees, by the probe, must hold.
+"""
+
+import contextlib
+import functools
+import socket
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from grader.guarantees import KERNEL, MISSING, PROMISES, PYTHON, Findings, probe
+from grader.sandbox import Limits, Run, Sandbox
+
+HONEST = ["from sympy import *\nx = symbols('x')", "h = diff(sin(x)**2, x)", "import numpy as np; g = np.ones(2)"]
+NAMES = ["a", "b", "c"]
+VARIANTS = {
+    "everything": {"watch"},
+    "no namespaces": {"watch", "namespaces"},
+    "no Landlock": {"watch", "landlock"},
+    "no seccomp": {"watch", "seccomp"},
+    "Landlock only": {"watch", "namespaces", "seccomp"},
+    "namespaces only": {"watch", "landlock", "seccomp"},
+    "rlimits only": {"watch", "namespaces", "landlock", "seccomp"},
+}
+
+
+def hook_only() -> set[str]:
+    """What is switched off so that nothing but the audit hook and rlimits are left, as on macOS."""
+    return {"namespaces", "landlock", "seccomp", "user", "privileges"}
+
+
+OPEN: dict[frozenset[str], Sandbox] = {}
+
+
+def sandbox_of(without: frozenset[str] = frozenset()) -> Sandbox:
+    if without not in OPEN:
+        OPEN[without] = Sandbox(Limits(seconds=3, cell_seconds=0.8, memory=1 << 30), without)
+    return OPEN[without]
+
+
+@functools.cache
+def findings_of(without: frozenset[str]) -> Findings:
+    return probe(without, quick=True)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def closed() -> Iterator[None]:
+    yield
+    while OPEN:
+        OPEN.popitem()[1].close()
+
+
+class Machine:
+    """What there is to be harmed: other students' work, a secret, an open port, an abstract socket."""
+
+    def __init__(self, folder: Path, port: int, abstract: str) -> None:
+        self.folder, self.port, self.abstract = folder, port, abstract
+        self.files = {}
+        for name in ("secret.txt", "submitted/s02/hw.ipynb", "solutions/s02/hw.ipynb"):
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(f"CANARY {name}")
+            self.files[path] = path.read_text(), path.stat().st_mtime_ns, path.stat().st_mode
+
+
+@pytest.fixture
+def machine(tmp_path: Path) -> Iterator[Machine]:
+    abstract = f"\0qdot-test-{tmp_path}"[:90] if sys.platform == "linux" else str(tmp_path / "s")[:90]
+    with socket.create_server(("127.0.0.1", 0)) as server, socket.socket(socket.AF_UNIX) as local:
+        local.bind(abstract)
+        local.listen()
+        machine = Machine(tmp_path, server.getsockname()[1], abstract)
+        listed = sorted(tmp_path.rglob("*"))
+        yield machine
+        for each in (server, local):
+            each.setblocking(False)
+            with pytest.raises(BlockingIOError):
+                each.accept()
+    assert sorted(tmp_path.rglob("*")) == listed
+    for path, before in machine.files.items():
+        assert (path.read_text(), path.stat().st_mtime_ns, path.stat().st_mode) == before
+
+
+def running(sandbox: Sandbox) -> list[int]:
+    """The processes of a sandbox, by what they were started with; forks have it, too."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            if sandbox._folder.encode() in (path / "cmdline").read_bytes():
+                found.append(int(path.name))
+    return found
+
+
+def attacked(sandbox: Sandbox, cell: str) -> Run:
+    """Run an attack between two answers, then an honest notebook; see that nothing is left of the attack."""
+    assert sandbox.run(["import os"], []).end == "done"
+    idle = running(sandbox)
+    run = sandbox.run(["import os\na = 1", cell, "b = 2"], NAMES)
+    assert "CANARY" not in repr(run)
+    honest = sandbox.run(HONEST, ["h", "g"])
+    assert honest.answers == {"h": "2*sin(x)*cos(x)", "g": "[1.0, 1.0]"} and honest.end == "done"
+    deadline = time.monotonic() + 3
+    while len(running(sandbox)) > len(idle) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    if run.end != "lost":
+        assert running(sandbox) == idle
+    return run
+
+
+# --- attacks in Python, on a sandbox as it is used ---
+
+GOES_ON = {
+    "endless": ("while True: pass", "it ran longer than 0.8 s"),
+    "asleep": ("import time; time.sleep(60)", "it ran longer than 0.8 s"),
+    "swallows everything": ("while True:\n    try:\n        while True: pass\n    except Exception: pass", "ran longer than"),
+    "memory": ("x = []\nwhile True: x.append(bytearray(10**6))", "MemoryError"),
+    "memory in NumPy": ("import numpy; numpy.ones(10**11)", "MemoryError"),
+    "threads": ("import threading\ndef f(): time.sleep(9)\nimport time\nfor i in range(10**4): threading.Thread(target=f).start()",
+                "can't start new thread"),
+    "forks": ("while True: os.fork()", "may not use os.fork"),
+    "sys.exit": ("import sys; sys.exit(0)", "it called exit()"),
+    "kills its parent": ("os.kill(os.getppid(), 9)", "may not use os.kill"),
+    "kills everybody": ("os.kill(-1, 9)", "may not use os.kill"),
+    "kills its group": ("os.killpg(0, 9)", "may not use os.killpg"),
+    "starts a program": ("import subprocess; subprocess.Popen(['sleep', '60'])", "may not use subprocess.Popen"),
+    "becomes a program": ("os.execv('/bin/sleep', ['sleep', '60'])", "may not use os.exec"),
+    "collects garbage": ("import gc; gc.get_objects()", "may not use gc.get_objects"),
+    "fills the disk": ("for i in range(100): open(str(i), 'wb').write(bytes(9_000_000))", "OSError: [Errno 28]"),
+    "a large file": ("open('x', 'wb').write(bytes(20_000_000))", "OSError: [Errno 27]"),
+    "environment of init": ("c = open('/proc/1/environ').read()", "may not open '/proc/1/environ'"),
+    "own memory": ("c = open('/proc/self/maps').read()", "may not open '/proc/self/maps'"),
+    "accounts": ("c = open('/etc/passwd').read()", "may not open '/etc/passwd'"),
+    "a class with a trap": ("class E(BaseException):\n    def __str__(self): os._exit\n    __repr__ = __str__\nraise E",
+                            "an exception that can't be shown"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", GOES_ON)
+def test_an_attack_ends_with_its_cell(name: str, machine: Machine) -> None:
+    cell, said = GOES_ON[name]
+    sandbox = sandbox_of()
+    run = attacked(sandbox, cell)
+    if name == "fills the disk" and "namespaces" in sandbox.lacking:
+        return  # no file system of its own: what it wrote is gone, and no file was larger than 10 MB
+    assert run.answers == {"a": "1", "b": "2"} and run.end == "done"
+    assert list(run.cell_errors) == [1] and said in run.cell_errors[1]
+
+
+ENDS = {
+    "endless in C": ("sum(range(10**12))", {"overtime", "killed"}),
+    "endless with signals ignored": (
+        "import signal\nfor s in (signal.SIGALRM, signal.SIGPROF): signal.signal(s, signal.SIG_IGN)\nwhile True: pass",
+        {"overtime", "killed"},
+    ),
+    "endless, catching all": (
+        "while True:\n    try:\n        while True: pass\n    except BaseException: pass",
+        {"overtime", "killed", "done"},
+    ),
+    "_exit": ("os._exit(0)", {"closed"}),
+    "abort": ("os.abort()", {"crashed"}),
+    "deep recursion": (
+        "import sys\nsys.setrecursionlimit(10**9)\nl = []\nfor i in range(10**6): l = [l]\nrepr(l)",
+        {"crashed", "done"},
+    ),
+    "floods its report": ("for fd in range(3, 64):\n    try: os.write(fd, b'{}\\n' * 40_000_000)\n    except OSError: pass",
+                          {"closed"}),
+    "closes its report": ("os.closerange(3, 64)", {"closed"}),
+    "says that it is done": ("for fd in range(3, 64):\n    try: os.write(fd, b'{\"done\": true}\\n')\n    except OSError: pass",
+                             {"done"}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ENDS)
+def test_an_attack_that_ends_the_notebook_keeps_the_answers_before(name: str, machine: Machine) -> None:
+    cell, ends = ENDS[name]
+    run = attacked(sandbox_of(), cell)
+    assert run.end in ends, run
+    if run.end == "done" and name != "says that it is done":  # the alarm was faster, or Python counts the depth in C
+        assert run.cell_errors[1].startswith(("RecursionError", "it ran longer")) and run.answers["b"] == "2"
+        return
+    assert run.answers == {"a": "1"} and run.cell_errors == {}
+    assert bool(run.note) == (run.end != "done")
+
+
+def test_many_lines_that_nobody_acknowledges_do_not_hold_the_grader_up() -> None:
+    run = attacked(sandbox_of(), "for i in range(3000): os.write(3, b'\\n' * 1000); os.write(4, b'\\n' * 1000)")
+    assert run.answers["a"] == "1" and run.end in ("closed", "done", "overtime")
+
+
+LIES = {
+    "an object that says it is a text": "class L:\n    __class__ = str\n    def __str__(self): return 'x'\nc = L()",
+    "a text whose slice is something else": "class L(str):\n    def __getitem__(self, k): return {}\nc = L('right')",
+    "a text that is another each time": "class L(str):\n    def __str__(self): return str(id([]))\nc = L('right')",
+    "a list that is never the same": "class L(list):\n    def __iter__(self):\n        self.append(1)\n        return iter([len(self)])\nc = L()",
+    "a pickle": "import pickle\nclass L:\n    def __reduce__(self): return (os._exit, (0,))\nc = pickle.dumps(L())",
+    "an object with __reduce__": "class L:\n    def __reduce__(self): return (os._exit, (0,))\nc = L()",
+    "a type that always is": "class M(type):\n    def __instancecheck__(c, o): return True\nclass L(metaclass=M): pass\nc = L",
+    "an endless iterator": "class L(list):\n    def __iter__(self):\n        while True: yield 1\nc = L([1])",
+    "an answer of 100 MB": "c = 'x' * 10**8",
+    "100 MB of output": "for i in range(100): print('x' * 10**6)\nc = '0'",
+}
+SAID = {
+    "an object that says it is a text": "descriptor '__str__' requires", "a text whose slice is something else": "right",
+    "a text that is another each time": "right", "a list that is never the same": "[", "a pickle": "a bytes is not",
+    "an object with __reduce__": "a L is not an expression", "a type that always is": "a M is not an expression",
+    "an endless iterator": "longer than", "an answer of 100 MB": "x" * 1000, "100 MB of output": "0",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LIES)
+def test_an_answer_that_lies_is_a_text_or_none(name: str, machine: Machine) -> None:
+    run = attacked(sandbox_of(), LIES[name])
+    found = run.answers.get("c") or run.failures["c"]
+    assert SAID[name] in found and len(found) <= 400_001
+    assert run.answers["a"] == "1" and run.answers["b"] == "2"
+    assert run.end == "done" or name == "an endless iterator"  # two alarms may be all the time that there is
+
+
+PATCHES = [
+    "import builtins; builtins.isinstance = lambda *a: True",
+    "import builtins; builtins.str = builtins.repr = lambda *a: 'right'",
+    "import sympy; sympy.Basic.__eq__ = sympy.Basic.__hash__ = sympy.Basic.__str__ = lambda *a: True",
+    "import sympy.printing.str as p; p.StrPrinter.doprint = lambda *a: 'right'",
+    "import numpy; numpy.ndarray = numpy.generic = object; numpy.ones = None",
+    "import sys\nclass F:\n    def find_spec(*a): os._exit(0)\nsys.meta_path.insert(0, F())",
+    'import json; json.dumps = lambda *a: \'{"end": "done"}\'',
+    "import sys; sys.modules.clear()",
+    "import os; os.write = os.read = lambda *a: 0",
+    "import IPython; IPython.get_ipython().run_cell('1')",
+    "import sys\nf = sys._getframe()\nwhile f: f.f_locals.clear() if f.f_locals is not globals() else 0; f = f.f_back",
+]
+
+
+@pytest.mark.parametrize("cell", PATCHES)
+def test_whatever_is_patched_is_patched_for_the_one_who_did_it(cell: str, machine: Machine) -> None:
+    """The honest notebook after it gets everything right (see `attacked`); so do the answers before."""
+    run = attacked(sandbox_of(), cell)
+    assert run.answers["a"] == "1"
+    assert run.end in ("done", "closed", "overtime", "killed", "crashed")
+
+
+def test_nothing_of_another_student_is_in_the_memory_that_a_notebook_starts_with() -> None:
+    """Frames, garbage collector, and the process that forks: no cell, answer or name of the notebook before."""
+    with Sandbox(Limits(seconds=10, cell_seconds=8), {"watch"}) as sandbox:
+        marker = "MARK" + "ER" * 3
+        before = sandbox.run([f"a = 'x' + {marker!r}", f"b = '''{marker} and more'''"], ["a", marker.lower()])
+        assert before.answers == {"a": "x" + marker}
+        look = (
+            "import gc, sys\nword = 'MARK' + 'ER' * 3\nseen = [o for o in gc.get_objects() if type(o) is dict]\n"
+            "texts = [v for d in seen for v in list(d.values()) if type(v) is str]\n"
+            "c = str(sum(word in t and t != word for t in texts))\nf, names = sys._getframe(), []\n"
+            "while f: names += [repr(v) for v in f.f_locals.values() if type(v) in (str, bytes)]; f = f.f_back\n"
+            "b = str(sum(word in n and n != repr(word) for n in names))"
+        )
+        found = sandbox.run([look], ["b", "c"])
+        assert found.answers == {"b": "0", "c": "0"}, found
+        for pid in running(sandbox):
+            with contextlib.suppress(PermissionError):  # an ordinary user may not look
+                memory = memory_of(pid)
+                assert b"LONGEST_REPORT" in memory or b"die_with_parent" in memory
+                assert marker.encode() not in memory
+
+
+def memory_of(pid: int) -> bytes:
+    """The writable memory of a process, where this one may read it."""
+    found = b""
+    with Path(f"/proc/{pid}/mem").open("rb", 0) as memory:
+        for line in Path(f"/proc/{pid}/maps").read_text().splitlines():
+            span, rights, *_ = line.split()
+            first, end = (int(at, 16) for at in span.split("-"))
+            if rights.startswith("rw") and "[v" not in line:
+                with contextlib.suppress(OSError, OverflowError):
+                    memory.seek(first)
+                    found += memory.read(end - first)
+    return found
+
+
+# --- attacks past the audit hook, on what is left of the measures ---
+
+
+def native(machine: Machine) -> dict[str, tuple[str, str]]:
+    """Attacks, each with the guarantee that it is against: `c` is set where it succeeds."""
+    secret, other = map(str, list(machine.files)[:2])
+    daemon = (
+        "pid = os.fork()\nif pid == 0:\n    os.setsid()\n    if os.fork() == 0:\n        import time\n"
+        "        for i in range(100):\n            time.sleep(0.05)\n"
+        f"            open({str(machine.folder / 'late')!r}, 'w').write('x')\n    os._exit(0)\n"
+    )
+    libc = (
+        "import ctypes\nlibc = ctypes.CDLL(None, use_errno=True)\ndef ok(r):\n    if r < 0: raise OSError('refused')\n"
+    )
+    return {
+        "reads the secret": ("files", f"c = open({secret!r}).read()"),
+        "reads another submission natively": (
+            "files",
+            f"{libc}fd = libc.open({other.encode()!r}, 0); ok(fd); c = os.read(fd, 99)",
+        ),
+        "lists a folder": ("files", f"c = str(os.listdir({str(machine.folder)!r}))"),
+        "writes a solution": ("files", f"open({other!r}, 'a').write('x'); c = 1"),
+        "removes a submission": ("files", f"os.remove({other!r}); c = 1"),
+        "renames a submission": ("files", f"os.rename({other!r}, {other + '2'!r}); c = 1"),
+        "makes the secret public": ("files", f"os.chmod({secret!r}, 0o777); c = 1"),
+        "changes a time": ("files", f"os.utime({secret!r}, (0, 0)); c = 1"),
+        "truncates": ("files", f"os.truncate({secret!r}, 0); c = 1"),
+        "links to the secret": ("files", f"os.symlink({secret!r}, 'l'); c = open('l').read()"),
+        "links hard": ("files", f"os.link({secret!r}, 'l'); c = open('l').read()"),
+        "reads the grader's environment": ("files", "c = open('/proc/%d/environ' % (os.getppid() or 1)).read()"),
+        "climbs out by a descriptor": ("files", f"os.chdir('/proc/1/root'); c = open({secret!r}).read()"),
+        "connects": ("network", f"import socket; socket.create_connection(('127.0.0.1', {machine.port}), 1); c = 1"),
+        "connects to an abstract socket": (
+            "network",
+            f"import socket; socket.socket(socket.AF_UNIX).connect({machine.abstract!r}); c = 1",
+        ),
+        "starts a daemon": ("processes", daemon),
+        "starts a program": ("processes", f"os.spawnv(os.P_NOWAIT, {sys.executable!r}, ['x', '-c', 'while 1: pass'])"),
+        "forks without end": ("processes", "while True:\n    try: os.fork()\n    except OSError: break"),
+        "kills its parent": ("processes", "os.kill(os.getppid() or -1, 9); c = 1"),
+        "traces the parent": ("processes", f"{libc}ok(libc.ptrace(0x4206, os.getppid() or 99999, 0, 0)); c = 1"),
+        "takes memory": ("memory", "import mmap; m = mmap.mmap(-1, 3 << 30); c = 1"),
+        "raises its limits": (
+            "memory",
+            "import resource as r; r.setrlimit(r.RLIMIT_AS, (-1, -1)); c = 1",
+        ),
+        "becomes root": ("privileges", f"{libc}ok(libc.unshare(0x10000000)); c = 1"),
+        "changes root": ("privileges", "os.chroot('.'); c = 1"),
+    }
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_what_the_kernel_guarantees_holds_without_the_hook(variant: str, machine: Machine) -> None:
+    without = frozenset(VARIANTS[variant])
+    by = {guarantee.name: guarantee.by for guarantee in findings_of(without).guarantees}
+    sandbox = sandbox_of(without)
+    tried = 0
+    for name, (guarantee, cell) in native(machine).items():
+        if by[guarantee] != KERNEL:
+            continue  # not promised here: see test_the_levels_are_told_as_they_are
+        run = attacked(sandbox, cell)
+        assert "c" not in run.answers and "c" not in run.failures, (name, run)
+        assert run.answers.get("a") == "1", (name, run)
+        tried += 1
+    assert tried >= (24 if not findings_of(frozenset()).lacking and variant == "everything" else 2)
+
+
+def test_the_hook_alone_refuses_what_python_code_tries(machine: Machine) -> None:
+    sandbox = sandbox_of(frozenset(hook_only()))
+    for name, (guarantee, cell) in native(machine).items():
+        if guarantee in ("files", "network", "processes") and name != "climbs out by a descriptor":
+            run = attacked(sandbox, cell)
+            assert run.answers == {"a": "1", "b": "2"} and "c" not in run.failures, (name, run)
+            if name != "forks without end":  # it takes being refused for being done
+                assert "may not" in run.cell_errors[1], (name, run)
+
+
+# --- what is told of it ---
+
+
+def test_the_levels_are_told_as_they_are() -> None:
+    all_of_it = findings_of(frozenset())
+    if not all_of_it.lacking:  # a Linux that can
+        assert all_of_it.is_strict
+    nothing = findings_of(frozenset({*hook_only(), "limits", "watch"}))
+    assert not nothing.is_strict
+    assert {g.name: g.by for g in nothing.guarantees if g.name in ("files", "network")} == {
+        "files": MISSING, "network": MISSING
+    }  # fmt: skip
+    watched = findings_of(frozenset(hook_only()))
+    assert {g.name: g.by for g in watched.guarantees if g.name in ("files", "network")} == {
+        "files": PYTHON, "network": PYTHON
+    }  # fmt: skip
+    assert [g.name for g in watched.guarantees] == list(PROMISES)
+
+
+def test_processor_time_is_limited_by_the_kernel() -> None:
+    by = {guarantee.name: guarantee.by for guarantee in probe().guarantees}
+    assert by["time"] == KERNEL
