@@ -56,6 +56,7 @@ class AssignmentFile(pydantic.BaseModel):
     feedback: Literal["verdicts", "solutions"] = "verdicts"
     follow_through: float = pydantic.Field(default=0.8, ge=0, le=1)
     hints: bool = False
+    sandbox: Literal["best", "strict"] = "best"
     problem: list[ProblemEntry] = pydantic.Field(min_length=1)
 
 
@@ -68,6 +69,7 @@ RIGHT = {
     "feedback": 'it is "verdicts" or "solutions"',
     "follow_through": "it is the share of the points for what follows from a wrong earlier answer, from 0 to 1",
     "hints": "it is true or false, without quotes: true puts three hints under every question, as in hints = true",
+    "sandbox": '"strict" grades only where the system itself contains students\' code, "best" by what there is',
     "problem": "problems are given as [[problem]] tables, one for each",
     "family": 'it is the name of a family, as in family = "planar-2r"; `qdot families` lists them',
     "robot": 'it is the name of a file, as in robot = "my-arm.toml"',
@@ -148,6 +150,7 @@ class Assignment:
     hints: bool = False
     late: LateRule | None = None
     attempts: str = "last"
+    sandbox: str = "best"
 
     def due_of(self, student: Student) -> datetime.datetime | None:
         """Return when a student's work is due, with its zone; None where nothing is."""
@@ -198,7 +201,7 @@ def load_assignment(folder: Path) -> Assignment:
     return Assignment(
         folder, content.title, content.key, slots, read_roster(folder / "roster.csv"), read_secret(folder),
         content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
-        content.hints, late, content.attempts,
+        content.hints, late, content.attempts, content.sandbox,
     )  # fmt: skip
 
 

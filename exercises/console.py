@@ -1,5 +1,6 @@
 """What every command shares: where results and progress go, and how errors end."""
 
+import re
 import sys
 import time
 from collections.abc import Iterator
@@ -10,15 +11,27 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from exercises.errors import QdotError
 
+_CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]")
+
+
+def printable(text: str) -> str:
+    r"""Return the text with what would control a terminal, or turn the direction of the text, written out.
+
+    >>> print(printable("name\x1b[2J"))
+    name\u001b[2J
+    """
+    return _CONTROLS.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
+
 
 def say(text: str) -> None:
     """Write a result to standard output, ending in one line break."""
+    text = printable(text)
     sys.stdout.write(text if text.endswith("\n") else text + "\n")
 
 
 def note(text: str) -> None:
     """Tell the user something beside the results, on standard error."""
-    sys.stderr.write(text + "\n")
+    sys.stderr.write(printable(text) + "\n")
 
 
 EVERY = 60.0

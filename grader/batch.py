@@ -95,7 +95,11 @@ class _Desk:
     """What a process has on its desk while it grades: the assignment, a sandbox, the folder of what is graded."""
 
     def __init__(self, assignment: Assignment, limits: Limits, cache: Path) -> None:
-        self.assignment, self.sandbox, self.cache = assignment, Sandbox(limits), cache
+        self.assignment, self.sandbox, self.cache = (
+            assignment,
+            Sandbox(limits, strict=assignment.sandbox == "strict"),
+            cache,
+        )
         self.copies = Copies(assignment)
 
     def close(self) -> None:

@@ -50,7 +50,7 @@ def program() -> "typer.Typer":
 
     for command in (
         asking.init, asking.families, asking.questions, asking.show, asking.solve, grading.verify, grading.generate,
-        grading.check, grading.compare, grading.grade, grading.demo,
+        grading.check, grading.compare, grading.grade, grading.doctor, grading.demo,
     ):  # fmt: skip
         app.command()(_guarded(command))
     return app
@@ -92,7 +92,9 @@ def _guarded(command: Callable[..., None]) -> Callable[..., None]:
 def _leave(message: str, code: int) -> NoReturn:
     import typer
 
-    sys.stderr.write(f"qdot: {message}\n")
+    from exercises.console import printable
+
+    sys.stderr.write(f"qdot: {printable(message)}\n")
     raise typer.Exit(code)
 
 

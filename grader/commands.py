@@ -1,11 +1,13 @@
-"""The commands for a class: generate, verify, check, compare, grade, demo."""
+"""The commands for a class: generate, verify, check, compare, grade, doctor, demo."""
 
 import json
+import platform
 import sys
 import time
 from collections import Counter
 from collections.abc import Iterable
 from contextlib import closing
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,6 +20,7 @@ from exercises.families import FAMILIES
 from exercises.generate import family_named
 from exercises.problem import ProblemId
 from exercises.release import CORES, Released, release
+from grader import guarantees
 from grader.batch import alone, grade_class
 from grader.certificates import Kind
 from grader.certify import Task, certificate_text, former_students, tasks_of, unknown_files
@@ -229,6 +232,7 @@ def _grade(assignment: Assignment, submissions: Path, jobs: int, fail_under: flo
         note(said)
     for name in looked.strangers:
         note(f"{name}: no student of that name is on the roster; not graded")
+    _check_sandbox(assignment.sandbox == "strict")
     found, folder = looked.found, assignment.folder
     limits = Limits(seconds=seconds, cell_seconds=max(1, min(20, seconds / 4)) if seconds < 80 else seconds / 6)
     jobs = min(jobs, len(assignment.roster))
@@ -248,6 +252,42 @@ def _grade(assignment: Assignment, submissions: Path, jobs: int, fail_under: flo
         )
     if any(100 * result["score"] / result["max_score"] < fail_under for result in results):
         raise typer.Exit(1)
+
+
+def _check_sandbox(strict: bool) -> None:
+    """Say what this machine does not enforce. Raises QdotError where the assignment demands that it does."""
+    findings = guarantees.probe(quick=not strict)
+    if strict and not findings.is_strict:
+        raise QdotError(guarantees.refusal(findings))
+    said = guarantees.warning(findings)
+    if said:
+        note(said)
+
+
+def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
+    """Show what this machine enforces while students' code runs.
+
+    Each guarantee is tried: a probe runs where a notebook would and attempts to break out. With all of them enforced
+    by the kernel, sandbox = "strict" in assignment.toml can be had here. The code is 0 whatever is found.
+    """
+    findings = guarantees.probe()
+    versions = {name: version(name) for name in ("qdot", "sympy", "numpy")}
+    about = {"python": platform.python_version(), **versions, "system": platform.platform(), "cores": CORES}
+    if as_json:
+        say(json.dumps({**about, **findings.as_json()}, ensure_ascii=False, indent=2))
+        return
+    say(", ".join(f"{name} {value}" for name, value in about.items()))
+    say("")
+    for each in findings.guarantees:
+        say(f"{each.name:<11} {each.by:<23} {', '.join(each.means)}")
+        say(f"{'':<11} a notebook {each.promise}")
+        for achieved in each.achieved:
+            say(f"{'':<11} the probe {achieved}")
+    say("")
+    for advised in guarantees.advice(findings):
+        say(advised)
+    can = "can" if findings.is_strict else "can't"
+    say(f'sandbox = "strict" in assignment.toml {can} be had on this machine')
 
 
 def _tell_notes(results: list[Result]) -> None:

@@ -38,7 +38,7 @@ MEANS = {
 """Which measures a guarantee rests on."""
 
 SAID = {
-    "namespaces": "namespaces", "landlock": "Landlock", "seccomp": "seccomp", "user": "another user",
+    "namespaces": "namespaces", "landlock": "Landlock", "seccomp": "seccomp", "user": "not root",
     "privileges": "no_new_privs, no capabilities", "limits": "rlimits", "watch": "audit hook",
 }  # fmt: skip
 """How the measures are called."""
@@ -112,7 +112,7 @@ def probe(without: Iterable[str] = (), quick: bool = False) -> Findings:
     if end not in ("done" if quick else "killed", "overtime") or not tried >= PROMISES.keys() - {"time"}:
         raise QdotError(f"the probe of the sandbox ended early ({end}); please report it")
     if end == "overtime" and not achieved["time"]:
-        achieved["time"].append("it computed until it was killed from outside")
+        achieved["time"].append("computed until it was killed from outside")
     return Findings(tuple(_guarantee(name, achieved[name], lacking) for name in PROMISES), lacking)
 
 

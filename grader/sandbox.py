@@ -73,6 +73,10 @@ def _writable(text: str) -> str:
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
+NEEDED, ONE_OF = {"seccomp", "limits", "privileges"}, {"namespaces", "landlock"}
+"""Measures without which a strict sandbox runs nothing; `guarantees` tries what all of them are worth."""
+
+
 class _Lost(Exception):
     """The process that forks is gone."""
 
@@ -80,17 +84,19 @@ class _Lost(Exception):
 class Sandbox:
     """A place to run notebooks, one after the other; close it, or use it in a `with` statement.
 
-    `lacking` says which measures this machine does not allow, and why. Those named in `without` are not taken, for
+    `lacking` says which measures this machine does not allow, and why; a strict one refuses to run without those that
+    it takes for the system to contain a notebook. Those named in `without` are not taken, for
     tests. A probe needs no libraries `loaded`, and little processor time in all.
     """
 
     def __init__(
         self, limits: Limits | None = None, without: Iterable[str] = (), loaded: bool = True,
-        processor_seconds: int | None = None,
+        processor_seconds: int | None = None, strict: bool = False,
     ) -> None:  # fmt: skip
         self.limits = limits or Limits()
         self.lacking: dict[str, str] = {}
         self.left_running = False
+        self._strict = strict
         self._config = {
             "memory": self.limits.memory, "seconds": processor_seconds or int(self.limits.seconds) + 1,
             "without": sorted(without), "loaded": loaded,
@@ -219,6 +225,9 @@ class Sandbox:
                 + (f": {heard['failed']}" if "failed" in heard else "; is there enough memory?")
             )
         self.lacking = heard["lacking"]
+        if self._strict and (self.lacking.keys() & NEEDED or self.lacking.keys() >= ONE_OF):
+            self.close()
+            raise QdotError(f"the process in which notebooks run is not contained: {self.lacking}; see `qdot doctor`")
 
 
 class _Lines:

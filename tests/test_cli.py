@@ -57,6 +57,7 @@ def test_help_lists_every_command_and_each_explains_itself() -> None:
         "check",
         "compare",
         "grade",
+        "doctor",
         "demo",
     ):
         assert command in listed

@@ -126,7 +126,7 @@ def _processes(measures: Measures) -> int | None:
             with contextlib.suppress(OSError):
                 if process.name.isdigit() and process.stat().st_uid == user:
                     used += len(list(process.joinpath("task").iterdir()))
-        return used + 4 * confine.PROCESSES
+        return used + 2 * confine.PROCESSES
     return None
 
 

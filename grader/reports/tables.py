@@ -7,15 +7,18 @@ from collections.abc import Sequence
 from typing import Any
 
 from exercises.assignment import Student
+from exercises.console import printable
 from grader.marking import number, total
 
 SUMS = ("score", "max_score", "percent", "status", "late_penalty", "override", "note")
 """The last columns of grades.csv."""
+FORMULA_BEGINS = tuple("=+-@\uff1d\uff0b\uff0d\uff20")
+"""With what a cell begins that a spreadsheet may take for a formula, the wide signs of East Asia among them."""
 
 
 def results_jsonl(results: Sequence[dict[str, Any]]) -> str:
     """Return a JSON object a line, one for each student."""
-    return "".join(json.dumps(result, ensure_ascii=False, allow_nan=False) + "\n" for result in results)
+    return "".join(printable(json.dumps(result, ensure_ascii=False, allow_nan=False)) + "\n" for result in results)
 
 
 def grades_csv(results: Sequence[dict[str, Any]], roster: Sequence[Student]) -> str:
@@ -84,5 +87,6 @@ def staff_notes(result: dict[str, Any]) -> list[str]:
 
 
 def _no_formula(text: str) -> str:
-    """Keep a spreadsheet from taking a name for a formula."""
-    return f"'{text}" if text[:1] in ("=", "+", "-", "@", "\t", "\r") else text
+    """Keep a spreadsheet from taking a name for a formula, and a terminal from taking it for a command."""
+    text = printable(text)
+    return f"'{text}" if text.lstrip()[:1] in FORMULA_BEGINS else text

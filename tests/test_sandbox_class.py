@@ -1,0 +1,144 @@
+"""A class of 30 in which 25 attack: the five others keep full marks, and nothing that is written can be harmful."""
+
+import csv
+import io
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from exercises.assignment import Assignment, load_assignment
+from exercises.console import printable
+from exercises.release import init_assignment, release
+from grader.batch import grade_class
+from grader.certify import certificate_text
+from grader.cli import app
+from grader.demo import answered
+from grader.reports.feedback import feedback_page
+from grader.reports.tables import grades_csv, results_jsonl
+from grader.reports.write import write_reports
+from grader.sandbox import Limits
+from grader.submission import find_submissions
+
+TOML = 'title = "T"\nkey = "hw"\n[[problem]]\nfamily = "planar-2r"\nquestions = ["position", "determinant"]\n'
+HONEST = [f"s{i:02d}" for i in (1, 8, 15, 22, 30)]
+STUDENTS = [f"s{i:02d}" for i in range(1, 31)]
+ATTACKS = [
+    "while True: pass",
+    "sum(range(10**12))",
+    "import os; os._exit(0)",
+    "import os; os.abort()",
+    "import sys; sys.exit()",
+    "import os; os.kill(os.getppid(), 9)",
+    "import os; os.fork()",
+    "import os; os.system('touch {folder}/planted')",
+    "x = [bytearray(10**9) for _ in range(99)]",
+    "import sys; sys.setrecursionlimit(10**9); l = []\nfor i in range(10**6): l = [l]\nrepr(l)",
+    "import sympy; sympy.Basic.__eq__ = sympy.Basic.__str__ = lambda *a: True",
+    "import builtins; builtins.isinstance = lambda *a: True",
+    "import sys; sys.modules.clear()",
+    "import os\nfor fd in range(3, 64):\n    try: os.write(fd, b'{{}}\\n' * 10**6)\n    except OSError: pass",
+    "import os; os.closerange(3, 64)",
+    "print('x' * 10**8)",
+    "open('{folder}/submitted/s01/hw.ipynb', 'w').write('x')",
+    "p1_determinant = open('{folder}/solutions/s02/hw.ipynb').read()",
+    "p1_determinant = open('{folder}/secret.txt').read()",
+    "import socket; socket.create_connection(('127.0.0.1', 80))",
+    "raise SystemExit('<script>alert(1)</script>')",
+    "raise ValueError('\\x1b[2J\\x9b31m=cmd|calc!A1 <img src=x onerror=alert(1)> \\u202egnp')",
+    "p1_determinant = '<script>alert(1)</script>'",
+    "p1_determinant = '=HYPERLINK(\"http://evil\")\\x1b]0;x\\x07'",
+    "class L:\n    __class__ = str\n    def __reduce__(self): return (print, ())\np1_determinant = L()",
+]
+
+
+@pytest.fixture(scope="module")
+def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
+    folder = tmp_path_factory.mktemp("class") / "hw"
+    init_assignment(folder, "T", "hw", secret="CANARY0123456789abcdef")
+    (folder / "assignment.toml").write_text(TOML)
+    (folder / "roster.csv").write_text("student,name\n" + "".join(f"{s},\u202e\x1b[2J {s}\n" for s in STUDENTS))
+    release(load_assignment(folder), certificate_text, 2, lambda _: None)
+    return load_assignment(folder)
+
+
+def with_attack(text: str, attack: str, last: bool) -> str:
+    """Put a cell between the answers, or after them."""
+    notebook = json.loads(text)
+    cells = notebook["cells"]
+    name = "p1_determinant" if last else "p1_position"
+    at = next(i for i, cell in enumerate(cells) if re.search(rf"(?m)^{name} *=", "".join(cell["source"])))
+    extra: dict[str, Any] = {
+        "cell_type": "code",
+        "id": "attack",
+        "metadata": {},
+        "outputs": [],
+        "execution_count": None,
+    }
+    cells.insert(at + 1, {**extra, "source": attack})
+    return json.dumps(notebook)
+
+
+def test_thirty_of_whom_twenty_five_attack(assignment: Assignment) -> None:
+    attacks = iter(ATTACKS)
+    folder = assignment.folder
+    for student in STUDENTS:
+        text = answered(
+            (folder / "released" / student / "hw.ipynb").read_text(), assignment.problems(student), lambda code, _: code
+        )
+        if student not in HONEST:
+            attack = next(attacks)
+            text = with_attack(text, attack.format(folder=folder), "p1_determinant" in attack)
+        path = folder / "submitted" / student / "hw.ipynb"
+        path.parent.mkdir(parents=True)
+        path.write_text(text)
+    assert next(attacks, None) is None
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    found, _ = find_submissions(assignment, folder / "submitted")
+    results = grade_class(assignment, found, 2, Limits(seconds=4, cell_seconds=0.8, memory=1 << 30), lambda _: None)
+    assert [result["student"] for result in results] == STUDENTS
+    for result in results:
+        position, determinant = result["problems"][0]["parts"]
+        assert position["outcome"] == "correct", result
+        if result["student"] in HONEST:
+            assert determinant["outcome"] == "correct" and not result["staff_notes"]
+        assert "ungraded" not in (position["outcome"], determinant["outcome"])
+    assert {path: path.read_bytes() for path in before} == before
+    assert not (folder / "planted").exists()
+    write_reports(assignment, results)
+    _nothing_written_is_harmful(assignment, results)
+
+
+def _nothing_written_is_harmful(assignment: Assignment, results: list[dict[str, Any]]) -> None:
+    table, lines = grades_csv(results, assignment.roster), results_jsonl(results)
+    assert printable(table) == table and printable(lines) == lines
+    for row in csv.reader(io.StringIO(table)):
+        assert len(row) == 10
+        for cell in row:
+            assert not re.match(r"\s*[=+@]|\s*-\D", cell), cell
+    assert [json.loads(line)["student"] for line in lines.splitlines()] == STUDENTS
+    for student, result in zip(assignment.roster, results, strict=True):
+        page = feedback_page(assignment, student, result).replace(student.name, "")  # the staff wrote the roster
+        assert "<script>alert" not in page and "<img src=x" not in page and "CANARY" not in page
+        assert "\x1b" not in page and "\x9b" not in page
+
+
+def test_names_of_strangers_do_not_steer_the_terminal(assignment: Assignment, tmp_path: Path) -> None:
+    handed_in = tmp_path / "in"
+    (handed_in / "evil\x1b[2J\u202e<b>").mkdir(parents=True)
+    (handed_in / "evil\x1b[2J\u202e<b>" / "hw.ipynb").write_text("{}")
+    result = CliRunner().invoke(app, ["grade", str(assignment.folder), str(handed_in), "--jobs", "1"])
+    assert result.exit_code == 0, result.output
+    assert "evil" in result.stderr and not set("\x1b\u202e") & set(result.output)
+
+
+def test_what_check_prints_does_not_steer_the_terminal(assignment: Assignment, tmp_path: Path) -> None:
+    text = (assignment.folder / "released" / "s01" / "hw.ipynb").read_text()
+    attack = "p1_position = '\\x1b[2J\\x9b31m'\np1_determinant = 1\nraise ValueError('\\x1b[2J')"
+    path = tmp_path / "hw.ipynb"
+    path.write_text(with_attack(text, attack, last=True))
+    result = CliRunner().invoke(app, ["check", str(path)])
+    assert result.exit_code == 1 and not set("\x1b\x9b") & set(result.output)
