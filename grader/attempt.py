@@ -70,7 +70,7 @@ def read_attempts(found: Found, key: str) -> list[Attempt]:
     failed = [one.unreadable for one in attempts if not one.submission]
     if not readable:
         return attempts[:1]
-    return [replace(one, notes=tuple(f"{why}; {plain(one.file.name)} was read" for why in failed)) for one in readable]
+    return [replace(one, notes=tuple(f"{why}; {plain(one.file.name)} was graded instead" for why in failed)) for one in readable]
 
 
 MOST_TRIED = 10
@@ -113,7 +113,7 @@ def grade_attempt(
     nothing = Answers(Run())
     if submission is None:
         return _marked(assignment, copies, student, problems, None, nothing, attempt.unreadable, said)
-    said += [Note(note, note) for note in submission.notes]
+    said += [Note(note, note) for note in submission.notes if note]
     obstacle = wrong_assignment(submission, assignment)
     if obstacle is not None:
         return _marked(assignment, copies, student, problems, submission, nothing, obstacle, said)

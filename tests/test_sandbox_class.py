@@ -116,7 +116,7 @@ def _nothing_written_is_harmful(assignment: Assignment, results: list[dict[str, 
     table, lines = grades_csv(results, assignment.roster), results_jsonl(results)
     assert printable(table) == table and printable(lines) == lines
     for row in csv.reader(io.StringIO(table)):
-        assert len(row) == 10
+        assert len(row) == 12
         for cell in row:
             assert not re.match(r"\s*[=+@]|\s*-\D", cell), cell
     assert [json.loads(line)["student"] for line in lines.splitlines()] == STUDENTS
