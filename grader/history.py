@@ -107,13 +107,11 @@ def reasons(was: Result, now: Result | None) -> str:
     found = _of_grading(was, now)
     if _overrides(was) != _overrides(now):
         found.append("override")
-    late, before = now["late"] or {}, was["late"] or {}
-    if late.get("penalty", 0) != before.get("penalty", 0):
-        same = _received(was) == _received(now)
-        if same:
+    if _received(was) == _received(now):
+        if _lateness(was) != _lateness(now):
             found.append("late rule")
-        elif not found:
-            found.append("received at another time")
+    elif was["late"] != now["late"] and not found:
+        found.append("received at another time")
     return ", ".join(found) or "graded again"
 
 
@@ -136,6 +134,12 @@ def _of_grading(was: Result, now: Result) -> list[str]:
 def _received(result: Result) -> str | None:
     submission = result["submission"]
     return None if submission is None else submission["received"]
+
+
+def _lateness(result: Result) -> tuple[Any, ...]:
+    """Return what the late rule decides."""
+    late = result["late"] or {}
+    return late.get("due"), late.get("penalty")
 
 
 def _overrides(result: Result) -> dict[str, Any]:
