@@ -24,7 +24,7 @@ from support import DeadlyAssignment
 
 from exercises.assignment import Assignment, load_assignment
 from exercises.release import init_assignment, release
-from grader.attempt import grade_attempt, is_graded
+from grader.attempt import grade_attempt, is_graded, read_attempts
 from grader.batch import grade_class
 from grader.certify import certificate_text
 from grader.copies import Copies
@@ -96,10 +96,16 @@ def reports(folder: Path) -> dict[str, bytes]:
 
 
 @pytest.fixture(scope="module")
-def undisturbed(handed_in: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+def graded_once(handed_in: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The class graded by a run that nobody disturbed."""
     folder = copied(handed_in, tmp_path_factory.mktemp("undisturbed") / "hw")
     assert finish(folder)[1] == CUT_OFF
-    found = reports(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def undisturbed(graded_once: Path) -> dict[str, bytes]:
+    found = reports(graded_once)
     assert len(found) == len(STUDENTS) + len(REPORTS)
     return found
 
@@ -177,20 +183,28 @@ def kill(process: "subprocess.Popen[str]") -> bool:
 # --- kill -9, many times ---
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(("seed", "is_graded_before"), [(0, False), (1, False), (2, True), (3, True)])
 def test_a_grader_that_is_killed_again_and_again_loses_nothing(
-    folder: Path, undisturbed: dict[str, bytes], seed: int
+    folder: Path, undisturbed: dict[str, bytes], graded_once: Path, seed: int, is_graded_before: bool
 ) -> None:
+    """Where all is graded before, what is killed is the writing of reports."""
+
+    def begin() -> None:
+        shutil.rmtree(folder / "graded", ignore_errors=True)
+        if is_graded_before:
+            copied(graded_once / "graded" / ".cache", folder / "graded" / ".cache")
+
     rng, kills = random.Random(seed), 0
+    begin()
     while kills < 7:
-        before, process = kept(folder), started(folder, rng.choice((1, 2)))
+        before, process = kept(folder), started(folder, rng.choice((1, 1, 2)))
         wait_for(*drawn(rng), folder, process)
         kills += kill(process)
         check_whole(folder)
         assert before.items() <= kept(folder).items(), "a submission was graded twice"
         if process.returncode == 0:
             check_done(folder, undisturbed)
-            shutil.rmtree(folder / "graded")
+            begin()
     before = kept(folder)
     finish(folder)
     assert before.items() <= kept(folder).items(), "a submission was graded twice"
@@ -316,9 +330,6 @@ class LosingSandbox(Sandbox):
 def test_a_notebook_answers_for_its_process_only_if_it_is_lost_twice(
     handed_in: Path, ends: tuple[str, ...], said: str
 ) -> None:
-    from grader.attempt import read_attempts
-    from grader.submission import Found
-
     assignment = load_assignment(handed_in)
     attempt = read_attempts(Found((handed_in / "submitted" / "s00" / "hw.ipynb",)), "hw")[0]
     marked = grade_attempt(assignment, "s00", attempt, LosingSandbox(*ends), Copies(assignment))
