@@ -70,7 +70,10 @@ def read_attempts(found: Found, key: str) -> list[Attempt]:
     failed = [one.unreadable for one in attempts if not one.submission]
     if not readable:
         return attempts[:1]
-    return [replace(one, notes=tuple(f"{why}; {plain(one.file.name)} was graded instead" for why in failed)) for one in readable]
+    return [
+        replace(one, notes=tuple(f"{why}; {plain(one.file.name)} was graded instead" for why in failed))
+        for one in readable
+    ]
 
 
 MOST_TRIED = 10

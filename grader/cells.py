@@ -19,6 +19,9 @@ LARGEST = 200_000_000
 MOST_VALUES = 12_000_000
 """Values in a JSON file, each of which takes some 60 bytes of memory, however short it is."""
 
+MOST_CODE = 20_000_000
+"""Characters of code in all cells together."""
+
 LONGEST_PARSED = 200_000
 """Characters of a script that Python's own parser is given."""
 
@@ -73,6 +76,13 @@ def read_cells(name: str, data: bytes) -> Content:
     said = plain(name)
     if not data.strip():
         raise Unreadable(f"{said} is empty")
+    content = _content(name, said, data)
+    if sum(len(cell.source) for cell in content.cells if cell.is_code) > MOST_CODE:
+        raise Unreadable(f"{said} has more than {MOST_CODE // 1_000_000} MB of code in its cells, too much to be run")
+    return content
+
+
+def _content(name: str, said: str, data: bytes) -> Content:
     for begin, kind in NO_NOTEBOOK:
         if data.startswith(begin):
             raise Unreadable(f"{said} is {kind}, not a notebook; {INSTEAD}")
@@ -202,8 +212,11 @@ def _blocks(text: str, lines: list[str]) -> Iterator[Cell]:
     """Yield statements that follow one another as one cell; a blank line or a comment before one begins the next."""
     begins = [n for n in _statements(text, lines) if n == 0 or not lines[n - 1].strip() or lines[n - 1].startswith("#")]
     for begin, end in zip(begins, [*begins[1:], len(lines)], strict=True):
-        above = lines[begin - 1] if begin else ""
-        yield Cell("\n".join(lines[begin:end]).strip("\n"), _part_in(above) if above.startswith("# +") else None)
+        top = begin
+        while top and lines[top - 1].startswith("#") and not lines[top].startswith("# +"):
+            top -= 1
+        part = _part_in(lines[top]) if lines[top].startswith("# +") else None
+        yield Cell("\n".join(lines[begin:end]).strip("\n"), part)
 
 
 def _statements(text: str, lines: list[str]) -> list[int]:
@@ -218,7 +231,7 @@ def _statements(text: str, lines: list[str]) -> list[int]:
 
 def without_magics(source: str) -> str:
     """Return a cell's source with IPython's magic lines (%..., !...) taken out, as it is run."""
-    return re.sub(r"(?m)^(\s*)[%!].*$", r"\1pass", source)
+    return re.sub(r"(?m)^([ \t]*)[%!].*$", r"\1pass", source)
 
 
 def parsed(source: str, longest: int) -> ast.Module | None:

@@ -151,7 +151,7 @@ def run_demo(folder: Path, jobs: int) -> None:
         for student, kind in zip(assignment.roster, kinds(), strict=True):
             hand_in(assignment, student.id, kind)
             counter.step()
-    found, _ = find_submissions(assignment, folder / "submitted")
+    found = find_submissions(assignment, folder / "submitted").found
     jobs = min(jobs, len(students))
     with alone(assignment):
         with progress("grading", len(students)) as counter:

@@ -7,6 +7,7 @@ text too.
 
 import ast
 import difflib
+import itertools
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,6 +15,9 @@ from dataclasses import dataclass, field
 from exercises.problem import variable
 from grader.cells import Cell, parsed, without_magics
 from grader.sandbox import Run
+
+MOST = 50
+"""Text cells, and names that may be misspelt, that are looked into for an answer."""
 
 LONGEST = 30_000
 """Characters of a cell that is looked into; one that is longer is run all the same."""
@@ -62,7 +66,7 @@ def asked_in(cells: Sequence[Cell], questions: Sequence[str]) -> list[str]:
     for cell in cells:
         if cell.part is not None and re.fullmatch(r"p\d+\.[a-z0-9-]+", cell.part):
             found[cell.part] = None
-        for slot, ending in re.findall(r"(?m)^\s*(p\d+)_(\w+) *=(?!=)", cell.source):
+        for slot, ending in re.findall(r"(?m)^[ \t]*(p\d+)_(\w+) *=(?!=)", cell.source):
             if ending in endings:
                 found[f"{slot}.{endings[ending]}"] = None
     return list(found)
@@ -88,7 +92,7 @@ class _Book:
             return set()
         tree = parsed(without_magics(cell.source), LONGEST)
         if tree is None:  # by the look of it: why the cell stops is told when it is run
-            return set(re.findall(r"(?m)^\s*(\w+)[^\n=!<>]*=(?!=)", cell.source[:LONGEST]))
+            return set(re.findall(r"(?m)^[ \t]*(\w+)\b[^\n=!<>]*=(?!=)", cell.source[:LONGEST]))
         return set(_bound(tree))
 
     def setters(self, name: str) -> list[int]:
@@ -116,22 +120,21 @@ class _Book:
         for index in reversed(assigns or marked):
             if self._read_as(index, part, f"{_cells([index])}{several} is the answer cell of {name}"):
                 return
-        texts = [index for index, cell in enumerate(self.cells) if not cell.is_code]
-        for index in texts:
-            cell = self.cells[index]
-            is_answer = cell.part == part or re.search(rf"(?m)^ *`*{name} *=(?!=)", cell.source)
-            if is_answer and self._read_text(index, part):
-                return
-        near = [
-            (index, other)
-            for index, names in self.sets.items()
-            for other in sorted(names)
-            if self._is_near(name, other)
-        ]
-        if len({other for _, other in near}) == 1:
-            index, other = near[-1]
-            if self._rename(index, name, other):
-                self.notes.append(f"{name} is not set anywhere; {other} in {_cells([index])} was read for it")
+        says = re.compile(rf"(?m)^ *`*{name} *=(?!=)")
+        texts = (index for index, cell in enumerate(self.cells) if not cell.is_code and index not in self.sources)
+        answers = (index for index in texts if self.cells[index].part == part or says.search(self.cells[index].source))
+        if any(self._read_text(index, part) for index in itertools.islice(answers, MOST)):
+            return
+        self._look_for_misspelt(name)
+
+    def _look_for_misspelt(self, name: str) -> None:
+        """Read another variable for one that nothing sets, if there is one that is nearly called so."""
+        close = {other for names in self.sets.values() for other in names if abs(len(other) - len(name)) < 3}
+        near = [other for other in sorted(close)[:MOST] if self._is_near(name, other)]
+        if len(near) == 1:
+            index = self.setters(near[0])[-1]
+            if self._rename(index, name, near[0]):
+                self.notes.append(f"{name} is not set anywhere; {near[0]} in {_cells([index])} was read for it")
 
     def _is_near(self, name: str, other: str) -> bool:
         """Tell whether another name is this one misspelt: P1_Jacobian, p1_jacobain."""

@@ -129,16 +129,16 @@ def _records(path: Path) -> Iterator[_Record]:
     """Yield what submission_metadata.yml says: the few lines of YAML that count, as Ruby writes them."""
     record, section = _Record(""), ""
     with path.open(encoding="utf-8", errors="replace") as file:
-        for line in file:
-            if found := re.match(r"""(["']?)([^\s:"'-][^:"']*)\1:\s*$""", line):
+        for line in map(str.rstrip, file):
+            if found := re.match(r"""(["']?)([^\s:"'-][^:"']*)\1:$""", line):
                 if record.folder:
                     yield record
                 record, section = _Record(found.group(2)), ""
-            elif found := re.match(r"  :(\w+):\s*(.*?)\s*$", line):
+            elif found := re.match(r"  :(\w+):\s*(.*)", line):
                 section = found.group(1)
                 if section == "created_at":
                     record.created = _time(_scalar(found.group(2)))
-            elif section == "submitters" and (found := re.match(r"\s+(- )?:(\w+):\s*(.*?)\s*$", line)):
+            elif section == "submitters" and (found := re.match(r"\s+(- )?:(\w+):\s*(.*)", line)):
                 if found.group(1) or not record.people:
                     record.people.append({})
                 record.people[-1][found.group(2)] = _scalar(found.group(3))

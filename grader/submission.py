@@ -60,10 +60,6 @@ class Looked:
     strangers: list[str] = field(default_factory=list)
     unsure: list[str] = field(default_factory=list)
 
-    def __iter__(self) -> Iterator[Any]:
-        """Unpack as the students' files and the strangers' names."""
-        return iter((self.found, self.strangers))
-
 
 def find_submissions(assignment: Assignment, root: Path) -> Looked:
     """Return what each student handed in, what belongs to nobody on the roster, and what may be of several.

@@ -70,7 +70,7 @@ def hand_in(assignment: Assignment, name: str, text: str | bytes) -> Path:
 
 def grade(assignment: Assignment, jobs: int = 0) -> dict[str, dict[str, Any]]:
     (assignment.folder / "submitted").mkdir(exist_ok=True)
-    found, _ = find_submissions(assignment, assignment.folder / "submitted")
+    found = find_submissions(assignment, assignment.folder / "submitted").found
     results = grade_class(assignment, found, jobs, Limits(seconds=20, cell_seconds=2), lambda _: None)
     assert [result["student"] for result in results] == STUDENTS
     return {result["student"]: result for result in results}
@@ -100,7 +100,7 @@ def test_every_kind_of_submission_in_one_class(assignment: Assignment) -> None:
     hand_in(assignment, "s10/hw.ipynb", b"\x93\xff\0{}")
     hand_in(assignment, "s11/notes.txt", "no notebook")
     hand_in(assignment, "stranger/hw.ipynb", full)
-    _, strangers = find_submissions(assignment, assignment.folder / "submitted")
+    strangers = find_submissions(assignment, assignment.folder / "submitted").strangers
     assert strangers == ["stranger"]
     graded = grade(assignment, jobs=2)
     for student in ("s01", "s02", "s03"):

@@ -2,6 +2,7 @@
 
 import random
 import re
+import time
 from collections.abc import Callable
 from copy import deepcopy
 from pathlib import Path
@@ -29,8 +30,8 @@ from hypothesis import strategies as st
 from exercises.assignment import Assignment, Student
 from exercises.problem import variable
 from grader.cells import Cell, read_cells
-from grader.finding import find_answers
-from grader.sandbox import Limits, Sandbox
+from grader.finding import asked_in, find_answers
+from grader.sandbox import Limits, Run, Sandbox
 from grader.settle import Result
 
 pytestmark = pytest.mark.xdist_group("cells-as-they-come")
@@ -432,6 +433,14 @@ def test_what_is_deep_or_long_is_run_though_it_is_not_looked_into(sandbox: Sandb
     ]
     found = find_answers(cells, ["p1.a", "p1.b", "p1.c"], sandbox.run)
     assert found.run.answers.get("p1_c") == "3"
+    blank = [Cell("\n" * 10**6 + "x", "p1.a"), Cell(" " * 10**6 + "p1_b", "p1.b", is_code=False)]
+    blank += [Cell("\n" * 29_000 + "(", "p1.a"), Cell("p1_c" + " " * 29_000 + "(", "p1.c")]
+    blank += [Cell("=".join(f"p1_a{n}" for n in range(3000)) + "=1") for _ in range(50)]
+    blank += [Cell("p1_b = (\n" * 100, is_code=False)] * 10_000
+    begun = time.process_time()
+    find_answers(blank, ["p1.a", "p1.b", "p1.c"], lambda cells, names: Run())
+    assert asked_in(blank, ["a", "c"]) == ["p1.a", "p1.b", "p1.c"]
+    assert time.process_time() - begun < 5
     assert "its cell stopped" in found.reasons["p1_a"]
 
 

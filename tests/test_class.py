@@ -72,7 +72,7 @@ def test_every_planted_mistake_comes_back_named(tmp_path: Path) -> None:
     assert len({one.mistake for _, one in wrong.values()}) == len(STUDENTS)
     for identifier, (slot, one) in wrong.items():
         hand_in(assignment, identifier, slot, one)
-    found, _ = find_submissions(assignment, folder / "submitted")
+    found = find_submissions(assignment, folder / "submitted").found
     results = grade_class(assignment, found, 1, Limits(seconds=60, cell_seconds=10), lambda _: None)
     named = 0
     for student, result in zip(STUDENTS, results, strict=True):

@@ -31,7 +31,7 @@ from grader.copies import Copies
 from grader.demo import answered
 from grader.reports.tables import status
 from grader.sandbox import Limits, Run, Sandbox
-from grader.submission import find_submissions
+from grader.submission import Found, find_submissions
 
 TOML = """title = "T"
 key = "hw"

@@ -17,7 +17,9 @@ from handing_in import RIGHT, a_class, code, grade, hand_in, notebook, outcomes,
 
 from exercises.assignment import Assignment, Student
 from grader.cells import Unreadable, read_cells
+from grader.finding import find_answers
 from grader.reports.tables import status
+from grader.sandbox import Sandbox
 from grader.settle import Result
 
 pytestmark = pytest.mark.xdist_group("files-as-they-come")
@@ -377,6 +379,11 @@ CASES: dict[str, tuple[Make, list[str], str]] = {
         ALL,
         "",
     ),
+    "too much code": (
+        file(HW, cells(lambda cell, n: cell.update(source="#" * 21_000_000) if n == 1 else None)),
+        NONE,
+        "hw.ipynb has more than 20 MB of code in its cells, too much to be run",
+    ),
     "nested deep": (file(HW, nested(100_000)), NONE, "hw.ipynb is not a Jupyter notebook: it nests too deeply"),
     "tiny values": (
         file(HW, lambda _: '{"cells": [' + "[]," * 6_100_000 + "[]]}"),
@@ -432,6 +439,20 @@ def test_every_file_gets_its_verdict(graded: dict[str, Result], case: str) -> No
 
 def test_a_fellow_student_is_graded_as_ever(graded: dict[str, Result]) -> None:
     assert outcomes(graded["honest"]) == RIGHT and not graded["honest"]["staff_notes"]
+
+
+JUPYTEXT = sorted((Path(__file__).parent / "data" / "jupytext").iterdir())
+
+
+@pytest.mark.parametrize("path", JUPYTEXT, ids=lambda path: path.stem)
+def test_what_jupytext_and_nbconvert_write_is_read(path: Path) -> None:
+    """One notebook as jupytext 1.19.6 and nbconvert 7.17 write it, J for p1_b; the last does not keep metadata."""
+    content = read_cells(path.stem, path.read_bytes())
+    with Sandbox() as sandbox:
+        found = find_answers(content.cells, ["p1.a", "p1.b", "p1.c"], sandbox.run)
+    kept = {} if path.stem == "nbconvert.py" else {"p1_b": "[[x, 0], [1, x]]"}
+    assert found.run.answers == {"p1_a": "x", "p1_c": "x + 1", **kept}
+    assert found.reasons == ({} if kept else {"p1_b": "p1_b is not set anywhere in the notebook"})
 
 
 def test_a_huge_number_is_read() -> None:
