@@ -108,7 +108,7 @@ class _Book:
         name, setters = self.names[part], self.setters(self.names[part])
         marked = [index for index in self.marked(part) if index in self.sources]
         if setters:
-            own = [index for index in marked if index not in setters and self._answer_in(index) is not None]
+            own = [index for index in marked if isinstance(self._answer_in(index), ast.Assign)]
             if own and not set(marked) & set(setters):
                 self.notes.append(
                     f"{name} is set in {_cells(setters)}, and was read there; "
@@ -148,11 +148,17 @@ class _Book:
         tree = parsed(without_magics(self.sources[index]), LONGEST)
         if tree is None or not tree.body:
             return None
+        assigned = {
+            target.id: statement
+            for statement in tree.body
+            if isinstance(statement, ast.Assign) and isinstance(target := statement.targets[-1], ast.Name)
+        }
         last = tree.body[-1]
-        assigned = [s for s in tree.body if isinstance(s, ast.Assign) and isinstance(s.targets[-1], ast.Name)]
-        if isinstance(last, ast.Expr) and not _shows(last) and (not assigned or isinstance(last.value, ast.Name)):
+        if isinstance(last, ast.Expr) and isinstance(last.value, ast.Name):
+            return assigned.get(last.value.id, last)
+        if isinstance(last, ast.Expr) and not assigned and not _shows(last):
             return last
-        return assigned[-1] if assigned else None
+        return max(assigned.values(), key=lambda found: (found.lineno, found.col_offset), default=None)
 
     def _read_as(self, index: int, part: str, because: str) -> bool:
         """Have the value of an answer cell read as the answer to its part. Return whether it has one."""
@@ -161,12 +167,13 @@ class _Book:
             return False
         target = statement.targets[-1] if isinstance(statement, ast.Assign) else None
         other = target.id if isinstance(target, ast.Name) else ""
-        if other in self.names.values():
+        if target is not None and other in self.names.values():
             if self.setters(other) == [index]:
                 return False  # it is the only answer to the other part
-            self._insert(index, statement, name, instead=True)
+            self._write(index, target.lineno, target.col_offset, target.end_col_offset or 0, name)
         else:
-            self._insert(index, statement, name)
+            self._write(index, statement.lineno, statement.col_offset, statement.col_offset, f"{name} = ")
+        self.sets[index] = self.sets[index] | {name}
         what = "is no assignment: its value" if not other else f"sets {other}, which"
         self.notes.append(f"{because} and {what} was read for it")
         return True
@@ -178,20 +185,16 @@ class _Book:
             if isinstance(statement, ast.Assign) and any(
                 isinstance(t, ast.Name) and t.id == other for t in statement.targets
             ):
-                self._insert(index, statement, name)
+                self._write(index, statement.lineno, statement.col_offset, statement.col_offset, f"{name} = ")
                 return True
         return False
 
-    def _insert(self, index: int, statement: ast.stmt, name: str, *, instead: bool = False) -> None:
-        """Put `name = ` before a statement, or in place of what it sets."""
+    def _write(self, index: int, number: int, begin: int, end: int, text: str) -> None:
+        """Put a text in place of some bytes of a line, which is how Python counts."""
         lines = without_magics(self.sources[index]).split("\n")
-        at = lines[statement.lineno - 1].encode()
-        begin, end = statement.col_offset, statement.col_offset
-        if instead and isinstance(statement, ast.Assign):
-            end = statement.value.col_offset if statement.value.lineno == statement.lineno else len(at)
-        lines[statement.lineno - 1] = (at[:begin] + f"{name} = ".encode() + at[end:]).decode()
+        line = lines[number - 1].encode()
+        lines[number - 1] = (line[:begin] + text.encode() + line[end:]).decode()
         self.sources[index] = "\n".join(lines)
-        self.sets[index] = self.sets[index] | {name}
 
     def _read_text(self, index: int, part: str) -> bool:
         """Have Python in a text cell run, where the answer is nowhere else. Return whether there is any."""
@@ -199,16 +202,14 @@ class _Book:
         code = _code_in(self.cells[index].source, name)
         if code is None:
             return False
-        self.sources[index], self.sets[index] = code, {name}
-        said = f"{_cells([index])} is a text cell, not code; what it says"
+        said = f"{_cells([index])} is a text cell, not code"
         tree = parsed(code, LONGEST)
-        if tree is not None and name not in _bound(tree):
-            self.sets[index] = set(_bound(tree))
-            if not self._read_as(index, part, f"{_cells([index])} is a text cell, not code,"):
-                del self.sources[index], self.sets[index]
-                return False
-        else:
-            self.notes.append(f"{said} was read for {name} as if it were code")
+        self.sources[index], self.sets[index] = code, set(_bound(tree)) if tree else {name}
+        if name in self.sets[index]:
+            self.notes.append(f"{said}; what it says was read for {name} as if it were code")
+        elif not self._read_as(index, part, f"{said},"):
+            del self.sources[index], self.sets[index]
+            return False
         return True
 
 
