@@ -183,6 +183,14 @@ def test_own_identifiers_come_first_and_in_any_case(assignment: Assignment) -> N
     assert not strangers
 
 
+def test_names_of_folders_are_shown_in_one_line(assignment: Assignment) -> None:
+    names = ("a\nqdot: all is well\x1b[2J", "x\\..\\..", "🦾 José", "y" * 200, "%s{0}\u202e")
+    _, strangers, unsure = owners(assignment, *(f"{name}/hw.ipynb" for name in names), "José\n Díaz_5_x.ipynb")
+    assert len(strangers) == 6 and not unsure
+    assert all(name.isprintable() or "\N{REPLACEMENT CHARACTER}" in name for name in strangers)
+    assert not any(ch in name for name in strangers for ch in "\n\x1b\u202e") and max(map(len, strangers)) <= 120
+
+
 def test_what_may_be_of_two_is_never_guessed(assignment: Assignment) -> None:
     hand_in(assignment, "Ada Lovelace_44_assignsubmission_file_/hw.ipynb", right(assignment, "ada1"))
     hand_in(assignment, "Henri Poincaré_9_assignsubmission_file_/hw.ipynb", right(assignment, "hen"))
