@@ -97,7 +97,7 @@ def test_thirty_of_whom_twenty_five_attack(assignment: Assignment) -> None:
         path.write_text(text)
     assert next(attacks, None) is None
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-    found, _ = find_submissions(assignment, folder / "submitted")
+    found = find_submissions(assignment, folder / "submitted").found
     results = grade_class(assignment, found, 2, Limits(seconds=4, cell_seconds=0.8, memory=1 << 30), lambda _: None)
     assert [result["student"] for result in results] == STUDENTS
     for result in results:
