@@ -38,7 +38,8 @@ def earlier_results(assignment: Assignment) -> dict[str, Result]:
     for line in lines:
         try:
             result = json.loads(line)
-            if isinstance(result["score"], (int, float)) and isinstance(result["problems"], list):
+            points = [result["score"], *(part["points"] or 0 for part in _parts(result).values())]
+            if all(isinstance(each, (int, float)) for each in points) and {"submission", "late"} <= set(result):
                 found[str(result["student"])] = result
         except (ValueError, KeyError, TypeError):
             continue
@@ -124,7 +125,7 @@ def _of_grading(was: Result, now: Result) -> list[str]:
         another = (new.get("file"), new.get("received")) in known
         found.append("submission gone" if not new else "another attempt counts" if another else "new submission")
     made, anew = was.get("made_from", {}), now.get("made_from", {})
-    if made.get("assignment") != anew.get("assignment"):
+    if made and made.get("assignment") != anew.get("assignment"):  # an older qdot didn't say
         found.append("assignment changed")
     if [made.get(name) for name in ("engine", "grader")] != [anew.get(name) for name in ("engine", "grader")]:
         found.append("grader changed")
@@ -132,8 +133,7 @@ def _of_grading(was: Result, now: Result) -> list[str]:
 
 
 def _received(result: Result) -> str | None:
-    submission = result["submission"]
-    return None if submission is None else submission["received"]
+    return (result["submission"] or {}).get("received")
 
 
 def _lateness(result: Result) -> tuple[Any, ...]:

@@ -159,7 +159,11 @@ def test_what_is_damaged_is_left_out(folder: Path) -> None:
     path.parent.mkdir()
     path.write_bytes(b"\xff")
     assert earlier_results(assignment) == {}
-    path.write_text('{"student": "s0"\n[]\n{"student": "s1"}\n' + json.dumps(result(1)) + "\n")
+    path.write_text(
+        '{"student": "s0"\n[]\n{"student": "s2"}\n{"student": "s3", "score": 1, "problems": []}\n'
+        + json.dumps(result(1))
+        + "\n"
+    )
     assert set(earlier_results(assignment)) == {"s1"}
     log = folder / "graded" / "history" / "s1.jsonl"
     log.parent.mkdir()
