@@ -96,7 +96,7 @@ def probe(without: Iterable[str] = (), quick: bool = False) -> Findings:
     A quick probe does not wait until it is stopped for its processor time, which takes a second.
     """
     achieved: dict[str, list[str]] = {name: [] for name in PROMISES}
-    limits = Limits(seconds=15, memory=1 << 30)
+    limits = Limits(seconds=10, memory=1 << 30)
     with _prey() as prey, Sandbox(limits, without, loaded=False, processor_seconds=1) as sandbox:
         tried: set[str] = set()
 

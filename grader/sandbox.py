@@ -173,7 +173,7 @@ class Sandbox:
             except (_Lost, OSError):
                 self.close()
                 return "lost"
-            if end == "closed" and died_of:
+            if died_of and end in ("closed", "overtime"):  # others of its processes may hold the pipe open
                 end = "killed" if died_of == signal.SIGKILL else "crashed"
             self.left_running = not lines.are_at_an_end(within=1.0)
             return end
