@@ -116,9 +116,11 @@ class Sandbox:
     def close(self) -> None:
         """End the process and all that is in it."""
         if self._control is not None:
-            self._control.close()
+            self._control.close()  # upon which it ends what runs, and itself
             self._control = None
         if self._process is not None:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self._process.wait(1)
             self._process.kill()
             self._process.wait()
             self._process = None

@@ -9,6 +9,7 @@ import contextlib
 import functools
 import socket
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -357,6 +358,32 @@ def test_the_hook_alone_refuses_what_python_code_tries(machine: Machine) -> None
             assert run.answers == {"a": "1", "b": "2"} and "c" not in run.failures, (name, run)
             if name != "forks without end":  # it takes being refused for being done
                 assert "may not" in run.cell_errors[1], (name, run)
+
+
+@pytest.mark.parametrize("variant", ["everything", "rlimits only"])
+def test_a_sandbox_that_is_closed_while_a_notebook_runs_leaves_nothing(variant: str, machine: Machine) -> None:
+    sandbox = Sandbox(Limits(seconds=20, cell_seconds=20), VARIANTS[variant])
+    sandbox.run([], [])
+    forks = (
+        "import os, time\nfor i in range(5):\n    try:\n        if os.fork() == 0: os.setsid(); time.sleep(60)\n"
+        "    except OSError: pass\ntime.sleep(60)"
+    )
+    thread = threading.Thread(target=sandbox.run, args=([forks], ["a"]))
+    idle = running(sandbox)
+    thread.start()
+    deadline = time.monotonic() + 10
+    while len(running(sandbox)) == len(idle) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    time.sleep(0.2)
+    family, control = running(sandbox), sandbox._control
+    assert control is not None
+    control.shutdown(socket.SHUT_RDWR)  # as when the grader ends
+    thread.join()
+    while any(Path(f"/proc/{pid}").exists() for pid in family) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    sandbox.close()
+    assert len(family) > len(idle)
+    assert not [pid for pid in family if Path(f"/proc/{pid}").exists()]
 
 
 # --- what is told of it ---
