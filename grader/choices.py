@@ -1,6 +1,7 @@
 """Judge the letters of options: one, several, one for each item; true or false."""
 
 import re
+import unicodedata
 from collections.abc import Sequence
 from fractions import Fraction
 
@@ -61,20 +62,28 @@ def judge_matching(student: str, items: Sequence[str], options: int, right: Sequ
 
 
 def chosen_letters(student: str, options: int) -> list[int] | None:
-    """Return the options that are meant by letters in a row or with commas between; None where it is something else.
+    r"""Return the options that are meant by letters in a row or with commas between; None where it is something else.
 
     >>> chosen_letters("A, c", 4), chosen_letters("['B', 'A']", 4), chosen_letters("{1: 'B', 2: 'A'}", 4)
     ([0, 2], [1, 0], [1, 0])
+    >>> chosen_letters("joint 1: B\njoint 2: A", 4), chosen_letters("joint 1 is B, joint 2 is A", 4)
+    ([1, 0], [1, 0])
     >>> chosen_letters("AF", 4), chosen_letters("a1*cos(theta1)", 4)
     (None, None)
     """
-    said = re.sub(r"\b(and|joint|joints)\b|\d+ ?[:=.-]>? ?|[\"'()\[\]{}.,;&+ ]", "", student.strip()[:200].casefold())
+    said = re.sub(r"\b(and|joints?)\b|\d+\s*(is\b|[:=.-]>?)|[\"'()\[\]{}.,;&+\s]", "", _plain(student[:200]))
     letters = LETTERS[:options].casefold()
     return [letters.index(letter) for letter in said] if said and set(said) <= set(letters) else None
 
 
+def _plain(text: str) -> str:
+    """Return a text in small letters, wide ones as plain ones, without marks that nobody sees."""
+    shown = "".join(sign for sign in text if unicodedata.category(sign) != "Cf")
+    return unicodedata.normalize("NFKC", shown).casefold()
+
+
 def _said(student: str) -> str:
-    return student.strip().strip("\"'()[]{}. ").casefold()
+    return _plain(student[:1000]).strip().strip("\"'()[]{}. ")
 
 
 def chosen_option(student: str, options: Sequence[str]) -> int | None:

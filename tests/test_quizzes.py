@@ -183,6 +183,7 @@ def test_the_key_has_any_rank_by_length() -> None:
     ("typed", "share"),
     [
         ("AC", 1), ("ca", 1), ("A, C", 1), ("['A', 'C']", 1), ("{'C', 'A'}", 1), ("A and C", 1), ('"AC"', 1),
+        ("ＡＣ", 1), ("A\u200bC", 1), ("A\nC", 1),
         ("A", 0.5), ("AB", 0.5 - 1 / 3), ("ABC", 1 - 1 / 3), ("ABCDE", 0), ("B", 0), ("AACC", 1),
         ("AX", 0), ("theta2 = 0", 0), ("A" * 5000, 0.5), ("((((", 0),
     ],
@@ -195,6 +196,7 @@ def test_letters_are_marked_one_by_one(typed: str, share: float) -> None:
     ("typed", "share"),
     [
         ("BAC", 1), ("b, a, c", 1), ("['B', 'A', 'C']", 1), ("{1: 'B', 2: 'A', 3: 'C'}", 1), ("1-B, 2-A, 3-C", 1),
+        ("1: B\n2: A\n3: C", 1), ("joint 1 is B, joint 2 is A, joint 3 is C", 1),
         ("ABC", 1 / 3), ("BA", 0), ("BACD", 0), ("CBA", 0), ("BBB", 1 / 3), ("x", 0),
     ],
 )  # fmt: skip
