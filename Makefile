@@ -52,6 +52,7 @@ oldest: $(VENV)/.oldest
 
 docs: $(VENV)/.dev  ## write the pages of docs/ that are made from the code
 	$(PY) -m exercises.docs
+	$(PY) -m grader.docs
 
 pairs: $(VENV)/.dev  ## 100,000 right and wrong answers made from all families' formulas, and the verdicts on them
 	$(PY) -m tests.pairs

@@ -23,23 +23,24 @@ def make_folder(path: Path) -> None:
         raise cannot_write(path, error) from None
 
 
-def write_atomically(path: Path, text: str, mode: int = 0o644) -> None:
-    """Write `text` beside `path` and rename it into place; on any failure `path` is as it was. Raises QdotError.
+def write_atomically(path: Path, content: str | bytes, mode: int = 0o644) -> None:
+    """Write `content` beside `path` and rename it into place; on any failure `path` is as it was. Raises QdotError.
 
     It is on the disk before it has the name, and has the name for good before this returns, whatever fails then.
     """
     try:
-        _write_and_rename(path, text, mode)
+        data = content.encode("utf-8", "replace") if isinstance(content, str) else content
+        _write_and_rename(path, data, mode)
     except OSError as error:
         raise cannot_write(path, error) from None
 
 
-def _write_and_rename(path: Path, text: str, mode: int) -> None:
+def _write_and_rename(path: Path, data: bytes, mode: int) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = _begun(path)
     try:
-        with os.fdopen(handle, "w", encoding="utf-8", errors="replace", newline="") as file:
-            file.write(text)
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
             file.flush()
             os.fsync(file.fileno())
             Path(name).chmod(mode)

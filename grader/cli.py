@@ -32,6 +32,7 @@ def program() -> "typer.Typer":
 
     from exercises import commands as asking
     from grader import commands as grading
+    from grader import outlets
 
     app = typer.Typer(
         name="qdot", no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
@@ -50,7 +51,7 @@ def program() -> "typer.Typer":
 
     for command in (
         asking.init, asking.families, asking.questions, asking.show, asking.solve, grading.verify, grading.generate,
-        grading.check, grading.compare, grading.grade, grading.doctor, grading.demo,
+        grading.check, grading.compare, grading.grade, grading.doctor, outlets.export, grading.demo,
     ):  # fmt: skip
         app.command()(_guarded(command))
     return app

@@ -5,7 +5,7 @@ import platform
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import closing
 from importlib.metadata import version
 from pathlib import Path
@@ -209,6 +209,9 @@ def grade(
     ] = 0.0,
     seconds: Annotated[float, typer.Option(min=1, help="Wall time that a notebook may take.")] = Limits().seconds,
     diff: Annotated[bool, typer.Option("--diff", help="Say whose mark moved since the last run, and why.")] = False,
+    report: Annotated[
+        list[str], typer.Option(metavar="FORMAT=PATH", help="Also write the results so; repeatable. - is stdout.")
+    ] = [],  # noqa: B006
 ) -> None:
     """Grade what a class has handed in, and write feedback.
 
@@ -217,13 +220,27 @@ def grade(
     DIR/graded/results.jsonl, DIR/graded/grades.csv and DIR/graded/feedback/STUDENT.html. What has been graded and
     has not changed is not graded again, so that a run that was stopped goes on where it was. Results that are replaced
     stay in DIR/graded/history/STUDENT.jsonl. DIR/overrides.csv (student,part,points,comment) sets points by hand.
+    The formats of --report are in docs/outlets.md.
     """
+    from grader.reports.formats import STDOUT, read_reports, write_asked
+
+    asked = read_reports(report)
     assignment = load_assignment(folder)
+    tell = note if any(path == STDOUT for _, path in asked) else say
     with opened(submissions or folder / "submitted") as root:
-        _grade(assignment, root, jobs, fail_under, seconds, diff)
+        results = _grade(assignment, root, jobs, seconds, diff, tell)
+    write_asked(assignment, results, asked)
+    if any(status(result) == "ungraded" for result in results):
+        raise QdotError(
+            "qdot failed on some answers, which have no mark: see 'ungraded' in grades.csv; please report it"
+        )
+    if any(100 * result["score"] / result["max_score"] < fail_under for result in results):
+        raise typer.Exit(1)
 
 
-def _grade(assignment: Assignment, submissions: Path, jobs: int, fail_under: float, seconds: float, diff: bool) -> None:
+def _grade(
+    assignment: Assignment, submissions: Path, jobs: int, seconds: float, diff: bool, tell: Callable[[str], None]
+) -> list[Result]:
     from grader.history import earlier_results, told
     from grader.reports.write import write_reports
 
@@ -244,14 +261,9 @@ def _grade(assignment: Assignment, submissions: Path, jobs: int, fail_under: flo
             write_reports(assignment, results, jobs, counter.step)
     _tell_notes(results)
     if diff:
-        say(told(earlier, results))
-    _summary(results, folder, len(looked.unsure) + len(looked.strangers))
-    if any(status(result) == "ungraded" for result in results):
-        raise QdotError(
-            "qdot failed on some answers, which have no mark: see 'ungraded' in grades.csv; please report it"
-        )
-    if any(100 * result["score"] / result["max_score"] < fail_under for result in results):
-        raise typer.Exit(1)
+        tell(told(earlier, results))
+    tell(_summary(results, folder, len(looked.unsure) + len(looked.strangers)))
+    return results
 
 
 def _check_sandbox(strict: bool) -> None:
@@ -305,7 +317,7 @@ def _tell_notes(results: list[Result]) -> None:
         )
 
 
-def _summary(results: list[Result], folder: Path, nobodys: int) -> None:
+def _summary(results: list[Result], folder: Path, nobodys: int) -> str:
     kinds: dict[str, int] = {}
     for result in results:
         kinds[status(result)] = kinds.get(status(result), 0) + 1
@@ -315,7 +327,7 @@ def _summary(results: list[Result], folder: Path, nobodys: int) -> None:
     left = f"{nobodys} of nobody on the roster, or not surely of one; " if nobodys else ""
     of_people = sum(len(overrides(result)) for result in results)
     by_hand = f"{of_people} set by {OVERRIDES}; " if of_people else ""
-    say(f"{len(results)} students: {said}; {mean}{by_hand}{left}see {folder / 'graded'}")
+    return f"{len(results)} students: {said}; {mean}{by_hand}{left}see {folder / 'graded'}"
 
 
 def demo(

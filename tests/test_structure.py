@@ -18,10 +18,11 @@ LAYERS = {
         arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
         credit decimals lateness difficulty problem families questions mistakes quizzes
         generate record verify writing.latex render writing figure
-        notebook show solve docs assignment store release commands""",
+        notebook show solve docs assignment store release exports.outlet exports.bank exports
+        exports.registry commands""",
     "grader": """verdict counterexample judge choices direction compare contained functions parts credit residuals
         diagnosis follow marking sandbox guarantees cells archives layouts roster submission finding copies overrides
-        attempt settle batch history certificates certify check reports demo commands cli""",
+        attempt settle batch history certificates certify check reports demo commands outlets docs cli""",
 }
 """From the bottom up: a module imports only from those before it; a folder stands for what is in it."""
 

@@ -1,0 +1,63 @@
+"""What an outlet is, and what it is given: an assignment, and how many variants of each problem are wanted."""
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from exercises.assignment import Assignment
+from exercises.problem import Problem
+
+Failures = Callable[[Problem], Sequence[str]]
+"""Returns what is wrong with a problem; it is handed to other processes, so it is a function of a module."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """What is to be exported: `variants` of each problem where a platform draws from a bank, `solutions` on paper.
+
+    `failures` certifies a problem; none leaves without that. `each` is told of every variant or student that is done,
+    `note` of what the staff should know.
+    """
+
+    assignment: Assignment
+    failures: Failures
+    variants: int = 20
+    solutions: bool = False
+    jobs: int = 1
+    each: Callable[[], None] = lambda: None
+    note: Callable[[str], None] = lambda _: None
+
+
+@dataclass(frozen=True)
+class File:
+    """A file of an export: its path in the output folder, with `/`, and what is in it.
+
+    What is `private` holds answers, and only its owner may read it.
+    """
+
+    path: str
+    content: str | bytes
+    private: bool = False
+
+
+@dataclass(frozen=True)
+class Outlet:
+    """A form in which an assignment is handed out: `--to NAME`.
+
+    `title` says what comes out, `read_by` which program reads it, and `checked` what in our tests reads it as that
+    would. It does its work once for every "variant", every "student", or "once".
+    """
+
+    name: str
+    title: str
+    read_by: str
+    checked: str
+    per: Literal["variant", "student", "once"]
+    files: Callable[[Order], Generator[File, None, None]]
+
+    def steps(self, order: Order) -> int:
+        """Return how many times `order.each` is going to be told."""
+        assignment = order.assignment
+        return {
+            "variant": len(assignment.slots) * order.variants, "student": len(assignment.roster), "once": 1,
+        }[self.per]  # fmt: skip

@@ -1,0 +1,59 @@
+"""The command that hands problems to other programs and to people: export."""
+
+import contextlib
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from exercises.assignment import Assignment, load_assignment
+from exercises.console import note, progress, say
+from exercises.errors import unknown
+from exercises.exports.outlet import Order
+from exercises.exports.registry import OUTLETS
+from exercises.files import write_atomically
+from exercises.release import CORES
+from grader.certify import failures_of
+from grader.commands import Jobs
+
+
+def export(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The assignment folder.")],
+    to: Annotated[list[str], typer.Option("--to", metavar="OUTLET", help=f"Any of {', '.join(OUTLETS)}; repeatable.")],
+    out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Default: DIR/exports/OUTLET.")] = None,
+    variants: Annotated[
+        int, typer.Option(min=1, max=10_000, help="How many variants of each problem a bank has.")
+    ] = 20,
+    solutions: Annotated[
+        bool, typer.Option("--solutions", help="Paper and screen: with the worked solutions.")
+    ] = False,
+    jobs: Jobs = CORES,
+) -> None:
+    """Write an assignment as quizzes for learning platforms, as handouts, or as a repository that grades itself.
+
+    Where a platform draws each student's problem from a bank, the bank has --variants certified variants of each
+    problem; handouts are made for everybody on the roster. docs/outlets.md says what reads each outlet, and how.
+    """
+    for name in to:
+        if name not in OUTLETS:
+            raise unknown("outlet", name, list(OUTLETS))
+    assignment = load_assignment(folder)
+    for said in assignment.notes:
+        note(said)
+    for name in dict.fromkeys(to):
+        target = folder / "exports" / name if out is None else out if len(set(to)) == 1 else out / name
+        count = _export(assignment, name, target, variants, solutions, jobs)
+        say(f"{name}: {count} {'file' if count == 1 else 'files'} in {target}")
+
+
+def _export(assignment: Assignment, name: str, target: Path, variants: int, solutions: bool, jobs: int) -> int:
+    outlet = OUTLETS[name]
+    order = Order(assignment, failures_of, variants, solutions, jobs)
+    count = 0
+    with progress(f"exporting to {name}", outlet.steps(order)) as counter:
+        order = Order(assignment, failures_of, variants, solutions, jobs, counter.step, note)
+        with contextlib.closing(outlet.files(order)) as files:
+            for file in files:
+                write_atomically(target / file.path, file.content, 0o600 if file.private else 0o644)
+                count += 1
+    return count

@@ -1,0 +1,74 @@
+"""The results of a class in forms that other programs read: `qdot grade DIR --report FORMAT=PATH`."""
+
+import json
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from exercises.assignment import Assignment
+from exercises.console import one_of, say
+from exercises.errors import QdotError
+from exercises.files import write_atomically
+from grader.reports.tables import grades_csv
+from grader.settle import Result
+
+
+@dataclass(frozen=True)
+class Format:
+    """A form of the results; `read_by` says which program reads it, `checked` what in our tests reads it as that would.
+
+    `make` takes the assignment and the results in the roster's order, and returns what the file holds.
+    """
+
+    name: str
+    title: str
+    read_by: str
+    checked: str
+    make: Callable[[Assignment, Sequence[Result]], str | bytes]
+
+
+def _csv(assignment: Assignment, results: Sequence[Result]) -> str:
+    return grades_csv(results, assignment.roster)
+
+
+def _json(_: Assignment, results: Sequence[Result]) -> str:
+    return json.dumps(list(results), ensure_ascii=False, indent=1) + "\n"
+
+
+FORMATS = {
+    made.name: made
+    for made in (
+        Format("csv", "A row a student, a column a part", "spreadsheets", "Python's csv", _csv),
+        Format("json", "All there is, as one list", "programs", "our JSON Schema", _json),
+    )
+}
+"""Every format: one line each."""
+
+STDOUT = "-"
+"""The path that is standard output."""
+
+
+def read_reports(asked: Sequence[str]) -> list[tuple[str, str]]:
+    """Return what `--report FORMAT=PATH` asks for, as (format, path). Raises QdotError."""
+    found = []
+    for text in asked:
+        name, equals, path = text.partition("=")
+        if not equals or not path:
+            raise QdotError(f"--report {text}: write FORMAT=PATH, as in csv=grades.csv; {STDOUT} is standard output")
+        one_of(name, tuple(FORMATS), "--report")
+        found.append((name, path))
+    return found
+
+
+def write_asked(assignment: Assignment, results: Sequence[Result], asked: Sequence[tuple[str, str]]) -> None:
+    """Write the reports that were asked for. Raises QdotError where a file can't be written."""
+    for name, path in asked:
+        content = FORMATS[name].make(assignment, results)
+        if path != STDOUT:
+            write_atomically(Path(path), content)
+        elif isinstance(content, bytes):
+            sys.stdout.flush()
+            sys.stdout.buffer.write(content)
+        else:
+            say(content)
