@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from fractions import Fraction
 
 import sympy as sp
 
@@ -11,7 +12,7 @@ from exercises.arm.chain import Chain
 from exercises.arm.singularity import Component
 from exercises.credit import Credit
 from exercises.errors import QdotError
-from exercises.formula.identity import Rounding
+from exercises.formula.identity import Domain, Rounding
 
 LARGEST_SEED = (1 << 63) - 1
 
@@ -234,6 +235,19 @@ class Problem:
         for part in self.parts:
             found.update(part.symbols)
         return found
+
+    def domain(self) -> Domain:
+        """Return what each symbol of the problem may be; a length that is given has its value."""
+        roles: dict[str, str | float | Fraction] = {}
+        for name, info in self.symbols().items():
+            if info.value is not None:
+                value = info.value
+                roles[name] = Fraction(int(value.p), int(value.q)) if value.is_Rational else float(value)
+            elif info.role == "joint":
+                roles[name] = "angle" if info.unit == "rad" else "signed"
+            else:
+                roles[name] = {"length": "length", "angle": "angle"}.get(info.role, "signed")
+        return Domain(roles)
 
     @property
     def max_points(self) -> float:

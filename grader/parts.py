@@ -1,7 +1,5 @@
 """Judge the answer to one part of a problem, whatever its type, against its reference."""
 
-from fractions import Fraction
-
 from exercises.formula.identity import Domain
 from exercises.problem import (
     Choice,
@@ -25,16 +23,7 @@ from grader.verdict import Judgement
 
 def domain_of(problem: Problem) -> Domain:
     """Return what each symbol of the problem may be; a length that is given has its value."""
-    roles: dict[str, str | float | Fraction] = {}
-    for name, info in problem.symbols().items():
-        if info.value is not None:
-            value = info.value
-            roles[name] = Fraction(int(value.p), int(value.q)) if value.is_Rational else float(value)
-        elif info.role == "joint":
-            roles[name] = "angle" if info.unit == "rad" else "signed"
-        else:
-            roles[name] = {"length": "length", "angle": "angle"}.get(info.role, "signed")
-    return Domain(roles)
+    return problem.domain()
 
 
 def judge(problem: Problem, part: Part, answer: str, seed: str, points_seed: str = "") -> Judgement:

@@ -19,7 +19,7 @@ LAYERS = {
         credit decimals lateness difficulty problem families questions mistakes quizzes
         generate record verify writing.latex render writing figure
         notebook show solve docs assignment store release exports.outlet exports.bank exports
-        exports.registry commands""",
+        exports.registry site.keys site.record site commands""",
     "grader": """verdict counterexample judge choices direction compare contained functions parts credit residuals
         diagnosis follow marking sandbox guarantees cells archives layouts roster submission finding copies overrides
         attempt settle batch history certificates certify check reports demo commands outlets docs cli""",

@@ -33,20 +33,23 @@ def _parsed(text: str) -> tuple[list[Token], list[tuple[str, bool]]]:
     return MarkdownIt("commonmark").enable("table").parse(_FORMULA.sub(hold, text)), formulas
 
 
-def to_html(text: str) -> str:
-    """Return HTML, formulas as MathML; raw HTML in the text is kept."""
+def to_html(text: str, formula: Callable[[str, bool], str] | None = None) -> str:
+    """Return HTML, formulas as MathML; raw HTML in the text is kept.
+
+    With `formula`, that says what becomes of LaTeX, and of whether it stands on lines of its own.
+    """
     tokens, formulas = _parsed(text)
     parser = MarkdownIt("commonmark").enable("table")
     page = parser.renderer.render(tokens, parser.options, {})
+    made = formula or _mathml
+    return _HOLDER.sub(lambda match: made(*formulas[int(match.group(1))]), str(page))
 
-    def formula(match: re.Match[str]) -> str:
-        latex, block = formulas[int(match.group(1))]
-        if not block:
-            return mathml(latex)
-        shown = fitted(latex, SCREEN)
-        return mathml(shown, True, min(100, int(100 * SCREEN / width(shown))))
 
-    return _HOLDER.sub(formula, str(page))
+def _mathml(latex: str, block: bool) -> str:
+    if not block:
+        return mathml(latex)
+    shown = fitted(latex, SCREEN)
+    return mathml(shown, True, min(100, int(100 * SCREEN / width(shown))))
 
 
 # --- LaTeX ---

@@ -1,0 +1,233 @@
+"""Keys by which a browser grades: what the right answer, and each mistake's, is worth at a few configurations.
+
+A key holds numbers, no formula. Configurations have two decimals, so that a counterexample can be followed by hand. The
+right values are worked out with many digits and written with 15, those of mistakes with 6: the same bytes everywhere.
+
+    {"type": "values", "symbols": [name], "points": [[value]], "rows": r, "columns": c,
+     "right": [[entry at each point]], "mistakes": [{"name", "title", "says", "print": [number at the first points]}]}
+    {"type": "numbers", "units", "tolerance", "floor", "right": [number], "mistakes": [{…, "values": [number]}]}
+    {"type": "direction", …as "values", "tolerance": number or null}
+    {"type": "configurations", "joints": [name], "symbols": [name], "pieces": [[pose]], "mistakes": [{…, "pieces"}]}
+    {"type": "choice" | "selection" | "matching", "options": count, "items": count, "right": [index],
+     "told": [sentence of each option, or null]}
+
+`print` is one number for a whole answer at a point: the sum of its entries, row by row, each times `weight(index)`.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import mpmath
+import numpy as np
+
+from exercises.formula.conditions import Space
+from exercises.formula.expression import read
+from exercises.formula.identity import READABLE, Domain
+from exercises.formula.pieces import pieces
+from exercises.formula.tape import compile_tape, evaluate_precisely
+from exercises.formula.trees import names
+from exercises.mistakes.catalogue import Wrong, taken, wrong_answers
+from exercises.mistakes.given import Values, configurations
+from exercises.mistakes.results import RESULTS, result
+from exercises.mistakes.working import numbers
+from exercises.problem import (
+    Choice,
+    ConditionSet,
+    Direction,
+    Expression,
+    Matching,
+    Matrix,
+    Number,
+    Part,
+    Problem,
+    Selection,
+)
+from exercises.quizzes.options import blames_of
+from exercises.record import Json, text_of
+from exercises.stream import Stream
+
+PRINTED = 3
+"""At so many configurations a mistake's answer is known."""
+MOST_MISTAKES = 40
+POSES = 6
+"""So many poses of each piece of a singular set."""
+GOLDEN = 0.6180339887498949
+DIGITS = 30
+
+
+def weight(index: int) -> float:
+    """Return what an entry counts in the print of an answer.
+
+    >>> weight(0), round(weight(1), 6)
+    (1.0, 1.618034)
+    """
+    return 1.0 + (index * GOLDEN) % 1.0
+
+
+def key_of(problem: Problem, part: Part) -> Json:
+    """Return the key of a part."""
+    answer = part.answer
+    if isinstance(answer, Choice):
+        return _letters("choice", part, len(answer.options), 0, (answer.correct,))
+    if isinstance(answer, Selection):
+        return _letters("selection", part, len(answer.options), 0, answer.correct)
+    if isinstance(answer, Matching):
+        return _letters("matching", part, len(answer.options), len(answer.items), answer.correct)
+    if isinstance(answer, Number):
+        return _numbers(problem, part, answer)
+    if isinstance(answer, ConditionSet):
+        return _configurations(problem, part, answer)
+    return _values(problem, part)
+
+
+# --- letters ---
+
+
+def _letters(kind: str, part: Part, options: int, items: int, right: Sequence[int]) -> Json:
+    told = [" ".join(dict.fromkeys(blame.sentence for blame in blames_of(part, i))) or None for i in range(options)]
+    return {"type": kind, "options": options, "items": items, "right": list(right), "told": told}
+
+
+# --- formulas ---
+
+
+def _entries(part: Part) -> tuple[list[str], int, int]:
+    answer = part.answer
+    if isinstance(answer, Expression):
+        return [text_of(answer.reference)], 1, 1
+    assert isinstance(answer, (Matrix, Direction))
+    return [text_of(entry) for entry in answer.reference], *answer.reference.shape
+
+
+def _values(problem: Problem, part: Part) -> Json:
+    texts, rows, columns = _entries(part)
+    domain = problem.domain()
+    nodes = [read(text, domain.roles) for text in texts]
+    points = domain.sample(set(domain.roles), READABLE, _stream(problem, part))
+    tape = compile_tape(nodes)
+    used = sorted(set().union(*map(names, nodes)) & set(points))
+    right = np.array([_at(tape, points, used, k) for k in range(READABLE)]).T
+    found: Json = {
+        "type": "direction" if isinstance(part.answer, Direction) else "values",
+        "symbols": sorted(points),
+        "points": [[_short(points[name][k]) for name in sorted(points)] for k in range(READABLE)],
+        "rows": rows,
+        "columns": columns,
+        "right": [[_double(value) for value in entry] for entry in right],
+        "mistakes": list(_mistakes_in_formulas(problem, part, points, (rows, columns))),
+    }
+    if isinstance(part.answer, Direction):
+        found["tolerance"] = part.answer.tolerance
+    return found
+
+
+def _at(tape: Any, points: Values, used: Sequence[str], k: int) -> list[Any]:
+    """Return the entries at a configuration with many digits; its values are the decimals that are shown."""
+    values = {name: mpmath.mpf(repr(_short(points[name][k]))) for name in used}
+    return evaluate_precisely(tape, values, DIGITS)
+
+
+def _mistakes_in_formulas(problem: Problem, part: Part, points: Values, shape: tuple[int, int]) -> Iterator[Json]:
+    if part.kind not in RESULTS:
+        return
+    few = {name: np.array([_short(value) for value in column[:PRINTED]]) for name, column in points.items()}
+    if isinstance(part.answer, Direction):
+        few = configurations(problem.chain, part, problem.domain(), PRINTED, _stream(problem, part))
+    w = numbers(problem.chain, few)
+    seen = {_print(result(w, part))}
+    for wrong in wrong_answers(w, part):
+        if wrong.answer.shape[:2] != shape or len(seen) > MOST_MISTAKES:
+            continue
+        if not _says_something(wrong.answer) or (by := _print(wrong.answer)) in seen:
+            continue
+        seen.add(by)
+        yield {**_said(wrong), "print": [float(text) for text in by]}
+
+
+def _print(answer: np.ndarray) -> tuple[str, ...]:
+    flat = answer.reshape(-1, answer.shape[-1])
+    total = sum(weight(i) * entry for i, entry in enumerate(flat))
+    return tuple(f"{value:.5e}" for value in np.asarray(total).real)
+
+
+def _says_something(answer: np.ndarray) -> bool:
+    return bool(np.isfinite(answer).all() and (np.abs(answer) > 1e-9).any())
+
+
+def _said(wrong: Wrong) -> Json:
+    return {"name": wrong.mistake.name, "title": wrong.mistake.title, "says": wrong.sentence}
+
+
+# --- numbers ---
+
+
+def _numbers(problem: Problem, part: Part, answer: Number) -> Json:
+    right = [float(value) for value in answer.reference]
+    found: list[Json] = []
+    if part.kind in RESULTS:
+        values = configurations(problem.chain, part, problem.domain(), 1, _stream(problem, part))
+        seen = {tuple(f"{value:.3e}" for value in right)}
+        for wrong in wrong_answers(numbers(problem.chain, values), part):
+            flat = wrong.answer.reshape(-1, wrong.answer.shape[-1])[:, 0].real
+            by = tuple(f"{value:.3e}" for value in flat)
+            if len(flat) == len(right) and by not in seen and _says_something(flat) and len(seen) <= MOST_MISTAKES:
+                seen.add(by)
+                found.append({**_said(wrong), "values": [float(f"{value:.6g}") for value in flat]})
+    return {
+        "type": "numbers", "units": list(answer.units), "tolerance": answer.tolerance, "floor": answer.floor,
+        "right": [_double(value) for value in right], "mistakes": found,
+    }  # fmt: skip
+
+
+# --- sets of configurations ---
+
+
+def _configurations(problem: Problem, part: Part, answer: ConditionSet) -> Json:
+    domain, joints = problem.domain(), [q.name for q in problem.chain.q]
+    space = Space(joints, domain)
+    symbols = sorted(set(domain.roles) & {*joints, *(str(s) for s in problem.chain.parameters)})
+    stream = _stream(problem, part)
+    mistakes = []
+    for mistake, slip in taken(problem.chain, part):
+        if isinstance(slip.answer, ConditionSet):
+            held = _pieces(space, domain, joints, symbols, slip.answer, stream)
+            said = {"name": mistake.name, "title": mistake.title, "says": mistake.sentence(slip.words)}
+            mistakes.append({**said, "pieces": held})
+    return {
+        "type": "configurations", "joints": joints, "symbols": symbols,
+        "pieces": _pieces(space, domain, joints, symbols, answer, stream), "mistakes": mistakes,
+    }  # fmt: skip
+
+
+def _pieces(
+    space: Space, domain: Domain, joints: Sequence[str], symbols: Sequence[str], answer: ConditionSet, stream: Stream
+) -> list[Any]:
+    """Return poses on each piece, all symbols' values in a row."""
+    found = []
+    for text in answer.pieces():
+        for piece in pieces(read(text, domain.roles), joints):
+            values = space.on_piece(piece, {*joints, *symbols}, stream, 4 * POSES)
+            poses = np.array([values[name] for name in symbols]).T[:POSES]
+            found.append([[float(f"{value:.9f}") + 0.0 for value in pose] for pose in poses])
+    return found
+
+
+# ---
+
+
+def _stream(problem: Problem, part: Part) -> Stream:
+    return Stream(f"site/{problem.id}/{problem.id.engine}/{part.name}")
+
+
+def _short(value: float) -> float:
+    """Return a drawn value with two decimals as the double that is written so; a given one as it is."""
+    return float(f"{float(value):.12g}")
+
+
+def _double(value: Any) -> float | None:
+    """Return a number with 15 digits, None where it is not defined."""
+    if isinstance(value, mpmath.mpc):
+        value = value.real if abs(value.imag) < 1e-20 * (1 + abs(value.real)) else mpmath.nan
+    text = mpmath.nstr(mpmath.mpf(value), 15)
+    found = float(text)
+    return found + 0.0 if np.isfinite(found) else None

@@ -1,0 +1,131 @@
+"""A problem as the site's bank holds it: what is shown, the arm as a browser moves it, and keys by which it grades.
+
+Texts are HTML with formulas as LaTeX in `<span class="tex">` (`<div class="tex">` on lines of their own), which the
+page typesets: MathML would be ten times as long. Solutions are a record of their own, loaded when asked for.
+"""
+
+import html
+from typing import Any
+
+from exercises.arm.chain import Chain
+from exercises.difficulty import step
+from exercises.figure import alt_text, figure_svg, part_alt, part_svg
+from exercises.figure.pose import DEFAULT_LENGTH, symbol_values
+from exercises.notebook import solution_figure
+from exercises.problem import Choice, Matching, Part, Problem, Selection
+from exercises.quizzes import ASKED
+from exercises.record import Json, robot_json
+from exercises.show import problem_title
+from exercises.site.keys import key_of
+from exercises.writing.answer_code import answer_code
+from exercises.writing.latex import symbol_latex
+from exercises.writing.markup import to_html
+from exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
+
+
+def site_record(problem: Problem) -> Json:
+    """Return a problem without its solutions.
+
+    {"id", "family", "title", "difficulty": 0 to 4, "statement", "figure": svg, "alt", "robot": as in `qdot show`, with
+    "values": {name: metres or radians} for the letters in its table, "symbols": {name: {"role", "unit", "latex"}},
+    "parts": [{"name", "kind", "title", "type", "shape", "points", "prompt", "figure", "alt", "hints", "options",
+    "key": as in `keys`, its mistakes as [index into "said", number, …]}], "said": [[name, title, sentence]]}
+    """
+    chain, said = problem.chain, _Said()
+    return {
+        "id": str(problem.id),
+        "family": problem.id.family,
+        "title": problem_title(problem),
+        "difficulty": step(chain),
+        "statement": page(statement(problem, "")),
+        "figure": figure_svg(chain),
+        "alt": alt_text(chain),
+        "robot": {**robot_json(chain), "values": _values(chain)},
+        "symbols": _symbols(problem),
+        "parts": [_part(problem, part, said) for part in problem.parts],
+        "said": said.rows,
+    }
+
+
+def solutions_record(problem: Problem) -> Json:
+    """Return the worked solutions: {"id", "parts": [{"name", "solution", "figure", "typed"}]}."""
+    return {
+        "id": str(problem.id),
+        "parts": [
+            {
+                "name": part.name,
+                "solution": page(worked_solution(problem, part)),
+                "figure": solution_figure(problem, part, f"{part.name}-solution"),
+                "typed": answer_code(part),
+            }
+            for part in problem.parts
+        ],
+    }
+
+
+def page(text: str) -> str:
+    """Return our Markdown as HTML with formulas left as LaTeX."""
+    return to_html(text, _tex)
+
+
+def _tex(latex: str, block: bool) -> str:
+    tag = "div" if block else "span"
+    return f'<{tag} class="tex">{html.escape(latex)}</{tag}>'
+
+
+def _symbols(problem: Problem) -> Json:
+    prismatic = tuple(str(i) for i, joint in enumerate(problem.chain.joints, 1) if joint.kind == "P")
+    found: Json = {}
+    for name, info in problem.symbols().items():
+        found[name] = {"role": info.role, "unit": info.unit, "latex": symbol_latex(name, prismatic)}
+        if info.value is not None:
+            found[name]["value"] = float(info.value)
+    return found
+
+
+def _values(chain: Chain) -> Json:
+    """Return numbers for the open lengths and angles of an arm, as it is drawn."""
+    given = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
+    sizes = [abs(float(value)) for value in given if value.is_number and value != 0]
+    chosen = symbol_values(chain, max(sizes, default=DEFAULT_LENGTH))
+    return {symbol.name: float(value) for symbol, value in chosen.items()}
+
+
+class _Said:
+    """What is said of mistakes: each sentence once, for many answers are wrong in the same way."""
+
+    def __init__(self) -> None:
+        self.rows: list[list[str]] = []
+        self._places: dict[str, int] = {}
+
+    def shortened(self, mistake: Json) -> list[Any]:
+        """Return a mistake with an index in place of its words."""
+        row = [mistake["name"], mistake["title"], mistake["says"]]
+        place = self._places.setdefault(mistake["says"], len(self.rows))
+        if place == len(self.rows):
+            self.rows.append(row)
+        return [place, *next(mistake[name] for name in ("print", "values", "pieces") if name in mistake)]
+
+
+def _part(problem: Problem, part: Part, said: _Said) -> Json:
+    options = None
+    if isinstance(part.answer, (Choice, Selection, Matching)):
+        options = [page(option_text(problem, part, index)) for index in range(len(part.answer.options))]
+    svg = part_svg(problem.chain, part, part.name)
+    key = key_of(problem, part)
+    if "mistakes" in key:
+        key["mistakes"] = [said.shortened(mistake) for mistake in key["mistakes"]]
+    return {
+        "name": part.name,
+        "kind": part.kind,
+        "title": ASKED[part.kind].title,
+        "type": part.type,
+        "shape": None if part.shape is None else list(part.shape),
+        "points": part.points,
+        "prompt": page(prompt(problem, part)),
+        "figure": svg,
+        "alt": part_alt(problem.chain, part) if svg else "",
+        "hints": [page(hint) for hint in hints(problem, part)],
+        "options": options,
+        "key": key,
+    }

@@ -1,0 +1,71 @@
+"""The site's bank: keys hold the right values, by another route than they were made, and each mistake's are wrong."""
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from exercises.arm.kinematics import NumericChain
+from exercises.generate import generate
+from exercises.mistakes.results import RESULTS, result
+from exercises.mistakes.working import numbers
+from exercises.problem import Part, Problem, ProblemId
+from exercises.site.keys import key_of, weight
+from exercises.site.record import site_record, solutions_record
+
+
+def test_keys_hold_what_the_derivation_in_numbers_gives(family: str, drawn: Callable[[str, int], Problem]) -> None:
+    problem = drawn(family, 0)
+    for part in problem.parts:
+        key = key_of(problem, part)
+        json.dumps(key, allow_nan=False)
+        if key["type"] == "values" and part.kind in RESULTS:
+            _values_are_right(problem, part, key)
+        if key["type"] == "configurations":
+            _poses_are_singular(problem, key)
+        if key["type"] in ("choice", "selection", "matching"):
+            assert len(key["told"]) == key["options"] > max(key["right"])
+
+
+def _values_are_right(problem: Problem, part: Part, key: dict[str, Any]) -> None:
+    values = {name: np.array(column) for name, column in zip(key["symbols"], np.array(key["points"]).T, strict=True)}
+    found = result(numbers(problem.chain, values), part).reshape(len(key["right"]), -1)
+    right = np.array(key["right"], dtype=float)
+    scale = np.abs(right).max(axis=0)
+    assert (np.abs(found - right) <= 1e-9 * (np.abs(right) + scale)).all(), part.name
+    total = sum(weight(i) * entry for i, entry in enumerate(right))
+    for mistake in key["mistakes"]:
+        apart = [abs(a - b) > 3e-5 * abs(b) for a, b in zip(mistake["print"], total, strict=False)]
+        assert any(apart), (part.name, mistake)
+
+
+def _poses_are_singular(problem: Problem, key: dict[str, Any]) -> None:
+    for piece in key["pieces"]:
+        assert piece
+        for pose in piece:
+            values = dict(zip(key["symbols"], pose, strict=True))
+            lengths = {name: value for name, value in values.items() if name not in key["joints"]}
+            chain = NumericChain(problem.chain, lengths)
+            rows = [["vx", "vy", "vz", "wx", "wy", "wz"].index(row) for row in problem.chain.task]
+            jacobian = chain.jacobian(np.array([values[name] for name in key["joints"]]))[rows]
+            singular = np.linalg.svd(jacobian)[1]
+            assert singular[-1] < 1e-5 * max(1.0, singular[0])
+
+
+def test_a_record_says_what_a_page_needs() -> None:
+    problem = generate(ProblemId("planar-2r", 7, ("position", "jacobian", "singular-angles")))
+    record = site_record(problem)
+    assert record == site_record(problem)
+    assert '<span class="tex">\\theta_{1}' in record["statement"]
+    assert "$" not in record["statement"]
+    assert record["robot"]["joints"][0]["kind"] == "R"
+    assert all(len(record["said"][mistake[0]]) == 3 for part in record["parts"] for mistake in part["key"]["mistakes"])
+    position = record["parts"][0]["key"]
+    assert len(position["points"]) == 8 and (position["rows"], position["columns"]) == (2, 1)
+    text = json.dumps(record["parts"][1]["key"])
+    assert "sin" not in text and "theta1*" not in text  # numbers, no formula
+    solved = solutions_record(problem)
+    assert [part["name"] for part in solved["parts"]] == ["position", "jacobian", "singular-angles"]
+    assert solved["parts"][2]["figure"].startswith("<svg")
+    assert 'class="tex"' in solved["parts"][0]["solution"]
