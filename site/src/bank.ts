@@ -1,0 +1,143 @@
+// The bank of problems as Python writes it (exercises/site/record.py, keys.py and build.py), and how it is loaded.
+
+/** index.json: what there is to choose from. `problems` are the keys of records under bank/FAMILY/. */
+export interface Index {
+  readonly format: 1;
+  readonly families: readonly Family[];
+  readonly questions: readonly Question[];
+}
+
+export interface Family {
+  readonly name: string;
+  readonly title: string;
+  readonly source: string;
+  readonly thumbnail: string;
+  readonly problems: readonly Listed[];
+}
+
+/** A problem of a family: the name of its file, its difficulty from 0 to 4, and what is asked. */
+export interface Listed {
+  readonly key: string;
+  readonly difficulty: number;
+  readonly questions: readonly string[];
+}
+
+export interface Question {
+  readonly name: string;
+  readonly title: string;
+  readonly source: string;
+  readonly form: string;
+}
+
+export interface Problem {
+  readonly id: string;
+  readonly family: string;
+  readonly title: string;
+  readonly difficulty: number;
+  readonly statement: string;
+  readonly figure: string;
+  readonly alt: string;
+  readonly robot: Robot;
+  readonly symbols: Readonly<Record<string, SymbolInfo>>;
+  readonly parts: readonly Part[];
+  readonly said: readonly (readonly [name: string, title: string, sentence: string])[];
+}
+
+export interface SymbolInfo {
+  readonly role: "joint" | "rate" | "velocity" | "force" | "length" | "angle";
+  readonly unit: string;
+  readonly latex: string;
+  readonly value?: number;
+}
+
+/** A standard (distal) DH table; entries are text with the letters of `values` and the joint variables in it. */
+export interface Robot {
+  readonly name: string;
+  readonly title: string;
+  readonly joints: readonly Row[];
+  readonly base: {
+    readonly position: readonly [string, string, string];
+    readonly yaw: string;
+    readonly tilt: string;
+  };
+  readonly point: { readonly frame: number; readonly offset: readonly [string, string, string] };
+  readonly task: readonly TaskRow[];
+  readonly values: Readonly<Record<string, number>>;
+}
+
+export interface Row {
+  readonly kind: "R" | "P";
+  readonly theta: string;
+  readonly d: string;
+  readonly a: string;
+  readonly alpha: string;
+}
+
+export type TaskRow = "vx" | "vy" | "vz" | "wx" | "wy" | "wz";
+
+export interface Part {
+  readonly name: string;
+  readonly kind: string;
+  readonly title: string;
+  readonly type:
+    "expression" | "matrix" | "singular" | "number" | "direction" | "choice" | "selection" | "matching";
+  readonly shape: readonly [number, number] | null;
+  readonly points: number;
+  readonly prompt: string;
+  readonly figure: string;
+  readonly alt: string;
+  readonly hints: readonly string[];
+  readonly options: readonly string[] | null;
+  readonly key: Key;
+}
+
+export type Key = ValuesKey | NumbersKey | ConfigurationsKey | LettersKey;
+
+/** Right values of each entry at the points; null where it is not defined there. */
+export interface ValuesKey {
+  readonly type: "values" | "direction";
+  readonly symbols: readonly string[];
+  readonly points: readonly (readonly number[])[];
+  readonly rows: number;
+  readonly columns: number;
+  readonly right: readonly (readonly (number | null)[])[];
+  readonly mistakes: readonly (readonly number[])[];
+  readonly tolerance?: number | null;
+}
+
+export interface NumbersKey {
+  readonly type: "numbers";
+  readonly units: readonly string[];
+  readonly tolerance: number;
+  readonly floor: number;
+  readonly right: readonly number[];
+  readonly mistakes: readonly (readonly number[])[];
+}
+
+/** Poses on each piece of a singular set: values of `symbols`, the joints among them. */
+export interface ConfigurationsKey {
+  readonly type: "configurations";
+  readonly joints: readonly string[];
+  readonly symbols: readonly string[];
+  readonly pieces: readonly (readonly (readonly number[])[])[];
+  readonly mistakes: readonly (readonly [number, ...(readonly (readonly number[])[])[]])[];
+}
+
+export interface LettersKey {
+  readonly type: "choice" | "selection" | "matching";
+  readonly options: number;
+  readonly items: number;
+  readonly right: readonly number[];
+  readonly told: readonly (string | null)[];
+}
+
+/** solutions/FAMILY/KEY.json, loaded when a solution is asked for. */
+export interface Solutions {
+  readonly id: string;
+  readonly parts: readonly {
+    readonly name: string;
+    readonly solution: string;
+    readonly figure: string;
+    readonly typed: string;
+  }[];
+}
