@@ -1,0 +1,211 @@
+// Formulas, by what they are worth at the configurations of a key.
+
+import type { ValuesKey } from "../bank.js";
+import { evaluate, type Value } from "../read/evaluate.js";
+import { read } from "../read/reader.js";
+import { asMatrix, hasBlank, namesIn, type Node, node, nodes, ReadError } from "../read/tree.js";
+import { inDigits, message, type Message } from "../text/text.js";
+import { type At, correct, graded, missing, unreadable, type Verdict, wrong } from "./verdict.js";
+
+/** Share of the size of the terms that rounding may take. */
+const SAME = 1e-9;
+/** Share by which the print of a mistake, which is kept with six digits, may differ. */
+const PRINT = 2e-5;
+const GOLDEN = 0.6180339887498949;
+/** Functions of which two formulas may be the same in one region and differ in another. */
+const BRANCHING = new Set(["sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log"]);
+
+/** Judge a formula, a vector or a matrix; `labels` name the entries of a vector of joint rates. */
+export function judgeValues(answer: string, key: ValuesKey, labels: readonly string[] = []): Verdict {
+  const known = new Set(key.symbols);
+  if (!answer.trim()) return missing();
+  try {
+    const tree = unlabelled(rightSide(read(answer, known), known), labels);
+    if (isBlank(tree)) return missing();
+    const rows = shaped(tree, key);
+    return "outcome" in rows ? rows : compared(rows, key);
+  } catch (error) {
+    if (error instanceof ReadError) return unreadable(error.message);
+    throw error;
+  }
+}
+
+function shaped(tree: Node, key: ValuesKey): Node[][] | Verdict {
+  if (key.rows * key.columns === 1 && ["list", "set", "dict"].includes(tree.kind)) {
+    const only = tree.kind === "list" ? asMatrix(tree) : [];
+    if (only.length !== 1 || only[0]?.length !== 1) return wrong("read.list");
+    return wrong("read.list");
+  }
+  const rows = asMatrix(tree);
+  const row = rows[0] as Node[];
+  if (key.columns === 1 && rows.length === 1 && row.length === key.rows) return row.map((entry) => [entry]);
+  if (rows.length === key.rows && row.length === key.columns) return rows;
+  return wrong("read.shape", {
+    found: `${rows.length} × ${row.length}`,
+    due: `${key.rows} × ${key.columns}`,
+  });
+}
+
+function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
+  const entries = rows.flat();
+  const mine = key.points.map((_, k) => {
+    const at = configuration(key, k, entries);
+    return entries.map((entry) => (hasBlank(entry) ? null : evaluate(entry, at)));
+  });
+  const scales = key.right.map((values) => Math.max(...values.map((value) => Math.abs(value ?? 0))));
+  const largest = Math.max(...scales);
+  const differing = entries.map((_, i) =>
+    key.points.findIndex((_point, k) => !same(mine[k]?.[i] ?? null, key.right[i]?.[k] ?? null)),
+  );
+  if (differing.every((k) => k < 0)) return agreed(entries, key.points.length);
+  const right = differing.map((k) => k < 0);
+  const zeros = scales.map((scale) => scale === 0 && largest > 0);
+  const share = Math.min(shareOf(right, zeros, entries.map(hasBlank)), 0.99);
+  const marks = rows.map((row, r) => row.map((_, c) => right[r * row.length + c] as boolean));
+  const first = differing.findIndex((k) => k >= 0);
+  const k = differing[first] as number;
+  const reason = difference(entries, first, mine[k]?.[first] ?? null, key, k);
+  const mistake = mistakeBehind(mine, key);
+  return graded(share, [...counted(right, zeros), reason], {
+    entries: marks,
+    at: shownAt(key, k, entries[first] as Node),
+    ...(mistake === undefined ? {} : { mistake }),
+  });
+}
+
+function same(mine: Value | null, due: number | null): boolean {
+  if (!mine) return false;
+  if (due === null) return !isFinite(mine.re) || Math.abs(mine.re) > 1e12;
+  const room = SAME * Math.max(mine.size, Math.abs(due), 1e-300);
+  return Math.hypot(mine.re - due, mine.im) <= room;
+}
+
+function agreed(entries: readonly Node[], points: number): Verdict {
+  const functions = new Set(
+    entries.flatMap((entry) =>
+      [...nodes(entry)].filter((each) => BRANCHING.has(each.text)).map((each) => each.text),
+    ),
+  );
+  if (functions.size === 0) return correct(message("verdict.values", { points }));
+  return correct(message("verdict.branches", { points, functions: [...functions].sort().join(", ") }), false);
+}
+
+/** Of the entries that are not zero, those that are right, less the zeros that were answered with something else. */
+function shareOf(right: readonly boolean[], zeros: readonly boolean[], blank: readonly boolean[]): number {
+  const counted = right.filter((_, i) => !zeros[i]);
+  const spoiled = right.filter((ok, i) => zeros[i] && !ok && !blank[i]).length;
+  return Math.max(0, counted.filter(Boolean).length - spoiled) / counted.length;
+}
+
+function counted(right: readonly boolean[], zeros: readonly boolean[]): Message[] {
+  const entries = right.filter((_, i) => !zeros[i]);
+  if (right.length === 1) return [];
+  return [message("verdict.entries", { right: entries.filter(Boolean).length, count: entries.length })];
+}
+
+function difference(
+  entries: readonly Node[],
+  i: number,
+  mine: Value | null,
+  key: ValuesKey,
+  k: number,
+): Message {
+  const place = { row: Math.floor(i / key.columns) + 1, column: (i % key.columns) + 1 };
+  if (!mine) return message("verdict.blank", place);
+  const due = key.right[i]?.[k] ?? null;
+  const values = {
+    at: atText(shownAt(key, k, entries[i] as Node)),
+    yours: complexText(mine),
+    expected: numberText(due),
+  };
+  return entries.length === 1
+    ? message("verdict.differs", values)
+    : message("verdict.entry", { ...place, ...values });
+}
+
+/** The index of what is said of the mistake that gives the very same answer. */
+function mistakeBehind(mine: readonly (readonly (Value | null)[])[], key: ValuesKey): number | undefined {
+  const prints = mine.map((entries) => {
+    if (entries.some((value) => !value || value.im !== 0)) return NaN;
+    return entries.reduce((total, value, i) => total + weight(i) * (value as Value).re, 0);
+  });
+  const found = key.mistakes.find(([, ...theirs]) =>
+    theirs.every(
+      (print, k) => Math.abs((prints[k] as number) - print) <= PRINT * Math.max(Math.abs(print), 1e-9),
+    ),
+  );
+  return found?.[0];
+}
+
+/** What an entry counts in the print of an answer, as in ../../../exercises/site/keys.py. */
+export function weight(index: number): number {
+  return 1 + ((index * GOLDEN) % 1);
+}
+
+// --- configurations ---
+
+/** The values of all symbols at point k; a name that no one knows is any number. */
+function configuration(key: ValuesKey, k: number, entries: readonly Node[]): At {
+  const found: Record<string, number> = {};
+  for (const entry of entries) {
+    for (const unknown of namesIn(entry)) found[unknown] = anyNumber(unknown, k);
+  }
+  key.symbols.forEach((symbol, i) => (found[symbol] = key.points[k]?.[i] ?? NaN));
+  return found;
+}
+
+function anyNumber(name: string, k: number): number {
+  const turned = [...name].reduce((sum, sign) => (sum * 31 + (sign.codePointAt(0) ?? 0)) % 9973, 7 + k);
+  return 0.3 + ((turned * GOLDEN) % 1.4);
+}
+
+/** The symbols that an entry has, at point k; all joints where it has none. */
+function shownAt(key: ValuesKey, k: number, entry: Node): At {
+  const used = [...namesIn(entry)].filter((symbol) => key.symbols.includes(symbol)).sort();
+  const shown = used.length > 0 ? used : key.symbols.filter((symbol) => /^(theta|d)\d/.test(symbol));
+  return Object.fromEntries(
+    shown.map((symbol) => [symbol, key.points[k]?.[key.symbols.indexOf(symbol)] ?? NaN]),
+  );
+}
+
+export function atText(at: At): string {
+  return Object.entries(at)
+    .map(([symbol, value]) => `${symbol} = ${inDigits(value)}`)
+    .join(", ");
+}
+
+function numberText(value: number | null): string {
+  return value === null || !isFinite(value) ? "—" : inDigits(value);
+}
+
+function complexText({ re, im, size }: Value): string {
+  if (Math.abs(im) <= SAME * size) return numberText(re);
+  return `${numberText(re)} ${im < 0 ? "−" : "+"} ${numberText(Math.abs(im))} i`;
+}
+
+// --- forms that an answer may have ---
+
+/** What stands right of "det = …": an equation whose left side is a name of the student's own. */
+export function rightSide(tree: Node, known: ReadonlySet<string>): Node {
+  const [left, right] = tree.args;
+  return tree.kind === "eq" && left?.kind === "name" && !known.has(left.text) && right ? right : tree;
+}
+
+/** The entries of {qd1: …, qd2: …} or of [qd1 = …, qd2 = …] in the order of the labels. */
+function unlabelled(tree: Node, labels: readonly string[]): Node {
+  const inner = tree.args[0];
+  if (tree.args.length === 1 && inner && (tree.kind === "list" || tree.kind === "set")) {
+    if (inner.kind === "dict" || (tree.kind === "set" && inner.kind === "list"))
+      return unlabelled(inner, labels);
+  }
+  const pairs = tree.args.every((arg) => arg.kind === "pair" || arg.kind === "eq");
+  if (labels.length === 0 || !["dict", "list"].includes(tree.kind) || !pairs) return tree;
+  const found = new Map(tree.args.map((arg) => [arg.args[0]?.text, arg.args[1] as Node]));
+  const entries = labels.map((label) => found.get(label));
+  return found.size === labels.length && entries.every(Boolean) ? node("list", ...(entries as Node[])) : tree;
+}
+
+export function isBlank(tree: Node): boolean {
+  if (tree.kind === "list" || tree.kind === "set") return tree.args.length > 0 && tree.args.every(isBlank);
+  return tree.kind === "blank";
+}

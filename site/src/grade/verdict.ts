@@ -1,0 +1,43 @@
+// What is said of an answer.
+
+import { message, type Message, type Values } from "../text/text.js";
+import type { TextKey } from "../text/en.js";
+
+/** Symbols' values at a configuration, by name. */
+export type At = Readonly<Record<string, number>>;
+
+/**
+ * `share` of the points, from 0 to 1; `sure` where the exact method would say the same but for a chance that is none;
+ * `at` the configuration at which it differs; `entries` which entries of a matrix are right; `mistake` an index into
+ * what the problem says of mistakes.
+ */
+export interface Verdict {
+  readonly outcome: "correct" | "partial" | "wrong" | "missing";
+  readonly share: number;
+  readonly reasons: readonly Message[];
+  readonly sure: boolean;
+  readonly at?: At;
+  readonly entries?: readonly (readonly boolean[])[];
+  readonly mistake?: number;
+}
+
+export function correct(reason: Message, sure = true): Verdict {
+  return { outcome: "correct", share: 1, reasons: [reason], sure };
+}
+
+export function missing(): Verdict {
+  return { outcome: "missing", share: 0, reasons: [message("read.missing")], sure: true };
+}
+
+export function wrong(key: TextKey, values: Values = {}): Verdict {
+  return { outcome: "wrong", share: 0, reasons: [message(key, values)], sure: true };
+}
+
+export function unreadable(why: string): Verdict {
+  return wrong("read.unreadable", { why });
+}
+
+/** An answer that is right in part, or not at all. */
+export function graded(share: number, reasons: readonly Message[], more: Partial<Verdict> = {}): Verdict {
+  return { outcome: share > 0 ? "partial" : "wrong", share, reasons, sure: true, ...more };
+}

@@ -1,0 +1,188 @@
+// The value of a tree at a configuration, with the size of its terms: complex arithmetic by mathjs.
+//
+// The size says what rounding may have done to a value: a difference that is small beside the size of what was added
+// up may be no difference. It follows ../../../exercises/formula/tape.py.
+
+import {
+  absDependencies,
+  acosDependencies,
+  addDependencies,
+  asinDependencies,
+  atanDependencies,
+  type Complex,
+  complexDependencies,
+  cosDependencies,
+  coshDependencies,
+  create,
+  divideDependencies,
+  expDependencies,
+  type FactoryFunctionMap,
+  logDependencies,
+  multiplyDependencies,
+  powDependencies,
+  sinDependencies,
+  sinhDependencies,
+  sqrtDependencies,
+  subtractDependencies,
+  tanDependencies,
+  tanhDependencies,
+  unaryMinusDependencies,
+} from "mathjs";
+
+import { type Node, ReadError } from "./tree.js";
+
+const math = create({
+  absDependencies,
+  acosDependencies,
+  addDependencies,
+  asinDependencies,
+  atanDependencies,
+  complexDependencies,
+  cosDependencies,
+  coshDependencies,
+  divideDependencies,
+  expDependencies,
+  logDependencies,
+  multiplyDependencies,
+  powDependencies,
+  sinDependencies,
+  sinhDependencies,
+  sqrtDependencies,
+  subtractDependencies,
+  tanDependencies,
+  tanhDependencies,
+  unaryMinusDependencies,
+} as FactoryFunctionMap);
+
+type Scalar = number | Complex;
+
+/** A value and the size of the terms that it was made of. */
+export interface Value {
+  readonly re: number;
+  readonly im: number;
+  readonly size: number;
+}
+
+const CONSTANTS: Readonly<Record<string, Scalar>> = { pi: Math.PI, E: Math.E, I: math.complex(0, 1) };
+const NAMES: Readonly<Record<string, string>> = {
+  list: "a list",
+  set: "a set",
+  dict: "a dictionary",
+  eq: "an equation",
+  blank: "a blank",
+};
+
+const one = (x: Scalar): Scalar => math.divide(1, x) as Scalar;
+const squared = (x: Scalar): Scalar => math.multiply(x, x) as Scalar;
+const rest = (x: Scalar): Scalar => math.sqrt(math.subtract(1, squared(x)) as number) as Scalar;
+
+/** Each function, and how steep it is: both as in mathjs, complex where it has to be. */
+const FUNCTIONS: Readonly<Record<string, readonly [(x: Scalar) => Scalar, (x: Scalar) => Scalar]>> = {
+  sin: [(x) => math.sin(x as number), (x) => math.cos(x as number)],
+  cos: [(x) => math.cos(x as number), (x) => math.sin(x as number)],
+  tan: [(x) => math.tan(x as number), (x) => one(squared(math.cos(x as number)))],
+  exp: [(x) => math.exp(x as number), (x) => math.exp(x as number)],
+  log: [(x) => math.log(x as number) as Scalar, one],
+  sqrt: [(x) => math.sqrt(x as number) as Scalar, (x) => math.divide(0.5, math.sqrt(x as number)) as Scalar],
+  asin: [(x) => math.asin(x as number) as Scalar, (x) => one(rest(x))],
+  acos: [(x) => math.acos(x as number) as Scalar, (x) => one(rest(x))],
+  atan: [(x) => math.atan(x as number) as Scalar, (x) => one(math.add(1, squared(x)) as Scalar)],
+  sinh: [(x) => math.sinh(x as number), (x) => math.cosh(x as number)],
+  cosh: [(x) => math.cosh(x as number), (x) => math.sinh(x as number)],
+  tanh: [(x) => math.tanh(x as number), (x) => one(squared(math.cosh(x as number)))],
+  abs: [(x) => absolute(x), () => 1],
+  cot: [(x) => one(math.tan(x as number)), (x) => one(squared(math.sin(x as number)))],
+  sec: [
+    (x) => one(math.cos(x as number)),
+    (x) => math.divide(math.sin(x as number), squared(math.cos(x as number))) as Scalar,
+  ],
+  csc: [
+    (x) => one(math.sin(x as number)),
+    (x) => math.divide(math.cos(x as number), squared(math.sin(x as number))) as Scalar,
+  ],
+  acot: [(x) => math.atan(one(x) as number) as Scalar, (x) => one(math.add(1, squared(x)) as Scalar)],
+  sign: [(x) => (absolute(x) === 0 ? 0 : (math.divide(x, absolute(x)) as Scalar)), () => 0],
+};
+
+/** The value of a tree where names have these values; what is undefined is nan. Throws ReadError for what is no scalar. */
+export function evaluate(tree: Node, values: Readonly<Record<string, number>>): Value {
+  const [value, size] = valued(tree, values);
+  return typeof value === "number" ? { re: value, im: 0, size } : { re: value.re, im: value.im, size };
+}
+
+type Sized = readonly [Scalar, number];
+
+function valued(tree: Node, values: Readonly<Record<string, number>>): Sized {
+  switch (tree.kind) {
+    case "number":
+    case "decimal":
+      return [tree.value, Math.abs(tree.value)];
+    case "name":
+      return named(tree.text, values);
+    case "neg": {
+      const [x, size] = inner(tree, 0, values);
+      return [math.unaryMinus(x as number) as Scalar, size];
+    }
+    case "+":
+    case "-": {
+      const [[x, mx], [y, my]] = [inner(tree, 0, values), inner(tree, 1, values)];
+      return [(tree.kind === "+" ? math.add(x, y) : math.subtract(x, y)) as Scalar, mx + my];
+    }
+    case "*": {
+      const [[x, mx], [y, my]] = [inner(tree, 0, values), inner(tree, 1, values)];
+      return [math.multiply(x, y) as Scalar, mx * my];
+    }
+    case "/": {
+      const [[x, mx], [y, my]] = [inner(tree, 0, values), inner(tree, 1, values)];
+      return [math.divide(x, y) as Scalar, (mx * my) / absolute(y) ** 2];
+    }
+    case "^":
+      return power(tree, values);
+    case "call":
+      return called(tree, values);
+    default:
+      throw new ReadError(`${NAMES[tree.kind] ?? tree.kind} stands where a single expression is due`);
+  }
+}
+
+function inner(tree: Node, index: number, values: Readonly<Record<string, number>>): Sized {
+  return valued(tree.args[index] as Node, values);
+}
+
+function named(name: string, values: Readonly<Record<string, number>>): Sized {
+  const value = CONSTANTS[name] ?? values[name] ?? NaN;
+  return [value, absolute(value)];
+}
+
+function power(tree: Node, values: Readonly<Record<string, number>>): Sized {
+  const [[x, mx], [y, my]] = [inner(tree, 0, values), inner(tree, 1, values)];
+  const value = (x === 0 && y === 0 ? 1 : math.pow(x as number, y as number)) as Scalar;
+  const size = absolute(value);
+  if (typeof y === "number" && Number.isInteger(y) && y > 0) {
+    return [value, absolute(x) ** (y - 1) * (absolute(x) + y * mx)];
+  }
+  const varies =
+    my === 0 || isWhole(tree.args[1] as Node) ? 0 : absolute(math.log(x as number) as Scalar) * my;
+  return [value, size * (1 + (absolute(y) * mx) / (absolute(x) || 1) + varies)];
+}
+
+function isWhole(exponent: Node): boolean {
+  return exponent.kind === "number" || (exponent.kind === "neg" && exponent.args[0]?.kind === "number");
+}
+
+function called(tree: Node, values: Readonly<Record<string, number>>): Sized {
+  const [x, mx] = inner(tree, 0, values);
+  if (tree.text === "atan2") {
+    const [y, my] = inner(tree, 1, values);
+    if (typeof x !== "number" || typeof y !== "number") return [NaN, NaN];
+    return [Math.atan2(x, y), 1 + (mx * Math.abs(y) + my * Math.abs(x)) / (x * x + y * y)];
+  }
+  const known = FUNCTIONS[tree.text];
+  if (!known) throw new ReadError(`the function '${tree.text}' is not understood`);
+  const value = known[0](x);
+  return [value, absolute(value) + absolute(known[1](x)) * mx];
+}
+
+function absolute(value: Scalar): number {
+  return typeof value === "number" ? Math.abs(value) : Math.hypot(value.re, value.im);
+}

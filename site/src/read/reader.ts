@@ -1,0 +1,446 @@
+// Text to a tree of plain nodes, by a grammar and a whitelist; nothing of the text is ever executed.
+// The same grammar as in ../../../exercises/formula/expression.py; tests hold both against the corpus.
+
+import { ARITY, LONGEST, type Piece, piecesOf, plainName } from "./names.js";
+import { plain, rowsOfSemicolons } from "./notation.js";
+import { call, integer, name, type Node, node, ReadError, replaced } from "./tree.js";
+
+const MAX_DEPTH = 60;
+const MAX_LENGTH = 20_000;
+const MAX_DIAGONAL = 20;
+
+const CONTAINERS = new Set([
+  ...["Matrix", "Union", "ImageSet", "diag", "MutableDenseMatrix", "ImmutableDenseMatrix", "ImmutableMatrix"],
+  ...["array", "FiniteSet", "simplify", "trigsimp", "expand", "expand_trig", "factor", "cancel", "together"],
+  ...[
+    "radsimp",
+    "Eq",
+    "Equality",
+    "Or",
+    "And",
+    "Rational",
+    "Integer",
+    "Float",
+    "Pow",
+    "list",
+    "set",
+    "tuple",
+    "Tuple",
+  ],
+]);
+const UNDEFINED = new Set(["nan", "NaN", "inf", "oo", "zoo", "None", "True", "False", "undefined"]);
+const BLANK = new Set(["blank", "Ellipsis"]);
+const WORDS = new Set(["in", "and", "or"]);
+const INVERSES = new Set(["asin", "acos", "atan"]);
+const JOINT = /^(?:theta|q|d)(\d+)$/;
+
+const NAME = "(?!\\d)[\\p{L}\\p{N}_]+";
+const TOKEN = new RegExp(
+  "(?<space>[ \\t\\r\\n\\f]+|#[^\\n]*)" +
+    "|(?<number>(?:\\d+\\.?\\d*|\\.\\d+)(?:[eE][+-]?\\d+)?)" +
+    `|(?<name>${NAME}(?:\\.${NAME})*)` +
+    "|(?<op>\\*\\*|==|\\.\\.\\.|[-+*/^()\\[\\]{},:=&|∈])",
+  "gyu",
+);
+
+interface Token {
+  readonly kind: "number" | "name" | "op" | "end";
+  readonly text: string;
+  readonly at: number;
+}
+
+/** The tree of a text; `known` are the names of the problem's symbols, which win over any shorthand. */
+export function read(text: string, known: ReadonlySet<string>): Node {
+  if (text.length > MAX_LENGTH) {
+    throw new ReadError(`the answer is ${text.length} characters long; more than ${MAX_LENGTH} are not read`);
+  }
+  return new Parser(rowsOfSemicolons(plain(text, known)), known).whole();
+}
+
+function tokensOf(text: string): Token[] {
+  const found: Token[] = [];
+  let at = 0;
+  let depth = 0;
+  TOKEN.lastIndex = 0;
+  for (let match = TOKEN.exec(text); match; match = TOKEN.exec(text)) {
+    const groups = match.groups ?? {};
+    const kind = (["number", "name", "op"] as const).find((each) => groups[each] !== undefined);
+    if (kind) {
+      found.push({ kind, text: match[0], at });
+      depth += Number("([{".includes(match[0])) - Number(")]}".includes(match[0]));
+      if (depth > MAX_DEPTH)
+        throw new ReadError(`brackets nest more than ${MAX_DEPTH} deep ${where(text, at)}`);
+    }
+    at = TOKEN.lastIndex;
+  }
+  if (at < text.length) throw new ReadError(`cannot read '${text[at]}' ${where(text, at)}`);
+  found.push({ kind: "end", text: "", at });
+  return found;
+}
+
+function where(text: string, at: number): string {
+  const shown = text.slice(Math.max(0, at - 15), at + 15).replaceAll("\n", " ");
+  return `at character ${at + 1}, near '${shown}'`;
+}
+
+/** Operator-precedence parser; depth is counted, so that no text can exhaust the stack. */
+class Parser {
+  private readonly tokens: readonly Token[];
+  private at = 0;
+  private depth = 0;
+
+  constructor(
+    private readonly text: string,
+    private readonly known: ReadonlySet<string>,
+  ) {
+    this.tokens = tokensOf(text);
+  }
+
+  whole(): Node {
+    if (this.here().kind === "end") throw new ReadError("nothing is there");
+    this.passParameters();
+    let top = this.disjunction();
+    if (this.peek() === ",") {
+      const items = [top];
+      while (this.take(",") && this.here().kind !== "end") items.push(this.disjunction());
+      top = node("list", ...items);
+    }
+    if (this.here().kind !== "end") throw this.fail(`did not expect '${this.peek()}'`);
+    return top;
+  }
+
+  private here(): Token {
+    return this.tokens[this.at] as Token;
+  }
+
+  private peek(): string {
+    return this.here().text;
+  }
+
+  private textAt(ahead: number): string {
+    return (this.tokens[Math.min(this.at + ahead, this.tokens.length - 1)] as Token).text;
+  }
+
+  private fail(message: string): ReadError {
+    return new ReadError(`${message} ${where(this.text, this.here().at)}`);
+  }
+
+  private take(...texts: readonly string[]): boolean {
+    const { kind, text } = this.here();
+    if ((kind !== "op" && kind !== "name") || !texts.includes(text)) return false;
+    this.at += 1;
+    return true;
+  }
+
+  private expect(text: string): void {
+    if (!this.take(text)) throw this.fail(`expected '${text}', found '${this.peek() || "the end"}',`);
+  }
+
+  private deeper<T>(work: () => T, what: string): T {
+    this.depth += 1;
+    if (this.depth > MAX_DEPTH) throw this.fail(`${what} nest more than ${MAX_DEPTH} deep`);
+    const found = work();
+    this.depth -= 1;
+    return found;
+  }
+
+  /** Pass the head of a Python function, lambda theta1, theta2: …; what it returns is the answer. */
+  private passParameters(): void {
+    if (!this.take("lambda")) return;
+    while (this.here().kind === "name") {
+      this.at += 1;
+      if (!this.take(",")) break;
+    }
+    this.expect(":");
+  }
+
+  private disjunction(): Node {
+    return this.deeper(() => this.several("or", () => this.conjunction(), "or", "|"), "brackets");
+  }
+
+  private conjunction(): Node {
+    return this.several("and", () => this.relation(), "and", "&");
+  }
+
+  private several(kind: "or" | "and", one: () => Node, ...between: readonly string[]): Node {
+    const terms = [one()];
+    while (this.take(...between)) terms.push(one());
+    return terms.length === 1 ? (terms[0] as Node) : node(kind, ...terms);
+  }
+
+  private relation(): Node {
+    const left = this.sum();
+    if (this.take("=", "==")) return node("eq", left, this.sum());
+    return this.take("in", "∈") ? node("in", left, this.sum()) : left;
+  }
+
+  private sum(): Node {
+    const negative = this.sign();
+    const first = this.product();
+    let top = negative ? node("neg", first) : first;
+    for (let op = this.peek(); op === "+" || op === "-"; op = this.peek()) {
+      this.at += 1;
+      const minus = this.sign();
+      const right = this.product();
+      top = node(op, top, minus ? node("neg", right) : right);
+    }
+    return top;
+  }
+
+  private sign(): boolean {
+    let negative = false;
+    while (this.here().kind === "op" && ["+", "-"].includes(this.peek())) {
+      negative = negative !== (this.peek() === "-");
+      this.at += 1;
+    }
+    return negative;
+  }
+
+  private product(): Node {
+    let top = this.power();
+    for (;;) {
+      if (this.take("*")) top = node("*", top, this.signedPower());
+      else if (this.take("/")) top = node("/", top, this.signedPower());
+      else if (this.here().kind === "number" && this.tokens[this.at - 1]?.kind === "number") {
+        throw this.fail("two numbers stand side by side,"); // 1 000, 1.2.3: no product is meant
+      } else if (this.startsFactor()) top = node("*", top, this.power());
+      else return top;
+    }
+  }
+
+  private startsFactor(): boolean {
+    const { kind, text } = this.here();
+    return kind === "number" || (kind === "name" && !WORDS.has(text)) || text === "(";
+  }
+
+  private signedPower(): Node {
+    return this.sign() ? node("neg", this.power()) : this.power();
+  }
+
+  private power(): Node {
+    const base = this.primary();
+    const exponents: Node[] = [];
+    while (this.take("**", "^")) {
+      const negative = this.sign();
+      const exponent = this.primary();
+      exponents.push(negative ? node("neg", exponent) : exponent);
+      if (exponents.length > MAX_DEPTH) throw this.fail(`powers nest more than ${MAX_DEPTH} deep`);
+    }
+    let tower = exponents.pop();
+    if (!tower) return base;
+    for (let below = exponents.pop(); below; below = exponents.pop()) {
+      // -a^-b^c: the sign of an exponent covers what stands above it
+      const inner = below.args[0];
+      tower = below.kind === "neg" && inner ? node("neg", node("^", inner, tower)) : node("^", below, tower);
+    }
+    return node("^", base, tower);
+  }
+
+  private primary(): Node {
+    const { kind, text } = this.here();
+    if (kind === "number") {
+      this.at += 1;
+      return numberOf(text);
+    }
+    if (kind === "name" && !WORDS.has(text)) {
+      this.at += 1;
+      return this.named(text);
+    }
+    if (this.take("...")) return node("blank");
+    if (this.take("(")) return this.bracketed(")", "group");
+    if (this.take("[")) return this.bracketed("]", "list");
+    if (this.take("{")) return this.bracketed("}", "set");
+    throw this.fail(`expected a number, a symbol or a bracket, found ${text ? `'${text}'` : "the end"}`);
+  }
+
+  private bracketed(close: string, kind: "group" | "list" | "set"): Node {
+    const items: Node[] = [];
+    let comma = false;
+    while (!this.take(close)) {
+      const item = this.disjunction();
+      items.push(kind === "set" && this.take(":") ? node("pair", item, this.disjunction()) : item);
+      if (!this.take(",")) {
+        this.expect(close);
+        break;
+      }
+      comma = true;
+    }
+    const first = items[0];
+    if (kind === "group") return first && items.length === 1 && !comma ? first : node("list", ...items);
+    if (kind === "set" && first && items.every((item) => item.kind === "pair")) return node("dict", ...items);
+    if (items.some((item) => item.kind === "pair"))
+      throw this.fail("a dictionary needs 'joint: values' throughout");
+    return node(kind, ...items);
+  }
+
+  private args(close: string): readonly Node[] {
+    const found = this.bracketed(close, "list");
+    return found.args;
+  }
+
+  private named(raw: string): Node {
+    if (raw.length > LONGEST)
+      throw this.fail(`a name of ${raw.length} characters is no symbol of this field,`);
+    const opens = this.peek() === "(";
+    if (raw.endsWith(".diff") && opens)
+      return this.bound("Derivative", this.first(raw.slice(0, -".diff".length)));
+    const own = plainName(raw);
+    if (opens && ["Derivative", "diff", "Lambda"].includes(own)) return this.bound(own, null);
+    const varies = this.known.has(own) || JOINT.test(own);
+    if (opens && varies && this.textAt(1) === "t" && this.textAt(2) === ")") {
+      this.at += 3; // theta1(t), as dynamicsymbols prints it
+      return this.first(raw);
+    }
+    if (opens && CONTAINERS.has(own)) {
+      this.at += 1;
+      return this.container(own, this.args(")"));
+    }
+    if (UNDEFINED.has(own)) throw this.fail(`${own} is not an answer;`);
+    if (BLANK.has(own)) return node("blank");
+    const pieces = piecesOf(raw, this.known);
+    const one = pieces.length === 1 && pieces[0]?.kind === "name" ? pieces[0].parts[0] : undefined;
+    if (opens && one && !this.known.has(own) && !this.known.has(one)) {
+      throw this.fail(`the function '${own}' is not understood`);
+    }
+    return this.productOf(pieces);
+  }
+
+  private first(raw: string): Node {
+    return meant(piecesOf(raw, this.known)[0] as Piece);
+  }
+
+  /** The product that names without a space stand for; a function is of what follows it. */
+  private productOf(pieces: readonly Piece[]): Node {
+    const factors: Node[] = [];
+    for (let i = 0; i < pieces.length; i += 1) {
+      const piece = pieces[i] as Piece;
+      const next = pieces[i + 1];
+      const called = piece.parts[0] as string;
+      if (piece.kind !== "function") factors.push(meant(piece));
+      else if (next && next.kind !== "function" && !(called in ARITY)) {
+        factors.push(applied(called, [meant(next)]));
+        i += 1;
+      } else if (!next) factors.push(this.function(called));
+      else throw this.fail(`expected what ${called} is of,`);
+    }
+    return factors.reduce((product, factor) => node("*", product, factor));
+  }
+
+  /** Derivative(theta1(t), t), which is the rate qd1, or Lambda(_n, …), whose _n is any whole number. */
+  private bound(kind: string, of: Node | null): Node {
+    this.at += 1;
+    const args = [...(of ? [of] : []), ...this.args(")")];
+    const [first, second] = args;
+    if (kind !== "Lambda" && first?.kind === "name" && args.length <= 2) {
+      const joint = JOINT.exec(first.text);
+      if (joint) return name(`qd${joint[1]}`);
+    }
+    if (kind === "Lambda" && first?.kind === "name" && second && args.length === 2) {
+      return replaced(second, first.text, name("k"));
+    }
+    throw this.fail(`this ${kind} is not understood`);
+  }
+
+  private function(called: string): Node {
+    return this.deeper(() => this.functionOf(called), "functions");
+  }
+
+  private functionOf(called: string): Node {
+    let power: Node | null = null;
+    if (this.take("^", "**")) {
+      // sin^2(x)
+      const negative = this.sign();
+      const exponent = this.primary();
+      power = negative ? node("neg", exponent) : exponent;
+    }
+    const args = this.take("(")
+      ? this.args(")")
+      : this.take("[")
+        ? this.args("]")
+        : [this.bareArgument(called)];
+    const due = ARITY[called] ?? 1;
+    if (args.length !== due) throw this.fail(`${called} takes ${due} argument, not ${args.length},`);
+    const inverted = power?.kind === "neg" && power.args[0]?.kind === "number" && power.args[0].value === 1;
+    if (inverted && INVERSES.has(`a${called}`)) return applied(`a${called}`, args); // sin^-1(x) is the arc sine
+    const made = applied(called, args);
+    return power ? node("^", made, power) : made;
+  }
+
+  /** What a function without brackets is of: numbers and one name, as in sin 2 theta1. */
+  private bareArgument(called: string): Node {
+    const factors: Node[] = [];
+    if (this.here().kind === "number") {
+      factors.push(numberOf(this.peek()));
+      this.at += 1;
+    }
+    if (this.here().kind === "name" && !WORDS.has(this.peek())) {
+      this.at += 1;
+      factors.push(this.named(this.textAt(-1)));
+    }
+    if (factors.length === 0 || ["/", "^", "**"].includes(this.peek()))
+      throw this.fail(`expected '(' after ${called},`);
+    return factors.reduce((product, factor) => node("*", product, factor));
+  }
+
+  private container(kind: string, args: readonly Node[]): Node {
+    const [first, second, third] = args;
+    if (["Eq", "Equality"].includes(kind) && args.length === 2) return node("eq", ...args);
+    if (kind === "Or" && first) return node("or", ...args);
+    if (kind === "And" && first) return node("and", ...args);
+    if (kind === "FiniteSet" || kind === "Union") return node("set", ...args);
+    if (kind === "ImageSet" && first && args.length === 2 && second?.text === "Integers") return first;
+    if (["Rational", "Pow"].includes(kind) && args.length === 2)
+      return node(kind === "Pow" ? "^" : "/", ...args);
+    if (first && args.length === 1) return first;
+    if (kind.endsWith("Matrix") && args.length === 3 && first && second && third?.kind === "list") {
+      const filled = filledRows(first, second, third);
+      if (filled) return filled;
+    }
+    if (kind === "diag" && args.length <= MAX_DIAGONAL) {
+      return node(
+        "list",
+        ...args.map((arg, i) => node("list", ...args.map((_, j) => (i === j ? arg : integer(0))))),
+      );
+    }
+    if (kind === "Tuple") return node("list", ...args);
+    throw this.fail(`${kind} with ${args.length} arguments is not understood`);
+  }
+}
+
+/** Matrix(rows, columns, [entries]). */
+function filledRows(rows: Node, columns: Node, entries: Node): Node | null {
+  const [r, c] = [rows.value, columns.value];
+  const whole = rows.kind === "number" && columns.kind === "number";
+  if (!whole || !(r > 0) || r * c !== entries.args.length) return null;
+  return node(
+    "list",
+    ...Array.from({ length: r }, (_, i) => node("list", ...entries.args.slice(i * c, (i + 1) * c))),
+  );
+}
+
+function meant(piece: Piece): Node {
+  if (piece.kind === "name") return name(piece.parts[0] as string);
+  const angle = piece.parts.map(name).reduce((total, part) => node("+", total, part));
+  return piece.kind === "sum" ? angle : call(piece.kind, angle);
+}
+
+function applied(called: string, args: readonly Node[]): Node {
+  if (called === "radians") return node("/", node("*", args[0] as Node, name("pi")), integer(180));
+  return call(called, ...args);
+}
+
+function numberOf(text: string): Node {
+  const [mantissa = "", exponent = ""] = text.toLowerCase().split("e");
+  if (mantissa.length > 1000 || exponent.length > 4 || Math.abs(Number(exponent)) > 400) {
+    throw new ReadError(`the number ${text.slice(0, 20)}… is out of range`);
+  }
+  const decimal = mantissa.includes(".") || exponent !== "";
+  const digits = mantissa.replace(".", "").replace(/^0+/, "").replace(/0+$/, "").length;
+  return {
+    kind: decimal ? "decimal" : "number",
+    args: [],
+    text,
+    value: Number(text),
+    digits: decimal ? digits : 0,
+  };
+}

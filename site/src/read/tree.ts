@@ -1,0 +1,137 @@
+// Expressions as trees of plain nodes; what the kinds mean is as in ../../../exercises/formula/trees.py.
+
+export type Kind =
+  | "number"
+  | "decimal"
+  | "name"
+  | "blank"
+  | "call"
+  | "neg"
+  | "+"
+  | "-"
+  | "*"
+  | "/"
+  | "^"
+  | "list"
+  | "set"
+  | "dict"
+  | "pair"
+  | "eq"
+  | "in"
+  | "and"
+  | "or";
+
+/** `text` is the name of a name or call, `value` the number of a number or decimal, `digits` how many it has. */
+export interface Node {
+  readonly kind: Kind;
+  readonly args: readonly Node[];
+  readonly text: string;
+  readonly value: number;
+  readonly digits: number;
+}
+
+export const CONSTANTS: readonly string[] = ["pi", "E", "I"];
+
+/** Text that is no answer: what was found, where, and what would be understood. */
+export class ReadError extends Error {}
+
+export function node(kind: Kind, ...args: readonly Node[]): Node {
+  return { kind, args, text: "", value: NaN, digits: 0 };
+}
+
+export function name(text: string): Node {
+  return { kind: "name", args: [], text, value: NaN, digits: 0 };
+}
+
+export function call(text: string, ...args: readonly Node[]): Node {
+  return { kind: "call", args, text, value: NaN, digits: 0 };
+}
+
+export function integer(value: number): Node {
+  return { kind: "number", args: [], text: String(value), value, digits: 0 };
+}
+
+/** The tree with another tree put for a name. */
+export function replaced(tree: Node, old: string, put: Node): Node {
+  if (tree.kind === "name") return tree.text === old ? put : tree;
+  if (tree.args.length === 0) return tree;
+  return { ...tree, args: tree.args.map((arg) => replaced(arg, old, put)) };
+}
+
+/** Every node of a tree, the tree itself first. */
+export function* nodes(tree: Node): Generator<Node> {
+  const stack = [tree];
+  for (let top = stack.pop(); top; top = stack.pop()) {
+    yield top;
+    stack.push(...top.args);
+  }
+}
+
+/** The names in a tree that are not constants. */
+export function namesIn(tree: Node): Set<string> {
+  const found = new Set<string>();
+  for (const each of nodes(tree)) {
+    if (each.kind === "name" && !CONSTANTS.includes(each.text)) found.add(each.text);
+  }
+  return found;
+}
+
+/** How many significant digits the longest decimal in a tree has; 0 without one. */
+export function digitsOfDecimals(tree: Node): number {
+  return Math.max(...[...nodes(tree)].map((each) => each.digits));
+}
+
+/** Whether a placeholder is still there somewhere in the tree. */
+export function hasBlank(tree: Node): boolean {
+  return [...nodes(tree)].some((each) => each.kind === "blank");
+}
+
+/**
+ * Rows of scalars: a list of rows, a list of scalars (a column), or a scalar (1 x 1). Throws ReadError where rows
+ * differ in length or lists nest deeper.
+ */
+export function asMatrix(tree: Node): Node[][] {
+  let top = tree;
+  for (
+    let inner = top.args[0];
+    top.kind === "list" && top.args.length === 1 && inner && isRows(inner);
+    inner = top.args[0]
+  ) {
+    top = inner;
+  }
+  if (top.kind === "set" && top.args.length > 0 && top.args.every((item) => item.kind === "set")) {
+    top = node("list", ...top.args.map((item) => node("list", ...item.args)));
+  }
+  if (top.kind !== "list") return [[top]];
+  const sideBySide = columns(top);
+  if (sideBySide) return sideBySide;
+  const rows = top.args.map((item) => (item.kind === "list" ? [...item.args] : [item]));
+  const lengths = rows.map((row) => row.length);
+  if (rows.length === 0) throw new ReadError("the list is empty");
+  if (new Set(lengths).size !== 1) {
+    throw new ReadError(`the rows of the matrix have different lengths: ${lengths.join(", ")}`);
+  }
+  if (rows.some((row) => row.some((entry) => ["list", "set", "dict"].includes(entry.kind)))) {
+    throw new ReadError("an entry of the matrix is itself a list");
+  }
+  return rows;
+}
+
+/** A list of column vectors, [[a], [b]] each, as the rows of a matrix; null where it is none. */
+function columns(list: Node): Node[][] | null {
+  if (list.args.length === 0 || !list.args.every(isColumn)) return null;
+  const found = list.args.map((item) => item.args.map((entry) => entry.args[0] as Node));
+  const length = found[0]?.length ?? 0;
+  if (found.some((column) => column.length !== length)) return null;
+  return Array.from({ length }, (_, i) => found.map((column) => column[i] as Node));
+}
+
+function isColumn(tree: Node): boolean {
+  const single = (item: Node) =>
+    item.kind === "list" && item.args.length === 1 && item.args[0]?.kind !== "list";
+  return tree.kind === "list" && tree.args.length > 1 && tree.args.every(single);
+}
+
+function isRows(tree: Node): boolean {
+  return tree.kind === "list" && tree.args.length > 0 && tree.args.every((item) => item.kind === "list");
+}

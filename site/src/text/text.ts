@@ -1,0 +1,35 @@
+// Texts by key in the language of the page, with numbers as that language writes them.
+
+import { type Catalogue, en, type TextKey } from "./en.js";
+
+export type Values = Readonly<Record<string, string | number>>;
+
+/** A text that is to be shown: its key, and what is filled in. */
+export interface Message {
+  readonly key: TextKey;
+  readonly values: Values;
+}
+
+export function message(key: TextKey, values: Values = {}): Message {
+  return { key, values };
+}
+
+export interface Language {
+  readonly code: string;
+  readonly catalogue: Catalogue;
+}
+
+export const ENGLISH: Language = { code: "en", catalogue: en };
+
+/** The text of a message; numbers are written with the language's decimal sign, never with separators of thousands. */
+export function said({ key, values }: Message, language: Language = ENGLISH): string {
+  return language.catalogue[key].replace(/\{([\w-]+)\}/g, (_, name: string) => {
+    const value = values[name] ?? "";
+    return typeof value === "number" ? inDigits(value, language) : value;
+  });
+}
+
+/** A number with at most six significant digits. */
+export function inDigits(value: number, language: Language = ENGLISH): string {
+  return value.toLocaleString(language.code, { maximumSignificantDigits: 6, useGrouping: false });
+}
