@@ -8,11 +8,9 @@ import re
 import xml.etree.ElementTree as ET
 from functools import lru_cache
 
-from exercises.writing.mathml import plain_mathml
+from exercises.writing.direct import direct, element_width
+from exercises.writing.mathml import known, plain_mathml
 
-SPACE = {"=": 1.05, "+": 0.95, "−": 0.95, "-": 0.95, "×": 0.95, "⋅": 0.7, "≠": 1.05, "≈": 1.05, ",": 0.45}
-"""Widths of operators with the room around them, in em, as of all that follows."""
-WIDE, SMALL, SCRIPT, COLUMN = set("mwMWOθωφψ"), set("ijlt.,'|()[]"), 0.71, 0.85
 Rows = list[tuple[str, str]]
 
 
@@ -23,34 +21,10 @@ def width(latex: str) -> float:
     >>> width(r"a_{1}") < width(r"\frac{a_{1}}{2}") + 0.3 < width(r"a_{1} + a_{2}")
     True
     """
-    return _width(ET.fromstring(plain_mathml(latex, block=True))) if latex.strip() else 0.0  # noqa: S314 - our own
-
-
-def _width(node: ET.Element, fraction: float = 1.0) -> float:
-    """Return the width of a part of a formula; `fraction` is the size of fractions, smaller inside a matrix."""
-    tag, inner = node.tag.split("}")[-1], list(node)
-    if tag in ("mi", "mn", "mo", "mtext"):
-        text = (node.text or "").strip("\u2061")
-        if tag == "mo":
-            return SPACE.get(text, 0.4 * len(text))
-        room = 0.17 if tag == "mi" and len(text) > 1 else 0.0
-        return room + sum(0.8 if letter in WIDE else 0.33 if letter in SMALL else 0.54 for letter in text)
-    if tag == "mspace":
-        return float(node.get("width", "0em").removesuffix("em") or 0)
-    if tag == "mfrac":
-        return 0.2 + fraction * max(_width(one, fraction) for one in inner)
-    if tag in ("msub", "msup"):
-        return _width(inner[0]) + SCRIPT * _width(inner[1])
-    if tag == "msubsup":
-        return _width(inner[0]) + SCRIPT * max(map(_width, inner[1:]))
-    if tag in ("mover", "munder"):
-        return _width(inner[0])
-    if tag == "mtable":
-        small = 1.0 if node.get("displaystyle") == "true" else SCRIPT
-        rows = [[_width(cell, small) for cell in row] for row in inner]
-        columns = max(map(len, rows), default=0)
-        return sum(max((row[k] for row in rows if k < len(row)), default=0.0) + COLUMN for k in range(columns))
-    return sum(_width(one, fraction) for one in inner) + (0.9 if tag == "msqrt" else 0.0)
+    if not latex.strip():
+        return 0.0
+    found = direct(known(latex))
+    return element_width(ET.fromstring(plain_mathml(latex, True))) if found is None else found.full  # noqa: S314
 
 
 def fitted(latex: str, room: float) -> str:
@@ -204,12 +178,19 @@ _HIDE = {" ": "\1", "&": "\2", "\\\\": "\3"}
 _INNER = {"{": "\4", "}": "\5"}
 
 
+_MARK = re.compile(r"\\begin|\\end|\\\\|[ &(){}]")
+
+
 def _hidden(text: str) -> str:
-    depth, out = 0, []
-    for sign in re.findall(r"\\begin|\\end|\\left|\\right|\\\\|.", text, re.DOTALL):
+    depth = 0
+
+    def hide(found: re.Match[str]) -> str:
+        nonlocal depth
+        sign = found[0]
         depth += (sign in ("(", "{", r"\begin")) - (sign in (")", "}", r"\end"))
-        out.append(_HIDE.get(sign, sign) if depth else sign)
-    return "".join(out)
+        return _HIDE.get(sign, sign) if depth else sign
+
+    return _MARK.sub(hide, text)
 
 
 def _shown(text: str) -> str:

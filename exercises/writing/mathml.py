@@ -9,6 +9,8 @@ from functools import lru_cache
 
 from latex2mathml.converter import convert
 
+from exercises.writing.direct import direct
+
 _CORNERS = ", ".join(
     f"linear-gradient(currentColor, currentColor) {x} {y} / 5px 1.5px" for x in ("0", "100%") for y in ("0", "100%")
 )
@@ -47,6 +49,16 @@ def mathml(latex: str, block: bool = False, percent: int = 100) -> str:
 
 def plain_mathml(latex: str, block: bool = False) -> str:
     """Return a formula as MathML without regard to what browsers make of it."""
-    # latex2mathml knows align*, which is laid out as aligned is, and not aligned itself; nor room between rows.
-    known = latex.replace("{aligned}", "{align*}").replace(_APART, r"\\")
-    return str(convert(known, display="block" if block else "inline"))
+    display = "block" if block else "inline"
+    found = direct(known(latex))
+    if found is None:
+        return str(convert(known(latex), display=display))
+    return f'<math xmlns="http://www.w3.org/1998/Math/MathML" display="{display}">{found.shown}</math>'
+
+
+def known(latex: str) -> str:
+    """Return a formula as latex2mathml knows it.
+
+    It knows align*, which is laid out as aligned is, and not aligned itself; nor room between rows.
+    """
+    return latex.replace("{aligned}", "{align*}").replace(_APART, r"\\")
