@@ -23,6 +23,7 @@ from exercises.errors import QdotError
 from exercises.figure import figure_svg, part_svg
 from exercises.files import write_atomically
 from exercises.problem import Problem
+from exercises.record import entries_of, know_texts, text_of
 from exercises.render import template_folder
 
 FOLDER = ".qdot"
@@ -54,7 +55,8 @@ def keep(assignment: Assignment, student: str, problems: list[tuple[str, Problem
         figures[slot] = figure_svg(problem.chain, slot)
         drawn = {f"{slot}-{part.name}": part_svg(problem.chain, part, f"{slot}-{part.name}") for part in problem.parts}
         figures.update({name: svg for name, svg in drawn.items() if svg})
-    payload = zlib.compress(pickle.dumps((problems, figures), protocol=5), 1)
+    texts = [(entry, text_of(entry)) for _, problem in problems for part in problem.parts for entry in entries_of(part)]
+    payload = zlib.compress(pickle.dumps((problems, figures, texts), protocol=5), 1)
     text = f"{_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"
     try:
         write_atomically(_path(assignment, student), text, mode=0o600)
@@ -68,7 +70,9 @@ def kept(assignment: Assignment, student: str) -> Kept:
         signature, encoded = _path(assignment, student).read_text(encoding="ascii").split("\n")[:2]
         payload = base64.b64decode(encoded, validate=True)
         if hmac.compare_digest(signature, _signature(assignment, student, payload)):
-            return Kept(*pickle.loads(zlib.decompress(payload)))  # noqa: S301 - signed with the secret
+            problems, figures, texts = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed with the secret
+            know_texts(texts)
+            return Kept(problems, figures)
     except (OSError, ValueError):
         pass  # nothing kept, or damaged
     return Kept(assignment.problems(student))
