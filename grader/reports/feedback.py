@@ -23,7 +23,7 @@ from grader.counterexample import in_short
 from grader.reports.answers import answer_of, visible
 from grader.reports.differs import SUPERSCRIPT, table_of
 
-PAGE = 2
+PAGE = 3
 """Version of the page: any change of what it shows raises it, and every page is written anew."""
 
 WORDS = {
@@ -126,6 +126,7 @@ def _sum(entry: Mapping[str, Any]) -> dict[str, str]:
 def _part(problem: Problem, part: Part, judged: Mapping[str, Any]) -> dict[str, Any]:
     """Return what is said of a part."""
     outcome, answer = judged["outcome"], judged["answer"]
+    is_blank = outcome == "missing" and _is_blank(answer or "")
     table = table_of(problem, part, judged["certificate"]) if outcome in ("partial", "wrong") else None
     return {
         "title": ASKED[part.kind].title,
@@ -137,10 +138,15 @@ def _part(problem: Problem, part: Part, judged: Mapping[str, Any]) -> dict[str, 
         "advice": judged["advice"],
         "override": None if judged["override"] is None else visible(_set_by(judged["override"])),
         "sure": _how_sure(judged["certificate"]) if outcome == "correct" else "",
-        "answer": None if answer is None else answer_of(problem, part, answer),
+        "answer": None if answer is None or is_blank else answer_of(problem, part, answer),
         "entries": judged["entries"] if outcome in ("partial", "wrong") and _several(judged["entries"]) else None,
         "table": table,
     }
+
+
+def _is_blank(answer: str) -> bool:
+    """Tell whether nothing was answered; of a vector that was left blank in part, what is there is shown."""
+    return not re.sub(r"blank|[\s\[\](),]", "", answer)
 
 
 def _points(points: float) -> str:
