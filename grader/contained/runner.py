@@ -20,8 +20,22 @@ Report = Callable[[dict[str, Any]], None]
 LONGEST_ANSWER = 400_000
 
 
+_sums: dict[int, tuple[sympy.Add, str]] = {}
+MOST_SUMS, LONGEST_SUM = 4096, 1000
+"""Sums whose text is kept, and the characters of the longest: the angles of an answer come a dozen times in it."""
+
+
 class _Printer(StrPrinter):
     """Prints doubles with all their digits: SymPy prints 15, and 0.866025403784439 is not the root of 3/4."""
+
+    def _print_Add(self, expr: sympy.Add, order: str | None = None) -> str:
+        kept = _sums.get(id(expr))
+        if kept is not None and kept[0] is expr and order is None:  # equal would not do: 0.5 is equal to 0.50
+            return kept[1]
+        text = str(super()._print_Add(expr, order))
+        if order is None and type(expr) is sympy.Add and len(text) <= LONGEST_SUM and len(_sums) < MOST_SUMS:
+            _sums[id(expr)] = expr, text
+        return text
 
     def _print_Float(self, number: sympy.Float) -> str:
         return repr(float(number)) if number._prec <= 53 else str(sympy.sstr(number, full_prec=True))

@@ -6,6 +6,7 @@ child is wanted ("r", with both pipes), and it is to end ("s", or "c" where it c
 """
 
 import contextlib
+import gc
 import json
 import os
 import resource
@@ -69,6 +70,8 @@ def _load() -> None:
     from . import runner
 
     runner.warm_up()
+    gc.collect()
+    gc.freeze()  # no collection in a child writes to what it shares with this process
 
 
 # --- what is done once ---
