@@ -76,7 +76,7 @@ bench-peers: $(VENV)/.dev .venvs/peers/.installed  ## the same notebooks graded 
 
 .venvs/peers/.installed:
 	$(PYTHON) -m venv .venvs/peers
-	.venvs/peers/bin/python -m pip --disable-pip-version-check --quiet install nbgrader otter-grader sympy numpy
+	.venvs/peers/bin/python -m pip --disable-pip-version-check --quiet install nbgrader==0.9.6 otter-grader==7.0.0 sympy numpy
 	touch $@
 
 format: $(VENV)/.dev  ## rewrite the code as `make test` wants it

@@ -1,8 +1,8 @@
 """`make bench`: what generating and grading a notebook costs, beside floors measured in the same run.
 
-Floor of grading: the notebook's own cells, run in a process forked from one that has SymPy and NumPy loaded. Floor of
-generating: writing the files. Times are medians in milliseconds; what counts are the ratios. Then what one comparison
-costs in processor time, beside SymPy's `simplify(a - b) == 0` on the same pairs.
+Floor of grading: the notebook's own cells, run in a process forked from one that has SymPy and NumPy warmed up. Floor
+of generating: writing the files. Times are medians in milliseconds; what counts are the ratios. Then what one
+comparison costs in processor time, beside SymPy's `simplify(a - b) == 0` on the same pairs.
 """
 
 import json
@@ -12,22 +12,16 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import sympy as sp
 
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.problem import variable
+from exercises.assignment import Student, load_assignment
 from exercises.release import init_assignment, release_one
-from grader.attempt import grade_attempt, read_attempts
 from grader.certify import certificate_text
 from grader.compare import compare_line
-from grader.copies import Copies
-from grader.demo import answered
-from grader.sandbox import Sandbox
-from grader.submission import Found, read_submission
+from tests.bench.grading import bench_grading
 
 STUDENTS = 12
 
@@ -46,7 +40,7 @@ def row(name: str, times: list[float], floor: float) -> None:
 
 
 def bench(folder: Path) -> None:
-    """Make a class, hand in the solutions, and time each step per student."""
+    """Make a class, and time what is made for each student."""
     students = [Student(f"s{i:03d}") for i in range(STUDENTS)]
     init_assignment(folder, "Bench", "bench", students, "a secret that is long enough")
     assignment = load_assignment(folder)
@@ -55,33 +49,6 @@ def bench(folder: Path) -> None:
     writing = [milliseconds(lambda p=p: (folder / "floor").write_bytes(p.read_bytes())) for p in files]  # type: ignore[misc]
     row("generate: first student, structures derived", generating[:1], 2 * statistics.median(writing))
     row("generate: every other student", generating[1:], 2 * statistics.median(writing))
-    for student in students:
-        (folder / "in" / student.id).mkdir(parents=True)
-        text = (folder / "released" / student.id / "bench.ipynb").read_text()
-        solved = answered(text, assignment.problems(student.id), lambda code, _: code)
-        (folder / "in" / student.id / "bench.ipynb").write_text(solved)
-    with Sandbox() as sandbox:
-        floors = [milliseconds(lambda s=s: cells_only(folder, assignment, s.id, sandbox)) for s in students]  # type: ignore[misc]
-        floor = statistics.median(floors[1:])
-        copies = Copies(assignment)
-        grading = [
-            milliseconds(partial(_grade, folder / "in" / s.id / "bench.ipynb", assignment, s.id, sandbox, copies))
-            for s in students
-        ]
-    row("floor: the notebook's own cells", floors[1:], floor)
-    row("grade: regenerate, run, read, compare, mark", grading, floor)
-
-
-def _grade(file: Path, assignment: Assignment, student: str, sandbox: Sandbox, copies: Copies) -> None:
-    grade_attempt(assignment, student, read_attempts(Found((file,)), "bench")[0], sandbox, copies)
-
-
-def cells_only(folder: Path, assignment: Assignment, student: str, sandbox: Sandbox) -> None:
-    """Run the cells of a submission and nothing else."""
-    submission = read_submission(folder / "in" / student / "bench.ipynb")
-    names = [variable(slot.name, question) for slot in assignment.slots for question in slot.questions]
-    run = sandbox.run([cell.source for cell in submission.cells if cell.is_code], names)
-    assert len(run.answers) == len(names)
 
 
 # --- comparing ---
@@ -146,5 +113,6 @@ def show(name: str, times: list[float]) -> None:
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as made:
-        bench(Path(made) / "class")
+        bench(Path(made) / "made")
+        bench_grading(Path(made))
     bench_comparing()

@@ -1,10 +1,11 @@
-"""`make bench-peers`: the same 20 notebooks graded by qdot, nbgrader and otter-grader, seconds of wall time each.
+"""`make bench-peers`: the same notebooks graded by qdot, nbgrader and otter-grader, seconds of wall time each.
 
 The assignment is Examples 6.1 and 6.2, five answers on a planar arm of two joints. The peers grade one problem,
 handed in 20 times, as they know no problem of one's own; their tests compare the answers at random points with NumPy,
-which is less than what qdot does. They run in an environment of their own, whose Python is the only argument.
+which is less than what qdot does. qdot and nbgrader are given 20 and otter 4, one after another: some seconds each. They run in an environment of their own, whose Python is the only argument.
 """
 
+import json
 import os
 import shutil
 import subprocess
@@ -29,6 +30,10 @@ SLOT = """
 family = "planar-2r"
 questions = ["position", "jacobian", "determinant", "inverse-velocity", "singular-angles"]
 """
+LONGEST = 600
+"""Seconds after which one command is ended."""
+OF_OTTER = 4
+"""Notebooks that otter is given."""
 COMPARE = """
 import random as _random
 def same(mine, right):
@@ -51,8 +56,10 @@ def main() -> int:
         for peer, work in (("nbgrader autograde", nbgrader), ("otter run, one after another", otter)):
             try:
                 row(peer, work(assignment, folder / peer.split()[0], python.absolute()), own)
-            except (subprocess.CalledProcessError, FileNotFoundError) as error:
-                sys.stdout.write(f"{peer}: not measured: {getattr(error, 'stderr', '') or error}\n")
+            except (subprocess.SubprocessError, OSError, ValueError) as error:
+                said = str(getattr(error, "stderr", "") or error).strip()
+                sys.stdout.write(f"{peer}: not measured: {said[-500:]}\n")
+            sys.stdout.flush()
     return 0
 
 
@@ -65,7 +72,16 @@ def timed(command: list[str], folder: Path) -> float:
     """Run a command, with the programs beside its Python at hand, and return its wall time in seconds."""
     there = {**os.environ, "PATH": f"{Path(command[0]).parent}{os.pathsep}{os.environ['PATH']}"}
     start = time.perf_counter()
-    subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True, env=there)
+    subprocess.run(
+        command,
+        cwd=folder,
+        check=True,
+        capture_output=True,
+        text=True,
+        env=there,
+        timeout=LONGEST,
+        stdin=subprocess.DEVNULL,
+    )
     return time.perf_counter() - start
 
 
@@ -91,7 +107,7 @@ def checks(assignment: Assignment) -> dict[str, str]:
     for part in problem.parts:
         name = variable(slot, part.name)
         if isinstance(part.answer, (Expression, Matrix)):
-            found[part.name] = f"assert same({name}, {part.answer.reference!r})"
+            found[part.name] = " ".join(f"assert same({name}, {part.answer.reference!r})".split())
         else:
             found[part.name] = f"assert {name}"
     return found
@@ -152,7 +168,7 @@ def mark(name: str, points: int, solution: bool = False, grade: bool = False) ->
 
 
 def otter(assignment: Assignment, folder: Path, python: Path) -> float:
-    """Make an autograder of one test for each answer, and return the time of `otter run` on each notebook."""
+    """Make an autograder of one test for each answer; return the time of `otter run`, as it would be for everybody."""
     tests = folder / "tests"
     tests.mkdir(parents=True)
     for part, check in checks(assignment).items():
@@ -168,12 +184,15 @@ def otter(assignment: Assignment, folder: Path, python: Path) -> float:
     nbformat.write(solved, notebook)
     archive = folder / "grader.zip"
     total = 0.0
-    for number in range(len(STUDENTS)):
+    for number in range(OF_OTTER):
         place = folder / f"run{number}"
         place.mkdir()
         shutil.copy(notebook, place)
         total += timed([str(python), "-m", "otter", "run", "bench.ipynb", "-a", str(archive)], place)
-    return total
+        scores = json.loads((place / "results.json").read_text("utf-8"))["tests"]
+        if any(each["score"] < each["max_score"] for each in scores if "max_score" in each):
+            raise ValueError("right answers did not get full marks")
+    return total * len(STUDENTS) / OF_OTTER
 
 
 if __name__ == "__main__":
