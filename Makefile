@@ -68,6 +68,7 @@ mutants: $(VENV)/.dev  ## mistakes put into the modules that compare answers, an
 
 bench: $(VENV)/.dev  ## the benchmarks of tests/bench
 	$(PY) -m tests.bench
+	$(PY) -m tests.bench.grading
 	$(PY) -m tests.bench.deriving
 	$(PY) -m tests.bench.growth $(SIZES)
 

@@ -26,9 +26,9 @@ _NOT_OURS = re.compile(
 _LEAVES = frozenset(
     re.findall(
         r"\S+",
-        r"\alpha \beta \gamma \delta \theta \varphi \phi \psi \omega \pi \sin \cos \tan \arcsin \arccos \arctan \ln \exp"
-        r" \det \partial \cdot \times \in \neq \approx \leq \geq \le \ge \mid \pm \circ \infty \square \quad \qquad"
-        r" \dots \ldots \cdots \, \; \: \! \{ \} \|",
+        r"\alpha \beta \gamma \delta \theta \varphi \phi \psi \omega \pi \sin \cos \tan \arcsin \arccos \arctan \ln"
+        r" \exp \det \partial \cdot \times \in \neq \approx \leq \geq \le \ge \mid \pm \circ \infty \square \quad"
+        r" \qquad \dots \ldots \cdots \, \; \: \! \{ \} \|",
     )
 )
 _ENVIRONMENTS = ("bmatrix", "align*")
@@ -259,7 +259,7 @@ def _around(latex: str, hole: str) -> tuple[Set, Set]:
 
 @lru_cache(maxsize=4096)
 def leaf(sign: str) -> Set:
-    """Return what latex2mathml makes of one sign or command. Raises _NotOurs where it is none that stands for itself."""
+    """Return what latex2mathml makes of one sign or command. Raises _NotOurs where it does not stand for itself."""
     if sign in ("", "{", "}", "&", "_", "^", r"\\") or (
         len(sign) > 1 and sign[0] == "\\" and sign not in _LEAVES and not sign.startswith(r"\text{")
     ):

@@ -1,8 +1,7 @@
-"""`make bench`: what generating and grading a notebook costs, beside floors measured in the same run.
+"""`make bench`: what generating a notebook costs, beside a floor measured in the same run; and one comparison.
 
-Floor of grading: the notebook's own cells, run in a process forked from one that has SymPy and NumPy warmed up. Floor
-of generating: writing the files. Times are medians in milliseconds; what counts are the ratios. Then what one
-comparison costs in processor time, beside SymPy's `simplify(a - b) == 0` on the same pairs.
+Floor of generating: writing the files. Times are medians in milliseconds; what counts are the ratios. What a comparison
+costs is processor time, beside SymPy's `simplify(a - b) == 0` on the same pairs. Grading: tests/bench/grading.
 """
 
 import json
@@ -21,7 +20,6 @@ from exercises.assignment import Student, load_assignment
 from exercises.release import init_assignment, release_one
 from grader.certify import certificate_text
 from grader.compare import compare_line
-from tests.bench.grading import bench_grading
 
 STUDENTS = 12
 
@@ -114,5 +112,4 @@ def show(name: str, times: list[float]) -> None:
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as made:
         bench(Path(made) / "made")
-        bench_grading(Path(made))
     bench_comparing()

@@ -1,8 +1,9 @@
 """`make bench-peers`: the same notebooks graded by qdot, nbgrader and otter-grader, seconds of wall time each.
 
-The assignment is Examples 6.1 and 6.2, five answers on a planar arm of two joints. The peers grade one problem,
-handed in 20 times, as they know no problem of one's own; their tests compare the answers at random points with NumPy,
-which is less than what qdot does. qdot and nbgrader are given 20 and otter 4, one after another: some seconds each. They run in an environment of their own, whose Python is the only argument.
+The assignment is Examples 6.1 and 6.2, five answers on a planar arm of two joints. The peers grade one problem, as they
+know no problem of one's own; their tests compare the answers at random points with NumPy, which is less than what qdot
+does. qdot and nbgrader are given 20 notebooks, and otter, which takes one after another, four. They run in an
+environment of their own, whose Python is the only argument.
 """
 
 import json
