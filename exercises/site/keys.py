@@ -14,7 +14,7 @@ right values are worked out with many digits and written with 15, those of mista
 `print` is one number for a whole answer at a point: the sum of its entries, row by row, each times `weight(index)`.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import mpmath
@@ -24,7 +24,7 @@ from exercises.formula.conditions import Space
 from exercises.formula.expression import read
 from exercises.formula.identity import READABLE, Domain
 from exercises.formula.pieces import pieces
-from exercises.formula.tape import compile_tape, evaluate_precisely
+from exercises.formula.tape import Tape, compile_tape, evaluate_precisely
 from exercises.formula.trees import names
 from exercises.mistakes.catalogue import Wrong, taken, wrong_answers
 from exercises.mistakes.given import Values, configurations
@@ -46,6 +46,8 @@ from exercises.quizzes.options import blames_of
 from exercises.record import Json, text_of
 from exercises.stream import Stream
 
+WIDE = 8
+"""So many more configurations have lengths of all orders of magnitude: what differs there only differs all the same."""
 PRINTED = 3
 """At so many configurations a mistake's answer is known."""
 MOST_MISTAKES = 40
@@ -101,36 +103,45 @@ def _entries(part: Part) -> tuple[list[str], int, int]:
 
 def _values(problem: Problem, part: Part) -> Json:
     texts, rows, columns = _entries(part)
-    domain = problem.domain()
-    nodes = [read(text, domain.roles) for text in texts]
-    points = domain.sample(set(domain.roles), READABLE, _stream(problem, part))
-    tape = compile_tape(nodes)
-    used = sorted(set().union(*map(names, nodes)) & set(points))
-    right = np.array([_at(tape, points, used, k) for k in range(READABLE)]).T
-    found: Json = {
-        "type": "direction" if isinstance(part.answer, Direction) else "values",
-        "symbols": sorted(points),
-        "points": [[_short(points[name][k]) for name in sorted(points)] for k in range(READABLE)],
-        "rows": rows,
-        "columns": columns,
-        "right": [[_double(value) for value in entry] for entry in right],
-        "mistakes": list(_mistakes_in_formulas(problem, part, points, (rows, columns))),
+    found = values_key(texts, (rows, columns), problem.domain(), _stream(problem, part))
+    points = {
+        name: np.array(column)
+        for name, column in zip(found["symbols"], zip(*found["points"], strict=True), strict=True)
     }
+    found["mistakes"] = list(_mistakes_in_formulas(problem, part, points, (rows, columns)))
     if isinstance(part.answer, Direction):
-        found["tolerance"] = part.answer.tolerance
+        found |= {"type": "direction", "tolerance": part.answer.tolerance}
     return found
 
 
-def _at(tape: Any, points: Values, used: Sequence[str], k: int) -> list[Any]:
+def values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, stream: Stream) -> Json:
+    """Return the key of formulas, without mistakes; their symbols are those of the domain."""
+    nodes = [read(text, domain.roles) for text in texts]
+    points = domain.sample(set(domain.roles), READABLE + WIDE, stream)
+    symbols = sorted(points)
+    given = {name for name, role in domain.roles.items() if not isinstance(role, str)}
+    rows_of_points = [
+        [float(points[name][k]) if name in given else _short(points[name][k]) for name in symbols]
+        for k in range(READABLE + WIDE)
+    ]
+    tape = compile_tape(nodes)
+    used = sorted(set().union(*map(names, nodes)) & set(points))
+    right = [_at(tape, dict(zip(symbols, row, strict=True)), used) for row in rows_of_points]
+    return {
+        "type": "values", "symbols": symbols, "points": rows_of_points, "rows": shape[0], "columns": shape[1],
+        "right": [[_double(value) for value in entry] for entry in zip(*right, strict=True)], "mistakes": [],
+    }  # fmt: skip
+
+
+def _at(tape: Tape, point: Mapping[str, float], used: Sequence[str]) -> list[Any]:
     """Return the entries at a configuration with many digits; its values are the decimals that are shown."""
-    values = {name: mpmath.mpf(repr(_short(points[name][k]))) for name in used}
-    return evaluate_precisely(tape, values, DIGITS)
+    return evaluate_precisely(tape, {name: mpmath.mpf(repr(point[name])) for name in used}, DIGITS)
 
 
 def _mistakes_in_formulas(problem: Problem, part: Part, points: Values, shape: tuple[int, int]) -> Iterator[Json]:
     if part.kind not in RESULTS:
         return
-    few = {name: np.array([_short(value) for value in column[:PRINTED]]) for name, column in points.items()}
+    few = {name: column[:PRINTED] for name, column in points.items()}
     if isinstance(part.answer, Direction):
         few = configurations(problem.chain, part, problem.domain(), PRINTED, _stream(problem, part))
     w = numbers(problem.chain, few)
@@ -220,8 +231,8 @@ def _stream(problem: Problem, part: Part) -> Stream:
 
 
 def _short(value: float) -> float:
-    """Return a drawn value with two decimals as the double that is written so; a given one as it is."""
-    return float(f"{float(value):.12g}")
+    """Return a drawn value with six digits, which are the same whatever the machine's last bit is."""
+    return float(f"{float(value):.6g}")
 
 
 def _double(value: Any) -> float | None:

@@ -3,7 +3,16 @@
 import type { ValuesKey } from "../bank.js";
 import { evaluate, type Value } from "../read/evaluate.js";
 import { read } from "../read/reader.js";
-import { asMatrix, hasBlank, namesIn, type Node, node, nodes, ReadError } from "../read/tree.js";
+import {
+  asMatrix,
+  digitsOfDecimals,
+  hasBlank,
+  namesIn,
+  type Node,
+  node,
+  nodes,
+  ReadError,
+} from "../read/tree.js";
 import { inDigits, message, type Message } from "../text/text.js";
 import { type At, correct, graded, missing, unreadable, type Verdict, wrong } from "./verdict.js";
 
@@ -22,7 +31,11 @@ export function judgeValues(answer: string, key: ValuesKey, labels: readonly str
   try {
     const tree = unlabelled(rightSide(read(answer, known), known), labels);
     if (isBlank(tree)) return missing();
-    const rows = shaped(tree, key);
+    const isSingle = key.rows * key.columns === 1;
+    if (isSingle && tree.kind === "list" && withPoints(answer) !== answer)
+      return judgeValues(withPoints(answer), key);
+    if (isSingle && ["list", "set", "dict"].includes(tree.kind)) return wrong("read.list");
+    const rows = shaped(asMatrix(tree), key);
     return "outcome" in rows ? rows : compared(rows, key);
   } catch (error) {
     if (error instanceof ReadError) return unreadable(error.message);
@@ -30,13 +43,7 @@ export function judgeValues(answer: string, key: ValuesKey, labels: readonly str
   }
 }
 
-function shaped(tree: Node, key: ValuesKey): Node[][] | Verdict {
-  if (key.rows * key.columns === 1 && ["list", "set", "dict"].includes(tree.kind)) {
-    const only = tree.kind === "list" ? asMatrix(tree) : [];
-    if (only.length !== 1 || only[0]?.length !== 1) return wrong("read.list");
-    return wrong("read.list");
-  }
-  const rows = asMatrix(tree);
+function shaped(rows: Node[][], key: ValuesKey): Node[][] | Verdict {
   const row = rows[0] as Node[];
   if (key.columns === 1 && rows.length === 1 && row.length === key.rows) return row.map((entry) => [entry]);
   if (rows.length === key.rows && row.length === key.columns) return rows;
@@ -44,6 +51,18 @@ function shaped(tree: Node, key: ValuesKey): Node[][] | Verdict {
     found: `${rows.length} × ${row.length}`,
     due: `${key.rows} × ${key.columns}`,
   });
+}
+
+/** A text with the commas of numbers as in 0,5 written as points, those inside brackets left alone. */
+export function withPoints(text: string): string {
+  let depth = 0;
+  return [...text]
+    .map((sign, i, all) => {
+      depth += Number("([{".includes(sign)) - Number(")]}".includes(sign));
+      const between = /\d/.test(all[i - 1] ?? "") && /\d/.test(all[i + 1] ?? "");
+      return sign === "," && depth === 0 && between ? "." : sign;
+    })
+    .join("");
 }
 
 function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
@@ -77,7 +96,7 @@ function same(mine: Value | null, due: number | null): boolean {
   if (!mine) return false;
   if (due === null) return !isFinite(mine.re) || Math.abs(mine.re) > 1e12;
   const room = SAME * Math.max(mine.size, Math.abs(due), 1e-300);
-  return Math.hypot(mine.re - due, mine.im) <= room;
+  return Number.isFinite(mine.re) && Number.isFinite(mine.im) && Math.hypot(mine.re - due, mine.im) <= room;
 }
 
 function agreed(entries: readonly Node[], points: number): Verdict {
@@ -86,6 +105,8 @@ function agreed(entries: readonly Node[], points: number): Verdict {
       [...nodes(entry)].filter((each) => BRANCHING.has(each.text)).map((each) => each.text),
     ),
   );
+  const digits = Math.max(...entries.map(digitsOfDecimals));
+  if (digits > 8 && digits < 16) return correct(message("verdict.decimals", { points, digits }), false);
   if (functions.size === 0) return correct(message("verdict.values", { points }));
   return correct(message("verdict.branches", { points, functions: [...functions].sort().join(", ") }), false);
 }
@@ -192,7 +213,7 @@ export function rightSide(tree: Node, known: ReadonlySet<string>): Node {
 }
 
 /** The entries of {qd1: …, qd2: …} or of [qd1 = …, qd2 = …] in the order of the labels. */
-function unlabelled(tree: Node, labels: readonly string[]): Node {
+export function unlabelled(tree: Node, labels: readonly string[]): Node {
   const inner = tree.args[0];
   if (tree.args.length === 1 && inner && (tree.kind === "list" || tree.kind === "set")) {
     if (inner.kind === "dict" || (tree.kind === "set" && inner.kind === "list"))

@@ -124,10 +124,8 @@ function valued(tree: Node, values: Readonly<Record<string, number>>): Sized {
       return [math.unaryMinus(x as number) as Scalar, size];
     }
     case "+":
-    case "-": {
-      const [[x, mx], [y, my]] = [inner(tree, 0, values), inner(tree, 1, values)];
-      return [(tree.kind === "+" ? math.add(x, y) : math.subtract(x, y)) as Scalar, mx + my];
-    }
+    case "-":
+      return sum(tree, values);
     case "*": {
       const [[x, mx], [y, my]] = [inner(tree, 0, values), inner(tree, 1, values)];
       return [math.multiply(x, y) as Scalar, mx * my];
@@ -143,6 +141,20 @@ function valued(tree: Node, values: Readonly<Record<string, number>>): Sized {
     default:
       throw new ReadError(`${NAMES[tree.kind] ?? tree.kind} stands where a single expression is due`);
   }
+}
+
+/** A sum, along its left spine: a long one would exhaust the stack. */
+function sum(tree: Node, values: Readonly<Record<string, number>>): Sized {
+  const terms: Sized[] = [];
+  let top = tree;
+  for (; top.kind === "+" || top.kind === "-"; top = top.args[0] as Node) {
+    const [x, size] = inner(top, 1, values);
+    terms.push([top.kind === "+" ? x : (math.unaryMinus(x as number) as Scalar), size]);
+  }
+  return terms.reduceRight<Sized>(
+    ([total, all], [x, size]) => [math.add(total, x) as Scalar, all + size],
+    valued(top, values),
+  );
 }
 
 function inner(tree: Node, index: number, values: Readonly<Record<string, number>>): Sized {

@@ -62,9 +62,30 @@ const HABITS: readonly (readonly [RegExp, string])[] = [
   [new RegExp(`√ ?((?!\\d)${WORD}{1,21})(?!${WORD})`, "gu"), "sqrt($1)"],
 ];
 
+const LONG = 2000;
+const MANY = 100;
+const SYMBOLS_IN_A_ROW = /(?:[-+]\s{0,2}(?!\d)[\p{L}\p{N}_]+(?![\p{L}\p{N}_.([{])\s{0,2})+/gu;
+
+/** + a1 - a1 + a1 … with equal symbols counted; the first and the last may belong to what stands beside them. */
+function counted(row: string, known: ReadonlySet<string>): string {
+  const terms = [...row.matchAll(/([-+])\s*([\p{L}\p{N}_]+)/gu)].map(([, sign = "", symbol = ""]) => ({
+    sign,
+    symbol,
+  }));
+  const inner = terms.slice(1, -1);
+  const first = terms[0];
+  const last = terms.at(-1);
+  if (terms.length < MANY || !first || !last || inner.some(({ symbol }) => !known.has(symbol))) return row;
+  const counts = new Map<string, number>();
+  for (const { sign, symbol } of inner)
+    counts.set(symbol, (counts.get(symbol) ?? 0) + (sign === "+" ? 1 : -1));
+  const sums = [...counts].map(([symbol, count]) => `${count < 0 ? "-" : "+"}${Math.abs(count)}*${symbol}`);
+  return `${first.sign}${first.symbol}${sums.join("")}${last.sign}${last.symbol}`;
+}
+
 /** An answer in plain text; the names that are `known` are never taken for units. */
 export function plain(answer: string, known: ReadonlySet<string>): string {
-  let text = answer;
+  let text = answer.length > LONG ? answer.replace(SYMBOLS_IN_A_ROW, (row) => counted(row, known)) : answer;
   for (const [pattern, meant] of HABITS) text = text.replace(pattern, meant);
   const latex = ["\\", "_{", "^{"].some((mark) => text.includes(mark)) && text.length <= LONGEST_LATEX;
   // eslint-disable-next-line no-control-regex

@@ -6,7 +6,7 @@ import { plain, rowsOfSemicolons } from "./notation.js";
 import { call, integer, name, type Node, node, ReadError, replaced } from "./tree.js";
 
 const MAX_DEPTH = 60;
-const MAX_LENGTH = 20_000;
+const MAX_LENGTH = 300_000;
 const MAX_DIAGONAL = 20;
 
 const CONTAINERS = new Set([

@@ -10,6 +10,9 @@ export const en = {
   "verdict.branches":
     "Equal at all {points} configurations that were tried. An answer with {functions} may differ where none was tried: " +
     "the grader of qdot looks at more of them.",
+  "verdict.decimals":
+    "Equal at {points} random configurations to nine digits. Your decimals have {digits} digits: the grader of qdot takes " +
+    "them for what they say, and not for pi or a root.",
   "verdict.entry": "Entry ({row}, {column}) differs at {at}: yours {yours}, expected {expected}.",
   "verdict.differs": "It differs at {at}: yours {yours}, expected {expected}.",
   "verdict.entries": "{right} of {count} entries are right.",

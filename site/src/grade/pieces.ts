@@ -1,0 +1,109 @@
+// Conditions on the joints as a union of pieces, by the rules of ../../../exercises/formula/pieces.py.
+
+import { call, integer, name, namesIn, type Node, node, ReadError, replaced } from "../read/tree.js";
+
+/** A condition: `joint` has the value `zero`, or `zero` vanishes. */
+export interface Atom {
+  readonly joint: string | null;
+  readonly zero: Node;
+}
+
+/** Conditions that hold together. */
+export type Piece = readonly Atom[];
+
+const WHOLE_NUMBERS = ["k", "n", "m", "_n"];
+/** A value k*pi/6, or coarser, has all its values modulo whole turns for these k. */
+const WHOLE = Array.from({ length: 12 }, (_, k) => k);
+const MOST_PIECES = 500;
+
+/** The pieces that a tree stands for. Throws ReadError. */
+export function pieces(tree: Node, joints: ReadonlySet<string>): Piece[] {
+  const [left, right] = tree.args;
+  if (["or", "list", "set"].includes(tree.kind)) return alternatives(tree, joints);
+  if (tree.kind === "and") return together(tree.args.map((arg) => pieces(arg, joints)));
+  if (tree.kind === "dict") {
+    return together(tree.args.map((pair) => assigned(pair.args[0] as Node, pair.args[1] as Node, joints)));
+  }
+  if (tree.kind === "in" && left && right) return assigned(left, right, joints);
+  if (tree.kind === "eq" && left && right) return equation(left, right, joints);
+  if (tree.kind === "name" && joints.has(tree.text)) {
+    throw new ReadError(`${tree.text} stands alone; say what it is, as in ${tree.text} = pi/3`);
+  }
+  return vanishing(tree);
+}
+
+function equation(left: Node, right: Node, joints: ReadonlySet<string>): Piece[] {
+  if (right.kind === "list" || right.kind === "set") return assigned(left, right, joints);
+  for (const [own, other] of [[left, right] as const, [right, left] as const]) {
+    if (own.kind === "name" && joints.has(own.text) && !namesIn(other).has(own.text))
+      return assigned(own, other, joints);
+  }
+  return vanishing(node("-", left, right));
+}
+
+/** The union of a list; a bare value belongs to the joint before it: theta3 = 0, pi, or (theta3, [0, pi]). */
+function alternatives(tree: Node, joints: ReadonlySet<string>): Piece[] {
+  const found: Piece[] = [];
+  let joint: Node | null = null;
+  for (const arg of tree.args) {
+    const saysMore =
+      [...namesIn(arg)].some((each) => joints.has(each)) || /^(eq|in|and|or|dict)$/.test(arg.kind);
+    if (saysMore) {
+      const own = arg.kind === "eq" || arg.kind === "in" ? (arg.args[0] as Node) : arg;
+      joint = own.kind === "name" && joints.has(own.text) ? own : null;
+      if (arg.kind !== "name" || tree.args.length === 1) found.push(...pieces(arg, joints));
+    } else if (joint) {
+      found.push(...assigned(joint, arg, joints));
+    } else {
+      throw new ReadError("a value stands there without a joint; write it as in theta1 = pi/3");
+    }
+  }
+  return found;
+}
+
+/** The pieces of an intersection: every combination of one piece of each set. */
+function together(sets: readonly (readonly Piece[])[]): Piece[] {
+  const count = sets.reduce((product, each) => product * each.length, 1);
+  if (count > MOST_PIECES)
+    throw new ReadError(`the conditions make ${count} cases; more than ${MOST_PIECES} are not read`);
+  return sets.reduce<Piece[]>(
+    (all, each) => all.flatMap((one) => each.map((other) => [...one, ...other])),
+    [[]],
+  );
+}
+
+function assigned(joint: Node, values: Node, joints: ReadonlySet<string>): Piece[] {
+  const listed = ["list", "set", "or"].includes(values.kind) ? values.args : [values];
+  if (joint.kind !== "name" || !joints.has(joint.text)) {
+    return listed.flatMap((value) => vanishing(node("-", joint, value)));
+  }
+  return listed.flatMap((value) => cases(value).map((zero) => [{ joint: joint.text, zero }]));
+}
+
+function vanishing(tree: Node): Piece[] {
+  return cases(bare(tree)).map((zero) => [{ joint: null, zero }]);
+}
+
+/** What vanishes where an expression does, X of sqrt(X) = 0: the search needs a slope, which a root lacks. */
+function bare(tree: Node): Node {
+  const [first, second] = tree.args;
+  if (!first) return tree;
+  const lessNothing =
+    tree.kind === "-" && second && ["number", "decimal"].includes(second.kind) && second.value === 0;
+  const rooted = tree.kind === "call" && ["sqrt", "abs"].includes(tree.text);
+  return lessNothing || tree.kind === "neg" || rooted ? bare(first) : tree;
+}
+
+/** The cases of a whole number k in an expression. */
+function cases(tree: Node): Node[] {
+  const free = WHOLE_NUMBERS.filter((each) => namesIn(tree).has(each));
+  return free.reduce<Node[]>(
+    (all, each) => all.flatMap((one) => WHOLE.map((k) => replaced(one, each, integer(k)))),
+    [tree],
+  );
+}
+
+/** The condition under which an angle is another one, whole turns apart: sin of half their difference vanishes. */
+export function turnsApart(angle: string, value: Node): Node {
+  return call("sin", node("/", node("-", name(angle), value), integer(2)));
+}
