@@ -18,6 +18,7 @@ from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
+from exercises.arm.reach import reaches
 from exercises.arm.singularity import Component
 from exercises.formula.conditions import Space
 from exercises.formula.expression import read
@@ -67,6 +68,12 @@ def domain_of(chain: Chain, values: Mapping[str, float] | None = None) -> Domain
 
 def samples_on(chain: Chain, condition: str, seed: str, arms: int = 5, each: int = 3) -> list[Sample]:
     """Return configurations at which `condition` (text) holds, for several choices of the open lengths."""
+    return list(_samples(chain, condition, seed, arms, each))
+
+
+@lru_cache(maxsize=256)
+def _samples(chain: Chain, condition: str, seed: str, arms: int, each: int) -> tuple[Sample, ...]:
+    """Return the same, kept: a component is looked at whole and then value by value, which are the same conditions."""
     joints = [q.name for q in chain.q]
     found = []
     for number in range(arms):
@@ -76,7 +83,7 @@ def samples_on(chain: Chain, condition: str, seed: str, arms: int = 5, each: int
         arm = NumericChain(chain, values)
         for piece in pieces(read(condition), joints):
             found += _configurations(space, piece, joints, stream, each, arm)
-    return found
+    return tuple(found)
 
 
 def _apart(chain: Chain, stream: Stream) -> dict[str, float]:
@@ -155,6 +162,13 @@ def kind_at(chain: Chain, sample: Sample) -> str | None:
     A hand on a spherical wrist is at the boundary where the wrist's centre is at the boundary of what the arm reaches:
     the wrist itself reaches every orientation.
     """
+    return _kept_kind(chain, sample.arm, tuple(sample.q.tolist()))
+
+
+@lru_cache(maxsize=1024)
+def _kept_kind(chain: Chain, arm: NumericChain, q: tuple[float, ...]) -> str | None:
+    """Return the same; kept, as samples are (see `_samples`)."""
+    sample = Sample(arm, np.array(q))
     task = [TASK_ROWS.index(row) for row in chain.task]
     carrying = _without_wrist(chain, sample)
     if carrying is not None:
@@ -250,13 +264,22 @@ def _folds(sample: Sample, task: list[int], lost: np.ndarray, still: np.ndarray)
 
 
 def _reached_beyond(sample: Sample, task: list[int], direction: np.ndarray) -> bool:
-    """Tell whether some configuration reaches a place just beyond the fold (damped Newton from many starts)."""
+    """Tell whether some configuration reaches a place just beyond the fold.
+
+    A formula says it for simple arms, at once and for sure; for others, damped Newton from many starts.
+    """
     frames = sample.arm.frames(sample.q)
     q = _starts(len(sample.q)).copy()
     reach = _reach(sample.arm)
     linear = [row < 3 for row in task]
     shift = _BEYOND * reach * direction * np.array([1.0 if is_linear else 1.0 / reach for is_linear in linear])
     target_point = sample.arm.point_of(frames)
+    beyond = target_point.copy()
+    if all(linear):
+        beyond[task] += shift
+        known = reaches(sample.arm, task, beyond)
+        if known is not None:
+            return known
     rotation = frames[-1, :3, :3]
     for step in range(_STEPS):
         now = sample.arm.frames(q)

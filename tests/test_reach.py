@@ -1,0 +1,61 @@
+"""The formula for what simple arms reach grants every place where a pose has the point, and agrees with a search."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from exercises.arm import classification
+from exercises.arm.axes import Sample
+from exercises.arm.chain import TASK_ROWS
+from exercises.arm.kinematics import NumericChain
+from exercises.arm.reach import reaches
+from exercises.generate import sample_chain
+from exercises.problem import ProblemId
+
+FAMILIES = ("planar-2r", "planar-3r", "polar-rp", "elbow-3r", "spherical", "spherical-offset")
+
+
+def arms(family: str) -> list[tuple[NumericChain, list[int]]]:
+    """Return some arms of a family in numbers, with the rows of their task."""
+    chains = [sample_chain(ProblemId(family, seed)) for seed in range(4)]
+    lengths = ({symbol.name: 0.35 + 0.11 * k for k, symbol in enumerate(chain.parameters)} for chain in chains)
+    rows = ([TASK_ROWS.index(row) for row in chain.task] for chain in chains)
+    return list(zip(map(NumericChain, chains, lengths), rows, strict=True))
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_where_a_pose_has_the_point_it_is_reached(family: str) -> None:
+    random = np.random.default_rng(6)
+    for arm, task in arms(family):
+        places = arm.point(random.uniform(-3, 3, (50, len(arm.kinds))))
+        found = [reaches(arm, task, place) for place in places]
+        assert False not in found
+        assert found.count(True) > 45
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_it_says_what_a_search_finds(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At places well inside, well outside and in holes; the search takes a place beside the point of a pose."""
+    random = np.random.default_rng(7)
+    monkeypatch.setattr(classification, "_BEYOND", 0.2)
+    said = [_search(arm, task, random, monkeypatch) for arm, task in arms(family) for _ in range(4)]
+    assert all(formula is None or formula is search for formula, search in said)
+
+
+def _search(
+    arm: NumericChain, task: Sequence[int], random: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> tuple[bool | None, bool]:
+    way = random.normal(size=len(task))
+    given: list[bool | None] = []
+    monkeypatch.setattr(classification, "reaches", lambda *of: given.append(reaches(*of)))
+    sample = Sample(arm, random.uniform(-2, 2, len(arm.kinds)))
+    found = classification._reached_beyond(sample, list(task), way / np.linalg.norm(way))
+    return given[0], found
+
+
+def test_of_other_arms_and_tasks_nothing_is_said() -> None:
+    arm, _ = arms("scara")[0]
+    assert reaches(arm, [0, 1, 2], np.zeros(3)) is None
+    arm, _ = arms("planar-2r")[0]
+    assert reaches(arm, [0, 1, 5], np.zeros(3)) is None
