@@ -17,7 +17,7 @@ from exercises.figure import frames
 from exercises.figure.arm import joint_angle, scene, slide
 from exercises.figure.aspect import sides
 from exercises.figure.body import body, fitted
-from exercises.figure.labels import place
+from exercises.figure.labels import Layout
 from exercises.figure.plane import camera, exact, is_flat
 from exercises.figure.pose import HEIGHT, LONG, ROOM, WIDTH, Skeleton, best_poses, drawn_chain, skeleton, told_pose
 from exercises.figure.shapes import Figure, Shape, fixed
@@ -60,6 +60,9 @@ More in a flat drawing, where labels have more room and no arrow points towards 
 STRETCHES = (1.0, 1.3, 1.6, 0.75, 2.0)
 """Factors for the base's distance from the world's origin, tried one by one while origins are drawn at one place."""
 
+Composed = tuple[Part, Layout]
+"""A drawing, and its labels as they are placed so far."""
+
 SHRUNK, GAP, LINE, LETTER = 60, 12, 18, 6
 """Small drawings are shown at so many per cent; pixels between them, for the line of a caption, and for a letter."""
 
@@ -72,36 +75,38 @@ def arm_figure(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
     """
     chain = exact(chain)
     lengths = [drawn_chain(chain, stretch) for stretch in (STRETCHES if any(chain.base.position) else STRETCHES[:1])]
-    part = _own(chain, lengths) if pose is None else _told(chain, lengths, told_pose(chain, pose))
-    placed = place(list(part.labels), list(part.shapes), WIDTH, HEIGHT, ROUNDS)
+    part, layout = _own(chain, lengths) if pose is None else _told(chain, lengths, told_pose(chain, pose))
+    for _ in range(1, ROUNDS):
+        layout.place_all()
+    placed = layout.placement
     return Figure(WIDTH, HEIGHT, part.shapes + placed.leaders, placed.texts)
 
 
-def _own(chain: Chain, lengths: list[Chain]) -> Part:
+def _own(chain: Chain, lengths: list[Chain]) -> Composed:
     """Return the drawing in the clearest of a fixed list of poses."""
-    best: tuple[float, Part] | None = None
+    best: tuple[float, Composed] | None = None
     for order, entries in enumerate(best_poses(chain, lengths[0], TRIED[chain.n > LONG])):
-        part, cost = _compose(chain, [skeleton(drawn, entries) for drawn in lengths])
+        composed, cost = _compose(chain, [skeleton(drawn, entries) for drawn in lengths])
         cost = round(cost + DELAY * order, 1)  # rounded: a tie goes to the first on every machine
         if best is None or cost < best[0]:
-            best = (cost, part)
-        if best[0] <= max(GOOD * (1 + order / 5) * len(part.labels), DELAY * (order + 1)):
+            best = (cost, composed)
+        if best[0] <= max(GOOD * (1 + order / 5) * len(composed[0].labels), DELAY * (order + 1)):
             break
     assert best is not None
     return best[1]
 
 
-def _told(chain: Chain, lengths: list[Chain], entries: np.ndarray) -> Part:
+def _told(chain: Chain, lengths: list[Chain], entries: np.ndarray) -> Composed:
     """Return the drawing in a told pose: with all names if it is clear from some side, else with few of them."""
     choices = [skeleton(drawn, entries) for drawn in lengths]
     flat = is_flat(chain)
     views = [camera(chain)] if flat else sides(lengths[0], entries, SIDES)
     for sparse in (False, True) if chain.n <= LONG else (True,):
         found = [_compose(chain, choices, axes, sparse) for axes in views]
-        part, cost = min(found, key=lambda one: round(one[1], 1))
-        if round(cost, 1) <= CLEAR[flat] * len(part.labels):
+        composed, cost = min(found, key=lambda one: round(one[1], 1))
+        if round(cost, 1) <= CLEAR[flat] * len(composed[0].labels):
             break
-    return part
+    return composed
 
 
 @lru_cache(maxsize=512)
@@ -218,8 +223,8 @@ def _side_by_side(drawings: Sequence[tuple[str, Figure]], below: str, name: str,
 
 def _compose(
     chain: Chain, choices: list[Skeleton], axes: np.ndarray | None = None, sparse: bool = False
-) -> tuple[Part, float]:
-    """Return the drawing of one pose, and how badly labels and origins are placed.
+) -> tuple[Composed, float]:
+    """Return the drawing of one pose with its labels placed once, and how badly labels and origins are placed.
 
     `choices` are the pose in different lengths: the first is taken in which no origin is drawn at the world's.
     """
@@ -233,7 +238,9 @@ def _compose(
             break
     world, own, number, view = min(found, key=lambda one: (one[0], one[2]))
     part = _parts(chain, choices[number], view, sparse)
-    return part, place(list(part.labels), list(part.shapes), WIDTH, HEIGHT).cost + own + world
+    layout = Layout(part.labels, part.shapes, (WIDTH, HEIGHT))
+    layout.place_all()
+    return (part, layout), layout.cost + own + world
 
 
 def _shapes(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> tuple[Shape, ...]:

@@ -5,7 +5,8 @@ gets a thin line that leads to it.
 """
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -64,39 +65,55 @@ class Placement:
     cost: float
 
 
-def place(requests: list[Request], shapes: list[Shape], width: float, height: float, rounds: int = 1) -> Placement:
-    """Place the labels greedily, those of lowest rank first, among shapes in a box of width x height pixels.
+class Layout:
+    """Labels among shapes in a box of width x height pixels; what does not depend on other labels is worked out once.
 
-    In each further round every label takes the place that is best when all others stay where they are.
+    They are placed greedily, those of lowest rank first. In each further round every label takes the place that is best
+    when all others stay where they are.
     """
-    ink = _samples(shapes)
-    reaches = [np.array((*request.spots, *request.reach)) for request in requests]
-    kinds = [[k for k, other in enumerate(requests) if other.kind == request.kind] for request in requests]
-    boxes: dict[int, Box] = {}
-    costs: dict[int, float] = {}
-    leaders: dict[int, Polyline] = {}
-    order = sorted(range(len(requests)), key=lambda k: requests[k].rank)
-    for i in order * rounds:
-        rivals = np.concatenate([np.empty((0, 2)), *(reaches[k] for k in kinds[i] if k != i)])
-        taken = np.array([box for k, box in boxes.items() if k != i]).reshape(-1, 4)
-        lines = np.concatenate([ink, *(_samples([line]) for k, line in leaders.items() if k != i)])
-        leads = np.array([line.points for k, line in leaders.items() if k != i]).reshape(-1, 2, 2)
-        boxes[i], costs[i] = _best(requests[i], _Around(lines, taken, rivals, leads, (width, height)))
-        leaders.pop(i, None)
-        if _needs_leader(boxes[i], requests[i], rivals):
-            leaders[i] = _leader(boxes[i], _nearest(boxes[i], requests[i].spots))
-    texts = tuple(_text(requests[i], boxes[i]) for i in order)
-    return Placement(texts, tuple(leaders.values()), sum(costs.values()))
+
+    def __init__(self, requests: Sequence[Request], shapes: Sequence[Shape], size: Pair) -> None:
+        ink = _samples(shapes)
+        reaches = [np.array((*request.spots, *request.reach)) for request in requests]
+        kinds = [[k for k, other in enumerate(requests) if other.kind == request.kind] for request in requests]
+        self._labels: list[_Label] = []
+        for i, request in enumerate(requests):
+            rivals = np.concatenate([np.empty((0, 2)), *(reaches[k] for k in kinds[i] if k != i)])
+            self._labels.append(_Label(request, ink, rivals, size))
+        self._order = sorted(range(len(requests)), key=lambda k: requests[k].rank)
+        self._boxes: dict[int, Box] = {}
+        self._costs: dict[int, float] = {}
+        self._leaders: dict[int, Polyline] = {}
+        self._seen: dict[int, tuple[dict[int, Box], dict[int, Polyline]]] = {}
+
+    def place_all(self) -> None:
+        """Put each label where it is best among the others as they are now: the first time among those before it."""
+        for i in self._order:
+            boxes = {k: box for k, box in self._boxes.items() if k != i}
+            leaders = {k: line for k, line in self._leaders.items() if k != i}
+            led = self._leaders.pop(i, None)
+            if self._seen.get(i) != (boxes, leaders):
+                self._boxes[i], self._costs[i] = self._labels[i].best(boxes.values(), leaders.values())
+                led = self._labels[i].leader(self._boxes[i])
+                self._seen[i] = boxes, leaders
+            if led is not None:
+                self._leaders[i] = led
+
+    @property
+    def placement(self) -> Placement:
+        """The labels where they are now."""
+        texts = tuple(_text(self._labels[i].request, self._boxes[i]) for i in self._order)
+        return Placement(texts, tuple(self._leaders.values()), self.cost)
+
+    @property
+    def cost(self) -> float:
+        """What the labels' places cost together."""
+        return sum(self._costs.values())
 
 
 def _text(request: Request, box: Box) -> Text:
     middle, base = (box[0] + box[2]) / 2, (box[1] + box[3]) / 2 + 0.27 * FONT
     return Text(middle, base, runs(request.pieces), request.style, box, _nearest(box, request.spots))
-
-
-def _needs_leader(box: Box, request: Request, rivals: np.ndarray) -> bool:
-    own, other = (_gaps(np.array([box]), p).min(initial=np.inf) for p in (np.array(request.spots), rivals))
-    return bool(own > min(request.far, other))
 
 
 def _gaps(boxes: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -135,64 +152,88 @@ def _candidates(request: Request) -> tuple[np.ndarray, np.ndarray]:
     return boxes, costs.ravel()
 
 
-@dataclass(frozen=True)
-class _Around:
-    """What a label has around it: points on lines (k x 3), labels' boxes (k x 4), other things of its kind (k x 2).
+class _Label:
+    """One label's candidates, and what speaks against each whatever other labels do, found out when it is asked for."""
 
-    `leads` are the leaders of other labels (k x 2 x 2).
-    """
+    def __init__(self, request: Request, ink: np.ndarray, rivals: np.ndarray, size: Pair) -> None:
+        self.request, self._rivals, self._spots = request, rivals, np.array(request.spots)
+        self._boxes, self._costs = _candidates(request)
+        left, top, right, bottom = self._boxes.T
+        self._outside = (left < 4) | (top < 4) | (right > size[0] - 4) | (bottom > size[1] - 4)
+        self._low, self._high = self._boxes[:, :2].min(axis=0), self._boxes[:, 2:].max(axis=0)
+        self._ink = self._near(ink)
+        near = (rivals > self._low - request.far) & (rivals < self._high + request.far)
+        self._near_rivals = rivals[near.all(axis=1)]
+        count = len(self._boxes)
+        self._known, self._hits = np.zeros(count, dtype=bool), np.zeros(count, dtype=int)
+        self._led, self._confused = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+        self._ends = np.zeros((count, 2))
 
-    ink: np.ndarray
-    taken: np.ndarray
-    rivals: np.ndarray
-    leads: np.ndarray
-    size: Pair
+    def _near(self, ink: np.ndarray) -> np.ndarray:
+        return ink[((ink[:, :2] + ink[:, 2:] > self._low) & (ink[:, :2] - ink[:, 2:] < self._high)).all(axis=1)]
 
+    def _find_out(self, some: np.ndarray) -> None:
+        """Find out how many points of lines candidates cover, and whether they need a leader, and to where."""
+        some = some[~self._known[some]]
+        if not len(some):
+            return
+        boxes = self._boxes[some]
+        gaps = _gaps(boxes, self._spots)
+        own = gaps.min(axis=1)
+        self._hits[some] = _hits(boxes, self._ink)
+        self._confused[some] = own > _gaps(boxes, self._near_rivals).min(axis=1, initial=np.inf) - CLEARLY
+        self._led[some] = self._confused[some] | (own > self.request.far)
+        self._ends[some] = self._spots[gaps.argmin(axis=1)]
+        self._known[some] = True
 
-def _best(request: Request, around: _Around) -> tuple[Box, float]:
-    """Return the cheapest box and its cost: candidates by what they cost by themselves, until no other can be cheaper.
+    def best(self, others: Iterable[Box], lines: Collection[Polyline]) -> tuple[Box, float]:
+        """Return the cheapest box and its cost: candidates by what they cost by themselves, until none can be cheaper.
 
-    Costs are rounded, and a tie goes to the first candidate, on every machine.
-    """
-    boxes, costs = _candidates(request)
-    left, top, right, bottom = boxes.T
-    low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
-    ink, taken = around.ink, around.taken
-    ink = ink[((ink[:, :2] + ink[:, 2:] > low) & (ink[:, :2] - ink[:, 2:] < high)).all(axis=1)]
-    taken = taken[(taken[:, :2] - 2 <= high).all(axis=1) & (taken[:, 2:] + 2 >= low).all(axis=1)]
-    for box in taken:
-        over = (left < box[2] + 2) & (right > box[0] - 2) & (top < box[3] + 1) & (bottom > box[1] - 1)
-        costs = costs + BOX_COST * over
-    outside = (left < 4) | (top < 4) | (right > around.size[0] - 4) | (bottom > around.size[1] - 4)
-    costs = np.round(costs + OUTSIDE_COST * outside + CROSSED_COST * _cover(boxes, around.leads), 2)
-    rivals, spots = around.rivals, np.array(request.spots)
-    rivals = rivals[((rivals > low - request.far) & (rivals < high + request.far)).all(axis=1)]
-    order = np.argsort(costs, kind="stable")
-    best, least = int(order[0]), np.inf
-    for start in range(0, len(order), BATCH):
-        some = order[start : start + BATCH]
-        if costs[some[0]] > least:
-            break
-        led = _leader_cost(boxes[some], spots, rivals, replace(around, taken=taken), request.far)
-        totals = np.round(costs[some] + _ink_cost(boxes[some], ink) + led, 2)
-        found = int(some[totals == totals.min()].min())
-        if (float(totals.min()), found) < (least, best):
-            best, least = found, float(totals.min())
-    x0, y0, x1, y1 = boxes[best].tolist()
-    return (x0, y0, x1, y1), least
+        Around it are other labels' boxes and leaders. Costs are rounded, and a tie goes to the first candidate, on
+        every machine.
+        """
+        boxes, costs = self._boxes, self._costs
+        left, top, right, bottom = boxes.T
+        taken = np.array(list(others)).reshape(-1, 4)
+        leads = np.array([line.points for line in lines]).reshape(-1, 2, 2)
+        ink = self._near(_samples(lines)) if lines else None
+        taken = taken[(taken[:, :2] - 2 <= self._high).all(axis=1) & (taken[:, 2:] + 2 >= self._low).all(axis=1)]
+        for box in taken:
+            over = (left < box[2] + 2) & (right > box[0] - 2) & (top < box[3] + 1) & (bottom > box[1] - 1)
+            costs = costs + BOX_COST * over
+        costs = costs + OUTSIDE_COST * self._outside
+        costs = np.round(costs + CROSSED_COST * _cover(boxes, leads) if lines else costs, 2)
+        order = np.argsort(costs, kind="stable")
+        best, least = int(order[0]), np.inf
+        for start in range(0, len(order), BATCH):
+            some = order[start : start + BATCH]
+            if costs[some[0]] > least:
+                break
+            self._find_out(some)
+            hits = self._hits[some] if ink is None else self._hits[some] + _hits(boxes[some], ink)
+            inked = 14.0 * np.minimum(hits, 10) + 1.0 * hits
+            totals = np.round(costs[some] + inked + self._leader_cost(some, taken, leads), 2)
+            found = int(some[totals == totals.min()].min())
+            if (float(totals.min()), found) < (least, best):
+                best, least = found, float(totals.min())
+        x0, y0, x1, y1 = boxes[best].tolist()
+        return (x0, y0, x1, y1), least
 
+    def _leader_cost(self, some: np.ndarray, taken: np.ndarray, leads: np.ndarray) -> np.ndarray | float:
+        """Return what it costs candidates to need a leader (k) among other boxes and leaders."""
+        led = self._led[some]
+        if not led.any():
+            return 0.0
+        boxes, ends = self._boxes[some], self._ends[some]
+        crossed = _crossed(boxes, ends, taken) | _tangled(boxes, ends, leads)
+        return np.asarray(led * (LEADER_COST + CONFUSED_COST * self._confused[some] + CROSSED_COST * crossed))
 
-def _leader_cost(boxes: np.ndarray, spots: np.ndarray, rivals: np.ndarray, around: _Around, far: float) -> np.ndarray:
-    """Return what it costs boxes (k x 4) to need a leader (k) to the nearest of some points (m x 2)."""
-    gaps = _gaps(boxes, spots)
-    own = gaps.min(axis=1)
-    confused = own > _gaps(boxes, rivals).min(axis=1, initial=np.inf) - CLEARLY
-    led = confused | (own > far)
-    if not led.any():
-        return np.zeros(len(boxes))
-    ends = spots[gaps.argmin(axis=1)]
-    crossed = _crossed(boxes, ends, around.taken) | _tangled(boxes, ends, around.leads)
-    return np.asarray(led * (LEADER_COST + CONFUSED_COST * confused + CROSSED_COST * crossed))
+    def leader(self, box: Box) -> Polyline | None:
+        """Return the line that leads from the label in a box to what it names, None where it needs none."""
+        own, other = (_gaps(np.array([box]), p).min(initial=np.inf) for p in (self._spots, self._rivals))
+        if not own > min(self.request.far, other):
+            return None
+        return _leader(box, _nearest(box, self.request.spots))
 
 
 def _crossed(boxes: np.ndarray, spots: np.ndarray, taken: np.ndarray) -> np.ndarray:
@@ -224,17 +265,16 @@ def _cover(boxes: np.ndarray, leads: np.ndarray) -> np.ndarray:
     return np.asarray(((points > boxes[:, None, :2] - 1) & (points < boxes[:, None, 2:] + 1)).all(axis=2).any(axis=1))
 
 
-def _ink_cost(boxes: np.ndarray, ink: np.ndarray) -> np.ndarray:
-    """Return what it costs boxes (k x 4) to cover lines (k)."""
+def _hits(boxes: np.ndarray, ink: np.ndarray) -> np.ndarray:
+    """Return how many points of lines (rows x, y, half width) boxes (k x 4) cover (k)."""
     low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
     near = ((ink[:, :2] + ink[:, 2:] > low) & (ink[:, :2] - ink[:, 2:] < high)).all(axis=1)
     x, y, r = ink[near].T
     left, top, right, bottom = (boxes[:, k, None] for k in range(4))
-    hits = ((x > left - r) & (x < right + r) & (y > top - r) & (y < bottom + r)).sum(axis=1)
-    return np.asarray(14.0 * np.minimum(hits, 10) + 1.0 * hits)
+    return np.asarray(((x > left - r) & (x < right + r) & (y > top - r) & (y < bottom + r)).sum(axis=1))
 
 
-def _samples(shapes: list[Shape]) -> np.ndarray:
+def _samples(shapes: Iterable[Shape]) -> np.ndarray:
     """Return points on the shapes' lines, about 4 pixels apart, as rows x, y, half width (k x 3)."""
     circles: list[tuple[float, float, float]] = []
     pieces: list[tuple[float, ...]] = []
