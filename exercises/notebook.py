@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import nbformat
 from nbformat import NotebookNode
-from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
+from nbformat.v4 import new_notebook
 
 from exercises import ENGINE
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
@@ -149,8 +149,13 @@ def _check(slot: str, problem: Problem) -> str:
 
 
 def _markdown(name: str, text: str) -> NotebookNode:
-    return new_markdown_cell(text.strip(), id=name)
+    return _cell("markdown", name, text, {})
 
 
 def _code(name: str, text: str, metadata: dict[str, object] | None = None) -> NotebookNode:
-    return new_code_cell(text.strip(), id=name, metadata=metadata or {})
+    return _cell("code", name, text, metadata or {}, execution_count=None, outputs=[])
+
+
+def _cell(kind: str, name: str, text: str, metadata: dict[str, object], **others: object) -> NotebookNode:
+    """Return a cell that is validated with its notebook; nbformat's own functions would do it here as well."""
+    return NotebookNode(id=name, cell_type=kind, source=text.strip(), metadata=NotebookNode(metadata), **others)

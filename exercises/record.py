@@ -80,6 +80,24 @@ def entries_of(part: Part) -> list[sp.Expr]:
     return list(answer.reference) if isinstance(answer, (Matrix, Direction)) else []
 
 
+class ByText:
+    """The end of a key for sorting: an expression's text, the same on every machine, made only where it decides."""
+
+    __slots__ = ("expression",)
+
+    def __init__(self, expression: sp.Expr) -> None:
+        self.expression = expression
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, ByText) and bool(self.expression == other.expression)
+
+    def __hash__(self) -> int:
+        return hash(self.expression)
+
+    def __lt__(self, other: "ByText") -> bool:
+        return text_of(self.expression) < text_of(other.expression)
+
+
 def reference_json(part: Part) -> str | list[Any]:
     """Return a reference: a string, a list for a vector or a set of conditions, a list of rows for a matrix."""
     answer = part.answer

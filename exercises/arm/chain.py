@@ -120,7 +120,7 @@ class Chain:
         """The joint rates qd_1 ... qd_n (6.5)."""
         return tuple(sp.Symbol(f"qd{i}") for i in range(1, self.n + 1))
 
-    @property
+    @cached_property
     def offsets(self) -> tuple[sp.Expr, ...]:
         """The constants that are added to the joint variables in the table."""
         own = (joint.theta if joint.kind == "R" else joint.d for joint in self.joints)
@@ -147,7 +147,7 @@ class Chain:
         turned = self.joints[0].alpha in (sp.pi / 2, -sp.pi / 2) and self.joints[1].theta in (0, sp.pi)
         return bool(turned and self.point.offset[1] == 0)
 
-    @property
+    @cached_property
     def parameters(self) -> tuple[sp.Symbol, ...]:
         """The symbols left open in the table, base and point (lengths and angles), by name."""
         values = [v for joint in self.joints for v in (joint.theta, joint.d, joint.a, joint.alpha)]

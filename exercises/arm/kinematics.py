@@ -11,6 +11,7 @@ route 1 works in runs of parallel joints with absolute angles, route 2 multiplie
 from collections.abc import Iterable, Iterator, Mapping
 from copy import copy
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import sympy as sp
@@ -154,6 +155,12 @@ def task_matrix(geometric: sp.Matrix, task: tuple[str, ...]) -> sp.Matrix:
     return geometric.extract([TASK_ROWS.index(row) for row in task], list(range(geometric.cols)))
 
 
+@lru_cache(maxsize=4096)
+def _number(expression: sp.Expr) -> float:
+    """Return a number of the table; kept, as an arm is put into numbers dozens of times."""
+    return float(expression)
+
+
 class NumericChain:
     """The same arm in numbers: a third, purely numerical reading of the DH table (4 x 4 products).
 
@@ -162,6 +169,8 @@ class NumericChain:
 
     def __init__(self, chain: Chain, values: Mapping[str, float]) -> None:
         def number(expression: sp.Expr) -> float:
+            if not expression.free_symbols:
+                return _number(expression)
             known = {symbol: values[symbol.name] for symbol in expression.free_symbols}
             return float(expression.xreplace({k: sp.Float(v) for k, v in known.items()}))
 

@@ -20,6 +20,7 @@ from exercises.problem import (
     Part,
     Selection,
 )
+from exercises.record import text_of
 
 WIDTH = 88
 """Columns of a line of code in a notebook, as far as it can be broken."""
@@ -41,7 +42,12 @@ def python_text(expression: sp.Expr) -> str:
     >>> python_text(sp.Rational(2, 5) - sp.atan(sp.Rational(2, 7)))
     'Rational(2, 5) - atan(Rational(2, 7))'
     """
-    return str(_Exact().doprint(expression))
+    text = text_of(expression)  # of most expressions it is there already, and has neither fractions nor decimals
+    return str(_Exact().doprint(expression)) if _NUMBERS.search(text) else text
+
+
+_NUMBERS = re.compile(r"(?<![A-Za-z_0-9])\d+/\d|\d\.|\.\d|e[-+]\d")
+"""A fraction of numbers, or a decimal: not what is left of 7*a1/20, which Python divides as it should."""
 
 
 def answer_code(part: Part, taken: int = 0) -> str:

@@ -13,6 +13,7 @@ from functools import cache, lru_cache
 import sympy as sp
 
 from exercises.arm.chain import Chain
+from exercises.record import ByText
 
 Key = tuple[object, ...]
 
@@ -75,7 +76,7 @@ def natural(name: str) -> Key:
 def _wave_key(wave: sp.Expr) -> Key:
     """Sort sines and cosines by the last joint in them, by how many joints they sum, cosines first."""
     joints = sorted(joint for s in wave.args[0].free_symbols for joint in _joints(s))
-    return (max(joints, default=0), -len(joints), joints, isinstance(wave, sp.sin), _flat(wave))
+    return (max(joints, default=0), -len(joints), joints, isinstance(wave, sp.sin), ByText(wave))
 
 
 def _joints(symbol: sp.Symbol) -> list[int]:
@@ -89,11 +90,6 @@ def _index(symbol: sp.Symbol) -> int:
     return int(digits) if digits else 0
 
 
-def _flat(expression: sp.Expr) -> str:
-    """Return a text that is the same on every machine (SymPy's printer sorts by name)."""
-    return str(expression)
-
-
 @lru_cache(maxsize=50_000)
 def _term_key(term: sp.Expr) -> Key:
     """Sort the terms of a sum: by rate or velocity, then by the sines and cosines in them, then by their symbols."""
@@ -102,8 +98,8 @@ def _term_key(term: sp.Expr) -> Key:
     names = sorted(natural(s.name) for s in term.free_symbols)
     joint_first = not any(name[0] == "theta" for name in names)
     if not waves and not moving and names:
-        return ([], [], joint_first, False, names, _flat(term))
-    return (moving, waves, joint_first, term.is_number, names, _flat(term))
+        return ([], [], joint_first, False, names, ByText(term))
+    return (moving, waves, joint_first, term.is_number, names, ByText(term))
 
 
 def _moves(symbol: sp.Symbol) -> bool:
@@ -119,12 +115,12 @@ def _factor_key(factor: sp.Expr) -> Key:
     r"""Sort the factors of a product: numbers, symbols, c_1 and s_1, brackets, \cos\varphi_1, rates and velocities."""
     base = factor.base if factor.is_Pow else factor
     if base.is_number:
-        return (0, _flat(factor))
+        return (0, ByText(factor))
     if base.is_Symbol:
         return (5, _moving_key(base)) if _moves(base) else (1, natural(base.name))
     if isinstance(base, (sp.sin, sp.cos)):
         return (2 if joint_sum(base.args[0]) is not None else 4, _wave_key(base))
-    return (3, base.is_Add, _flat(factor))
+    return (3, base.is_Add, ByText(factor))
 
 
 def _place_in_sum(term: sp.Expr, negative: bool) -> int:
@@ -340,7 +336,7 @@ def angle_names(links: Sequence[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
     found = {wave.args[0] for matrix in matrices for wave in matrix.atoms(sp.sin, sp.cos)}
     waves: dict[sp.Expr, sp.Expr] = {}
     meanings: dict[sp.Symbol, sp.Expr] = {}
-    for angle in sorted(found, key=lambda a: (len(a.free_symbols), _flat(a))):
+    for angle in sorted(found, key=lambda a: (len(a.free_symbols), ByText(a))):
         if joint_sum(angle) is not None or not angle.free_symbols:
             continue
         meaning, sense, rest = _as_link(angle, links) or (angle, 1, sp.S.Zero)
@@ -375,13 +371,19 @@ def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: Ang
     '-a_{1} s_{1} - 0.4 \\cos(\\theta_{1} + \\theta_{2} + \\tfrac{\\pi}{6})'
     """
     prismatic = () if chain is None else tuple(q.name[1:] for q in chain.q if q.name.startswith("d"))
-    printer, expression = _Printer(prismatic), sp.sympify(expression)
+    expression = sp.sympify(expression)
     if angles is not None:
         expression = expression.xreplace(angles.waves)
     if not isinstance(expression, sp.MatrixBase):
-        return printer.text(expression)
-    rows = (" & ".join(printer.text(entry) for entry in expression.row(r)) for r in range(expression.rows))
+        return _printed(expression, prismatic)
+    rows = (" & ".join(_printed(entry, prismatic) for entry in expression.row(r)) for r in range(expression.rows))
     return r"\begin{bmatrix} " + r" \\ ".join(rows) + r" \end{bmatrix}"
+
+
+@lru_cache(maxsize=4096)
+def _printed(expression: sp.Expr, prismatic: tuple[str, ...]) -> str:
+    """Return the LaTeX of an expression; kept, for many are shown again: in a step, its result, and another part."""
+    return _Printer(prismatic).text(expression)
 
 
 LINE = 64
