@@ -106,7 +106,8 @@ def _values(problem: Problem, part: Part) -> Json:
     found = values_key(texts, (rows, columns), problem.domain(), _stream(problem, part))
     points = {
         name: np.array(column)
-        for name, column in zip(found["symbols"], zip(*found["points"], strict=True), strict=True)
+    columns_of_points = zip(*found["points"], strict=True)
+    points = {name: np.array(column) for name, column in zip(found["symbols"], columns_of_points, strict=True)}
     }
     found["mistakes"] = list(_mistakes_in_formulas(problem, part, points, (rows, columns)))
     if isinstance(part.answer, Direction):
