@@ -104,11 +104,8 @@ def _entries(part: Part) -> tuple[list[str], int, int]:
 def _values(problem: Problem, part: Part) -> Json:
     texts, rows, columns = _entries(part)
     found = values_key(texts, (rows, columns), problem.domain(), _stream(problem, part))
-    points = {
-        name: np.array(column)
     columns_of_points = zip(*found["points"], strict=True)
     points = {name: np.array(column) for name, column in zip(found["symbols"], columns_of_points, strict=True)}
-    }
     found["mistakes"] = list(_mistakes_in_formulas(problem, part, points, (rows, columns)))
     if isinstance(part.answer, Direction):
         found |= {"type": "direction", "tolerance": part.answer.tolerance}
