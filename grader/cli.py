@@ -32,7 +32,7 @@ def program() -> "typer.Typer":
 
     from exercises import commands as asking
     from grader import commands as grading
-    from grader import outlets
+    from grader import outlets, site
 
     app = typer.Typer(
         name="qdot", no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
@@ -54,6 +54,10 @@ def program() -> "typer.Typer":
         grading.check, grading.compare, grading.grade, grading.doctor, outlets.export, grading.demo,
     ):  # fmt: skip
         app.command()(_guarded(command))
+    pages = typer.Typer(no_args_is_help=True, help="The web site: build it, or show it.")
+    pages.command("build")(_guarded(site.build_site))
+    pages.command("serve")(_guarded(site.serve))
+    app.add_typer(pages, name="site")
     return app
 
 

@@ -1,0 +1,147 @@
+"""The bank of the site: problems written as JSON, each certified, a rerun keeping what is up to date.
+
+bank/index.json                 what there is to choose from
+bank/FAMILY/KEY.json            a problem (`record.site_record`)
+bank/FAMILY/KEY.solutions.json  its worked solutions, loaded when they are asked for
+"""
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+from exercises.difficulty import step
+from exercises.errors import QdotError
+from exercises.exports.bank import Variant
+from exercises.exports.outlet import Failures
+from exercises.families import FAMILIES
+from exercises.files import write_atomically
+from exercises.generate import generate, short_quiz
+from exercises.parallel import ordered_map
+from exercises.problem import Problem, ProblemId
+from exercises.quizzes import ASKED
+from exercises.record import Json
+from exercises.site.record import site_record, solutions_record
+from exercises.store import code
+
+FOLDER = "bank"
+QUIZ = "quiz"
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A problem that is wanted in the bank: under which family and key, and what it is.
+
+    `asked` are its questions: none stands for all of the chapter's that apply, QUIZ for a short one of each form.
+    """
+
+    family: str
+    key: str
+    seed: int = 0
+    asked: tuple[str, ...] = ()
+    problem: Problem | None = None
+
+    def made(self) -> Problem:
+        """Return the problem."""
+        if self.problem is not None:
+            return self.problem
+        questions = short_quiz(self.family) if self.asked == (QUIZ,) else self.asked
+        return generate(ProblemId(self.family, self.seed, questions))
+
+
+def of_families(names: Sequence[str], variants: int) -> list[Wanted]:
+    """Return so many arms of each family, with all questions that apply; every second one also has short ones."""
+    found = []
+    for name in names:
+        for seed in range(1, variants + 1):
+            found.append(Wanted(name, f"{seed:03d}", seed))
+            if seed % 2 and not FAMILIES[name].varied:
+                found.append(Wanted(name, f"{seed:03d}-quiz", seed, (QUIZ,)))
+    return found
+
+
+def of_variants(variants: Sequence[Variant]) -> list[Wanted]:
+    """Return the variants of an assignment's bank, each place as a family of its own."""
+    return [Wanted(variant.slot.name, variant.key, problem=variant.problem) for variant in variants]
+
+
+def write_bank(
+    folder: Path, wanted: Sequence[Wanted], failures: Failures, jobs: int, each: Callable[[], None]
+) -> list[Json]:
+    """Write the problems and return what index.json lists of each: family, key, difficulty, title, questions.
+
+    Raises QdotError where a problem fails its certificate.
+    """
+    listed = []
+    with closing(ordered_map(_write, wanted, jobs, _both, (folder, failures))) as every:
+        for found in every:
+            listed.append(found)
+            each()
+    return listed
+
+
+def _both(folder: Path, failures: Failures) -> tuple[Path, Failures]:
+    return folder, failures
+
+
+def _write(state: tuple[Path, Failures], wanted: Wanted) -> Json:
+    folder, failures = state
+    path = folder / FOLDER / wanted.family / f"{wanted.key}.json"
+    made_from = f"{code()}/{wanted.seed}/{wanted.asked}/{wanted.problem and wanted.problem.id}"
+    kept = _kept(path, made_from)
+    if kept is not None:
+        return kept
+    problem = wanted.made()
+    failed = failures(problem)
+    if failed:
+        raise QdotError(f"{problem.id}: the problem does not pass its certificate: {failed[0]}; please report it")
+    record = site_record(problem)
+    listed = {
+        "family": wanted.family, "key": wanted.key, "difficulty": step(problem.chain), "title": record["title"],
+        "questions": [part.kind for part in problem.parts],
+    }  # fmt: skip
+    if wanted.problem is not None:
+        record["id"] = wanted.key  # its own would tell the seed
+    write_atomically(path.with_suffix(".solutions.json"), _text(solutions_record(problem) | {"id": record["id"]}))
+    write_atomically(path, _text({**record, "made_from": made_from, "listed": listed}))
+    return listed
+
+
+def _kept(path: Path, made_from: str) -> Json | None:
+    """Return what is listed of a problem that is there already, made by this very code."""
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+        found: Json | None = record["listed"] if record["made_from"] == made_from else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return found if path.with_suffix(".solutions.json").is_file() else None
+
+
+def index_text(listed: Sequence[Json], titles: Sequence[tuple[str, str, str]]) -> str:
+    """Return index.json; `titles` are (name, title, source) of the families or places, in order."""
+    asked = {question for entry in listed for question in entry["questions"]}
+    return _text(
+        {
+            "format": 1,
+            "families": [
+                {"name": name, "title": title, "source": source, "problems": list(_of(listed, name))}
+                for name, title, source in titles
+            ],
+            "questions": [
+                {"name": q.name, "title": q.title, "source": q.source, "form": q.form}
+                for q in ASKED.values()
+                if q.name in asked
+            ],
+        }
+    )
+
+
+def _of(listed: Sequence[Json], family: str) -> Iterator[Json]:
+    for entry in listed:
+        if entry["family"] == family:
+            yield {name: entry[name] for name in ("key", "difficulty", "title", "questions")}
+
+
+def _text(content: Json) -> str:
+    return json.dumps(content, ensure_ascii=False, separators=(",", ":"), allow_nan=False) + "\n"

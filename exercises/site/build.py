@@ -1,0 +1,77 @@
+"""The site put together in a folder: scripts and styles, pages, the bank, and what makes it work offline."""
+
+import hashlib
+import shutil
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from exercises.errors import QdotError
+from exercises.exports.outlet import Failures
+from exercises.files import make_folder, write_atomically
+from exercises.record import Json
+from exercises.site import pages
+from exercises.site.bank import FOLDER, Wanted, index_text, write_bank
+
+NOT_BUILT = (
+    "the site's scripts are not built: run `make site`, which needs Node and npm; an installed qdot has them already"
+)
+
+
+@dataclass(frozen=True)
+class Order:
+    """What site to build: the problems, the families or places that they belong to, and the texts around them."""
+
+    folder: Path
+    wanted: Sequence[Wanted]
+    titles: Sequence[tuple[str, str, str]]
+    failures: Failures
+    jobs: int
+    commands: str
+    docs: Path | None = None
+    course: str = ""
+
+
+def build(order: Order, each: Callable[[], None]) -> Json:
+    """Build the site; `each` is told of every problem. Return counts: problems, questions, bytes of the shell.
+
+    Raises QdotError.
+    """
+    assets = pages.built_assets()
+    if assets is None:
+        raise QdotError(NOT_BUILT)
+    make_folder(order.folder)
+    listed = write_bank(order.folder, order.wanted, order.failures, order.jobs, each)
+    index = index_text(listed, order.titles)
+    write_atomically(order.folder / FOLDER / "index.json", index)
+    shell = _copied(assets, order.folder)
+    for page in pages.pages(order.docs, order.commands, order.course):
+        write_atomically(order.folder / page.path, pages.page_text(page, assets, order.course))
+        shell.append(page.path)
+    if order.docs is not None:
+        for drawing in sorted(order.docs.rglob("*.svg")):
+            _copy(drawing, order.folder / "docs" / drawing.relative_to(order.docs))
+    write_atomically(order.folder / "icon.svg", pages.favicon())
+    version = hashlib.sha256(
+        b"".join((order.folder / name).read_bytes() for name in shell) + index.encode()
+    ).hexdigest()
+    shell += ["icon.svg", f"{FOLDER}/index.json"]
+    write_atomically(order.folder / "sw.js", pages.worker_text(shell, version[:16]))
+    questions = sum(len(entry["questions"]) for entry in listed)
+    return {"problems": len(listed), "questions": questions, "files": len(shell)}
+
+
+def _copied(assets: pages.Assets, folder: Path) -> list[str]:
+    """Copy scripts and styles, and return their paths in the site."""
+    names = [path.relative_to(assets.folder).as_posix() for path in assets.files]
+    for name, path in zip(names, assets.files, strict=True):
+        _copy(path, folder / name)
+    return names
+
+
+def _copy(source: Path, target: Path) -> None:
+    make_folder(target.parent)
+    try:
+        shutil.copyfile(source, target)
+    except OSError as error:
+        raise QdotError(f"{target} can't be written: {error.strerror or error}") from None

@@ -1,0 +1,109 @@
+"""The commands of the web site: `qdot site build`, `qdot site serve`."""
+
+import functools
+import http.server
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from exercises.assignment import load_assignment
+from exercises.console import note, progress, say
+from exercises.exports.bank import bank
+from exercises.exports.outlet import Order as BankOrder
+from exercises.families import FAMILIES
+from exercises.generate import family_named
+from exercises.release import CORES
+from exercises.site.bank import Wanted, of_families, of_variants
+from exercises.site.build import Order, build
+from grader.certify import failures_of
+from grader.commands import Jobs
+
+SITE = Path("qdot-site")
+
+
+def build_site(
+    out: Annotated[Path, typer.Option(metavar="FOLDER", help="Where to build it.")] = SITE,
+    assignment: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="A site for your own course: the problems of this assignment.")
+    ] = None,
+    families: Annotated[str, typer.Option(help="Names with commas between; default: all.")] = "",
+    variants: Annotated[int, typer.Option(min=1, max=1000, help="Arms of each family, or variants of a problem.")] = 3,
+    jobs: Jobs = CORES,
+) -> None:
+    """Build the web site: pages and a bank of certified problems that a browser shows and grades.
+
+    Any file server can serve the folder, or GitHub Pages; there is nothing to install on it. What is up to date is
+    kept, so that a build that was stopped goes on where it was. With --assignment, the problems are variants of the
+    assignment's, none of which a student has; they come with their solutions, so publish it when that is meant.
+    """
+    wanted, titles, course = _wanted(assignment, families, variants, jobs)
+    docs = Path(__file__).parents[1] / "docs"
+    order = Order(
+        out, wanted, titles, failures_of, min(jobs, len(wanted)), reference(), docs if docs.is_dir() else None, course
+    )
+    with progress("building the site", len(wanted)) as counter:
+        made = build(order, counter.step)
+    say(f"{made['problems']} problems with {made['questions']} questions in {out}; see them: qdot site serve {out}")
+
+
+def _wanted(
+    assignment: Path | None, families: str, variants: int, jobs: int
+) -> tuple[list[Wanted], list[tuple[str, str, str]], str]:
+    if assignment is None:
+        names = [family_named(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
+        titles = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]
+        return of_families(names, variants), titles, ""
+    loaded = load_assignment(assignment)
+    made = list(bank(BankOrder(loaded, failures_of, variants, jobs=jobs, note=note)))
+    titles = [(slot.name, slot.family.title, slot.family.source) for slot in loaded.slots]
+    return of_variants(made), titles, loaded.title
+
+
+def serve(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="A built site.")] = SITE,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="0: any that is free.")] = 8000,
+) -> None:
+    """Show a built site in the browser of this machine, until Ctrl-C; nobody else can reach it."""
+    from exercises.errors import QdotError
+
+    if not (folder / "index.html").is_file():
+        raise QdotError(f"there is no site in {folder}; 'qdot site build --out {folder}' makes one")
+    handler = functools.partial(_Quiet, directory=str(folder))
+    try:
+        server = http.server.ThreadingHTTPServer(("127.0.0.1", port), handler)
+    except OSError as error:
+        raise QdotError(f"port {port} can't be used: {error.strerror}; choose another with --port") from None
+    with server:
+        say(f"the site is at http://127.0.0.1:{server.server_port}/ until Ctrl-C")
+        server.serve_forever()
+
+
+class _Quiet(http.server.SimpleHTTPRequestHandler):
+    """Serves files without a line for each."""
+
+    def log_message(self, format: str, *args: object) -> None:
+        pass
+
+
+def reference() -> str:
+    """Return the command line's reference as Markdown, from the program's own help."""
+    import typer.main
+
+    from grader.cli import program
+
+    return "# The command line\n\n" + "\n".join(_described(typer.main.get_command(program()), "qdot"))
+
+
+def _described(command: Any, name: str) -> list[str]:
+    """Return the help of a command, or of those of a group, as lines of Markdown."""
+    found: list[str] = []
+    if hasattr(command, "commands"):
+        for each, inner in command.commands.items():
+            found += _described(inner, f"{name} {each}")
+        return found
+    context = command.context_class(command, info_name=name)
+    usage = " ".join(command.collect_usage_pieces(context))
+    found += [f"## {name}", "", f"`{name} {usage}`", "", *(command.help or "").split("\n"), ""]
+    records = [parameter.get_help_record(context) for parameter in command.params]
+    return [*found, *(f"- `{record[0]}`: {record[1]}" for record in records if record), ""]
