@@ -11,13 +11,13 @@ export interface Family {
   readonly name: string;
   readonly title: string;
   readonly source: string;
-  readonly thumbnail: string;
   readonly problems: readonly Listed[];
 }
 
 /** A problem of a family: the name of its file, its difficulty from 0 to 4, and what is asked. */
 export interface Listed {
   readonly key: string;
+  readonly title: string;
   readonly difficulty: number;
   readonly questions: readonly string[];
 }

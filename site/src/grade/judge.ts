@@ -1,0 +1,32 @@
+// An answer to a part of a problem, judged by its key.
+
+import type { Part, Problem } from "../bank.js";
+import { judgeLetters } from "./letters.js";
+import { judgeDirection, judgeNumbers } from "./numbers.js";
+import { type IsSingular, judgeSet } from "./sets.js";
+import { judgeValues } from "./values.js";
+import type { Verdict } from "./verdict.js";
+
+const RATES = new Set(["inverse-velocity", "joint-rates", "least-norm-rates", "self-motion", "path-rates"]);
+
+/** Judge an answer; `isSingular` tells of poses of this problem's arm. */
+export function judge(problem: Problem, part: Part, answer: string, isSingular: IsSingular): Verdict {
+  const { key } = part;
+  const labels = RATES.has(part.kind) ? problem.robot.joints.map((_, i) => `qd${i + 1}`) : [];
+  switch (key.type) {
+    case "values":
+      return judgeValues(answer, key, labels);
+    case "direction":
+      return judgeDirection(answer, key, labels);
+    case "numbers":
+      return judgeNumbers(answer, key, labels);
+    case "configurations": {
+      const angles = new Set(
+        problem.robot.joints.flatMap((joint, i) => (joint.kind === "R" ? [`theta${i + 1}`] : [])),
+      );
+      return judgeSet(answer, key, angles, isSingular);
+    }
+    default:
+      return judgeLetters(answer, key);
+  }
+}

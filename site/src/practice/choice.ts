@@ -1,0 +1,125 @@
+// What is practised: a question about an arm, and which comes next.
+//
+// Questions that went wrong come again: after two others, then after a day, three days, a week (Leitner's boxes).
+
+import type { Index } from "../bank.js";
+
+/** What the student wants to practise; empty means any. */
+export interface Wish {
+  readonly family: string;
+  readonly question: string;
+  readonly difficulty: number | null;
+  /** The seed of a set that an instructor gave out: all who have it practise the same problems in the same order. */
+  readonly set: string;
+}
+
+export const ANYTHING: Wish = { family: "", question: "", difficulty: null, set: "" };
+
+/** A question about an arm of the bank. */
+export interface Item {
+  readonly family: string;
+  readonly key: string;
+  readonly question: string;
+}
+
+export interface Attempted {
+  readonly right: boolean;
+  readonly box: number;
+  readonly due: number;
+}
+
+/** Attempts by item's name. */
+export type Progress = Readonly<Record<string, Attempted>>;
+
+const DAY = 24 * 3600 * 1000;
+/** How long until an item of a box comes again. */
+export const WAITS: readonly number[] = [2 * 60 * 1000, DAY, 3 * DAY, 7 * DAY, 30 * DAY];
+
+export const nameOf = ({ family, key, question }: Item): string => `${family}/${key}/${question}`;
+
+/** Every item that a wish allows, in the bank's order. */
+export function items(index: Index, wish: Wish): Item[] {
+  return index.families
+    .filter((family) => !wish.family || family.name === wish.family)
+    .flatMap((family) =>
+      family.problems
+        .filter((problem) => wish.difficulty === null || problem.difficulty === wish.difficulty)
+        .flatMap((problem) =>
+          problem.questions
+            .filter((question) => !wish.question || question === wish.question)
+            .map((question) => ({ family: family.name, key: problem.key, question })),
+        ),
+    );
+}
+
+/** The item to ask next: one that is due again, else a new one by the luck of `random`; null where there is none. */
+export function next(
+  index: Index,
+  wish: Wish,
+  progress: Progress,
+  now: number,
+  random: () => number,
+  last: string = "",
+): Item | null {
+  const all = items(index, wish);
+  const others = all.filter((item) => nameOf(item) !== last);
+  const due = others.filter((item) => (progress[nameOf(item)]?.due ?? Infinity) <= now);
+  const wrong = due.filter((item) => !progress[nameOf(item)]?.right);
+  const fresh = others.filter((item) => !progress[nameOf(item)]);
+  const pool = [wrong, fresh, due, others, all].find((each) => each.length > 0);
+  return pool?.[Math.floor(random() * pool.length)] ?? null;
+}
+
+/** The items of a set in its order. */
+export function inOrder(index: Index, wish: Wish): Item[] {
+  const random = numbers(wish.set);
+  const all = items(index, wish);
+  for (let i = all.length - 1; i > 0; i -= 1) {
+    const j = Math.floor(random() * (i + 1));
+    [all[i], all[j]] = [all[j] as Item, all[i] as Item];
+  }
+  return all;
+}
+
+/** Progress after an attempt: a right one goes a box up, a wrong one back to the first. */
+export function attempted(progress: Progress, item: Item, right: boolean, now: number): Progress {
+  const before = progress[nameOf(item)];
+  const box = right ? Math.min((before?.box ?? 0) + 1, WAITS.length - 1) : 0;
+  return { ...progress, [nameOf(item)]: { right, box, due: now + (WAITS[box] as number) } };
+}
+
+/** Random numbers from 0 to 1 that a text decides (mulberry32 of its hash). */
+export function numbers(seed: string): () => number {
+  let state = [...seed].reduce(
+    (hash, sign) => Math.imul(hash ^ (sign.codePointAt(0) ?? 0), 0x01000193),
+    0x811c9dc5,
+  );
+  return () => {
+    state = (state + 0x6d2b79f5) | 0;
+    let t = Math.imul(state ^ (state >>> 15), 1 | state);
+    t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
+    return ((t ^ (t >>> 14)) >>> 0) / 4294967296;
+  };
+}
+
+/** A wish as the end of an address, to be handed on; and back. */
+export function asLink(wish: Wish): string {
+  const found = new URLSearchParams();
+  if (wish.family) found.set("arm", wish.family);
+  if (wish.question) found.set("question", wish.question);
+  if (wish.difficulty !== null) found.set("difficulty", String(wish.difficulty));
+  if (wish.set) found.set("set", wish.set);
+  return found.size > 0 ? `?${found}` : "";
+}
+
+export function fromLink(search: string): Wish {
+  const found = new URLSearchParams(search);
+  const difficulty = found.get("difficulty");
+  const step = difficulty === null ? NaN : Number(difficulty);
+  return {
+    family: found.get("arm") ?? "",
+    question: found.get("question") ?? "",
+    difficulty: Number.isInteger(step) && step >= 0 && step <= 4 ? step : null,
+    set: found.get("set") ?? "",
+  };
+}

@@ -1,0 +1,62 @@
+// Progress kept in this browser, and as a file that the student can take along.
+
+import type { Attempted, Progress } from "./choice.js";
+
+const KEY = "qdot-progress";
+
+/** What is kept; nothing where the browser keeps nothing, or something else stands there. */
+export function kept(storage: Storage | null): Progress {
+  try {
+    return checked(JSON.parse(storage?.getItem(KEY) ?? "{}"));
+  } catch {
+    return {};
+  }
+}
+
+export function keep(storage: Storage | null, progress: Progress): void {
+  try {
+    storage?.setItem(KEY, JSON.stringify(progress));
+  } catch {
+    // A browser that is full or keeps nothing: practice goes on all the same.
+  }
+}
+
+export function asFile(progress: Progress): string {
+  return `${JSON.stringify({ qdot: "progress", version: 1, progress }, null, 1)}\n`;
+}
+
+/** The progress in a file; null where it is none. */
+export function fromFile(text: string): Progress | null {
+  try {
+    const content: unknown = JSON.parse(text);
+    if (typeof content !== "object" || content === null || !("qdot" in content) || !("progress" in content))
+      return null;
+    return checked(content.progress);
+  } catch {
+    return null;
+  }
+}
+
+/** Both together; of an item in both, the attempt of the higher box. */
+export function merged(mine: Progress, other: Progress): Progress {
+  const found: Record<string, Attempted> = { ...mine };
+  for (const [name, attempt] of Object.entries(other)) {
+    const own = found[name];
+    if (!own || attempt.box > own.box) found[name] = attempt;
+  }
+  return found;
+}
+
+function checked(content: unknown): Progress {
+  const found: Record<string, Attempted> = {};
+  for (const [name, entry] of Object.entries(content ?? {})) {
+    if (isAttempted(entry)) found[name] = { right: entry.right, box: entry.box, due: entry.due };
+  }
+  return found;
+}
+
+function isAttempted(entry: unknown): entry is Attempted {
+  if (typeof entry !== "object" || entry === null) return false;
+  const { right, box, due } = entry as Partial<Record<keyof Attempted, unknown>>;
+  return typeof right === "boolean" && Number.isInteger(box) && typeof due === "number";
+}
