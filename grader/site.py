@@ -23,6 +23,7 @@ SITE = Path("qdot-site")
 
 
 def build_site(
+    context: typer.Context,
     out: Annotated[Path, typer.Option(metavar="FOLDER", help="Where to build it.")] = SITE,
     assignment: Annotated[
         Path | None, typer.Option(metavar="DIR", help="A site for your own course: the problems of this assignment.")
@@ -40,7 +41,21 @@ def build_site(
     wanted, titles, course = _wanted(assignment, families, variants, jobs)
     docs = Path(__file__).parents[1] / "docs"
     order = Order(
-        out, wanted, titles, failures_of, min(jobs, len(wanted)), reference(), docs if docs.is_dir() else None, course
+        out,
+        wanted,
+        titles,
+        failures_of,
+        min(jobs, len(wanted)),
+        out,
+        wanted,
+        titles,
+        failures_of,
+        min(jobs, len(wanted)),
+        reference(context.find_root().command),
+        docs if docs.is_dir() else None,
+        course,
+        docs if docs.is_dir() else None,
+        course,
     )
     with progress("building the site", len(wanted)) as counter:
         made = build(order, counter.step)
@@ -86,13 +101,9 @@ class _Quiet(http.server.SimpleHTTPRequestHandler):
         pass
 
 
-def reference() -> str:
-    """Return the command line's reference as Markdown, from the program's own help."""
-    import typer.main
-
-    from grader.cli import program
-
-    return "# The command line\n\n" + "\n".join(_described(typer.main.get_command(program()), "qdot"))
+def reference(program: Any) -> str:
+    """Return the reference of a program's commands as Markdown, from its own help."""
+    return "# The command line\n\n" + "\n".join(_described(program, "qdot"))
 
 
 def _described(command: Any, name: str) -> list[str]:

@@ -10,7 +10,7 @@ from exercises.errors import QdotError
 from exercises.exports.outlet import Failures
 from exercises.files import make_folder, write_atomically
 from exercises.record import Json
-from exercises.site import pages
+from exercises.site.pages import Assets, built_assets, favicon, page_text, pages, worker_text
 from exercises.site.bank import FOLDER, Wanted, index_text, write_bank
 
 NOT_BUILT = (
@@ -37,7 +37,7 @@ def build(order: Order, each: Callable[[], None]) -> Json:
 
     Raises QdotError.
     """
-    assets = pages.built_assets()
+    assets = built_assets()
     if assets is None:
         raise QdotError(NOT_BUILT)
     make_folder(order.folder)
@@ -45,23 +45,23 @@ def build(order: Order, each: Callable[[], None]) -> Json:
     index = index_text(listed, order.titles)
     write_atomically(order.folder / FOLDER / "index.json", index)
     shell = _copied(assets, order.folder)
-    for page in pages.pages(order.docs, order.commands, order.course):
-        write_atomically(order.folder / page.path, pages.page_text(page, assets, order.course))
+    for page in pages(order.docs, order.commands, order.course):
+        write_atomically(order.folder / page.path, page_text(page, assets, order.course))
         shell.append(page.path)
     if order.docs is not None:
         for drawing in sorted(order.docs.rglob("*.svg")):
             _copy(drawing, order.folder / "docs" / drawing.relative_to(order.docs))
-    write_atomically(order.folder / "icon.svg", pages.favicon())
+    write_atomically(order.folder / "icon.svg", favicon())
     version = hashlib.sha256(
         b"".join((order.folder / name).read_bytes() for name in shell) + index.encode()
     ).hexdigest()
     shell += ["icon.svg", f"{FOLDER}/index.json"]
-    write_atomically(order.folder / "sw.js", pages.worker_text(shell, version[:16]))
+    write_atomically(order.folder / "sw.js", worker_text(shell, version[:16]))
     questions = sum(len(entry["questions"]) for entry in listed)
     return {"problems": len(listed), "questions": questions, "files": len(shell)}
 
 
-def _copied(assets: pages.Assets, folder: Path) -> list[str]:
+def _copied(assets: Assets, folder: Path) -> list[str]:
     """Copy scripts and styles, and return their paths in the site."""
     names = [path.relative_to(assets.folder).as_posix() for path in assets.files]
     for name, path in zip(names, assets.files, strict=True):

@@ -1,0 +1,6 @@
+// The script of the pages that are read.
+import "../site.css";
+
+import { startPage } from "./page.js";
+
+startPage();

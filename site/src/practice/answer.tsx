@@ -1,0 +1,285 @@
+// Where an answer is given: a field, a grid of entries, numbers with units, letters.
+
+import type { JSX } from "preact";
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+
+import type { Part, Problem } from "../bank.js";
+import { read } from "../read/reader.js";
+import { ReadError } from "../read/tree.js";
+import { typesetTree } from "../read/typeset.js";
+import { message, said } from "../text/text.js";
+import { Html, Tex } from "./math.js";
+
+const LETTERS = "ABCDEFGH";
+
+export interface Field {
+  readonly problem: Problem;
+  readonly part: Part;
+  readonly onAnswer: (text: string) => void;
+  readonly onCheck: () => void;
+}
+
+/** The place for an answer to a part; `onAnswer` is told of it as it is typed. */
+export function Answer(field: Field): JSX.Element {
+  const { part } = field;
+  if (part.key.type === "choice" || part.key.type === "selection" || part.key.type === "matching") {
+    return <Letters {...field} />;
+  }
+  const [rows, columns] = part.shape ?? [1, 1];
+  return rows * columns > 1 && rows * columns <= 42 ? (
+    <Entries {...field} rows={rows} columns={columns} />
+  ) : (
+    <Single {...field} />
+  );
+}
+
+// --- formulas ---
+
+function Single({ problem, part, onAnswer, onCheck }: Field) {
+  const [text, setText] = useState("");
+  const set = part.key.type === "configurations";
+  const unit = part.key.type === "numbers" ? part.key.units[0] : "";
+  const change = (value: string) => {
+    setText(value);
+    onAnswer(value);
+  };
+  return (
+    <div class="answer">
+      <FormulaField
+        label={said(message("answer.label"))}
+        value={text}
+        onValue={change}
+        onEnter={onCheck}
+        wide
+      />
+      {unit ? <span class="unit">{unit}</span> : null}
+      {set ? <p class="help">{said(message("answer.set-help"))}</p> : null}
+      <Symbols problem={problem} onSymbol={(name) => change(text + name)} />
+      <Preview text={text} problem={problem} />
+    </div>
+  );
+}
+
+function Entries({
+  problem,
+  part,
+  onAnswer,
+  onCheck,
+  rows,
+  columns,
+}: Field & { rows: number; columns: number }) {
+  const [asText, setAsText] = useState(false);
+  const [entries, setEntries] = useState<readonly string[]>(() => Array<string>(rows * columns).fill(""));
+  const last = useRef(0);
+  const units = part.key.type === "numbers" ? part.key.units : [];
+  if (asText) {
+    return (
+      <>
+        <Single problem={problem} part={part} onAnswer={onAnswer} onCheck={onCheck} />
+        <Toggle text={said(message("answer.as-entries"))} onToggle={() => setAsText(false)} />
+      </>
+    );
+  }
+  const change = (index: number, value: string) => {
+    const changed = entries.map((entry, i) => (i === index ? value : entry));
+    setEntries(changed);
+    onAnswer(matrixText(changed, columns));
+  };
+  const label = (i: number) =>
+    columns === 1
+      ? said(message("answer.component", { row: i + 1 }))
+      : said(message("answer.entry", { row: Math.floor(i / columns) + 1, column: (i % columns) + 1 }));
+  return (
+    <div class="answer">
+      <div class="grid" role="group" aria-label={said(message("answer.label"))} data-columns={columns}>
+        {entries.map((entry, i) => (
+          <span class="cell" key={i} onFocusIn={() => (last.current = i)}>
+            <FormulaField
+              label={label(i)}
+              value={entry}
+              onValue={(value) => change(i, value)}
+              onEnter={onCheck}
+            />
+            {units[i] ? <span class="unit">{units[i]}</span> : null}
+          </span>
+        ))}
+      </div>
+      <Toggle text={said(message("answer.as-text"))} onToggle={() => setAsText(true)} />
+      {part.key.type === "numbers" ? null : (
+        <Symbols
+          problem={problem}
+          onSymbol={(name) => change(last.current, (entries[last.current] ?? "") + name)}
+        />
+      )}
+      <Preview
+        text={entries.some((entry) => entry.trim()) ? matrixText(entries, columns) : ""}
+        problem={problem}
+      />
+    </div>
+  );
+}
+
+/** Entries as the text of a matrix; an entry that is empty is a blank. */
+export function matrixText(entries: readonly string[], columns: number): string {
+  if (entries.every((entry) => !entry.trim())) return "";
+  const filled = entries.map((entry) => entry.trim() || "blank");
+  const rows = Array.from({ length: filled.length / columns }, (_, r) =>
+    filled.slice(r * columns, (r + 1) * columns),
+  );
+  return `[${rows.map((row) => `[${row.join(", ")}]`).join(", ")}]`;
+}
+
+interface FormulaFieldProps {
+  readonly label: string;
+  readonly value: string;
+  readonly wide?: boolean;
+  readonly onValue: (text: string) => void;
+  readonly onEnter: () => void;
+}
+
+/** A field for a formula as text. */
+function FormulaField({ label, value, onValue, onEnter, wide = false }: FormulaFieldProps) {
+  return (
+    <input
+      type="text"
+      class={wide ? "formula-field wide" : "formula-field"}
+      aria-label={label}
+      value={value}
+      spellcheck={false}
+      autocomplete="off"
+      autocapitalize="none"
+      onInput={(event) => onValue(event.currentTarget.value)}
+      onKeyDown={(event) => {
+        if (event.key === "Enter") onEnter();
+      }}
+    />
+  );
+}
+
+function Toggle({ text, onToggle }: { text: string; onToggle: () => void }) {
+  return (
+    <button type="button" class="quiet" onClick={onToggle}>
+      {text}
+    </button>
+  );
+}
+
+function Symbols({ problem, onSymbol }: { problem: Problem; onSymbol: (name: string) => void }) {
+  const names = Object.entries(problem.symbols).filter(([, info]) => info.value === undefined);
+  return (
+    <div class="symbols" role="group" aria-label={said(message("answer.symbols"))}>
+      {names.map(([name, info]) => (
+        <button type="button" key={name} title={name} aria-label={name} onClick={() => onSymbol(name)}>
+          <Tex latex={info.latex} />
+        </button>
+      ))}
+      {["sin()", "cos()", "sqrt()", "pi"].map((name) => (
+        <button type="button" key={name} onClick={() => onSymbol(name.replace("()", "("))}>
+          {name.replace("()", "")}
+        </button>
+      ))}
+    </div>
+  );
+}
+
+/** The answer as it is read, typeset as one types. */
+function Preview({ text, problem }: { text: string; problem: Problem }) {
+  const [shown, setShown] = useState(text);
+  useEffect(() => {
+    const wait = setTimeout(() => setShown(text), 150);
+    return () => clearTimeout(wait);
+  }, [text]);
+  const found = useMemo(() => previewOf(shown, problem), [shown, problem]);
+  return (
+    <p class="preview" aria-live="polite">
+      {found === null ? null : "latex" in found ? (
+        <>
+          <span class="muted">{said(message("answer.read-as"))}</span> <Tex latex={found.latex} block />
+        </>
+      ) : (
+        <span class="muted">{found.why}</span>
+      )}
+    </p>
+  );
+}
+
+function previewOf(text: string, problem: Problem): { latex: string } | { why: string } | null {
+  if (!text.trim()) return null;
+  try {
+    return { latex: typesetTree(read(text, new Set(Object.keys(problem.symbols))), problem.symbols) };
+  } catch (error) {
+    if (error instanceof ReadError) return { why: error.message };
+    throw error;
+  }
+}
+
+// --- letters ---
+
+function Letters({ part, onAnswer }: Field) {
+  const options = part.options ?? [];
+  const [chosen, setChosen] = useState<readonly (number | null)[]>([]);
+  const say = (now: readonly (number | null)[]) => {
+    setChosen(now);
+    onAnswer(now.every((each) => each !== null) ? now.map((each) => LETTERS[each as number]).join("") : "");
+  };
+  if (part.key.type === "matching") {
+    const items = part.key.items;
+    const now = Array.from({ length: items }, (_, i) => chosen[i] ?? null);
+    return (
+      <div class="answer">
+        <Options options={options} />
+        {now.map((each, i) => (
+          <label class="match" key={i}>
+            {said(message("answer.match", { index: i + 1 }))}
+            <select
+              value={each ?? ""}
+              onChange={(event) => {
+                const value = event.currentTarget.value;
+                say(now.map((old, k) => (k === i ? (value === "" ? null : Number(value)) : old)));
+              }}
+            >
+              <option value="">{said(message("answer.choose"))}</option>
+              {options.map((_, k) => (
+                <option key={k} value={k}>
+                  {LETTERS[k]}
+                </option>
+              ))}
+            </select>
+          </label>
+        ))}
+      </div>
+    );
+  }
+  const single = part.key.type === "choice";
+  return (
+    <fieldset class="answer options">
+      <legend class="visually-hidden">{said(message("answer.label"))}</legend>
+      {options.map((option, i) => (
+        <label class="option" key={i}>
+          <input
+            type={single ? "radio" : "checkbox"}
+            name="option"
+            checked={chosen.includes(i)}
+            onChange={() => {
+              const kept = chosen.filter((each) => each !== i);
+              say(single ? [i] : kept.length === chosen.length ? [...chosen, i] : kept);
+            }}
+          />
+          <strong>{LETTERS[i]}</strong> <Html html={option} class="option-text" />
+        </label>
+      ))}
+    </fieldset>
+  );
+}
+
+function Options({ options }: { options: readonly string[] }) {
+  return (
+    <ul class="options">
+      {options.map((option, i) => (
+        <li key={i}>
+          <strong>{LETTERS[i]}</strong> <Html html={option} class="option-text" />
+        </li>
+      ))}
+    </ul>
+  );
+}

@@ -1,0 +1,75 @@
+// What is said of an answer: the verdict, where it differs, the mistake, the pose.
+
+import type { JSX } from "preact";
+import { lazy, Suspense } from "preact/compat";
+
+import type { Problem } from "../bank.js";
+import type { Verdict } from "../grade/verdict.js";
+import { message, said } from "../text/text.js";
+
+const Arm = lazy(() => import("../arm/panel.js").then(({ Arm }) => Arm));
+
+const TITLES = {
+  correct: "practice.right",
+  partial: "practice.partly",
+  wrong: "practice.wrong",
+  missing: "practice.wrong",
+} as const;
+
+export function Feedback({ problem, verdict }: { problem: Problem; verdict: Verdict }): JSX.Element {
+  const mistake = verdict.mistake === undefined ? undefined : problem.said[verdict.mistake];
+  const pose = poseOf(problem, verdict);
+  return (
+    <section class={`verdict ${verdict.outcome}`} role="status">
+      <h3>{said(message(TITLES[verdict.outcome]))}</h3>
+      {verdict.reasons.map((reason) => (
+        <p key={reason.key}>{said(reason)}</p>
+      ))}
+      {mistake ? (
+        <p class="mistake">
+          <strong>{said(message("practice.mistake", { title: mistake[1] }))}</strong> {mistake[2]}
+        </p>
+      ) : null}
+      {verdict.entries && verdict.entries.length * (verdict.entries[0]?.length ?? 0) > 1 ? (
+        <Marks entries={verdict.entries} />
+      ) : null}
+      {pose ? (
+        <details class="pose" open>
+          <summary>{said(message("practice.pose"))}</summary>
+          <Suspense fallback={<p role="status">{said(message("practice.loading"))}</p>}>
+            <Arm robot={problem.robot} symbols={problem.symbols} pose={pose} />
+          </Suspense>
+        </details>
+      ) : null}
+    </section>
+  );
+}
+
+/** Which entries are right, in the shape of the answer. */
+function Marks({ entries }: { entries: readonly (readonly boolean[])[] }) {
+  return (
+    <table class="marks">
+      <tbody>
+        {entries.map((row, r) => (
+          <tr key={r}>
+            {row.map((right, c) => (
+              <td key={c} class={right ? "right" : "wrong"}>
+                {right ? "✓" : "✗"}
+                <span class="visually-hidden">
+                  {said(message(right ? "practice.right" : "practice.wrong"))}
+                </span>
+              </td>
+            ))}
+          </tr>
+        ))}
+      </tbody>
+    </table>
+  );
+}
+
+/** The joint values at which an answer differs, where all joints are told. */
+function poseOf(problem: Problem, { at }: Verdict): readonly number[] | null {
+  if (!at) return null;
+  const values = problem.robot.joints.map((joint, i) => at[`${joint.kind === "R" ? "theta" : "d"}${i + 1}`]);
+  return values.every((value) => value !== undefined) ? (values as number[]) : null;
+}

@@ -1,0 +1,30 @@
+// Formulas and texts of the bank in Preact: HTML that Python wrote, typeset once it is there.
+
+import { useEffect, useRef } from "preact/hooks";
+
+import { typeset } from "../tex.js";
+
+/** HTML of the bank; it comes from this site's own files, and holds no one else's text. */
+export function Html({ html, class: name = "" }: { html: string; class?: string }) {
+  const place = useRef<HTMLDivElement>(null);
+  useEffect(() => {
+    if (place.current) void typeset(place.current);
+  }, [html]);
+  return <div ref={place} key={html} class={name} dangerouslySetInnerHTML={{ __html: html }} />;
+}
+
+/** One formula. */
+export function Tex({ latex, block = false }: { latex: string; block?: boolean }) {
+  const place = useRef<HTMLSpanElement>(null);
+  useEffect(() => {
+    let current = true;
+    void import("temml").then(({ default: temml }) => {
+      if (current && place.current)
+        temml.render(latex, place.current, { displayMode: block, throwOnError: false });
+    });
+    return () => {
+      current = false;
+    };
+  }, [latex, block]);
+  return <span ref={place} class="formula" />;
+}

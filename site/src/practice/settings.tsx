@@ -1,0 +1,160 @@
+// What to practise, and the progress so far.
+
+import type { JSX } from "preact";
+import { useRef, useState } from "preact/hooks";
+
+import type { Index } from "../bank.js";
+import { message, said } from "../text/text.js";
+import { ANYTHING, asLink, items, type Progress, type Wish } from "./choice.js";
+import { asFile, fromFile, merged } from "./progress.js";
+
+interface SettingsProps {
+  readonly index: Index;
+  readonly wish: Wish;
+  readonly progress: Progress;
+  readonly onWish: (wish: Wish) => void;
+  readonly onProgress: (progress: Progress) => void;
+}
+
+export function Settings(props: SettingsProps): JSX.Element {
+  const { index, wish, onWish } = props;
+  // only what there is: a question that a family is never asked can't be chosen with it
+  const asked = new Set(items(index, { ...ANYTHING, family: wish.family }).map(({ question }) => question));
+  const questions = index.questions.filter(({ name }) => asked.has(name));
+  const group = (short: boolean) => questions.filter(({ form }) => Boolean(form) === short);
+  return (
+    <form class="settings" onSubmit={(event) => event.preventDefault()}>
+      <label>
+        {said(message("practice.arm"))}
+        <select
+          value={wish.family}
+          onChange={(event) => onWish({ ...wish, family: event.currentTarget.value, question: "" })}
+        >
+          <option value="">{said(message("practice.any-arm"))}</option>
+          {index.families.map(({ name, title }) => (
+            <option key={name} value={name}>
+              {title}
+            </option>
+          ))}
+        </select>
+      </label>
+      <label>
+        {said(message("practice.question"))}
+        <select
+          value={wish.question}
+          onChange={(event) => onWish({ ...wish, question: event.currentTarget.value })}
+        >
+          <option value="">{said(message("practice.any-question"))}</option>
+          {[false, true].map((short) =>
+            group(short).length > 0 ? (
+              <optgroup key={String(short)} label={said(message(short ? "practice.short" : "practice.long"))}>
+                {group(short).map(({ name, title }) => (
+                  <option key={name} value={name}>
+                    {title}
+                  </option>
+                ))}
+              </optgroup>
+            ) : null,
+          )}
+        </select>
+      </label>
+      <label>
+        {said(message("practice.difficulty"))}
+        <select
+          value={wish.difficulty ?? ""}
+          onChange={(event) => {
+            const value = event.currentTarget.value;
+            onWish({ ...wish, difficulty: value === "" ? null : Number(value) });
+          }}
+        >
+          <option value="">{said(message("practice.any-difficulty"))}</option>
+          {[0, 1, 2, 3, 4].map((step) => (
+            <option key={step} value={step}>
+              {step}
+            </option>
+          ))}
+        </select>
+      </label>
+      <More {...props} />
+    </form>
+  );
+}
+
+function More({ wish, progress, onWish, onProgress }: SettingsProps) {
+  const [told, setTold] = useState("");
+  const file = useRef<HTMLInputElement>(null);
+  const tried = Object.values(progress);
+  const due = tried.filter((each) => !each.right).length;
+  const load = async () => {
+    const found = fromFile((await file.current?.files?.[0]?.text()) ?? "");
+    setTold(found ? "" : said(message("practice.not-progress")));
+    if (found) onProgress(merged(progress, found));
+  };
+  const save = () => {
+    const address = URL.createObjectURL(new Blob([asFile(progress)], { type: "application/json" }));
+    const link = Object.assign(document.createElement("a"), {
+      href: address,
+      download: "qdot-progress.json",
+    });
+    link.click();
+    URL.revokeObjectURL(address);
+  };
+  const link = `${window.location.origin}${window.location.pathname}${asLink(wish)}`;
+  return (
+    <details class="more">
+      <summary>{said(message("practice.progress"))}</summary>
+      <p>
+        {said(
+          message("practice.count", {
+            right: tried.filter((each) => each.right).length,
+            tried: tried.length,
+          }),
+        )}
+        ; {said(message("practice.due", { count: due }))}. {said(message("practice.kept"))}
+      </p>
+      <p class="actions">
+        <button type="button" class="quiet" onClick={save}>
+          {said(message("practice.save"))}
+        </button>
+        <button type="button" class="quiet" onClick={() => file.current?.click()}>
+          {said(message("practice.load"))}
+        </button>
+        <button
+          type="button"
+          class="quiet"
+          onClick={() => {
+            if (window.confirm(said(message("practice.forget-sure")))) onProgress({});
+          }}
+        >
+          {said(message("practice.forget"))}
+        </button>
+        <button type="button" class="quiet" onClick={() => window.print()}>
+          {said(message("practice.print"))}
+        </button>
+      </p>
+      <input
+        ref={file}
+        class="visually-hidden"
+        type="file"
+        accept=".json,application/json"
+        aria-label={said(message("practice.load"))}
+        tabIndex={-1}
+        onChange={() => void load()}
+      />
+      {told ? <p role="alert">{told}</p> : null}
+      {wish.set ? (
+        <p>
+          {said(message("practice.set-help"))} <a href={link}>{link}</a>
+        </p>
+      ) : (
+        <button type="button" class="quiet" onClick={() => onWish({ ...wish, set: newSet() })}>
+          {said(message("practice.make-set"))}
+        </button>
+      )}
+    </details>
+  );
+}
+
+function newSet(): string {
+  return crypto.getRandomValues(new Uint32Array(1))[0]!.toString(36);
+}

@@ -1,0 +1,144 @@
+// One problem: the arm, the question, the answer, what is said of it, hints and the solution.
+
+import type { JSX } from "preact";
+import { lazy, Suspense } from "preact/compat";
+import { useMemo, useState } from "preact/hooks";
+
+import { armOf, measuresOf, stateAt } from "../arm/model.js";
+import type { Part, Problem, Solutions } from "../bank.js";
+import { judge } from "../grade/judge.js";
+import type { At, Verdict } from "../grade/verdict.js";
+import { loadSolutions } from "../load.js";
+import { message, said } from "../text/text.js";
+import { Answer } from "./answer.js";
+import type { Item } from "./choice.js";
+import { Feedback } from "./feedback.js";
+import { Html } from "./math.js";
+
+const Arm = lazy(() => import("../arm/panel.js").then(({ Arm }) => Arm));
+
+/** Smallest singular value of J, as a share of the largest, below which an arm counts as singular. */
+const SINGULAR = 1e-5;
+
+interface TaskProps {
+  readonly item: Item;
+  readonly problem: Problem;
+  readonly part: Part;
+  readonly onVerdict: (verdict: Verdict) => void;
+  readonly onNext: () => void;
+}
+
+export function Task({ item, problem, part, onVerdict, onNext }: TaskProps): JSX.Element {
+  const [answer, setAnswer] = useState("");
+  const [verdict, setVerdict] = useState<Verdict | null>(null);
+  const isSingular = useMemo(() => singularIn(problem), [problem]);
+  const check = () => {
+    const found = judge(problem, part, answer, isSingular);
+    setVerdict(found);
+    if (found.outcome !== "missing") onVerdict(found);
+  };
+  return (
+    <article class="task">
+      <div class="given">
+        <h2>{problem.title}</h2>
+        <p class="muted">{said(message("practice.points", { difficulty: problem.difficulty }))}</p>
+        <figure dangerouslySetInnerHTML={{ __html: problem.figure }} />
+        <details open>
+          <summary>{said(message("practice.given"))}</summary>
+          <Html html={problem.statement} class="statement" />
+        </details>
+        <Suspense fallback={<p role="status">{said(message("practice.loading"))}</p>}>
+          <Arm robot={problem.robot} symbols={problem.symbols} />
+        </Suspense>
+      </div>
+      <div class="asked">
+        <h2>{part.title}</h2>
+        {part.figure ? <figure dangerouslySetInnerHTML={{ __html: part.figure }} /> : null}
+        <Html html={promptOf(part)} class="prompt" />
+        <form
+          onSubmit={(event) => {
+            event.preventDefault();
+            check();
+          }}
+        >
+          <Answer problem={problem} part={part} onAnswer={setAnswer} onCheck={check} />
+          <p class="actions">
+            <button type="submit" class="button">
+              {said(message("practice.check"))}
+            </button>
+            <button type="button" class="quiet" onClick={onNext}>
+              {said(message(verdict?.outcome === "correct" ? "practice.next" : "practice.skip"))}
+            </button>
+          </p>
+        </form>
+        {verdict ? <Feedback problem={problem} verdict={verdict} /> : null}
+        <Help item={item} part={part} solved={verdict?.outcome === "correct"} />
+      </div>
+    </article>
+  );
+}
+
+/** The prompt without its list of options, which are there to be chosen. */
+function promptOf(part: Part): string {
+  if (part.options === null) return part.prompt;
+  return part.prompt.replace(/<ul>\s*<li>\s*(?:<p>)?<strong>A\.<\/strong>[\s\S]*?<\/ul>/, "");
+}
+
+function singularIn(problem: Problem): (at: At) => boolean {
+  return (at) => {
+    const robot = { ...problem.robot, values: { ...problem.robot.values, ...at } };
+    const arm = armOf(robot);
+    const pose = arm.joints.map((joint) => at[joint.name] ?? 0);
+    return measuresOf(stateAt(arm, pose)).ratio < SINGULAR;
+  };
+}
+
+// --- hints and solution ---
+
+function Help({ item, part, solved }: { item: Item; part: Part; solved: boolean }) {
+  const [hints, setHints] = useState(0);
+  const [solution, setSolution] = useState<Solutions["parts"][number] | null>(null);
+  const [failed, setFailed] = useState("");
+  const show = () => {
+    loadSolutions(item.family, item.key).then(
+      ({ parts }) => setSolution(parts.find(({ name }) => name === part.name) ?? null),
+      (error: unknown) => setFailed(String(error)),
+    );
+  };
+  return (
+    <section class="help-steps">
+      {part.hints.slice(0, hints).map((hint, i) => (
+        <div class="hint" key={i}>
+          <h3>{said(message("practice.hint", { number: i + 1 }))}</h3>
+          <Html html={hint} />
+        </div>
+      ))}
+      <p class="actions">
+        {hints < part.hints.length ? (
+          <button type="button" class="quiet" onClick={() => setHints(hints + 1)}>
+            {said(message("practice.more-hints", { number: hints + 1 }))}
+          </button>
+        ) : null}
+        {solution === null && (solved || hints > 0) ? (
+          <button type="button" class="quiet" onClick={show}>
+            {said(message("practice.solution"))}
+          </button>
+        ) : null}
+      </p>
+      {failed ? <p role="alert">{said(message("practice.failed", { why: failed }))}</p> : null}
+      {solution ? (
+        <div class="solution">
+          <h3>{said(message("practice.solution-title"))}</h3>
+          <Html html={solution.solution} />
+          {solution.figure ? <figure dangerouslySetInnerHTML={{ __html: solution.figure }} /> : null}
+          <details>
+            <summary>{said(message("practice.typed"))}</summary>
+            <pre>
+              <code>{solution.typed}</code>
+            </pre>
+          </details>
+        </div>
+      ) : null}
+    </section>
+  );
+}

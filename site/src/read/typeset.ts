@@ -1,0 +1,117 @@
+// A tree as LaTeX, its terms in their own order and nothing simplified: how an answer was read.
+
+import type { SymbolInfo } from "../bank.js";
+import { asMatrix, type Node, ReadError } from "./tree.js";
+
+type Symbols = Readonly<Record<string, SymbolInfo>>;
+
+const FUNCTIONS: Readonly<Record<string, string>> = {
+  asin: "\\arcsin",
+  acos: "\\arccos",
+  atan: "\\arctan",
+  log: "\\ln",
+  atan2: "\\operatorname{atan2}",
+  sign: "\\operatorname{sign}",
+  acot: "\\operatorname{arccot}",
+};
+const CONSTANTS: Readonly<Record<string, string>> = { pi: "\\pi", E: "e", I: "i" };
+const SUM = 0;
+const PRODUCT = 1;
+const FACTOR = 2;
+const ATOM = 3;
+
+interface Piece {
+  readonly latex: string;
+  readonly level: number;
+}
+
+/** The LaTeX of an answer. */
+export function typesetTree(tree: Node, symbols: Symbols): string {
+  if (
+    tree.kind === "list" &&
+    tree.args.some((arg) => arg.kind !== "eq" && arg.kind !== "in" && arg.kind !== "and")
+  ) {
+    try {
+      return matrix(asMatrix(tree).map((row) => row.map((entry) => piece(entry, symbols).latex)));
+    } catch (error) {
+      if (!(error instanceof ReadError)) throw error;
+    }
+  }
+  return piece(tree, symbols).latex;
+}
+
+function matrix(rows: readonly (readonly string[])[]): string {
+  return `\\begin{bmatrix} ${rows.map((row) => row.join(" & ")).join(" \\\\ ")} \\end{bmatrix}`;
+}
+
+function piece(tree: Node, symbols: Symbols): Piece {
+  const inner = (index: number, level: number) => at(piece(tree.args[index] as Node, symbols), level);
+  const listed = (between: string) => tree.args.map((arg) => piece(arg, symbols).latex).join(between);
+  switch (tree.kind) {
+    case "number":
+    case "decimal":
+      return { latex: tree.text, level: ATOM };
+    case "name":
+      return { latex: named(tree.text, symbols), level: ATOM };
+    case "blank":
+      return { latex: "\\square", level: ATOM };
+    case "neg":
+      return { latex: `-${inner(0, PRODUCT)}`, level: SUM };
+    case "+":
+    case "-":
+      return { latex: `${inner(0, SUM)} ${tree.kind} ${inner(1, PRODUCT)}`, level: SUM };
+    case "*":
+      return { latex: product(inner(0, PRODUCT), inner(1, FACTOR)), level: PRODUCT };
+    case "/":
+      return { latex: `\\frac{${inner(0, SUM)}}{${inner(1, SUM)}}`, level: FACTOR };
+    case "^":
+      return { latex: `${inner(0, ATOM)}^{${inner(1, SUM)}}`, level: FACTOR };
+    case "call":
+      return called(tree, symbols);
+    case "set":
+      return { latex: `\\{${listed(", ")}\\}`, level: ATOM };
+    case "list":
+      return { latex: listed(",\\; "), level: ATOM };
+    case "eq":
+    case "pair":
+      return { latex: listed(" = "), level: SUM };
+    case "in":
+      return { latex: listed(" \\in "), level: SUM };
+    case "and":
+      return { latex: listed(" \\text{ and } "), level: SUM };
+    case "or":
+      return { latex: listed(" \\text{ or } "), level: SUM };
+    case "dict":
+      return { latex: `\\{${listed(", ")}\\}`, level: ATOM };
+  }
+}
+
+function at({ latex, level }: Piece, least: number): string {
+  return level >= least ? latex : `\\left(${latex}\\right)`;
+}
+
+function product(left: string, right: string): string {
+  return /^[\d]/.test(right) ? `${left} \\cdot ${right}` : `${left} \\, ${right}`;
+}
+
+function named(name: string, symbols: Symbols): string {
+  const known = CONSTANTS[name] ?? symbols[name]?.latex;
+  return known ?? `\\text{${name.replace(/[^\p{L}\p{N}.]/gu, " ")}}`;
+}
+
+function called(tree: Node, symbols: Symbols): Piece {
+  const args = tree.args.map((arg) => piece(arg, symbols).latex).join(", ");
+  const short = /^(sin|cos)$/.test(tree.text) ? shorthand(tree.args[0] as Node) : null;
+  if (short) return { latex: `${tree.text[0]}_{${short}}`, level: ATOM };
+  if (tree.text === "sqrt") return { latex: `\\sqrt{${args}}`, level: ATOM };
+  if (tree.text === "abs") return { latex: `\\left|${args}\\right|`, level: ATOM };
+  return { latex: `${FUNCTIONS[tree.text] ?? `\\${tree.text}`}\\left(${args}\\right)`, level: ATOM };
+}
+
+/** "12" for theta1 + theta2; null for any other angle. */
+function shorthand(tree: Node): string | null {
+  if (tree.kind === "name") return /^theta(\d)$/.exec(tree.text)?.[1] ?? null;
+  if (tree.kind !== "+") return null;
+  const [left, right] = tree.args.map(shorthand);
+  return left && right ? left + right : null;
+}
