@@ -39,7 +39,8 @@ def init_assignment(
     write_atomically(folder / "assignment.toml", render("init/assignment.toml.j2", **context))
 
 
-MAKERS = (student_notebook, solution_notebook)
+Maker = Callable[[str, str, str, Sequence[tuple[str, Problem]], bool], NotebookNode]
+MAKERS: tuple[Maker, ...] = (student_notebook, solution_notebook)
 """What makes the notebooks of a student: the one to hand out, and the staff's."""
 
 
@@ -77,9 +78,7 @@ def release_one(work: tuple[Assignment, Certify], student: str) -> Released:
     if all(_edition(path) == assignment.edition for path in (*paths, certificate)):
         return Released(student, "kept")
     problems = assignment.problems(student)
-    notebooks = [make(assignment.title, assignment.key, student, problems, assignment.hints) for make in MAKERS]
-    for notebook in notebooks:
-        notebook.metadata["qdot"].update(digest=assignment.digest, edition=assignment.edition)
+    notebooks = [_notebook(make, assignment, student, problems) for make in MAKERS]
     to_hand_out, solution = map(notebook_text, notebooks)
     there = _content(released)
     # Where the solution alone is an old one, a run was stopped after it had changed the notebook, and told nobody.
@@ -93,6 +92,30 @@ def release_one(work: tuple[Assignment, Certify], student: str) -> Released:
     write_atomically(solved, solution)
     keep(assignment, student, problems)
     return Released(student, outcome)
+
+
+def _notebook(
+    make: Maker, assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]
+) -> NotebookNode:
+    notebook = make(assignment.title, assignment.key, student, problems, assignment.hints)
+    notebook.metadata["qdot"].update(digest=assignment.digest, edition=assignment.edition)
+    return notebook
+
+
+def handout(assignment: Assignment, student: str, failures: Callable[[Problem], Sequence[str]]) -> str:
+    """Return the notebook to hand out: the one in released/, if it is up to date, else made and certified now.
+
+    Raises QdotError where a problem fails its certificate.
+    """
+    released = notebook_path(assignment, student)
+    if _edition(released) == assignment.edition:
+        return _content(released) or ""
+    problems = assignment.problems(student)
+    for _, problem in problems:
+        failed = failures(problem)
+        if failed:
+            raise QdotError(f"{problem.id}: the problem does not pass its certificate: {failed[0]}; please report it")
+    return notebook_text(_notebook(student_notebook, assignment, student, problems))
 
 
 def _content(path: Path) -> str | None:

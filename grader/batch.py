@@ -7,12 +7,12 @@ submission, the assignment, and the versions of problems and grader; a rerun tak
 import contextlib
 import hashlib
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from exercises.assignment import Assignment
+from exercises.assignment import Assignment, Student
 from exercises.errors import QdotError
 from exercises.files import cannot_write, make_folder, remove_left_behind, write_atomically
 from exercises.parallel import ordered_map
@@ -40,21 +40,23 @@ def grade_class(
     jobs: int,
     limits: Limits,
     each: Callable[[Result], None],
+    students: Sequence[Student] | None = None,
 ) -> list[Result]:
-    """Grade everybody on the roster and return the results in its order; `each` is told of every one as it comes.
+    """Grade everybody on the roster, or these `students`, and return the results in that order, telling `each` of them.
 
     Without jobs, everything is done in this process, and whatever ends it ends the grading. Else it costs one student
     a mark until the next run, who is UNGRADED. Raises QdotError, also for a mistake in overrides.csv.
     """
     overrides = read_overrides(assignment)
-    tasks = [Task(student.id, submissions.get(student.id)) for student in assignment.roster]
+    students = assignment.roster if students is None else students
+    tasks = [Task(student.id, submissions.get(student.id)) for student in students]
     cache = cache_of(assignment)
     make_folder(cache)
     remove_left_behind(path for task in tasks for path in _all_kept(cache, task))
     lost = partial(_lost, assignment) if jobs else None
     results = []
     with contextlib.closing(ordered_map(_grade, tasks, jobs, _Desk, (assignment, limits, cache), lost)) as every:
-        for student, handed_in in zip(assignment.roster, every, strict=True):
+        for student, handed_in in zip(students, every, strict=True):
             results.append(settle(assignment, student, handed_in, overrides.get(student.id, {})))
             each(results[-1])
     return results

@@ -7,6 +7,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable
 from contextlib import closing
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,6 +18,7 @@ from exercises.assignment import Assignment, load_assignment
 from exercises.console import note, progress, say
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
+from exercises.files import write_atomically
 from exercises.generate import family_named
 from exercises.problem import ProblemId
 from exercises.release import CORES, Released, release
@@ -26,10 +28,12 @@ from grader.certificates import Kind
 from grader.certify import Task, certificate_text, former_students, tasks_of, unknown_files
 from grader.compare import TYPES, as_json, compare_line, likely_type
 from grader.compare import compare as compare_texts
+from grader.marking import number
 from grader.overrides import OVERRIDES
 from grader.reports.tables import overrides, staff_notes, status
 from grader.sandbox import Limits
 from grader.settle import Result
+from grader.single import found_of_one, grade_one, limits_of, read_time, student_named
 from grader.submission import OTHER_EDITION, find_submissions, opened
 
 Jobs = Annotated[
@@ -139,6 +143,9 @@ def _tasks_of_folder(folder: Path) -> list[Task]:
 
 def check(
     notebook: Annotated[Path, typer.Argument(metavar="NOTEBOOK", help="Your notebook.")],
+    report: Annotated[
+        str, typer.Option(metavar="github=PATH", help="Also write a job summary of GitHub Actions, with annotations.")
+    ] = "",
 ) -> None:
     """Show what will be read from each answer of a notebook.
 
@@ -146,12 +153,22 @@ def check(
     """
     from grader.check import check_notebook
 
+    form, _, summary = report.partition("=")
+    if report and (form != "github" or not summary):
+        raise QdotError(f"--report {report}: write github=PATH, as in github=summary.md")
     checked = check_notebook(notebook)
     rows = checked.rows
     for said in checked.notes:
         say(f"note: {said}")
     for row in rows:
         say(f"{'ok ' if row.readable else '-- '} {row.part}: {row.said}")
+    if summary:
+        from grader.reports.github import check_annotations, check_summary
+
+        write_atomically(Path(summary), check_summary(checked))
+        annotations = check_annotations(notebook, checked)
+        if annotations:
+            say(annotations)
     unreadable = sum(not row.readable for row in rows)
     say(f"{len(rows) - unreadable} of {len(rows)} answers can be read; whether they are right is not checked here")
     if unreadable:
@@ -212,6 +229,12 @@ def grade(
     report: Annotated[
         list[str], typer.Option(metavar="FORMAT=PATH", help="Also write the results so; repeatable. - is stdout.")
     ] = [],  # noqa: B006
+    student: Annotated[
+        str, typer.Option(metavar="ID", help="Grade this student alone; SUBMISSIONS is their notebook or folder.")
+    ] = "",
+    received: Annotated[
+        str, typer.Option(metavar="TIME", help="With --student: when it was handed in, if the file does not tell.")
+    ] = "",
 ) -> None:
     """Grade what a class has handed in, and write feedback.
 
@@ -220,15 +243,20 @@ def grade(
     DIR/graded/results.jsonl, DIR/graded/grades.csv and DIR/graded/feedback/STUDENT.html. What has been graded and
     has not changed is not graded again, so that a run that was stopped goes on where it was. Results that are replaced
     stay in DIR/graded/history/STUDENT.jsonl. DIR/overrides.csv (student,part,points,comment) sets points by hand.
-    The formats of --report are in docs/outlets.md.
+    The formats of --report are in docs/outlets.md. With --student, nothing else is written than these reports.
     """
     from grader.reports.formats import STDOUT, read_reports, write_asked
 
-    asked = read_reports(report)
+    asked = read_reports(report, bool(student))
+    if received and not student:
+        raise QdotError("--received is the time of one student's notebook: name the student with --student ID")
     assignment = load_assignment(folder)
     tell = note if any(path == STDOUT for _, path in asked) else say
-    with opened(submissions or folder / "submitted") as root:
-        results = _grade(assignment, root, jobs, seconds, diff, tell)
+    if student:
+        results = [_grade_one(assignment, submissions, student, received, seconds, tell)]
+    else:
+        with opened(submissions or folder / "submitted") as root:
+            results = _grade(assignment, root, jobs, seconds, diff, tell)
     write_asked(assignment, results, asked)
     if any(status(result) == "ungraded" for result in results):
         raise QdotError(
@@ -249,9 +277,9 @@ def _grade(
         note(said)
     for name in looked.strangers:
         note(f"{name}: no student of that name is on the roster; not graded")
-    _check_sandbox(assignment.sandbox == "strict")
+    check_sandbox(assignment.sandbox == "strict")
     found, folder = looked.found, assignment.folder
-    limits = Limits(seconds=seconds, cell_seconds=max(1, min(20, seconds / 4)) if seconds < 80 else seconds / 6)
+    limits = limits_of(seconds)
     jobs = min(jobs, len(assignment.roster))
     with alone(assignment):
         earlier = earlier_results(assignment)
@@ -266,7 +294,26 @@ def _grade(
     return results
 
 
-def _check_sandbox(strict: bool) -> None:
+def _grade_one(
+    assignment: Assignment, path: Path | None, named: str, received: str, seconds: float, tell: Callable[[str], None]
+) -> Result:
+    student = student_named(assignment, named)
+    time = read_time(received) if received else None
+    if path is not None:
+        found = found_of_one(assignment, path, time)
+    else:
+        found = find_submissions(assignment, assignment.folder / "submitted").found.get(student.id)
+        if found is not None and time is not None:
+            found = replace(found, received=time, platform="option")
+    check_sandbox(assignment.sandbox == "strict")
+    result = grade_one(assignment, student, found, limits_of(seconds))
+    _tell_notes([result])
+    points = f"{number(result['score'])} of {number(result['max_score'])} points"
+    tell(f"{student.id}: {status(result)}, {points}")
+    return result
+
+
+def check_sandbox(strict: bool) -> None:
     """Say what this machine does not enforce. Raises QdotError where the assignment demands that it does."""
     findings = guarantees.probe(quick=not strict)
     if strict and not findings.is_strict:

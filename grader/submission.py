@@ -95,6 +95,13 @@ def find_submissions(assignment: Assignment, root: Path) -> Looked:
     return looked
 
 
+def files_of_one(path: Path, key: str, platform: str, received: datetime.datetime | None) -> Found | None:
+    """Return what is in a folder, or a file, that is known to be of one student; None where there is nothing."""
+    gathered = _Gathered()
+    gathered.add(path, platform, received, None)
+    return gathered.found(key)
+
+
 @contextlib.contextmanager
 def opened(submissions: Path) -> Iterator[Path]:
     """Yield the folder of submissions; a platform's zip is unpacked while the block lasts. Raises QdotError."""

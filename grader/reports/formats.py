@@ -10,6 +10,7 @@ from exercises.assignment import Assignment
 from exercises.console import one_of, say
 from exercises.errors import QdotError
 from exercises.files import write_atomically
+from grader.reports import classroom50, github, gradescope, junit
 from grader.reports.tables import grades_csv
 from grader.settle import Result
 
@@ -18,7 +19,8 @@ from grader.settle import Result
 class Format:
     """A form of the results; `read_by` says which program reads it, `checked` what in our tests reads it as that would.
 
-    `make` takes the assignment and the results in the roster's order, and returns what the file holds.
+    `make` takes the assignment and the results in the roster's order, and returns what the file holds; what `told`
+    returns goes to standard output besides. Some forms are of `one` student only.
     """
 
     name: str
@@ -26,6 +28,8 @@ class Format:
     read_by: str
     checked: str
     make: Callable[[Assignment, Sequence[Result]], str | bytes]
+    one: bool = False
+    told: Callable[[Assignment, Sequence[Result]], str] = lambda *_: ""
 
 
 def _csv(assignment: Assignment, results: Sequence[Result]) -> str:
@@ -41,22 +45,32 @@ FORMATS = {
     for made in (
         Format("csv", "A row a student, a column a part", "spreadsheets", "Python's csv", _csv),
         Format("json", "All there is, as one list", "programs", "our JSON Schema", _json),
+        Format("junit", "A test for every part of every student, in XML", "GitLab, Jenkins, Artemis", "junitparser",
+               junit.junit_xml),
+        Format("github", "A job summary; annotations go to standard output", "GitHub Actions",
+               "markdown-it, by the rules for workflow commands", github.summary, told=github.annotations),
+        Format("gradescope", "results.json of one student (`--student`)", "Gradescope",
+               "a harness with Gradescope's folders", gradescope.results_json, one=True),
+        Format("classroom50", "result.json of one student (`--student`)", "Classroom 50",
+               "the rules of its collector", classroom50.result_json, one=True),
     )
-}
+}  # fmt: skip
 """Every format: one line each."""
 
 STDOUT = "-"
 """The path that is standard output."""
 
 
-def read_reports(asked: Sequence[str]) -> list[tuple[str, str]]:
-    """Return what `--report FORMAT=PATH` asks for, as (format, path). Raises QdotError."""
+def read_reports(asked: Sequence[str], of_one: bool) -> list[tuple[str, str]]:
+    """Return what `--report FORMAT=PATH` asks for, as (format, path), of one student or a class. Raises QdotError."""
     found = []
     for text in asked:
         name, equals, path = text.partition("=")
         if not equals or not path:
             raise QdotError(f"--report {text}: write FORMAT=PATH, as in csv=grades.csv; {STDOUT} is standard output")
         one_of(name, tuple(FORMATS), "--report")
+        if FORMATS[name].one and not of_one:
+            raise QdotError(f"--report {name} is of one student: name them with --student ID")
         found.append((name, path))
     return found
 
@@ -64,7 +78,8 @@ def read_reports(asked: Sequence[str]) -> list[tuple[str, str]]:
 def write_asked(assignment: Assignment, results: Sequence[Result], asked: Sequence[tuple[str, str]]) -> None:
     """Write the reports that were asked for. Raises QdotError where a file can't be written."""
     for name, path in asked:
-        content = FORMATS[name].make(assignment, results)
+        form = FORMATS[name]
+        content = form.make(assignment, results)
         if path != STDOUT:
             write_atomically(Path(path), content)
         elif isinstance(content, bytes):
@@ -72,3 +87,6 @@ def write_asked(assignment: Assignment, results: Sequence[Result], asked: Sequen
             sys.stdout.buffer.write(content)
         else:
             say(content)
+        told = form.told(assignment, results)
+        if told:
+            say(told)

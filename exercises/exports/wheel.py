@@ -1,0 +1,90 @@
+"""qdot itself as a wheel, and the versions of its libraries, for places to which the package index has no qdot to give.
+
+The wheel is made of what is installed here, by the rules of the format (packaging.python.org), and so that the same
+files give the same bytes. It holds no assignment, and nothing by which answers could be found.
+"""
+
+import base64
+import contextlib
+import hashlib
+import io
+import re
+import zipfile
+from collections.abc import Iterable
+from importlib.metadata import Distribution, PackageNotFoundError, distribution
+from pathlib import Path
+
+from exercises.render import template_folder
+
+PACKAGES = Path(__file__).parents[2]
+DATE = (1980, 1, 1, 0, 0, 0)
+"""The date of every file in an archive: the earliest that a zip can have."""
+
+
+def zipped(files: Iterable[tuple[str, bytes, int]]) -> bytes:
+    """Return a zip archive of files (name, content, permissions), in this order, that depends on nothing else."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        for name, content, mode in files:
+            about = zipfile.ZipInfo(name, DATE)
+            about.compress_type, about.create_system = zipfile.ZIP_DEFLATED, 3
+            about.external_attr = (0o100000 | mode) << 16
+            archive.writestr(about, content)
+    return out.getvalue()
+
+
+def wheel() -> tuple[str, bytes]:
+    """Return the wheel's file name and content."""
+    qdot = distribution("qdot")
+    about = f"qdot-{qdot.version}.dist-info"
+    files = [
+        *_modules(),
+        (f"{about}/METADATA", (qdot.read_text("METADATA") or "").encode()),
+        (f"{about}/WHEEL", b"Wheel-Version: 1.0\nGenerator: qdot\nRoot-Is-Purelib: true\nTag: py3-none-any\n"),
+        (f"{about}/entry_points.txt", (qdot.read_text("entry_points.txt") or "").encode()),
+    ]
+    record = "".join(f"{name},sha256={_digest(data)},{len(data)}\n" for name, data in files)
+    files.append((f"{about}/RECORD", f"{record}{about}/RECORD,,\n".encode()))
+    return f"qdot-{qdot.version}-py3-none-any.whl", zipped((name, data, 0o644) for name, data in files)
+
+
+def _modules() -> list[tuple[str, bytes]]:
+    """Return the files of both packages, and the templates as a wheel has them: inside `exercises`."""
+    roots = [PACKAGES / package for package in ("exercises", "grader")]
+    found = {path: path.relative_to(PACKAGES).as_posix() for root in roots for path in root.rglob("*")}
+    templates = template_folder()
+    for path in templates.rglob("*"):
+        found[path] = f"exercises/templates/{path.relative_to(templates).as_posix()}"
+    files = {name: path for path, name in found.items() if path.is_file() and not _is_made(path)}
+    return [(name, files[name].read_bytes()) for name in sorted(files)]
+
+
+def _is_made(path: Path) -> bool:
+    return "__pycache__" in path.parts or path.name.startswith(".")
+
+
+def _digest(data: bytes) -> str:
+    return base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+
+
+def versions() -> str:
+    """Return the versions of the libraries that qdot runs with here, a line each, as pip takes them for constraints."""
+    found: dict[str, str] = {}
+    waiting = [distribution("qdot")]
+    while waiting:
+        for needed in _needed_by(waiting.pop()):
+            if needed.name.lower() not in found:
+                found[needed.name.lower()] = f"{needed.name}=={needed.version}"
+                waiting.append(needed)
+    return "".join(f"{found[name]}\n" for name in sorted(found))
+
+
+def _needed_by(package: Distribution) -> list[Distribution]:
+    """Return what a package needs and is installed; what only one of its extras needs is not meant."""
+    found = []
+    for line in package.requires or ():
+        name, _, marker = line.partition(";")
+        if "extra" not in marker:
+            with contextlib.suppress(PackageNotFoundError):  # another system's
+                found.append(distribution(re.split(r"[^A-Za-z0-9._-]", name, maxsplit=1)[0]))
+    return found

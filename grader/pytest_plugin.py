@@ -1,0 +1,132 @@
+"""pytest --qdot DIR: every part of every student's submission as a test, STUDENT::p1.jacobian.
+
+A part passes with all of its points; else the failure says what was wrong. A part on which qdot itself failed is an
+error, not a failure. pytest loads this module in every run, so that nothing slow is imported before it is asked for.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from exercises.assignment import Assignment, Student
+    from grader.reports.rows import Row
+
+
+class PartFailed(Exception):
+    """A part without all of its points, and why."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Declare the options."""
+    group = parser.getgroup("qdot", "grading velocity-kinematics assignments")
+    group.addoption(
+        "--qdot", metavar="DIR", action="append", default=[], help="grade this assignment folder; may be repeated"
+    )
+    group.addoption(
+        "--qdot-submissions", metavar="PATH", default=None,
+        help="the folder with what was handed in (default: DIR/submitted)",
+    )  # fmt: skip
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Have the assignments collected beside what was asked for anyway. Raises pytest.UsageError."""
+    folders = config.getoption("qdot")
+    if config.getoption("qdot_submissions") and len(folders) != 1:
+        raise pytest.UsageError("--qdot-submissions is of one assignment: give --qdot DIR once")
+    for folder in folders:
+        listed = str(Path(folder).absolute() / "assignment.toml")
+        if not Path(listed).is_file():
+            raise pytest.UsageError(f"--qdot {folder}: there is no assignment.toml in it")
+        if listed not in config.args:
+            config.args.append(listed)
+
+
+def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> "AssignmentFile | None":
+    """Take an assignment.toml that was asked for by --qdot."""
+    asked = {Path(folder).absolute() / "assignment.toml" for folder in parent.config.getoption("qdot")}
+    if file_path not in asked:
+        return None
+    return AssignmentFile.from_parent(parent, path=file_path)  # type: ignore[no-any-return]
+
+
+class AssignmentFile(pytest.File):
+    """An assignment, with its students."""
+
+    def collect(self) -> Iterator["StudentNode"]:
+        """Yield the students of the roster. Bad input is one line, without a traceback."""
+        from exercises.assignment import load_assignment
+        from exercises.errors import QdotError
+        from grader.commands import check_sandbox
+        from grader.submission import find_submissions
+
+        try:
+            assignment = load_assignment(self.path.parent)
+            told = self.config.getoption("qdot_submissions")
+            looked = find_submissions(assignment, Path(told) if told else assignment.folder / "submitted")
+            check_sandbox(assignment.sandbox == "strict")
+        except QdotError as error:
+            raise self.CollectError(str(error)) from None
+        for said in (*looked.unsure, *(f"{name}: nobody on the roster; not graded" for name in looked.strangers)):
+            self.warn(pytest.PytestWarning(said))
+        for student in assignment.roster:
+            yield StudentNode.from_parent(
+                self, name=student.id, assignment=assignment, student=student, found=looked.found.get(student.id)
+            )
+
+
+class StudentNode(pytest.Collector):
+    """A student of an assignment; what they handed in is graded when the first of its parts is run."""
+
+    def __init__(self, assignment: "Assignment", student: "Student", found: Any, **others: Any) -> None:
+        super().__init__(**others)
+        self.assignment, self.student, self.found = assignment, student, found
+        self.graded: dict[str, Row] | None = None
+
+    def collect(self) -> Iterator["PartItem"]:
+        """Yield a test for every part."""
+        for slot in self.assignment.slots:
+            for question in slot.questions:
+                yield PartItem.from_parent(self, name=f"{slot.name}.{question}")
+
+    def rows(self) -> dict[str, "Row"]:
+        """Return what came of each part."""
+        from grader.reports.rows import rows_of
+        from grader.single import grade_one, limits_of
+
+        if self.graded is None:
+            result = grade_one(self.assignment, self.student, self.found, limits_of(120.0))
+            self.graded = {row.part: row for row in rows_of(result)}
+        return self.graded
+
+
+class PartItem(pytest.Item):
+    """A part of a submission."""
+
+    row: "Row"
+
+    def setup(self) -> None:
+        """Grade the submission, if that is not yet done; an exception here is an error, and no failure."""
+        assert isinstance(self.parent, StudentNode)
+        self.row = self.parent.rows()[self.name]
+        self.user_properties += [("points", self.row.points), ("max_points", self.row.max_points)]
+        if self.row.points is None:
+            raise RuntimeError(self.row.said)
+
+    def runtest(self) -> None:
+        """Fail where points are missing."""
+        if not self.row.passed:
+            raise PartFailed(f"{self.row.title}: {self.row.earned} points, {self.row.outcome}\n{self.row.said}")
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
+        """Return the reason alone: where in qdot it was raised concerns nobody."""
+        if isinstance(excinfo.value, PartFailed) or self.row.points is None:
+            return str(excinfo.value)
+        return super().repr_failure(excinfo, style)
+
+    def reportinfo(self) -> tuple[Path, int | None, str]:
+        """Return the test's file and title."""
+        assert isinstance(self.parent, StudentNode)
+        return self.path, None, f"{self.parent.name}::{self.name}"

@@ -1,0 +1,87 @@
+"""A student's result as Classroom 50's result.json (schema classroom50/result/v1), in whole numbers.
+
+Where points are no whole numbers, everything is counted in hundredths. The tests' scores add up to the score, also
+where lateness or a person changed it; the exact points of a part stand beside them.
+"""
+
+import datetime
+import json
+import os
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+from exercises.assignment import Assignment
+from grader.reports.rows import lateness, rows_of, the_only
+from grader.settle import Result
+
+NEVER = "1970-01-01T00:00:00Z"
+"""The time of what was not handed in."""
+
+
+def result_json(assignment: Assignment, results: Sequence[Result]) -> str:
+    """Return result.json; what belongs to the submission's repository comes from the runner's environment."""
+    return of_environment(assignment, the_only(results, "classroom50"), os.environ)
+
+
+def of_environment(assignment: Assignment, result: Result, environment: Mapping[str, str]) -> str:
+    """Return result.json for a runner's environment; what it lacks is left empty, and Classroom 50 refuses that."""
+    rows = rows_of(result)
+    exact = [Fraction(str(row.max_points)) for row in rows]
+    unit = 1 if all(Fraction(str(row.points)).denominator == 1 for row in rows) and _whole(exact) else 100
+    limits = [round(points * unit) for points in exact]
+    score = min(round(Fraction(str(result["score"])) * unit), sum(limits))
+    scores = shared_out(score, [Fraction(str(row.points)) for row in rows], limits)
+    tests = [
+        {
+            "test-name": f"{row.part}: {row.title}", "passed": row.passed, "score": own, "max-score": limit,
+            "points": row.points, "max-points": row.max_points, "outcome": row.outcome, "message": row.said,
+        }
+        for row, own, limit in zip(rows, scores, limits, strict=True)
+    ]  # fmt: skip
+    commit = environment.get("COMMIT_URL", "")
+    content: dict[str, Any] = {
+        "schema": "classroom50/result/v1",
+        "classroom": environment.get("CLASSROOM", ""),
+        "assignment": environment.get("ASSIGNMENT", assignment.key),
+        "assignment_type": environment.get("ASSIGNMENT_TYPE", "individual"),
+        "owner": environment.get("OWNER") or environment.get("USERNAME", ""),
+        "submission": environment.get("SUBMISSION_TAG", ""),
+        "commit": commit,
+        "release": environment.get("RELEASE_URL", ""),
+        "review": environment.get("REVIEW_URL") or commit,
+        "datetime": _instant(result),
+        "score": score,
+        "max-score": sum(limits),
+        "tests": tests,
+        "notes": [said for said in (*result["notes"], lateness(result)) if said],
+    }
+    return json.dumps(content, ensure_ascii=False, indent=1) + "\n"
+
+
+def _whole(points: Sequence[Fraction]) -> bool:
+    return all(each.denominator == 1 for each in points)
+
+
+def _instant(result: Result) -> str:
+    submission = result["submission"]
+    if submission is None or submission["received"] is None:
+        return NEVER
+    moment = datetime.datetime.fromisoformat(submission["received"]).astimezone(datetime.UTC)
+    return moment.strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+def shared_out(whole: int, weights: Sequence[Fraction], limits: Sequence[int]) -> list[int]:
+    """Return whole numbers in proportion to `weights`, none above its limit, that add up to `whole`.
+
+    >>> shared_out(5, [Fraction(1), Fraction(2), Fraction(4)], [1, 2, 4])
+    [1, 1, 3]
+    """
+    total = sum(weights) or 1
+    exact = [Fraction(whole) * weight / total for weight in weights]
+    found = [min(int(share), limit) for share, limit in zip(exact, limits, strict=True)]
+    order = sorted(range(len(found)), key=lambda i: (found[i] - exact[i], i))
+    while (left := whole - sum(found)) > 0:
+        for i in [i for i in order if found[i] < limits[i]][:left]:
+            found[i] += 1
+    return found

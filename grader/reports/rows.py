@@ -1,0 +1,79 @@
+"""A student's result as rows, a part each, as reports for other programs need them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from exercises.errors import QdotError
+from exercises.quizzes import ASKED
+from grader.marking import number
+from grader.reports.tables import status
+from grader.settle import Result
+
+LONGEST = 4000
+"""Characters of what is said of a part."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A part: its name as in "p1.jacobian", its title, what came of it, and what is said of that in one paragraph.
+
+    `points` are None where qdot itself failed: that is never a mark.
+    """
+
+    part: str
+    title: str
+    outcome: str
+    points: float | None
+    max_points: float
+    said: str
+
+    @property
+    def passed(self) -> bool:
+        """Whether all points were earned, or set by a person."""
+        return self.points is not None and self.points >= self.max_points
+
+    @property
+    def earned(self) -> str:
+        """The points in words, as in "1.5 of 2"."""
+        return f"{'no mark' if self.points is None else number(self.points)} of {number(self.max_points)}"
+
+
+def rows_of(result: Result) -> list[Row]:
+    """Return a row for every part, in the order of the assignment."""
+    return [
+        Row(
+            f"{problem['slot']}.{part['name']}", ASKED[part["name"]].title, part["outcome"], part["points"],
+            part["max_points"], _said(part),
+        )
+        for problem in result["problems"]
+        for part in problem["parts"]
+    ]  # fmt: skip
+
+
+def _said(part: dict[str, object]) -> str:
+    override = part["override"]
+    by_hand = ""
+    if isinstance(override, dict):
+        by_hand = f"points set by your instructor{': ' if override['comment'] else ''}{override['comment']}"
+    said = [str(text).rstrip(".") for text in (part["reason"], part["advice"], by_hand) if text]
+    whole = " ".join(". ".join(said).split())
+    return whole if len(whole) <= LONGEST else f"{whole[:LONGEST]} …"
+
+
+def the_only(results: Sequence[Result], form: str) -> Result:
+    """Return the result of the one student whom a report is of. Raises QdotError; also where a part has no mark."""
+    if len(results) != 1:
+        raise QdotError(f"--report {form} is of one student: name them with --student ID")
+    if status(results[0]) == "ungraded":
+        raise QdotError(f"qdot failed on an answer of {results[0]['student']}, so there is no mark for {form}")
+    return results[0]
+
+
+def lateness(result: Result) -> str:
+    """Return what is taken off for lateness, in words; empty where nothing is late."""
+    late = result["late"]
+    if late is None:
+        return ""
+    if not late["penalty"]:
+        return f"late (due {late['due']}), which costs nothing"
+    return f"late (due {late['due']}): {100 * late['penalty']:g} % of {number(late['points_before'])} points taken off"

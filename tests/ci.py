@@ -1,0 +1,85 @@
+"""A CI as our tests need it: repositories to clone, a fresh environment, and the very commands of a workflow."""
+
+import json
+import os
+import subprocess
+import sysconfig
+import venv
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml import YAML
+
+GIT = ["git", "-c", "user.name=t", "-c", "user.email=t@example.org", "-c", "init.defaultBranch=main"]
+
+
+def git(*arguments: str | Path, cwd: Path | None = None) -> str:
+    done = subprocess.run([*GIT, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, check=True)
+    return done.stdout
+
+
+def hosted(folder: Path, server: Path, name: str) -> Path:
+    """Push what is in a folder to a new repository of a server, and return its path there."""
+    bare = server / f"{name}.git"
+    git("init", "--quiet", "--bare", bare)
+    git("init", "--quiet", folder)
+    git("add", "--all", "--force", cwd=folder)
+    git("commit", "--quiet", "--message", "first", cwd=folder)
+    git("push", "--quiet", bare, "HEAD:refs/heads/main", cwd=folder)
+    return bare
+
+
+def read_yaml(path: Path) -> Any:
+    return YAML(typ="safe").load(path.read_text(encoding="utf-8"))
+
+
+class Machine:
+    """A CI's machine: a fresh Python, and only those variables that it is given.
+
+    There is no index of packages: what pip is told to install comes from files, without what it needs; that is lent
+    from this environment afterwards.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.home = folder
+        venv.create(folder / "python", with_pip=True, symlinks=True)
+        self.variables = {
+            "PATH": f"{folder / 'python' / 'bin'}{os.pathsep}/usr/local/bin{os.pathsep}/usr/bin{os.pathsep}/bin",
+            "HOME": str(folder), "LANG": "C.UTF-8", "PIP_NO_DEPS": "1", "PIP_NO_INDEX": "1",
+        }  # fmt: skip
+
+    def lend(self) -> None:
+        """Let what is installed here be found there."""
+        (site,) = (self.home / "python").glob("lib/python3*/site-packages")
+        (site / "lent.pth").write_text(sysconfig.get_paths()["purelib"] + "\n", encoding="utf-8")
+
+    def run(self, command: str, cwd: Path, **variables: str) -> subprocess.CompletedProcess[str]:
+        """Run a command as GitHub and GitLab do: by bash, which stops at the first failure."""
+        done = subprocess.run(
+            ["bash", "-e", "-c", command], cwd=cwd, env={**self.variables, **variables}, capture_output=True, text=True
+        )
+        if " -m pip install " in command:
+            assert done.returncode == 0, done.stderr
+            self.lend()
+        return done
+
+
+def github_steps(workflow: Path, secrets: Mapping[str, str]) -> list[tuple[str, dict[str, str]]]:
+    """Return the commands of a workflow's only job, each with what its `env` gives it; secrets are filled in."""
+    (job,) = read_yaml(workflow)["jobs"].values()
+    found = []
+    for step in job["steps"]:
+        if "run" in step:
+            env = {**job.get("env", {}), **step.get("env", {})}
+            for name, value in env.items():
+                for secret, content in secrets.items():
+                    env[name] = str(env[name]).replace(f"${{{{ secrets.{secret} }}}}", content)
+                assert "${{" not in env[name], value
+            found.append((step["run"], env))
+    return found
+
+
+def write_json(path: Path, content: Any) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(content), encoding="utf-8")
