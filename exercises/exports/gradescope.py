@@ -1,0 +1,34 @@
+"""Gradescope's autograder: a zip with the assignment, its secret and qdot itself, for the staff to upload.
+
+Students never see the zip. Their code runs in the same container, as another user, contained as anywhere; what is in
+the zip is made unreadable to others than root when it is set up.
+"""
+
+from collections.abc import Generator
+
+from exercises.exports.outlet import File, Order
+from exercises.exports.repositories import assignment_files
+from exercises.exports.wheel import versions, wheel, zipped
+from exercises.release import handout
+from exercises.render import render
+
+
+def gradescope(order: Order) -> Generator[File, None, None]:
+    """Yield the autograder's zip, how to set it up, and every student's notebook."""
+    assignment = order.assignment
+    name, content = wheel()
+    about = {"title": assignment.title, "key": assignment.key, "wheel": name}
+    files = [
+        ("setup.sh", render("exports/gradescope-setup.sh.j2", **about).encode(), 0o755),
+        ("run_autograder", render("exports/gradescope-run.sh.j2", **about).encode(), 0o755),
+        *((f"assignment/{path}", data, 0o600) for path, data in assignment_files(order)),
+        ("assignment/secret.txt", f"{assignment.secret}\n".encode(), 0o600),
+        (name, content, 0o644),
+        ("versions.txt", versions().encode(), 0o644),
+    ]
+    yield File("autograder.zip", zipped(files), private=True)
+    yield File("README.md", render("exports/gradescope-readme.md.j2", **about))
+    for student in assignment.roster:
+        notebook = handout(assignment, student.id, order.failures)
+        yield File(f"students/{student.id}/{assignment.key}.ipynb", notebook)
+        order.each()

@@ -1,0 +1,140 @@
+"""What Gradescope's autograder runs: `python -m grader.gradescope [ROOT] [--visibility WHEN]`, ROOT being /autograder.
+
+Reads submission_metadata.json and submission/, writes results/results.json. Where there can be no mark (an unknown
+student, a failure of qdot itself) no results are written and the exit code is 2: Gradescope then says that the
+autograder failed, and gives no points; why is in what staff see of its output.
+"""
+
+import argparse
+import datetime
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from exercises.assignment import Assignment, Student, load_assignment
+from exercises.console import note, say
+from exercises.errors import QdotError
+from exercises.files import write_atomically
+from grader.layouts import Handed
+from grader.marking import number
+from grader.reports.gradescope import VISIBILITY, as_text, content_of
+from grader.reports.rows import the_only
+from grader.roster import Roster
+from grader.single import found_of_one, grade_one, limits_of, student_named
+from grader.submission import read_submission
+
+
+def results_of(root: Path, visibility: str = "visible", seconds: float = 120.0) -> dict[str, Any]:
+    """Return what results.json is to hold. Raises QdotError where there can be no mark."""
+    assignment = load_assignment(root / "source" / "assignment")
+    metadata = read_metadata(root / "submission_metadata.json")
+    submission = root / "submission"
+    student = submitter(assignment, metadata, submission)
+    received = _time(metadata.get("created_at"))
+    due = due_of(metadata)
+    if due is not None:
+        student = replace(student, due=due)
+    found = found_of_one(assignment, submission, received, "Gradescope")
+    result = the_only([grade_one(assignment, student, found, limits_of(seconds))], "gradescope")
+    content = content_of(result, visibility)
+    return best_of(content, metadata) if assignment.attempts == "best" else content
+
+
+def read_metadata(path: Path) -> dict[str, Any]:
+    """Return Gradescope's description of a submission. Raises QdotError."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise QdotError(f"{path} can't be read: {error}") from None
+    if not isinstance(content, dict) or not isinstance(content.get("users"), list) or not content["users"]:
+        raise QdotError(f"{path} names no users")
+    return content
+
+
+def submitter(assignment: Assignment, metadata: dict[str, Any], submission: Path) -> Student:
+    """Return whose submission it is, by identifiers and names as anywhere. Raises QdotError.
+
+    Of a group, it is the one to whom the notebook was handed out.
+    """
+    roster = Roster(assignment.roster)
+    found: dict[str, None] = {}
+    for user in metadata["users"]:
+        ids = tuple(str(user[key]) for key in ("sid", "email", "id") if user.get(key))
+        match = roster.owner(Handed(submission, ids, str(user.get("name") or ""), "Gradescope"))
+        if len(match.students) == 1 and not match.why:
+            found[match.students[0]] = None
+    if len(found) > 1:
+        found = {name: None for name in found if name in _claimed(assignment, submission)}
+    if len(found) != 1:
+        named = ", ".join(str(user.get("email") or user.get("name")) for user in metadata["users"])
+        raise QdotError(
+            f"{named}: not surely one student of roster.csv; add the e-mail address there, and export again"
+        )
+    return student_named(assignment, next(iter(found)))
+
+
+def _claimed(assignment: Assignment, submission: Path) -> set[str]:
+    """Return to whom the notebook was handed out that would be graded, by its metadata."""
+    files = found_of_one(assignment, submission)
+    if files is None or files.obstacle:
+        return set()
+    return {str(read_submission(files.files[0], assignment.key).claims.get("student"))}
+
+
+def due_of(metadata: dict[str, Any]) -> datetime.datetime | None:
+    """Return when it is due in Gradescope for this student, extensions included; None where nothing is said."""
+    own = [user.get("assignment") for user in metadata["users"]]
+    for source in (*own, metadata.get("assignment")):
+        due = _time(source.get("due_date")) if isinstance(source, dict) else None
+        if due is not None:
+            return due
+    return None
+
+
+def best_of(content: dict[str, Any], metadata: dict[str, Any]) -> dict[str, Any]:
+    """Return the results with the score of an earlier submission, where that is higher."""
+    earlier = [
+        float(one["score"])
+        for one in metadata.get("previous_submissions") or ()
+        if isinstance(one.get("score"), (int, float, str)) and not one.get("autograder_error")
+    ]
+    best = max(earlier, default=0.0)
+    if best <= content["score"]:
+        return content
+    said = (
+        f"an earlier submission earned {number(best)} points, which count; this one earned {number(content['score'])}"
+    )
+    return {**content, "score": best, "output": "\n".join(filter(None, (said, content["output"])))}
+
+
+def _time(said: object) -> datetime.datetime | None:
+    try:
+        found = datetime.datetime.fromisoformat(str(said))
+    except ValueError:
+        return None
+    return found if found.tzinfo else found.replace(tzinfo=datetime.UTC)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Grade one submission; 0 if there are results, 2 if not."""
+    parser = argparse.ArgumentParser(prog="python -m grader.gradescope", description=__doc__)
+    parser.add_argument("root", type=Path, nargs="?", default=Path("/autograder"))
+    parser.add_argument("--visibility", choices=VISIBILITY, default="visible")
+    parser.add_argument("--seconds", type=float, default=120.0)
+    given = parser.parse_args(arguments)
+    target = given.root / "results" / "results.json"
+    try:
+        target.unlink(missing_ok=True)
+        content = results_of(given.root, given.visibility, given.seconds)
+        write_atomically(target, as_text(content))
+    except QdotError as error:
+        note(f"qdot: {error}")
+        return 2
+    say(f"{content['extra_data']['student']}: {number(content['score'])} points")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
