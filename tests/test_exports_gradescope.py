@@ -30,9 +30,9 @@ def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     return load_assignment(made.folder)
 
 
-def laid_out(assignment: Assignment, root: Path, notebook: str, **metadata: Any) -> Path:
+def laid_out(of: Assignment, root: Path, notebook: str, **metadata: Any) -> Path:
     """Lay out what Gradescope does for a submission: source, submission, metadata, an empty results."""
-    with zipfile.ZipFile(assignment.folder / "exports" / "gradescope" / "autograder.zip") as archive:
+    with zipfile.ZipFile(of.folder / "exports" / "gradescope" / "autograder.zip") as archive:
         for about in archive.infolist():
             path = Path(archive.extract(about, root / "source"))
             path.chmod(about.external_attr >> 16)
