@@ -11,6 +11,7 @@ import io
 import re
 import zipfile
 from collections.abc import Iterable
+from functools import cache
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
 
@@ -33,6 +34,7 @@ def zipped(files: Iterable[tuple[str, bytes, int]]) -> bytes:
     return out.getvalue()
 
 
+@cache
 def wheel() -> tuple[str, bytes]:
     """Return the wheel's file name and content."""
     qdot = distribution("qdot")
