@@ -49,7 +49,7 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> "Assignmen
     asked = {Path(folder).absolute() / "assignment.toml" for folder in parent.config.getoption("qdot")}
     if file_path not in asked:
         return None
-    return AssignmentFile.from_parent(parent, path=file_path)  # type: ignore[no-any-return]
+    return AssignmentFile.from_parent(parent, path=file_path)
 
 
 class AssignmentFile(pytest.File):
