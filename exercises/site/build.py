@@ -10,8 +10,8 @@ from exercises.errors import QdotError
 from exercises.exports.outlet import Failures
 from exercises.files import make_folder, write_atomically
 from exercises.record import Json
-from exercises.site.pages import Assets, built_assets, favicon, page_text, pages, worker_text
 from exercises.site.bank import FOLDER, Wanted, index_text, write_bank
+from exercises.site.pages import Assets, built_assets, favicon, page_text, pages, worker_text
 
 NOT_BUILT = (
     "the site's scripts are not built: run `make site`, which needs Node and npm; an installed qdot has them already"
