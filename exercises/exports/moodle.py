@@ -119,13 +119,15 @@ def _cloze(form: Numeric) -> str:
 
 
 def _escaped(text: str) -> str:
-    r"""Return plain text as it may stand in an embedded answer, which `}`, `#` and `~` would end.
+    r"""Return plain text as it may stand behind an embedded answer, which `}`, `#` and `~` would end.
+
+    Moodle takes the backslash away before the first two only.
 
     >>> _escaped("R_{1} ~ 2 & 3")
-    'R_{1\\} \\~ 2 &amp; 3'
+    'R_{1\\} ∼ 2 &amp; 3'
     """
-    shown = html.escape(text, quote=False).replace("\\", "\\\\")
-    return "".join(f"\\{sign}" if sign in '}#~/"' else sign for sign in shown)
+    shown = html.escape(text, quote=False).replace("~", "∼")
+    return shown.replace("}", r"\}").replace("#", r"\#")
 
 
 def _base64(content: bytes) -> str:

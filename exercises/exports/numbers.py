@@ -43,10 +43,14 @@ SAME = 1e-8
 
 @dataclass(frozen=True)
 class Given:
-    """What is told of a configuration, as LaTeX: names and values in the order in which they are told."""
+    """What is told of a configuration, as LaTeX: names and values in the order in which they are told.
+
+    `values` are all symbols in numbers.
+    """
 
     joints: tuple[tuple[str, str], ...]
     others: tuple[tuple[str, str], ...]
+    values: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -245,7 +249,7 @@ def _given(chain: Chain, part: Part, drawn: Drawn, reference: sp.Matrix) -> Give
         for name, info in part.symbols.items()
     ]
     others += [(tex(symbol), _value(w, symbol, drawn[symbol])) for symbol in chain.parameters]
-    return Given(joints, tuple(others))
+    return Given(joints, tuple(others), {symbol.name: float(value) for symbol, value in _exact(part, drawn).items()})
 
 
 def _value(w: Wording, symbol: sp.Symbol, value: sp.Expr) -> str:

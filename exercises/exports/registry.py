@@ -1,9 +1,11 @@
 """The outlets by name: `qdot export DIR --to NAME`, and the table of docs/outlets.md."""
 
 from exercises.exports.canvas import canvas_zip
+from exercises.exports.jupyterquiz import jupyterquiz_files
 from exercises.exports.moodle import moodle_xml
 from exercises.exports.outlet import Outlet
 from exercises.exports.paper import html_pages
+from exercises.exports.qti import qti_zip
 
 OUTLETS = {
     outlet.name: outlet
@@ -11,6 +13,11 @@ OUTLETS = {
         Outlet("html", "Handouts as web pages", "any browser", "Chromium", "student", html_pages),
         Outlet("moodle", "A question bank as Moodle XML", "Moodle 4", "our checks of its rules", "variant", moodle_xml),
         Outlet("canvas", "A quiz as QTI 1.2", "Canvas", "our checks of its rules", "variant", canvas_zip),
+        Outlet("qti", "A test as a QTI 2.1 package", "TAO, OpenOlat", "citolab-qti-convert", "variant", qti_zip),
+        Outlet(
+            "jupyterquiz", "Quizzes for notebooks, with the answers in the page", "jupyterquiz, in Jupyter Book, too",
+            "jupyterquiz", "variant", jupyterquiz_files,
+        ),
     )
 }  # fmt: skip
 """Every outlet: one line each."""
