@@ -1,6 +1,7 @@
 """A quiz for Canvas as QTI 1.2: a group for every place and question, of which each student is given one variant."""
 
 from collections.abc import Generator, Sequence
+from typing import Any
 
 from exercises.exports.items import Choose, Item, Match, Numeric, items
 from exercises.exports.markup import (
@@ -18,7 +19,7 @@ from exercises.exports.outlet import File, Order
 from exercises.problem import LETTERS
 from exercises.render import render
 
-IMAGES = "$IMS-CC-FILEBASE$"
+IMAGES = "%24IMS-CC-FILEBASE%24"
 """Where Canvas puts the files of a package."""
 
 
@@ -26,12 +27,14 @@ def canvas_zip(order: Order) -> Generator[File, None, None]:
     """Yield one package, which Canvas imports as a quiz and a question bank."""
     assignment = order.assignment
     files: dict[str, str | bytes] = {}
-    groups = []
+    groups: list[dict[str, Any]] = []
     for number, (category, group) in enumerate(by_category(list(items(order))).items(), 1):
         questions = [_question(one, assignment.key, files) for one in group]
         title = f"{category[1]}: {category[2]}"
-        groups.append({"ident": f"g{number}", "title": title, "points": decimal(group[0].points), "questions": questions})
-    if any(one["reduced"] for group in groups for one in group["questions"]):  # type: ignore[attr-defined]
+        groups.append(
+            {"ident": f"g{number}", "title": title, "points": decimal(group[0].points), "questions": questions}
+        )
+    if any(one["reduced"] for group in groups for one in group["questions"]):
         order.note("Canvas takes one number a question: of vectors and matrices one entry is asked for")
     ident = f"qdot-{assignment.key}"
     told = {

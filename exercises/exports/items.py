@@ -143,10 +143,10 @@ def item(order: Order, variant: Variant, part: Part) -> Item | None:
     """Return a part of a variant as an item, None where it can't be asked."""
     problem = variant.problem
     if isinstance(part.answer, ConditionSet):
-        problem = _in_short(problem, part, order)
-        if problem is None:
+        short = _in_short(problem, part, order)
+        if short is None:
             return None
-        (part,) = problem.parts
+        problem, (part,) = short, short.parts
     return _Maker(variant, problem, part, order.assignment.title, order.assignment.hints).item()
 
 

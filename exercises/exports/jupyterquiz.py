@@ -1,6 +1,7 @@
 """Quizzes for notebooks and Jupyter Book as jupyterquiz reads them: a JSON file a question, and a notebook of all.
 
-Whoever is shown such a quiz has the answers in the page: it is for practice.
+Whoever is shown such a quiz has the answers in the page: it is for practice. Mathematics is MathML, which browsers
+show by themselves: whether there is a MathJax to be called depends on where a notebook is opened.
 """
 
 import base64
@@ -16,6 +17,7 @@ from exercises.exports.markup import body_html, by_category, decimal, limits, li
 from exercises.exports.outlet import File, Order
 from exercises.notebook import KERNEL, notebook_text
 from exercises.render import render
+from exercises.writing.mathml import mathml
 
 Question = dict[str, object]
 _NUDGE = 1e-9
@@ -35,9 +37,13 @@ def jupyterquiz_files(order: Order) -> Generator[File, None, None]:
         reduced = reduced or any(one.number is not None or isinstance(one.form, Match) for one in group)
         yield File(name, json.dumps(questions, indent=1, ensure_ascii=True) + "\n", private=True)
         fixed = isinstance(first.form, Choose) and first.form.fixed
-        shown.append({"title": f"{first.category[1]}: {first.category[2]}", "file": name, "fixed": fixed, "key": name[:-5]})
+        shown.append(
+            {"title": f"{first.category[1]}: {first.category[2]}", "file": name, "fixed": fixed, "key": name[:-5]}
+        )
     if reduced:
-        order.note("jupyterquiz takes one number or one choice a question: of vectors, matrices and matches one is asked")
+        order.note(
+            "jupyterquiz takes one number or one choice a question: of vectors, matrices and matches one is asked"
+        )
     yield File("quizzes.ipynb", _notebook(order.assignment.title, shown), private=False)
 
 
@@ -61,11 +67,11 @@ def _safe(shown: str) -> str:
 
 
 def _question(one: Item) -> Question:
-    form, asked = one.form, _safe(body_html(one.body, _source))
+    form, asked = one.form, _safe(body_html(one.body, _source, mathml))
     if isinstance(form, Choose):
         answers = [
             {
-                "answer": _safe(line_html(option.text)),
+                "answer": _safe(line_html(option.text, mathml)),
                 "correct": option.right,
                 "feedback": "Right." if option.right else escape(option.feedback, quote=False) or "Not this one.",
             }
@@ -79,12 +85,17 @@ def _question(one: Item) -> Question:
 
 
 def _one_of(form: Match, asked: str) -> Question:
-    """Return a choice of the stem that belongs to the first option."""
+    """Return a choice of the stem that belongs to one option, the first that has one."""
+    wanted = min(form.correct)
     answers = [
-        {"answer": _safe(line_html(stem)), "correct": index == 0, "feedback": "Right." if index == 0 else "Not this one."}
+        {
+            "answer": _safe(line_html(stem, mathml)),
+            "correct": index == wanted,
+            "feedback": "Right." if index == wanted else "Not this one.",
+        }
         for stem, index in zip(form.stems, form.correct, strict=True)
     ]
-    text = render("exports/jupyterquiz-match.html.j2", asked=asked, option=form.options[0]).strip()
+    text = render("exports/jupyterquiz-match.html.j2", asked=asked, option=form.options[wanted]).strip()
     return {"question": text, "type": "multiple_choice", "answers": answers}
 
 

@@ -248,11 +248,11 @@ def _given(chain: Chain, part: Part, drawn: Drawn, reference: sp.Matrix) -> Give
         (tex(sp.Symbol(name)), rf"{tex(drawn[sp.Symbol(name)])}\,\text{{{info.unit}}}")
         for name, info in part.symbols.items()
     ]
-    others += [(tex(symbol), _value(w, symbol, drawn[symbol])) for symbol in chain.parameters]
+    others += [(tex(symbol), _value(symbol, drawn[symbol])) for symbol in chain.parameters]
     return Given(joints, tuple(others), {symbol.name: float(value) for symbol, value in _exact(part, drawn).items()})
 
 
-def _value(w: Wording, symbol: sp.Symbol, value: sp.Expr) -> str:
+def _value(symbol: sp.Symbol, value: sp.Expr) -> str:
     return tex_angle(value) if symbol.name.startswith(("alpha", "beta")) else tex_length(value)
 
 

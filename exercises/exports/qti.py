@@ -1,4 +1,4 @@
-"""A test and its items as a QTI 2.1 package: mathematics as MathML, a section for each question that draws a variant."""
+"""A test and its items as a QTI 2.1 package: mathematics as MathML, a section for each question, of its variants."""
 
 import re
 from collections.abc import Generator

@@ -33,7 +33,14 @@ def statement(problem: Problem, title: str, figure: str = "", typed: bool = True
     arm = chain.title or "arm"
     article = "an" if re.match(r"[aeiou]|R[RP]+ ", arm) else "a"
     text = render(
-        "statement.md.j2", chain=chain, title=title, figure=figure, w=Wording(chain), arm=arm, article=article, typed=typed
+        "statement.md.j2",
+        chain=chain,
+        title=title,
+        figure=figure,
+        w=Wording(chain),
+        arm=arm,
+        article=article,
+        typed=typed,
     )
     return _tidy(text)
 
