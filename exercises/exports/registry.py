@@ -11,7 +11,10 @@ OUTLETS = {
     outlet.name: outlet
     for outlet in (
         Outlet("html", "Handouts as web pages", "any browser", "Chromium", "student", html_pages),
-        Outlet("moodle", "A question bank as Moodle XML", "Moodle 4", "our checks of its importer's rules", "variant", moodle_xml),
+        Outlet(
+            "moodle", "A question bank as Moodle XML", "Moodle 4", "our checks of its importer's rules", "variant",
+            moodle_xml,
+        ),
         Outlet("canvas", "A quiz as QTI 1.2", "Canvas", "text2qti (as the model), our checks", "variant", canvas_zip),
         Outlet("qti", "A test as a QTI 2.1 package", "TAO, OpenOlat", "citolab-qti-convert", "variant", qti_zip),
         Outlet(
