@@ -10,7 +10,8 @@ from decimal import Decimal
 
 from exercises.exports.items import Item, Picture
 from exercises.render import render
-from exercises.writing.markup import to_html
+from exercises.writing.fit import fitted
+from exercises.writing.markup import SCREEN, to_html
 
 DIGITS = 10
 """Significant digits to which right values are given to platforms."""
@@ -30,7 +31,7 @@ def mathjax(latex: str, block: bool) -> str:
 
 def text_html(text: str, set_formula: SetFormula = mathjax) -> str:
     """Return Markdown as HTML for a platform."""
-    return to_html(text, set_formula).strip()
+    return to_html(text, lambda latex, block: set_formula(fitted(latex, SCREEN) if block else latex, block)).strip()
 
 
 def line_html(text: str, set_formula: SetFormula = mathjax) -> str:
