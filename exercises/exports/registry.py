@@ -1,8 +1,12 @@
 """The outlets by name: `qdot export DIR --to NAME`, and the table of docs/outlets.md."""
 
+from exercises.exports.canvas import canvas_zip
 from exercises.exports.gradescope import gradescope
+from exercises.exports.jupyterquiz import jupyterquiz_files
+from exercises.exports.moodle import moodle_xml
 from exercises.exports.outlet import Outlet
 from exercises.exports.paper import html_pages
+from exercises.exports.qti import qti_zip
 from exercises.exports.repositories import github, gitlab
 
 OUTLETS = {
@@ -15,6 +19,16 @@ OUTLETS = {
                "a harness with Gradescope's folders, which runs its two scripts", "student", gradescope),
         Outlet("gitlab", "Projects: one that grades, one for each student", "GitLab CI",
                "GitLab's CI schema; bash and git, in fresh clones", "student", gitlab),
+        Outlet(
+            "moodle", "A question bank as Moodle XML", "Moodle 4", "our checks of its importer's rules", "variant",
+            moodle_xml,
+        ),
+        Outlet("canvas", "A quiz as QTI 1.2", "Canvas", "text2qti (as the model), our checks", "variant", canvas_zip),
+        Outlet("qti", "A test as a QTI 2.1 package", "TAO, OpenOlat", "citolab-qti-convert", "variant", qti_zip),
+        Outlet(
+            "jupyterquiz", "Quizzes for notebooks, with the answers in the page", "jupyterquiz, in Jupyter Book, too",
+            "jupyterquiz", "variant", jupyterquiz_files,
+        ),
     )
 }  # fmt: skip
 """Every outlet: one line each."""

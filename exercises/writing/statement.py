@@ -24,13 +24,23 @@ from exercises.writing.wording import Wording
 from exercises.writing.worked import Worked
 
 
-def statement(problem: Problem, title: str, figure: str = "") -> str:
-    """Return what is given: arm, DH table, base, point P, task, symbols. `figure` is Markdown that shows the arm."""
+def statement(problem: Problem, title: str, figure: str = "", typed: bool = True) -> str:
+    """Return what is given: arm, DH table, base, point P, task, symbols. `figure` is Markdown that shows the arm.
+
+    Where answers are no formulas, it need not say how symbols are `typed`.
+    """
     chain = problem.chain
     arm = chain.title or "arm"
     article = "an" if re.match(r"[aeiou]|R[RP]+ ", arm) else "a"
     text = render(
-        "statement.md.j2", chain=chain, title=title, figure=figure, w=Wording(chain), arm=arm, article=article
+        "statement.md.j2",
+        chain=chain,
+        title=title,
+        figure=figure,
+        w=Wording(chain),
+        arm=arm,
+        article=article,
+        typed=typed,
     )
     return _tidy(text)
 

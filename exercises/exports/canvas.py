@@ -1,0 +1,102 @@
+"""A quiz for Canvas as QTI 1.2: a group for every place and question, of which each student is given one variant."""
+
+from collections.abc import Generator, Sequence
+from typing import Any
+
+from exercises.exports.items import Choose, Item, Match, Numeric, items
+from exercises.exports.markup import (
+    archive,
+    body_html,
+    by_category,
+    decimal,
+    file_name,
+    limits,
+    line_html,
+    pictures,
+    svg_file,
+)
+from exercises.exports.outlet import File, Order
+from exercises.problem import LETTERS
+from exercises.render import render
+
+IMAGES = "%24IMS-CC-FILEBASE%24"
+"""Where Canvas puts the files of a package."""
+
+
+def canvas_zip(order: Order) -> Generator[File, None, None]:
+    """Yield one package, which Canvas imports as a quiz and a question bank."""
+    assignment = order.assignment
+    files: dict[str, str | bytes] = {}
+    groups: list[dict[str, Any]] = []
+    for number, (category, group) in enumerate(by_category(list(items(order))).items(), 1):
+        questions = [_question(one, assignment.key, files) for one in group]
+        title = f"{category[1]}: {category[2]}"
+        groups.append(
+            {"ident": f"g{number}", "title": title, "points": decimal(group[0].points), "questions": questions}
+        )
+    if any(one["reduced"] for group in groups for one in group["questions"]):
+        order.note("Canvas takes one number a question: of vectors and matrices one entry is asked for")
+    ident = f"qdot-{assignment.key}"
+    told = {
+        "ident": ident, "title": assignment.title, "groups": groups, "images": sorted(files),
+        "points": decimal(sum(float(str(group["points"])) for group in groups)),
+    }  # fmt: skip
+    package: dict[str, str | bytes] = {
+        "imsmanifest.xml": render("exports/canvas-manifest.xml.j2", **told),
+        f"{ident}/{ident}.xml": render("exports/canvas-quiz.xml.j2", **told),
+        f"{ident}/assessment_meta.xml": render("exports/canvas-meta.xml.j2", **told),
+    }
+    yield File(f"{assignment.key}.zip", archive(package | dict(sorted(files.items()))), private=True)
+
+
+def _question(whole: Item, key: str, files: dict[str, str | bytes]) -> dict[str, object]:
+    """Return a question as the templates show it; its figures go into `files`."""
+    one = whole.number or whole
+    for picture in (*pictures(one.body), *pictures(one.solution)):
+        files[f"images/{file_name(picture)}"] = svg_file(picture)
+    form = one.form
+    made: dict[str, object] = {
+        "ident": f"{key}-{one.key}",
+        "title": one.title,
+        "points": decimal(one.points),
+        "body": body_html(one.body, lambda picture: f"{IMAGES}/images/{file_name(picture)}"),
+        "solution": body_html(one.solution, lambda picture: f"{IMAGES}/images/{file_name(picture)}"),
+        "type": _type(form),
+        "reduced": whole.number is not None,
+        "options": (),
+        "stems": (),
+    }
+    if isinstance(form, Choose):
+        made["options"] = [
+            {"ident": f"{key}-{one.key}-{letter}", "text": line_html(option.text), "option": option}
+            for letter, option in zip(LETTERS, form.options, strict=False)
+        ]
+    elif isinstance(form, Match):
+        made |= _match(form, f"{key}-{one.key}")
+    else:
+        (field,) = form.fields
+        low, high = limits(field.value, field.tolerance)
+        made |= {"value": decimal(field.value), "low": low, "high": high}
+    return made
+
+
+def _type(form: Choose | Match | Numeric) -> str:
+    if isinstance(form, Choose):
+        several = "multiple_answers_question" if form.several else "multiple_choice_question"
+        return "true_false_question" if form.is_true_or_false else several
+    return "matching_question" if isinstance(form, Match) else "numerical_question"
+
+
+def _match(form: Match, key: str) -> dict[str, object]:
+    rights = [{"ident": f"{key}-o{index}", "text": option} for index, option in enumerate(form.options)]
+    stems = [
+        {"ident": f"response_{key}-{LETTERS[number]}", "text": line_html(stem), "right": rights[index]["ident"]}
+        for number, (stem, index) in enumerate(zip(form.stems, form.correct, strict=True))
+    ]
+    return {"stems": stems, "rights": rights, "shares": _shares(stems)}
+
+
+def _shares(stems: Sequence[object]) -> list[str]:
+    """Return what each is worth, of 100 together, to two decimals."""
+    share = round(100 / len(stems), 2)
+    return [f"{share:.2f}"] * (len(stems) - 1) + [f"{100 - share * (len(stems) - 1):.2f}"]

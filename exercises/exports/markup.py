@@ -1,0 +1,115 @@
+"""What outlets for platforms share: texts with figures as HTML, numbers as text, archives of the same bytes."""
+
+import hashlib
+import html
+import io
+import math
+import zipfile
+from collections.abc import Callable, Sequence
+from decimal import Decimal
+
+from exercises.exports.items import Item, Picture
+from exercises.render import render
+from exercises.writing.fit import fitted
+from exercises.writing.markup import SCREEN, to_html
+
+DIGITS = 10
+"""Significant digits to which right values are given to platforms."""
+
+SetFormula = Callable[[str, bool], str]
+
+
+def mathjax(latex: str, block: bool) -> str:
+    r"""Return a formula for a platform that sets LaTeX by MathJax.
+
+    >>> mathjax("a < b", False)
+    '\\(a &lt; b\\)'
+    """
+    left, right = (r"\[", r"\]") if block else (r"\(", r"\)")
+    return f"{left}{html.escape(latex, quote=False)}{right}"
+
+
+def text_html(text: str, set_formula: SetFormula = mathjax) -> str:
+    """Return Markdown as HTML for a platform."""
+    return to_html(text, lambda latex, block: set_formula(fitted(latex, SCREEN) if block else latex, block)).strip()
+
+
+def line_html(text: str, set_formula: SetFormula = mathjax) -> str:
+    """Return one line of Markdown as HTML without a paragraph around it."""
+    shown = text_html(text, set_formula)
+    inner = shown.removeprefix("<p>").removesuffix("</p>")
+    return inner if "<p>" not in inner else shown
+
+
+def body_html(
+    body: Sequence[str | Picture], source: Callable[[Picture], str], set_formula: SetFormula = mathjax
+) -> str:
+    """Return a text with its figures as HTML; `source` says where a picture's file is."""
+    pieces = [
+        {"picture": piece, "source": source(piece), "html": ""}
+        if isinstance(piece, Picture)
+        else {"picture": None, "source": "", "html": text_html(piece, set_formula)}
+        for piece in body
+    ]
+    return render("exports/body.html.j2", pieces=pieces).strip()
+
+
+def pictures(body: Sequence[str | Picture]) -> list[Picture]:
+    """Return the figures of a text."""
+    return [piece for piece in body if isinstance(piece, Picture)]
+
+
+def file_name(picture: Picture) -> str:
+    """Return a file name that other drawings don't have, and that the same drawing has in every question."""
+    return f"{picture.name}-{hashlib.sha256(picture.svg.encode()).hexdigest()[:12]}.svg"
+
+
+def svg_file(picture: Picture) -> bytes:
+    """Return a figure as a file of its own."""
+    return ('<?xml version="1.0" encoding="UTF-8"?>\n' + picture.svg.strip() + "\n").encode()
+
+
+def decimal(value: float) -> str:
+    """Return a number as platforms read it: digits and a point, no exponent.
+
+    >>> decimal(-0.00000012345), decimal(3.0), decimal(0.1 + 0.2)
+    ('-0.00000012345', '3', '0.3')
+    """
+    shown = f"{Decimal(f'{value:.{DIGITS}g}'):f}"
+    return shown.rstrip("0").rstrip(".") if "." in shown else shown
+
+
+def allowance(tolerance: float) -> str:
+    """Return a tolerance as platforms read it, to four digits, never less than it is.
+
+    >>> allowance(0.00123456), allowance(0)
+    ('0.001235', '0')
+    """
+    if tolerance == 0:
+        return "0"
+    step = 10.0 ** (math.floor(math.log10(tolerance)) - 3)
+    return decimal(math.ceil(tolerance / step - 1e-9) * step)
+
+
+def limits(value: float, tolerance: float) -> tuple[str, str]:
+    """Return the least and the greatest value that count."""
+    return decimal(value - float(allowance(tolerance))), decimal(value + float(allowance(tolerance)))
+
+
+def by_category(items: Sequence[Item]) -> dict[tuple[str, str, str], list[Item]]:
+    """Return items by category, categories in the order in which they come up."""
+    found: dict[tuple[str, str, str], list[Item]] = {}
+    for one in items:
+        found.setdefault(one.category, []).append(one)
+    return found
+
+
+def archive(files: dict[str, str | bytes]) -> bytes:
+    """Return a zip archive whose bytes depend on the files alone."""
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as made:
+        for path, content in files.items():
+            info = zipfile.ZipInfo(path, date_time=(1980, 1, 1, 0, 0, 0))
+            info.compress_type, info.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
+            made.writestr(info, content.encode() if isinstance(content, str) else content)
+    return out.getvalue()

@@ -1,0 +1,143 @@
+"""A test and its items as a QTI 2.1 package: mathematics as MathML, a section for each question, of its variants."""
+
+import re
+from collections.abc import Generator
+
+from exercises.exports.items import Choose, Field, Item, Match, Numeric, Picture, items
+from exercises.exports.markup import (
+    allowance,
+    archive,
+    body_html,
+    by_category,
+    decimal,
+    file_name,
+    line_html,
+    pictures,
+    svg_file,
+)
+from exercises.exports.outlet import File, Order
+from exercises.problem import LETTERS
+from exercises.render import render
+from exercises.writing.mathml import plain_mathml
+
+MOST_FIELDS = 4
+"""Fields of an item up to which a wrong number is told the mistake behind it; it is long otherwise."""
+
+_STYLE = re.compile(r' style="[^"]*"')
+
+
+def qti_zip(order: Order) -> Generator[File, None, None]:
+    """Yield one package of a test, its items and their figures."""
+    assignment = order.assignment
+    files: dict[str, str | bytes] = {}
+    images: dict[str, str | bytes] = {}
+    sections, resources = [], []
+    for number, (category, group) in enumerate(by_category(list(items(order))).items(), 1):
+        for one in group:
+            told = _item(one)
+            files[f"items/{one.key}.xml"] = render("exports/qti-item.xml.j2", **told)
+            drawn = {file_name(p): svg_file(p) for p in (*pictures(one.body), *pictures(one.solution))}
+            images |= {f"images/{name}": content for name, content in drawn.items()}
+            resources.append({"ident": one.key, "images": sorted(drawn)})
+        sections.append(
+            {"ident": f"s{number}", "title": f"{category[1]}: {category[2]}", "items": [one.key for one in group]}
+        )
+    ident = f"qdot-{assignment.key}"
+    test = render("exports/qti-test.xml.j2", ident=ident, title=assignment.title, sections=sections)
+    manifest = render("exports/qti-manifest.xml.j2", ident=ident, resources=resources)
+    package = {"imsmanifest.xml": manifest, "test.xml": test} | files | dict(sorted(images.items()))
+    yield File(f"{assignment.key}.zip", archive(package), private=True)
+
+
+def _mathml(latex: str, block: bool) -> str:
+    return plain_mathml(latex, block)
+
+
+def _source(picture: Picture) -> str:
+    return f"../images/{file_name(picture)}"
+
+
+def _html(body: tuple[str | Picture, ...]) -> str:
+    """Return a text as QTI's own part of XHTML: blocks, and no style."""
+    return _STYLE.sub("", body_html(body, _source, _mathml))
+
+
+def _line(text: str) -> str:
+    return _STYLE.sub("", line_html(text, _mathml))
+
+
+def _item(one: Item) -> dict[str, object]:
+    """Return an item as the template shows it."""
+    form = one.form
+    told: dict[str, object] = {
+        "ident": one.key,
+        "title": one.title,
+        "points": decimal(one.points),
+        "body": _html(one.body),
+        "solution": _html(one.solution),
+        "feedback": [],
+        "type": "",
+        "form": form,
+    }
+    if isinstance(form, Choose):
+        options = [
+            {"ident": letter, "text": _line(option.text), "right": option.right, "feedback": option.feedback}
+            for letter, option in zip(LETTERS, form.options, strict=False)
+        ]
+        right = sum(option.right for option in form.options)
+        told |= {
+            "type": "choose",
+            "options": options,
+            "share": decimal(one.points / right),
+            "feedback": [(f"wrong-{option['ident']}", option["feedback"]) for option in options if option["feedback"]],
+        }
+    elif isinstance(form, Match):
+        told |= {
+            "type": "match",
+            "stems": [(f"S{number}", _line(stem)) for number, stem in enumerate(form.stems)],
+            "targets": [(f"T{number}", option) for number, option in enumerate(form.options)],
+            "pairs": [f"S{number} T{index}" for number, index in enumerate(form.correct)],
+            "share": decimal(one.points / len(form.stems)),
+        }
+    else:
+        told |= _numbers(form, one.points)
+    return told
+
+
+def _numbers(form: Numeric, points: float) -> dict[str, object]:
+    count = len(form.fields)
+    numbers = {id(field): number for number, field in enumerate(form.fields, 1)}
+    telling = count <= MOST_FIELDS
+    made = [[_field(entry, numbers.get(id(entry), 0), telling) for entry in row] for row in form.rows]
+    fields = [field for row in made for field in row if field["ident"]]
+    return {
+        "type": "numbers",
+        "rows": made,
+        "column": len(form.rows[0]) == 1,
+        "fields": fields,
+        "share": decimal(points / count),
+        "feedback": [(wrong["ident"], wrong["advice"]) for field in fields for wrong in field["wrong"]],  # type: ignore[attr-defined]
+    }
+
+
+def _field(entry: Field | str, number: int, telling: bool) -> dict[str, object]:
+    if isinstance(entry, str):
+        return {"ident": "", "text": entry}
+    wrong = [
+        {
+            "ident": f"wrong-{number}-{k}",
+            "value": decimal(one.value),
+            "tolerance": allowance(one.tolerance),
+            "advice": one.advice,
+        }
+        for k, one in enumerate(entry.wrong if telling else (), 1)
+    ]
+    return {
+        "ident": f"R{number}",
+        "text": "",
+        "label": _line(f"${entry.label}$"),
+        "unit": entry.unit,
+        "value": decimal(entry.value),
+        "tolerance": allowance(entry.tolerance),
+        "wrong": wrong,
+    }
