@@ -118,4 +118,7 @@ def _latex(order: Order, made: Sequence[Sheet], asked: Sequence[Question]) -> st
 
 
 def _html(order: Order, made: Sequence[Sheet], asked: Sequence[Question]) -> str:
-    return render("exports/paper.html.j2", **_given(order, made, asked), markup=to_html, narrow=NARROW)
+    def markup(text: str, share: float = 1.0) -> str:
+        return to_html(text, share=share)
+
+    return render("exports/paper.html.j2", **_given(order, made, asked), markup=markup, narrow=NARROW)
