@@ -28,6 +28,8 @@ MOST_WORKING, PER_ROW = 80, 6
 """The most of them, and how many more a row of a matrix gets after the second."""
 ROW, WIDE_ROW = 10, 13
 """Millimetres of height of a box's rows: where they are as wide as the page, and where several share it."""
+FIGURE = 90
+"""Millimetres of height of a figure, at most."""
 VERSIONS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
@@ -74,6 +76,11 @@ class Asked:
     solution: str
     solution_figure: Figure | None
     answer: str
+
+    @property
+    def room(self) -> int:
+        """About how many millimetres of height a part takes that has a box."""
+        return (self.box.room if self.box else 0) + (FIGURE if self.figure else 0)
 
 
 @dataclass(frozen=True)

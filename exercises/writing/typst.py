@@ -1,8 +1,8 @@
 """Our Markdown with LaTeX formulas as Typst markup, for PDF without a TeX installation.
 
 Every formula is a call that has it in words, too: `#formula("words", $…$)` or, on lines of its own,
-`#formulas("words", $…$, size)`; the template exports/paper.typ.j2 defines both. Punctuation is escaped: text can't become
-markup.
+`#formulas("words", $…$, size)`; the template exports/paper.typ.j2 defines both. Punctuation is escaped: text can't
+become markup.
 """
 
 import re
