@@ -1,16 +1,18 @@
 """The command that hands problems to other programs and to people: export."""
 
 import contextlib
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from exercises.assignment import Assignment, load_assignment
+from exercises.assignment import load_assignment
 from exercises.console import note, progress, say
 from exercises.errors import unknown
-from exercises.exports.outlet import Order
+from exercises.exports.outlet import PAGES, SHEETS, Order
 from exercises.exports.registry import OUTLETS
+from exercises.exports.sheet import VERSIONS
 from exercises.files import write_atomically
 from exercises.release import CORES
 from grader.certify import failures_of
@@ -27,6 +29,14 @@ def export(
     solutions: Annotated[
         bool, typer.Option("--solutions", help="Paper and screen: with the worked solutions.")
     ] = False,
+    sheet: Annotated[
+        str, typer.Option(metavar="SHEET", help=f"Paper and screen: {', '.join(SHEETS)} (docs/paper.md).")
+    ] = SHEETS[0],
+    versions: Annotated[
+        int,
+        typer.Option(min=0, max=len(VERSIONS), help="Paper: so many versions A, B, … without names, for an exam hall."),
+    ] = 0,
+    page: Annotated[str, typer.Option(metavar="SIZE", help=f"PDF and LaTeX: {' or '.join(PAGES)}.")] = PAGES[0],
     jobs: Jobs = CORES,
 ) -> None:
     """Write an assignment as quizzes for learning platforms, as handouts, or as a repository that grades itself.
@@ -37,23 +47,27 @@ def export(
     for name in to:
         if name not in OUTLETS:
             raise unknown("outlet", name, list(OUTLETS))
+    for given, known, what in ((sheet, SHEETS, "sheet"), (page, PAGES, "page size")):
+        if given not in known:
+            raise unknown(what, given, list(known))
     assignment = load_assignment(folder)
+    order = Order(assignment, failures_of, variants, solutions, sheet, versions, page, jobs, note=note)
     for said in assignment.notes:
         note(said)
     for name in dict.fromkeys(to):
         target = folder / "exports" / name if out is None else out if len(set(to)) == 1 else out / name
-        count = _export(assignment, name, target, variants, solutions, jobs)
+        count = _export(order, name, target)
         say(f"{name}: {count} {'file' if count == 1 else 'files'} in {target}")
 
 
-def _export(assignment: Assignment, name: str, target: Path, variants: int, solutions: bool, jobs: int) -> int:
+def _export(order: Order, name: str, target: Path) -> int:
     outlet = OUTLETS[name]
-    order = Order(assignment, failures_of, variants, solutions, jobs)
     count = 0
-    with progress(f"exporting to {name}", outlet.steps(order)) as counter:
-        order = Order(assignment, failures_of, variants, solutions, jobs, counter.step, note)
-        with contextlib.closing(outlet.files(order)) as files:
-            for file in files:
-                write_atomically(target / file.path, file.content, 0o600 if file.private else 0o644)
-                count += 1
+    with (
+        progress(f"exporting to {name}", outlet.steps(order)) as counter,
+        contextlib.closing(outlet.files(replace(order, each=counter.step))) as files,
+    ):
+        for file in files:
+            write_atomically(target / file.path, file.content, 0o600 if file.private else 0o644)
+            count += 1
     return count

@@ -71,10 +71,10 @@ def test_every_outlet_writes_the_same_files_twice(order: Order) -> None:
 def test_export_as_an_instructor_uses_it(order: Order, tmp_path: Path) -> None:
     folder = order.assignment.folder
     assert "html: 1 file in" in run("export", folder, "--to", "html", "--solutions", "--jobs", "1")
-    page = folder / "exports" / "html" / "ada" / "p1.html"
+    page = folder / "exports" / "html" / "handout-solutions" / "ada.html"
     assert stat.S_IMODE(page.stat().st_mode) == 0o600  # it has the answers
     run("export", folder, "--to", "html", "--out", tmp_path / "here", "--jobs", "1")
-    assert stat.S_IMODE((tmp_path / "here" / "ada" / "p1.html").stat().st_mode) == 0o644
+    assert stat.S_IMODE((tmp_path / "here" / "handout" / "ada.html").stat().st_mode) == 0o644
     assert "unknown outlet 'htm' (did you mean 'html'?)" in fails("export", folder, "--to", "htm")
     assert "no-such" in fails("export", tmp_path / "no-such", "--to", "html")
 

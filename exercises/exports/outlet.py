@@ -11,10 +11,18 @@ Failures = Callable[[Problem], Sequence[str]]
 """Returns what is wrong with a problem; it is handed to other processes, so it is a function of a module."""
 
 
+SHEETS = ("handout", "exam", "key")
+"""Problems to work on; the same with room to write in; the answers in short, for the staff."""
+PAGES = ("a4", "letter")
+"""Sizes of paper."""
+
+
 @dataclass(frozen=True)
 class Order:
-    """What is to be exported: `variants` of each problem where a platform draws from a bank, `solutions` on paper.
+    """What is to be exported: `variants` of each problem where a platform draws from a bank.
 
+    On paper: which `sheet` (of SHEETS), with worked `solutions` or not, for everybody on the roster or, without names,
+    so many `versions`; the size of a `page` (of PAGES).
     `failures` certifies a problem; none leaves without that. `each` is told of every variant or student that is done,
     `note` of what the staff should know.
     """
@@ -23,6 +31,9 @@ class Order:
     failures: Failures
     variants: int = 20
     solutions: bool = False
+    sheet: str = "handout"
+    versions: int = 0
+    page: str = "a4"
     jobs: int = 1
     each: Callable[[], None] = lambda: None
     note: Callable[[str], None] = lambda _: None
@@ -59,5 +70,6 @@ class Outlet:
         """Return how many times `order.each` is going to be told."""
         assignment = order.assignment
         return {
-            "variant": len(assignment.slots) * order.variants, "student": len(assignment.roster), "once": 1,
+            "variant": len(assignment.slots) * order.variants, "once": 1,
+            "student": order.versions or len(assignment.roster),
         }[self.per]  # fmt: skip

@@ -1,15 +1,124 @@
-"""Handouts: a page for every student, with or without solutions."""
+"""Handouts, exams and keys on paper and screen: HTML, PDF and LaTeX of the same sheets."""
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
 
+from exercises.errors import QdotError
 from exercises.exports.outlet import File, Order
-from exercises.show import show
+from exercises.exports.sheet import Sheet, sheets
+from exercises.figure.tikz import tikz
+from exercises.render import render
+from exercises.writing.markup import latex_escaped, to_html, to_latex
+from exercises.writing.typst import to_typst, typst_escaped, typst_string
+
+NARROW = 0.8
+"""The share of a page's width that a formula may take beside a name."""
+BATCH = 8
+"""Sheets that are laid out at once: a class's pages need not all be in memory."""
+NO_TYPST = "PDF needs the library typst, which is not installed; get it with: pip install 'qdot[pdf]'"
 
 
-def html_pages(order: Order) -> Generator[File, None, None]:
-    """Yield every problem of every student as a page of its own."""
-    for student in order.assignment.roster:
-        for slot, problem in order.assignment.problems(student.id):
-            page = show(problem, order.solutions, "html", hinted=order.assignment.hints)
-            yield File(f"{student.id}/{slot}.html", page, private=order.solutions)
-        order.each()
+@dataclass(frozen=True)
+class Question:
+    """A part of an assignment with everybody's answer, for who marks one question after the other."""
+
+    label: str
+    title: str
+    points: str
+    answers: tuple[tuple[str, str], ...]
+
+
+def html(order: Order) -> Generator[File, None, None]:
+    """Yield a page for every student or version, and for a key the class's."""
+    return _files(order, "html", _html, whole=False)
+
+
+def latex(order: Order) -> Generator[File, None, None]:
+    """Yield LaTeX source that needs no other files, for every student or version, and for a key the class's."""
+    return _files(order, "tex", _latex, whole=False)
+
+
+def pdf(order: Order) -> Generator[File, None, None]:
+    """Yield a PDF for every student or version, and one of all of them to print. Raises QdotError without typst."""
+    compile_pdf("")
+    return _files(order, "pdf", lambda *given: compile_pdf(typst_source(*given)), whole=True)
+
+
+Write = Callable[[Order, Sequence[Sheet], Sequence[Question]], str | bytes]
+
+
+def _files(order: Order, ending: str, write: Write, whole: bool) -> Generator[File, None, None]:
+    """Yield a file for each sheet, then one of all: of a key everybody's answers by question, else all, if `whole`."""
+    key = order.sheet == "key"
+    if key and order.solutions:
+        raise QdotError("a key has no worked solutions; these are on --sheet handout or exam, with --solutions")
+    private = key or order.solutions
+    stem = f"{order.sheet}{'-versions' if order.versions else ''}{'-solutions' if order.solutions else ''}"
+    made: list[Sheet] = []
+    for sheet in sheets(order):
+        yield File(f"{stem}/{sheet.file}.{ending}", write(order, [sheet], ()), private)
+        made.append(sheet)
+    if key:
+        yield File(f"{stem}-all.{ending}", write(order, (), questions(made)), private)
+    elif whole:
+        yield File(f"{stem}-all.{ending}", write(order, made, ()), private)
+
+
+def questions(made: Sequence[Sheet]) -> tuple[Question, ...]:
+    """Return every part with the answers of all sheets to it."""
+    return tuple(
+        Question(part.label, part.title, part.points, tuple(
+            (sheet.student or sheet.name, other.answer)
+            for sheet in made for other in sheet.parts if other.label == part.label
+        ))
+        for part in made[0].parts
+    )  # fmt: skip
+
+
+def _given(order: Order, made: Sequence[Sheet], asked: Sequence[Question]) -> dict[str, object]:
+    return {
+        "title": order.assignment.title, "kind": order.sheet, "solutions": order.solutions, "page": order.page,
+        "sheets": made, "questions": asked,
+    }  # fmt: skip
+
+
+# --- PDF ---
+
+
+def typst_source(order: Order, made: Sequence[Sheet], asked: Sequence[Question]) -> str:
+    """Return the Typst document of some sheets."""
+    return render(
+        "exports/paper.typ.j2", **_given(order, made, asked), markup=to_typst, plain=typst_escaped, string=typst_string,
+        narrow=NARROW,
+    )  # fmt: skip
+
+
+def compile_pdf(source: str) -> bytes:
+    """Return a Typst document as PDF/UA-1; the same bytes on every machine: only fonts of the library, no date.
+
+    Raises QdotError without the library.
+    """
+    try:
+        import typst
+    except ImportError:
+        raise QdotError(NO_TYPST) from None
+    if not source:
+        return b""
+    return bytes(typst.compile(source.encode(), ignore_system_fonts=True, pdf_standards=["ua-1"], timestamp=0))
+
+
+# --- LaTeX and HTML ---
+
+
+def _latex(order: Order, made: Sequence[Sheet], asked: Sequence[Question]) -> str:
+    return render(
+        "exports/paper.tex.j2", **_given(order, made, asked), markup=to_latex, plain=latex_escaped, draw=tikz,
+        narrow=NARROW,
+    )  # fmt: skip
+
+
+def _html(order: Order, made: Sequence[Sheet], asked: Sequence[Question]) -> str:
+    def markup(text: str, share: float = 1.0) -> str:
+        return to_html(text, share=share)
+
+    return render("exports/paper.html.j2", **_given(order, made, asked), markup=markup, narrow=NARROW)

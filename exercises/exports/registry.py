@@ -5,14 +5,13 @@ from exercises.exports.gradescope import gradescope
 from exercises.exports.jupyterquiz import jupyterquiz_files
 from exercises.exports.moodle import moodle_xml
 from exercises.exports.outlet import Outlet
-from exercises.exports.paper import html_pages
+from exercises.exports.paper import html, latex, pdf
 from exercises.exports.qti import qti_zip
 from exercises.exports.repositories import github, gitlab
 
 OUTLETS = {
     outlet.name: outlet
     for outlet in (
-        Outlet("html", "Handouts as web pages", "any browser", "Chromium", "student", html_pages),
         Outlet("github", "Repositories: one that grades, one for each student", "GitHub Actions",
                "GitHub's workflow schema; bash and git, in fresh clones", "student", github),
         Outlet("gradescope", "An autograder's zip, and notebooks", "Gradescope",
@@ -29,6 +28,11 @@ OUTLETS = {
             "jupyterquiz", "Quizzes for notebooks, with the answers in the page", "jupyterquiz, in Jupyter Book, too",
             "jupyterquiz", "variant", jupyterquiz_files,
         ),
+        Outlet("html", "Handouts, exams and keys as web pages", "any browser", "our checks of its structure", "student", html),
+        Outlet("pdf", "Handouts, exams and keys as PDF/UA-1, also one for the whole class", "any reader of PDF",
+               "Poppler", "student", pdf),
+        Outlet("latex", "Handouts, exams and keys as LaTeX source", "LaTeX with TikZ", "our reader of LaTeX", "student",
+               latex),
     )
 }  # fmt: skip
 """Every outlet: one line each."""

@@ -18,10 +18,11 @@ WIDTH = 100
 SCREEN, PAPER = 44.0, 38.0
 """How wide formulas may be in HTML, for a page of 900 pixels and for A4 in print, and in LaTeX, in em (see `fit`)."""
 _FORMULA = re.compile(r"\$\$(.+?)\$\$|\$([^$]+?)\$", re.DOTALL)
-_HOLDER = re.compile("\ue000(\\d+)\ue001")
+HOLDER = re.compile("\ue000(\\d+)\ue001")
+"""What stands for a formula while the text around it is taken apart: its number among the formulas."""
 
 
-def _parsed(text: str) -> tuple[list[Token], list[tuple[str, bool]]]:
+def parsed_markdown(text: str) -> tuple[list[Token], list[tuple[str, bool]]]:
     """Return the tokens of a text, with holders for its formulas, and these: LaTeX, and whether on lines of its own."""
     formulas: list[tuple[str, bool]] = []
 
@@ -33,23 +34,26 @@ def _parsed(text: str) -> tuple[list[Token], list[tuple[str, bool]]]:
     return MarkdownIt("commonmark").enable("table").parse(_FORMULA.sub(hold, text)), formulas
 
 
-def to_html(text: str, formula: Callable[[str, bool], str] | None = None) -> str:
-    """Return HTML, formulas as MathML; raw HTML in the text is kept.
+def to_html(text: str, formula: Callable[[str, bool], str] | None = None, share: float = 1.0) -> str:
+    """Return HTML, formulas as MathML; raw HTML in the text is kept. It may take a `share` of a page's width.
 
     With `formula`, that says what becomes of LaTeX, and of whether it stands on lines of its own.
     """
-    tokens, formulas = _parsed(text)
+    tokens, formulas = parsed_markdown(text)
     parser = MarkdownIt("commonmark").enable("table")
     page = parser.renderer.render(tokens, parser.options, {})
-    made = formula or _mathml
-    return _HOLDER.sub(lambda match: made(*formulas[int(match.group(1))]), str(page))
+
+    def made(latex: str, block: bool) -> str:
+        return _mathml(latex, block, share * SCREEN) if formula is None else formula(latex, block)
+
+    return HOLDER.sub(lambda match: made(*formulas[int(match.group(1))]), str(page))
 
 
-def _mathml(latex: str, block: bool) -> str:
+def _mathml(latex: str, block: bool, room: float) -> str:
     if not block:
         return mathml(latex)
-    shown = fitted(latex, SCREEN)
-    return mathml(shown, True, min(100, int(100 * SCREEN / width(shown))))
+    shown = fitted(latex, room)
+    return mathml(shown, True, min(100, int(100 * room / width(shown))))
 
 
 # --- LaTeX ---
@@ -76,21 +80,24 @@ def latex_escaped(text: str) -> str:
     return "".join(_SPECIAL.get(ch, ch) for ch in text)
 
 
-def to_latex(text: str) -> str:
-    """Return the body of a LaTeX document; needs amsmath and booktabs, leaves raw HTML out."""
-    tokens, formulas = _parsed(text)
+def to_latex(text: str, share: float = 1.0) -> str:
+    """Return the body of a LaTeX document; needs amsmath and booktabs, leaves raw HTML out.
+
+    It may take a `share` of a page's width.
+    """
+    tokens, formulas = parsed_markdown(text)
 
     def formula(match: re.Match[str]) -> str:
         latex, block = formulas[int(match.group(1))]
         if not block:
             return f"${latex}$"
-        shown = fitted(latex, PAPER)
-        share = PAPER / width(shown)
-        size = next((name for least, name in _SIZES if share >= least), r"\scriptsize")
+        shown = fitted(latex, share * PAPER)
+        fits = share * PAPER / width(shown)
+        size = next((name for least, name in _SIZES if fits >= least), r"\scriptsize")
         display = f"\\[\n{shown}\n\\]"
         return f"{{{size}\n{display}\n}}" if size else display
 
-    return _HOLDER.sub(formula, _latex_of(tokens)).strip() + "\n"
+    return HOLDER.sub(formula, _latex_of(tokens)).strip() + "\n"
 
 
 def _latex_of(tokens: Sequence[Token]) -> str:
@@ -121,13 +128,13 @@ def _latex_of(tokens: Sequence[Token]) -> str:
 
 def to_text(text: str) -> str:
     """Return text for a terminal, at most 100 characters wide except for long formulas."""
-    tokens, formulas = _parsed(text)
+    tokens, formulas = parsed_markdown(text)
 
     def formula(match: re.Match[str]) -> str:
         latex, block = formulas[int(match.group(1))]
         return f"\n\n{textwrap.indent(unicode_math(latex), '    ')}\n\n" if block else unicode_math(latex).strip()
 
-    lines = _Lines(lambda inline: _HOLDER.sub(formula, _plain(inline)))
+    lines = _Lines(lambda inline: HOLDER.sub(formula, _plain(inline)))
     for index, token in enumerate(tokens):
         lines.take(token, tokens[index - 1])
     return re.sub(r"\n{3,}", "\n\n", "\n\n".join(lines.blocks)).strip() + "\n"

@@ -70,26 +70,26 @@ def option_text(problem: Problem, part: Part, index: int) -> str:
 
 def hints(problem: Problem, part: Part) -> tuple[str, str, str]:
     """Return three hints for this very arm, from gentle to nearly there; none of them holds the answer."""
-    chain, steps = problem.chain, _worked(problem.chain)
+    chain, steps = problem.chain, worked_steps(problem.chain)
     text = _macros(part).hints(part, chain, derive(chain), Wording(chain), steps)
-    gentle, plan, nearly = (_with_meanings(steps, hint) for hint in re.split(r"^---$", text, flags=re.MULTILINE))
+    gentle, plan, nearly = (with_meanings(steps, hint) for hint in re.split(r"^---$", text, flags=re.MULTILINE))
     return gentle, plan, nearly
 
 
 def worked_solution(problem: Problem, part: Part) -> str:
     """Return the way to the answer as the chapter would print it: formula, steps, result, what it means."""
-    chain, steps = problem.chain, _worked(problem.chain)
-    return _with_meanings(steps, _macros(part).solution(part, chain, derive(chain), Wording(chain), steps))
+    chain, steps = problem.chain, worked_steps(problem.chain)
+    return with_meanings(steps, _macros(part).solution(part, chain, derive(chain), Wording(chain), steps))
 
 
-def _with_meanings(steps: Worked, text: str) -> str:
+def with_meanings(steps: Worked, text: str) -> str:
     """Return text on an arm after what the names of angles in it stand for."""
     used = [(name, tex(angle)) for name, angle in steps.angles.meanings.items() if str(name) in text]
     return _tidy(render("solution.md.j2", angles=used, solution=text))
 
 
 @lru_cache(maxsize=256)
-def _worked(chain: Chain) -> Worked:
+def worked_steps(chain: Chain) -> Worked:
     """Return the steps of an arm, kept because several parts show the same ones."""
     return Worked(chain)
 

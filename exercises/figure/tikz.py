@@ -1,0 +1,141 @@
+"""A figure's SVG as TikZ, so that LaTeX draws it itself without a converter: the few elements that figures have."""
+
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+from exercises.render import render
+from exercises.writing.latex_tree import LETTERS
+from exercises.writing.markup import latex_escaped
+
+POINTS = 0.565
+"""How many points (1/72.27 inch) a pixel becomes."""
+_GREEK = {char: name for name, char in LETTERS.items() if name not in ("phi", "square")}
+_LOW = "₀₁₂₃₄₅₆₇₈₉"
+_DIGITS = str.maketrans(_LOW, "0123456789")
+_JOINS = {"stroke-linejoin": "line join", "stroke-linecap": "line cap"}
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """A line, a polygon, a circle or a rounded box, with the options that TikZ draws it with; in pixels, y down."""
+
+    options: tuple[str, ...]
+    points: tuple[tuple[float, float], ...]
+    closed: bool = False
+    radius: float = 0.0
+
+
+@dataclass(frozen=True)
+class Run:
+    """Lettering in LaTeX at a size in points, raised by so many."""
+
+    latex: str
+    size: float
+    raised: float
+
+
+@dataclass(frozen=True)
+class Lettering:
+    """Runs on a line, centred, with the baseline at `point`."""
+
+    point: tuple[float, float]
+    colour: str
+    runs: tuple[Run, ...]
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """Where a group's own coordinates lie, and how large they are."""
+
+    x: float = 0.0
+    y: float = 0.0
+    scale: float = 1.0
+
+    def at(self, x: str | float, y: str | float) -> tuple[float, float]:
+        return self.x + self.scale * float(x), self.y + self.scale * float(y)
+
+
+def tikz(svg: str) -> str:
+    """Return a tikzpicture of one of our figures; needs tikz. Raises ValueError for SVG that no figure of ours has."""
+    root = ET.fromstring(svg)  # noqa: S314 - our own figure
+    drawn = list(_drawn(root, _Frame(), {}))
+    return render("figure.tex.j2", drawn=drawn, unit=POINTS, end=(root.get("width"), root.get("height")))
+
+
+def _drawn(parent: ET.Element, frame: _Frame, inherited: Mapping[str, str]) -> Iterator[Stroke | Lettering]:
+    for one in parent:
+        tag, given = one.tag.split("}")[-1], {**inherited, **one.attrib}
+        if tag == "g":
+            yield from _drawn(one, _moved(frame, one.get("transform", "")), given)
+        elif tag in ("polyline", "polygon"):
+            pairs = (pair.split(",") for pair in given["points"].split())
+            yield Stroke(_options(given, frame), tuple(frame.at(*pair) for pair in pairs), tag == "polygon")
+        elif tag == "circle":
+            centre = frame.at(given["cx"], given["cy"])
+            yield Stroke(_options(given, frame), (centre,), True, frame.scale * float(given["r"]))
+        elif tag == "rect":
+            x, y, wide, high = (float(given[name]) for name in ("x", "y", "width", "height"))
+            ends = ((x, y), (x + wide, y), (x + wide, y + high), (x, y + high))
+            rounded = f"rounded corners={POINTS * float(given.get('rx', 0)):.1f}pt"
+            yield Stroke((*_options(given, frame), rounded), tuple(frame.at(*end) for end in ends), True)
+        elif tag == "text":
+            yield _lettering(one, given, frame)
+        elif tag not in ("title", "desc"):
+            raise ValueError(f"a figure with <{tag}>")
+
+
+def _moved(frame: _Frame, transform: str) -> _Frame:
+    found = re.fullmatch(r"translate\(([-\d.]+) ([-\d.]+)\) scale\(([\d.]+)\)", transform)
+    if found is None:
+        if transform:
+            raise ValueError(f"a figure with {transform!r}")
+        return frame
+    x, y = frame.at(found[1], found[2])
+    return replace(frame, x=x, y=y, scale=frame.scale * float(found[3]))
+
+
+def _options(given: Mapping[str, str], frame: _Frame) -> tuple[str, ...]:
+    scale = POINTS * frame.scale
+    options = [f"{name}={_colour(given[what])}" for what, name in (("fill", "fill"), ("stroke", "draw"))
+               if given.get(what, "none") != "none"]  # fmt: skip
+    options.append(f"line width={scale * float(given.get('stroke-width', 1)):.2f}pt")
+    options += [f"{name}={given[what]}" for what, name in _JOINS.items() if what in given]
+    if "stroke-dasharray" in given:
+        lengths = [f"{scale * float(length):.2f}pt" for length in given["stroke-dasharray"].split()]
+        marks = (f"{'off' if k % 2 else 'on'} {length}" for k, length in enumerate(lengths))
+        options.append(f"dash pattern={' '.join(marks)}")
+    return tuple(options)
+
+
+def _colour(code: str) -> str:
+    """Return a colour for xcolor.
+
+    >>> _colour("#00694c")
+    '{rgb,255:red,0;green,105;blue,76}'
+    """
+    red, green, blue = (int(code[k : k + 2], 16) for k in (1, 3, 5))
+    return f"{{rgb,255:red,{red};green,{green};blue,{blue}}}"
+
+
+def _lettering(one: ET.Element, given: Mapping[str, str], frame: _Frame) -> Lettering:
+    runs: list[Run] = []
+    low = 0.0
+    for run in one if len(one) else (one,):
+        low += float(run.get("dy", 0))
+        size = POINTS * frame.scale * float(run.get("font-size", given.get("font-size", 15)))
+        runs.append(Run(_set(run.text or "", run.get("font-style") == "italic"), size, -POINTS * frame.scale * low))
+    return Lettering(frame.at(given["x"], given["y"]), _colour(given["fill"]), tuple(runs))
+
+
+def _set(text: str, italic: bool) -> str:
+    r"""Return lettering in LaTeX.
+
+    >>> _set("θ", True), _set("a", True), _set("− 30°", False)
+    ('$\\theta$', '\\textit{a}', '$-$ 30$^\\circ$')
+    """
+    pieces = re.split(f"([{''.join(_GREEK)}])", text)
+    plain = "".join(rf"$\{_GREEK[piece]}$" if piece in _GREEK else latex_escaped(piece) for piece in pieces)
+    plain = re.sub(f"[{_LOW}]+", lambda found: f"$_{{{found[0].translate(_DIGITS)}}}$", plain.replace("°", r"$^\circ$"))
+    return rf"\textit{{{plain}}}" if italic and not any(piece in _GREEK for piece in pieces) else plain

@@ -1,0 +1,35 @@
+"""What prompts and statements say of typing, left out for an exam on paper, where nothing is typed."""
+
+import re
+
+from exercises.problem import Problem
+from exercises.writing.latex import symbol_latex, tex
+
+_TYPED = r"`[^`]+`(?:, `[^`]+`)*"
+_LEFT_OUT = (
+    (rf" \(typed {_TYPED}\)", ""),
+    (rf"(?:[;,]| and) (?:the joint rates|the components) are typed {_TYPED}", ""),
+    (rf"\. The components are typed {_TYPED}; ", "; "),
+    (r",? typed in quotes(?:, as in `[^`]+`)?", ""),
+    (r" letters in quotes, that of joint 1 first, as in `[^`]+`", " letters, that of joint 1 first"),
+    (r"The following show the accepted forms, for another arm: .*?(?=Conditions in a list)", ""),
+    (r"Conditions in a list are alternatives", "Write down together what must hold together; list alternatives apart"),
+    (r"in your answers, use radians", "in answers that are formulas, use radians"),
+)
+_CODE = re.compile(r"`([^`]*)`")
+
+
+def on_paper(text: str, problem: Problem) -> str:
+    """Return Markdown without what is said of typing; symbols are set as formulas, other code as plain text."""
+    for typed, instead in _LEFT_OUT:
+        text = re.sub(typed, instead, text, flags=re.DOTALL)
+    symbols = problem.chain.q + problem.chain.rates + problem.chain.parameters
+    known = {symbol.name: tex(symbol, problem.chain) for symbol in symbols}
+    known |= {row: symbol_latex(row) for row in problem.symbols() if row not in known}
+
+    def shown(found: re.Match[str]) -> str:
+        code = found[1].strip('"')
+        row = re.fullmatch(r"\[(.*)\]", code)
+        return f"${known[code]}$" if code in known else f"$({row[1]})$" if row else code
+
+    return _CODE.sub(shown, text)
