@@ -18,7 +18,7 @@ LAYERS = {
         arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
         credit decimals lateness difficulty problem families questions mistakes quizzes
         generate record verify writing.latex render writing figure
-        notebook show solve docs assignment store release exports.outlet exports.bank exports
+        notebook show solve docs gradebook assignment store release exports.outlet exports.bank exports
         exports.registry site.keys site.record site.bank
         site.pages site.build site commands""",
     "grader": """verdict counterexample judge choices direction compare contained functions parts credit residuals

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from exercises.assignment import Assignment
-from exercises.console import one_of, say
+from exercises.console import note, one_of, say
 from exercises.errors import QdotError
 from exercises.files import write_atomically
+from grader.reports.excel import workbook
+from grader.reports.gradebooks import canvas, moodle, unmarked
 from grader.reports.tables import grades_csv
 from grader.settle import Result
 
@@ -18,7 +20,8 @@ from grader.settle import Result
 class Format:
     """A form of the results; `read_by` says which program reads it, `checked` what in our tests reads it as that would.
 
-    `make` takes the assignment and the results in the roster's order, and returns what the file holds.
+    `make` takes the assignment and the results in the roster's order, and returns what the file holds; `notes` what the
+    staff should know of it. What is `private` is for the staff's eyes, and its file for its owner's.
     """
 
     name: str
@@ -26,6 +29,8 @@ class Format:
     read_by: str
     checked: str
     make: Callable[[Assignment, Sequence[Result]], str | bytes]
+    notes: Callable[[Assignment, Sequence[Result]], list[str]] = lambda *_: []
+    private: bool = False
 
 
 def _csv(assignment: Assignment, results: Sequence[Result]) -> str:
@@ -41,6 +46,23 @@ FORMATS = {
     for made in (
         Format("csv", "A row a student, a column a part", "spreadsheets", "Python's csv", _csv),
         Format("json", "All there is, as one list", "programs", "our JSON Schema", _json),
+        Format(
+            "canvas",
+            "Canvas's gradebook, to be imported",
+            "Canvas",
+            "its importer's rules, written anew",
+            canvas,
+            unmarked,
+        ),
+        Format(
+            "moodle",
+            "Moodle's gradebook, to be imported",
+            "Moodle",
+            "its importer's rules, written anew",
+            moodle,
+            unmarked,
+        ),
+        Format("xlsx", "A workbook: grades, and what became of each part", "Excel, LibreOffice", "openpyxl", workbook),
     )
 }
 """Every format: one line each."""
@@ -64,9 +86,12 @@ def read_reports(asked: Sequence[str]) -> list[tuple[str, str]]:
 def write_asked(assignment: Assignment, results: Sequence[Result], asked: Sequence[tuple[str, str]]) -> None:
     """Write the reports that were asked for. Raises QdotError where a file can't be written."""
     for name, path in asked:
-        content = FORMATS[name].make(assignment, results)
+        made = FORMATS[name]
+        content = made.make(assignment, results)
+        for said in made.notes(assignment, results):
+            note(f"{name}: {said}")
         if path != STDOUT:
-            write_atomically(Path(path), content)
+            write_atomically(Path(path), content, 0o600 if made.private else 0o644)
         elif isinstance(content, bytes):
             sys.stdout.flush()
             sys.stdout.buffer.write(content)
