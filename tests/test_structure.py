@@ -23,7 +23,8 @@ LAYERS = {
         site.pages site.build site commands""",
     "grader": """verdict counterexample judge choices direction compare contained functions parts credit residuals
         diagnosis follow marking sandbox guarantees cells archives layouts roster submission finding copies overrides
-        attempt settle batch history certificates certify check reports demo commands outlets site docs cli""",
+        attempt settle batch history certificates certify check statistics similar variants reports demo commands
+        outlets site docs cli""",
 }
 """From the bottom up: a module imports only from those before it; a folder stands for what is in it."""
 

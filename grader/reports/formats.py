@@ -10,6 +10,7 @@ from exercises.assignment import Assignment
 from exercises.console import note, one_of, say
 from exercises.errors import QdotError
 from exercises.files import write_atomically
+from grader.reports.class_page import class_page
 from grader.reports.excel import workbook
 from grader.reports.gradebooks import canvas, moodle, unmarked
 from grader.reports.tables import grades_csv
@@ -41,28 +42,19 @@ def _json(_: Assignment, results: Sequence[Result]) -> str:
     return json.dumps(list(results), ensure_ascii=False, indent=1) + "\n"
 
 
+IMPORTER = "its importer's rules, written anew"
+
 FORMATS = {
     made.name: made
     for made in (
         Format("csv", "A row a student, a column a part", "spreadsheets", "Python's csv", _csv),
         Format("json", "All there is, as one list", "programs", "our JSON Schema", _json),
-        Format(
-            "canvas",
-            "Canvas's gradebook, to be imported",
-            "Canvas",
-            "its importer's rules, written anew",
-            canvas,
-            unmarked,
-        ),
-        Format(
-            "moodle",
-            "Moodle's gradebook, to be imported",
-            "Moodle",
-            "its importer's rules, written anew",
-            moodle,
-            unmarked,
-        ),
+        Format("canvas", "Canvas's gradebook, to be imported", "Canvas", IMPORTER, canvas, unmarked),
+        Format("moodle", "Moodle's gradebook, to be imported", "Moodle", IMPORTER, moodle, unmarked),
         Format("xlsx", "A workbook: grades, and what became of each part", "Excel, LibreOffice", "openpyxl", workbook),
+        Format(
+            "html", "The class at a glance, a page for the staff", "any browser", "Chromium", class_page, private=True
+        ),
     )
 }
 """Every format: one line each."""
