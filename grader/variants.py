@@ -48,7 +48,7 @@ def _offsets(chain: Chain) -> str:
 def _senses(chain: Chain) -> str:
     twists = [joint.alpha for joint in chain.joints if joint.alpha.is_number]
     turned = sum(bool(twist < 0) or twist == sp.pi for twist in twists)
-    return f"{turned} twists of 180° or negative"
+    return f"{turned} {'twist' if turned == 1 else 'twists'} of 180° or negative"
 
 
 def _base(chain: Chain) -> str:

@@ -206,8 +206,8 @@ def test_canvas_export_is_a_roster(make: Make) -> None:
         "\ufeff" + CANVAS_EXPORT,
         CANVAS_EXPORT.replace(",", ";").replace("; ", ", "),
         CANVAS_EXPORT.replace("\n", "\r\n"),
-        CANVAS_EXPORT.replace("Student,ID", "LastName,FirstName,ID")
-        .replace("\n,,,,,M", "\n,,,,,,M").replace("Possible,,,,,", "Possible,,,,,,").replace('"', "").replace(", ", ","),
+        CANVAS_EXPORT.replace("Student,ID", "LastName,FirstName,ID").replace("\n,,,,,M", "\n,,,,,,M")
+        .replace("Possible,,,,,", "Possible,,,,,,").replace('"', "").replace(", ", ","),
         CANVAS_EXPORT.replace("Quiz 1 (7)", '"Quiz; 1, (7)"'),
     ],
     ids=["bom", "semicolons", "crlf", "two names", "separators in a title"],

@@ -115,8 +115,8 @@ def histogram(percents: Sequence[float], mean: float, median: float) -> str:
     def draw(axes: "Axes") -> None:
         bars = axes.bar([10 * i + 5 for i in range(10)], counts, width=9, color=COLOURS["bar"], linewidth=0)
         axes.bar_label(bars, [str(count) if count else "" for count in counts], padding=2, color=COLOURS["ink"])
-        axes.axvline(mean, color=COLOURS["ink"], linewidth=1.4, label=f"mean {mean:.1f} %")
-        axes.axvline(median, color=COLOURS["ink"], linewidth=1.4, linestyle=(0, (2, 2)), label=f"median {median:.1f} %")
+        axes.axvline(mean, color=COLOURS["ink"], linewidth=1.4, label=f"mean {mean:.3g} %")
+        axes.axvline(median, color=COLOURS["ink"], linewidth=1.4, linestyle=(0, (2, 2)), label=f"median {median:.3g} %")
         axes.set(xlim=(0, 100), ylim=(0, 1.18 * max(counts)), xticks=range(0, 101, 20), yticks=[])
         axes.set_xlabel("score, % of the points")
         axes.spines["left"].set_visible(False)
@@ -143,7 +143,14 @@ def outcomes(parts: Sequence[str], counts: Sequence[Mapping[str, int]]) -> str:
         _by_row(axes, parts)
         axes.set(xlim=(0, 100), xticks=range(0, 101, 25))
         axes.set_xlabel("% of those who handed in")
-        axes.legend(loc="lower center", bbox_to_anchor=(0.35, 1.0), ncols=3, columnspacing=1.2, handlelength=1.4)
+        axes.legend(
+            loc="lower center",
+            bbox_to_anchor=(0.36, 1.0),
+            ncols=5,
+            columnspacing=0.9,
+            handlelength=1.3,
+            handletextpad=0.5,
+        )
 
     return _chart("outcomes", 1.15 + 0.27 * len(parts), draw)
 
@@ -193,7 +200,7 @@ def groups(number: int, names: Sequence[str], shares: Sequence[Sequence[float]])
         _by_row(axes, names)
         axes.grid(axis="x")
         axes.set(xlim=(-3, 103), xticks=range(0, 101, 25))
-        axes.set_xlabel("% of the problem's points; a line at the mean")
+        axes.set_xlabel("% of the points; a line at the mean")
 
     return _chart(f"variants-{number}", 0.75 + 0.55 * len(names), draw)
 

@@ -77,7 +77,7 @@ def class_page(assignment: Assignment, results: Sequence[Result]) -> str:
         scores=_scores(of_class),
         alpha=None if of_class.reliability is None else f"{of_class.reliability:.2f}",
         parts=[_part(part) for part in of_parts],
-        outcome_words={name: charts.OUTCOMES[name][0] for name in OUTCOMES},
+        outcome_words={name: charts.OUTCOMES[name][0] for name in OUTCOMES if name != "ungraded" or states["ungraded"]},
         outcome_chart=_outcome_chart(of_parts),
         interval_chart=_interval_chart(of_parts),
         least=statistics.LEAST,
@@ -106,9 +106,9 @@ def _scores(of_class: Any) -> dict[str, Any] | None:
     rows = [{"from": 10 * i, "to": 10 * i + 10, "count": tenths[i]} for i in range(10)]
     return {
         "count": len(percents),
-        "mean": f"{of_class.mean:.1f}",
-        "median": f"{of_class.median:.1f}",
-        "deviation": None if of_class.deviation is None else f"{of_class.deviation:.1f}",
+        "mean": f"{of_class.mean:.3g}",
+        "median": f"{of_class.median:.3g}",
+        "deviation": None if of_class.deviation is None else f"{of_class.deviation:.3g}",
         "full": of_class.full,
         "rows": rows,
         "chart": charts.histogram(percents, of_class.mean, of_class.median),
@@ -127,7 +127,7 @@ def _part(part: PartOfClass) -> dict[str, Any]:
         "count": part.count,
         "graded": part.graded,
         "share": "–" if part.share is None else f"{100 * part.share:.0f} %",
-        "blank": "–" if not part.graded else f"{100 * part.count['missing'] / part.graded:.0f} %",
+        "omitted": f"{100 * part.count['missing'] / max(1, part.graded):.0f} %",
         "discrimination": "–" if told is None else _signed(told.value),
         "interval": "" if told is None else f"{_signed(told.low)} to {_signed(told.high)}",
         "followed": part.followed,
@@ -136,7 +136,7 @@ def _part(part: PartOfClass) -> dict[str, Any]:
 
 
 def _signed(value: float) -> str:
-    return f"{value:.2f}".replace("-", "−")
+    return f"{round(value, 2) + 0.0:.2f}".replace("-", "−")
 
 
 def _outcome_chart(of_parts: Sequence[PartOfClass]) -> str:
