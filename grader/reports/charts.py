@@ -28,9 +28,7 @@ COLOURS = {
 
 WIDE = 4.7
 """Inches: as wide as a phone shows it without making its letters small."""
-MISSING = (
-    "the report's charts are drawn by matplotlib, which is not installed: pip install 'qdot[report]' (or matplotlib)"
-)
+MISSING = "the report's charts are drawn by matplotlib, which is not installed: pip install matplotlib (or matplotlib)"
 
 
 def can_draw() -> bool:

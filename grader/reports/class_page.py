@@ -35,7 +35,8 @@ from grader.variants import Comparison, compare, corrected, in_words
 
 MOST_CHARTED = 15
 """Mistakes in the chart; all are in the table."""
-MOST_UNUSUAL = 3
+MOST_UNUSUAL = 2
+"""Of a part."""
 UNUSUAL = 0.5
 """A right answer has an unusual form where it shares no more than this part of its pieces with the reference."""
 MOST_PAIRS = 30
@@ -85,7 +86,7 @@ def class_page(assignment: Assignment, results: Sequence[Result]) -> str:
         followed=sum(part.followed for part in of_parts),
         mistakes=_mistakes(found, names, len(able)),
         mistake_chart=_mistake_chart(found),
-        unusual=_unusual(work),
+        unusual=_unusual(work, names),
         variants=[_variant(each) for each in made],
         variant_charts=[
             {"title": f"{each.slot}, by {each.feature}", "svg": charts.groups(index, each.groups, each.shares)}
@@ -223,7 +224,7 @@ def _own(work: Work) -> Any:
     return next(part for part in work.problem.parts if part.name == work.result["name"])
 
 
-def _unusual(of_parts: Mapping[str, Sequence[Work]]) -> list[dict[str, Any]]:
+def _unusual(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -> list[dict[str, Any]]:
     """Return right answers that have little in common with the reference as it is written, the oddest first."""
     shown = []
     for name, every in of_parts.items():
@@ -240,7 +241,7 @@ def _unusual(of_parts: Mapping[str, Sequence[Work]]) -> list[dict[str, Any]]:
                 before = found.get(own.text, (alike, work, 0))
                 found[own.text] = (*before[:2], before[2] + 1)
         oddest = sorted(found.values(), key=lambda each: (each[0], each[1].student))[:MOST_UNUSUAL]
-        forms = [{**_answer(work), "student": work.student, "count": count} for _, work, count in oddest]
+        forms = [{**_answer(work), "student": names[work.student], "count": count} for _, work, count in oddest]
         if forms:
             shown.append({"name": name, "title": ASKED[_own(oddest[0][1]).kind].title, "forms": forms})
     return shown
