@@ -188,7 +188,7 @@ def _moodle(path: Path, header: list[str], rows: Rows, columns: Mapping[str, int
         identifier = identifier_of(own[filled[0]])
         lines[identifier] = cells
         name = f"{own['first']} {own['last']}".strip()
-        others = {key: own[key] for key in ("id number", "username") if key in filled}
+        others: dict[str, str] = {key: own[key] for key in filled if key != "email"}
         table.append((number, {"student": identifier, "name": name, "email": own.get("email", ""), **others}))
         if "due" in header:
             table[-1][1]["due"] = cells[header.index("due")]

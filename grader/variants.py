@@ -87,7 +87,7 @@ def compare(
     `shares` are per cent, one a student. Groups of fewer than three students are put together as "others".
     """
     found = []
-    for feature, of in (FEATURES | OF_STRUCTURES if varied else FEATURES).items():
+    for feature, of in ({**FEATURES, **OF_STRUCTURES} if varied else FEATURES).items():
         names = [of(chain) for chain in chains]
         count = Counter(names)
         small = {name for name, many in count.items() if many < LEAST_IN_GROUP}

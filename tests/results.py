@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from exercises.assignment import Assignment
+from grader.marking import total
 
 SHARES = {"correct": 1.0, "partial": 0.5, "wrong": 0.0, "missing": 0.0, "ungraded": None}
 
@@ -31,7 +32,7 @@ def result(
     """Return a student's result: an outcome a part, in order; without outcomes, nothing was handed in."""
     given = iter(outcomes or ["missing"] * 99)
     said = iter([*answers, *[None] * 99])
-    problems = [
+    problems: list[dict[str, Any]] = [
         {
             "id": str(slot.identity(assignment.secret, student)),
             "slot": slot.name,
@@ -42,11 +43,11 @@ def result(
         }
         for slot in assignment.slots
     ]
-    parts = [each for problem in problems for each in problem["parts"]]
+    parts: list[dict[str, Any]] = [each for problem in problems for each in problem["parts"]]
     submission = {"file": f"{student}.ipynb", "sha256": "0", "received": None, "received_from": "file"}
     made = {
         "student": student, "assignment": assignment.key, "submission": submission if outcomes else None,
-        "score": sum(each["points"] or 0.0 for each in parts), "max_score": sum(each["max_points"] for each in parts),
+        "score": total(each["points"] for each in parts), "max_score": total(each["max_points"] for each in parts),
         "late": None, "override": None, "attempts": [], "notes": [], "staff_notes": [], "made_from": {},
         "obstacle": None if outcomes else "nothing was handed in", "problems": problems,
     }  # fmt: skip

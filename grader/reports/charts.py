@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from exercises.errors import QdotError
 from grader.statistics import Interval
@@ -42,7 +42,7 @@ def check() -> None:
         raise QdotError(MISSING)
 
 
-_STYLE = {
+_STYLE: dict[str, Any] = {
     "svg.fonttype": "none", "font.family": "sans-serif", "font.size": 9.5, "text.parse_math": False,
     "axes.edgecolor": COLOURS["line"], "axes.labelcolor": COLOURS["soft"], "text.color": COLOURS["ink"],
     "xtick.color": COLOURS["line"], "ytick.color": COLOURS["line"], "xtick.labelcolor": COLOURS["soft"],
@@ -59,8 +59,9 @@ def _style(name: str) -> "Iterator[None]":
     """Draw by matplotlib's own defaults and ours, whatever the user's matplotlibrc says."""
     import matplotlib as mpl
 
-    defaults = {key: value for key, value in mpl.rcParamsDefault.items() if key != "backend"}
-    with mpl.rc_context({**defaults, **_STYLE, "svg.hashsalt": name}):
+    settings: Any = {key: value for key, value in mpl.rcParamsDefault.items() if key != "backend"}
+    settings |= _STYLE | {"svg.hashsalt": name}
+    with mpl.rc_context(settings):
         yield
 
 
