@@ -109,7 +109,7 @@ $(VENV)/bin/python .venvs/lock/bin/python:
 # The versions of constraints.txt; pip takes hashes only with a complete list, which has the developers' tools in it.
 $(VENV)/.runtime: pyproject.toml constraints.txt | $(VENV)/bin/python
 	sed -n '/==/s/ *\\$$//p' constraints.txt > $(VENV)/pins.txt
-	$(PIP) install --constraint $(VENV)/pins.txt --editable .
+	$(PIP) install --constraint $(VENV)/pins.txt --editable '.[report]'
 	@touch $@
 
 $(VENV)/.dev: pyproject.toml constraints.txt | $(VENV)/bin/python

@@ -21,6 +21,7 @@ from exercises.families import Family
 from exercises.families.own import own_family
 from exercises.formula.identity import Rounding
 from exercises.generate import check_questions, family_named, generate, questions_of, short_quiz, student_problem_id
+from exercises.gradebook import Gradebook, identifier_of, read_export
 from exercises.input_file import TomlFile, read_table, read_text, read_toml
 from exercises.lateness import LATE, LateRule, aware, read_late
 from exercises.problem import Problem, ProblemId
@@ -135,7 +136,10 @@ class Slot:
 
 @dataclass(frozen=True)
 class Assignment:
-    """An assignment, its roster and its secret; `notes` tell the staff what is probably a mistake."""
+    """An assignment, its roster and its secret; `notes` tell the staff what is probably a mistake.
+
+    `gradebook` is a platform's own export, where roster.csv is one.
+    """
 
     folder: Path
     title: str
@@ -151,6 +155,7 @@ class Assignment:
     late: LateRule | None = None
     attempts: str = "last"
     sandbox: str = "best"
+    gradebook: Gradebook | None = None
 
     def due_of(self, student: Student) -> datetime.datetime | None:
         """Return when a student's work is due, with its zone; None where nothing is."""
@@ -198,10 +203,12 @@ def load_assignment(folder: Path) -> Assignment:
         late = read_late(content.late, content.due)
     notes: list[str] = []
     slots = tuple(_slot(file, index, entry, notes) for index, entry in enumerate(content.problem))
+    roster = folder / "roster.csv"
+    students, export = read_roster(roster), read_export(roster)
     return Assignment(
-        folder, content.title, content.key, slots, read_roster(folder / "roster.csv"), read_secret(folder),
+        folder, content.title, content.key, slots, students, read_secret(folder),
         content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
-        content.hints, late, content.attempts, content.sandbox,
+        content.hints, late, content.attempts, content.sandbox, None if export is None else export.gradebook,
     )  # fmt: skip
 
 
@@ -294,13 +301,17 @@ def _band(difficulty: int | list[int] | None) -> tuple[int, int] | None:
 
 
 def read_roster(path: Path) -> tuple[Student, ...]:
-    """Read roster.csv: the first column is `student`; others may follow. Commas or semicolons separate."""
-    table = read_table(path, "student", "student,name,email", _MISSING)
+    """Read roster.csv: the first column is `student`; others may follow. Commas or semicolons separate.
+
+    What Canvas or Moodle exports is a roster, too.
+    """
+    export = read_export(path)
+    table = read_table(path, "student", "student,name,email", _MISSING) if export is None else export.table
     students: list[Student] = []
     lines: dict[str, int] = {}
     for number, cells in table:
         where = f"{path}: line {number}"
-        identifier = unicodedata.normalize("NFC", cells["student"].strip())
+        identifier = identifier_of(cells["student"])
         _check_identifier(where, identifier)
         folded = identifier.casefold()  # two folders that differ in case only are one on many disks
         if folded in lines:

@@ -30,14 +30,18 @@ def init(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder to make.")],
     title: Annotated[str, typer.Option(help="The assignment's title.")] = "Velocity kinematics",
     key: Annotated[str, typer.Option(help="File name of the notebooks, without .ipynb.")] = "velocity",
+    roster: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Your class: a roster, or what Canvas or Moodle exports.")
+    ] = None,
 ) -> None:
     """Make a new assignment folder.
 
     In it are assignment.toml, roster.csv, .gitignore, a secret, a README and the folder submitted. Edit
     assignment.toml and roster.csv, then run `qdot generate DIR`. Nothing that is there already is overwritten.
     """
-    init_assignment(folder, title, key)
-    say(f"made {folder}: put your class into {folder / 'roster.csv'}, then run: qdot generate {folder}")
+    init_assignment(folder, title, key, roster=roster)
+    first = f"put your class into {folder / 'roster.csv'}" if roster is None else "edit assignment.toml"
+    say(f"made {folder}: {first}, then run: qdot generate {folder}")
 
 
 def families(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:

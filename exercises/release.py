@@ -10,7 +10,7 @@ from pathlib import Path
 
 from nbformat import NotebookNode
 
-from exercises.assignment import SECRET_FILE, Assignment, Student
+from exercises.assignment import SECRET_FILE, Assignment, Student, read_roster
 from exercises.errors import QdotError
 from exercises.files import make_folder, remove_left_behind, write_atomically
 from exercises.notebook import notebook_text, solution_notebook, student_notebook
@@ -23,16 +23,23 @@ EXAMPLE_STUDENTS = (Student("s001", "Ada Example", "ada@example.org"), Student("
 
 
 def init_assignment(
-    folder: Path, title: str, key: str, students: Sequence[Student] = EXAMPLE_STUDENTS, secret: str | None = None
-) -> None:
-    """Make a new assignment folder. Raises QdotError where one is there already: nothing is overwritten."""
+    folder: Path, title: str, key: str, students: Sequence[Student] = EXAMPLE_STUDENTS, secret: str | None = None,
+    roster: Path | None = None,
+) -> None:  # fmt: skip
+    """Make a new assignment folder. Raises QdotError where one is there already: nothing is overwritten.
+
+    `roster` is a file that becomes roster.csv as it stands, in the place of `students`.
+    """
+    if roster is not None:
+        read_roster(roster)
     names = ("assignment.toml", "roster.csv", ".gitignore", SECRET_FILE, "README.md")
     there = [name for name in names if (folder / name).exists()]
     if there:
         raise QdotError(f"{folder} has {', '.join(there)} already; name a new folder")
     context = {"title": title, "key": key, "students": students, "secret_file": SECRET_FILE}
     write_atomically(folder / SECRET_FILE, (secret or secrets.token_hex(32)) + "\n", mode=0o600)
-    write_atomically(folder / "roster.csv", render("init/roster.csv.j2", **context))
+    listed = render("init/roster.csv.j2", **context) if roster is None else roster.read_bytes()
+    write_atomically(folder / "roster.csv", listed)
     write_atomically(folder / ".gitignore", render("init/gitignore.j2", **context))
     write_atomically(folder / "README.md", render("init/README.md.j2", **context))
     make_folder(folder / "submitted")

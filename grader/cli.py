@@ -51,7 +51,8 @@ def program() -> "typer.Typer":
 
     for command in (
         asking.init, asking.families, asking.questions, asking.show, asking.solve, grading.verify, grading.generate,
-        grading.check, grading.compare, grading.grade, grading.doctor, outlets.export, grading.demo,
+        grading.check, grading.compare, grading.grade, grading.doctor, outlets.export, outlets.report,
+        grading.demo,
     ):  # fmt: skip
         app.command()(_guarded(command))
     pages = typer.Typer(no_args_is_help=True, help="The web site: build it, or show it.")

@@ -14,6 +14,8 @@ from exercises.problem import Choice, ConditionSet, Matching, Number, Part, Prob
 from exercises.release import init_assignment, release
 from grader.batch import alone, grade_class
 from grader.certify import certificate_text
+from grader.reports.charts import MISSING, can_draw
+from grader.reports.formats import write_asked
 from grader.reports.tables import status
 from grader.reports.write import write_reports
 from grader.sandbox import Limits
@@ -167,6 +169,16 @@ def run_demo(folder: Path, jobs: int) -> None:
     say(f"the staff's            {folder / 'solutions' / first / f'{KEY}.ipynb'}")
     say(f"a feedback page        {folder / 'graded' / 'feedback' / f'{assignment.roster[8].id}.html'}")
     say(f"grades                 {folder / 'graded' / 'grades.csv'}")
+    _report(assignment, results)
+
+
+def _report(assignment: Assignment, results: Sequence[Result]) -> None:
+    if not can_draw():
+        note(f"no report of the class: {MISSING}")
+        return
+    path = assignment.folder / "graded" / "report.html"
+    write_asked(assignment, results, [("html", str(path))])
+    say(f"the class at a glance  {path}")
 
 
 def _score(result: Result) -> str:

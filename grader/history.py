@@ -7,11 +7,12 @@ nothing yet, and what an earlier run gave is in the history before it is gone fr
 import datetime
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from exercises.assignment import Assignment
+from exercises.errors import QdotError
 from exercises.files import remove_left_behind, write_atomically
 from grader.marking import number, total
 from grader.settle import Result
@@ -49,6 +50,35 @@ def earlier_results(assignment: Assignment) -> dict[str, Result]:
 def results_path(assignment: Assignment) -> Path:
     """Return where the results are."""
     return assignment.folder / "graded" / "results.jsonl"
+
+
+def last_results(assignment: Assignment) -> tuple[Assignment, list[Result]]:
+    """Return what the last run gave, in the roster's order, and the assignment with those students alone.
+
+    Raises QdotError where nothing has been graded, or the results are of other problems or another version.
+    """
+    path = results_path(assignment)
+    found = earlier_results(assignment)
+    again = f"run: qdot grade {assignment.folder}"
+    if not path.exists():
+        raise QdotError(f"{path}: there is no such file; nothing has been graded, {again}")
+    roster = tuple(student for student in assignment.roster if student.id in found)
+    results = [found[student.id] for student in roster]
+    if not results:
+        raise QdotError(f"{path}: no student of the roster is in it; {again}")
+    names = [f"{slot.name}.{name}" for slot in assignment.slots for name in slot.questions]
+    points = [most for slot in assignment.slots for most in slot.max_points]
+    for result in results:
+        parts = _parts(result)
+        if not set(_KEYS) <= set(result) or not all(set(_PART_KEYS) <= set(part) for part in parts.values()):
+            raise QdotError(f"{path}: the result of {result['student']} is of another version of qdot; {again}")
+        if list(parts) != names or [part["max_points"] for part in parts.values()] != points:
+            raise QdotError(f"{path}: assignment.toml was changed after grading; {again}")
+    return replace(assignment, roster=roster), results
+
+
+_KEYS = ("score", "max_score", "submission", "obstacle", "late", "override", "staff_notes", "problems")
+_PART_KEYS = ("outcome", "points", "max_points", "override", "mistake", "followed_from", "answer")
 
 
 def keep_earlier(assignment: Assignment, results: Sequence[Result]) -> None:

@@ -1,4 +1,4 @@
-"""The command that hands problems to other programs and to people: export."""
+"""The commands that hand problems and results to other programs and to people: export, report."""
 
 import contextlib
 from dataclasses import replace
@@ -58,6 +58,36 @@ def export(
         target = folder / "exports" / name if out is None else out if len(set(to)) == 1 else out / name
         count = _export(order, name, target)
         say(f"{name}: {count} {'file' if count == 1 else 'files'} in {target}")
+
+
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The assignment folder.")],
+    out: Annotated[Path | None, typer.Option(metavar="PATH", help="Default: DIR/graded/report.html.")] = None,
+    report: Annotated[
+        list[str], typer.Option(metavar="FORMAT=PATH", help="Write the results so instead; repeatable. - is stdout.")
+    ] = [],  # noqa: B006
+) -> None:
+    """Show the class at a glance: a page for the staff, made from the results of the last `qdot grade`.
+
+    Distribution of scores, difficulty and discrimination of every part, mistakes and who made them, right answers in
+    unusual forms, whether some variants were harder, late and missing work, wrong answers that are nearly the same
+    (docs/report.md). With --report, nothing but the formats named is written (docs/outlets.md); nobody is graded.
+    """
+    from grader.history import last_results
+    from grader.reports.formats import STDOUT, read_reports, write_asked
+
+    asked = read_reports(report)
+    whole = load_assignment(folder)
+    assignment, results = last_results(whole)
+    left_out = [student.id for student in whole.roster if student not in assignment.roster]
+    if left_out:
+        note(f"{', '.join(left_out)}: on the roster, and not yet graded; left out")
+    if not asked or out is not None:
+        asked.append(("html", str(out or folder / "graded" / "report.html")))
+    write_asked(assignment, results, asked)
+    for name, path in asked:
+        if path != STDOUT and not any(other == STDOUT for _, other in asked):
+            say(f"{name}: {path}, {len(results)} students")
 
 
 def _export(order: Order, name: str, target: Path) -> int:

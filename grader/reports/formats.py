@@ -7,10 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from exercises.assignment import Assignment
-from exercises.console import one_of, say
+from exercises.console import note, one_of, say
 from exercises.errors import QdotError
 from exercises.files import write_atomically
 from grader.reports import classroom50, github, gradescope, junit
+from grader.reports.class_page import class_page
+from grader.reports.excel import workbook
+from grader.reports.gradebooks import canvas, moodle, unmarked
 from grader.reports.tables import grades_csv
 from grader.settle import Result
 
@@ -20,7 +23,8 @@ class Format:
     """A form of the results; `read_by` says which program reads it, `checked` what in our tests reads it as that would.
 
     `make` takes the assignment and the results in the roster's order, and returns what the file holds; what `told`
-    returns goes to standard output besides. Some forms are of `one` student only.
+    returns goes to standard output besides, and `notes` is what the staff should know of it. Some forms are of `one`
+    student only. What is `private` is for the staff's eyes, and its file for its owner's.
     """
 
     name: str
@@ -30,6 +34,8 @@ class Format:
     make: Callable[[Assignment, Sequence[Result]], str | bytes]
     one: bool = False
     told: Callable[[Assignment, Sequence[Result]], str] = lambda *_: ""
+    notes: Callable[[Assignment, Sequence[Result]], list[str]] = lambda *_: []
+    private: bool = False
 
 
 def _csv(assignment: Assignment, results: Sequence[Result]) -> str:
@@ -39,6 +45,8 @@ def _csv(assignment: Assignment, results: Sequence[Result]) -> str:
 def _json(_: Assignment, results: Sequence[Result]) -> str:
     return json.dumps(list(results), ensure_ascii=False, indent=1) + "\n"
 
+
+IMPORTER = "its importer's rules, written anew"
 
 FORMATS = {
     made.name: made
@@ -53,6 +61,12 @@ FORMATS = {
                "a harness with Gradescope's folders", gradescope.results_json, one=True),
         Format("classroom50", "result.json of one student (`--student`)", "Classroom 50",
                "the rules of its collector", classroom50.result_json, one=True),
+        Format("canvas", "Canvas's gradebook, to be imported", "Canvas", IMPORTER, canvas, notes=unmarked),
+        Format("moodle", "Moodle's gradebook, to be imported", "Moodle", IMPORTER, moodle, notes=unmarked),
+        Format("xlsx", "A workbook: grades, and what became of each part", "Excel, LibreOffice", "openpyxl", workbook),
+        Format(
+            "html", "The class at a glance, a page for the staff", "any browser", "Chromium", class_page, private=True
+        ),
     )
 }  # fmt: skip
 """Every format: one line each."""
@@ -78,15 +92,17 @@ def read_reports(asked: Sequence[str], of_one: bool) -> list[tuple[str, str]]:
 def write_asked(assignment: Assignment, results: Sequence[Result], asked: Sequence[tuple[str, str]]) -> None:
     """Write the reports that were asked for. Raises QdotError where a file can't be written."""
     for name, path in asked:
-        form = FORMATS[name]
-        content = form.make(assignment, results)
+        made = FORMATS[name]
+        content = made.make(assignment, results)
+        for said in made.notes(assignment, results):
+            note(f"{name}: {said}")
         if path != STDOUT:
-            write_atomically(Path(path), content)
+            write_atomically(Path(path), content, 0o600 if made.private else 0o644)
         elif isinstance(content, bytes):
             sys.stdout.flush()
             sys.stdout.buffer.write(content)
         else:
             say(content)
-        told = form.told(assignment, results)
+        told = made.told(assignment, results)
         if told:
             say(told)

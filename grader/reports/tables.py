@@ -21,27 +21,57 @@ def results_jsonl(results: Sequence[dict[str, Any]]) -> str:
     return "".join(printable(json.dumps(result, ensure_ascii=False, allow_nan=False)) + "\n" for result in results)
 
 
+Cell = str | float | None
+"""A text, a number, or nothing."""
+
+
 def grades_csv(results: Sequence[dict[str, Any]], roster: Sequence[Student]) -> str:
     """Return the table: who, a column a part, score, points to be had, percent, status, late_penalty, override, note.
 
     The parts less late_penalty are the score, unless the column override says that a person set the total.
     """
-    by_id = {student.id: student for student in roster}
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
+    header, rows = grades_table(results, roster)
+    writer.writerow(header)
+    writer.writerows([_written(name, cell) for name, cell in zip(header, row, strict=True)] for row in rows)
+    return out.getvalue()
+
+
+def grades_table(results: Sequence[dict[str, Any]], roster: Sequence[Student]) -> tuple[list[str], list[list[Cell]]]:
+    """Return the names of the columns, and the cells of every student."""
+    by_id = {student.id: student for student in roster}
     parts = [f"{problem['slot']}.{part['name']}" for problem in results[0]["problems"] for part in problem["parts"]]
     others = [name for name, _ in roster[0].others]
-    writer.writerow(["student", "name", "email", *others, *parts, *SUMS])
+    rows: list[list[Cell]] = []
     for result in results:
         student = by_id[result["student"]]
         points = [part["points"] for problem in result["problems"] for part in problem["parts"]]
         percent = 100 * result["score"] / result["max_score"]
         cells = [student.id, student.name, student.email, *(value for _, value in student.others)]
-        numbers = ["" if value is None else number(value) for value in points]
-        sums = [number(result["score"]), number(result["max_score"]), f"{percent:.1f}", status(result)]
+        sums = [float(result["score"]), float(result["max_score"]), percent, status(result), _penalty(result)]
         told = ["; ".join(overrides(result)), "; ".join(staff_notes(result))]
-        writer.writerow([*map(_no_formula, cells), *numbers, *sums, _penalty(result), *map(_no_formula, told)])
-    return out.getvalue()
+        rows.append([*cells, *(None if value is None else float(value) for value in points), *sums, *told])
+    return ["student", "name", "email", *others, *parts, *SUMS], rows
+
+
+def _written(column: str, cell: Cell) -> str:
+    if isinstance(cell, str):
+        return no_formula(cell)
+    if cell is None:
+        return ""
+    return f"{cell:.1f}" if column == "percent" else number(cell)
+
+
+def is_marked(result: dict[str, Any], *, zero: bool = False) -> bool:
+    """Tell whether a student has a mark for a gradebook: of qdot for work that it could grade, or of a person.
+
+    With `zero`, the 0 of what is missing or unusable is a mark, too; what qdot failed on never has one.
+    """
+    by_hand = result["override"] is not None or any(
+        part["override"] is not None for problem in result["problems"] for part in problem["parts"]
+    )
+    return (graded := status(result)) in ("graded", "late") or (graded != "ungraded" and (zero or by_hand))
 
 
 def status(result: dict[str, Any]) -> str:
@@ -71,13 +101,13 @@ def _set(name: str, override: dict[str, Any]) -> str:
     return f"{name}: {number(override['points'])} (was {was}){comment}"
 
 
-def _penalty(result: dict[str, Any]) -> str:
+def _penalty(result: dict[str, Any]) -> float | None:
     """Return the points taken off for lateness; nothing where none are."""
     late = result["late"]
     if late is None or not late["penalty"]:
-        return ""
+        return None
     score = result["score"] if result["override"] is None else result["override"]["was"]
-    return number(total((late["points_before"], -score)))
+    return total((late["points_before"], -score))
 
 
 def staff_notes(result: dict[str, Any]) -> list[str]:
@@ -86,7 +116,7 @@ def staff_notes(result: dict[str, Any]) -> list[str]:
     return [*unusable, *result["staff_notes"]]
 
 
-def _no_formula(text: str) -> str:
+def no_formula(text: str) -> str:
     """Keep a spreadsheet from taking a name for a formula, and a terminal from taking it for a command."""
     text = printable(text)
     return f"'{text}" if text.lstrip()[:1] in FORMULA_BEGINS else text

@@ -1,0 +1,288 @@
+"""`qdot report`: the class at a glance, one page for the staff, with charts; nothing in it comes from elsewhere."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from exercises.assignment import Assignment
+from exercises.problem import Problem
+from exercises.quizzes import ASKED
+from exercises.render import render
+from exercises.store import kept
+from exercises.writing.answer_code import answer_code
+from grader import statistics
+from grader.functions import SHOWN
+from grader.reports import charts
+from grader.reports.answers import answer_of, visible
+from grader.reports.class_view import (
+    OUTCOMES,
+    MistakeOfClass,
+    PartOfClass,
+    graded_work,
+    mistakes,
+    not_on_time,
+    parts,
+    parts_of,
+    scores,
+    set_by_hand,
+    whom,
+)
+from grader.reports.tables import status
+from grader.settle import Result
+from grader.similar import Pair, Written, Wrong, alikeness, nearly_the_same, written
+from grader.variants import Comparison, compare, corrected, in_words
+
+MOST_CHARTED = 15
+"""Mistakes in the chart; all are in the table."""
+MOST_UNUSUAL = 2
+"""Of a part."""
+UNUSUAL = 0.5
+"""A right answer has an unusual form where it shares no more than this part of its pieces with the reference."""
+MOST_PAIRS = 30
+SHORT = 400
+"""Characters of an answer that are shown."""
+FEW = 30
+"""Of fewer students, figures of difficulty and discrimination say little, and the page says so."""
+COMPARED = ("expression", "matrix", "singular", "direction")
+"""The types of answers that are compared as they are written."""
+CHARTED_VARIANTS = 3
+
+
+@dataclass(frozen=True)
+class Work:
+    """A student's work on a part: the answer's text and what became of it, with the problem that it is of."""
+
+    student: str
+    problem: Problem
+    result: Mapping[str, Any]
+
+
+def class_page(assignment: Assignment, results: Sequence[Result]) -> str:
+    """Return the page as self-contained HTML. Raises QdotError where what draws charts is not installed."""
+    charts.check()
+    names = {student.id: whom(student) for student in assignment.roster}
+    able = [result["student"] for result in graded_work(results)]
+    problems = {student: dict(kept(assignment, student).problems) for student in able}
+    of_class, found, of_parts, made = (
+        scores(results), mistakes(results), parts(assignment, results), _variants(assignment, results, problems),
+    )  # fmt: skip
+    work = {part.name: _work(part.name, results, problems) for part in of_parts}
+    states = Counter(status(result) for result in results)
+    return render(
+        "report.html.j2",
+        title=assignment.title,
+        students=len(results),
+        handed_in=sum(result["submission"] is not None for result in results),
+        states={name: states[name] for name in ("graded", "late", "missing", "unusable", "ungraded")},
+        scores=_scores(of_class),
+        alpha=None if of_class.reliability is None else f"{of_class.reliability:.2f}",
+        parts=[_part(part) for part in of_parts],
+        outcome_words={name: charts.OUTCOMES[name][0] for name in OUTCOMES if name != "ungraded" or states["ungraded"]},
+        outcome_chart=_outcome_chart(of_parts),
+        interval_chart=_interval_chart(of_parts),
+        least=statistics.LEAST,
+        few=len(of_class.percents) < FEW,
+        followed=sum(part.followed for part in of_parts),
+        mistakes=_mistakes(found, names, len(able)),
+        mistake_chart=_mistake_chart(found),
+        unusual=_unusual(work, names),
+        variants=[_variant(each) for each in made],
+        variant_charts=[
+            {"title": f"{each.slot}, by {each.feature}", "svg": charts.groups(index, each.groups, each.shares)}
+            for index, each in enumerate(made[:CHARTED_VARIANTS])
+        ],
+        permutations=f"{statistics.PERMUTATIONS:,}",
+        not_on_time=not_on_time(assignment, results),
+        overrides=set_by_hand(assignment, results),
+        **_similar(work, names),
+    )
+
+
+def _scores(of_class: Any) -> dict[str, Any] | None:
+    percents = of_class.percents
+    if not percents:
+        return None
+    tenths = Counter(min(9, int(percent // 10)) for percent in percents)
+    rows = [{"from": 10 * i, "to": 10 * i + 10, "count": tenths[i]} for i in range(10)]
+    return {
+        "count": len(percents),
+        "mean": f"{of_class.mean:.3g}",
+        "median": f"{of_class.median:.3g}",
+        "deviation": None if of_class.deviation is None else f"{of_class.deviation:.3g}",
+        "full": of_class.full,
+        "rows": rows,
+        "chart": charts.histogram(percents, of_class.mean, of_class.median),
+    }
+
+
+# --- parts ---
+
+
+def _part(part: PartOfClass) -> dict[str, Any]:
+    told = part.discrimination
+    return {
+        "name": part.name,
+        "title": part.title,
+        "points": f"{part.max_points:g}",
+        "count": part.count,
+        "graded": part.graded,
+        "share": "–" if part.share is None else f"{100 * part.share:.0f} %",
+        "omitted": f"{100 * part.count['missing'] / max(1, part.graded):.0f} %",
+        "discrimination": "–" if told is None else _signed(told.value),
+        "interval": "" if told is None else f"{_signed(told.low)} to {_signed(told.high)}",
+        "followed": part.followed,
+        "by_hand": part.by_hand,
+    }
+
+
+def _signed(value: float) -> str:
+    return f"{round(value, 2) + 0.0:.2f}".replace("-", "−")
+
+
+def _outcome_chart(of_parts: Sequence[PartOfClass]) -> str:
+    if not any(part.graded for part in of_parts):
+        return ""
+    return charts.outcomes([part.name for part in of_parts], [part.count for part in of_parts])
+
+
+def _interval_chart(of_parts: Sequence[PartOfClass]) -> str:
+    if not any(part.discrimination for part in of_parts):
+        return ""
+    return charts.intervals([part.name for part in of_parts], [part.discrimination for part in of_parts])
+
+
+# --- mistakes ---
+
+
+def _mistakes(found: Sequence[MistakeOfClass], names: Mapping[str, str], graded: int) -> list[dict[str, Any]]:
+    return [
+        {
+            "title": each.title,
+            "count": len(each.students),
+            "share": f"{100 * len(each.students) / graded:.0f} %",
+            "parts": ", ".join(each.parts),
+            "who": ", ".join(names[student] for student in each.students),
+        }
+        for each in found
+    ]
+
+
+def _mistake_chart(found: Sequence[MistakeOfClass]) -> str:
+    first = found[:MOST_CHARTED]
+    return (
+        charts.mistakes([_shortened(each.title) for each in first], [len(e.students) for e in first]) if first else ""
+    )
+
+
+def _shortened(title: str, most: int = 44) -> str:
+    return title if len(title) <= most else f"{title[: most - 1].rstrip()}…"
+
+
+# --- variants ---
+
+
+def _variants(
+    assignment: Assignment, results: Sequence[Result], problems: Mapping[str, Mapping[str, Problem]]
+) -> list[Comparison]:
+    found = []
+    for slot in assignment.slots:
+        chains, shares = [], []
+        for result in graded_work(results):
+            own = next(each for each in result["problems"] if each["slot"] == slot.name)["parts"]
+            if all(part["points"] is not None for part in own):
+                chains.append(problems[result["student"]][slot.name].chain)
+                most = sum(part["max_points"] for part in own)
+                shares.append(100 * sum(part["points"] for part in own) / most)
+        if chains:
+            found += compare(slot.name, chains, shares, assignment.key, varied=slot.family.varied)
+    return corrected(found)
+
+
+def _variant(each: Comparison) -> dict[str, Any]:
+    means = [
+        f"{name}: {sum(own) / len(own):.0f} % ({len(own)})" for name, own in zip(each.groups, each.shares, strict=True)
+    ]
+    said = in_words(each.corrected)
+    return {"slot": each.slot, "feature": each.feature, "means": means, "p": f"{each.chance:.3f}", "said": said}
+
+
+# --- answers ---
+
+
+def _work(name: str, results: Sequence[Result], problems: Mapping[str, Mapping[str, Problem]]) -> list[Work]:
+    slot, _ = name.split(".", 1)
+    every = ((result["student"], parts_of(result)[name]) for result in graded_work(results))
+    return [
+        Work(student, problems[student][slot], part)
+        for student, part in every
+        if part["answer"] is not None and part["answer"] != SHOWN
+    ]
+
+
+def _own(work: Work) -> Any:
+    return next(part for part in work.problem.parts if part.name == work.result["name"])
+
+
+def _unusual(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -> list[dict[str, Any]]:
+    """Return right answers that have little in common with the reference as it is written, the oddest first."""
+    shown = []
+    for name, every in of_parts.items():
+        found: dict[str, tuple[float, Work, int]] = {}
+        for work in every:
+            part = _own(work)
+            if work.result["outcome"] != "correct" or part.type not in COMPARED:
+                continue
+            own, due = written(work.problem, work.result["answer"]), _reference(work)
+            if own is None or due is None:
+                continue
+            alike = alikeness(own, due)
+            if alike <= UNUSUAL:
+                before = found.get(own.text, (alike, work, 0))
+                found[own.text] = (*before[:2], before[2] + 1)
+        oddest = sorted(found.values(), key=lambda each: (each[0], each[1].student))[:MOST_UNUSUAL]
+        forms = [{**_answer(work), "student": names[work.student], "count": count} for _, work, count in oddest]
+        if forms:
+            shown.append({"name": name, "title": ASKED[_own(oddest[0][1]).kind].title, "forms": forms})
+    return shown
+
+
+def _reference(work: Work) -> Written | None:
+    return written(work.problem, answer_code(_own(work)))
+
+
+def _answer(work: Work) -> dict[str, Any]:
+    text = work.result["answer"]
+    answer = answer_of(work.problem, _own(work), text)
+    return {"shown": answer.shown, "text": _cut(text)}
+
+
+def _similar(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -> dict[str, Any]:
+    """Return the pairs of nearly identical wrong answers; what a known mistake explains is none."""
+    found: list[tuple[str, Pair]] = []
+    for name, every in of_parts.items():
+        wrong = []
+        for work in every:
+            part = _own(work)
+            unexplained = work.result["mistake"] is None and work.result["followed_from"] is None
+            if work.result["outcome"] not in ("wrong", "partial") or part.type not in COMPARED or not unexplained:
+                continue
+            own = written(work.problem, work.result["answer"])
+            if own is not None:
+                wrong.append(Wrong(work.student, work.result["answer"], own, answer_code(part)))
+        found += [(name, pair) for pair in nearly_the_same(wrong, usual=max(3, len(every) // 20))]
+    pairs = [
+        {
+            "part": name,
+            "one": names[pair.one.student],
+            "other": names[pair.other.student],
+            "alike": "the same" if pair.alike == 1 else f"{100 * pair.alike:.0f} % in common",
+            "texts": [_cut(pair.one.answer), _cut(pair.other.answer)],
+        }
+        for name, pair in found[:MOST_PAIRS]
+    ]
+    return {"similar": pairs, "similar_left": len(found) - len(pairs)}
+
+
+def _cut(text: str) -> str:
+    return visible(text if len(text) <= SHORT else f"{text[:SHORT]} …")

@@ -1,0 +1,175 @@
+"""What the class's page tells, worked out from the results: numbers of the class, of every part, mistakes, lateness."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from exercises.assignment import Assignment, Student
+from exercises.lateness import in_words
+from exercises.mistakes.catalogue import CATALOGUE
+from exercises.quizzes import ASKED
+from grader import statistics
+from grader.reports.answers import visible
+from grader.reports.tables import is_marked, status
+from grader.settle import Result
+from grader.statistics import Interval
+
+OUTCOMES = ("correct", "partial", "wrong", "missing", "ungraded")
+
+
+@dataclass(frozen=True)
+class PartOfClass:
+    """A part of the assignment: what became of it, its mean share (difficulty), and what it tells apart.
+
+    `shares` are of those whose work was graded and who have points for it. `followed` counts what earned points because
+    it follows from a wrong earlier answer.
+    """
+
+    name: str
+    title: str
+    max_points: float
+    count: Mapping[str, int]
+    share: float | None
+    discrimination: Interval | None
+    followed: int
+    by_hand: int
+
+    @property
+    def graded(self) -> int:
+        """How many handed in work that could be graded."""
+        return sum(self.count.values())
+
+
+@dataclass(frozen=True)
+class MistakeOfClass:
+    """A mistake of the catalogue: how many made it, in which parts, and who."""
+
+    name: str
+    title: str
+    students: tuple[str, ...]
+    parts: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Scores:
+    """The scores of those who have a mark, in per cent, and what they come to."""
+
+    percents: tuple[float, ...]
+    mean: float | None
+    median: float | None
+    deviation: float | None
+    reliability: float | None
+    full: int
+
+
+def whom(student: Student) -> str:
+    """Return a student as the staff knows them.
+
+    >>> whom(Student("s1", "Ada Lovelace")), whom(Student("s2"))
+    ('Ada Lovelace (s1)', 's2')
+    """
+    return visible(f"{student.name} ({student.id})" if student.name else student.id)
+
+
+def graded_work(results: Sequence[Result]) -> list[Result]:
+    """Return the results of those whose notebook could be graded."""
+    return [result for result in results if result["submission"] is not None and result["obstacle"] is None]
+
+
+def parts_of(result: Result) -> dict[str, dict[str, Any]]:
+    """Return the parts of a result by name, as in grades.csv."""
+    return {f"{problem['slot']}.{part['name']}": part for problem in result["problems"] for part in problem["parts"]}
+
+
+def scores(results: Sequence[Result]) -> Scores:
+    """Return the scores of those who have a mark; Cronbach's alpha is of those with points for all parts."""
+    percents = tuple(100 * r["score"] / r["max_score"] for r in results if is_marked(r))
+    return Scores(
+        percents,
+        statistics.mean(percents),
+        statistics.median(percents),
+        statistics.deviation(percents),
+        statistics.reliability(_rows(results)),
+        sum(percent >= 100 - 1e-9 for percent in percents),
+    )
+
+
+def _rows(results: Sequence[Result]) -> list[list[float]]:
+    """Return the points of every part of those who have points for all."""
+    rows = [[part["points"] for part in parts_of(result).values()] for result in graded_work(results)]
+    return [row for row in rows if None not in row]
+
+
+def parts(assignment: Assignment, results: Sequence[Result]) -> list[PartOfClass]:
+    """Return every part of the assignment, in its order."""
+    work = [parts_of(result) for result in graded_work(results)]
+    rows = _rows(results)
+    found = []
+    names = [(slot, question) for slot in assignment.slots for question in slot.questions]
+    points = [most for slot in assignment.slots for most in slot.max_points]
+    for index, ((slot, question), most) in enumerate(zip(names, points, strict=True)):
+        name = f"{slot.name}.{question}"
+        own = [each[name] for each in work]
+        shares = [part["points"] / most for part in own if part["points"] is not None]
+        count = Counter(part["outcome"] for part in own)
+        found.append(
+            PartOfClass(
+                name,
+                ASKED[question].title,
+                most,
+                {outcome: count[outcome] for outcome in OUTCOMES},
+                statistics.mean(shares),
+                statistics.discrimination(rows, index) if rows else None,
+                sum(part["followed_from"] is not None for part in own),
+                sum(part["override"] is not None for part in own),
+            )
+        )
+    return found
+
+
+def mistakes(results: Sequence[Result]) -> list[MistakeOfClass]:
+    """Return the mistakes that were diagnosed, those of most students first; of two together, each counts."""
+    who: dict[str, dict[str, None]] = {}
+    where: dict[str, dict[str, None]] = {}
+    for result in graded_work(results):
+        for name, part in parts_of(result).items():
+            for mistake in (part["mistake"] or "").split(" and ") if part["mistake"] else ():
+                who.setdefault(mistake, {})[result["student"]] = None
+                where.setdefault(mistake, {})[name] = None
+    titles = {name: CATALOGUE[name].title if name in CATALOGUE else name for name in who}
+    found = [MistakeOfClass(name, titles[name], tuple(own), tuple(where[name])) for name, own in who.items()]
+    return sorted(found, key=lambda mistake: (-len(mistake.students), mistake.title))
+
+
+def not_on_time(assignment: Assignment, results: Sequence[Result]) -> list[dict[str, str]]:
+    """Return who has no mark or was late, and what is known of it."""
+    by_id = {student.id: student for student in assignment.roster}
+    rows = []
+    for result in results:
+        state, late = status(result), result["late"]
+        if state == "graded":
+            continue
+        said = ""
+        if late is not None:
+            said = f"{in_words(late['seconds'])} late"
+            said += f", {100 * late['penalty']:.4g} % taken off" if late["penalty"] else ", nothing taken off"
+        elif state in ("unusable", "ungraded"):
+            said = result["obstacle"] or "qdot failed on a part"
+        score = f"{result['score']:g} of {result['max_score']:g}" if is_marked(result) else "no mark"
+        rows.append({"who": whom(by_id[result["student"]]), "status": state, "said": visible(said), "score": score})
+    order = ["ungraded", "unusable", "missing", "late"]
+    return sorted(rows, key=lambda row: order.index(row["status"]))
+
+
+def set_by_hand(assignment: Assignment, results: Sequence[Result]) -> list[dict[str, str]]:
+    """Return what a person set."""
+    by_id = {student.id: student for student in assignment.roster}
+    rows = []
+    for result in results:
+        for name, about in (*parts_of(result).items(), ("total", result)):
+            if (override := about["override"]) is not None:
+                was = "ungraded" if override["was"] is None else f"{override['was']:g}"
+                told = {"was": was, "now": f"{override['points']:g}", "comment": visible(override["comment"])}
+                rows.append({"who": whom(by_id[result["student"]]), "part": name, **told})
+    return rows

@@ -1,0 +1,85 @@
+"""The results as an Excel workbook: the table of grades with numbers as numbers, and what became of every part.
+
+XlsxWriter writes it: it is the better kept of the two libraries for this, and writes the same bytes for the same
+results. Every text is written as a text, so that none is taken for a formula or a link.
+"""
+
+import datetime
+import io
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+from exercises.assignment import Assignment
+from exercises.console import printable
+from grader.reports.tables import Cell, grades_table, is_marked
+from grader.settle import Result
+
+MADE = datetime.datetime(2000, 1, 1)  # noqa: DTZ001 - a workbook's times have no zone
+"""The time that every workbook says it was made at, so that the same results are the same bytes."""
+LONGEST = 32_000
+"""Excel takes 32,767 characters in a cell."""
+OUTCOMES = {"correct": "right", "partial": "partly right", "wrong": "wrong", "missing": "blank", "ungraded": "ungraded"}
+
+
+def workbook(assignment: Assignment, results: Sequence[Result]) -> bytes:
+    """Return the workbook. What is not graded is empty, and never 0."""
+    import xlsxwriter
+
+    out = io.BytesIO()
+    with xlsxwriter.Workbook(out, {"in_memory": True, "default_date_format": "yyyy-mm-dd"}) as book:
+        book.set_properties({"title": assignment.title, "author": "qdot", "created": MADE})
+        forms = {"head": book.add_format({"bold": True, "text_wrap": True, "valign": "top", "bottom": 1})}
+        forms["points"] = book.add_format({"num_format": "0.####"})
+        forms["percent"] = book.add_format({"num_format": "0.0"})
+        header, rows = grades_table(results, assignment.roster)
+        open_marks = [column for column, name in enumerate(header) if name in ("score", "percent")]
+        for row, result in zip(rows, results, strict=True):
+            for column in () if is_marked(result, zero=True) else open_marks:
+                row[column] = None
+        _sheet(book.add_worksheet("Grades"), forms, header, rows, 2)
+        _sheet(book.add_worksheet("Parts"), forms, *_parts(results), 1)
+    return out.getvalue()
+
+
+def _parts(results: Sequence[Result]) -> tuple[list[str], list[list[Cell]]]:
+    """Return a row a part: its points, their mean among those who handed in, and how many had which outcome."""
+    header = ["part", "points", "mean", *OUTCOMES.values()]
+    handed_in = [result for result in results if result["submission"] is not None and result["obstacle"] is None]
+    found: dict[str, list[dict[str, Any]]] = {
+        f"{problem['slot']}.{part['name']}": [] for problem in results[0]["problems"] for part in problem["parts"]
+    }
+    highest = {
+        f"{problem['slot']}.{part['name']}": part["max_points"]
+        for problem in results[0]["problems"]
+        for part in problem["parts"]
+    }
+    for result in handed_in:
+        for problem in result["problems"]:
+            for part in problem["parts"]:
+                found[f"{problem['slot']}.{part['name']}"].append(part)
+    rows: list[list[Cell]] = []
+    for name, parts in found.items():
+        points = [part["points"] for part in parts if part["points"] is not None]
+        count = Counter(part["outcome"] for part in parts)
+        mean = round(sum(points) / len(points), 4) if points else None
+        rows.append([name, highest[name], mean, *(float(count[outcome]) for outcome in OUTCOMES)])
+    return header, rows
+
+
+def _sheet(
+    sheet: Any, forms: dict[str, Any], header: Sequence[str], rows: Sequence[Sequence[Cell]], fixed: int
+) -> None:
+    for column, name in enumerate(header):
+        cells = [row[column] for row in rows]
+        texts = [len(cell) for cell in cells if isinstance(cell, str)]
+        sheet.set_column(column, column, min(60, max([8, min(len(name), 14) + 2, *(length + 2 for length in texts)])))
+        sheet.write_string(0, column, printable(name), forms["head"])
+        form = forms["percent" if name == "percent" else "points"]
+        for line, cell in enumerate(cells, 1):
+            if isinstance(cell, str) and cell:
+                sheet.write_string(line, column, printable(cell)[:LONGEST])
+            elif isinstance(cell, float):
+                sheet.write_number(line, column, cell, form)
+    sheet.freeze_panes(1, fixed)
+    sheet.autofilter(0, 0, len(rows), len(header) - 1)
