@@ -6,6 +6,7 @@ Understood is what the templates use: headings, paragraphs, emphasis, code, list
 import re
 import textwrap
 from collections.abc import Callable, Sequence
+from html import escape
 
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
@@ -50,6 +51,20 @@ def _mathml(latex: str, block: bool) -> str:
         return mathml(latex)
     shown = fitted(latex, SCREEN)
     return mathml(shown, True, min(100, int(100 * SCREEN / width(shown))))
+
+
+def to_html_for_mathjax(text: str) -> str:
+    r"""Return HTML for platforms that set mathematics themselves: formulas as LaTeX in `\(…\)` and `\[…\]`."""
+    tokens, formulas = _parsed(text)
+    parser = MarkdownIt("commonmark").enable("table")
+    page = parser.renderer.render(tokens, parser.options, {})
+
+    def formula(match: re.Match[str]) -> str:
+        latex, block = formulas[int(match.group(1))]
+        shown = escape(fitted(latex, SCREEN) if block else latex, quote=False)
+        return rf"\[{shown}\]" if block else rf"\({shown}\)"
+
+    return _HOLDER.sub(formula, str(page))
 
 
 # --- LaTeX ---
