@@ -352,8 +352,8 @@ def _choice(part: Part, number: int) -> Asked:
             nodes.append(Node("AlgEquiv", f"ans{k}", str(i + 1), note, "0", says))
             cases.append(Case(f"option {LETTERS[i]}", str(i + 1), 0.0, note))
     return Asked(
-        part, k, "radio", f"[{', '.join(options)}]", "the letter of the right option", (), (), tuple(nodes),
-        tuple(cases), checked=False,
+        part, k, "radio", f"ta{k}", "the letter of the right option", (f"ta{k}: [{', '.join(options)}];",), (),
+        tuple(nodes), tuple(cases), checked=False,
     )  # fmt: skip
 
 
