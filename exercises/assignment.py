@@ -124,7 +124,12 @@ class Slot:
 
     def problem(self, secret: str, student: str) -> Problem:
         """Return a student's problem in this place."""
-        made = generate(self.identity(secret, student), self.points, self.family)
+        return self.problem_with(self.identity(secret, student).seed)
+
+    def problem_with(self, seed: int) -> Problem:
+        """Return the problem of this place that a seed gives."""
+        identity = ProblemId(self.family.name, seed, self.questions, band=self.band)
+        made = generate(identity, self.points, self.family)
         allowed, credit = dict(self.decimals), dict(self.credit)
         return replace(
             made,

@@ -18,14 +18,13 @@ LAYERS = {
         arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
         credit decimals lateness difficulty problem families questions mistakes quizzes
         generate record verify writing.latex render writing figure
-        notebook show solve docs gradebook assignment store release exports.outlet exports.bank exports
-        exports.registry site.keys site.record site.bank
+        notebook show solve docs gradebook assignment store release exports.outlet exports.bank
+        exports.known_wrong exports.stack_parts exports exports.registry site.keys site.record site.bank
         site.pages site.build site commands""",
     "grader": """verdict counterexample judge choices direction compare contained functions parts credit residuals
-        diagnosis follow marking sandbox guarantees cells archives layouts roster submission finding copies overrides
-        attempt settle batch single history certificates certify check statistics similar variants reports demo commands
-        pytest_plugin gradescope
-        outlets site docs cli""",
+        diagnosis follow marking prairielearn sandbox guarantees cells archives layouts roster submission finding
+        copies overrides attempt settle batch single history certificates certify check statistics similar variants
+        reports demo commands pytest_plugin gradescope outlets site docs cli""",
 }
 """From the bottom up: a module imports only from those before it; a folder stands for what is in it."""
 

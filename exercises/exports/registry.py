@@ -6,8 +6,10 @@ from exercises.exports.jupyterquiz import jupyterquiz_files
 from exercises.exports.moodle import moodle_xml
 from exercises.exports.outlet import Outlet
 from exercises.exports.paper import html, latex, pdf
+from exercises.exports.prairielearn import course
 from exercises.exports.qti import qti_zip
 from exercises.exports.repositories import github, gitlab
+from exercises.exports.stack import stack_questions
 
 OUTLETS = {
     outlet.name: outlet
@@ -34,6 +36,11 @@ OUTLETS = {
                "Poppler", "student", pdf),
         Outlet("latex", "Handouts, exams and keys as LaTeX source", "LaTeX with TikZ", "our reader of LaTeX", "student",
                latex),
+        Outlet("stack", "STACK questions in Moodle XML", "Moodle with STACK", "Maxima", "variant", stack_questions),
+        Outlet(
+            "prairielearn", "A course folder whose questions call qdot", "PrairieLearn", "Mustache, its JSON Schemas",
+            "variant", course,
+        ),
     )
 }  # fmt: skip
 """Every outlet: one line each."""

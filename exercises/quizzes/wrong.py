@@ -133,7 +133,7 @@ def _both(generic: Chain, subject: Subject, first: _Slip, second: _Slip) -> np.n
 
 
 @lru_cache(maxsize=512)
-def _in_formulas(generic: Chain) -> Working:
+def in_formulas(generic: Chain) -> Working:
     """Return the right working in formulas that are kept short on the way."""
     return formulas(generic).but({"rotations": _short, "links": _short})
 
@@ -148,14 +148,14 @@ def _written(generic: Chain, subject: Subject, slips: tuple[int, ...]) -> sp.Mat
     """Return an answer with some mistakes (by their number) made in it, None where it can't be written briefly."""
     if not _is_short(generic, subject):
         return None
-    w = _in_formulas(generic)
+    w = in_formulas(generic)
     for index in slips:
         w = w.but(dict(_slips(generic, subject)[index].changes))
     entries = as_formulas(subject.of(result(w, _base_part(generic, subject.base))))
     if entries.has(*NO_NUMBER):
         return None
     try:
-        tidy = entries.applyfunc(_tidy)
+        tidy = entries.applyfunc(tidied)
     except (ValueError, BasePolynomialError):  # no trigonometric polynomial
         return None
     if not subject.is_quotient and any(sp.fraction(entry)[1].free_symbols for entry in tidy):
@@ -178,7 +178,7 @@ def _is_short(generic: Chain, subject: Subject) -> bool:
     return _fits(sp.Matrix(subject.of(np.array(whole.tolist(), dtype=object))))
 
 
-def _tidy(entry: sp.Expr) -> sp.Expr:
+def tidied(entry: sp.Expr) -> sp.Expr:
     """Return an entry as a textbook has it, right or wrong; factors that a quotient shares are cancelled."""
     if any(power.exp.is_negative for power in entry.atoms(sp.Pow)):
         above, below = (sp.expand(side) for side in sp.fraction(sp.together(entry)))

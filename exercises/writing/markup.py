@@ -6,6 +6,7 @@ Understood is what the templates use: headings, paragraphs, emphasis, code, list
 import re
 import textwrap
 from collections.abc import Callable, Sequence
+from html import escape
 
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
@@ -54,6 +55,17 @@ def _mathml(latex: str, block: bool, room: float) -> str:
         return mathml(latex)
     shown = fitted(latex, room)
     return mathml(shown, True, min(100, int(100 * room / width(shown))))
+
+
+def to_html_for_mathjax(text: str) -> str:
+    r"""Return HTML for platforms that set mathematics themselves: formulas as LaTeX in `\(…\)` and `\[…\]`."""
+    return to_html(text, mathjax)
+
+
+def mathjax(latex: str, block: bool) -> str:
+    """Return a formula for MathJax, as text of a page."""
+    shown = escape(fitted(latex, SCREEN) if block else latex, quote=False)
+    return rf"\[{shown}\]" if block else rf"\({shown}\)"
 
 
 # --- LaTeX ---

@@ -1,0 +1,443 @@
+"""A part as STACK asks and marks it: the input, Maxima for marking, the nodes of its response tree, question tests.
+
+Formulas are compared by STACK's own algebraic equivalence, matrices entry by entry with the share of qdot, numbers
+within their tolerance, sets of joint values modulo whole turns.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import sympy as sp
+
+from exercises.arm.singularity import Component
+from exercises.credit import OWN
+from exercises.exports.known_wrong import Known, known_wrong, room_of, same_entries
+from exercises.problem import LETTERS, Choice, ConditionSet, Direction, Expression, Matrix, Number, Part, Problem
+from exercises.quizzes.options import blames_of
+from exercises.writing.maxima import maxima_matrix, maxima_text
+
+MOST = 6
+"""Mistakes that a part's response tree knows: each costs a comparison of every wrong answer."""
+
+_FITS = "is(abs(float(sin((rhs(c) - rhs(t))/2))) < 1.0e-9) else is(abs(float(rhs(c) - rhs(t))) < 1.0e-9)"
+_MET = "makelist(is(qdot_count(makelist(qdot_fits(c, t, turning), {0}, {1})) > 0), {2}, {3})"
+
+_RIGHT_ANGLES = ", ".join(
+    f"{wave.__name__}({k}*%pi/12) = {maxima_text(sp.expand(sp.expand_trig(wave(sp.pi * k / 12))))}"
+    for k in (1, 5, 7, 11)
+    for wave in (sp.sin, sp.cos)
+)
+"""What Maxima does not know: sines and cosines of 15 degrees and the like, which offsets of joints bring in."""
+
+FUNCTIONS = (
+    f"known: [{_RIGHT_ANGLES}];",
+    ("qdot_probe(x) := block([v: listofvars(x), found], "
+    "found: errcatch(float(subst(makelist(v[i] = 0.31 + 0.47*i, i, 1, length(v)), x))), "
+    "is(found = []) or is(abs(found[1]) < 1.0e-7) # false);"),
+    "qdot_plain(x) := ratsimp(trigsimp(subst(known, trigexpand(x))));",
+    ("qdot_entry(x, y) := if not qdot_probe(x - y) then false "
+    "elseif is(algebraic_equivalence(x, y) = true) then true else is(qdot_plain(x - y) = 0);"),
+    ("qdot_same(a, b) := if not matrixp(b) then (if qdot_entry(a, b) then 1 else 0) else "
+    "block([u: apply(append, args(a)), w: apply(append, args(b))], "
+    "if is(qdot_count(makelist(qdot_entry(u[i], w[i]), i, 1, length(w))) = length(w)) then 1 else 0);"),
+    "qdot_count(l) := length(sublist(l, lambda([x], is(x = true))));",
+    "qdot_exact(x) := num_ensure_rational(subst(append(short, given), x));",
+    "qdot_near(x, y, room) := is(abs(float(x) - y) <= room);",
+    f"qdot_fits(c, t, turning) := is(lhs(c) = lhs(t)) and (if member(lhs(t), turning) then {_FITS});",
+    f"qdot_covered(claims, truth, turning) := qdot_count({_MET.format('c', 'claims', 't', 'truth')});",
+    f"qdot_beyond(claims, truth, turning) := length(claims) - qdot_count({_MET.format('t', 'truth', 'c', 'claims')});",
+)  # fmt: skip
+"""What marking calls, defined among the question variables."""
+
+
+@dataclass(frozen=True)
+class Node:
+    """A node of a response tree: what is compared, and note, score and feedback where it is the same."""
+
+    test: str
+    left: str
+    right: str
+    note: str
+    score: str
+    says: str = ""
+    options: str = ""
+
+
+@dataclass(frozen=True)
+class Case:
+    """An answer of the question tests, and the score (None: not marked at all) and note that it must get."""
+
+    title: str
+    value: str
+    score: float | None
+    note: str
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A part in STACK's terms; `otherwise` is said (in CASText) where no node knows the answer."""
+
+    part: Part
+    number: int
+    kind: str
+    model: str
+    words: str
+    variables: tuple[str, ...] = ()
+    marking: tuple[str, ...] = ()
+    nodes: tuple[Node, ...] = ()
+    cases: tuple[Case, ...] = ()
+    otherwise: str = ""
+    score: str = "0"
+    hint: str = ""
+    box: int = 15
+    checked: bool = True
+    """Whether STACK tells the student that the answer is of another type than is due."""
+
+    @property
+    def tree(self) -> str:
+        """The name of the response tree."""
+        return f"prt{self.number}"
+
+
+def asked(problem: Problem, part: Part, number: int) -> Asked | str:
+    """Return a part as STACK asks it, or why STACK can't."""
+    answer = part.answer
+    if isinstance(answer, (Expression, Matrix)):
+        return _formulas(problem, part, number)
+    if isinstance(answer, Number):
+        return _numbers(problem, part, number)
+    if isinstance(answer, Choice):
+        return _choice(part, number)
+    if isinstance(answer, ConditionSet):
+        return _values(problem, part, number)
+    if isinstance(answer, Direction):
+        return _direction(part, number) if answer.tolerance is None else "directions in numbers are not asked"
+    return "letters of several options are not asked; the outlets with quizzes ask them"
+
+
+def share_of(part: Part, equal: Sequence[bool]) -> float:
+    """Return the share of a matrix some of whose entries are right, as `qdot grade` marks it.
+
+    >>> share_of(Part("j", "jacobian", Matrix(sp.Matrix([[1, 0], [2, 3]]))), (True, False, True, True))
+    0.6666666666666666
+    """
+    if all(equal):
+        return 1.0
+    credit = part.credit or OWN
+    if not isinstance(part.answer, Matrix) or credit.by == "whole":
+        return 0.0
+    counted, zeros = _counted(part.answer.reference)
+    columns = part.answer.reference.cols
+    right = {(k // columns + 1, k % columns + 1) for k, same in enumerate(equal) if same}
+    if credit.by == "columns" and columns > 1:
+        groups = _columns(part.answer.reference)
+        whole = sum(set(group) <= right for group in groups)
+        share = Fraction(whole if whole < len(groups) else whole - 1, len(groups))
+    else:
+        spoiled = sum(place not in right for place in zeros)
+        share = Fraction(max(0, sum(place in right for place in counted) - spoiled), len(counted))
+        share = min(share, Fraction(99, 100))
+    return float(share * credit.worth)
+
+
+Places = list[tuple[int, int]]
+
+
+def _counted(reference: sp.Matrix) -> tuple[Places, Places]:
+    """Return the places of entries that count, those that are not zero if there are any, and of the zeros."""
+    places = [(i + 1, j + 1) for i in range(reference.rows) for j in range(reference.cols)]
+    filled = [(i, j) for i, j in places if reference[i - 1, j - 1] != 0]
+    return (filled, [place for place in places if place not in filled]) if filled else (places, [])
+
+
+def _columns(reference: sp.Matrix) -> list[Places]:
+    """Return the places of each column that is not all zeros."""
+    return [
+        [(i + 1, j + 1) for i in range(reference.rows)]
+        for j in range(reference.cols)
+        if any(entry != 0 for entry in reference.col(j))
+    ]
+
+
+def _listed(places: Sequence[object]) -> str:
+    return str([list(place) if isinstance(place, tuple) else place for place in places])
+
+
+# --- formulas ---
+
+
+def _formulas(problem: Problem, part: Part, number: int) -> Asked:
+    answer, k = part.answer, number
+    assert isinstance(answer, (Expression, Matrix))
+    single = isinstance(answer, Expression)
+    reference = sp.Matrix([[answer.reference]]) if single else answer.reference
+    model = _shown(reference, single)
+    marking = [f"said{k}: qdot_exact(ans{k});"]
+    score, otherwise = "0", ""
+    if not single and (part.credit or OWN).by != "whole":
+        lines, otherwise = _entries(part, reference, k)
+        marking += lines
+        score = f"share{k}"
+    known = known_wrong(problem, part, MOST)
+    marking.append(f"same{k}: qdot_same(said{k}, ta{k});")
+    nodes = [Node("AlgEquiv", f"same{k}", "1", f"prt{k}-right", "1")]
+    cases = [Case("the reference", f"ta{k}", 1.0, f"prt{k}-right")]
+    variables = [f"ta{k}: {model};"]
+    for index, wrong in enumerate(known, 1):
+        name = f"wrong{k}_{index}"
+        variables.append(f"{name}: {_shown(wrong.answer, single)};")
+        marking.append(f"like{k}_{index}: if same{k} = 1 then 0 else qdot_same(said{k}, {name});")
+        nodes.append(Node("AlgEquiv", f"like{k}_{index}", "1", f"prt{k}-{wrong.mistake}", score, wrong.says))
+        cases.append(Case(wrong.title, name, share_of(part, wrong.equal), f"prt{k}-{wrong.mistake}"))
+    unusual = _unusual(problem, reference)
+    if unusual is not None:
+        cases.append(Case("another form of the reference", _shown(unusual, single), 1.0, f"prt{k}-right"))
+    nothing = reference * 0 + sp.ones(*reference.shape) * sp.Integer(7)
+    share = share_of(part, same_entries(problem, nothing, reference))
+    cases.append(Case("nobody's mistake", _shown(nothing, single), share, f"prt{k}-other"))
+    words = "a formula" if single else f"one formula in each of the {reference.rows} × {reference.cols} boxes"
+    longest = max(len(maxima_text(entry)) for entry in reference)
+    return Asked(
+        part, k, "algebraic" if single else "matrix", f"ta{k}", words, tuple(variables), tuple(marking), tuple(nodes),
+        tuple(cases), otherwise, score, box=min(60, max(8, longest)) if single or reference.cols == 1
+        else min(24, max(6, longest)),
+    )  # fmt: skip
+
+
+def _shown(matrix: sp.Matrix, single: bool) -> str:
+    return maxima_text(matrix[0]) if single else maxima_matrix(matrix)
+
+
+def _entries(part: Part, reference: sp.Matrix, k: int) -> tuple[list[str], str]:
+    """Return the lines that work out the share of a matrix, and what is said of it."""
+    credit = part.credit or OWN
+    counted, zeros = _counted(reference)
+    same = f"qdot_entry(said{k}[p[1], p[2]], ta{k}[p[1], p[2]])"
+    worth = "" if credit.worth == 1 else f"*{credit.worth}"
+    if credit.by == "columns" and reference.cols > 1:
+        groups = [[list(place) for place in group] for group in _columns(reference)]
+        lines = [
+            f"right{k}: qdot_count(makelist(is(qdot_count(makelist({same}, p, c)) = length(c)), c, {groups}));",
+            f"share{k}: min(right{k}, {len(groups) - 1})/{len(groups)}{worth};",
+        ]
+        return lines, f"<p>{{@right{k}@}} of {len(groups)} columns are right.</p>"
+    spoiled = f"{len(zeros)} - qdot_count(makelist({same}, p, {_listed(zeros)}))" if zeros else "0"
+    lines = [
+        f"right{k}: qdot_count(makelist({same}, p, {_listed(counted)}));",
+        f"spoiled{k}: {spoiled};",
+        f"share{k}: min(max(0, right{k} - spoiled{k})/{len(counted)}, 99/100){worth};",
+    ]
+    which = f"{len(counted)} entries that are not zero" if zeros else f"{len(counted)} entries"
+    also = f"; {{@spoiled{k}@}} of {len(zeros)} zeros are answered with something else" if zeros else ""
+    return lines, f"<p>{{@right{k}@}} of {which} are right{also}.</p>"
+
+
+def _unusual(problem: Problem, reference: sp.Matrix) -> sp.Matrix | None:
+    """Return the reference in a form that few would write, proved to be the same; None where there is none."""
+    first = next((q for q in problem.chain.q if q.name.startswith("theta")), None)
+    if first is None:
+        return None
+    one = sp.sin(first) ** 2 + sp.cos(first) ** 2
+    found = reference.applyfunc(lambda entry: sp.expand_trig(entry) * one if entry != 0 else entry)
+    return found if all(same_entries(problem, found, reference)) else None
+
+
+def _direction(part: Part, number: int) -> Asked:
+    """Compare cross products with an entry of the reference that is not zero, and take the zero vector for none."""
+    assert isinstance(part.answer, Direction)
+    reference, k = part.answer.reference, number
+    pivot = next(i for i, entry in enumerate(reference, 1) if entry != 0)
+    n = len(reference)
+    marking = (
+        f"said{k}: qdot_exact(ans{k});",
+        f"zeros{k}: qdot_count(makelist(qdot_entry(said{k}[i, 1], 0), i, 1, {n}));",
+        (
+            f"along{k}: qdot_count(makelist(qdot_entry(said{k}[i, 1]*ta{k}[{pivot}, 1], "
+            f"ta{k}[i, 1]*said{k}[{pivot}, 1]), i, 1, {n}));"
+        ),
+        f"right{k}: if zeros{k} < {n} and along{k} = {n} then 1 else 0;",
+    )
+    note = f"prt{k}-right"
+    cases = (
+        Case("the reference", f"ta{k}", 1.0, note),
+        Case("another form of the reference", f"-3*ta{k}", 1.0, note),
+        Case("nobody's mistake", maxima_matrix(reference * 0), 0.0, f"prt{k}-other"),
+    )
+    return Asked(
+        part, k, "matrix", f"ta{k}", "a vector; any multiple of it but zero is as good",
+        (f"ta{k}: {maxima_matrix(reference)};",), marking, (Node("AlgEquiv", f"right{k}", "1", note, "1"),), cases,
+    )  # fmt: skip
+
+
+# --- numbers ---
+
+
+def _numbers(problem: Problem, part: Part, number: int) -> Asked:
+    answer, k = part.answer, number
+    assert isinstance(answer, Number)
+    single, n = len(answer.reference) == 1, len(answer.reference)
+    room = [sp.Rational(f"{allowed:.12g}") for allowed in room_of(part)]
+    known = known_wrong(problem, part, MOST)
+    truth = sp.Matrix([sp.Rational(f"{float(value):.12g}") for value in answer.reference])
+    value = f"said{k}" if single else f"said{k}[i, 1]"
+    lines = [f"said{k}: subst(append(short, given), ans{k});", f"room{k}: {[maxima_text(r) for r in room]};"]
+    lines = [line.replace("'", "") for line in lines]
+
+    def near(matrix: str) -> str:
+        other = f"float({matrix})" if single else f"float({matrix}[i, 1])"
+        return f"qdot_count(makelist(qdot_near({value}, {other}, room{k}[i]), i, 1, {n}))"
+
+    lines += [f"right{k}: {near(f'ta{k}')};", f"share{k}: right{k}/{n};"]
+    variables = [f"ta{k}: {_floats(truth, single)};"]
+    score = f"share{k}"
+    right = (
+        Node("NumAbsolute", f"said{k}", f"ta{k}", f"prt{k}-right", "1", options=maxima_text(room[0]))
+        if single
+        else Node("AlgEquiv", f"right{k}", str(n), f"prt{k}-right", "1")
+    )
+    nodes, cases = [right], [Case("the reference", f"ta{k}", 1.0, f"prt{k}-right")]
+    for index, wrong in enumerate(known, 1):
+        name = f"wrong{k}_{index}"
+        variables.append(f"{name}: {_floats(wrong.answer, single)};")
+        lines.append(f"like{k}_{index}: {near(name)};")
+        nodes.append(Node("AlgEquiv", f"like{k}_{index}", str(n), f"prt{k}-{wrong.mistake}", score, wrong.says))
+        cases.append(Case(wrong.title, name, sum(wrong.equal) / n, f"prt{k}-{wrong.mistake}"))
+    off = truth + sp.Matrix([50 * r for r in room])
+    inside = truth + sp.Matrix([r / 2 for r in room])
+    cases.append(Case("off by half of what is allowed", _floats(inside, single), 1.0, f"prt{k}-right"))
+    if not any(_meets(off, wrong, room) for wrong in known):
+        cases.append(Case("nobody's mistake", _floats(off, single), 0.0, f"prt{k}-other"))
+    unit = "; ".join(dict.fromkeys(unit for unit in answer.units if unit))
+    words = ("a number" if single else f"{n} numbers") + (f", in {unit}, without the unit" if unit else "")
+    otherwise = "" if single else f"<p>{{@right{k}@}} of {n} numbers are right.</p>"
+    return Asked(
+        part, k, "numerical" if single else "matrix", f"ta{k}", words, tuple(variables), tuple(lines), tuple(nodes),
+        tuple(cases), otherwise, score, box=12, checked=False,
+    )  # fmt: skip
+
+
+def _floats(matrix: sp.Matrix | tuple[Component, ...], single: bool) -> str:
+    assert isinstance(matrix, sp.MatrixBase)
+    values = [f"{float(value):.12g}" for value in matrix]
+    values = [
+        f"{mantissa}*10^({power})" if power else mantissa for mantissa, _, power in (v.partition("e") for v in values)
+    ]
+    return values[0] if single else f"matrix({', '.join(f'[{value}]' for value in values)})"
+
+
+def _meets(values: sp.Matrix, wrong: Known, room: Sequence[sp.Expr]) -> bool:
+    assert isinstance(wrong.answer, sp.MatrixBase)
+    return all(abs(a - b) <= 2 * r for a, b, r in zip(values, wrong.answer, room, strict=True))
+
+
+# --- options and sets ---
+
+
+def _choice(part: Part, number: int) -> Asked:
+    answer, k = part.answer, number
+    assert isinstance(answer, Choice)
+    options = [
+        f'[{i}, {"true" if i - 1 == answer.correct else "false"}, "{LETTERS[i - 1]}"]'
+        for i in range(1, len(answer.options) + 1)
+    ]
+    right = answer.correct + 1
+    nodes = [Node("AlgEquiv", f"ans{k}", str(right), f"prt{k}-right", "1")]
+    cases = [Case("the reference", str(right), 1.0, f"prt{k}-right")]
+    for i in range(len(answer.options)):
+        if i != answer.correct:
+            blames = blames_of(part, i)
+            says = " ".join(dict.fromkeys(blame.sentence for blame in blames))
+            note = f"prt{k}-{LETTERS[i]}" + "".join(f"-{name}" for name in dict.fromkeys(b.mistake for b in blames))
+            nodes.append(Node("AlgEquiv", f"ans{k}", str(i + 1), note, "0", says))
+            cases.append(Case(f"option {LETTERS[i]}", str(i + 1), 0.0, note))
+    return Asked(
+        part, k, "radio", f"ta{k}", "the letter of the right option", (f"ta{k}: [{', '.join(options)}];",), (),
+        tuple(nodes), tuple(cases), checked=False,
+    )  # fmt: skip
+
+
+def _values(problem: Problem, part: Part, number: int) -> Asked | str:
+    """Ask for a set of equations, a joint on the left and its value on the right."""
+    answer, k = part.answer, number
+    assert isinstance(answer, ConditionSet)
+    if not all(_is_of_values(component) for component in answer.components):
+        return "its singular configurations are no values of single joints, which STACK could judge fairly"
+    joints = [q.name for q in problem.chain.q]
+    turning = [name for name in joints if name.startswith("theta")]
+
+    def equations(components: tuple[Component, ...], turns: int = 0) -> str:
+        pairs = [pair for component in components for pair in component.solutions or ()]
+        shown = [
+            f"{joint} = {maxima_text(value + 2 * sp.pi * (turns if joint.name in turning else 0))}"
+            for joint, values in pairs
+            for value in values
+        ]
+        return "{" + ", ".join(dict.fromkeys(shown)) + "}"
+
+    lines = [
+        f"said{k}: if setp(ans{k}) or listp(ans{k}) then args(ans{k}) else [ans{k}];",
+        f"said{k}: qdot_exact(said{k});",
+        f"turning{k}: [{', '.join(turning)}];",
+        f"right{k}: qdot_covered(said{k}, args(ta{k}), turning{k});",
+        f"beyond{k}: qdot_beyond(said{k}, args(ta{k}), turning{k});",
+        f"share{k}: min(max(0, right{k} - beyond{k})/length(ta{k}), 99/100);",
+    ]
+    worth = (part.credit or OWN).worth if (part.credit or OWN).by != "whole" else 0
+    lines += [] if worth == 1 else [f"share{k}: share{k}*{worth};"]
+    total = len([pair for c in answer.components for _, values in c.solutions or () for pair in values])
+    nodes = [Node("AlgEquiv", f"[right{k}, beyond{k}]", f"[{total}, 0]", f"prt{k}-right", "1")]
+    variables = [f"ta{k}: {equations(answer.components)};"]
+    cases = [Case("the reference", f"ta{k}", 1.0, f"prt{k}-right")]
+    truth = _claims(answer.components)
+    for index, wrong in enumerate(known_wrong(problem, part, 2 * MOST), 1):
+        assert isinstance(wrong.answer, tuple)
+        if len(nodes) > MOST or not all(_is_of_values(component) for component in wrong.answer):
+            continue
+        name, note = f"wrong{k}_{index}", f"prt{k}-{wrong.mistake}"
+        variables.append(f"{name}: {equations(wrong.answer)};")
+        against = f"(said{k}, args({name}), turning{k})"
+        lines.append(f"like{k}_{index}: [qdot_covered{against} - length({name}), qdot_beyond{against}];")
+        claimed = _claims(wrong.answer)
+        covered, beyond = len(claimed & truth), len(claimed - truth)
+        share = float(min(Fraction(max(0, covered - beyond), len(truth)), Fraction(99, 100)) * worth)
+        nodes.append(Node("AlgEquiv", f"like{k}_{index}", "[0, 0]", note, f"share{k}", wrong.says))
+        cases.append(Case(wrong.title, name, share, note))
+    cases.append(Case("another form of the reference", equations(answer.components, 1), 1.0, f"prt{k}-right"))
+    cases.append(Case("nobody's mistake", f"{{{joints[0]} = 1/7}}", 0.0, f"prt{k}-other"))
+    words = (
+        "a set of equations, each with a joint variable on the left and one value of it on the right (angles in "
+        f"radians, one turn), as in {{{joints[-1]} = 1/2, {joints[-1]} = pi/3}}; every value counts"
+    )
+    return Asked(
+        part, k, "algebraic", f"ta{k}", words, tuple(variables), tuple(lines), tuple(nodes), tuple(cases),
+        f"<p>{{@right{k}@}} of the configurations are there, and {{@beyond{k}@}} of your values are not singular or "
+        "not as they are asked for.</p>", f"share{k}", box=50,
+    )  # fmt: skip
+
+
+def _is_of_values(component: Component) -> bool:
+    """Tell whether a component gives values, which are numbers, of one joint alone."""
+    return (
+        component.solutions is not None
+        and len(component.solutions) == 1
+        and not any(value.free_symbols for value in component.solutions[0][1])
+    )
+
+
+def _claims(components: tuple[Component, ...]) -> set[tuple[str, float]]:
+    """Return joints and values, rounded, angles within one turn."""
+    found = set()
+    for component in components:
+        for joint, values in component.solutions or ():
+            for value in values:
+                number = float(value)
+                turned = number % (2 * float(sp.pi)) if joint.name.startswith("theta") else number
+                found.add((joint.name, round(turned, 9) % round(2 * float(sp.pi), 9)))
+    return found
+
+
+def without_rounding(part: Part) -> Part:
+    """Return a part of formulas as STACK judges it: decimals mean what they say."""
+    formulas = isinstance(part.answer, (Expression, Matrix, ConditionSet))
+    return replace(part, rounding=None) if formulas else part
