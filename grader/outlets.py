@@ -76,7 +76,7 @@ def report(
     from grader.history import last_results
     from grader.reports.formats import STDOUT, read_reports, write_asked
 
-    asked = read_reports(report)
+    asked = read_reports(report, of_one=False)
     whole = load_assignment(folder)
     assignment, results = last_results(whole)
     left_out = [student.id for student in whole.roster if student not in assignment.roster]

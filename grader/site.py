@@ -40,23 +40,9 @@ def build_site(
     """
     wanted, titles, course = _wanted(assignment, families, variants, jobs)
     docs = Path(__file__).parents[1] / "docs"
-    order = Order(
-        out,
-        wanted,
-        titles,
-        failures_of,
-        min(jobs, len(wanted)),
-        out,
-        wanted,
-        titles,
-        failures_of,
-        min(jobs, len(wanted)),
-        reference(context.find_root().command),
-        docs if docs.is_dir() else None,
-        course,
-        docs if docs.is_dir() else None,
-        course,
-    )
+    texts = reference(context.find_root().command)
+    around = docs if docs.is_dir() else None
+    order = Order(out, wanted, titles, failures_of, min(jobs, len(wanted)), texts, around, course)
     with progress("building the site", len(wanted)) as counter:
         made = build(order, counter.step)
     say(f"{made['problems']} problems with {made['questions']} questions in {out}; see them: qdot site serve {out}")

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from handing_in import a_class, hand_in, right
-from jsonschema import Draft202012Validator  # type: ignore[import-untyped]
+from jsonschema import Draft202012Validator
 from test_cli import run
 
 from exercises.assignment import Student
