@@ -64,16 +64,24 @@ def keep(assignment: Assignment, student: str, problems: list[tuple[str, Problem
         return
 
 
-def kept(assignment: Assignment, student: str) -> Kept:
-    """Return what was kept of a student, or the problems worked out anew."""
+def kept_text(assignment: Assignment, student: str) -> str:
+    """Return what was kept of a student as it stands in its file, to be sent elsewhere; empty where nothing is."""
     try:
-        signature, encoded = _path(assignment, student).read_text(encoding="ascii").split("\n")[:2]
+        return _path(assignment, student).read_text(encoding="ascii")
+    except (OSError, ValueError):
+        return ""
+
+
+def kept(assignment: Assignment, student: str, text: str | None = None) -> Kept:
+    """Return what was kept of a student, or the problems worked out anew; with `text`, no file is read."""
+    try:
+        signature, encoded = (kept_text(assignment, student) if text is None else text).split("\n")[:2]
         payload = base64.b64decode(encoded, validate=True)
         if hmac.compare_digest(signature, _signature(assignment, student, payload)):
             problems, figures, texts = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed with the secret
             know_texts(texts)
             return Kept(problems, figures)
-    except (OSError, ValueError):
+    except ValueError:
         pass  # nothing kept, or damaged
     return Kept(assignment.problems(student))
 

@@ -106,10 +106,14 @@ def made_from(assignment: Assignment) -> dict[str, Any]:
 
 
 def grade_attempt(
-    assignment: Assignment, student: str, attempt: Attempt | None, sandbox: Sandbox, copies: Copies
-) -> Marked:
-    """Grade one notebook: regenerate the problems from the assignment, run the cells, mark every part."""
-    problems = kept(assignment, student).problems
+    assignment: Assignment, student: str, attempt: Attempt | None, sandbox: Sandbox, copies: Copies,
+    kept_text: str | None = None,
+) -> Marked:  # fmt: skip
+    """Grade one notebook: regenerate the problems from the assignment, run the cells, mark every part.
+
+    With `kept_text`, which `store` has made, nothing is read from the assignment's folder.
+    """
+    problems = kept(assignment, student, kept_text).problems
     if attempt is None:
         return _marked(assignment, copies, student, problems, None, Answers(Run()), "nothing was handed in", [])
     submission, said = attempt.submission, [Note(note, note) for note in attempt.notes]

@@ -1,4 +1,4 @@
-"""Grade a class: every student's notebook run, read, compared and marked, on several processes, resumable.
+"""Grade a class: every notebook run, read, compared and marked, on several processes or machines, resumable.
 
 What the grader gives for a notebook is kept in graded/.cache as soon as it is there, under a key made of the
 submission, the assignment, and the versions of problems and grader; a rerun takes from there what has not changed.
@@ -7,7 +7,9 @@ submission, the assignment, and the versions of problems and grader; a rerun tak
 import contextlib
 import hashlib
 import json
+import re
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -19,11 +21,15 @@ from exercises.parallel import ordered_map
 from grader.attempt import Attempt, Marked, grade_attempt, is_graded, made_from, read_attempts, ungraded
 from grader.copies import Copies
 from grader.overrides import read_overrides
+from grader.remote import Order, brief_of, graded_by, order_of
 from grader.sandbox import Limits, Sandbox
 from grader.settle import Graded, Result, settle
 from grader.submission import Found
 
 DIED = "its process was ended twice by the system, probably for want of memory"
+
+ROOM = 64
+"""Notebooks that are out at a time with an executor of which nothing else is known."""
 
 
 @dataclass(frozen=True)
@@ -41,25 +47,49 @@ def grade_class(
     limits: Limits,
     each: Callable[[Result], None],
     students: Sequence[Student] | None = None,
+    executor: Executor | None = None,
+    room: Callable[[], int] = lambda: ROOM,
 ) -> list[Result]:
     """Grade everybody on the roster, or these `students`, and return the results in that order, telling `each` of them.
 
     Without jobs, everything is done in this process, and whatever ends it ends the grading. Else it costs one student
-    a mark until the next run, who is UNGRADED. Raises QdotError, also for a mistake in overrides.csv.
+    a mark until the next run, who is UNGRADED. An `executor` runs the notebooks in the place of jobs, at most `room()`
+    of them being out at a time, while this process reads them and keeps what they earn. With `students`, only these of
+    the roster are graded. Raises QdotError, also for a mistake in overrides.csv.
     """
     overrides = read_overrides(assignment)
-    students = assignment.roster if students is None else students
-    tasks = [Task(student.id, submissions.get(student.id)) for student in students]
-    cache = cache_of(assignment)
-    make_folder(cache)
-    remove_left_behind(path for task in tasks for path in _all_kept(cache, task))
-    lost = partial(_lost, assignment) if jobs else None
-    results = []
-    with contextlib.closing(ordered_map(_grade, tasks, jobs, _Desk, (assignment, limits, cache), lost)) as every:
-        for student, handed_in in zip(students, every, strict=True):
-            results.append(settle(assignment, student, handed_in, overrides.get(student.id, {})))
-            each(results[-1])
-    return results
+    chosen = assignment.roster if students is None else students
+    tasks = [Task(student.id, submissions.get(student.id)) for student in chosen]
+    shelf = _Shelf(assignment, limits, cache_of(assignment))
+    make_folder(shelf.folder)
+    remove_left_behind(path for task in tasks for path in _all_kept(shelf.folder, task))
+    results: dict[int, Result] = {}
+
+    def settled(place: int, handed_in: list[Graded]) -> None:
+        student = chosen[place]
+        results[place] = settle(assignment, student, handed_in, overrides.get(student.id, {}))
+        each(results[place])
+
+    if executor is not None:
+        _grade_elsewhere(shelf, tasks, executor, room, settled)
+    else:
+        lost = partial(_lost, assignment) if jobs else None
+        with contextlib.closing(ordered_map(_grade, tasks, jobs, _Desk, (shelf,), lost)) as every:
+            for place, handed_in in enumerate(every):
+                settled(place, handed_in)
+    return [results[place] for place in range(len(tasks))]
+
+
+def share_of(roster: Sequence[Student], share: str) -> Sequence[Student]:
+    """Return one of several shares of a class, as in "3/20". Raises QdotError.
+
+    >>> share_of("abcdefg", "2/3")
+    'be'
+    """
+    found = re.fullmatch(r"([1-9][0-9]{0,5})/([1-9][0-9]{0,5})", share)
+    if found is None or int(found[1]) > int(found[2]):
+        raise QdotError(f"--share {share!r} is no share; the third of four is 3/4")
+    return roster[int(found[1]) - 1 :: int(found[2])]
 
 
 def cache_of(assignment: Assignment) -> Path:
@@ -93,36 +123,114 @@ def alone(assignment: Assignment) -> Iterator[None]:
         yield
 
 
+@dataclass(frozen=True)
+class _Shelf:
+    """What the grader gave for notebooks, kept in a folder."""
+
+    assignment: Assignment
+    limits: Limits
+    folder: Path
+
+    def taken(self, student: str, attempt: Attempt | None) -> Marked | None:
+        """Return what is kept for a notebook, None where it is not there or may not be right any more."""
+        try:
+            stored = json.loads(self._path(student, attempt).read_text(encoding="utf-8"))
+            if stored["key"] == self._key(student, attempt):
+                marked: Marked = stored["marked"]
+                return marked
+        except (OSError, ValueError, KeyError, TypeError):
+            pass  # nothing kept yet, or damaged
+        return None
+
+    def put(self, student: str, attempt: Attempt | None, marked: Marked) -> None:
+        """Keep what the grader gives for a notebook. What qdot failed on is not kept: the next run tries again."""
+        if is_graded(marked):
+            content = {"key": self._key(student, attempt), "marked": marked}
+            write_atomically(self._path(student, attempt), json.dumps(content))
+
+    def _path(self, student: str, attempt: Attempt | None) -> Path:
+        return _kept(self.folder, student, None if attempt is None else attempt.file)
+
+    def _key(self, student: str, attempt: Attempt | None) -> str:
+        """Return a text that changes whenever what a notebook earns may change; also when it may take longer."""
+        handed_in = "" if attempt is None else f"{attempt.file.name}/{attempt.fingerprint}/{self.limits}"
+        content = f"{json.dumps(made_from(self.assignment))}/{student}/{handed_in}"
+        return hashlib.sha256(content.encode("utf-8", "replace")).hexdigest()
+
+
 class _Desk:
     """What a process has on its desk while it grades: the assignment, a sandbox, the folder of what is graded."""
 
-    def __init__(self, assignment: Assignment, limits: Limits, cache: Path) -> None:
-        self.assignment, self.sandbox, self.cache = (
-            assignment,
-            Sandbox(limits, strict=assignment.sandbox == "strict"),
-            cache,
-        )
-        self.copies = Copies(assignment)
+    def __init__(self, shelf: _Shelf) -> None:
+        self.shelf, self.assignment = shelf, shelf.assignment
+        self.sandbox = Sandbox(shelf.limits, strict=self.assignment.sandbox == "strict")
+        self.copies = Copies(self.assignment)
 
     def close(self) -> None:
         self.sandbox.close()
 
 
+Entry = tuple[Attempt | None, bool]
+"""A notebook of a student, None where nothing was handed in, and whether it may count."""
+
+
 def _grade(desk: _Desk, task: Task) -> list[Graded]:
     """Return everything that a student handed in, in the order in which it was received; what counts is marked."""
-    if task.found is None:
-        return [Graded(marked=_marked(desk, task.student, None))]
-    attempts = read_attempts(task.found, desk.assignment.key)
-    counting = _counting(desk.assignment, attempts)
     return [
-        Graded(
-            one.file.name,
-            one.received,
-            _marked(desk, task.student, one) if one in counting else None,
-            *(("file", None) if one.submission is None else (one.submission.received_from, one.submission.late)),
-        )
-        for one in sorted(attempts, key=lambda one: one.received)
+        _graded(one, _marked(desk, task.student, one) if counts else None)
+        for one, counts in _entries(desk.assignment, task)
     ]
+
+
+def _grade_elsewhere(
+    shelf: _Shelf, tasks: Sequence[Task], executor: Executor, room: Callable[[], int],
+    settled: Callable[[int, list[Graded]], None],
+) -> None:  # fmt: skip
+    """Tell `settled` what every student handed in, as soon as all of it is marked by the executor."""
+    brief = brief_of(shelf.assignment, shelf.limits)
+    begun: dict[int, tuple[list[Entry], dict[int, Marked | None]]] = {}
+
+    def wanted() -> Iterator[tuple[tuple[int, int], Order]]:
+        for place, task in enumerate(tasks):
+            entries = _entries(shelf.assignment, task)
+            marks = {i: shelf.taken(task.student, one) for i, (one, counts) in enumerate(entries) if counts}
+            begun[place] = entries, marks
+            lacking = [i for i, marked in marks.items() if marked is None]
+            for i in lacking:
+                yield (place, i), order_of(shelf.assignment, brief, task.student, entries[i][0])
+            if not lacking:
+                finish(place)
+
+    def finish(place: int) -> None:
+        entries, marks = begun.pop(place)
+        settled(place, [_graded(one, marks.get(i)) for i, (one, _) in enumerate(entries)])
+
+    with contextlib.closing(graded_by(executor, brief, wanted(), room)) as every:
+        for (place, i), marked in every:
+            student, (entries, marks) = tasks[place].student, begun[place]
+            attempt = entries[i][0]
+            if marked is not None:
+                shelf.put(student, attempt, marked)
+            marks[i] = marked or ungraded(shelf.assignment, student, attempt, DIED)
+            if all(marks.values()):
+                finish(place)
+
+
+def _entries(assignment: Assignment, task: Task) -> list[Entry]:
+    """Read what a student handed in, in the order in which it was received."""
+    if task.found is None:
+        return [(None, True)]
+    attempts = read_attempts(task.found, assignment.key)
+    counting = _counting(assignment, attempts)
+    return [(one, one in counting) for one in sorted(attempts, key=lambda one: one.received)]
+
+
+def _graded(attempt: Attempt | None, marked: Marked | None) -> Graded:
+    if attempt is None:
+        return Graded(marked=marked)
+    submission = attempt.submission
+    told = ("file", None) if submission is None else (submission.received_from, submission.late)
+    return Graded(attempt.file.name, attempt.received, marked, *told)
 
 
 def _counting(assignment: Assignment, attempts: list[Attempt]) -> list[Attempt]:
@@ -136,27 +244,17 @@ def _counting(assignment: Assignment, attempts: list[Attempt]) -> list[Attempt]:
 
 
 def _marked(desk: _Desk, student: str, attempt: Attempt | None) -> Marked:
-    """Return what the grader gives for a notebook, from what is kept where that is still right.
-
-    What qdot failed on is not kept: the next run tries again.
-    """
-    kept = _kept(desk.cache, student, None if attempt is None else attempt.file)
-    key = _key(desk, student, attempt)
-    try:
-        stored = json.loads(kept.read_text(encoding="utf-8"))
-        if stored["key"] == key:
-            marked: Marked = stored["marked"]
-            return marked
-    except (OSError, ValueError, KeyError, TypeError):
-        pass  # nothing kept yet, or damaged: grade
+    """Return what the grader gives for a notebook, from what is kept where that is still right."""
+    marked = desk.shelf.taken(student, attempt)
+    if marked is not None:
+        return marked
     try:
         marked = grade_attempt(desk.assignment, student, attempt, desk.sandbox, desk.copies)
     except QdotError:
         raise
     except Exception as error:  # our own failure, whatever it is, must neither become a mark nor stop the class
         return ungraded(desk.assignment, student, attempt, f"{type(error).__name__}: {str(error)[:300]}")
-    if is_graded(marked):
-        write_atomically(kept, json.dumps({"key": key, "marked": marked}))
+    desk.shelf.put(student, attempt, marked)
     return marked
 
 
@@ -174,10 +272,3 @@ def _kept(cache: Path, student: str, file: Path | None) -> Path:
 
 def _all_kept(cache: Path, task: Task) -> list[Path]:
     return [_kept(cache, task.student, file) for file in (task.found.files if task.found else (None,))]
-
-
-def _key(desk: _Desk, student: str, attempt: Attempt | None) -> str:
-    """Return a text that changes whenever what a notebook earns may change; also when it may take longer."""
-    handed_in = "" if attempt is None else f"{attempt.file.name}/{attempt.fingerprint}/{desk.sandbox.limits}"
-    content = f"{json.dumps(made_from(desk.assignment))}/{student}/{handed_in}"
-    return hashlib.sha256(content.encode("utf-8", "replace")).hexdigest()

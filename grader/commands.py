@@ -5,7 +5,7 @@ import platform
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
 from dataclasses import replace
 from importlib.metadata import version
@@ -14,7 +14,7 @@ from typing import Annotated, Any
 
 import typer
 
-from exercises.assignment import Assignment, load_assignment
+from exercises.assignment import Assignment, Student, load_assignment
 from exercises.console import note, progress, say
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
@@ -23,9 +23,10 @@ from exercises.generate import family_named
 from exercises.problem import ProblemId
 from exercises.release import CORES, Released, release
 from grader import guarantees
-from grader.batch import alone, grade_class
+from grader.batch import alone, cache_of, grade_class, share_of
 from grader.certificates import Kind
 from grader.certify import Task, certificate_text, former_students, tasks_of, unknown_files
+from grader.cluster import connected
 from grader.compare import TYPES, as_json, compare_line, likely_type
 from grader.compare import compare as compare_texts
 from grader.marking import number
@@ -34,7 +35,7 @@ from grader.reports.tables import overrides, staff_notes, status
 from grader.sandbox import Limits
 from grader.settle import Result
 from grader.single import found_of_one, grade_one, limits_of, read_time, student_named
-from grader.submission import OTHER_EDITION, find_submissions, opened
+from grader.submission import OTHER_EDITION, Found, find_submissions, opened
 
 Jobs = Annotated[
     int, typer.Option("--jobs", "-j", min=1, help="How many processes work at once.", show_default="cores")
@@ -235,6 +236,12 @@ def grade(
     received: Annotated[
         str, typer.Option(metavar="TIME", help="With --student: when it was handed in, if the file does not tell.")
     ] = "",
+    executor: Annotated[
+        str, typer.Option(metavar="tcp://HOST:PORT", help="Run the notebooks on this Dask scheduler's cluster.")
+    ] = "",
+    share: Annotated[
+        str, typer.Option(metavar="K/N", help="Grade the K-th of N shares of the roster; write no reports.")
+    ] = "",
 ) -> None:
     """Grade what a class has handed in, and write feedback.
 
@@ -243,7 +250,8 @@ def grade(
     DIR/graded/results.jsonl, DIR/graded/grades.csv and DIR/graded/feedback/STUDENT.html. What has been graded and
     has not changed is not graded again, so that a run that was stopped goes on where it was. Results that are replaced
     stay in DIR/graded/history/STUDENT.jsonl. DIR/overrides.csv (student,part,points,comment) sets points by hand.
-    The formats of --report are in docs/outlets.md. With --student, nothing else is written than these reports.
+    The formats of --report are in docs/outlets.md. With --student, nothing else is written than these reports. Several
+    machines can grade a class together: docs/many-submissions.md.
     """
     from grader.reports.formats import STDOUT, read_reports, write_asked
 
@@ -251,24 +259,30 @@ def grade(
     if received and not student:
         raise QdotError("--received is the time of one student's notebook: name the student with --student ID")
     assignment = load_assignment(folder)
+    limits = limits_of(seconds)
     tell = note if any(path == STDOUT for _, path in asked) else say
+    if share and (student or asked or diff or fail_under):
+        raise QdotError("--share writes no reports; --student, --report, --diff and --fail-under go without it")
+    if student and executor:
+        raise QdotError("--student is graded here; --executor is for a class")
     if student:
         results = [_grade_one(assignment, submissions, student, received, seconds, tell)]
     else:
         with opened(submissions or folder / "submitted") as root:
-            results = _grade(assignment, root, jobs, seconds, diff, tell)
+            if share:
+                _grade_share(assignment, root, jobs, limits, executor, share)
+                return
+            results = _grade(assignment, root, jobs, limits, diff, tell, executor)
     write_asked(assignment, results, asked)
-    if any(status(result) == "ungraded" for result in results):
-        raise QdotError(
-            "qdot failed on some answers, which have no mark: see 'ungraded' in grades.csv; please report it"
-        )
+    _check_graded(results)
     if any(100 * result["score"] / result["max_score"] < fail_under for result in results):
         raise typer.Exit(1)
 
 
 def _grade(
-    assignment: Assignment, submissions: Path, jobs: int, seconds: float, diff: bool, tell: Callable[[str], None]
-) -> list[Result]:
+    assignment: Assignment, submissions: Path, jobs: int, limits: Limits, diff: bool, tell: Callable[[str], None],
+    executor: str,
+) -> list[Result]:  # fmt: skip
     from grader.history import earlier_results, told
     from grader.reports.write import write_reports
 
@@ -277,20 +291,15 @@ def _grade(
         note(said)
     for name in looked.strangers:
         note(f"{name}: no student of that name is on the roster; not graded")
-    check_sandbox(assignment.sandbox == "strict")
-    found, folder = looked.found, assignment.folder
-    limits = limits_of(seconds)
-    jobs = min(jobs, len(assignment.roster))
     with alone(assignment):
         earlier = earlier_results(assignment)
-        with progress("grading", len(assignment.roster)) as counter:
-            results = grade_class(assignment, found, jobs, limits, lambda _: counter.step())
+        results = _results(assignment, looked.found, assignment.roster, jobs, limits, executor)
         with progress("writing feedback", len(results)) as counter:
-            write_reports(assignment, results, jobs, counter.step)
+            write_reports(assignment, results, min(jobs, len(results)), counter.step)
     _tell_notes(results)
     if diff:
         tell(told(earlier, results))
-    tell(_summary(results, folder, len(looked.unsure) + len(looked.strangers)))
+    tell(_summary(results, assignment.folder, len(looked.unsure) + len(looked.strangers)))
     return results
 
 
@@ -311,6 +320,44 @@ def _grade_one(
     points = f"{number(result['score'])} of {number(result['max_score'])} points"
     tell(f"{student.id}: {status(result)}, {points}")
     return result
+
+
+def _grade_share(
+    assignment: Assignment, submissions: Path, jobs: int, limits: Limits, executor: str, share: str
+) -> None:
+    """Grade some students of the roster; what they earn is kept, to be put together with the other shares."""
+    students = share_of(assignment.roster, share)
+    looked = find_submissions(assignment, submissions)
+    with alone(assignment):
+        results = _results(assignment, looked.found, students, jobs, limits, executor)
+    kept = cache_of(assignment)
+    say(f"share {share}: {len(results)} students graded, kept in {kept}; without --share, reports are written from it")
+    _check_graded(results)
+
+
+def _results(
+    assignment: Assignment, found: dict[str, Found], students: Sequence[Student], jobs: int, limits: Limits,
+    executor: str,
+) -> list[Result]:  # fmt: skip
+    """Return the results of students, with progress shown."""
+
+    def each(_: Result) -> None:
+        counter.step()
+
+    if not executor:
+        check_sandbox(assignment.sandbox == "strict")
+        with progress("grading", len(students)) as counter:
+            return grade_class(assignment, found, min(jobs, len(students)), limits, each, students)
+    with connected(executor) as (workers, room), progress("grading", len(students)) as counter:
+        return grade_class(assignment, found, jobs, limits, each, students, workers, room)
+
+
+def _check_graded(results: list[Result]) -> None:
+    """Raise QdotError where qdot failed."""
+    if any(status(result) == "ungraded" for result in results):
+        raise QdotError(
+            "qdot failed on some answers, which have no mark: see 'ungraded' in grades.csv; please report it"
+        )
 
 
 def check_sandbox(strict: bool) -> None:
