@@ -9,7 +9,7 @@ PIP     = $(PY) -m pip --disable-pip-version-check --quiet
 CODE    = exercises grader tests
 PYTEST  = $(PY) -m pytest -n auto --dist loadgroup
 
-.PHONY: help demo test lint unit docs test-all test-oldest pairs fuzz diagnoses mutants bench bench-peers format lock clean
+.PHONY: help demo test lint unit site site-test docs test-all test-oldest pairs fuzz diagnoses mutants bench bench-peers format lock clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1 | \2/p' Makefile | awk -F'|' '{ printf "%-20s %s\n", $$1, $$2 }'
@@ -17,7 +17,7 @@ help:  ## this list
 demo: $(VENV)/.runtime  ## the whole loop on a simulated class
 	$(VENV)/bin/qdot demo
 
-test: lint unit  ## everything that must pass before a commit
+test: lint unit site-test  ## everything that must pass before a commit
 
 lint: $(VENV)/.dev
 	$(VENV)/bin/ruff check $(CODE)
@@ -26,6 +26,21 @@ lint: $(VENV)/.dev
 
 unit: $(VENV)/.dev .venvs/readers/.installed
 	$(PYTEST)
+
+site: $(VENV)/.runtime site/dist/.vite/manifest.json  ## build the web site into qdot-site (needs Node and npm)
+	$(VENV)/bin/qdot site build
+
+site-test: site/node_modules/.package-lock.json $(VENV)/.runtime  ## the site's own tests: types, units, and a browser that uses it
+	cd site && npm run --silent lint && npm test --silent && npm run --silent build
+	cd site && QDOT="$(abspath $(VENV))/bin/qdot" npm run --silent e2e
+
+SITE_SOURCES := $(shell find site/src -type f 2>/dev/null)
+
+site/dist/.vite/manifest.json: site/node_modules/.package-lock.json $(SITE_SOURCES) site/vite.config.ts
+	cd site && npm run --silent build
+
+site/node_modules/.package-lock.json: site/package.json site/package-lock.json
+	cd site && npm ci --no-audit --no-fund
 
 test-all: lint  ## the tests on every Python >= 3.11 of this machine
 	@found=; failed=; \

@@ -1,0 +1,163 @@
+// Letters, numbers, directions and sets, judged as the grader judges them.
+import { expect, test } from "vitest";
+
+import type { ConfigurationsKey, LettersKey, NumbersKey, ValuesKey } from "../src/bank.js";
+import { chosenLetters, judgeLetters } from "../src/grade/letters.js";
+import { judgeDirection, judgeNumbers } from "../src/grade/numbers.js";
+import { judgeSet } from "../src/grade/sets.js";
+import { judgeValues } from "../src/grade/values.js";
+
+const CHOICE: LettersKey = {
+  type: "choice",
+  options: 4,
+  items: 0,
+  right: [2],
+  told: [null, null, null, null],
+};
+
+test.each([
+  ["C", "correct"],
+  ["(c)", "correct"],
+  ["Ｃ", "correct"],
+  ["A", "wrong"],
+  ["AC", "wrong"],
+  ["", "missing"],
+  ["blank", "missing"],
+  ["theta1", "wrong"],
+])("one letter: %s is %s", (typed, outcome) => expect(judgeLetters(typed, CHOICE).outcome).toBe(outcome));
+
+test.each([
+  ["AC", 1],
+  ["c, a", 1],
+  ["A\nC", 1],
+  ["A", 0.5],
+  ["AB", 1 / 2 - 1 / 3],
+  ["ABCDE", 0],
+])("several letters: %s earns %d", (typed, share) => {
+  const key: LettersKey = { type: "selection", options: 5, items: 0, right: [0, 2], told: [] };
+  expect(judgeLetters(typed, key).share).toBeCloseTo(share);
+});
+
+test.each([
+  ["BAC", 1],
+  ["1: B\n2: A\n3: C", 1],
+  ["joint 1 is B, joint 2 is A, joint 3 is C", 1],
+  ["ABC", 1 / 3],
+  ["BA", 0],
+])("letters for items: %s earns %d", (typed, share) => {
+  const key: LettersKey = { type: "matching", options: 4, items: 3, right: [1, 0, 2], told: [] };
+  expect(judgeLetters(typed, key).share).toBeCloseTo(share);
+});
+
+test("letters in words are found", () => expect(chosenLetters("{1: 'B', 2: 'A'}", 4)).toEqual([1, 0]));
+
+const NUMBERS: NumbersKey = {
+  type: "numbers",
+  units: ["rad/s", "rad/s"],
+  tolerance: 0.005,
+  floor: 1e-6,
+  right: [0.5, -1.25],
+  mistakes: [[3, 0.5, 1.25]],
+};
+
+test.each([
+  ["[0.5, -1.25]", "correct", 1],
+  ["[[0.501], [-5/4]]", "correct", 1],
+  ["{qd1: 0.5, qd2: -1.25}", "correct", 1],
+  ["[0.5, 7]", "partial", 0.5],
+  ["[0.5, a1]", "wrong", 0],
+  ["[0.5]", "wrong", 0],
+  ["[blank, blank]", "missing", 0],
+])("numbers: %s is %s", (typed, outcome, share) => {
+  const found = judgeNumbers(typed, NUMBERS, ["qd1", "qd2"]);
+  expect([found.outcome, found.share]).toEqual([outcome, share]);
+});
+
+test("a mistake in numbers is named", () => expect(judgeNumbers("[0.5, 1.25]", NUMBERS).mistake).toBe(3));
+
+test("a decimal comma is no list where one number is due", () => {
+  const key = { ...NUMBERS, units: [""], right: [0.5], mistakes: [] };
+  expect(judgeNumbers("0,5", key).outcome).toBe("correct");
+});
+
+const ALONG: ValuesKey = {
+  type: "direction",
+  symbols: ["a1", "theta1"],
+  points: [
+    [0.5, 0.3],
+    [1.2, -2],
+  ],
+  rows: 2,
+  columns: 1,
+  right: [
+    [Math.cos(0.3), Math.cos(-2)],
+    [Math.sin(0.3), Math.sin(-2)],
+  ],
+  mistakes: [],
+  tolerance: null,
+};
+
+test.each([
+  ["[cos(theta1), sin(theta1)]", "correct"],
+  ["[-2*a1*c1, -2*a1*s1]", "correct"],
+  ["[sin(theta1), cos(theta1)]", "wrong"],
+  ["[0, 0]", "wrong"],
+])("a direction: %s is %s", (typed, outcome) => expect(judgeDirection(typed, ALONG).outcome).toBe(outcome));
+
+const SET: ConfigurationsKey = {
+  type: "configurations",
+  joints: ["theta1", "theta2"],
+  symbols: ["a1", "theta1", "theta2"],
+  pieces: [
+    [
+      [1, 0.4, 0],
+      [0.7, -2, 0],
+    ],
+    [
+      [1, 1.4, Math.PI],
+      [0.7, 2, Math.PI],
+    ],
+  ],
+  mistakes: [],
+};
+const ANGLES = new Set(["theta1", "theta2"]);
+const stretched = ({ theta2 = 1 }: Readonly<Record<string, number>>) => Math.abs(Math.sin(theta2)) < 1e-5;
+
+test.each([
+  ["theta2 = 0, theta2 = pi", "correct", 1],
+  ["theta2 in {0, pi}", "correct", 1],
+  ["sin(theta2) = 0", "correct", 1],
+  ["theta2 = k*pi", "correct", 1],
+  ["{theta2: [0, -pi]}", "correct", 1],
+  ["theta2 = 0", "partial", 0.5],
+  ["theta2 = pi/2", "wrong", 0],
+  ["theta2 = 0, theta2 = pi, theta1 = 0", "partial", 0.5],
+  ["theta2", "wrong", 0],
+  ["sin(theta2)^2 + 1 = 0", "wrong", 0],
+])("a set: %s is %s", (typed, outcome, share) => {
+  const found = judgeSet(typed, SET, ANGLES, stretched);
+  expect([found.outcome, found.share]).toEqual([outcome, share]);
+});
+
+test("a matrix is marked by entry, zeros earn nothing, and the mistake behind it is named", () => {
+  const key: ValuesKey = {
+    type: "values",
+    symbols: ["a1"],
+    points: [[0.5], [2], [3]],
+    rows: 2,
+    columns: 2,
+    right: [
+      [0.5, 2, 3],
+      [0, 0, 0],
+      [1, 1, 1],
+      [-0.5, -2, -3],
+    ],
+    mistakes: [[4, 0, 0, 0]],
+  };
+  expect(judgeValues("[[a1, 0], [1, -a1]]", key)).toMatchObject({ outcome: "correct", sure: true });
+  expect(judgeValues("[[a1, 0], [1, a1]]", key)).toMatchObject({ outcome: "partial", share: 2 / 3 });
+  expect(judgeValues("[[0, 0], [0, 0]]", key)).toMatchObject({ outcome: "wrong", share: 0, mistake: 4 });
+  expect(judgeValues("[[a1, blank], [1, -a1]]", key).outcome).toBe("partial");
+  expect(judgeValues("[[a1, 0]]", key).outcome).toBe("wrong");
+  expect(judgeValues("[[blank, blank], [blank, blank]]", key).outcome).toBe("missing");
+});
