@@ -1,0 +1,71 @@
+// How far the joints of an arm go on the page, and the pose in which it is shown first.
+
+import { type Arm, longest, measuresOf, type Pose, stateAt } from "./model.js";
+import { flatPlane } from "./view.js";
+
+export interface Range {
+  readonly low: number;
+  readonly high: number;
+  readonly step: number;
+}
+
+/** Travel of a joint: a full turn, or a slide past both ends of what the figures show (unlimited in the chapter). */
+export function rangeOf(arm: Arm, index: number): Range {
+  const joint = arm.joints[index]!;
+  if (joint.kind === "R") return { low: -Math.PI, high: Math.PI, step: Math.PI / 180 };
+  const most = Math.ceil((1.4 * longest(arm) + Math.abs(joint.offset)) * 20) / 20;
+  return { low: -most, high: most, step: 0.01 };
+}
+
+/** A value brought back into a joint's range: round the circle, or to the end of the slide. */
+export function within(arm: Arm, index: number, value: number): number {
+  const { low, high } = rangeOf(arm, index);
+  if (arm.joints[index]!.kind === "P") return Math.min(high, Math.max(low, value));
+  if (value >= low && value <= high) return value;
+  return value - 2 * Math.PI * Math.round(value / (2 * Math.PI));
+}
+
+export function poseWithin(arm: Arm, pose: Pose): Pose {
+  return pose.map((value, i) => within(arm, i, value));
+}
+
+const TURNS = [40, 60, 35, -50, 75, -35, 100, 140, -80, -110];
+const SLIDES = [0.9, 0.6, 1.2];
+const TRIED = 600;
+
+/** The first pose: of a fixed choice, one far from singularities, with the point above the base. */
+export function firstPose(arm: Arm): Pose {
+  const unit = longest(arm);
+  let best: Pose = arm.joints.map(() => 0);
+  let most = -Infinity;
+  for (let k = 0; k < TRIED; k += 1) {
+    let digits = (k * 7919) % 1_000_003;
+    const pose = arm.joints.map((joint, i) => {
+      const choices = joint.kind === "R" ? TURNS : SLIDES;
+      const choice = choices[digits % choices.length]!;
+      digits = Math.floor(digits / choices.length);
+      const entry = joint.kind === "R" ? (choice * Math.PI) / 180 : choice * unit;
+      return round(within(arm, i, entry - joint.offset), joint.kind === "R" ? Math.PI / 180 : 0.01);
+    });
+    const score = scoreOf(arm, pose);
+    if (score > most + 1e-9) [best, most] = [pose, score];
+  }
+  return best;
+}
+
+function round(value: number, step: number): number {
+  return Math.round(value / step) * step;
+}
+
+function scoreOf(arm: Arm, pose: Pose): number {
+  const state = stateAt(arm, pose);
+  const up = flatPlane(arm) === "z" ? 1 : 2;
+  const unit = longest(arm);
+  const heights = [...state.frames.map(({ o }) => o[up]!), state.point[up]!].map((z) => z - arm.base.o[up]!);
+  const low = Math.min(0, ...heights) / unit;
+  return (
+    Math.min(measuresOf(state).ratio, 0.4) +
+    0.35 * Math.max(low, -1) +
+    0.1 * Math.min(1, heights.at(-1)! / unit)
+  );
+}
