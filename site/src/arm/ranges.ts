@@ -31,7 +31,7 @@ export function poseWithin(arm: Arm, pose: Pose): Pose {
 
 const TURNS = [40, 60, 35, -50, 75, -35, 100, 140, -80, -110];
 const SLIDES = [0.9, 0.6, 1.2];
-const TRIED = 600;
+const TRIED = 250;
 
 /** The first pose: of a fixed choice, one far from singularities, with the point above the base. */
 export function firstPose(arm: Arm): Pose {
