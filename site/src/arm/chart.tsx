@@ -18,7 +18,7 @@ export interface ChartProps {
   readonly time: number;
 }
 
-const [LEFT, BOTTOM, TOP, RIGHT] = [40, 26, 16, 30];
+const [LEFT, BOTTOM, TOP, RIGHT] = [54, 26, 16, 30];
 
 /** Rates as parts of their limits, so that turns and slides share one axis. */
 export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.Element {

@@ -8,7 +8,7 @@ import { plainLetters } from "./letters.js";
 import { drawnColumns, type Layers, Marks } from "./marks.js";
 import { type Arm, measuresOf, type Pose, type State } from "./model.js";
 import { linkDragged, pointMoved } from "./moves.js";
-import { within } from "./ranges.js";
+import { extentOf, within } from "./ranges.js";
 import { atShare, linkOf, nearestShare } from "./shape.js";
 import { useSay } from "./speech.js";
 import { Space } from "./space.js";
@@ -48,8 +48,9 @@ export function Drawing(props: DrawingProps): JSX.Element {
   const [orbit, setOrbit] = useState<Orbit>(FIRST_ORBIT);
   const [held, setHeld] = useState<Held | null>(null);
   const [solid, setSolid] = useState(false);
+  const extent = useMemo(() => extentOf(arm), [arm]);
   const flat = useMemo(() => flatPlane(arm) !== null, [arm]);
-  const view = useMemo(() => viewOf(arm, reach, width, height, orbit), [arm, reach, width, height, orbit]);
+  const view = useMemo(() => viewOf(arm, extent, width, height, orbit), [arm, extent, width, height, orbit]);
   const ratio = useMemo(() => measuresOf(state).ratio, [state]);
   const columns = useMemo(
     () => (layers.ellipse ? drawnColumns(arm, state, reach) : null),

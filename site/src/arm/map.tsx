@@ -20,7 +20,7 @@ export interface MapProps {
   readonly onPose: (pose: Pose) => void;
 }
 
-const [LEFT, BOTTOM, EDGE] = [44, 34, 10];
+const [LEFT, BOTTOM, EDGE] = [44, 34, 18];
 
 export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Element {
   const say = useSay();
@@ -125,29 +125,38 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
         <canvas ref={canvas} class="arm-map-canvas" aria-hidden="true" />
         <svg viewBox={`0 0 ${width} ${height}`} width={width} height={height} aria-hidden="true">
           <rect class="arm-map-edge" x={LEFT} y={EDGE} width={w} height={h} />
-          {kinds.map(({ kind, spots }, i) =>
-            spots.length > 1 ? (
-              <polyline
-                key={i}
-                class={`arm-zero arm-${kind}`}
-                points={spots
-                  .map((spot) =>
-                    px(spot)
-                      .map((value) => value.toFixed(1))
-                      .join(","),
-                  )
-                  .join(" ")}
-              />
-            ) : (
-              <circle
-                key={i}
-                class={`arm-zero-spot arm-${kind}`}
-                cx={px(spots[0]!)[0]}
-                cy={px(spots[0]!)[1]}
-                r={4.5}
-              />
-            ),
-          )}
+          <svg
+            class="arm-map-inner"
+            x={LEFT}
+            y={EDGE}
+            width={w}
+            height={h}
+            viewBox={`${LEFT} ${EDGE} ${w} ${h}`}
+          >
+            {kinds.map(({ kind, spots }, i) =>
+              spots.length > 1 ? (
+                <polyline
+                  key={i}
+                  class={`arm-zero arm-${kind}`}
+                  points={spots
+                    .map((spot) =>
+                      px(spot)
+                        .map((value) => value.toFixed(1))
+                        .join(","),
+                    )
+                    .join(" ")}
+                />
+              ) : (
+                <circle
+                  key={i}
+                  class={`arm-zero-spot arm-${kind}`}
+                  cx={px(spots[0]!)[0]}
+                  cy={px(spots[0]!)[1]}
+                  r={4.5}
+                />
+              ),
+            )}
+          </svg>
           {ticksOf(arm, pair[0]).map(([value, text]) => (
             <g key={text} class="arm-tick">
               <path d={`M${px([value, up.low])[0]} ${EDGE + h}v4`} />

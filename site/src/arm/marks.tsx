@@ -22,7 +22,11 @@ export const LAYERS = ["frames", "vectors", "columns", "ellipse"] as const;
 
 /** Metres on the drawing for one m/s; where turns are drawn, of the reach for one rad/s. */
 const BY_SPEED = 0.4;
-const AXIS = 44;
+/** Length of the axes of a frame in pixels. */
+function axisOf({ width, height }: View): number {
+  return Math.min(44, 0.105 * Math.min(width, height));
+}
+
 const LOST = 0.03;
 
 /** The columns of J as they are drawn at P (m). */
@@ -69,12 +73,12 @@ export function Marks({ arm, state, view, reach, layers, flat, ratio }: MarksPro
       {layers.frames &&
         state.frames.map(({ o, x, z }, i) => (
           <g key={i}>
-            <Arrow view={view} from={o} vector={ofPixels(view, x, 0.7 * AXIS)} style="arm-x" />
+            <Arrow view={view} from={o} vector={ofPixels(view, x, 0.7 * axisOf(view))} style="arm-x" />
             {!flat && (
               <Arrow
                 view={view}
                 from={o}
-                vector={ofPixels(view, z, AXIS)}
+                vector={ofPixels(view, z, axisOf(view))}
                 style={`arm-z ${jointStyle(arm, i)}`}
               />
             )}
@@ -138,7 +142,7 @@ function wantedLabels({ arm, state, view, reach, layers, flat }: MarksProps): Wa
   }
   if (layers.frames && !flat) {
     frames.forEach(({ o, z }, i) => {
-      const way = drawn(view, ofPixels(view, z, AXIS));
+      const way = drawn(view, ofPixels(view, z, axisOf(view)));
       const [x, y] = pixel(view, o);
       wanted.push({ name: `z${i}`, style: jointStyle(arm, i), at: [x + way[0], y + way[1]], toward: way });
     });

@@ -1,6 +1,8 @@
 // How far the joints of an arm go on the page, and the pose in which it is shown first.
 
-import { type Arm, longest, measuresOf, type Pose, stateAt } from "./model.js";
+import { type Arm, longest, measuresOf, type Pose, reachOf, stateAt } from "./model.js";
+import { randomPoses } from "./random.js";
+import { dot, norm, subtract } from "./vector.js";
 import { flatPlane } from "./view.js";
 
 export interface Range {
@@ -57,14 +59,43 @@ function round(value: number, step: number): number {
   return Math.round(value / step) * step;
 }
 
+/** How far the arm gets from its base: about, and above and below, along the base's axis (m). */
+export interface Extent {
+  readonly around: number;
+  readonly above: number;
+  readonly below: number;
+}
+
+/** The extent of an arm, by poses all over its ranges. */
+export function extentOf(arm: Arm): Extent {
+  const { o, z } = arm.base;
+  let [around, above, below] = [0, 0, 0];
+  for (const turns of randomPoses(300, arm.joints.length, 3)) {
+    const pose = turns.map((value, i) =>
+      arm.joints[i]!.kind === "R" ? value : (value / Math.PI) * longest(arm),
+    );
+    const { frames, corners, point } = stateAt(arm, pose);
+    for (const place of [...frames.map((frame) => frame.o), ...corners, point]) {
+      const away = subtract(place, o);
+      const height = dot(away, z);
+      around = Math.max(around, Math.sqrt(Math.max(0, dot(away, away) - height * height)));
+      above = Math.max(above, height);
+      below = Math.max(below, -height);
+    }
+  }
+  return { around, above, below };
+}
+
 function scoreOf(arm: Arm, pose: Pose): number {
   const state = stateAt(arm, pose);
   const up = flatPlane(arm) === "z" ? 1 : 2;
   const unit = longest(arm);
   const heights = [...state.frames.map(({ o }) => o[up]!), state.point[up]!].map((z) => z - arm.base.o[up]!);
   const low = Math.min(0, ...heights) / unit;
+  const away = norm(subtract(state.point, arm.base.o)) / reachOf(arm);
   return (
     Math.min(measuresOf(state).ratio, 0.4) +
+    0.4 * away +
     0.35 * Math.max(low, -1) +
     0.1 * Math.min(1, heights.at(-1)! / unit)
   );

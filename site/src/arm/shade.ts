@@ -4,19 +4,19 @@ import type { Terrain } from "./terrain.js";
 
 type Rgb = readonly [number, number, number];
 
-/** Paint a terrain on a canvas, one pixel for each point of the grid; the page smooths it. */
+/** Paint a terrain on a canvas, one pixel for each inner point of the grid; the page smooths it. */
 export function shade(canvas: HTMLCanvasElement | null, { grid, most }: Terrain, signed: boolean): void {
   const context = canvas?.getContext("2d");
   if (!canvas || !context) return;
   const style = getComputedStyle(canvas);
   const color = (name: string): Rgb => rgbOf(style.getPropertyValue(name));
   const [paper, above, below] = [color("--arm-paper"), color("--arm-above"), color("--arm-below")];
-  const [columns, rows] = [grid.us.length, grid.vs.length];
+  const [columns, rows] = [grid.us.length - 2, grid.vs.length - 2];
   canvas.width = columns;
   canvas.height = rows;
   const image = context.createImageData(columns, rows);
-  grid.values.forEach((row, j) =>
-    row.forEach((value, i) => {
+  grid.values.slice(1, -1).forEach((row, j) =>
+    row.slice(1, -1).forEach((value, i) => {
       const depth = most > 0 ? Math.abs(value / most) ** 0.7 : 0;
       const toward = signed && value < 0 ? below : above;
       const at = 4 * ((rows - 1 - j) * columns + i);
@@ -27,8 +27,10 @@ export function shade(canvas: HTMLCanvasElement | null, { grid, most }: Terrain,
   context.putImageData(image, 0, 0);
 }
 
-/** The parts of "#rrggbb". */
+/** The parts of "#rrggbb" or "#rgb". */
 function rgbOf(text: string): Rgb {
-  const number = parseInt(text.trim().slice(1), 16) || 0;
+  const digits = text.trim().slice(1);
+  const whole = digits.length === 3 ? [...digits].map((digit) => digit + digit).join("") : digits;
+  const number = parseInt(whole, 16) || 0;
   return [(number >> 16) & 255, (number >> 8) & 255, number & 255];
 }

@@ -3,7 +3,7 @@
 import { useEffect, useState } from "preact/hooks";
 
 export function useSize(
-  element: RefObject<Element>,
+  element: { readonly current: Element | null },
   first: readonly [number, number],
 ): readonly [number, number] {
   const [size, setSize] = useState(first);

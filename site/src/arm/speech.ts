@@ -13,11 +13,12 @@ export type Say = (key: TextKey, values?: Values) => string;
 
 export function useSay(): Say {
   const language = useContext(Spoken);
-  return (key, values) => said(message(key, values), language);
+  return sayIn(language);
 }
 
+/** The same outside of a component; numbers get a true minus sign. */
 export function sayIn(language: Language): Say {
-  return (key, values) => said(message(key, values), language);
+  return (key, values) => said(message(key, values), language).replace(/-(?=\d)/g, "−");
 }
 
 /** A number with so many decimals, none of them needless, and no minus before a zero. */

@@ -18,7 +18,7 @@ export interface Terrain {
   readonly spots: readonly Spot[];
 }
 
-const CELLS = 60;
+const CELLS = 64;
 
 /** The two joints on which the determinant depends most, in their order. */
 export function telling(arm: Arm): Pair {
@@ -64,10 +64,14 @@ export function terrainOf(arm: Arm, pose: Pose, pair: Pair, shown: Shown): Terra
   const magnitude = (u: number, v: number): number => Math.abs(volume(u, v));
   const lines = square ? zeroLines(volumes, volume) : [];
   const positive = { ...volumes, values: volumes.values.map((row) => row.map(Math.abs)) };
-  const spots = touches(positive, magnitude, 1e-7 * size).filter((spot) =>
-    lines.every((line) => apart(line, spot, grid)),
+  const spots = touches(positive, magnitude, 1e-7 * size).filter(
+    (spot) => inside(spot, ranges) && lines.every((line) => apart(line, spot, grid)),
   );
   return { grid, most, lines, spots };
+}
+
+function inside([u, v]: Spot, [[u0, u1], [v0, v1]]: readonly [Spot, Spot]): boolean {
+  return u >= u0 && u <= u1 && v >= v0 && v <= v1;
 }
 
 function apart(line: readonly Spot[], [u, v]: Spot, { us, vs }: Grid): boolean {

