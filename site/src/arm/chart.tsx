@@ -92,5 +92,5 @@ function spread(heights: readonly number[], top: number, bottom: number): number
     if (k > 0) moved[i] = Math.max(moved[i]!, moved[order[k - 1]!]! + 15);
   });
   const over = Math.max(0, Math.max(...moved) - bottom);
-  return moved.map((value) => Math.max(top, value - over));
+  return moved.map((value) => Math.max(top + 9, value - over));
 }

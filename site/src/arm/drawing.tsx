@@ -60,7 +60,8 @@ export function Drawing(props: DrawingProps): JSX.Element {
 
   const placeOf = (event: PointerEvent): Pixel => {
     const corner = box.current!.getBoundingClientRect();
-    return [event.clientX - corner.left, event.clientY - corner.top];
+    const { clientLeft, clientTop } = box.current!;
+    return [event.clientX - corner.left - clientLeft, event.clientY - corner.top - clientTop];
   };
   const hold = (event: PointerEvent, what: (at: Pixel) => Held): void => {
     if (event.button !== 0) return;

@@ -8,6 +8,8 @@ export interface Wanted {
   readonly style: string;
   readonly at: Pixel;
   readonly toward: Pixel;
+  /** Pixels that are to be left free besides (the half width of a body). */
+  readonly gap?: number;
 }
 
 export interface Placed {
@@ -30,16 +32,14 @@ export function placed(
 ): Placed[] {
   const taken: Pixel[] = [];
   const covered = lines.flatMap(sampled);
-  return wanted.map(({ name, style, at, toward }) => {
+  return wanted.map(({ name, style, at, toward, gap = 0 }) => {
     const heading = Math.hypot(...toward) > 1e-6 ? Math.atan2(toward[1], toward[0]) : -Math.PI / 4;
     let best: Pixel = at;
     let least = Infinity;
     for (const away of AWAY) {
       TURNS.forEach((turn, k) => {
-        const spot: Pixel = [
-          at[0] + away * Math.cos(heading + turn),
-          at[1] + away * Math.sin(heading + turn),
-        ];
+        const out = away + gap;
+        const spot: Pixel = [at[0] + out * Math.cos(heading + turn), at[1] + out * Math.sin(heading + turn)];
         const cost =
           40 * taken.filter((other) => near(spot, other, 2)).length +
           6 * covered.filter((other) => near(spot, other, 1)).length +

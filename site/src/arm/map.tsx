@@ -242,8 +242,12 @@ function Legend({ kinds, lost }: { kinds: readonly Stretch[]; lost: boolean }): 
     <ul class="arm-legend">
       {found.map((kind) => (
         <li key={kind}>
-          <svg viewBox="0 0 34 10" width={34} height={10} aria-hidden="true">
-            <path class={`arm-zero arm-${kind}`} d="M1 5h32" />
+          <svg viewBox="0 0 34 12" width={34} height={12} aria-hidden="true">
+            {kinds.some((one) => one.kind === kind && one.spots.length > 1) ? (
+              <path class={`arm-zero arm-${kind}`} d="M1 6h32" />
+            ) : (
+              <circle class={`arm-zero-spot arm-${kind}`} cx={17} cy={6} r={4.5} />
+            )}
           </svg>
           {say(`arm.map.${kind}`)}
         </li>

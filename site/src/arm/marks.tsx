@@ -7,6 +7,7 @@ import { placed, type Wanted } from "./labels.js";
 import { DrawnLetters } from "./letters.js";
 import { lostDirection } from "./lost.js";
 import { type Arm, arrowsOf, pStar, type State } from "./model.js";
+import { thicknessOf } from "./ranges.js";
 import { linkOf, placesOf } from "./shape.js";
 import { add, scaled, type Vec3 } from "./vector.js";
 import { drawn, outline, pixel, type Pixel, type View } from "./view.js";
@@ -50,7 +51,7 @@ export function Marks({ arm, state, view, reach, layers, flat, ratio }: MarksPro
     <g class="arm-marks">
       {layers.ellipse && (
         <ellipse
-          class="arm-ellipse"
+          class={flat ? "arm-ellipse" : "arm-ellipse arm-ellipse-space"}
           rx={Math.max(ellipse.major, 0.6)}
           ry={Math.max(ellipse.minor, 0.6)}
           transform={`translate(${P[0]} ${P[1]}) rotate(${ellipse.turn})`}
@@ -153,7 +154,8 @@ function wantedLabels({ arm, state, view, reach, layers, flat }: MarksProps): Wa
       name: arm.joints[i]!.name,
       style: `arm-j${(i % 7) + 1}`,
       at: pixel(view, place),
-      toward: sideOf(arm, state, view, i),
+      toward: flat ? sideOf(arm, state, view, i) : besideAxis(state, view, i),
+      gap: flat ? 0 : thicknessOf(arm) * view.scale,
     });
   });
   if (layers.vectors) {
@@ -166,6 +168,13 @@ function wantedLabels({ arm, state, view, reach, layers, flat }: MarksProps): Wa
     });
   }
   return wanted;
+}
+
+/** The side of a joint of space on which its body ends: square to its axis, to the left. */
+function besideAxis(state: State, view: View, i: number): Pixel {
+  const [x, y] = drawn(view, state.frames[i]!.z);
+  const side: Pixel = [-y, x];
+  return side[0] > 0 ? [y, -x] : side;
 }
 
 /** The side of a joint on which no link runs. */

@@ -63,8 +63,10 @@ function Panel({ robot, symbols, pose: given, onPose, language = ENGLISH }: ArmP
   const ids = useId();
 
   useEffect(() => {
+    const next = told(arm, given, pose.length === arm.joints.length && given ? pose : first);
+    if (next.every((value, i) => Math.abs(value - (pose[i] ?? Infinity)) < 1e-9)) return;
     setWeld(null);
-    setPose(told(arm, given, first));
+    setPose(next);
   }, [arm, given && JSON.stringify(given)]);
 
   const state = useMemo(() => stateAt(arm, pose), [arm, pose]);

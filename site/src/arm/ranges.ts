@@ -66,14 +66,25 @@ export interface Extent {
   readonly below: number;
 }
 
+const EXTENTS = new WeakMap<Arm, Extent>();
+
+/** Half the width of a joint's body in space (m). */
+export function thicknessOf(arm: Arm): number {
+  const { around, above, below } = extentOf(arm);
+  return 0.06 * Math.max(around, 0.6 * above, 0.6 * below);
+}
+
 /** The extent of an arm, by poses all over its ranges. */
 export function extentOf(arm: Arm): Extent {
+  const known = EXTENTS.get(arm);
+  if (known) return known;
   const { o, z } = arm.base;
   let [around, above, below] = [0, 0, 0];
   for (const turns of randomPoses(300, arm.joints.length, 3)) {
-    const pose = turns.map((value, i) =>
-      arm.joints[i]!.kind === "R" ? value : (value / Math.PI) * longest(arm),
-    );
+    const pose = turns.map((value, i) => {
+      const { kind, offset } = arm.joints[i]!;
+      return kind === "R" ? value : (0.6 + (0.6 * value) / Math.PI) * longest(arm) - offset;
+    });
     const { frames, corners, point } = stateAt(arm, pose);
     for (const place of [...frames.map((frame) => frame.o), ...corners, point]) {
       const away = subtract(place, o);
@@ -83,7 +94,10 @@ export function extentOf(arm: Arm): Extent {
       below = Math.max(below, -height);
     }
   }
-  return { around, above, below };
+  const least = Math.max(around, above, below, longest(arm));
+  const found = { around: Math.max(around, 0.3 * least), above: Math.max(above, 0.3 * least), below };
+  EXTENTS.set(arm, found);
+  return found;
 }
 
 function scoreOf(arm: Arm, pose: Pose): number {

@@ -23,6 +23,7 @@ import {
 } from "three";
 
 import { type Arm, reachOf, type State } from "./model.js";
+import { extentOf, thicknessOf } from "./ranges.js";
 import { linkOf, placesOf } from "./shape.js";
 import { right } from "./svd.js";
 import { along, norm, subtract, unit, type Vec3 } from "./vector.js";
@@ -89,8 +90,8 @@ export function stageOn(canvas: HTMLCanvasElement, palette: Palette): Stage {
   }
 
   function built(arm: Arm, state: State): void {
-    const reach = reachOf(arm);
-    const [thin, joint] = [0.02 * reach, 0.042 * reach];
+    const joint = thicknessOf(arm);
+    const thin = 0.48 * joint;
     arm.joints.forEach((_, i) => {
       const line = linkOf(arm, state, i + 1);
       line.forEach((corner, k) => {
@@ -98,7 +99,7 @@ export function stageOn(canvas: HTMLCanvasElement, palette: Palette): Stage {
         if (k > 0) between(bar, line[k - 1]!, corner, thin, paints.link);
       });
     });
-    const places = placesOf(arm, state, reach);
+    const places = placesOf(arm, state, reachOf(arm));
     arm.joints.forEach(({ kind }, i) => {
       const { z } = state.frames[i]!;
       const [half, paint] = [
@@ -108,7 +109,7 @@ export function stageOn(canvas: HTMLCanvasElement, palette: Palette): Stage {
       const [low, high] = [along(places[i]!, z, -half), along(places[i]!, z, half)];
       between(kind === "R" ? bar : box, low, high, kind === "R" ? joint : 1.7 * joint, paint);
     });
-    round(state.point, 0.026 * reach, paints.point);
+    round(state.point, 0.6 * joint, paints.point);
   }
 
   function ellipsoid(state: State, columns: readonly Vec3[]): void {
@@ -183,7 +184,7 @@ function paintsOf({ link, grid, ellipse, joints }: Palette): Paints {
   const glass = new MeshStandardMaterial({
     color: new Color(ellipse),
     transparent: true,
-    opacity: 0.16,
+    opacity: 0.22,
     depthWrite: false,
   });
   return {
@@ -197,21 +198,18 @@ function paintsOf({ link, grid, ellipse, joints }: Palette): Paints {
 
 /** Rings and rays on the plane of the base, which show where in space the arm stands. */
 function gridUnder(arm: Arm, paint: LineBasicMaterial): LineSegments {
-  const reach = reachOf(arm);
+  const { around } = extentOf(arm);
   const { o, x, y } = arm.base;
   const ends: number[] = [];
   const at = (radius: number, turn: number): Vec3 =>
     along(along(o, x, radius * Math.cos(turn)), y, radius * Math.sin(turn));
   for (const share of [0.25, 0.5, 0.75, 1]) {
     for (let k = 0; k < 96; k += 1) {
-      ends.push(
-        ...at(share * reach * 0.8, (k * Math.PI) / 48),
-        ...at(share * reach * 0.8, ((k + 1) * Math.PI) / 48),
-      );
+      ends.push(...at(share * around, (k * Math.PI) / 48), ...at(share * around, ((k + 1) * Math.PI) / 48));
     }
   }
   for (let k = 0; k < 12; k += 1)
-    ends.push(...at(0.2 * reach, (k * Math.PI) / 6), ...at(0.8 * reach, (k * Math.PI) / 6));
+    ends.push(...at(0.25 * around, (k * Math.PI) / 6), ...at(around, (k * Math.PI) / 6));
   const lines = new BufferGeometry();
   lines.setAttribute("position", new Float32BufferAttribute(ends, 3));
   return new LineSegments(lines, paint);

@@ -64,7 +64,7 @@ export function flatPlane(arm: Arm): "x" | "y" | "z" | null {
   return null;
 }
 
-/** The view of an arm in a box of pixels: what it reaches is seen, but for what a spatial arm reaches below its base. */
+/** The view of an arm in a box of pixels: what it reaches is seen. */
 export function viewOf(arm: Arm, extent: Extent, width: number, height: number, orbit: Orbit): View {
   const plane = flatPlane(arm);
   const { around, above, below } = extent;
@@ -73,10 +73,17 @@ export function viewOf(arm: Arm, extent: Extent, width: number, height: number, 
     const radius = Math.max(around, above, below);
     return { ...FLAT[plane], scale: (0.455 * Math.min(width, height)) / radius, centre: o, width, height };
   }
-  const [up, down] = [Math.max(above, 0.5 * below), above < below ? below : 0.15 * below];
-  const tall = (up + down) * Math.cos(FIRST_ORBIT.elevation) + 1.1 * around * Math.sin(FIRST_ORBIT.elevation);
+  const down = Math.max(below, 0.35 * around); // room for arrows
+  const tall =
+    (above + down) * Math.cos(FIRST_ORBIT.elevation) + 1.1 * around * Math.sin(FIRST_ORBIT.elevation);
   const scale = Math.min(width / (2.1 * around + 1e-9), height / tall) * orbit.zoom;
-  return { ...axonometric(orbit), scale: 0.94 * scale, centre: along(o, z, (up - down) / 2), width, height };
+  return {
+    ...axonometric(orbit),
+    scale: 0.94 * scale,
+    centre: along(o, z, (above - down) / 2),
+    width,
+    height,
+  };
 }
 
 export function pixel(view: View, p: Vec3): Pixel {

@@ -67,119 +67,123 @@ export function Welding(props: WeldProps): JSX.Element {
   const slides = arm.joints.some(({ kind }) => kind === "P");
   return (
     <section class="arm-weld" aria-label={say("arm.weld.title")}>
-      <p class="arm-hint">{say("arm.weld.task")}</p>
-      <div class="arm-row">
-        <button type="button" onClick={() => set({ from: pose })}>
-          {say("arm.weld.here")}
-        </button>
-        <button type="button" onClick={() => suggest(true)}>
-          {say("arm.weld.regular")}
-        </button>
-        <button type="button" onClick={() => suggest(false)}>
-          {say("arm.weld.singular")}
-        </button>
-      </div>
-      <div class="arm-row">
-        {arm.task
-          .filter((row) => row < 3)
-          .map((row) => (
-            <Field
-              key={row}
-              label={`B${"xyz"[row]}`}
-              say={say("arm.weld.target", { axis: "xyz"[row]! })}
-              unit="m"
-              value={weld.target[row]!}
-              step={0.01}
-              onSet={(value) =>
-                set({ target: weld.target.map((old, k) => (k === row ? value : old)) as unknown as Vec3 })
-              }
-            />
-          ))}
-        <Field
-          label="v"
-          say={say("arm.weld.speed")}
-          unit="m/s"
-          value={weld.speed}
-          step={0.01}
-          least={0.01}
-          most={2}
-          onSet={(speed) => set({ speed })}
-        />
-        <Field
-          label="|θ̇|"
-          say={say("arm.weld.turns")}
-          unit="rad/s"
-          value={weld.turns}
-          step={0.1}
-          least={0.1}
-          most={20}
-          onSet={(turns) => set({ turns })}
-        />
-        {slides && (
+      <div>
+        <p class="arm-hint">{say("arm.weld.task")}</p>
+        <div class="arm-row">
+          <button type="button" onClick={() => set({ from: pose })}>
+            {say("arm.weld.here")}
+          </button>
+          <button type="button" onClick={() => suggest(true)}>
+            {say("arm.weld.regular")}
+          </button>
+          <button type="button" onClick={() => suggest(false)}>
+            {say("arm.weld.singular")}
+          </button>
+        </div>
+        <div class="arm-row">
+          {arm.task
+            .filter((row) => row < 3)
+            .map((row) => (
+              <Field
+                key={row}
+                label={`B${"xyz"[row]}`}
+                say={say("arm.weld.target", { axis: "xyz"[row]! })}
+                unit="m"
+                value={weld.target[row]!}
+                step={0.01}
+                onSet={(value) =>
+                  set({ target: weld.target.map((old, k) => (k === row ? value : old)) as unknown as Vec3 })
+                }
+              />
+            ))}
           <Field
-            label="|ḋ|"
-            say={say("arm.weld.slides")}
+            label="v"
+            say={say("arm.weld.speed")}
             unit="m/s"
-            value={weld.slides}
-            step={0.05}
-            least={0.05}
-            most={10}
-            onSet={(value) => set({ slides: value })}
+            value={weld.speed}
+            step={0.01}
+            least={0.01}
+            most={2}
+            onSet={(speed) => set({ speed })}
           />
-        )}
+          <Field
+            label="|θ̇|"
+            say={say("arm.weld.turns")}
+            unit="rad/s"
+            value={weld.turns}
+            step={0.1}
+            least={0.1}
+            most={20}
+            onSet={(turns) => set({ turns })}
+          />
+          {slides && (
+            <Field
+              label="|ḋ|"
+              say={say("arm.weld.slides")}
+              unit="m/s"
+              value={weld.slides}
+              step={0.05}
+              least={0.05}
+              most={10}
+              onSet={(value) => set({ slides: value })}
+            />
+          )}
+        </div>
+        <div class="arm-play">
+          <button type="button" class="arm-main" disabled={end <= 0} onClick={still ? step : play}>
+            {say(still ? "arm.weld.step" : playing ? "arm.weld.pause" : "arm.weld.play")}
+          </button>
+          <input
+            type="range"
+            min={0}
+            max={end}
+            step={end / 200 || 1}
+            value={place}
+            aria-label={say("arm.weld.place")}
+            aria-valuetext={say("arm.weld.at", {
+              s: decimals(place, 3),
+              time: decimals(place / weld.speed, 2),
+            })}
+            onInput={(event) => {
+              setPlaying(false);
+              onPlace(Number(event.currentTarget.value));
+            }}
+          />
+          <output>
+            {say("arm.weld.at", { s: decimals(place, 3), time: decimals(place / weld.speed, 2) })}
+          </output>
+        </div>
+        <table class="arm-rates">
+          <caption>{say("arm.weld.rates")}</caption>
+          <tbody>
+            {arm.joints.map(({ kind, name }, i) => {
+              const rate = station.slopes[i]! * weld.speed;
+              const over = Math.abs(rate) > limits[i]!;
+              return (
+                <tr key={name} class={over ? "arm-over" : ""}>
+                  <th scope="row" class={`arm-j${(i % 7) + 1}`}>
+                    <Letters name={name} dot />
+                  </th>
+                  <td>
+                    {say(kind === "R" ? "arm.weld.rate-turn" : "arm.weld.rate-slide", { rate: digits(rate) })}
+                  </td>
+                  <td>
+                    {say(over ? "arm.weld.over" : "arm.weld.within", {
+                      percent: Math.round((100 * Math.abs(rate)) / limits[i]!),
+                    })}
+                  </td>
+                </tr>
+              );
+            })}
+          </tbody>
+        </table>
       </div>
-      <div class="arm-play">
-        <button type="button" class="arm-main" disabled={end <= 0} onClick={still ? step : play}>
-          {say(still ? "arm.weld.step" : playing ? "arm.weld.pause" : "arm.weld.play")}
-        </button>
-        <input
-          type="range"
-          min={0}
-          max={end}
-          step={end / 200 || 1}
-          value={place}
-          aria-label={say("arm.weld.place")}
-          aria-valuetext={say("arm.weld.at", {
-            s: decimals(place, 3),
-            time: decimals(place / weld.speed, 2),
-          })}
-          onInput={(event) => {
-            setPlaying(false);
-            onPlace(Number(event.currentTarget.value));
-          }}
-        />
-        <output>
-          {say("arm.weld.at", { s: decimals(place, 3), time: decimals(place / weld.speed, 2) })}
-        </output>
+      <div>
+        <Chart arm={arm} journey={journey} speed={weld.speed} limits={limits} time={place / weld.speed} />
+        <p class="arm-verdict" role="status">
+          {verdict(arm, journey, weld, say)}
+        </p>
       </div>
-      <Chart arm={arm} journey={journey} speed={weld.speed} limits={limits} time={place / weld.speed} />
-      <table class="arm-rates">
-        <caption>{say("arm.weld.rates")}</caption>
-        <tbody>
-          {arm.joints.map(({ kind, name }, i) => {
-            const rate = station.slopes[i]! * weld.speed;
-            const over = Math.abs(rate) > limits[i]!;
-            return (
-              <tr key={name} class={over ? "arm-over" : ""}>
-                <th scope="row" class={`arm-j${(i % 7) + 1}`}>
-                  <Letters name={name} dot />
-                </th>
-                <td>
-                  {say(kind === "R" ? "arm.weld.rate-turn" : "arm.weld.rate-slide", { rate: digits(rate) })}
-                </td>
-                <td>
-                  {say(over ? "arm.weld.over" : "arm.weld.within", {
-                    percent: Math.round((100 * Math.abs(rate)) / limits[i]!),
-                  })}
-                </td>
-              </tr>
-            );
-          })}
-        </tbody>
-      </table>
-      <p class="arm-verdict" role="status">
-        {verdict(arm, journey, weld, say)}
-      </p>
     </section>
   );
 }
