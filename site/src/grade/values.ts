@@ -87,7 +87,7 @@ function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   const mistake = mistakeBehind(mine, key);
   return graded(share, [...counted(right, zeros), reason], {
     entries: marks,
-    at: shownAt(key, k, entries[first] as Node),
+    at: configuration(key, k, []),
     ...(mistake === undefined ? {} : { mistake }),
   });
 }

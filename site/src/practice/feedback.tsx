@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 import { lazy, Suspense } from "preact/compat";
 
 import type { Problem } from "../bank.js";
-import type { Verdict } from "../grade/verdict.js";
+import type { At, Verdict } from "../grade/verdict.js";
 import { message, said } from "../text/text.js";
 
 const Arm = lazy(() => import("../arm/panel.js").then(({ Arm }) => Arm));
@@ -68,8 +68,7 @@ function Marks({ entries }: { entries: readonly (readonly boolean[])[] }) {
 }
 
 /** The joint values at which an answer differs, where all joints are told. */
-function poseOf(problem: Problem, { at }: Verdict): readonly number[] | null {
-  if (!at) return null;
-  const values = problem.robot.joints.map((joint, i) => at[`${joint.kind === "R" ? "theta" : "d"}${i + 1}`]);
-  return values.every((value) => value !== undefined) ? (values as number[]) : null;
+function poseOf(problem: Problem, { at }: Verdict): At | null {
+  const joints = problem.robot.joints.map((joint, i) => `${joint.kind === "R" ? "theta" : "d"}${i + 1}`);
+  return at && joints.every((joint) => at[joint] !== undefined) ? at : null;
 }

@@ -1,0 +1,96 @@
+// Joint rates over time on a path, with their limits: where a curve leaves the band, the joint is too slow for it.
+
+import type { JSX } from "preact";
+import { useRef } from "preact/hooks";
+
+import { DrawnLetters } from "./letters.js";
+import type { Arm } from "./model.js";
+import { useSize } from "./size.js";
+import { decimals, useSay } from "./speech.js";
+import type { Journey } from "./path.js";
+
+export interface ChartProps {
+  readonly arm: Arm;
+  readonly journey: Journey;
+  readonly speed: number;
+  readonly limits: readonly number[];
+  /** Time of the place that is shown (s). */
+  readonly time: number;
+}
+
+const [LEFT, BOTTOM, TOP, RIGHT] = [54, 26, 16, 30];
+
+/** Rates as parts of their limits, so that turns and slides share one axis. */
+export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.Element {
+  const say = useSay();
+  const frame = useRef<HTMLDivElement>(null);
+  const [width, height] = useSize(frame, [420, 220]);
+  const total = journey.path.length / speed || 1;
+  const shares = limits.map((limit, i) => journey.stations.map(({ slopes }) => (slopes[i]! * speed) / limit));
+  const most = Math.min(3, Math.max(1.25, 1.08 * Math.max(...shares.flat().map(Math.abs))));
+  const [w, h] = [width - LEFT - RIGHT, height - TOP - BOTTOM];
+  const x = (t: number): number => LEFT + (t / total) * w;
+  const y = (share: number): number =>
+    TOP + (h * (most - Math.max(-most, Math.min(most, share)))) / (2 * most);
+  const end = journey.stations.at(-1)!.s / speed;
+  return (
+    <figure class="arm-chart">
+      <figcaption>{say("arm.chart.title")}</figcaption>
+      <div ref={frame} class="arm-chart-frame">
+        <svg viewBox={`0 0 ${width} ${height}`} width={width} height={height} aria-hidden="true">
+          <rect class="arm-band" x={LEFT} y={y(1)} width={w} height={y(-1) - y(1)} />
+          <path class="arm-limit" d={`M${LEFT} ${y(1)}h${w}M${LEFT} ${y(-1)}h${w}`} />
+          <path class="arm-axis" d={`M${LEFT} ${TOP}v${h}h${w}M${LEFT} ${y(0)}h${w}`} />
+          {[1, 0, -1].map((share) => (
+            <text key={share} class="arm-tick-text arm-end" x={LEFT - 6} y={y(share) + 4}>
+              {share === 0 ? "0" : share > 0 ? "+100 %" : "−100 %"}
+            </text>
+          ))}
+          {[0, 0.5, 1].map((part) => (
+            <text key={part} class="arm-tick-text arm-middle" x={x(part * total)} y={height - 8}>
+              {say("arm.chart.seconds", { time: decimals(part * total, 1) })}
+            </text>
+          ))}
+          {!journey.arrives && (
+            <rect class="arm-never" x={x(end)} y={TOP} width={Math.max(0, x(total) - x(end))} height={h} />
+          )}
+          {shares.map((row, i) => (
+            <polyline
+              key={i}
+              class={`arm-rate arm-j${(i % 7) + 1}`}
+              points={row
+                .map((share, k) => `${x(journey.stations[k]!.s / speed).toFixed(1)},${y(share).toFixed(1)}`)
+                .join(" ")}
+            />
+          ))}
+          {spread(
+            shares.map((row) => y(row.at(-1)!)),
+            TOP,
+            TOP + h,
+          ).map((at, i) => (
+            <text key={i} class={`arm-rate-name arm-j${(i % 7) + 1}`} x={x(end) + 5} y={at + 4}>
+              <DrawnLetters name={rateName(arm, i)} />
+            </text>
+          ))}
+          <path class="arm-now" d={`M${x(time)} ${TOP}v${h}`} />
+        </svg>
+      </div>
+    </figure>
+  );
+}
+
+/** The rate of a joint with its dot, as a name that `Letters` sets. */
+function rateName(arm: Arm, i: number): string {
+  return `${arm.joints[i]!.kind === "R" ? "θ" : "d"}\u0307${i + 1}`;
+}
+
+/** Heights moved apart so that letters at them can be told apart. */
+function spread(heights: readonly number[], top: number, bottom: number): number[] {
+  const order = heights.map((_, i) => i).sort((a, b) => heights[a]! - heights[b]!);
+  const moved = [...heights];
+  order.forEach((i, k) => {
+    if (k > 0) moved[i] = Math.max(moved[i]!, moved[order[k - 1]!]! + 15);
+  });
+  const over = Math.max(0, Math.max(...moved) - bottom);
+  return moved.map((value) => Math.max(top + 9, value - over));
+}

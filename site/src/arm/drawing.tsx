@@ -1,0 +1,244 @@
+// The drawing that is taken hold of: links and point are dragged, a spatial arm is turned, all of it by keys as well.
+
+import type { ComponentChildren, JSX } from "preact";
+import { useMemo, useRef, useState } from "preact/hooks";
+
+import { Body, inPixels } from "./flat.js";
+import { plainLetters } from "./letters.js";
+import { drawnColumns, type Layers, Marks } from "./marks.js";
+import { type Arm, measuresOf, type Pose, type State } from "./model.js";
+import { linkDragged, pointMoved } from "./moves.js";
+import { extentOf, within } from "./ranges.js";
+import { atShare, linkOf, nearestShare } from "./shape.js";
+import { useSay } from "./speech.js";
+import { Space } from "./space.js";
+import { subtract, type Vec3 } from "./vector.js";
+import { FIRST_ORBIT, flatPlane, lifted, type Orbit, pixel, type Pixel, type View, viewOf } from "./view.js";
+import { useSize } from "./size.js";
+
+export interface DrawingProps {
+  readonly arm: Arm;
+  readonly state: State;
+  readonly reach: number;
+  readonly layers: Layers;
+  readonly chosen: number;
+  readonly onChoose: (joint: number) => void;
+  readonly onPose: (pose: Pose) => void;
+  readonly label: string;
+  readonly describedBy: string;
+  /** A place that can be dragged besides the arm: the end of a path, with what is drawn of the path. */
+  readonly target?: { readonly at: Vec3; readonly move: (to: Vec3) => void } | undefined;
+  readonly overlay?: ((view: View) => ComponentChildren) | undefined;
+}
+
+/** What is held: a link at a share of its way, the point, the path's end, or the view. */
+type Held =
+  | { readonly link: number; readonly share: number }
+  | "point"
+  | "target"
+  | { readonly from: Orbit; readonly at: Pixel };
+
+const TURN = Math.PI / 180;
+
+export function Drawing(props: DrawingProps): JSX.Element {
+  const { arm, state, reach, layers, chosen, onChoose, onPose, target } = props;
+  const say = useSay();
+  const box = useRef<HTMLDivElement>(null);
+  const [width, height] = useSize(box, [560, 420]);
+  const [orbit, setOrbit] = useState<Orbit>(FIRST_ORBIT);
+  const [held, setHeld] = useState<Held | null>(null);
+  const [solid, setSolid] = useState(false);
+  const extent = useMemo(() => extentOf(arm), [arm]);
+  const flat = useMemo(() => flatPlane(arm) !== null, [arm]);
+  const view = useMemo(() => viewOf(arm, extent, width, height, orbit), [arm, extent, width, height, orbit]);
+  const ratio = useMemo(() => measuresOf(state).ratio, [state]);
+  const columns = useMemo(
+    () => (layers.ellipse ? drawnColumns(arm, state, reach) : null),
+    [arm, state, reach, layers.ellipse],
+  );
+  const links = arm.joints.map((_, i) => linkOf(arm, state, i + 1));
+
+  const placeOf = (event: PointerEvent): Pixel => {
+    const corner = box.current!.getBoundingClientRect();
+    const { clientLeft, clientTop } = box.current!;
+    return [event.clientX - corner.left - clientLeft, event.clientY - corner.top - clientTop];
+  };
+  const hold = (event: PointerEvent, what: (at: Pixel) => Held): void => {
+    if (event.button !== 0) return;
+    event.stopPropagation();
+    box.current!.setPointerCapture(event.pointerId);
+    setHeld(what(placeOf(event)));
+  };
+  const moved = (event: PointerEvent): void => {
+    if (held === null) return;
+    const [x, y] = placeOf(event);
+    const from = (place: Vec3): Pixel => {
+      const [px, py] = pixel(view, place);
+      return [x - px, y - py];
+    };
+    if (held === "point") onPose(pointMoved(arm, state.pose, lifted(view, from(state.point)), view));
+    else if (held === "target") {
+      if (target) target.move(shifted(target.at, lifted(view, from(target.at))));
+    } else if ("link" in held) {
+      const place = atShare(links[held.link]!, held.share);
+      onPose(linkDragged(arm, state, view, held.link, place, from(place)));
+    } else setOrbit(turned(held.from, (held.at[0] - x) / 160, (y - held.at[1]) / 160, 1));
+  };
+  const pressed = (event: KeyboardEvent): void => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const size = event.shiftKey ? 10 : 2;
+    const step = ARROWS[event.key];
+    const number = Number(event.key);
+    if (event.key.toLowerCase() === "p") onChoose(-1);
+    else if (number >= 1 && number <= arm.joints.length) onChoose(number - 1);
+    else if (!flat && TURNS[event.key]) setOrbit(turned(orbit, ...TURNS[event.key]!));
+    else if (event.key === "0") setOrbit(FIRST_ORBIT);
+    else if (step && chosen < 0) {
+      const metres = size * 0.005 * view.scale;
+      onPose(pointMoved(arm, state.pose, lifted(view, [step[0] * metres, step[1] * metres])));
+    } else if (step && step[0] === 0) onChoose((chosen + step[1] + arm.joints.length) % arm.joints.length);
+    else if (step) {
+      const by = step[0] * size * (arm.joints[chosen]!.kind === "R" ? TURN : 0.005);
+      onPose(state.pose.map((value, i) => (i === chosen ? within(arm, i, value + by) : value)));
+    } else return;
+    event.preventDefault();
+  };
+
+  return (
+    <div class="arm-drawing">
+      <div
+        ref={box}
+        class={`arm-box${held ? " arm-held" : ""}`}
+        role="application"
+        aria-roledescription={say("arm.drawing.role")}
+        aria-label={props.label}
+        aria-describedby={props.describedBy}
+        tabIndex={0}
+        onKeyDown={pressed}
+        onPointerDown={(event) => !flat && hold(event, (at) => ({ from: orbit, at }))}
+        onPointerMove={moved}
+        onPointerUp={() => setHeld(null)}
+        onPointerCancel={() => setHeld(null)}
+      >
+        {!flat && <Space arm={arm} state={state} view={view} columns={columns} onReady={setSolid} />}
+        <svg viewBox={`0 0 ${width} ${height}`} width={width} height={height} aria-hidden="true">
+          {(flat || !solid) && <Body arm={arm} state={state} view={view} reach={reach} />}
+          {!flat && <Foot arm={arm} state={state} view={view} />}
+          {props.overlay?.(view)}
+          <Marks
+            arm={arm}
+            state={state}
+            view={view}
+            reach={reach}
+            layers={layers}
+            flat={flat}
+            ratio={ratio}
+          />
+          {links.map((line, i) => (
+            <polyline
+              key={i}
+              class={`arm-grip${i === chosen ? " arm-chosen" : ""} arm-j${(i % 7) + 1}`}
+              points={inPixels(view, line)}
+              onPointerDown={(event) => {
+                onChoose(i);
+                const corners = line.map((corner) => pixel(view, corner));
+                hold(event, (at) => ({ link: i, share: nearestShare(corners, at) }));
+              }}
+            />
+          ))}
+          <Point
+            at={pixel(view, state.point)}
+            chosen={chosen < 0}
+            onDown={(event) => {
+              onChoose(-1);
+              hold(event, () => "point");
+            }}
+          />
+          {target && <Target at={pixel(view, target.at)} onDown={(event) => hold(event, () => "target")} />}
+        </svg>
+      </div>
+      <p class="arm-hint">
+        {chosen < 0
+          ? say("arm.hint.point")
+          : say("arm.hint.joint", { joint: plainLetters(arm.joints[chosen]?.name ?? "") })}{" "}
+        {!flat && say("arm.hint.space")}
+      </p>
+    </div>
+  );
+}
+
+const ARROWS: Readonly<Record<string, Pixel>> = {
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+  ArrowUp: [0, -1],
+  ArrowDown: [0, 1],
+};
+
+/** Keys that turn the view: about the vertical, up or down, nearer or further. */
+const TURNS: Readonly<Record<string, readonly [number, number, number]>> = {
+  a: [-0.12, 0, 1],
+  d: [0.12, 0, 1],
+  w: [0, 0.1, 1],
+  s: [0, -0.1, 1],
+  "+": [0, 0, 1.12],
+  "-": [0, 0, 1 / 1.12],
+};
+
+function turned(orbit: Orbit, about: number, up: number, nearer: number): Orbit {
+  return {
+    azimuth: orbit.azimuth + about,
+    elevation: Math.max(-1.5, Math.min(1.5, orbit.elevation + up)),
+    zoom: Math.max(0.4, Math.min(4, orbit.zoom * nearer)),
+  };
+}
+
+function shifted(place: Vec3, by: Vec3): Vec3 {
+  return [place[0] + by[0], place[1] + by[1], place[2] + by[2]];
+}
+
+interface Grip {
+  readonly at: Pixel;
+  readonly onDown: (event: PointerEvent) => void;
+}
+
+function Point({ at: [x, y], chosen, onDown }: Grip & { readonly chosen: boolean }): JSX.Element {
+  return (
+    <g class={`arm-point${chosen ? " arm-chosen" : ""}`} onPointerDown={onDown}>
+      <circle class="arm-point-grip" cx={x} cy={y} r={18} />
+      <circle class="arm-point-ring" cx={x} cy={y} r={7} />
+      <circle class="arm-point-dot" cx={x} cy={y} r={2.8} />
+    </g>
+  );
+}
+
+function Target({ at: [x, y], onDown }: Grip): JSX.Element {
+  return (
+    <g class="arm-target" onPointerDown={onDown}>
+      <circle class="arm-point-grip" cx={x} cy={y} r={18} />
+      <path d={`M${x - 7} ${y}h14M${x} ${y - 7}v14`} />
+      <circle cx={x} cy={y} r={9} />
+      <text x={x + 14} y={y + 16}>
+        <tspan class="arm-italic">B</tspan>
+      </text>
+    </g>
+  );
+}
+
+/** The line from the point down to the plane of the base, by which its depth can be seen. */
+function Foot({
+  arm,
+  state,
+  view,
+}: Pick<DrawingProps, "arm" | "state"> & { readonly view: View }): JSX.Element {
+  const { o, z } = arm.base;
+  const away = subtract(state.point, o);
+  const height = away[0] * z[0] + away[1] * z[1] + away[2] * z[2];
+  const [px, py] = pixel(view, state.point);
+  const [fx, fy] = pixel(view, shifted(state.point, [-height * z[0], -height * z[1], -height * z[2]]));
+  return (
+    <g class="arm-foot">
+      <path d={`M${px} ${py}L${fx} ${fy}`} />
+      <circle cx={fx} cy={fy} r={2.2} />
+    </g>
+  );
+}

@@ -1,0 +1,39 @@
+// The lengths and angles with which an arm is drawn, for the letters that its problem leaves open or gives.
+
+import type { JSX } from "preact";
+
+import type { Robot, SymbolInfo } from "../bank.js";
+import { Letters } from "./letters.js";
+import { decimals, degrees, useSay } from "./speech.js";
+
+export interface LengthsProps {
+  readonly robot: Robot;
+  readonly symbols: Readonly<Record<string, SymbolInfo>>;
+}
+
+export function Lengths({ robot, symbols }: LengthsProps): JSX.Element | null {
+  const say = useSay();
+  const given = Object.entries(symbols).flatMap(([name, { role, value }]): [string, string, number][] =>
+    (role === "length" || role === "angle") && value !== undefined ? [[name, role, value]] : [],
+  );
+  const open = Object.entries(robot.values).map(([name, value]): [string, string, number] => [
+    name,
+    symbols[name]?.role ?? "length",
+    value,
+  ]);
+  const all = [...open, ...given].sort(([a], [b]) => a.localeCompare(b));
+  if (all.length === 0) return null;
+  return (
+    <p class="arm-lengths">
+      {say("arm.lengths")}{" "}
+      {all.map(([name, role, value], i) => (
+        <span key={name}>
+          {i > 0 && ", "}
+          <Letters name={name} />
+          {" = "}
+          {role === "angle" ? `${degrees(value)}°` : `${decimals(value, 3)} m`}
+        </span>
+      ))}
+    </p>
+  );
+}

@@ -1,0 +1,291 @@
+// The map of det J over two joints, on which one walks: the arm follows, and the singular set is its zero line.
+
+import type { JSX } from "preact";
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+
+import { plainLetters } from "./letters.js";
+import type { Arm, Measures, Pose } from "./model.js";
+import { rangeOf, within } from "./ranges.js";
+import { useRested, useSize } from "./size.js";
+import { onSchemeChange } from "./space.js";
+import { degrees, decimals, digits, useSay } from "./speech.js";
+import { type Pair, poseAtSpot, type Shown, sorted, telling, terrainOf } from "./terrain.js";
+import { shade } from "./shade.js";
+import type { Spot, Stretch } from "./zeros.js";
+
+export interface MapProps {
+  readonly arm: Arm;
+  readonly pose: Pose;
+  readonly measures: Measures;
+  readonly onPose: (pose: Pose) => void;
+}
+
+const [LEFT, BOTTOM, EDGE] = [44, 34, 18];
+
+export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Element {
+  const say = useSay();
+  const [pair, setPair] = useState<Pair>(() => telling(arm));
+  const [shown, setShown] = useState<Shown>("det");
+  const frame = useRef<HTMLDivElement>(null);
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const [held, setHeld] = useState(false);
+  const [width, height] = useSize(frame, [420, 380]);
+
+  useEffect(() => setPair(telling(arm)), [arm]);
+
+  // Only the joints that are not on the map change it.
+  const rest = pose.map((value, i) => (pair.includes(i) ? 0 : value));
+  const key = rest.map((value) => value.toFixed(4)).join(" ");
+  const settled = useRested(key, 120);
+  const terrain = useMemo(() => terrainOf(arm, rest, pair, shown), [arm, pair, shown, settled]);
+  const kinds = useKinds(() => sorted(arm, rest, pair, terrain), terrain);
+
+  const [across, up] = [rangeOf(arm, pair[0]), rangeOf(arm, pair[1])];
+  const [w, h] = [width - LEFT - EDGE, height - BOTTOM - EDGE];
+  const px = ([u, v]: Spot): Spot => [
+    LEFT + ((u - across.low) / (across.high - across.low)) * w,
+    EDGE + h - ((v - up.low) / (up.high - up.low)) * h,
+  ];
+  const here: Spot = [pose[pair[0]]!, pose[pair[1]]!];
+  const go = ([u, v]: Spot): void =>
+    onPose(poseAtSpot(pose, pair, [within(arm, pair[0], u), within(arm, pair[1], v)]));
+  const pointed = (event: PointerEvent): void => {
+    const corner = frame.current!.getBoundingClientRect();
+    const [x, y] = [event.clientX - corner.left, event.clientY - corner.top];
+    const share = (value: number): number => Math.max(0, Math.min(1, value));
+    go([
+      across.low + share((x - LEFT) / w) * (across.high - across.low),
+      up.low + share((EDGE + h - y) / h) * (up.high - up.low),
+    ]);
+  };
+  const pressed = (event: KeyboardEvent): void => {
+    const step = STEPS[event.key];
+    if (!step || event.ctrlKey || event.metaKey || event.altKey) return;
+    const by = event.shiftKey ? 10 : 2;
+    const size = (joint: number): number => (arm.joints[joint]!.kind === "R" ? Math.PI / 180 : 0.005) * by;
+    go([here[0] + step[0] * size(pair[0]), here[1] + step[1] * size(pair[1])]);
+    event.preventDefault();
+  };
+
+  useEffect(() => {
+    const paint = (): void => shade(canvas.current, terrain, shown === "det" && measures.det !== null);
+    paint();
+    return onSchemeChange(paint);
+  }, [terrain]);
+
+  const [x, y] = px(here);
+  const name =
+    shown === "least"
+      ? say("arm.map.least")
+      : measures.det === null
+        ? say("arm.map.volume")
+        : say("arm.map.det");
+  const joints = pair.map((joint) => plainLetters(arm.joints[joint]!.name));
+  return (
+    <section class="arm-map" aria-label={say("arm.map.title")}>
+      <div class="arm-row">
+        <Axis
+          arm={arm}
+          label={say("arm.map.across")}
+          value={pair[0]}
+          onPick={(joint) => setPair(withoutTwins([joint, pair[1]], pair))}
+        />
+        <Axis
+          arm={arm}
+          label={say("arm.map.up")}
+          value={pair[1]}
+          onPick={(joint) => setPair(withoutTwins([pair[0], joint], pair))}
+        />
+        <label>
+          {say("arm.map.shown")}{" "}
+          <select value={shown} onChange={(event) => setShown(event.currentTarget.value as Shown)}>
+            <option value="det">{say(measures.det === null ? "arm.map.volume" : "arm.map.det")}</option>
+            <option value="least">{say("arm.map.least")}</option>
+          </select>
+        </label>
+      </div>
+      <div
+        ref={frame}
+        class="arm-map-frame"
+        role="application"
+        aria-roledescription={say("arm.map.role")}
+        aria-label={say("arm.map.label", { value: name, across: joints[0]!, up: joints[1]! })}
+        tabIndex={0}
+        onKeyDown={pressed}
+        onPointerDown={(event) => {
+          if (event.button !== 0) return;
+          event.currentTarget.setPointerCapture(event.pointerId);
+          setHeld(true);
+          pointed(event);
+        }}
+        onPointerMove={(event) => held && pointed(event)}
+        onPointerUp={() => setHeld(false)}
+        onPointerCancel={() => setHeld(false)}
+      >
+        <canvas ref={canvas} class="arm-map-canvas" aria-hidden="true" />
+        <svg viewBox={`0 0 ${width} ${height}`} width={width} height={height} aria-hidden="true">
+          <rect class="arm-map-edge" x={LEFT} y={EDGE} width={w} height={h} />
+          <svg
+            class="arm-map-inner"
+            x={LEFT}
+            y={EDGE}
+            width={w}
+            height={h}
+            viewBox={`${LEFT} ${EDGE} ${w} ${h}`}
+          >
+            {kinds.map(({ kind, spots }, i) =>
+              spots.length > 1 ? (
+                <polyline
+                  key={i}
+                  class={`arm-zero arm-${kind}`}
+                  points={spots
+                    .map((spot) =>
+                      px(spot)
+                        .map((value) => value.toFixed(1))
+                        .join(","),
+                    )
+                    .join(" ")}
+                />
+              ) : (
+                <circle
+                  key={i}
+                  class={`arm-zero-spot arm-${kind}`}
+                  cx={px(spots[0]!)[0]}
+                  cy={px(spots[0]!)[1]}
+                  r={4.5}
+                />
+              ),
+            )}
+          </svg>
+          {ticksOf(arm, pair[0]).map(([value, text]) => (
+            <g key={text} class="arm-tick">
+              <path d={`M${px([value, up.low])[0]} ${EDGE + h}v4`} />
+              <text x={px([value, up.low])[0]} y={EDGE + h + 16}>
+                {text}
+              </text>
+            </g>
+          ))}
+          {ticksOf(arm, pair[1]).map(([value, text]) => (
+            <g key={text} class="arm-tick arm-tick-left">
+              <path d={`M${LEFT} ${px([across.low, value])[1]}h-4`} />
+              <text x={LEFT - 7} y={px([across.low, value])[1] + 4}>
+                {text}
+              </text>
+            </g>
+          ))}
+          <path class="arm-cross" d={`M${LEFT} ${y}h${w}M${x} ${EDGE}v${h}`} />
+          <circle class="arm-here-halo" cx={x} cy={y} r={8} />
+          <circle class="arm-here" cx={x} cy={y} r={5} />
+        </svg>
+      </div>
+      <Legend kinds={kinds} lost={terrain.most < 1e-9} />
+      <p class="arm-hint">
+        {say("arm.map.here", {
+          value: name,
+          number: digits(shown === "least" ? measures.least : (measures.det ?? measures.volume)),
+        })}{" "}
+        {say("arm.map.hint")}
+      </p>
+    </section>
+  );
+}
+
+const STEPS: Readonly<Record<string, Spot>> = {
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+  ArrowUp: [0, 1],
+  ArrowDown: [0, -1],
+};
+
+/** Both axes with the same joint make no map: the other axis then takes the joint that was given up. */
+function withoutTwins(next: Pair, before: Pair): Pair {
+  return next[0] === next[1] ? [before[1], before[0]] : next;
+}
+
+function Axis(props: {
+  arm: Arm;
+  label: string;
+  value: number;
+  onPick: (joint: number) => void;
+}): JSX.Element {
+  return (
+    <label>
+      {props.label}{" "}
+      <select value={props.value} onChange={(event) => props.onPick(Number(event.currentTarget.value))}>
+        {props.arm.joints.map(({ name }, i) => (
+          <option key={name} value={i}>
+            {plainLetters(name)}
+          </option>
+        ))}
+      </select>
+    </label>
+  );
+}
+
+/** Where an axis is marked: every quarter turn, or five places along a slide. */
+function ticksOf(arm: Arm, joint: number): (readonly [number, string])[] {
+  const { low, high } = rangeOf(arm, joint);
+  const turns = arm.joints[joint]!.kind === "R";
+  return [0, 1, 2, 3, 4].map((k) => {
+    const value = low + (k * (high - low)) / 4;
+    const number = turns ? degrees(value) : decimals(value, 2);
+    return [value, `${String(number).replace("-", "−")}${turns ? "°" : ""}`];
+  });
+}
+
+function Legend({ kinds, lost }: { kinds: readonly Stretch[]; lost: boolean }): JSX.Element {
+  const say = useSay();
+  const found = (["boundary", "internal", "unknown"] as const).filter((kind) =>
+    kinds.some((one) => one.kind === kind),
+  );
+  return (
+    <ul class="arm-legend">
+      {found.map((kind) => (
+        <li key={kind}>
+          <svg viewBox="0 0 34 12" width={34} height={12} aria-hidden="true">
+            {kinds.some((one) => one.kind === kind && one.spots.length > 1) ? (
+              <path class={`arm-zero arm-${kind}`} d="M1 6h32" />
+            ) : (
+              <circle class={`arm-zero-spot arm-${kind}`} cx={17} cy={6} r={4.5} />
+            )}
+          </svg>
+          {say(`arm.map.${kind}`)}
+        </li>
+      ))}
+      {lost && <li>{say("arm.map.always")}</li>}
+      {!lost && kinds.length === 0 && <li>{say("arm.map.none")}</li>}
+    </ul>
+  );
+}
+
+/** What a generator yields, a piece at a time between other work of the page; the lines are there from the start. */
+function useKinds(
+  start: () => Generator<Stretch[]>,
+  terrain: ReturnType<typeof terrainOf>,
+): readonly Stretch[] {
+  const unsorted = useMemo(
+    (): Stretch[] => [
+      ...terrain.lines.map((spots): Stretch => ({ kind: "unknown", spots })),
+      ...terrain.spots.map((spot): Stretch => ({ kind: "unknown", spots: [spot] })),
+    ],
+    [terrain],
+  );
+  const [kinds, setKinds] = useState<{ readonly of: unknown; readonly found: readonly Stretch[] }>({
+    of: null,
+    found: [],
+  });
+  useEffect(() => {
+    const pieces = start();
+    const found: Stretch[] = [];
+    let timer = setTimeout(function next() {
+      const { done, value } = pieces.next();
+      if (done) setKinds({ of: terrain, found });
+      else {
+        found.push(...value);
+        timer = setTimeout(next);
+      }
+    }, 250);
+    return () => clearTimeout(timer);
+  }, [terrain]);
+  return kinds.of === terrain ? kinds.found : unsorted;
+}

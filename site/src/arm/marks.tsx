@@ -1,0 +1,193 @@
+// What is drawn over the arm: frames, vectors p*, columns of J at P, the velocity ellipse, and the letters of all these.
+
+import type { JSX } from "preact";
+
+import { Arrow, type BodyProps, ofPixels } from "./flat.js";
+import { placed, type Wanted } from "./labels.js";
+import { DrawnLetters } from "./letters.js";
+import { lostDirection } from "./lost.js";
+import { type Arm, arrowsOf, pStar, type State } from "./model.js";
+import { thicknessOf } from "./ranges.js";
+import { linkOf, placesOf } from "./shape.js";
+import { add, scaled, type Vec3 } from "./vector.js";
+import { drawn, outline, pixel, type Pixel, type View } from "./view.js";
+
+export interface Layers {
+  readonly frames: boolean;
+  readonly vectors: boolean;
+  readonly columns: boolean;
+  readonly ellipse: boolean;
+}
+
+export const LAYERS = ["frames", "vectors", "columns", "ellipse"] as const;
+
+/** Metres on the drawing for one m/s; where turns are drawn, of the reach for one rad/s. */
+const BY_SPEED = 0.4;
+/** Length of the axes of a frame in pixels. */
+function axisOf({ width, height }: View): number {
+  return Math.min(44, 0.105 * Math.min(width, height));
+}
+
+const LOST = 0.03;
+
+/** The columns of J as they are drawn at P (m). */
+export function drawnColumns(arm: Arm, state: State, reach: number): readonly Vec3[] {
+  const { turning, columns } = arrowsOf(arm, state);
+  return columns.map((column) => scaled(column, turning ? 0.35 * reach : BY_SPEED));
+}
+
+export interface MarksProps extends BodyProps {
+  readonly layers: Layers;
+  readonly flat: boolean;
+  readonly ratio: number;
+}
+
+export function Marks({ arm, state, view, reach, layers, flat, ratio }: MarksProps): JSX.Element {
+  const columns = drawnColumns(arm, state, reach);
+  const { turning } = arrowsOf(arm, state);
+  const P = pixel(view, state.point);
+  const ellipse = outline(view, columns);
+  return (
+    <g class="arm-marks">
+      {layers.ellipse && (
+        <ellipse
+          class={flat ? "arm-ellipse" : "arm-ellipse arm-ellipse-space"}
+          rx={Math.max(ellipse.major, 0.6)}
+          ry={Math.max(ellipse.minor, 0.6)}
+          transform={`translate(${P[0]} ${P[1]}) rotate(${ellipse.turn})`}
+        />
+      )}
+      {ratio < LOST && <Lost arm={arm} state={state} view={view} />}
+      {layers.vectors &&
+        pStar(arm, state).map(
+          (p, i) =>
+            i < arm.point.frame && (
+              <Arrow
+                key={i}
+                view={view}
+                from={state.frames[i]!.o}
+                vector={p}
+                style={`arm-pstar arm-j${(i % 7) + 1}`}
+              />
+            ),
+        )}
+      {layers.frames &&
+        state.frames.map(({ o, x, z }, i) => (
+          <g key={i}>
+            <Arrow view={view} from={o} vector={ofPixels(view, x, 0.7 * axisOf(view))} style="arm-x" />
+            {!flat && (
+              <Arrow
+                view={view}
+                from={o}
+                vector={ofPixels(view, z, axisOf(view))}
+                style={`arm-z ${jointStyle(arm, i)}`}
+              />
+            )}
+          </g>
+        ))}
+      {layers.columns &&
+        columns.map((column, i) => (
+          <Arrow
+            key={i}
+            view={view}
+            from={state.point}
+            vector={column}
+            style={`arm-column arm-j${(i % 7) + 1}`}
+            twin={turning}
+          />
+        ))}
+      <g class="arm-letter-layer">
+        {placed(
+          wantedLabels({ arm, state, view, reach, layers, flat, ratio }),
+          arm.joints.map((_, i) => linkOf(arm, state, i + 1).map((point) => pixel(view, point))),
+          view.width,
+          view.height,
+        ).map(({ name, style, x, y }) => (
+          <text key={name} class={style} x={x} y={y + 5}>
+            <DrawnLetters name={name} />
+          </text>
+        ))}
+      </g>
+    </g>
+  );
+}
+
+function jointStyle(arm: Arm, i: number): string {
+  return i < arm.joints.length ? `arm-j${(i % 7) + 1}` : "arm-last";
+}
+
+/** The line along which the point cannot move, near a singularity. */
+function Lost({ arm, state, view }: Pick<BodyProps, "arm" | "state" | "view">): JSX.Element | null {
+  const direction = lostDirection(arm, state);
+  if (!direction) return null;
+  const [x, y] = pixel(view, state.point);
+  const [dx, dy] = drawn(view, scaled(direction, 90 / view.scale));
+  return <path class="arm-lost" d={`M${x - dx} ${y - dy}L${x + dx} ${y + dy}`} />;
+}
+
+function wantedLabels({ arm, state, view, reach, layers, flat }: MarksProps): Wanted[] {
+  const { point, frames } = state;
+  const wanted: Wanted[] = [{ name: "P", style: "arm-label-p", at: pixel(view, point), toward: [0.7, -0.7] }];
+  if (layers.columns) {
+    drawnColumns(arm, state, reach).forEach((column, i) => {
+      const way = drawn(view, column);
+      if (Math.hypot(...way) > 12) {
+        wanted.push({
+          name: `J${i + 1}`,
+          style: `arm-j${(i % 7) + 1}`,
+          at: pixel(view, add(point, column)),
+          toward: way,
+        });
+      }
+    });
+  }
+  if (layers.frames && !flat) {
+    frames.forEach(({ o, z }, i) => {
+      const way = drawn(view, ofPixels(view, z, axisOf(view)));
+      const [x, y] = pixel(view, o);
+      wanted.push({ name: `z${i}`, style: jointStyle(arm, i), at: [x + way[0], y + way[1]], toward: way });
+    });
+  }
+  const places = placesOf(arm, state, reach);
+  places.forEach((place, i) => {
+    wanted.push({
+      name: arm.joints[i]!.name,
+      style: `arm-j${(i % 7) + 1}`,
+      at: pixel(view, place),
+      toward: flat ? sideOf(arm, state, view, i) : besideAxis(state, view, i),
+      gap: flat ? 0 : thicknessOf(arm) * view.scale,
+    });
+  });
+  if (layers.vectors) {
+    pStar(arm, state).forEach((p, i) => {
+      const way = drawn(view, p);
+      if (i < arm.point.frame && Math.hypot(...way) > 40) {
+        const middle = pixel(view, add(frames[i]!.o, scaled(p, 0.55)));
+        wanted.push({ name: `p*${i}`, style: `arm-j${(i % 7) + 1}`, at: middle, toward: [-way[1], way[0]] });
+      }
+    });
+  }
+  return wanted;
+}
+
+/** The side of a joint of space on which its body ends: square to its axis, to the left. */
+function besideAxis(state: State, view: View, i: number): Pixel {
+  const [x, y] = drawn(view, state.frames[i]!.z);
+  const side: Pixel = [-y, x];
+  return side[0] > 0 ? [y, -x] : side;
+}
+
+/** The side of a joint on which no link runs. */
+function sideOf(arm: Arm, state: State, view: View, i: number): Pixel {
+  const here = pixel(view, state.frames[i]!.o);
+  const others = [linkOf(arm, state, i + 1)[1], i > 0 ? linkOf(arm, state, i).at(-2) : undefined];
+  let [x, y] = [0, 0];
+  for (const other of others) {
+    if (!other) continue;
+    const [ox, oy] = pixel(view, other);
+    const size = Math.hypot(ox - here[0], oy - here[1]) || 1;
+    x -= (ox - here[0]) / size;
+    y -= (oy - here[1]) / size;
+  }
+  return Math.hypot(x, y) > 0.1 ? [x, y] : [-0.7, -0.7];
+}

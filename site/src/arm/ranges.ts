@@ -1,0 +1,116 @@
+// How far the joints of an arm go on the page, and the pose in which it is shown first.
+
+import { type Arm, longest, measuresOf, type Pose, reachOf, stateAt } from "./model.js";
+import { randomPoses } from "./random.js";
+import { dot, norm, subtract } from "./vector.js";
+import { flatPlane } from "./view.js";
+
+export interface Range {
+  readonly low: number;
+  readonly high: number;
+  readonly step: number;
+}
+
+/** Travel of a joint: a full turn, or a slide past both ends of what the figures show (unlimited in the chapter). */
+export function rangeOf(arm: Arm, index: number): Range {
+  const joint = arm.joints[index]!;
+  if (joint.kind === "R") return { low: -Math.PI, high: Math.PI, step: Math.PI / 180 };
+  const most = Math.ceil((1.4 * longest(arm) + Math.abs(joint.offset)) * 20) / 20;
+  return { low: -most, high: most, step: 0.01 };
+}
+
+/** A value brought back into a joint's range: round the circle, or to the end of the slide. */
+export function within(arm: Arm, index: number, value: number): number {
+  const { low, high } = rangeOf(arm, index);
+  if (arm.joints[index]!.kind === "P") return Math.min(high, Math.max(low, value));
+  if (value >= low && value <= high) return value;
+  return value - 2 * Math.PI * Math.round(value / (2 * Math.PI));
+}
+
+export function poseWithin(arm: Arm, pose: Pose): Pose {
+  return pose.map((value, i) => within(arm, i, value));
+}
+
+const TURNS = [40, 60, 35, -50, 75, -35, 100, 140, -80, -110];
+const SLIDES = [0.9, 0.6, 1.2];
+const TRIED = 250;
+
+/** The first pose: of a fixed choice, one far from singularities, with the point above the base. */
+export function firstPose(arm: Arm): Pose {
+  const unit = longest(arm);
+  let best: Pose = arm.joints.map(() => 0);
+  let most = -Infinity;
+  for (let k = 0; k < TRIED; k += 1) {
+    let digits = (k * 7919) % 1_000_003;
+    const pose = arm.joints.map((joint, i) => {
+      const choices = joint.kind === "R" ? TURNS : SLIDES;
+      const choice = choices[digits % choices.length]!;
+      digits = Math.floor(digits / choices.length);
+      const entry = joint.kind === "R" ? (choice * Math.PI) / 180 : choice * unit;
+      return round(within(arm, i, entry - joint.offset), joint.kind === "R" ? Math.PI / 180 : 0.01);
+    });
+    const score = scoreOf(arm, pose);
+    if (score > most + 1e-9) [best, most] = [pose, score];
+  }
+  return best;
+}
+
+function round(value: number, step: number): number {
+  return Math.round(value / step) * step;
+}
+
+/** How far the arm gets from its base: about, and above and below, along the base's axis (m). */
+export interface Extent {
+  readonly around: number;
+  readonly above: number;
+  readonly below: number;
+}
+
+const EXTENTS = new WeakMap<Arm, Extent>();
+
+/** Half the width of a joint's body in space (m). */
+export function thicknessOf(arm: Arm): number {
+  const { around, above, below } = extentOf(arm);
+  return 0.06 * Math.max(around, 0.6 * above, 0.6 * below);
+}
+
+/** The extent of an arm, by poses all over its ranges. */
+export function extentOf(arm: Arm): Extent {
+  const known = EXTENTS.get(arm);
+  if (known) return known;
+  const { o, z } = arm.base;
+  let [around, above, below] = [0, 0, 0];
+  for (const turns of randomPoses(300, arm.joints.length, 3)) {
+    const pose = turns.map((value, i) => {
+      const { kind, offset } = arm.joints[i]!;
+      return kind === "R" ? value : (0.6 + (0.6 * value) / Math.PI) * longest(arm) - offset;
+    });
+    const { frames, corners, point } = stateAt(arm, pose);
+    for (const place of [...frames.map((frame) => frame.o), ...corners, point]) {
+      const away = subtract(place, o);
+      const height = dot(away, z);
+      around = Math.max(around, Math.sqrt(Math.max(0, dot(away, away) - height * height)));
+      above = Math.max(above, height);
+      below = Math.max(below, -height);
+    }
+  }
+  const least = Math.max(around, above, below, longest(arm));
+  const found = { around: Math.max(around, 0.3 * least), above: Math.max(above, 0.3 * least), below };
+  EXTENTS.set(arm, found);
+  return found;
+}
+
+function scoreOf(arm: Arm, pose: Pose): number {
+  const state = stateAt(arm, pose);
+  const up = flatPlane(arm) === "z" ? 1 : 2;
+  const unit = longest(arm);
+  const heights = [...state.frames.map(({ o }) => o[up]!), state.point[up]!].map((z) => z - arm.base.o[up]!);
+  const low = Math.min(0, ...heights) / unit;
+  const away = norm(subtract(state.point, arm.base.o)) / reachOf(arm);
+  return (
+    Math.min(measuresOf(state).ratio, 0.4) +
+    0.4 * away +
+    0.35 * Math.max(low, -1) +
+    0.1 * Math.min(1, heights.at(-1)! / unit)
+  );
+}

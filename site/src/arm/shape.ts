@@ -1,0 +1,63 @@
+// What of the arm is drawn where: the links as lines in space, and where the glyphs of the joints stand.
+
+import { type Arm, type Frame, fromFrame, type State } from "./model.js";
+import { add, along, norm, scaled, subtract, type Vec3 } from "./vector.js";
+
+/** The corners of link i (from 1): O_{i-1}, O_{i-1} + d_i z_{i-1}, O_i, and P if the link carries it. */
+export function linkOf(arm: Arm, state: State, i: number): readonly Vec3[] {
+  const points = [state.frames[i - 1]!.o, state.corners[i - 1]!, state.frames[i]!.o];
+  if (arm.point.frame === i) points.push(...wayToPoint(state.frames[i]!, arm.point.offset));
+  return points.filter((point, k) => k === 0 || norm(subtract(point, points[k - 1]!)) > 1e-9);
+}
+
+function wayToPoint(frame: Frame, [u, v, w]: Vec3): Vec3[] {
+  const steps: Vec3[] = [
+    [u, 0, 0],
+    [u, v, 0],
+    [u, v, w],
+  ];
+  return steps.map((step) => add(frame.o, fromFrame(frame, step)));
+}
+
+/** Where the glyph of each joint stands: at O_{i-1}, further along its axis where another joint stands there always. */
+export function placesOf(arm: Arm, state: State, reach: number): readonly Vec3[] {
+  let crowd = 0;
+  return arm.joints.map((joint, i) => {
+    const { o, z } = state.frames[i]!;
+    const before = arm.joints[i - 1];
+    const shared = before !== undefined && before.a === 0 && before.kind === "R" && before.other === 0;
+    crowd = shared ? crowd + 1 : 0;
+    if (!shared && joint.kind === "R") return o;
+    if (joint.kind === "P") {
+      const way = subtract(state.corners[i]!, o);
+      return add(o, scaled(way, 0.45));
+    }
+    if (joint.other !== 0) return along(o, z, 0.45 * joint.other);
+    return along(o, z, 0.13 * reach * (crowd % 2 === 1 ? 1 : -1));
+  });
+}
+
+/** The point on a link nearest to a place on the page, as a share of the way along its corners. */
+export function nearestShare(
+  corners: readonly (readonly [number, number])[],
+  [x, y]: readonly [number, number],
+): number {
+  let best = 0;
+  let least = Infinity;
+  for (let k = 0; k + 1 < corners.length; k += 1) {
+    const [[ax, ay], [bx, by]] = [corners[k]!, corners[k + 1]!];
+    const length = (bx - ax) ** 2 + (by - ay) ** 2;
+    const t =
+      length > 0 ? Math.min(1, Math.max(0, ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length)) : 0;
+    const away = Math.hypot(ax + t * (bx - ax) - x, ay + t * (by - ay) - y);
+    if (away < least) [best, least] = [k + t, away];
+  }
+  return best;
+}
+
+/** The point at such a share of the way. */
+export function atShare(corners: readonly Vec3[], share: number): Vec3 {
+  const k = Math.min(Math.floor(share), corners.length - 2);
+  const [a, b] = [corners[Math.max(0, k)]!, corners[Math.max(0, k) + 1] ?? corners[Math.max(0, k)]!];
+  return along(a, subtract(b, a), share - k);
+}

@@ -1,0 +1,43 @@
+// The size of an element in pixels, kept up to date, and whether the system asks for no motion.
+
+import { useEffect, useState } from "preact/hooks";
+
+export function useSize(
+  element: { readonly current: Element | null },
+  first: readonly [number, number],
+): readonly [number, number] {
+  const [size, setSize] = useState(first);
+  useEffect(() => {
+    if (!element.current) return;
+    const watched = new ResizeObserver(([entry]) => {
+      const { width, height } = entry!.contentRect;
+      if (width > 0 && height > 0) setSize([Math.round(width), Math.round(height)]);
+    });
+    watched.observe(element.current);
+    return () => watched.disconnect();
+  }, []);
+  return size;
+}
+
+/** Whether the system asks for no motion. */
+export function useStillness(): boolean {
+  const [still, setStill] = useState(false);
+  useEffect(() => {
+    const asked = matchMedia("(prefers-reduced-motion: reduce)");
+    const update = (): void => setStill(asked.matches);
+    update();
+    asked.addEventListener("change", update);
+    return () => asked.removeEventListener("change", update);
+  }, []);
+  return still;
+}
+
+/** A value that follows another once that has rested for some milliseconds. */
+export function useRested<T>(value: T, milliseconds: number): T {
+  const [rested, setRested] = useState(value);
+  useEffect(() => {
+    const timer = setTimeout(() => setRested(value), milliseconds);
+    return () => clearTimeout(timer);
+  }, [value, milliseconds]);
+  return rested;
+}

@@ -1,0 +1,73 @@
+// The solid body of a spatial arm below the drawing's lines; until three.js has come, and without WebGL, it is absent.
+
+import type { JSX } from "preact";
+import { useEffect, useRef, useState } from "preact/hooks";
+
+import type { Arm, State } from "./model.js";
+import type { Palette, Stage } from "./scene.js";
+import type { Vec3 } from "./vector.js";
+import type { View } from "./view.js";
+
+export interface SpaceProps {
+  readonly arm: Arm;
+  readonly state: State;
+  readonly view: View;
+  readonly columns: readonly Vec3[] | null;
+  readonly onReady: (ready: boolean) => void;
+}
+
+export function Space({ arm, state, view, columns, onReady }: SpaceProps): JSX.Element {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const [stage, setStage] = useState<Stage | null>(null);
+  const [paints, setPaints] = useState(0);
+
+  useEffect(() => {
+    let gone = false;
+    let opened: Stage | null = null;
+    void import("./scene.js")
+      .then(({ stageOn }) => {
+        if (gone || !canvas.current) return;
+        opened = stageOn(canvas.current, paletteOf(canvas.current));
+        setStage(opened);
+        onReady(true);
+      })
+      .catch(() => onReady(false));
+    return () => {
+      gone = true;
+      opened?.dispose();
+    };
+  }, []);
+
+  useEffect(() => onSchemeChange(() => setPaints((count) => count + 1)), []);
+
+  useEffect(() => {
+    if (stage && paints > 0 && canvas.current) stage.paint(paletteOf(canvas.current));
+  }, [stage, paints]);
+
+  useEffect(() => stage?.draw(arm, state, view, columns), [stage, paints, arm, state, view, columns]);
+
+  return <canvas ref={canvas} class="arm-canvas" aria-hidden="true" />;
+}
+
+/** Call back when the page becomes light or dark, by the system's wish or by a theme set on the root. */
+export function onSchemeChange(changed: () => void): () => void {
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  const themed = new MutationObserver(changed);
+  dark.addEventListener("change", changed);
+  themed.observe(document.documentElement, { attributes: true, attributeFilter: ["data-theme", "class"] });
+  return () => {
+    dark.removeEventListener("change", changed);
+    themed.disconnect();
+  };
+}
+
+function paletteOf(element: Element): Palette {
+  const style = getComputedStyle(element);
+  const color = (name: string): string => style.getPropertyValue(`--arm-${name}`).trim() || "#808080";
+  return {
+    link: color("solid"),
+    grid: color("grid"),
+    ellipse: color("ellipse"),
+    joints: [1, 2, 3, 4, 5, 6, 7].map((i) => color(`joint-${i}`)),
+  };
+}

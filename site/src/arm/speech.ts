@@ -1,0 +1,37 @@
+// The language of the page for the arm's parts, and the numbers in it.
+
+import { createContext } from "preact";
+import { useContext } from "preact/hooks";
+
+import type { TextKey } from "../text/en.js";
+import { ENGLISH, type Language, message, said, type Values } from "../text/text.js";
+
+export const Spoken = createContext<Language>(ENGLISH);
+
+/** A text of the catalogue in the page's language. */
+export type Say = (key: TextKey, values?: Values) => string;
+
+export function useSay(): Say {
+  const language = useContext(Spoken);
+  return sayIn(language);
+}
+
+/** The same outside of a component; numbers get a true minus sign. */
+export function sayIn(language: Language): Say {
+  return (key, values) => said(message(key, values), language).replace(/-(?=\d)/g, "−");
+}
+
+/** A number with so many decimals, none of them needless, and no minus before a zero. */
+export function decimals(value: number, count: number): number {
+  const rounded = Number(value.toFixed(count));
+  return rounded === 0 ? 0 : rounded;
+}
+
+/** Three significant digits. */
+export function digits(value: number): number {
+  return Math.abs(value) < 5e-7 ? 0 : Number(value.toPrecision(3));
+}
+
+export function degrees(angle: number): number {
+  return decimals((angle * 180) / Math.PI, 1);
+}

@@ -1,0 +1,100 @@
+// The map of det J over two joints in numbers: values on a grid, and the lines and spots where rank is lost.
+
+import { type Kind, kindAt, kindIsSure } from "./classify.js";
+import { type Arm, measuresOf, type Pose, signedVolume, stateAt } from "./model.js";
+import { randomPoses } from "./random.js";
+import { rangeOf } from "./ranges.js";
+import { type Grid, gridOf, type Spot, type Stretch, stretches, touches, zeroLines } from "./zeros.js";
+
+export type Shown = "det" | "least";
+
+/** The joints along the map's two axes. */
+export type Pair = readonly [across: number, up: number];
+
+export interface Terrain {
+  readonly grid: Grid;
+  readonly most: number;
+  readonly lines: readonly (readonly Spot[])[];
+  readonly spots: readonly Spot[];
+}
+
+const CELLS = 64;
+
+/** The two joints on which the determinant depends most, in their order. */
+export function telling(arm: Arm): Pair {
+  const n = arm.joints.length;
+  const weight = arm.joints.map((_, i) =>
+    randomPoses(6, n, 21).reduce((sum, pose) => {
+      const [a, b] = [0.4, -0.4].map((by) =>
+        signedVolume(
+          arm,
+          pose.map((v, k) => (k === i ? v + by : v)),
+        ),
+      );
+      return sum + Math.abs(a! - b!);
+    }, 0),
+  );
+  const order = arm.joints
+    .map((_, i) => i)
+    .sort((a, b) => Math.round(1e6 * (weight[b]! - weight[a]!)) || a - b);
+  const [first = 0, second = 0] = order;
+  return first < second ? [first, second] : [second, first];
+}
+
+/** The pose at a spot of the map, other joints as they are. */
+export function poseAtSpot(pose: Pose, [across, up]: Pair, [u, v]: Spot): Pose {
+  return pose.map((value, i) => (i === across ? u : i === up ? v : value));
+}
+
+export function terrainOf(arm: Arm, pose: Pose, pair: Pair, shown: Shown): Terrain {
+  const [across, up] = pair.map((joint) => rangeOf(arm, joint));
+  const volume = (u: number, v: number): number => signedVolume(arm, poseAtSpot(pose, pair, [u, v]));
+  const least = (u: number, v: number): number =>
+    measuresOf(stateAt(arm, poseAtSpot(pose, pair, [u, v]))).least;
+  const ranges: [Spot, Spot] = [
+    [across!.low, across!.high],
+    [up!.low, up!.high],
+  ];
+  const volumes = gridOf(...ranges, CELLS, volume);
+  const grid = shown === "det" ? volumes : gridOf(...ranges, CELLS, least);
+  const most = Math.max(...grid.values.flat().map(Math.abs));
+  const size = Math.max(...volumes.values.flat().map(Math.abs));
+  if (size < 1e-9) return { grid, most, lines: [], spots: [] };
+  const square = arm.task.length === arm.joints.length;
+  const magnitude = (u: number, v: number): number => Math.abs(volume(u, v));
+  const lines = square ? zeroLines(volumes, volume) : [];
+  const positive = { ...volumes, values: volumes.values.map((row) => row.map(Math.abs)) };
+  const spots = touches(positive, magnitude, 1e-7 * size).filter(
+    (spot) => inside(spot, ranges) && lines.every((line) => apart(line, spot, grid)),
+  );
+  return { grid, most, lines, spots };
+}
+
+function inside([u, v]: Spot, [[u0, u1], [v0, v1]]: readonly [Spot, Spot]): boolean {
+  return u >= u0 && u <= u1 && v >= v0 && v <= v1;
+}
+
+function apart(line: readonly Spot[], [u, v]: Spot, { us, vs }: Grid): boolean {
+  const [du, dv] = [us[1]! - us[0]!, vs[1]! - vs[0]!];
+  return line.every(([a, b]) => Math.abs(a - u) > 1.5 * du || Math.abs(b - v) > 1.5 * dv);
+}
+
+/** The kind of the singularity at a spot, unknown where it can't be established. */
+export function kindAtSpot(arm: Arm, pose: Pose, pair: Pair, spot: Spot): Kind | "unknown" {
+  const kind = kindAt(arm, poseAtSpot(pose, pair, spot), 1e-4);
+  return kind === "regular" ? "unknown" : kind;
+}
+
+/** Lines cut by kind, one line at a time, so that the page can do other things between two of them. */
+export function* sorted(arm: Arm, pose: Pose, pair: Pair, terrain: Terrain): Generator<Stretch[]> {
+  const sure = kindIsSure(arm);
+  for (const line of terrain.lines) {
+    const every = Math.max(4, Math.ceil(line.length / 4));
+    yield sure
+      ? stretches(line, every, (spot) => kindAtSpot(arm, pose, pair, spot))
+      : [{ kind: "unknown", spots: line }];
+  }
+  for (const spot of terrain.spots) {
+    yield [{ kind: sure ? kindAtSpot(arm, pose, pair, spot) : "unknown", spots: [spot] }];
+  }
+}

@@ -1,0 +1,79 @@
+// Vectors of space and small dense matrices (rows of numbers) for the arm's numbers.
+
+export type Vec3 = readonly [number, number, number];
+export type Matrix = readonly (readonly number[])[];
+
+export const ZERO: Vec3 = [0, 0, 0];
+
+export function add(a: Vec3, b: Vec3): Vec3 {
+  return [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+}
+
+export function subtract(a: Vec3, b: Vec3): Vec3 {
+  return [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+}
+
+export function scaled(a: Vec3, by: number): Vec3 {
+  return [a[0] * by, a[1] * by, a[2] * by];
+}
+
+/** a + by b. */
+export function along(a: Vec3, b: Vec3, by: number): Vec3 {
+  return [a[0] + by * b[0], a[1] + by * b[1], a[2] + by * b[2]];
+}
+
+export function cross(a: Vec3, b: Vec3): Vec3 {
+  return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+}
+
+/** The inner product of two vectors of any one length. */
+export function dot(a: readonly number[], b: readonly number[]): number {
+  let sum = 0;
+  for (let i = 0; i < a.length; i += 1) sum += (a[i] as number) * (b[i] as number);
+  return sum;
+}
+
+export function norm(a: readonly number[]): number {
+  return Math.sqrt(dot(a, a));
+}
+
+/** The unit vector along a vector of space; zero stays zero. */
+export function unit(a: Vec3): Vec3 {
+  const size = norm(a);
+  return size > 0 ? scaled(a, 1 / size) : ZERO;
+}
+
+/** A v. */
+export function times(matrix: Matrix, v: readonly number[]): number[] {
+  return matrix.map((row) => dot(row, v));
+}
+
+export function transposed(matrix: Matrix): number[][] {
+  return (matrix[0] ?? []).map((_, j) => matrix.map((row) => row[j] as number));
+}
+
+/** The determinant of a square matrix, by elimination with the largest pivot. */
+export function determinant(matrix: Matrix): number {
+  const rows = matrix.map((row) => [...row]);
+  let product = 1;
+  for (let k = 0; k < rows.length; k += 1) {
+    let best = k;
+    for (let i = k + 1; i < rows.length; i += 1) {
+      if (Math.abs(rows[i]![k]!) > Math.abs(rows[best]![k]!)) best = i;
+    }
+    const pivot = rows[best]!;
+    if (pivot[k] === 0) return 0;
+    if (best !== k) {
+      rows[best] = rows[k]!;
+      rows[k] = pivot;
+      product = -product;
+    }
+    product *= pivot[k]!;
+    for (let i = k + 1; i < rows.length; i += 1) {
+      const row = rows[i]!;
+      const share = row[k]! / pivot[k]!;
+      for (let j = k; j < row.length; j += 1) row[j] = row[j]! - share * pivot[j]!;
+    }
+  }
+  return product;
+}

@@ -1,0 +1,127 @@
+// From metres in the world to pixels on the page: flat for planar arms, a parallel projection that can be turned else.
+
+import { type Arm, stateAt } from "./model.js";
+import type { Extent } from "./ranges.js";
+import { along, dot, type Vec3 } from "./vector.js";
+
+/** Directions right, up and towards the reader; `centre` (m) is drawn in the middle of width x height pixels. */
+export interface View {
+  readonly right: Vec3;
+  readonly up: Vec3;
+  readonly toward: Vec3;
+  readonly scale: number;
+  readonly centre: Vec3;
+  readonly width: number;
+  readonly height: number;
+}
+
+export type Pixel = readonly [x: number, y: number];
+
+/** Which way a spatial arm is looked at: two angles (rad) and a magnification. */
+export interface Orbit {
+  readonly azimuth: number;
+  readonly elevation: number;
+  readonly zoom: number;
+}
+
+export const FIRST_ORBIT: Orbit = { azimuth: (36 * Math.PI) / 180, elevation: (24 * Math.PI) / 180, zoom: 1 };
+
+type Axes = Pick<View, "right" | "up" | "toward">;
+
+const FLAT: Readonly<Record<"x" | "y" | "z", Axes>> = {
+  z: { right: [1, 0, 0], up: [0, 1, 0], toward: [0, 0, 1] },
+  x: { right: [0, 1, 0], up: [0, 0, 1], toward: [1, 0, 0] },
+  y: { right: [1, 0, 0], up: [0, 0, 1], toward: [0, -1, 0] },
+};
+
+export function axonometric({ azimuth, elevation }: Orbit): Axes {
+  const [ca, sa, ce, se] = [Math.cos(azimuth), Math.sin(azimuth), Math.cos(elevation), Math.sin(elevation)];
+  return { right: [-sa, ca, 0], up: [-se * ca, -se * sa, ce], toward: [ce * ca, ce * sa, se] };
+}
+
+/** The axis of the world square to all motion of the arm, or null; as ../../../exercises/figure/plane.py has it. */
+export function flatPlane(arm: Arm): "x" | "y" | "z" | null {
+  const poses = [arm.joints.map((_, i) => 0.37 + 0.21 * i), arm.joints.map((_, i) => 1.13 - 0.47 * i)];
+  const states = poses.map((pose) => stateAt(arm, pose));
+  if (!arm.joints.some((joint) => joint.kind === "R")) return null;
+  for (const [axis, name] of [
+    [2, "z"],
+    [1, "y"],
+    [0, "x"],
+  ] as const) {
+    const square = states.every((state) => {
+      const level = arm.base.o[axis];
+      const still = [...state.frames.map(({ o }) => o), state.point].every(
+        (p) => Math.abs(p[axis] - level) < 1e-9,
+      );
+      const turns = arm.joints.every(
+        (joint, i) => Math.abs(Math.abs(state.frames[i]!.z[axis]) - (joint.kind === "R" ? 1 : 0)) < 1e-9,
+      );
+      return still && turns && (name === "z" || Math.abs(level) < 1e-9);
+    });
+    if (square) return name;
+  }
+  return null;
+}
+
+/** The view of an arm in a box of pixels: what it reaches is seen. */
+export function viewOf(arm: Arm, extent: Extent, width: number, height: number, orbit: Orbit): View {
+  const plane = flatPlane(arm);
+  const { around, above, below } = extent;
+  const { o, z } = arm.base;
+  if (plane) {
+    const radius = Math.max(around, above, below);
+    return { ...FLAT[plane], scale: (0.455 * Math.min(width, height)) / radius, centre: o, width, height };
+  }
+  const down = Math.max(below, 0.35 * around); // room for arrows
+  const tall =
+    (above + down) * Math.cos(FIRST_ORBIT.elevation) + 1.1 * around * Math.sin(FIRST_ORBIT.elevation);
+  const scale = Math.min(width / (2.1 * around + 1e-9), height / tall) * orbit.zoom;
+  return {
+    ...axonometric(orbit),
+    scale: 0.94 * scale,
+    centre: along(o, z, (above - down) / 2),
+    width,
+    height,
+  };
+}
+
+export function pixel(view: View, p: Vec3): Pixel {
+  const away: Vec3 = [p[0] - view.centre[0], p[1] - view.centre[1], p[2] - view.centre[2]];
+  return [
+    view.width / 2 + view.scale * dot(view.right, away),
+    view.height / 2 - view.scale * dot(view.up, away),
+  ];
+}
+
+/** How a vector (m) is drawn, in pixels with y down. */
+export function drawn(view: View, v: Vec3): Pixel {
+  return [view.scale * dot(view.right, v), -view.scale * dot(view.up, v)];
+}
+
+/** The vector (m) in the plane of the drawing that is drawn as a step in pixels. */
+export function lifted(view: View, [dx, dy]: Pixel): Vec3 {
+  const [a, b] = [dx / view.scale, -dy / view.scale];
+  return [0, 1, 2].map((k) => a * view.right[k]! + b * view.up[k]!) as unknown as Vec3;
+}
+
+/** The outline of the ellipsoid {J q : |q| = 1} as drawn: centre, half axes (pixels) and turn (degrees, y down). */
+export function outline(
+  view: View,
+  columns: readonly Vec3[],
+): { readonly major: number; readonly minor: number; readonly turn: number } {
+  let [xx, xy, yy] = [0, 0, 0];
+  for (const column of columns) {
+    const [x, y] = drawn(view, column);
+    xx += x * x;
+    xy += x * y;
+    yy += y * y;
+  }
+  const middle = (xx + yy) / 2;
+  const spread = Math.hypot((xx - yy) / 2, xy);
+  return {
+    major: Math.sqrt(middle + spread),
+    minor: Math.sqrt(Math.max(0, middle - spread)),
+    turn: (Math.atan2(xy, (xx - yy) / 2) * 90) / Math.PI,
+  };
+}

@@ -1,0 +1,238 @@
+// The chapter's welding task: the point goes along a straight line at a steady speed, and the joints have to keep up.
+
+import type { JSX } from "preact";
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+
+import { Field } from "./field.js";
+import { Chart } from "./chart.js";
+import { Letters, plainLetters } from "./letters.js";
+import type { Arm, Pose } from "./model.js";
+import { stateAt } from "./model.js";
+import { crossings, follow, type Journey, obstacle, pathTo, stationOn, suggested } from "./path.js";
+import { useStillness } from "./size.js";
+import { decimals, digits, type Say, useSay } from "./speech.js";
+import type { Vec3 } from "./vector.js";
+
+/** A weld as it is set up: from the pose at A to B, at a speed (m/s), with limits for turns (rad/s) and slides (m/s). */
+export interface Weld {
+  readonly from: Pose;
+  readonly target: Vec3;
+  readonly speed: number;
+  readonly turns: number;
+  readonly slides: number;
+}
+
+export function firstWeld(arm: Arm, pose: Pose, reach: number): Weld {
+  const target = obstacle(arm) ? stateAt(arm, pose).point : suggested(arm, pose, reach, false);
+  return { from: pose, target, speed: 0.1, turns: 0.6, slides: 0.3 };
+}
+
+export function limitsOf(arm: Arm, { turns, slides }: Weld): number[] {
+  return arm.joints.map(({ kind }) => (kind === "R" ? turns : slides));
+}
+
+export interface WeldProps {
+  readonly arm: Arm;
+  readonly pose: Pose;
+  readonly reach: number;
+  readonly weld: Weld;
+  readonly journey: Journey;
+  readonly place: number;
+  readonly onWeld: (weld: Weld) => void;
+  readonly onPlace: (s: number) => void;
+}
+
+const STEPS = 20;
+
+export function Welding(props: WeldProps): JSX.Element {
+  const { arm, pose, reach, weld, journey, place, onWeld, onPlace } = props;
+  const say = useSay();
+  const still = useStillness();
+  const end = journey.stations.at(-1)!.s;
+  const [playing, setPlaying] = useClock(place, end, weld.speed, onPlace);
+  const limits = limitsOf(arm, weld);
+  const station = useMemo(() => stationOn(journey, place), [journey, place]);
+  const set = (part: Partial<Weld>): void => {
+    setPlaying(false);
+    onWeld({ ...weld, ...part });
+  };
+  const step = (): void =>
+    onPlace(place >= end - 1e-9 ? 0 : Math.min(end, place + journey.path.length / STEPS));
+  const play = (): void => {
+    if (place >= end - 1e-9) onPlace(0);
+    setPlaying(!playing);
+  };
+  const suggest = (regular: boolean): void =>
+    set({ from: pose, target: suggested(arm, pose, reach, regular) });
+  const slides = arm.joints.some(({ kind }) => kind === "P");
+  return (
+    <section class="arm-weld" aria-label={say("arm.weld.title")}>
+      <div>
+        <p class="arm-hint">{say("arm.weld.task")}</p>
+        <div class="arm-row">
+          <button type="button" onClick={() => set({ from: pose })}>
+            {say("arm.weld.here")}
+          </button>
+          <button type="button" onClick={() => suggest(true)}>
+            {say("arm.weld.regular")}
+          </button>
+          <button type="button" onClick={() => suggest(false)}>
+            {say("arm.weld.singular")}
+          </button>
+        </div>
+        <div class="arm-row">
+          {arm.task
+            .filter((row) => row < 3)
+            .map((row) => (
+              <Field
+                key={row}
+                label={`B${"xyz"[row]}`}
+                say={say("arm.weld.target", { axis: "xyz"[row]! })}
+                unit="m"
+                value={weld.target[row]!}
+                step={0.01}
+                onSet={(value) =>
+                  set({ target: weld.target.map((old, k) => (k === row ? value : old)) as unknown as Vec3 })
+                }
+              />
+            ))}
+          <Field
+            label="v"
+            say={say("arm.weld.speed")}
+            unit="m/s"
+            value={weld.speed}
+            step={0.01}
+            least={0.01}
+            most={2}
+            onSet={(speed) => set({ speed })}
+          />
+          <Field
+            label="|θ̇|"
+            say={say("arm.weld.turns")}
+            unit="rad/s"
+            value={weld.turns}
+            step={0.1}
+            least={0.1}
+            most={20}
+            onSet={(turns) => set({ turns })}
+          />
+          {slides && (
+            <Field
+              label="|ḋ|"
+              say={say("arm.weld.slides")}
+              unit="m/s"
+              value={weld.slides}
+              step={0.05}
+              least={0.05}
+              most={10}
+              onSet={(value) => set({ slides: value })}
+            />
+          )}
+        </div>
+        <div class="arm-play">
+          <button type="button" class="arm-main" disabled={end <= 0} onClick={still ? step : play}>
+            {say(still ? "arm.weld.step" : playing ? "arm.weld.pause" : "arm.weld.play")}
+          </button>
+          <input
+            type="range"
+            min={0}
+            max={end}
+            step={end / 200 || 1}
+            value={place}
+            aria-label={say("arm.weld.place")}
+            aria-valuetext={say("arm.weld.at", {
+              s: decimals(place, 3),
+              time: decimals(place / weld.speed, 2),
+            })}
+            onInput={(event) => {
+              setPlaying(false);
+              onPlace(Number(event.currentTarget.value));
+            }}
+          />
+          <output>
+            {say("arm.weld.at", { s: decimals(place, 3), time: decimals(place / weld.speed, 2) })}
+          </output>
+        </div>
+        <table class="arm-rates">
+          <caption>{say("arm.weld.rates")}</caption>
+          <tbody>
+            {arm.joints.map(({ kind, name }, i) => {
+              const rate = station.slopes[i]! * weld.speed;
+              const over = Math.abs(rate) > limits[i]!;
+              return (
+                <tr key={name} class={over ? "arm-over" : ""}>
+                  <th scope="row" class={`arm-j${(i % 7) + 1}`}>
+                    <Letters name={name} dot />
+                  </th>
+                  <td>
+                    {say(kind === "R" ? "arm.weld.rate-turn" : "arm.weld.rate-slide", { rate: digits(rate) })}
+                  </td>
+                  <td>
+                    {say(over ? "arm.weld.over" : "arm.weld.within", {
+                      percent: Math.round((100 * Math.abs(rate)) / limits[i]!),
+                    })}
+                  </td>
+                </tr>
+              );
+            })}
+          </tbody>
+        </table>
+      </div>
+      <div>
+        <Chart arm={arm} journey={journey} speed={weld.speed} limits={limits} time={place / weld.speed} />
+        <p class="arm-verdict" role="status">
+          {verdict(arm, journey, weld, say)}
+        </p>
+      </div>
+    </section>
+  );
+}
+
+/** How the journey goes, in words: whether it arrives, and which joints exceed their limits from where on. */
+export function verdict(arm: Arm, journey: Journey, weld: Weld, say: Say): string {
+  const limits = limitsOf(arm, weld);
+  const end = journey.stations.at(-1)!.s;
+  const said = [
+    journey.path.length === 0
+      ? say("arm.weld.no-way")
+      : journey.arrives
+        ? say("arm.weld.arrives", { length: decimals(end, 3), time: decimals(end / weld.speed, 1) })
+        : say("arm.weld.stops", { s: decimals(end, 3), length: decimals(journey.path.length, 3) }),
+  ];
+  crossings(journey, weld.speed, limits).forEach((s, i) => {
+    if (s === null) return;
+    const values = { joint: plainLetters(arm.joints[i]!.name), s: decimals(s, 3), limit: limits[i]! };
+    said.push(say(arm.joints[i]!.kind === "R" ? "arm.weld.exceeds-turn" : "arm.weld.exceeds-slide", values));
+  });
+  if (said.length === 1 && journey.path.length > 0) said.push(say("arm.weld.keeps"));
+  return said.join(" ");
+}
+
+/** Time running along the path, a frame at a time, until its end. */
+function useClock(
+  place: number,
+  end: number,
+  speed: number,
+  onPlace: (s: number) => void,
+): [boolean, (on: boolean) => void] {
+  const [playing, setPlaying] = useState(false);
+  const now = useRef(place);
+  now.current = place;
+  useEffect(() => {
+    if (!playing) return;
+    let last = performance.now();
+    let request = requestAnimationFrame(function tick(time) {
+      const s = Math.min(end, now.current + (Math.max(0, time - last) / 1000) * speed);
+      last = time;
+      onPlace(s);
+      if (s >= end) setPlaying(false);
+      else request = requestAnimationFrame(tick);
+    });
+    return () => cancelAnimationFrame(request);
+  }, [playing, end, speed]);
+  return [playing, setPlaying];
+}
+
+export function journeyOf(arm: Arm, weld: Weld): Journey {
+  return follow(arm, weld.from, pathTo(arm, weld.from, weld.target));
+}

@@ -1,0 +1,65 @@
+// The arm in words: pose, where the point is, the determinant, and how near to a singularity it is.
+
+import { type Kind, kindAt, kindIsSure } from "./classify.js";
+import { plainLetters } from "./letters.js";
+import { lostDirection } from "./lost.js";
+import { type Arm, type Measures, measuresOf, type State } from "./model.js";
+import { decimals, degrees, digits, type Say } from "./speech.js";
+
+export type Nearness = "regular" | "near" | "singular";
+
+/** How near to a singularity: singular where the least singular value is next to nothing beside the largest. */
+export function nearness({ ratio }: Measures): Nearness {
+  return ratio < 0.004 ? "singular" : ratio < 0.08 ? "near" : "regular";
+}
+
+/** The kind of a pose that is all but singular; null where it is regular or the kind can't be established. */
+export function kindHere(arm: Arm, state: State): Exclude<Kind, "regular"> | null {
+  if (nearness(measuresOf(state)) !== "singular" || !kindIsSure(arm)) return null;
+  const kind = kindAt(arm, state.pose, 0.005);
+  return kind === "regular" ? null : kind;
+}
+
+/** Pose, point, determinant and nearness, in sentences. */
+export function inWords(arm: Arm, state: State, say: Say): string {
+  return [poseInWords(arm, state, say), pointInWords(state, say), singularityInWords(arm, state, say)].join(
+    " ",
+  );
+}
+
+export function poseInWords(arm: Arm, { pose }: State, say: Say): string {
+  const joints = arm.joints.map(({ kind, name }, i) =>
+    say(kind === "R" ? "arm.words.turned" : "arm.words.slid", {
+      joint: plainLetters(name),
+      value: kind === "R" ? degrees(pose[i]!) : decimals(pose[i]!, 3),
+    }),
+  );
+  return say("arm.words.pose", { joints: joints.join(", ") });
+}
+
+export function pointInWords({ point }: State, say: Say): string {
+  const [x, y, z] = point.map((value) => decimals(value, 3)) as [number, number, number];
+  return say("arm.words.point", { x, y, z });
+}
+
+export function singularityInWords(arm: Arm, state: State, say: Say): string {
+  const measures = measuresOf(state);
+  const { det, volume, least, ratio } = measures;
+  const percent = decimals(100 * ratio, 1);
+  const size =
+    det === null
+      ? say("arm.words.volume", { value: digits(volume) })
+      : say("arm.words.det", { value: digits(det) });
+  const how = nearness(measures);
+  const said = [size, say("arm.words.sigma", { least: digits(least), percent }), say(`arm.words.${how}`)];
+  if (how === "singular") {
+    const kind = kindHere(arm, state);
+    if (kind) said.push(say(`arm.words.${kind}`));
+  }
+  const lost = how === "regular" ? null : lostDirection(arm, state);
+  if (lost) {
+    const [x, y, z] = lost.map((value) => decimals(value, 2)) as [number, number, number];
+    said.push(say(how === "near" ? "arm.words.slow" : "arm.words.lost", { x, y, z }));
+  }
+  return said.join(" ");
+}

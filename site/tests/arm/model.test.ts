@@ -1,0 +1,146 @@
+// The arm in numbers against finite differences, closed forms and known singular values.
+
+import { describe, expect, it } from "vitest";
+
+import { armOf, measuresOf, pStar, signedVolume, stateAt } from "../../src/arm/model.js";
+import { evenNumbers, randomPoses } from "../../src/arm/random.js";
+import { firstPose, rangeOf, within } from "../../src/arm/ranges.js";
+import { leastSquares, right, singularValues } from "../../src/arm/svd.js";
+import { add, dot, norm, subtract, times, transposed } from "../../src/arm/vector.js";
+import { flatPlane } from "../../src/arm/view.js";
+import { ELBOW, PLAIN, ROBOTS, SIX } from "./robots.js";
+
+const ALL = { ...ROBOTS, PLAIN, ELBOW, SIX };
+
+describe.each(Object.entries(ALL))("the Jacobian of %s", (_, robot) => {
+  const arm = armOf(robot);
+
+  it("equals finite differences of the position and turns with the axes", () => {
+    for (const pose of randomPoses(20, arm.joints.length, 4)) {
+      const { jacobian } = stateAt(arm, pose);
+      const step = 1e-6;
+      arm.joints.forEach((joint, i) => {
+        const [ahead, behind] = [1, -1].map((side) =>
+          stateAt(
+            arm,
+            pose.map((value, k) => (k === i ? value + side * step : value)),
+          ),
+        );
+        const moved = subtract(ahead!.point, behind!.point);
+        moved.forEach((value, row) => expect(jacobian[row]![i]).toBeCloseTo(value / (2 * step), 6));
+        const [x0, x1] = [behind!.frames.at(-1)!.x, ahead!.frames.at(-1)!.x];
+        const turned = [3, 4, 5].map((row) => jacobian[row]![i]!);
+        const rate = subtract(x1, x0).map((value) => value / (2 * step));
+        const [wx, wy, wz] = turned as [number, number, number];
+        const x = stateAt(arm, pose).frames.at(-1)!.x;
+        expect(rate[0]).toBeCloseTo(wy * x[2] - wz * x[1], 6);
+        expect(rate[1]).toBeCloseTo(wz * x[0] - wx * x[2], 6);
+        expect(joint.kind === "P" ? norm(turned) : norm(turned) - 1).toBeCloseTo(0, 9);
+      });
+    }
+  });
+
+  it("has p* from every origin to the point", () => {
+    const state = stateAt(arm, randomPoses(1, arm.joints.length, 2)[0]!);
+    pStar(arm, state).forEach((p, i) =>
+      expect(norm(subtract(add(state.frames[i]!.o, p), state.point))).toBeCloseTo(0),
+    );
+  });
+
+  it("starts away from singularities, within its ranges", () => {
+    const pose = firstPose(arm);
+    pose.forEach((value, i) => expect(within(arm, i, value)).toBeCloseTo(value, 9));
+    expect(measuresOf(stateAt(arm, pose)).ratio).toBeGreaterThan(0.05);
+  });
+});
+
+describe("determinants", () => {
+  it("of the planar 2R arm are a1 a2 sin(theta2)", () => {
+    const arm = armOf(PLAIN);
+    for (const pose of randomPoses(30, 2, 9)) {
+      expect(measuresOf(stateAt(arm, pose)).det).toBeCloseTo(0.5 * 0.4 * Math.sin(pose[1]!), 12);
+    }
+  });
+
+  it("of the sample with its bend are what its table says", () => {
+    const arm = armOf(ROBOTS["planar-2r"]!);
+    const [a1, bend, reach] = [0.47, Math.atan2(0.18, 0.47), Math.hypot(0.47, 0.18)];
+    for (const [t1, t2] of randomPoses(10, 2, 3)) {
+      const det = measuresOf(stateAt(arm, [t1!, t2!])).det!;
+      expect(Math.abs(det)).toBeCloseTo(Math.abs(a1 * reach * Math.sin(t2! + Math.PI + bend)), 9);
+    }
+  });
+
+  it("are products of singular values where J is not square", () => {
+    const arm = armOf(ROBOTS["planar-3r"]!);
+    for (const pose of randomPoses(10, 3, 3)) {
+      const { counted } = stateAt(arm, pose);
+      const gram = counted.map((row) => counted.map((other) => dot(row, other)));
+      const area = Math.sqrt(gram[0]![0]! * gram[1]![1]! - gram[0]![1]! ** 2);
+      expect(signedVolume(arm, pose)).toBeCloseTo(area, 10);
+      expect(measuresOf(stateAt(arm, pose)).det).toBeNull();
+    }
+  });
+});
+
+describe("singular values", () => {
+  it("are known for small matrices", () => {
+    expect(
+      singularValues([
+        [3, 0],
+        [0, -2],
+      ]),
+    ).toEqual([3, 2]);
+    const [a, b] = singularValues([
+      [1, 1],
+      [0, 1],
+    ]);
+    expect(a).toBeCloseTo((1 + Math.sqrt(5)) / 2, 14);
+    expect(b).toBeCloseTo((Math.sqrt(5) - 1) / 2, 14);
+    expect(
+      singularValues([
+        [1, 2],
+        [2, 4],
+      ])[1],
+    ).toBeLessThan(1e-15);
+    expect(singularValues([[3, 4, 0]])).toEqual([5]);
+  });
+
+  it("come with vectors that A stretches by them, and with a null space", () => {
+    const next = evenNumbers(8);
+    const a = Array.from({ length: 3 }, () => Array.from({ length: 5 }, () => next() - 0.5));
+    const { sigma, v } = right(a);
+    v.forEach((vector, k) => {
+      expect(norm(times(a, vector))).toBeCloseTo(k < 3 ? sigma[k]! : 0, 12);
+      v.forEach((other, j) => expect(dot(vector, other)).toBeCloseTo(j === k ? 1 : 0, 12));
+    });
+    const left = right(transposed(a)).sigma;
+    left.forEach((value, k) => expect(value).toBeCloseTo(sigma[k]!, 12));
+  });
+
+  it("solve for the shortest x", () => {
+    expect(leastSquares([[1, 1]], [2])).toEqual([expect.closeTo(1, 12), expect.closeTo(1, 12)]);
+    expect(
+      leastSquares(
+        [
+          [2, 0],
+          [0, 4],
+        ],
+        [2, 2],
+      ),
+    ).toEqual([1, 0.5]);
+  });
+});
+
+describe("what is drawn", () => {
+  it("is flat for planar arms", () => {
+    const planes = Object.values(ALL).map((robot) => flatPlane(armOf(robot)));
+    expect(planes).toEqual(["z", "z", null, null, "z", null, null]);
+  });
+
+  it("has slides with ends and turns that go round", () => {
+    const arm = armOf(ROBOTS["scara"]!);
+    expect(within(arm, 0, 4)).toBeCloseTo(4 - 2 * Math.PI);
+    expect(within(arm, 2, 40)).toBe(rangeOf(arm, 2).high);
+  });
+});

@@ -1,0 +1,76 @@
+// @vitest-environment happy-dom
+// The whole panel on a page: sliders move the arm, a told pose is drawn, words follow.
+
+import { h, render } from "preact";
+import { act } from "preact/test-utils";
+import { beforeEach, describe, expect, it, vi } from "vitest";
+
+import { Arm, type NamedPose } from "../../src/arm/panel.js";
+import { PLAIN } from "./robots.js";
+
+const symbols = {};
+
+function show(props: { pose?: NamedPose; onPose?: (pose: NamedPose) => void }): void {
+  void act(() => render(h(Arm, { robot: PLAIN, symbols, ...props }), document.body));
+}
+
+function numbers(): string[] {
+  return [...document.querySelectorAll<HTMLInputElement>(".arm-joint-row input[type=number]")].map(
+    (i) => i.value,
+  );
+}
+
+describe("the panel", () => {
+  beforeEach(() => {
+    render(null, document.body);
+  });
+
+  it("draws a pose that it is told, and the next one", () => {
+    show({ pose: { theta1: Math.PI / 6, theta2: 1, a1: 3 } });
+    expect(numbers()).toEqual(["30", "57.3"]);
+    show({ pose: { theta1: 0, theta2: -Math.PI / 2 } });
+    expect(numbers()).toEqual(["0", "-90"]);
+    expect(document.querySelector(".arm-figures")?.textContent).toContain("−0.2");
+  });
+
+  it("tells where its sliders lead", () => {
+    const onPose = vi.fn();
+    show({ pose: { theta1: 0, theta2: 1 }, onPose });
+    const slider = document.querySelector<HTMLInputElement>("input[type=range]")!;
+    slider.value = "45";
+    void act(() => {
+      slider.dispatchEvent(new Event("input", { bubbles: true }));
+    });
+    expect(onPose).toHaveBeenCalledOnce();
+    expect(onPose.mock.calls[0]![0].theta1).toBeCloseTo(Math.PI / 4);
+    expect(onPose.mock.calls[0]![0].theta2).toBeCloseTo(1);
+  });
+
+  it("moves by keys on the drawing and on the map", () => {
+    show({ pose: { theta1: 0, theta2: 1 } });
+    const press = (element: string, key: string): void => {
+      const event = new KeyboardEvent("keydown", { key, bubbles: true });
+      void act(() => {
+        document.querySelector(element)!.dispatchEvent(event);
+      });
+    };
+    press(".arm-box", "ArrowRight");
+    expect(numbers()).toEqual(["2", "57.3"]);
+    press(".arm-box", "2");
+    press(".arm-box", "ArrowLeft");
+    expect(numbers()).toEqual(["2", "55.3"]);
+    press(".arm-map-frame", "ArrowUp");
+    expect(numbers()).toEqual(["2", "57.3"]);
+  });
+
+  it("labels everything that can be used", () => {
+    show({});
+    for (const input of document.querySelectorAll("input, select")) {
+      expect(input.getAttribute("aria-label") ?? input.closest("label")?.textContent).toBeTruthy();
+    }
+    for (const one of document.querySelectorAll("[role=application]")) {
+      expect(one.getAttribute("tabindex")).toBe("0");
+      expect(one.getAttribute("aria-label")).toBeTruthy();
+    }
+  });
+});

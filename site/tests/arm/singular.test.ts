@@ -1,0 +1,102 @@
+// Singular sets on a map: where the lines run, and which of them are boundaries.
+
+import { describe, expect, it } from "vitest";
+
+import { kindAt, kindIsSure } from "../../src/arm/classify.js";
+import { armOf, measuresOf, signedVolume, stateAt } from "../../src/arm/model.js";
+import { gridOf, type Spot, stretches, touches, zeroLines } from "../../src/arm/zeros.js";
+import { ELBOW, PLAIN, ROBOTS, SIX } from "./robots.js";
+
+const CIRCLE: Spot = [-Math.PI, Math.PI];
+
+describe("the planar 2R arm", () => {
+  const arm = armOf(PLAIN);
+  const value = (u: number, v: number): number => signedVolume(arm, [u, v]);
+
+  it("is singular on theta2 = 0 and pi, where its point is at the boundary", () => {
+    const lines = zeroLines(gridOf(CIRCLE, [-1, 5], 36, value), value);
+    expect(lines).toHaveLength(2);
+    const levels = lines.map((line) => line[0]![1]).sort((a, b) => a - b);
+    expect(levels[0]).toBeCloseTo(0, 9);
+    expect(levels[1]).toBeCloseTo(Math.PI, 9);
+    for (const line of lines) {
+      for (const [, v] of line) expect(Math.abs(v - line[0]![1])).toBeLessThan(1e-9);
+      expect(line.length).toBeGreaterThanOrEqual(37);
+      const found = stretches(line, 9, ([u, v]) => kindAt(arm, [u, v]));
+      expect(found.map(({ kind }) => kind)).toEqual(["boundary"]);
+    }
+  });
+
+  it("is regular elsewhere", () => {
+    expect(kindAt(arm, [0.3, 0.7])).toBe("regular");
+    expect(kindIsSure(arm)).toBe(true);
+  });
+
+  it("with equal links passes its base: folded back is internal no more than the hole is gone", () => {
+    const even = armOf({ ...PLAIN, values: { a1: 0.4, a2: 0.4 } });
+    expect(kindAt(even, [0.4, 0])).toBe("boundary");
+    expect(kindAt(even, [0.4, Math.PI])).toBe("internal");
+  });
+});
+
+describe("the elbow", () => {
+  const arm = armOf(ELBOW);
+  const onAxis = [0.3, Math.PI / 2 + 0.4, -Math.atan2(0.5 * Math.sin(0.4), 0)];
+
+  it("is stretched out at the boundary", () => {
+    expect(kindAt(arm, [0.3, 0.7, 0])).toBe("boundary");
+    expect(kindAt(arm, [0.3, 0.7, Math.PI])).toBe("boundary");
+  });
+
+  it("has the shoulder singularity inside", () => {
+    // P on the first axis: 0.5 cos(theta2) + 0.4 cos(theta2 + theta3) = 0.
+    const theta2 = 1.2;
+    const sum = Math.acos((-0.5 * Math.cos(theta2)) / 0.4);
+    const pose = [onAxis[0]!, theta2, sum - theta2];
+    expect(measuresOf(stateAt(arm, pose)).ratio).toBeLessThan(1e-12);
+    expect(kindAt(arm, pose)).toBe("internal");
+  });
+
+  it("shows both kinds on the map of theta2 and theta3", () => {
+    const value = (u: number, v: number): number => signedVolume(arm, [0, u, v]);
+    const lines = zeroLines(gridOf(CIRCLE, [-3, 3.3], 40, value), value);
+    const kinds = lines
+      .flatMap((line) => stretches(line, 8, ([u, v]) => kindAt(arm, [0, u, v])))
+      .map(({ kind }) => kind);
+    expect(new Set(kinds)).toEqual(new Set(["boundary", "internal"]));
+  });
+});
+
+describe("an arm of six with a wrist", () => {
+  const arm = armOf(SIX);
+
+  it("has its wrist singularity inside, and the boundary where the wrist centre is at the boundary", () => {
+    expect(kindIsSure(arm)).toBe(true);
+    expect(kindAt(arm, [0.2, 0.5, 0.6, 0.7, 0, 0.3])).toBe("internal");
+    expect(kindAt(arm, [0.2, 0.5, 0.6, 0.7, 0.4, 0.3])).toBe("regular");
+    expect(kindAt(arm, [0.2, 0.5, Math.PI / 2, 0.7, 0.4, 0.3])).toBe("boundary");
+  });
+});
+
+describe("arms with joints to spare", () => {
+  const arm = armOf(ROBOTS["planar-3r"]!);
+
+  it("have singular spots, not lines", () => {
+    const value = (u: number, v: number): number => signedVolume(arm, [0.3, u, v]);
+    const grid = gridOf(CIRCLE, CIRCLE, 48, value);
+    expect(zeroLines(grid, value)).toEqual([]);
+    const spots = touches(grid, value, 1e-6);
+    expect(spots.length).toBeGreaterThanOrEqual(4);
+    for (const [u, v] of spots) expect(measuresOf(stateAt(arm, [0.3, u, v])).ratio).toBeLessThan(1e-4);
+    const kinds = spots.map(([u, v]) => kindAt(arm, [0.3, u, v], 1e-4));
+    expect(kinds).toContain("boundary");
+  });
+});
+
+describe("the SCARA arm", () => {
+  it("is singular where its elbow is straight, at the boundary", () => {
+    const arm = armOf(ROBOTS["scara"]!);
+    expect(kindIsSure(arm)).toBe(true);
+    expect(kindAt(arm, [0.3, -Math.PI / 4, 0.3, 0.2])).toBe("boundary");
+  });
+});

@@ -1,0 +1,62 @@
+// The arm in words: what is told of a regular pose, near a singularity, and at one.
+
+import { describe, expect, it } from "vitest";
+
+import { plainLetters } from "../../src/arm/letters.js";
+import { armOf, measuresOf, stateAt } from "../../src/arm/model.js";
+import { sayIn } from "../../src/arm/speech.js";
+import { inWords, kindHere, nearness } from "../../src/arm/words.js";
+import { ENGLISH } from "../../src/text/text.js";
+import { PLAIN, ROBOTS } from "./robots.js";
+
+const say = sayIn(ENGLISH);
+
+describe("the planar arm in words", () => {
+  const arm = armOf(PLAIN);
+  const told = (pose: number[]): string => inWords(arm, stateAt(arm, pose), say);
+
+  it("is told by pose, point and determinant", () => {
+    expect(told([Math.PI / 6, -Math.PI / 2])).toBe(
+      "Joints: θ1 30 degrees, θ2 −90 degrees. The point P is at x 0.633, y −0.096, z 0 metres. " +
+        "The determinant of J is −0.2. The smallest singular value is 0.286, 41 percent of the largest. " +
+        "Away from singularities.",
+    );
+  });
+
+  it("is slow near a singularity, along the direction that will be lost", () => {
+    const text = told([0, 0.08]);
+    expect(text).toContain("Near a singularity.");
+    expect(text).toMatch(/slowest along \(−?1, −?0\.0\d, 0\)|slowest along \(−?0\.9\d, −?0\.\d+, 0\)/);
+  });
+
+  it("says that the boundary is reached", () => {
+    const state = stateAt(arm, [0.5, 0]);
+    expect(nearness(measuresOf(state))).toBe("singular");
+    expect(kindHere(arm, state)).toBe("boundary");
+    expect(inWords(arm, state, say)).toContain(
+      "At the boundary of what the arm reaches. The point can't be moved",
+    );
+  });
+});
+
+describe("other arms in words", () => {
+  it("have no determinant where J is not square", () => {
+    const arm = armOf(ROBOTS["planar-3r"]!);
+    expect(inWords(arm, stateAt(arm, [0.3, 0.4, 0.5]), say)).toContain("J is not square");
+  });
+
+  it("slide by metres", () => {
+    const arm = armOf(ROBOTS["scara"]!);
+    expect(inWords(arm, stateAt(arm, [0, 0, 0.25, 0]), say)).toContain("d3 0.25 metres");
+  });
+
+  it("call their symbols by their letters", () => {
+    expect(["theta12", "d3", "p*0", "P", "sigma_min"].map(plainLetters)).toEqual([
+      "θ12",
+      "d3",
+      "p*0",
+      "P",
+      "σmin",
+    ]);
+  });
+});
