@@ -54,7 +54,7 @@ function Single({ problem, part, onAnswer, onCheck }: Field) {
       />
       {unit ? <span class="unit">{unit}</span> : null}
       {set ? <p class="help">{said(message("answer.set-help"))}</p> : null}
-      <Symbols problem={problem} onSymbol={(name) => change(text + name)} />
+      <Symbols problem={problem} part={part} onSymbol={(name) => change(text + name)} />
       <Preview text={text} problem={problem} />
     </div>
   );
@@ -108,6 +108,7 @@ function Entries({
       {part.key.type === "numbers" ? null : (
         <Symbols
           problem={problem}
+          part={part}
           onSymbol={(name) => change(last.current, (entries[last.current] ?? "") + name)}
         />
       )}
@@ -164,8 +165,19 @@ function Toggle({ text, onToggle }: { text: string; onToggle: () => void }) {
   );
 }
 
-function Symbols({ problem, onSymbol }: { problem: Problem; onSymbol: (name: string) => void }) {
-  const names = Object.entries(problem.symbols).filter(([, info]) => info.value === undefined);
+function Symbols({
+  problem,
+  part,
+  onSymbol,
+}: Pick<Field, "problem" | "part"> & { onSymbol: (name: string) => void }) {
+  // Joints and lengths always; rates, velocities and forces where the question speaks of them.
+  const names = Object.entries(problem.symbols).filter(
+    ([name, { role, latex, value }]) =>
+      value === undefined &&
+      (["joint", "length", "angle"].includes(role) ||
+        part.prompt.includes(latex) ||
+        part.prompt.includes(`>${name}<`)),
+  );
   return (
     <div class="symbols" role="group" aria-label={said(message("answer.symbols"))}>
       {names.map(([name, info]) => (

@@ -1,13 +1,9 @@
 // What is said of an answer: the verdict, where it differs, the mistake, the pose.
 
 import type { JSX } from "preact";
-import { lazy, Suspense } from "preact/compat";
-
 import type { Problem } from "../bank.js";
 import type { At, Verdict } from "../grade/verdict.js";
 import { message, said } from "../text/text.js";
-
-const Arm = lazy(() => import("../arm/panel.js").then(({ Arm }) => Arm));
 
 const TITLES = {
   correct: "practice.right",
@@ -34,12 +30,9 @@ export function Feedback({ problem, verdict }: { problem: Problem; verdict: Verd
         <Marks entries={verdict.entries} />
       ) : null}
       {pose ? (
-        <details class="pose" open>
-          <summary>{said(message("practice.pose"))}</summary>
-          <Suspense fallback={<p role="status">{said(message("practice.loading"))}</p>}>
-            <Arm robot={problem.robot} symbols={problem.symbols} pose={pose} />
-          </Suspense>
-        </details>
+        <p>
+          <a href="#arm">{said(message("practice.pose"))}</a>
+        </p>
       ) : null}
     </section>
   );
@@ -68,7 +61,7 @@ function Marks({ entries }: { entries: readonly (readonly boolean[])[] }) {
 }
 
 /** The joint values at which an answer differs, where all joints are told. */
-function poseOf(problem: Problem, { at }: Verdict): At | null {
+export function poseOf(problem: Problem, { at }: Verdict): At | undefined {
   const joints = problem.robot.joints.map((joint, i) => `${joint.kind === "R" ? "theta" : "d"}${i + 1}`);
-  return at && joints.every((joint) => at[joint] !== undefined) ? at : null;
+  return at && joints.every((joint) => at[joint] !== undefined) ? at : undefined;
 }

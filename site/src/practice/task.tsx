@@ -12,7 +12,7 @@ import { loadSolutions } from "../load.js";
 import { message, said } from "../text/text.js";
 import { Answer } from "./answer.js";
 import type { Item } from "./choice.js";
-import { Feedback } from "./feedback.js";
+import { Feedback, poseOf } from "./feedback.js";
 import { Html } from "./math.js";
 
 const Arm = lazy(() => import("../arm/panel.js").then(({ Arm }) => Arm));
@@ -47,9 +47,6 @@ export function Task({ item, problem, part, onVerdict, onNext }: TaskProps): JSX
           <summary>{said(message("practice.given"))}</summary>
           <Html html={problem.statement} class="statement" />
         </details>
-        <Suspense fallback={<p role="status">{said(message("practice.loading"))}</p>}>
-          <Arm robot={problem.robot} symbols={problem.symbols} />
-        </Suspense>
       </div>
       <div class="asked">
         <h2>{part.title}</h2>
@@ -74,6 +71,16 @@ export function Task({ item, problem, part, onVerdict, onNext }: TaskProps): JSX
         {verdict ? <Feedback problem={problem} verdict={verdict} /> : null}
         <Help item={item} part={part} solved={verdict?.outcome === "correct"} />
       </div>
+      <section class="whole" id="arm" aria-label={said(message("practice.move"))}>
+        <h2>{said(message("practice.move"))}</h2>
+        <Suspense fallback={<p role="status">{said(message("practice.loading"))}</p>}>
+          <Arm
+            robot={problem.robot}
+            symbols={problem.symbols}
+            pose={verdict ? poseOf(problem, verdict) : undefined}
+          />
+        </Suspense>
+      </section>
     </article>
   );
 }
@@ -84,12 +91,20 @@ function promptOf(part: Part): string {
   return part.prompt.replace(/<ul>\s*<li>\s*(?:<p>)?<strong>A\.<\/strong>[\s\S]*?<\/ul>/, "");
 }
 
+/** Tells of poses of a problem's arm whether they are singular; lengths have the values that go with the pose. */
 function singularIn(problem: Problem): (at: At) => boolean {
+  const names = armOf(problem.robot).joints.map(({ name }) => name);
   return (at) => {
-    const robot = { ...problem.robot, values: { ...problem.robot.values, ...at } };
-    const arm = armOf(robot);
-    const pose = arm.joints.map((joint) => at[joint.name] ?? 0);
-    return measuresOf(stateAt(arm, pose)).ratio < SINGULAR;
+    const lengths = Object.fromEntries(Object.entries(at).filter(([name]) => !names.includes(name)));
+    const arm = armOf({ ...problem.robot, values: { ...problem.robot.values, ...lengths } });
+    return (
+      measuresOf(
+        stateAt(
+          arm,
+          names.map((name) => at[name] ?? 0),
+        ),
+      ).ratio < SINGULAR
+    );
   };
 }
 
