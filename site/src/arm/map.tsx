@@ -73,6 +73,7 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
     return onSchemeChange(paint);
   }, [terrain]);
 
+  const crowded = kinds.length > 16; // spots that make up a line
   const [x, y] = px(here);
   const name =
     shown === "least"
@@ -152,7 +153,7 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
                   class={`arm-zero-spot arm-${kind}`}
                   cx={px(spots[0]!)[0]}
                   cy={px(spots[0]!)[1]}
-                  r={4.5}
+                  r={crowded ? 2.2 : 4.5}
                 />
               ),
             )}
