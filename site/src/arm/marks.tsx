@@ -22,7 +22,7 @@ export interface Layers {
 export const LAYERS = ["frames", "vectors", "columns", "ellipse"] as const;
 
 /** Metres on the drawing for one m/s, less for a small arm. */
-const BY_SPEED = 0.4;
+const BY_SPEED = 0.32;
 /** Length of the axes of a frame in pixels. */
 function axisOf({ width, height }: View): number {
   return Math.min(44, 0.105 * Math.min(width, height));
