@@ -79,7 +79,7 @@ export function viewOf(arm: Arm, extent: Extent, width: number, height: number, 
   const scale = Math.min(width / (2.1 * around + 1e-9), height / tall) * orbit.zoom;
   return {
     ...axonometric(orbit),
-    scale: (arm.task.every((row) => row > 2) ? 0.66 : 0.94) * scale,
+    scale: (arm.task.every((row) => row > 2) ? 0.7 : 1) * scale,
     centre: along(o, z, (above - down) / 2),
     width,
     height,

@@ -97,6 +97,11 @@ export const en = {
   "arm.hint.point":
     "Drag a link or the point P. Keys: arrows move the point P, 1, 2, … choose a joint; with Shift in larger steps.",
   "arm.hint.space": "Drag beside the arm to look from elsewhere (keys A D W S, + −, 0).",
+  "arm.view.up": "Look from higher up",
+  "arm.view.down": "Look from lower down",
+  "arm.view.nearer": "Nearer",
+  "arm.view.further": "Further away",
+  "arm.view.first": "First view",
   "arm.joints": "Joints",
   "arm.joint.turn": "Joint angle {joint}",
   "arm.joint.slide": "Joint distance {joint}",
