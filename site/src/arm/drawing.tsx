@@ -156,6 +156,9 @@ export function Drawing(props: DrawingProps): JSX.Element {
           />
           {target && <Target at={pixel(view, target.at)} onDown={(event) => hold(event, () => "target")} />}
         </svg>
+        {!flat && (
+          <ViewButtons onKey={(key) => setOrbit(TURNS[key] ? turned(orbit, ...TURNS[key]) : FIRST_ORBIT)} />
+        )}
       </div>
       <p class="arm-hint">
         {chosen < 0
@@ -194,6 +197,32 @@ function turned(orbit: Orbit, about: number, up: number, nearer: number): Orbit 
 
 function shifted(place: Vec3, by: Vec3): Vec3 {
   return [place[0] + by[0], place[1] + by[1], place[2] + by[2]];
+}
+
+/** Looking from elsewhere without keys: what fingers can't do by dragging, since a page is scrolled that way. */
+function ViewButtons({ onKey }: { readonly onKey: (key: string) => void }): JSX.Element {
+  const say = useSay();
+  return (
+    <div
+      class="arm-view"
+      onPointerDown={(event) => event.stopPropagation()}
+      onKeyDown={(event) => event.stopPropagation()}
+    >
+      {(
+        [
+          ["w", "↑", "arm.view.up"],
+          ["s", "↓", "arm.view.down"],
+          ["+", "+", "arm.view.nearer"],
+          ["-", "−", "arm.view.further"],
+          ["0", "⟲", "arm.view.first"],
+        ] as const
+      ).map(([key, sign, text]) => (
+        <button key={key} type="button" aria-label={say(text)} title={say(text)} onClick={() => onKey(key)}>
+          {sign}
+        </button>
+      ))}
+    </div>
+  );
 }
 
 interface Grip {

@@ -5,7 +5,7 @@ import type { JSX } from "preact";
 import { Letters } from "./letters.js";
 import type { Arm, Measures, State } from "./model.js";
 import { decimals, digits, useSay } from "./speech.js";
-import { kindHere, nearness } from "./words.js";
+import { kindHere, nearness, sizeName } from "./words.js";
 
 export interface FiguresProps {
   readonly arm: Arm;
@@ -17,14 +17,14 @@ export interface FiguresProps {
 
 export function Figures({ arm, state, measures, rested }: FiguresProps): JSX.Element {
   const say = useSay();
-  const near = nearness(measures);
+  const near = nearness(arm, measures);
   const kind = near === "singular" && rested === state ? kindHere(arm, state) : null;
   const { det, volume, least, ratio } = measures;
   return (
     <div class={`arm-figures arm-${near}-pose`}>
       <dl>
         <div>
-          <dt>{det === null ? say("arm.figures.volume") : say("arm.figures.det")}</dt>
+          <dt>{say(sizeName(arm))}</dt>
           <dd>{signed(digits(det ?? volume))}</dd>
         </div>
         <div>

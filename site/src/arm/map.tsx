@@ -11,6 +11,7 @@ import { onSchemeChange } from "./space.js";
 import { degrees, decimals, digits, useSay } from "./speech.js";
 import { type Pair, poseAtSpot, type Shown, sorted, telling, terrainOf } from "./terrain.js";
 import { shade } from "./shade.js";
+import { sizeName } from "./words.js";
 import type { Spot, Stretch } from "./zeros.js";
 
 export interface MapProps {
@@ -73,13 +74,9 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
     return onSchemeChange(paint);
   }, [terrain]);
 
+  const crowded = kinds.length > 16; // spots that make up a line
   const [x, y] = px(here);
-  const name =
-    shown === "least"
-      ? say("arm.map.least")
-      : measures.det === null
-        ? say("arm.map.volume")
-        : say("arm.map.det");
+  const name = shown === "least" ? say("arm.map.least") : say(sizeName(arm));
   const joints = pair.map((joint) => plainLetters(arm.joints[joint]!.name));
   return (
     <section class="arm-map" aria-label={say("arm.map.title")}>
@@ -99,7 +96,7 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
         <label>
           {say("arm.map.shown")}{" "}
           <select value={shown} onChange={(event) => setShown(event.currentTarget.value as Shown)}>
-            <option value="det">{say(measures.det === null ? "arm.map.volume" : "arm.map.det")}</option>
+            <option value="det">{say(sizeName(arm))}</option>
             <option value="least">{say("arm.map.least")}</option>
           </select>
         </label>
@@ -152,7 +149,7 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
                   class={`arm-zero-spot arm-${kind}`}
                   cx={px(spots[0]!)[0]}
                   cy={px(spots[0]!)[1]}
-                  r={4.5}
+                  r={crowded ? 2.2 : 4.5}
                 />
               ),
             )}

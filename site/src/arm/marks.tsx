@@ -7,7 +7,7 @@ import { placed, type Wanted } from "./labels.js";
 import { DrawnLetters } from "./letters.js";
 import { lostDirection } from "./lost.js";
 import { type Arm, arrowsOf, pStar, type State } from "./model.js";
-import { thicknessOf } from "./ranges.js";
+import { extentOf, thicknessOf } from "./ranges.js";
 import { linkOf, placesOf } from "./shape.js";
 import { add, scaled, type Vec3 } from "./vector.js";
 import { drawn, outline, pixel, type Pixel, type View } from "./view.js";
@@ -21,8 +21,8 @@ export interface Layers {
 
 export const LAYERS = ["frames", "vectors", "columns", "ellipse"] as const;
 
-/** Metres on the drawing for one m/s; where turns are drawn, of the reach for one rad/s. */
-const BY_SPEED = 0.4;
+/** Metres on the drawing for one m/s, less for a small arm. */
+const BY_SPEED = 0.32;
 /** Length of the axes of a frame in pixels. */
 function axisOf({ width, height }: View): number {
   return Math.min(44, 0.105 * Math.min(width, height));
@@ -33,7 +33,9 @@ const LOST = 0.03;
 /** The columns of J as they are drawn at P (m). */
 export function drawnColumns(arm: Arm, state: State, reach: number): readonly Vec3[] {
   const { turning, columns } = arrowsOf(arm, state);
-  return columns.map((column) => scaled(column, turning ? 0.35 * reach : BY_SPEED));
+  const { around, above } = extentOf(arm);
+  const by = turning ? 0.35 * reach : BY_SPEED * Math.min(1, Math.max(around, above));
+  return columns.map((column) => scaled(column, by));
 }
 
 export interface MarksProps extends BodyProps {

@@ -171,10 +171,16 @@ export function reachOf(arm: Arm): number {
   return fixed + slides * (fixed > 0 ? longest(arm) : 0.4) || 0.4;
 }
 
-/** The longest part of the arm (m), 0.4 for one without any. */
+/** Whether the task counts velocities and turns at once, so that singular values depend on the unit of length. */
+export function isMixed(arm: Arm): boolean {
+  return arm.task.some((row) => row < 3) && arm.task.some((row) => row > 2);
+}
+
+/** The longest part of the arm (m), to which its slides are measured; 0.4 for one without any. */
 export function longest(arm: Arm): number {
   const parts = arm.joints.flatMap((joint) => [joint.a, joint.kind === "R" ? joint.other : 0]);
-  return Math.max(...[...parts, ...arm.point.offset].map(Math.abs)) || 0.4;
+  const least = arm.joints.some((joint) => joint.kind === "P") ? 0.3 : 0; // a slide that can be seen
+  return Math.max(least, ...[...parts, ...arm.point.offset].map(Math.abs)) || 0.4;
 }
 
 /** The columns of J that are drawn as arrows at P: how the point moves, or how the link turns if only that counts. */

@@ -22,7 +22,7 @@ import { sayIn, Spoken, useSay } from "./speech.js";
 import { firstWeld, journeyOf, type Weld, Welding } from "./weld.js";
 import { inWords } from "./words.js";
 
-/** Values of joint variables (and of other letters, which are left aside), as answers and counterexamples tell them. */
+/** Values of joint variables, and of letters of the table if they differ from the robot's, as counterexamples have them. */
 export type NamedPose = Readonly<Record<string, number>>;
 
 export interface ArmProps {
@@ -44,8 +44,10 @@ export function Arm(props: ArmProps): JSX.Element {
 
 type Sheet = "map" | "weld";
 
-function Panel({ robot, symbols, pose: given, onPose, language = ENGLISH }: ArmProps): JSX.Element {
+function Panel({ robot: drawn, symbols, pose: given, onPose, language = ENGLISH }: ArmProps): JSX.Element {
   const say = useSay();
+  const letters = JSON.stringify(Object.keys(drawn.values).map((name) => given?.[name]));
+  const robot = useMemo(() => withLetters(drawn, given), [drawn, letters]);
   const arm = useMemo(() => armOf(robot), [robot]);
   const reach = useMemo(() => reachOf(arm), [arm]);
   const first = useMemo(() => firstPose(arm), [arm]);
@@ -99,94 +101,102 @@ function Panel({ robot, symbols, pose: given, onPose, language = ENGLISH }: ArmP
   const blocked = obstacle(arm);
   return (
     <section class="arm" aria-label={say("arm.title", { robot: robot.title })}>
-      <div class="arm-main-part">
-        <Drawing
-          arm={arm}
-          state={state}
-          reach={reach}
-          layers={layers}
-          chosen={chosen}
-          onChoose={setChosen}
-          onPose={move}
-          label={say("arm.drawing.label", { robot: robot.title })}
-          describedBy={`${ids}words`}
-          target={
-            welding
-              ? { at: welding.weld.target, move: (target) => changeWeld({ ...welding.weld, target }) }
-              : undefined
-          }
-          overlay={
-            welding ? (view) => <Route journey={welding.journey} view={view} place={place} /> : undefined
-          }
-        />
-        <fieldset class="arm-layers">
-          <legend>{say("arm.layers")}</legend>
-          {LAYERS.map((layer) => (
-            <label key={layer}>
-              <input
-                type="checkbox"
-                checked={layers[layer]}
-                onChange={() => setLayers({ ...layers, [layer]: !layers[layer] })}
-              />
-              {say(`arm.layer.${layer}`)}
-            </label>
-          ))}
-          <button type="button" onClick={() => move(first)}>
-            {say("arm.reset")}
-          </button>
-        </fieldset>
-      </div>
-      <div class="arm-side">
-        <Figures arm={arm} state={state} measures={measures} rested={rested} />
-        <Joints arm={arm} pose={pose} chosen={chosen} onChoose={setChosen} onPose={move} />
-        <Lengths robot={robot} symbols={symbols} />
-      </div>
-      <div class="arm-sheets">
-        <div class="arm-tabs">
-          {(["map", "weld"] as const).map((name) => (
-            <button
-              key={name}
-              type="button"
-              aria-expanded={sheet === name}
-              aria-controls={`${ids}${name}`}
-              onClick={() => open(name)}
-            >
-              {say(`arm.${name}.title`)}
-            </button>
-          ))}
-        </div>
-        <div id={`${ids}map`} hidden={sheet !== "map"}>
-          {sheet === "map" &&
-            (arm.joints.length > 1 ? (
-              <SingularMap arm={arm} pose={pose} measures={measures} onPose={move} />
-            ) : (
-              <p>{say("arm.map.one")}</p>
+      <div class="arm-panel">
+        <div class="arm-main-part">
+          <Drawing
+            arm={arm}
+            state={state}
+            reach={reach}
+            layers={layers}
+            chosen={chosen}
+            onChoose={setChosen}
+            onPose={move}
+            label={say("arm.drawing.label", { robot: robot.title })}
+            describedBy={`${ids}words`}
+            target={
+              welding
+                ? { at: welding.weld.target, move: (target) => changeWeld({ ...welding.weld, target }) }
+                : undefined
+            }
+            overlay={
+              welding ? (view) => <Route journey={welding.journey} view={view} place={place} /> : undefined
+            }
+          />
+          <fieldset class="arm-layers">
+            <legend>{say("arm.layers")}</legend>
+            {LAYERS.map((layer) => (
+              <label key={layer}>
+                <input
+                  type="checkbox"
+                  checked={layers[layer]}
+                  onChange={() => setLayers({ ...layers, [layer]: !layers[layer] })}
+                />
+                {say(`arm.layer.${layer}`)}
+              </label>
             ))}
+            <button type="button" onClick={() => move(first)}>
+              {say("arm.reset")}
+            </button>
+          </fieldset>
         </div>
-        <div id={`${ids}weld`} hidden={sheet !== "weld"}>
-          {welding && (
-            <Welding
-              arm={arm}
-              pose={pose}
-              reach={reach}
-              place={place}
-              onWeld={changeWeld}
-              onPlace={goTo}
-              {...welding}
-            />
-          )}
-          {blocked && <p>{say(`arm.weld.not-${blocked}`)}</p>}
+        <div class="arm-side">
+          <Figures arm={arm} state={state} measures={measures} rested={rested} />
+          <Joints arm={arm} pose={pose} chosen={chosen} onChoose={setChosen} onPose={move} />
+          <Lengths robot={robot} symbols={symbols} />
         </div>
+        <div class="arm-sheets">
+          <div class="arm-tabs">
+            {(["map", "weld"] as const).map((name) => (
+              <button
+                key={name}
+                type="button"
+                aria-expanded={sheet === name}
+                aria-controls={`${ids}${name}`}
+                onClick={() => open(name)}
+              >
+                {say(`arm.${name}.title`)}
+              </button>
+            ))}
+          </div>
+          <div id={`${ids}map`} hidden={sheet !== "map"}>
+            {sheet === "map" &&
+              (arm.joints.length > 1 ? (
+                <SingularMap arm={arm} pose={pose} measures={measures} onPose={move} />
+              ) : (
+                <p>{say("arm.map.one")}</p>
+              ))}
+          </div>
+          <div id={`${ids}weld`} hidden={sheet !== "weld"}>
+            {welding && (
+              <Welding
+                arm={arm}
+                pose={pose}
+                reach={reach}
+                place={place}
+                onWeld={changeWeld}
+                onPlace={goTo}
+                {...welding}
+              />
+            )}
+            {blocked && <p>{say(`arm.weld.not-${blocked}`)}</p>}
+          </div>
+        </div>
+        <details class="arm-words">
+          <summary>{say("arm.words.title")}</summary>
+          <p>{words}</p>
+        </details>
       </div>
-      <details class="arm-words">
-        <summary>{say("arm.words.title")}</summary>
-        <p>{words}</p>
-      </details>
       <p id={`${ids}words`} class="arm-unseen" role="status" aria-live="polite">
         {words}
       </p>
     </section>
   );
+}
+
+/** The robot with the lengths and angles that a counterexample tells for the letters of its table. */
+function withLetters(robot: Robot, given: NamedPose | undefined): Robot {
+  const values = Object.entries(robot.values).map(([name, value]) => [name, given?.[name] ?? value] as const);
+  return { ...robot, values: Object.fromEntries(values) };
 }
 
 /** A told pose, joints that it leaves out as in the first one. */

@@ -1,6 +1,6 @@
 // How far the joints of an arm go on the page, and the pose in which it is shown first.
 
-import { type Arm, longest, measuresOf, type Pose, reachOf, stateAt } from "./model.js";
+import { type Arm, isMixed, longest, measuresOf, type Pose, reachOf, stateAt } from "./model.js";
 import { randomPoses } from "./random.js";
 import { dot, norm, subtract } from "./vector.js";
 import { flatPlane } from "./view.js";
@@ -15,8 +15,9 @@ export interface Range {
 export function rangeOf(arm: Arm, index: number): Range {
   const joint = arm.joints[index]!;
   if (joint.kind === "R") return { low: -Math.PI, high: Math.PI, step: Math.PI / 180 };
-  const most = Math.ceil((1.4 * longest(arm) + Math.abs(joint.offset)) * 20) / 20;
-  return { low: -most, high: most, step: 0.01 };
+  const unit = longest(arm);
+  const round = (value: number): number => Math.round(value * 20) / 20;
+  return { low: round(-unit - joint.offset), high: round(1.3 * unit - joint.offset), step: 0.01 };
 }
 
 /** A value brought back into a joint's range: round the circle, or to the end of the slide. */
@@ -32,7 +33,7 @@ export function poseWithin(arm: Arm, pose: Pose): Pose {
 }
 
 const TURNS = [40, 60, 35, -50, 75, -35, 100, 140, -80, -110];
-const SLIDES = [0.9, 0.6, 1.2];
+const SLIDES = [0.7, 0.5, 0.9];
 const TRIED = 250;
 
 /** The first pose: of a fixed choice, one far from singularities, with the point above the base. */
@@ -49,7 +50,7 @@ export function firstPose(arm: Arm): Pose {
       const entry = joint.kind === "R" ? (choice * Math.PI) / 180 : choice * unit;
       return round(within(arm, i, entry - joint.offset), joint.kind === "R" ? Math.PI / 180 : 0.01);
     });
-    const score = scoreOf(arm, pose);
+    const score = scoreOf(arm, pose, isMixed(arm) ? 0.1 : 0.4);
     if (score > most + 1e-9) [best, most] = [pose, score];
   }
   return best;
@@ -83,7 +84,7 @@ export function extentOf(arm: Arm): Extent {
   for (const turns of randomPoses(300, arm.joints.length, 3)) {
     const pose = turns.map((value, i) => {
       const { kind, offset } = arm.joints[i]!;
-      return kind === "R" ? value : (0.6 + (0.6 * value) / Math.PI) * longest(arm) - offset;
+      return kind === "R" ? value : (0.5 + (0.8 * value) / Math.PI) * longest(arm) - offset;
     });
     const { frames, corners, point } = stateAt(arm, pose);
     for (const place of [...frames.map((frame) => frame.o), ...corners, point]) {
@@ -100,7 +101,7 @@ export function extentOf(arm: Arm): Extent {
   return found;
 }
 
-function scoreOf(arm: Arm, pose: Pose): number {
+function scoreOf(arm: Arm, pose: Pose, regular: number): number {
   const state = stateAt(arm, pose);
   const up = flatPlane(arm) === "z" ? 1 : 2;
   const unit = longest(arm);
@@ -108,7 +109,7 @@ function scoreOf(arm: Arm, pose: Pose): number {
   const low = Math.min(0, ...heights) / unit;
   const away = norm(subtract(state.point, arm.base.o)) / reachOf(arm);
   return (
-    Math.min(measuresOf(state).ratio, 0.4) +
+    0.4 * Math.min(measuresOf(state).ratio / regular, 1) +
     0.4 * away +
     0.35 * Math.max(low, -1) +
     0.1 * Math.min(1, heights.at(-1)! / unit)

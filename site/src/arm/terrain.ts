@@ -89,7 +89,7 @@ export function kindAtSpot(arm: Arm, pose: Pose, pair: Pair, spot: Spot): Kind |
 export function* sorted(arm: Arm, pose: Pose, pair: Pair, terrain: Terrain): Generator<Stretch[]> {
   const sure = kindIsSure(arm);
   for (const line of terrain.lines) {
-    const every = Math.max(4, Math.ceil(line.length / 4));
+    const every = Math.max(4, Math.ceil(line.length / 10));
     yield sure
       ? stretches(line, every, (spot) => kindAtSpot(arm, pose, pair, spot))
       : [{ kind: "unknown", spots: line }];

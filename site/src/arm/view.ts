@@ -71,15 +71,15 @@ export function viewOf(arm: Arm, extent: Extent, width: number, height: number, 
   const { o, z } = arm.base;
   if (plane) {
     const radius = Math.max(around, above, below);
-    return { ...FLAT[plane], scale: (0.455 * Math.min(width, height)) / radius, centre: o, width, height };
+    return { ...FLAT[plane], scale: (0.42 * Math.min(width, height)) / radius, centre: o, width, height };
   }
-  const down = Math.max(below, 0.35 * around); // room for arrows
+  const down = Math.max(below, 0.45 * around); // room for arrows
   const tall =
     (above + down) * Math.cos(FIRST_ORBIT.elevation) + 1.1 * around * Math.sin(FIRST_ORBIT.elevation);
   const scale = Math.min(width / (2.1 * around + 1e-9), height / tall) * orbit.zoom;
   return {
     ...axonometric(orbit),
-    scale: 0.94 * scale,
+    scale: (arm.task.every((row) => row > 2) ? 0.7 : 1) * scale,
     centre: along(o, z, (above - down) / 2),
     width,
     height,

@@ -3,19 +3,19 @@
 import { type Kind, kindAt, kindIsSure } from "./classify.js";
 import { plainLetters } from "./letters.js";
 import { lostDirection } from "./lost.js";
-import { type Arm, type Measures, measuresOf, type State } from "./model.js";
+import { type Arm, isMixed, type Measures, measuresOf, type State } from "./model.js";
 import { decimals, degrees, digits, type Say } from "./speech.js";
 
 export type Nearness = "regular" | "near" | "singular";
 
 /** How near to a singularity: singular where the least singular value is next to nothing beside the largest. */
-export function nearness({ ratio }: Measures): Nearness {
-  return ratio < 0.004 ? "singular" : ratio < 0.08 ? "near" : "regular";
+export function nearness(arm: Arm, { ratio }: Measures): Nearness {
+  return ratio < 0.004 ? "singular" : ratio < (isMixed(arm) ? 0.02 : 0.08) ? "near" : "regular";
 }
 
 /** The kind of a pose that is all but singular; null where it is regular or the kind can't be established. */
 export function kindHere(arm: Arm, state: State): Exclude<Kind, "regular"> | null {
-  if (nearness(measuresOf(state)) !== "singular" || !kindIsSure(arm)) return null;
+  if (nearness(arm, measuresOf(state)) !== "singular" || !kindIsSure(arm)) return null;
   const kind = kindAt(arm, state.pose, 0.005);
   return kind === "regular" ? null : kind;
 }
@@ -50,7 +50,7 @@ export function singularityInWords(arm: Arm, state: State, say: Say): string {
     det === null
       ? say("arm.words.volume", { value: digits(volume) })
       : say("arm.words.det", { value: digits(det) });
-  const how = nearness(measures);
+  const how = nearness(arm, measures);
   const said = [size, say("arm.words.sigma", { least: digits(least), percent }), say(`arm.words.${how}`)];
   if (how === "singular") {
     const kind = kindHere(arm, state);
@@ -62,4 +62,10 @@ export function singularityInWords(arm: Arm, state: State, say: Say): string {
     said.push(say(how === "near" ? "arm.words.slow" : "arm.words.lost", { x, y, z }));
   }
   return said.join(" ");
+}
+
+/** What the size of J is called: its determinant, or what stands for it where J is not square. */
+export function sizeName(arm: Arm): "arm.figures.det" | "arm.figures.volume" | "arm.figures.tall" {
+  const [rows, columns] = [arm.task.length, arm.joints.length];
+  return rows === columns ? "arm.figures.det" : rows < columns ? "arm.figures.volume" : "arm.figures.tall";
 }

@@ -100,9 +100,11 @@ export function touches(grid: Grid, value: (u: number, v: number) => number, zer
   const { us, vs, values } = grid;
   const found: Spot[] = [];
   const [du, dv] = [us[1]! - us[0]!, vs[1]! - vs[0]!];
+  const most = Math.max(...values.flat());
   for (let j = 0; j < vs.length; j += 1) {
     for (let i = 0; i < us.length; i += 1) {
       const here = values[j]![i]!;
+      if (here > 0.25 * most) continue;
       const around = [-1, 0, 1].flatMap((b) => [-1, 0, 1].map((a) => values[j + b]?.[i + a] ?? Infinity));
       if (around.some((other) => other < here)) continue;
       const spot = descended(value, [us[i]!, vs[j]!], du, dv);

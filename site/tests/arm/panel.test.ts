@@ -28,6 +28,7 @@ describe("the panel", () => {
   it("draws a pose that it is told, and the next one", () => {
     show({ pose: { theta1: Math.PI / 6, theta2: 1, a1: 3 } });
     expect(numbers()).toEqual(["30", "57.3"]);
+    expect(document.querySelector(".arm-lengths")?.textContent).toContain("a1 = 3 m");
     show({ pose: { theta1: 0, theta2: -Math.PI / 2 } });
     expect(numbers()).toEqual(["0", "-90"]);
     expect(document.querySelector(".arm-figures")?.textContent).toContain("−0.2");

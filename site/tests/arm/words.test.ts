@@ -31,7 +31,7 @@ describe("the planar arm in words", () => {
 
   it("says that the boundary is reached", () => {
     const state = stateAt(arm, [0.5, 0]);
-    expect(nearness(measuresOf(state))).toBe("singular");
+    expect(nearness(arm, measuresOf(state))).toBe("singular");
     expect(kindHere(arm, state)).toBe("boundary");
     expect(inWords(arm, state, say)).toContain(
       "At the boundary of what the arm reaches. The point can't be moved",
