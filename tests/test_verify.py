@@ -48,7 +48,7 @@ ASKED = _asked()
 
 
 def test_every_reference_passes(family: str, seeds: range, drawn: Callable[[str, int], Problem]) -> None:
-    for seed in seeds if family in CHAPTER else seeds[:3]:
+    for seed in seeds[:4] if family in CHAPTER else seeds[:2]:
         certificate = certify(drawn(family, seed))
         assert certificate.passed, (seed, certificate.failures)
 
