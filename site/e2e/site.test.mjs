@@ -120,12 +120,12 @@ test("three mistakes are named", async () => {
   const { parts, said } = problem();
   const { key } = parts.find(({ name }) => name === "jacobian");
   assert.ok(key.mistakes.length >= 3 && said.length >= 3);
-  const wrong = { "rows swapped": /row/i, "sign of all": /sign|order/i, "relative angles": /./ };
+  const wrong = { "rows swapped": /row/i, "sign of all": /sign|order/i, transposed: /row|column|transpos/i };
   const text = typed("jacobian").replace(/\s+/g, " ");
   const [top, bottom] = rowsOf(text);
   const answers = {
     "rows swapped": `[[${bottom}], [${top}]]`,
-    "relative angles": text.replaceAll(/theta1 [-+] theta2/g, "theta2"),
+    transposed: `[[${pieces(top)[0]}, ${pieces(bottom)[0]}], [${pieces(top)[1]}, ${pieces(bottom)[1]}]]`,
   };
   answers["sign of all"] = `[[${negated(top)}], [${negated(bottom)}]]`;
   for (const [name, shown] of Object.entries(wrong)) {
@@ -208,6 +208,36 @@ test("a choice is made and checked by keyboard alone", async () => {
   await opened.keyboard.press("Space");
   await opened.keyboard.press("Enter");
   await opened.locator(".verdict").waitFor();
+  await context.close();
+});
+
+test("another language is chosen and stays, with its decimal comma", async () => {
+  const { opened, context, errors } = await ask("jacobian");
+  await opened.getByLabel("Language").selectOption("de");
+  await opened.getByText("Den Arm bewegen").waitFor();
+  await opened.getByRole("link", { name: "Üben" }).waitFor();
+  await opened.getByRole("button", { name: "Als Text eingeben" }).click();
+  await opened.getByLabel("Deine Antwort").fill("[[1, 2], [3, 4]]");
+  await opened.getByRole("button", { name: "Prüfen" }).click();
+  assert.match(await opened.locator(".verdict").innerText(), /richtig wäre -?\d+,\d/);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("an answer is typed as mathematics", async () => {
+  const { opened, context, errors } = await ask("determinant");
+  await opened.getByRole("button", { name: "Mathematics keyboard" }).click();
+  const field = opened.locator("math-field");
+  await field.waitFor();
+  await field.evaluate((element) => {
+    element.setValue("\\frac{a_1}{2}\\sin\\theta_2");
+    element.dispatchEvent(new Event("input", { bubbles: true }));
+  });
+  await opened.locator(".preview math").waitFor();
+  await opened.getByRole("button", { name: "Check" }).click();
+  await opened.locator(".verdict").waitFor();
+  assert.doesNotMatch(await opened.locator(".verdict").innerText(), /can't be read/);
+  assert.deepEqual(errors, []);
   await context.close();
 });
 

@@ -3,4 +3,4 @@ import "../site.css";
 
 import { startPage } from "./page.js";
 
-startPage();
+void startPage();

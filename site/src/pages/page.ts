@@ -1,12 +1,37 @@
-// What every page does: it works offline after the first visit.
+// What every page does: it speaks the language that was chosen, and works offline after the first visit.
 
 import { ROOT } from "../load.js";
+import type { TextKey } from "../text/en.js";
+import { chooseLanguage, chosenLanguage, LANGUAGES, loadLanguage } from "../text/languages.js";
+import { ENGLISH, message, said, speak } from "../text/text.js";
 
-export function startPage(): void {
+export async function startPage(): Promise<void> {
   if ("serviceWorker" in navigator && window.isSecureContext) {
     window.addEventListener(
       "load",
       () => void navigator.serviceWorker.register(`${ROOT}sw.js`).catch(() => undefined),
     );
   }
+  speak(await loadLanguage().catch(() => ENGLISH));
+  for (const element of document.querySelectorAll<HTMLElement>("[data-text]")) {
+    element.textContent = said(message(element.dataset["text"] as TextKey));
+    if (chosenLanguage() !== "en") element.lang = chosenLanguage();
+  }
+  document.querySelector("header.top")?.append(languageChoice());
+}
+
+/** The choice of a language; the texts of problems and of the documentation are English. */
+function languageChoice(): HTMLElement {
+  const label = document.createElement("label");
+  label.className = "language";
+  const select = document.createElement("select");
+  select.setAttribute("aria-label", said(message("page.language")));
+  for (const [code, { name }] of Object.entries(LANGUAGES)) {
+    const option = new Option(name, code, false, code === chosenLanguage());
+    option.lang = code;
+    select.add(option);
+  }
+  select.addEventListener("change", () => chooseLanguage(select.value));
+  label.append(select);
+  return label;
 }

@@ -9,6 +9,7 @@ import { ReadError } from "../read/tree.js";
 import { typesetTree } from "../read/typeset.js";
 import { message, said } from "../text/text.js";
 import { Html, Tex } from "./math.js";
+import { MathField } from "./mathfield.js";
 
 const LETTERS = "ABCDEFGH";
 
@@ -37,6 +38,7 @@ export function Answer(field: Field): JSX.Element {
 
 function Single({ problem, part, onAnswer, onCheck }: Field) {
   const [text, setText] = useState("");
+  const [math, setMath] = useState(false);
   const set = part.key.type === "configurations";
   const unit = part.key.type === "numbers" ? part.key.units[0] : "";
   const change = (value: string) => {
@@ -50,11 +52,13 @@ function Single({ problem, part, onAnswer, onCheck }: Field) {
         value={text}
         onValue={change}
         onEnter={onCheck}
+        math={math}
         wide
       />
       {unit ? <span class="unit">{unit}</span> : null}
       {set ? <p class="help">{said(message("answer.set-help"))}</p> : null}
-      <Symbols problem={problem} part={part} onSymbol={(name) => change(text + name)} />
+      <Toggle text={said(message(math ? "answer.plain" : "answer.math"))} onToggle={() => setMath(!math)} />
+      {math ? null : <Symbols problem={problem} part={part} onSymbol={(name) => change(text + name)} />}
       <Preview text={text} problem={problem} />
     </div>
   );
@@ -69,6 +73,7 @@ function Entries({
   columns,
 }: Field & { rows: number; columns: number }) {
   const [asText, setAsText] = useState(false);
+  const [math, setMath] = useState(false);
   const [entries, setEntries] = useState<readonly string[]>(() => Array<string>(rows * columns).fill(""));
   const last = useRef(0);
   const units = part.key.type === "numbers" ? part.key.units : [];
@@ -99,13 +104,15 @@ function Entries({
               value={entry}
               onValue={(value) => change(i, value)}
               onEnter={onCheck}
+              math={math}
             />
             {units[i] ? <span class="unit">{units[i]}</span> : null}
           </span>
         ))}
       </div>
       <Toggle text={said(message("answer.as-text"))} onToggle={() => setAsText(true)} />
-      {part.key.type === "numbers" ? null : (
+      <Toggle text={said(message(math ? "answer.plain" : "answer.math"))} onToggle={() => setMath(!math)} />
+      {part.key.type === "numbers" || math ? null : (
         <Symbols
           problem={problem}
           part={part}
@@ -134,12 +141,14 @@ interface FormulaFieldProps {
   readonly label: string;
   readonly value: string;
   readonly wide?: boolean;
+  readonly math: boolean;
   readonly onValue: (text: string) => void;
   readonly onEnter: () => void;
 }
 
-/** A field for a formula as text. */
-function FormulaField({ label, value, onValue, onEnter, wide = false }: FormulaFieldProps) {
+/** A field for a formula, as text or as mathematics. */
+function FormulaField({ label, value, onValue, onEnter, math, wide = false }: FormulaFieldProps) {
+  if (math) return <MathField label={label} value={value} onValue={onValue} onEnter={onEnter} />;
   return (
     <input
       type="text"

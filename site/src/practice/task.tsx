@@ -9,7 +9,7 @@ import type { Part, Problem, Solutions } from "../bank.js";
 import { judge } from "../grade/judge.js";
 import type { At, Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
-import { message, said } from "../text/text.js";
+import { language, message, said } from "../text/text.js";
 import { Answer } from "./answer.js";
 import type { Item } from "./choice.js";
 import { Feedback, poseOf } from "./feedback.js";
@@ -78,6 +78,7 @@ export function Task({ item, problem, part, onVerdict, onNext }: TaskProps): JSX
             robot={problem.robot}
             symbols={problem.symbols}
             pose={verdict ? poseOf(problem, verdict) : undefined}
+            language={language()}
           />
         </Suspense>
       </section>

@@ -21,15 +21,26 @@ export interface Language {
 
 export const ENGLISH: Language = { code: "en", catalogue: en };
 
+let page = ENGLISH;
+
+/** The language in which the page speaks. */
+export function language(): Language {
+  return page;
+}
+
+export function speak(chosen: Language): void {
+  page = chosen;
+}
+
 /** The text of a message; numbers are written with the language's decimal sign, never with separators of thousands. */
-export function said({ key, values }: Message, language: Language = ENGLISH): string {
-  return language.catalogue[key].replace(/\{([\w-]+)\}/g, (_, name: string) => {
+export function said({ key, values }: Message, spoken: Language = page): string {
+  return spoken.catalogue[key].replace(/\{([\w-]+)\}/g, (_, name: string) => {
     const value = values[name] ?? "";
-    return typeof value === "number" ? inDigits(value, language) : value;
+    return typeof value === "number" ? inDigits(value, spoken) : value;
   });
 }
 
 /** A number with at most six significant digits. */
-export function inDigits(value: number, language: Language = ENGLISH): string {
-  return value.toLocaleString(language.code, { maximumSignificantDigits: 6, useGrouping: false });
+export function inDigits(value: number, spoken: Language = page): string {
+  return value.toLocaleString(spoken.code, { maximumSignificantDigits: 6, useGrouping: false });
 }

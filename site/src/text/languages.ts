@@ -1,0 +1,32 @@
+// The languages of the site, and which one the student chose in this browser.
+
+import { ENGLISH, type Language } from "./text.js";
+
+const KEY = "qdot-language";
+
+/** Each language by its code: what it calls itself, and how its texts are loaded. */
+export const LANGUAGES: Readonly<Record<string, { name: string; load: () => Promise<Language> }>> = {
+  en: { name: "English", load: async () => ENGLISH },
+  de: { name: "Deutsch", load: async () => ({ code: "de", catalogue: (await import("./de.js")).de }) },
+};
+
+export function chosenLanguage(): string {
+  try {
+    return window.localStorage.getItem(KEY) ?? "en";
+  } catch {
+    return "en"; // a browser that keeps nothing
+  }
+}
+
+export function chooseLanguage(code: string): void {
+  try {
+    window.localStorage.setItem(KEY, code);
+  } catch {
+    return;
+  }
+  window.location.reload();
+}
+
+export async function loadLanguage(): Promise<Language> {
+  return (LANGUAGES[chosenLanguage()]?.load ?? (async () => ENGLISH))();
+}
