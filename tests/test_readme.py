@@ -39,7 +39,7 @@ def test_every_command_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         result = CliRunner().invoke(app, command)
         assert result.exit_code == 0, f"{command}: {result.output}"
         ran.append(command[0])
-    assert set(ran) == {"init", "generate", "grade", "show", "verify", "solve", "check", "doctor", "report"}
+    assert set(ran) == {"init", "generate", "grade", "show", "verify", "solve", "check", "doctor", "report", "export"}
     assert "2 students: 2 graded; mean 100.0 %" in CliRunner().invoke(app, ["grade", "homework"]).output
 
 

@@ -5,6 +5,7 @@ bank/FAMILY/KEY.json            a problem (`record.site_record`)
 bank/FAMILY/KEY.solutions.json  its worked solutions, loaded when they are asked for
 """
 
+import hashlib
 import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
@@ -88,7 +89,8 @@ def _both(folder: Path, failures: Failures) -> tuple[Path, Failures]:
 def _write(state: tuple[Path, Failures], wanted: Wanted) -> Json:
     folder, failures = state
     path = folder / FOLDER / wanted.family / f"{wanted.key}.json"
-    made_from = f"{code()}/{wanted.seed}/{wanted.asked}/{wanted.problem and wanted.problem.id}"
+    about = f"{code()}/{wanted.seed}/{wanted.asked}/{wanted.problem and wanted.problem.id}"
+    made_from = hashlib.sha256(about.encode()).hexdigest()  # a seed is not to be read from the bank
     kept = _kept(path, made_from)
     if kept is not None:
         return kept

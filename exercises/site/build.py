@@ -46,7 +46,7 @@ def build(order: Order, each: Callable[[], None]) -> Json:
     write_atomically(order.folder / FOLDER / "index.json", index)
     shell = _copied(assets, order.folder)
     for page in pages(order.docs, order.commands, order.course):
-        write_atomically(order.folder / page.path, page_text(page, assets, order.course))
+        write_atomically(order.folder / page.path, page_text(page, assets, order.course, order.docs is not None))
         shell.append(page.path)
     if order.docs is not None:
         for drawing in sorted(order.docs.rglob("*.svg")):

@@ -17,7 +17,7 @@ DOCS = {
     "examples": "Examples 6.1 to 6.4", "families": "The arms", "questions": "The questions",
     "judging": "How an answer is judged", "mistakes": "Mistakes that are named", "hints": "Hints",
     "grading": "Grading a class", "submissions": "What students hand in", "sandbox": "Students' code, contained",
-    "outlets": "Outlets", "structures": "How many arms there are",
+    "site": "The web site", "outlets": "Outlets", "structures": "How many arms there are",
 }  # fmt: skip
 """Pages of docs/ with their titles, in this order; what else is there comes behind them, by its own heading."""
 
@@ -65,8 +65,15 @@ class Page:
 
 def pages(docs: Path | None, commands: str, course: str) -> Iterator[Page]:
     """Yield every page. `commands` is Markdown on the command line; `course` the title of an instructor's own site."""
-    yield Page("index.html", course or "qdot", render("site/index.html.j2", course=course), section="home")
-    yield Page("practice.html", "Practise", render("site/practice.html.j2"), "practice", "practice")
+    yield Page(
+        "index.html",
+        course or "qdot",
+        render("site/index.html.j2", course=course, has_docs=docs is not None),
+        section="home",
+    )
+    yield Page(
+        "practice.html", "Practise", render("site/practice.html.j2", has_docs=docs is not None), "practice", "practice"
+    )
     yield Page("accessibility.html", "Accessibility", to_html(render("site/accessibility.md.j2")))
     if docs is not None:
         for name, title in doc_titles(docs).items():
@@ -102,11 +109,11 @@ def _anchored(heading: re.Match[str]) -> str:
     return f'<h{heading[1]} id="{anchor}">{heading[2]}</h{heading[1]}>'
 
 
-def page_text(page: Page, assets: Assets, course: str) -> str:
-    """Return the HTML of a page."""
+def page_text(page: Page, assets: Assets, course: str, has_docs: bool = True) -> str:
+    """Return the HTML of a page; without docs, nothing leads to them."""
     root = "../" * page.path.count("/")
     return render(
-        "site/page.html.j2", page=page, root=root, course=course, body=page.body,
+        "site/page.html.j2", page=page, root=root, course=course, body=page.body, has_docs=has_docs,
         script=assets.scripts[page.entry], styles=assets.styles[page.entry],
     )  # fmt: skip
 

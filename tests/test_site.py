@@ -1,0 +1,113 @@
+"""The site as Python builds it: pages that lead where they say, a bank that a rerun keeps, what is wrong told."""
+
+import json
+import re
+import shutil
+import threading
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from handing_in import a_class
+from test_cli import fails, run
+
+from exercises.assignment import Student
+from exercises.site import build as building
+from exercises.site.pages import Assets, linked
+
+pytestmark = pytest.mark.xdist_group("site")
+
+
+@pytest.fixture
+def assets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Assets]:
+    """Scripts and styles as `npm run build` would leave them, two small files here."""
+    folder = tmp_path / "dist"
+    (folder / "assets").mkdir(parents=True)
+    for name in ("practice.js", "pages.js", "site.css"):
+        (folder / "assets" / name).write_text(f"/* {name} */\n")
+    made = Assets(
+        {"practice": "assets/practice.js", "pages": "assets/pages.js"},
+        {"practice": ["assets/site.css"], "pages": ["assets/site.css"]},
+        sorted((folder / "assets").iterdir()),
+        folder,
+    )
+    monkeypatch.setattr(building, "built_assets", lambda: made)
+    yield made
+
+
+def test_a_site_is_built_and_a_rerun_keeps_the_bank(assets: Assets, tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    arguments = ("site", "build", "--out", site, "--families", "polar-rp", "--variants", "1", "--jobs", "1")
+    assert "2 problems with" in run(*arguments)
+    index = json.loads((site / "bank" / "index.json").read_text())
+    assert [family["name"] for family in index["families"]] == ["polar-rp"]
+    problems = index["families"][0]["problems"]
+    assert [problem["key"] for problem in problems] == ["001", "001-quiz"]
+    for problem in problems:
+        record = json.loads((site / "bank" / "polar-rp" / f"{problem['key']}.json").read_text())
+        solved = json.loads((site / "bank" / "polar-rp" / f"{problem['key']}.solutions.json").read_text())
+        assert problem["questions"] == [part["kind"] for part in record["parts"]]
+        assert [part["name"] for part in record["parts"]] == [part["name"] for part in solved["parts"]]
+    before = {path: path.stat().st_mtime_ns for path in site.glob("bank/polar-rp/*")}
+    first = {path.relative_to(site): path.read_bytes() for path in site.rglob("*") if path.is_file()}
+    run(*arguments)
+    assert before == {path: path.stat().st_mtime_ns for path in site.glob("bank/polar-rp/*")}
+    assert first == {path.relative_to(site): path.read_bytes() for path in site.rglob("*") if path.is_file()}
+    _links_lead_somewhere(site)
+    shell = json.loads(re.findall(r"const SHELL = (.*);", (site / "sw.js").read_text())[0])
+    assert not [name for name in shell if not (site / name).is_file()]
+
+
+def _links_lead_somewhere(site: Path) -> None:
+    for page in site.rglob("*.html"):
+        text = page.read_text(encoding="utf-8")
+        assert "<script" not in text.replace('<script type="module" src=', "")  # none but files of the site
+        for address in re.findall(r'(?:href|src)="([^"#][^"]*)"', text):
+            if not re.match(r"[a-z]+:", address):
+                target = (page.parent / address.partition("#")[0]).resolve()
+                assert target.is_file() or "/docs/" not in str(target) or target.suffix != ".html", (page, address)
+                assert target.suffix not in (".css", ".js") or target.is_file()
+
+
+def test_a_course_has_variants_of_its_own_problems_and_tells_no_seed(assets: Assets, tmp_path: Path) -> None:
+    assignment = a_class(tmp_path / "hw", [Student("ada")])
+    site = tmp_path / "site"
+    run("site", "build", "--out", site, "--assignment", assignment.folder, "--variants", "2", "--jobs", "1")
+    record = json.loads((site / "bank" / "p1" / "p1-001.json").read_text())
+    assert record["id"] == "p1-001"
+    seeds = [str(assignment.slots[0].identity(assignment.secret, f"bank/{n}").seed) for n in range(20)]
+    content = "".join(path.read_text() for path in site.glob("bank/**/*.json"))
+    assert assignment.secret not in content
+    assert not [seed for seed in seeds if seed in content]
+    assert "<title>T</title>" in (site / "index.html").read_text()
+
+
+def test_what_is_wrong_is_said(assets: Assets, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "unknown family 'planer-2r'" in fails("site", "build", "--out", tmp_path / "s", "--families", "planer-2r")
+    assert "there is no site in" in fails("site", "serve", tmp_path / "nowhere")
+    monkeypatch.setattr(building, "built_assets", lambda: None)
+    said = fails("site", "build", "--out", tmp_path / "s", "--families", "polar-rp", "--variants", "1", "--jobs", "1")
+    assert "run `make site`" in said
+    assert not (tmp_path / "s").exists()
+
+
+def test_links_of_the_docs_stay_on_the_site() -> None:
+    page = linked('<h2>Two words</h2><a href="judging.md#bounds">x</a>')
+    assert page == '<h2 id="two-words">Two words</h2><a href="judging.html#bounds">x</a>'
+
+
+def test_a_built_site_is_served(tmp_path: Path) -> None:
+    import functools
+    import http.server
+
+    from grader.site import _Quiet
+
+    (tmp_path / "index.html").write_text("hello")
+    handler = functools.partial(_Quiet, directory=str(tmp_path))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        with urllib.request.urlopen(f"http://127.0.0.1:{server.server_port}/index.html") as answer:
+            assert answer.read() == b"hello"
+        server.shutdown()
+    shutil.rmtree(tmp_path)
