@@ -1,0 +1,134 @@
+"""An nbgrader course: one pattern from which nbgrader learns the cells and their points, a notebook for each student.
+
+nbgrader hands one notebook to everybody; here everybody has problems of their own, with the same parts. So the pattern
+holds no problem, and students' notebooks are handed out beside nbgrader: their cells have the pattern's names.
+"""
+
+import hashlib
+import json
+from collections.abc import Generator
+from typing import Any
+
+from exercises.assignment import SECRET_FILE, Slot
+from exercises.exports.outlet import File, Order
+from exercises.exports.repositories import assignment_files
+from exercises.exports.wheel import wheel
+from exercises.notebook import KERNEL, notebook_text, points_text
+from exercises.problem import variable
+from exercises.quizzes import ASKED
+from exercises.release import handout
+from exercises.render import render
+
+Cell = dict[str, Any]
+SCHEMA = 3
+"""The version of nbgrader's metadata that is written."""
+ANSWER = "-answer"
+"""What an answer cell is called more than the cell that holds its marks, whose name is in nbgrader's gradebook."""
+SIGN = "# Marked by qdot"
+"""How the source of a cell with marks begins; no other notebook's does."""
+
+
+def nbgrader(order: Order) -> Generator[File, None, None]:
+    """Yield the course: its configuration, the pattern, what decides the answers, and every student's notebook."""
+    assignment = order.assignment
+    key = assignment.key
+    name, content = wheel()
+    about = {"title": assignment.title, "key": key, "wheel": name}
+    yield File("nbgrader_config.py", render("exports/nbgrader/config.py.j2"))
+    yield File("README.md", render("exports/nbgrader/readme.md.j2", **about))
+    yield File(".gitignore", render("exports/nbgrader/gitignore.j2"))
+    yield File(name, content)
+    yield File(f"source/{key}/{key}.ipynb", _text(_pattern(assignment.title, key, assignment.slots)))
+    for path, data in assignment_files(order):
+        yield File(f"qdot/{key}/{path}", data)
+    yield File(f"qdot/{key}/{SECRET_FILE}", f"{assignment.secret}\n", private=True)
+    points = {f"{slot.name}.{part}": worth for slot in assignment.slots for part, worth in _parts(slot)}
+    for student in assignment.roster:
+        if "+" in student.id:
+            order.note(f"{student.id}: nbgrader takes no student whose identifier has a +")
+        notebook = json.loads(handout(assignment, student.id, order.failures))
+        notebook["cells"] = [made for cell in notebook["cells"] for made in _with_marks(cell, points)]
+        yield File(f"handout/{student.id}/{key}/{key}.ipynb", _text(notebook))
+        order.each()
+
+
+def grade_id(part: str) -> str:
+    """Return what nbgrader calls a part.
+
+    >>> grade_id("p1.rank-at")
+    'p1-rank-at'
+    """
+    return part.replace(".", "-")
+
+
+def checksum(cell: Cell) -> str:
+    """Return the digest by which nbgrader knows that a cell is as it was handed out."""
+    about = cell["metadata"]["nbgrader"]
+    flags = (about["grade"], about["solution"], about["locked"])
+    worth = str(float(about["points"])) if about["grade"] else ""
+    content = "".join((cell["source"], cell["cell_type"], *map(str, flags), about["grade_id"], worth))
+    return hashlib.md5(content.encode(), usedforsecurity=False).hexdigest()
+
+
+def answer_metadata(part: str) -> dict[str, Any]:
+    """Return nbgrader's metadata of the cell in which a part is answered."""
+    return _metadata(f"{grade_id(part)}{ANSWER}", solution=True)
+
+
+def marks_cell(part: str, points: float) -> Cell:
+    """Return the cell that holds the marks of a part.
+
+    Its value is 0 points wherever it is run, so that nothing is earned where qdot didn't mark it. It raises nothing:
+    a student who runs all cells gets to the end.
+    """
+    about = _metadata(grade_id(part), grade=True, locked=True)
+    about["nbgrader"]["points"] = points
+    source = render("exports/nbgrader/marks.py.j2", sign=SIGN, part=part, points=points_text(points)).strip()
+    cell = _code(f"{grade_id(part)}-marks", source, {**about, "deletable": False, "editable": False})
+    about["nbgrader"]["checksum"] = checksum(cell)
+    return cell
+
+
+def _metadata(name: str, **flags: bool) -> Cell:
+    about: Cell = {"grade": False, "grade_id": name, "locked": False, "schema_version": SCHEMA, "solution": False}
+    return {"deletable": False, "nbgrader": {**about, "task": False, **flags}}
+
+
+def _with_marks(cell: Cell, points: dict[str, float]) -> list[Cell]:
+    """Return a cell of a student's notebook, and what is to follow it."""
+    part = cell["metadata"].get("qdot", {}).get("part")
+    if part is None:
+        return [cell]
+    cell["metadata"].update(answer_metadata(part))
+    cell["metadata"]["nbgrader"]["checksum"] = checksum(cell)
+    return [cell, marks_cell(part, points[part])]
+
+
+def _pattern(title: str, key: str, slots: tuple[Slot, ...]) -> dict[str, Any]:
+    cells = [_markdown("title", render("exports/nbgrader/pattern.md.j2", title=title, key=key))]
+    for number, slot in enumerate(slots, 1):
+        for index, (part, worth) in enumerate(_parts(slot), 1):
+            name = f"{slot.name}.{part}"
+            heading = f"### {number}.{index} {ASKED[part].title} ({points_text(worth)})"
+            cells.append(_markdown(f"{grade_id(name)}-question", heading))
+            cells.append(_code(grade_id(name), f"{variable(slot.name, part)} = blank", answer_metadata(name)))
+            cells.append(marks_cell(name, worth))
+    about = {"kernelspec": KERNEL, "language_info": {"name": "python"}}
+    return {"cells": cells, "metadata": about, "nbformat": 4, "nbformat_minor": 5}
+
+
+def _parts(slot: Slot) -> list[tuple[str, float]]:
+    return list(zip(slot.questions, slot.max_points, strict=True))
+
+
+def _text(notebook: dict[str, Any]) -> str:
+    return notebook_text(notebook)  # type: ignore[arg-type]
+
+
+def _markdown(name: str, source: str) -> Cell:
+    return {"cell_type": "markdown", "id": name, "metadata": {}, "source": source.strip()}
+
+
+def _code(name: str, source: str, metadata: dict[str, Any]) -> Cell:
+    about: Cell = {"cell_type": "code", "execution_count": None, "id": name, "outputs": []}
+    return {**about, "metadata": metadata, "source": source}
