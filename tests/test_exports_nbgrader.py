@@ -110,11 +110,17 @@ def work(place: Path, *command: str) -> str:
     return done.stdout if command[0] == "-c" else done.stdout + done.stderr
 
 
-@pytest.mark.skipif(not PYTHON.exists(), reason="nbgrader is not installed: make .venvs/readers/.installed")
+def is_there() -> bool:
+    return PYTHON.exists() and subprocess.run([str(PYTHON), "-c", "import nbgrader, grader"]).returncode == 0
+
+
 def test_nbgrader_gives_what_qdot_gives_and_says_why(assignment: Assignment) -> None:
+    if not is_there():
+        assert not os.environ.get("CI"), "nbgrader is not installed, and CI is to run it"
+        pytest.skip("nbgrader is not installed, and nothing of it was tried: make .venvs/readers/.installed")
     place = course(assignment)
     with (place / "nbgrader_config.py").open("a") as file:
-        file.write("c.Mark.seconds = 6\n")
+        file.write("c.Mark.seconds = 16\n")
     for student in (one.id for one in assignment.roster):
         blank = json.dumps(handout(assignment, student))
         text = answered(assignment, student, CHANGES[student]) if student in CHANGES else blank
@@ -126,8 +132,6 @@ def test_nbgrader_gives_what_qdot_gives_and_says_why(assignment: Assignment) -> 
                 os.utime(target / "hw.ipynb", (seconds, seconds))
         if student == "late":
             (place / "submitted" / student / "hw" / "timestamp.txt").write_text("2027-01-11 00:00:00 UTC")
-    if "nbgrader" not in work(place, "-c", "import importlib.util as u; print(u.find_spec('nbgrader'))"):
-        pytest.skip("nbgrader is not installed: make .venvs/readers/.installed")
     work(place, "-m", "nbgrader", "generate_assignment", "hw")
     # What was written without nbgrader is what nbgrader writes: its own digest of a cell that nobody may change.
     released = nbformat.read(place / "release" / "hw" / "hw.ipynb", as_version=4)
@@ -139,7 +143,7 @@ def test_nbgrader_gives_what_qdot_gives_and_says_why(assignment: Assignment) -> 
         assert ours[f"{name}-marks"] == theirs
     log = work(place, "-m", "nbgrader", "autograde", "hw")
     assert "Traceback" not in log
-    results, _ = grade(assignment, seconds=6)
+    results, _ = grade(assignment, seconds=16)  # the same time for a cell as in nbgrader
     lines = [json.loads(line) for line in work(place, "-c", SCORES).splitlines()]
     assert {line[0] for line in lines} == set(results)
     for student, score, worth, found in lines:
@@ -150,7 +154,7 @@ def test_nbgrader_gives_what_qdot_gives_and_says_why(assignment: Assignment) -> 
         assert answers == ({"No response."} if student == "blank" else {None}), student
     scores = {line[0]: line[1] for line in lines}
     assert scores | {"late": 3.6, "wrong": 2.5, "blank": 0, "meddles": 3} == scores
-    work(place, "-m", "nbgrader", "generate_feedback", "hw")
+    work(place, "-m", "nbgrader", "generate_feedback", "hw", "--student", "wrong")
     page = (place / "feedback" / "wrong" / "hw" / "hw.html").read_text()
     reason = next(part["reason"] for part in results["wrong"]["problems"][0]["parts"] if part["name"] == "jacobian")
     assert reason.split(";")[0].split("(")[0].strip() in page
