@@ -62,7 +62,7 @@ def test_a_record_says_what_a_page_needs() -> None:
     assert record["robot"]["joints"][0]["kind"] == "R"
     assert all(len(record["said"][mistake[0]]) == 3 for part in record["parts"] for mistake in part["key"]["mistakes"])
     position = record["parts"][0]["key"]
-    assert len(position["points"]) == 8 and (position["rows"], position["columns"]) == (2, 1)
+    assert len(position["points"]) == 16 and (position["rows"], position["columns"]) == (2, 1)
     text = json.dumps(record["parts"][1]["key"])
     assert "sin" not in text and "theta1*" not in text  # numbers, no formula
     solved = solutions_record(problem)

@@ -22,7 +22,7 @@ import numpy as np
 
 from exercises.formula.conditions import Space
 from exercises.formula.expression import read
-from exercises.formula.identity import READABLE, Domain
+from exercises.formula.identity import Domain
 from exercises.formula.pieces import pieces
 from exercises.formula.tape import Tape, compile_tape, evaluate_precisely
 from exercises.formula.trees import names
@@ -46,8 +46,10 @@ from exercises.quizzes.options import blames_of
 from exercises.record import Json, text_of
 from exercises.stream import Stream
 
-WIDE = 8
-"""So many more configurations have lengths of all orders of magnitude: what differs there only differs all the same."""
+POINTS, DRAWN = 16, 24
+"""Configurations of a key, and how many are drawn: the first are readable, the others have lengths of all sizes."""
+HUGE = 1e8
+"""Where an entry is larger the arm is singular but for rounding, and no formula can be told from another."""
 PRINTED = 3
 """At so many configurations a mistake's answer is known."""
 MOST_MISTAKES = 40
@@ -113,21 +115,26 @@ def _values(problem: Problem, part: Part) -> Json:
 
 
 def values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, stream: Stream) -> Json:
-    """Return the key of formulas, without mistakes; their symbols are those of the domain."""
+    """Return the key of formulas, without mistakes; their symbols are those of the domain. Raises ValueError."""
     nodes = [read(text, domain.roles) for text in texts]
-    points = domain.sample(set(domain.roles), READABLE + WIDE, stream)
+    points = domain.sample(set(domain.roles), DRAWN, stream)
     symbols = sorted(points)
     given = {name for name, role in domain.roles.items() if not isinstance(role, str)}
-    rows_of_points = [
-        [float(points[name][k]) if name in given else _short(points[name][k]) for name in symbols]
-        for k in range(READABLE + WIDE)
-    ]
     tape = compile_tape(nodes)
     used = sorted(set().union(*map(names, nodes)) & set(points))
-    right = [_at(tape, dict(zip(symbols, row, strict=True)), used) for row in rows_of_points]
+    rows_of_points: list[list[float]] = []
+    right: list[list[float | None]] = []
+    for k in range(DRAWN):
+        row = [float(points[name][k]) if name in given else _short(points[name][k]) for name in symbols]
+        values = [_double(value) for value in _at(tape, dict(zip(symbols, row, strict=True)), used)]
+        if len(right) < POINTS and all(value is not None and abs(value) < HUGE for value in values):
+            rows_of_points.append(row)
+            right.append(values)
+    if len(right) < PRINTED:
+        raise ValueError(f"the reference is defined at {len(right)} of {DRAWN} configurations: {texts}")
     return {
         "type": "values", "symbols": symbols, "points": rows_of_points, "rows": shape[0], "columns": shape[1],
-        "right": [[_double(value) for value in entry] for entry in zip(*right, strict=True)], "mistakes": [],
+        "right": [list(entry) for entry in zip(*right, strict=True)], "mistakes": [],
     }  # fmt: skip
 
 

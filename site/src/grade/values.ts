@@ -66,6 +66,7 @@ export function withPoints(text: string): string {
 }
 
 function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
+  if (key.points.length === 0) throw new Error("a key without configurations"); // else everything would be right
   const entries = rows.flat();
   const mine = key.points.map((_, k) => {
     const at = configuration(key, k, entries);
