@@ -11,6 +11,8 @@ from jsonschema import Draft202012Validator
 from test_cli import run
 
 from exercises.assignment import Student
+from exercises.site.bank import QUIZ, Wanted, write_bank
+from grader.certify import failures_of
 
 SCHEMAS = Path(__file__).parent.parent / "docs" / "schemas"
 
@@ -71,3 +73,40 @@ def test_doctor() -> None:
     content = json.loads(run("doctor", "--json"))
     assert errors("doctor", content) == []
     assert errors("doctor", {**content, "guarantees": []})
+
+
+@pytest.mark.parametrize("problem", ["planar-2r/7", "scara/2"])
+def test_problems(problem: str) -> None:
+    asked = "position,jacobian,singular-angles,rank,singularity-type,lost-direction,joint-rates"
+    content = json.loads(run("show", problem, "--questions", asked, "--format", "json", "--solution"))
+    assert errors("show", content) == []
+    assert errors("show", json.loads(run("show", problem, "--questions", "quiz", "--format", "json"))) == []
+    assert errors("show", {**content, "parts": []})
+    assert errors("show", {**content, "robot": {**content["robot"], "joints": [{"kind": "X"}]}})
+
+
+def test_solutions(tmp_path: Path) -> None:
+    row = '[[joint]]\nkind = "R"\ntheta = "theta{i}"\nd = 0\na = "a{i}"\nalpha = 0\n'
+    for joints, task in ((1, '["vx"]'), (2, '["vx", "vy"]'), (3, '["vx", "vy"]'), (2, '["wx", "wz"]')):
+        arm = tmp_path / "arm.toml"
+        arm.write_text(f'name = "x"\ntask = {task}\n' + "".join(row.format(i=i) for i in range(1, joints + 1)))
+        content = json.loads(run("solve", arm, "--format", "json"))
+        assert errors("solve", content) == []
+        assert errors("solve", {**content, "jacobian": []})
+
+
+def test_certificates(tmp_path: Path) -> None:
+    made = a_class(tmp_path / "hw", [Student("ada")])
+    run("generate", made.folder, "--jobs", "1")
+    content = json.loads((made.folder / "certificates" / "ada" / "hw.json").read_text())
+    assert errors("certificate", content) == []
+    assert errors("certificate", {**content, "notebook": {}})
+
+
+def test_problems_of_the_sites_bank(tmp_path: Path) -> None:
+    asked = ("position", "singular-angles", "rank", "lost-direction", "joint-rates", "singularity-type")
+    wanted = [Wanted("planar-2r", "001", 1, asked), Wanted("planar-2r", "001-quiz", 1, (QUIZ,))]
+    for wish in write_bank(tmp_path, wanted, failures_of, 1, lambda: None):
+        content = json.loads((tmp_path / "bank" / "planar-2r" / f"{wish['key']}.json").read_text())
+        assert errors("bank-problem", content) == []
+        assert errors("bank-problem", {**content, "said": [["only one"]]})
