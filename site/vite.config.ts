@@ -1,10 +1,11 @@
 // Builds the scripts and styles that every page of the site loads; the pages themselves are rendered by Python.
 import preact from "@preact/preset-vite";
-import { defineConfig } from "vite";
+import { defineConfig } from "vitest/config";
 
 export default defineConfig({
   base: "./",
   plugins: [preact()],
+  test: { include: ["tests/**/*.test.ts"] }, // e2e/ is Node's own test runner's
   build: {
     outDir: "dist",
     manifest: true, // by which Python knows the names of the files

@@ -20,9 +20,16 @@ const TYPES = {
   ".json": "application/json",
   ".svg": "image/svg+xml",
 };
-const CHROMIUM = ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find(
-  existsSync,
-);
+const CHROMIUM = [
+  "/usr/bin/chromium",
+  "/usr/bin/chromium-browser",
+  "/usr/bin/google-chrome",
+  "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+].find(existsSync);
+if (!CHROMIUM && !process.env.CI) {
+  console.error("no Chromium: the site is not tried in a browser (apt-get install chromium)");
+  process.exit(0);
+}
 const ARGUMENTS = [
   "--no-sandbox",
   "--disable-gpu",
