@@ -46,7 +46,7 @@ def generate(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="An assignment folder, as `qdot init` makes one.")],
     jobs: Jobs = CORES,
 ) -> None:
-    """Write the notebooks of a class, their solutions and certificates.
+    """Write a class's notebooks, with solutions and certificates.
 
     A problem leaves only if it passes its certificate, which certificates/STUDENT/KEY.json keeps for `qdot verify`.
     Every student has released/STUDENT/KEY.ipynb, and the staff solutions/STUDENT/KEY.ipynb. Notebooks that are up
@@ -291,6 +291,8 @@ def _grade(
         note(said)
     for name in looked.strangers:
         note(f"{name}: no student of that name is on the roster; not graded")
+    if not executor:  # each worker looks for itself
+        check_sandbox(assignment.sandbox == "strict")
     with alone(assignment):
         earlier = earlier_results(assignment)
         results = _results(assignment, looked.found, assignment.roster, jobs, limits, executor)
@@ -328,6 +330,8 @@ def _grade_share(
     """Grade some students of the roster; what they earn is kept, to be put together with the other shares."""
     students = share_of(assignment.roster, share)
     looked = find_submissions(assignment, submissions)
+    if not executor:
+        check_sandbox(assignment.sandbox == "strict")
     with alone(assignment):
         results = _results(assignment, looked.found, students, jobs, limits, executor)
     kept = cache_of(assignment)
@@ -345,7 +349,6 @@ def _results(
         counter.step()
 
     if not executor:
-        check_sandbox(assignment.sandbox == "strict")
         with progress("grading", len(students)) as counter:
             return grade_class(assignment, found, min(jobs, len(students)), limits, each, students)
     with connected(executor) as (workers, room), progress("grading", len(students)) as counter:

@@ -39,7 +39,9 @@ def export(
     page: Annotated[str, typer.Option(metavar="SIZE", help=f"PDF and LaTeX: {' or '.join(PAGES)}.")] = PAGES[0],
     jobs: Jobs = CORES,
 ) -> None:
-    """Write an assignment as quizzes for learning platforms, as handouts, or as a repository that grades itself.
+    """Write an assignment for other platforms, or for paper.
+
+    Quizzes for learning platforms, handouts and exams, repositories and autograders that grade by themselves.
 
     Where a platform draws each student's problem from a bank, the bank has --variants certified variants of each
     problem; handouts are made for everybody on the roster. docs/outlets.md says what reads each outlet, and how.
@@ -67,7 +69,9 @@ def report(
         list[str], typer.Option(metavar="FORMAT=PATH", help="Write the results so instead; repeatable. - is stdout.")
     ] = [],  # noqa: B006
 ) -> None:
-    """Show the class at a glance: a page for the staff, made from the results of the last `qdot grade`.
+    """Show the class at a glance, on a page for the staff.
+
+    It is made from the results of the last `qdot grade`.
 
     Distribution of scores, difficulty and discrimination of every part, mistakes and who made them, right answers in
     unusual forms, whether some variants were harder, late and missing work, wrong answers that are nearly the same
