@@ -73,6 +73,9 @@ def mathjax(latex: str, block: bool) -> str:
 _SPECIAL = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "…": r"\dots{}"}
 _SPECIAL.update({ch: f"\\{ch}" for ch in "&%$#_{}"})
 _SPECIAL.update({"×": r"$\times$", "−": "$-$", "–": "--"})
+_SPECIAL.update(
+    {letter: rf"$\{name}$" for letter, name in (("θ", "theta"), ("α", "alpha"), ("β", "beta"), ("π", "pi"))}
+)
 _OPEN = {
     "paragraph_open": "\n", "bullet_list_open": "\n\\begin{itemize}\n", "ordered_list_open": "\n\\begin{enumerate}\n",
     "list_item_open": "\\item ", "strong_open": r"\textbf{", "em_open": r"\emph{", "tbody_open": "\\midrule\n",
