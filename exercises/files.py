@@ -4,7 +4,7 @@ import contextlib
 import os
 import re
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from exercises.errors import QdotError
@@ -85,6 +85,17 @@ def _lock(handle: int, *, wait: bool = True) -> None:
     import fcntl
 
     fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+
+
+@contextlib.contextmanager
+def tidied(paths: Iterable[Path]) -> Iterator[None]:
+    """Remove what an earlier run left behind for these paths, and in the end what this run's own dead workers did."""
+    known = list(paths)
+    remove_left_behind(known)
+    try:
+        yield
+    finally:
+        remove_left_behind(known)
 
 
 def remove_left_behind(paths: Iterable[Path]) -> None:

@@ -12,12 +12,12 @@ from nbformat import NotebookNode
 
 from exercises.assignment import SECRET_FILE, Assignment, Student, read_roster
 from exercises.errors import QdotError
-from exercises.files import make_folder, remove_left_behind, write_atomically
+from exercises.files import make_folder, tidied, write_atomically
 from exercises.notebook import notebook_text, solution_notebook, student_notebook
 from exercises.parallel import ordered_map
 from exercises.problem import Problem
 from exercises.render import render
-from exercises.store import keep
+from exercises.store import keep, store_path
 
 EXAMPLE_STUDENTS = (Student("s001", "Ada Example", "ada@example.org"), Student("s002", "Bo Example", "bo@example.org"))
 
@@ -148,9 +148,10 @@ def release(assignment: Assignment, certify: Certify, jobs: int, each: Callable[
     """
     students = [student.id for student in assignment.roster]
     kinds = ("released", "solutions")
-    remove_left_behind(notebook_path(assignment, student, kind) for student in students for kind in kinds)
-    remove_left_behind(certificate_path(assignment, student) for student in students)
-    with closing(ordered_map(release_one, students, jobs, _both, (assignment, certify))) as every:
+    notebooks = [notebook_path(assignment, student, kind) for student in students for kind in kinds]
+    others = [path(assignment, student) for student in students for path in (certificate_path, store_path)]
+    every = ordered_map(release_one, students, jobs, _both, (assignment, certify))
+    with tidied(notebooks + others), closing(every):
         for released in every:
             each(released)
 

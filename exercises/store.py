@@ -59,7 +59,7 @@ def keep(assignment: Assignment, student: str, problems: list[tuple[str, Problem
     payload = zlib.compress(pickle.dumps((problems, figures, texts), protocol=5), 1)
     text = f"{_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"
     try:
-        write_atomically(_path(assignment, student), text, mode=0o600)
+        write_atomically(store_path(assignment, student), text, mode=0o600)
     except QdotError:
         return
 
@@ -67,7 +67,7 @@ def keep(assignment: Assignment, student: str, problems: list[tuple[str, Problem
 def kept_text(assignment: Assignment, student: str) -> str:
     """Return what was kept of a student as it stands in its file, to be sent elsewhere; empty where nothing is."""
     try:
-        return _path(assignment, student).read_text(encoding="ascii")
+        return store_path(assignment, student).read_text(encoding="ascii")
     except (OSError, ValueError):
         return ""
 
@@ -86,7 +86,8 @@ def kept(assignment: Assignment, student: str, text: str | None = None) -> Kept:
     return Kept(assignment.problems(student))
 
 
-def _path(assignment: Assignment, student: str) -> Path:
+def store_path(assignment: Assignment, student: str) -> Path:
+    """Return where what was worked out for a student is kept."""
     return assignment.folder / FOLDER / "problems" / hashlib.sha256(student.encode()).hexdigest()[:24]
 
 

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from exercises.assignment import Assignment, Student
 from exercises.errors import QdotError
-from exercises.files import cannot_write, make_folder, remove_left_behind, write_atomically
+from exercises.files import cannot_write, make_folder, tidied, write_atomically
 from exercises.parallel import ordered_map
 from grader.attempt import Attempt, Marked, grade_attempt, is_graded, made_from, read_attempts, ungraded
 from grader.copies import Copies
@@ -62,7 +62,6 @@ def grade_class(
     tasks = [Task(student.id, submissions.get(student.id)) for student in chosen]
     shelf = _Shelf(assignment, limits, cache_of(assignment))
     make_folder(shelf.folder)
-    remove_left_behind(path for task in tasks for path in _all_kept(shelf.folder, task))
     results: dict[int, Result] = {}
 
     def settled(place: int, handed_in: list[Graded]) -> None:
@@ -70,13 +69,14 @@ def grade_class(
         results[place] = settle(assignment, student, handed_in, overrides.get(student.id, {}))
         each(results[place])
 
-    if executor is not None:
-        _grade_elsewhere(shelf, tasks, executor, room, settled)
-    else:
-        lost = partial(_lost, assignment) if jobs else None
-        with contextlib.closing(ordered_map(_grade, tasks, jobs, _Desk, (shelf,), lost)) as every:
-            for place, handed_in in enumerate(every):
-                settled(place, handed_in)
+    with tidied(path for task in tasks for path in _all_kept(shelf.folder, task)):
+        if executor is not None:
+            _grade_elsewhere(shelf, tasks, executor, room, settled)
+        else:
+            lost = partial(_lost, assignment) if jobs else None
+            with contextlib.closing(ordered_map(_grade, tasks, jobs, _Desk, (shelf,), lost)) as every:
+                for place, handed_in in enumerate(every):
+                    settled(place, handed_in)
     return [results[place] for place in range(len(tasks))]
 
 

@@ -9,7 +9,8 @@ import pytest
 from exercises import files
 from exercises.assignment import load_assignment
 from exercises.errors import QdotError
-from exercises.release import Released, init_assignment, release
+from exercises.release import Released, init_assignment, notebook_path, release
+from exercises.store import store_path
 from grader.certify import certificate_text
 
 PROBLEM = '[[problem]]\nfamily = "planar-2r"\nquestions = ["position"]\n'
@@ -323,6 +324,7 @@ def test_what_a_killed_run_had_begun_is_removed_and_what_another_writes_is_not(f
         folder / "solutions" / "s001" / ".hw.ipynb.1ra2d1o5.tmp",
         folder / "released" / "s002" / ".hw.ipynb.abcd_f_8.tmp",
         folder / "certificates" / "s002" / ".hw.json.00000000.tmp",
+        _begun_beside(store_path(load_assignment(folder), "s001")),
     ]
     strange = [
         folder / "solutions" / "s001" / ".other.ipynb.1ra2d1o5.tmp",
@@ -347,6 +349,28 @@ def test_what_a_killed_run_had_begun_is_removed_and_what_another_writes_is_not(f
         writer.kill()
     outcomes(folder)
     assert not writing.exists()
+
+
+def test_what_a_dead_worker_had_begun_is_gone_when_the_run_is_over(folder: Path) -> None:
+    (folder / "assignment.toml").write_text(TOML)
+    assignment = load_assignment(folder)
+    paths = [notebook_path(assignment, "s002", "solutions"), store_path(assignment, "s001")]
+
+    def a_worker_dies(told: Released) -> None:
+        for path in paths:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            _begun_beside(path).write_text("{")
+
+    release(assignment, certificate_text, 0, a_worker_dies)
+    assert not list(folder.rglob("*.tmp"))
+    with pytest.raises(ZeroDivisionError), files.tidied(paths):
+        a_worker_dies(Released("s001", "written"))
+        raise ZeroDivisionError
+    assert not list(folder.rglob("*.tmp"))
+
+
+def _begun_beside(path: Path) -> Path:
+    return path.with_name(f".{path.name}.1ra2d1o5.tmp")
 
 
 def test_a_file_that_was_tidied_away_before_it_was_locked_is_begun_again(

@@ -165,6 +165,23 @@ def test_what_a_killed_grader_had_begun_is_removed(assignment: Assignment) -> No
     assert not [path for path in begun if path.exists()]
 
 
+def test_what_a_dead_worker_had_begun_is_gone_when_the_run_is_over(assignment: Assignment) -> None:
+    results = list(grade(assignment).values())
+    graded = assignment.folder / "graded"
+    marked = next((graded / ".cache").glob("*.json"))
+    page, grades = graded / "feedback" / "s01.html", graded / "grades.csv"
+
+    def a_worker_dies(*of: Path) -> None:
+        for path in of:
+            path.parent.mkdir(exist_ok=True)
+            path.with_name(f".{path.name}.1ra2d1o5.tmp").write_text("{")
+
+    grade_class(assignment, {}, 0, Limits(), lambda _: a_worker_dies(marked))
+    assert not list(graded.rglob("*.tmp"))
+    write_reports(assignment, results, each=lambda: a_worker_dies(page, grades))
+    assert not list(graded.rglob("*.tmp"))
+
+
 def test_two_graders_do_not_work_in_one_folder(assignment: Assignment) -> None:
     import fcntl
 

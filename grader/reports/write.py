@@ -6,7 +6,7 @@ from pathlib import Path
 
 from exercises.assignment import Assignment, Student
 from exercises.errors import QdotError
-from exercises.files import remove_left_behind, write_atomically
+from exercises.files import tidied, write_atomically
 from exercises.parallel import ordered_map
 from grader.history import keep_earlier, results_path
 from grader.reports.feedback import feedback_page, made_from
@@ -27,9 +27,6 @@ def write_reports(
     folder = assignment.folder / "graded"
     by_id = {student.id: student for student in assignment.roster}
     pages = [(by_id[result["student"]], result) for result in results]
-    remove_left_behind(
-        (*(_page(folder, student) for student, _ in pages), results_path(assignment), folder / "grades.csv")
-    )
     keep_earlier(assignment, results)
     # Its figures take longer than all the rest of a page: they are drawn on several processes, and only once.
     old = [(student, result) for student, result in pages if not _is_up_to_date(assignment, student, result)]
@@ -37,12 +34,14 @@ def write_reports(
         each()
     unwritten = []
     lost = _lost if jobs > 1 else None
-    with contextlib.closing(ordered_map(_write, old, jobs, _same, (assignment,), lost)) as every:
+    ours = [*(_page(folder, student) for student, _ in pages), results_path(assignment), folder / "grades.csv"]
+    every = ordered_map(_write, old, jobs, _same, (assignment,), lost)
+    with tidied(ours), contextlib.closing(every):
         for student in every:
             unwritten += [student] if student else []
             each()
-    write_atomically(folder / "grades.csv", grades_csv(results, assignment.roster))
-    write_atomically(results_path(assignment), results_jsonl(results))
+        write_atomically(folder / "grades.csv", grades_csv(results, assignment.roster))
+        write_atomically(results_path(assignment), results_jsonl(results))
     if unwritten:
         raise QdotError(
             f"no feedback page for {', '.join(unwritten)}: what wrote it was ended by the system, probably for want of "
