@@ -1,11 +1,14 @@
 """Exports for learning platforms: held against the platforms' rules, and read by programs that read them there.
 
 The readers are in an environment of their own (`make .venvs/readers/.installed`); where they aren't, tests say so.
+With QDOT_QTI=FILE, the schema imsqti_v2p1.xsd with what it imports beside it (as in a checkout of TAO's
+extension-tao-itemqti), packages are validated against it; no registry has it.
 """
 
 import base64
 import io
 import json
+import os
 import re
 import subprocess
 import zipfile
@@ -365,6 +368,31 @@ def test_qti_is_read_by_citolab(order: Order, asked: list[Item], tmp_path: Path)
     broken = file.content[: len(file.content) // 2]
     (tmp_path / "two.zip").write_bytes(broken)
     assert subprocess.run(command, capture_output=True).returncode != 0
+
+
+VALIDATE = """
+import sys
+from lxml import etree
+schema = etree.XMLSchema(etree.parse(sys.argv[1]))
+for path in sys.argv[2:]:
+    schema.assertValid(etree.parse(path))
+"""
+
+
+@pytest.mark.skipif("QDOT_QTI" not in os.environ, reason="QDOT_QTI doesn't name the schema of QTI 2.1")
+def test_qti_holds_to_its_schema(order: Order, asked: list[Item], tmp_path: Path) -> None:
+    (file,) = file_of(qti.qti_zip, order, asked)
+    paths = []
+    for name, content in unzipped(file.content).items():
+        if name == "test.xml" or name.startswith("items/"):
+            paths.append(tmp_path / name.replace("/", "-"))
+            paths[-1].write_bytes(content)
+    command = [reader("python"), "-c", VALIDATE, os.environ["QDOT_QTI"]]
+    done = subprocess.run([*command, *map(str, paths)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    broken = next(path for path in paths if path.name.startswith("items-"))
+    broken.write_bytes(broken.read_bytes().replace(b"<itemBody", b"<itemsBody").replace(b"</itemB", b"</itemsB"))
+    assert subprocess.run([*command, str(broken)], capture_output=True).returncode != 0
 
 
 def test_qti_marks_as_it_should(order: Order, asked: list[Item]) -> None:

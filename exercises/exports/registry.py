@@ -28,7 +28,8 @@ OUTLETS = {
             moodle_xml,
         ),
         Outlet("canvas", "A quiz as QTI 1.2", "Canvas", "text2qti (as the model), our checks", "variant", canvas_zip),
-        Outlet("qti", "A test as a QTI 2.1 package", "TAO, OpenOlat", "citolab-qti-convert", "variant", qti_zip),
+        Outlet("qti", "A test as a QTI 2.1 package", "what reads QTI 2.1 (TAO, OpenOlat)",
+               "citolab-qti-convert; its XML Schema, by hand", "variant", qti_zip),
         Outlet(
             "jupyterquiz", "Quizzes for notebooks, with the answers in the page", "jupyterquiz, in Jupyter Book, too",
             "jupyterquiz", "variant", jupyterquiz_files,
@@ -41,8 +42,8 @@ OUTLETS = {
                latex),
         Outlet("stack", "STACK questions in Moodle XML", "Moodle with STACK", "Maxima", "variant", stack_questions),
         Outlet(
-            "prairielearn", "A course folder whose questions call qdot", "PrairieLearn", "Mustache, its JSON Schemas",
-            "variant", course,
+            "prairielearn", "A course folder whose questions call qdot", "PrairieLearn",
+            "Mustache; its JSON Schemas, by hand", "variant", course,
         ),
     )
 }  # fmt: skip
