@@ -1,10 +1,12 @@
-"""Writing files so that nobody ever sees half of one."""
+"""Writing files so that nobody ever sees half of one, and temporary folders that no killed process leaves behind."""
 
 import contextlib
 import os
 import re
+import shutil
 import tempfile
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 from exercises.errors import QdotError
@@ -119,3 +121,46 @@ def _remove_unless_locked(path: Path) -> None:
             path.unlink()
         finally:
             os.close(handle)
+
+
+# --- temporary folders, and those of processes that were killed ---
+
+
+@dataclass(frozen=True)
+class OwnFolder:
+    """A temporary folder, locked for as long as this process has it open."""
+
+    path: str
+    handle: int
+
+    def remove(self) -> None:
+        """Remove the folder with all that is in it."""
+        shutil.rmtree(self.path, ignore_errors=True)
+        with contextlib.suppress(OSError):
+            os.close(self.handle)
+
+
+def own_folder(prefix: str) -> OwnFolder:
+    """Return a new temporary folder, and remove those with such a name whose processes were killed."""
+    for path in Path(tempfile.gettempdir()).glob(f"{prefix}*"):
+        with contextlib.suppress(OSError):
+            _remove_folder_unless_locked(path)
+    while True:
+        folder = tempfile.mkdtemp(prefix=prefix)
+        with contextlib.suppress(FileNotFoundError):  # somebody who was tidying up had it before it was locked
+            handle = os.open(folder, os.O_RDONLY)
+            with contextlib.suppress(OSError):  # a disk that knows no locks: nobody else gets one there, either
+                _lock(handle)
+            if Path(folder).is_dir():
+                return OwnFolder(folder, handle)
+            os.close(handle)
+
+
+def _remove_folder_unless_locked(path: Path) -> None:
+    handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    try:
+        if os.fstat(handle).st_uid == os.geteuid():
+            _lock(handle, wait=False)
+            shutil.rmtree(path, ignore_errors=True)
+    finally:
+        os.close(handle)

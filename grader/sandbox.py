@@ -10,7 +10,6 @@ import contextlib
 import json
 import os
 import select
-import shutil
 import signal
 import socket
 import subprocess
@@ -25,6 +24,7 @@ from types import TracebackType
 from typing import Any
 
 from exercises.errors import QdotError
+from exercises.files import OwnFolder, own_folder
 
 CONTAINED = Path(__file__).with_name("contained")
 
@@ -103,7 +103,7 @@ class Sandbox:
         }  # fmt: skip
         self._process: subprocess.Popen[bytes] | None = None
         self._control: socket.socket | None = None
-        self._folder = ""
+        self._folder: OwnFolder | None = None
 
     def __enter__(self) -> "Sandbox":
         return self
@@ -124,9 +124,9 @@ class Sandbox:
             self._process.kill()
             self._process.wait()
             self._process = None
-        if self._folder:
-            shutil.rmtree(self._folder, ignore_errors=True)
-            self._folder = ""
+        if self._folder is not None:
+            self._folder.remove()
+            self._folder = None
 
     def run(
         self, cells: Sequence[str], names: Sequence[str], asked: Mapping[str, Mapping[str, Any]] | None = None
@@ -201,13 +201,13 @@ class Sandbox:
         if self._process is not None and self._process.poll() is None:
             return
         self.close()
-        self._folder = tempfile.mkdtemp(prefix="qdot-")
+        self._folder = own_folder("qdot-sandbox-")
         keep = {name: os.environ[name] for name in ("PATH", "SYSTEMROOT", "LD_LIBRARY_PATH") if name in os.environ}
         environment = {
             **keep, "HOME": tempfile.gettempdir(), "LANG": "C.UTF-8", "MPLBACKEND": "Agg", "PYTHONHASHSEED": "0",
             "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1",
         }  # fmt: skip
-        config = {**self._config, "folder": self._folder}
+        config = {**self._config, "folder": self._folder.path}
         self._control, other = socket.socketpair()
         with other:
             self._process = subprocess.Popen(

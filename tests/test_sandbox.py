@@ -2,7 +2,9 @@
 
 import ast
 import contextlib
+import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Iterator
@@ -10,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from exercises.files import own_folder
 from grader.sandbox import CONTAINED, Limits, Sandbox
 
 IMPORTS = "from sympy import *\nimport numpy as np\nx, y = symbols('x y')"
@@ -169,6 +172,30 @@ def test_a_notebook_starts_in_an_empty_folder_of_its_own_that_is_gone_after(sand
     second = sandbox.run([cell + "\nr = str(os.path.exists(" + repr(first.answers["q"]) + "))"], ["p", "q", "r"])
     assert first.answers["p"] == second.answers["p"] == "[]"
     assert second.answers["r"] == "False"
+
+
+def test_folders_of_processes_that_were_killed_are_removed_and_those_in_use_are_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    program = "import sys; from exercises.files import own_folder; print(own_folder('qdot-own-').path, flush=True); "
+    with subprocess.Popen(
+        [sys.executable, "-c", program + "sys.stdin.read()"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        env={"TMPDIR": str(tmp_path)},
+    ) as process:  # fmt: skip
+        assert process.stdout is not None
+        others = Path(process.stdout.readline().strip())
+        (others / "kept").mkdir()
+        mine = own_folder("qdot-own-")
+        assert (others / "kept").exists()
+        process.kill()
+    (tmp_path / "qdot-own-link").symlink_to(tmp_path)
+    (tmp_path / "qdot-other").mkdir()
+    own_folder("qdot-own-").remove()
+    left = {Path(mine.path).name, "qdot-own-link", "qdot-other"}
+    assert {path.name for path in tmp_path.iterdir()} == left
+    mine.remove()
+    assert not Path(mine.path).exists()
 
 
 @pytest.fixture

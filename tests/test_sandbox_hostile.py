@@ -94,7 +94,7 @@ def running(sandbox: Sandbox) -> list[int]:
     found = []
     for path in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):
-            if sandbox._folder.encode() in (path / "cmdline").read_bytes():
+            if sandbox._folder and sandbox._folder.path.encode() in (path / "cmdline").read_bytes():
                 found.append(int(path.name))
     return found
 
