@@ -58,6 +58,10 @@ def test_init_overwrites_nothing(folder: Path) -> None:
             "line 6: problem 1: questions = []: it names no question; leave the key out to ask all that apply",
         ),
         (
+            TOML.replace('"position"', '"quiz", "rank"'),
+            'a quiz stands alone and without brackets, as in questions = "quiz"',
+        ),
+        (
             TOML.replace('["position"]', "[]").replace("planar-2r", "random-3"),
             "line 6: problem 1: questions = []: its arms are of many kinds; name the questions that all are asked",
         ),
