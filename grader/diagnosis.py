@@ -7,6 +7,7 @@ these is not guessed at.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -15,10 +16,18 @@ from exercises.formula.expression import read
 from exercises.formula.identity import Domain
 from exercises.formula.tape import compile_tape, evaluate
 from exercises.formula.trees import Node, ReadError, as_matrix, digits_of_decimals, has_blank, names
-from exercises.mistakes.catalogue import ON_THE_WAY, Wrong, late_slips, taken, wrong_answers
+from exercises.mistakes.catalogue import (
+    ON_THE_WAY,
+    Wrong,
+    fingerprint,
+    late_mistakes,
+    late_slips,
+    taken,
+    wrong_answers,
+)
 from exercises.mistakes.given import Values, configurations
 from exercises.mistakes.results import RESULTS, result
-from exercises.mistakes.working import numbers
+from exercises.mistakes.working import Working, numbers
 from exercises.problem import Choice, Direction, Matching, Number, Part, Problem, Selection
 from exercises.questions.concepts import option_numbers
 from exercises.quizzes.options import blames_of
@@ -56,9 +65,24 @@ class Found:
                 found, due = _unit(self.values), _unit(other)
                 near = np.minimum(np.abs(found - due), np.abs(found + due)) <= self.room[0]
             else:
-                largest = np.nanmax(self.size, axis=(0, 1))  # what is zero comes out as 1e-17 of what is not
-                near = np.abs(self.values - other) <= self.room[0] * np.maximum(self.size, largest) + self.room[1]
+                near = np.abs(self.values - other) <= self._allowed
         return np.asarray(near.all(axis=-1))
+
+    def is_all(self, other: np.ndarray) -> bool:
+        """Tell whether another answer has the same shape and values."""
+        if self.values.shape != other.shape:
+            return False
+        if not self.is_direction:  # most differ at the first configuration already
+            with np.errstate(all="ignore"):
+                if not (np.abs(self.values[..., 0] - other[..., 0]) <= self._allowed[..., 0]).all():
+                    return False
+        return bool(self.like(other).all())
+
+    @cached_property
+    def _allowed(self) -> np.ndarray:
+        with np.errstate(all="ignore"):
+            largest = np.nanmax(self.size, axis=(0, 1))  # what is zero comes out as 1e-17 of what is not
+            return np.asarray(self.room[0] * np.maximum(self.size, largest) + self.room[1])
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:
@@ -167,12 +191,12 @@ def named(problem: Problem, part: Part, values: Values, found: Found) -> Diagnos
     alone = []
     for wrong in wrong_answers(w, part):
         if wrong.answer.shape == found.values.shape:
-            if found.like(wrong.answer).all() and says_something(wrong.answer):
+            if found.is_all(wrong.answer) and says_something(wrong.answer):
                 return _said([wrong])
             alone.append(wrong)
     if found.values.shape != right.shape or (right[..., 0].size == 1 and part.type == "number"):
         return None
-    two = _two(alone, part, found)
+    two = _two(w, right, alone, part, found)
     if two is not None:
         return two
     telling, off = _in_some_entries(alone, right, found)
@@ -198,15 +222,21 @@ def _said(wrongs: Sequence[Wrong]) -> Diagnosis:
 # --- two at once ---
 
 
-def _two(alone: Sequence[Wrong], part: Part, found: Found) -> Diagnosis | None:
-    """Return one mistake on the way to J and one behind it, which give the answer together."""
+def _two(w: Working, right: np.ndarray, alone: Sequence[Wrong], part: Part, found: Found) -> Diagnosis | None:
+    """Return one mistake on the way to J and one behind it, which give the answer together.
+
+    Of first mistakes that come to the same, or to what is right, one is tried: the others have the same second ones.
+    """
     if part.type == "number":  # three digits are too few to tell so many apart
         return None
+    if np.isnan(found.values).any():  # left blank, and like nothing
+        return None
+    late, seen = late_mistakes(w.chain, part, (right.shape[0], right.shape[1])), {fingerprint(w, right)}
     for first in alone:
-        if first.mistake.name in ON_THE_WAY:
-            for second in late_slips(first, part):
-                same = second.answer.shape == found.values.shape and found.like(second.answer).all()
-                if same and says_something(second.answer):
+        if first.mistake.name in ON_THE_WAY and (made := fingerprint(first.working, first.answer)) not in seen:
+            seen.add(made)
+            for second in late_slips(first, part, late):
+                if found.is_all(second.answer) and says_something(second.answer):
                     return _said([first, second])
     return None
 

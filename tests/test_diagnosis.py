@@ -16,7 +16,15 @@ from exercises.families import FAMILIES
 from exercises.formula.expression import read
 from exercises.formula.tape import compile_tape, evaluate
 from exercises.generate import questions_of
-from exercises.mistakes.catalogue import CATALOGUE, taken, wrong_answers
+from exercises.mistakes.catalogue import (
+    CATALOGUE,
+    ON_THE_WAY,
+    fingerprint,
+    late_mistakes,
+    late_slips,
+    taken,
+    wrong_answers,
+)
 from exercises.mistakes.given import Values, configurations
 from exercises.mistakes.results import RESULTS, result
 from exercises.mistakes.working import as_formulas, formulas, numbers
@@ -210,3 +218,25 @@ def test_a_function_that_needs_numbers_is_diagnosed_by_its_values() -> None:
     table = TABLE + json.dumps({"shape": [2], "values": values})
     found = diagnose(problem, problem.parts[0], table, "s", "points")
     assert found is not None and found.mistakes == ("relative-angle",)
+
+
+@pytest.mark.parametrize("name", ["jacobian", "inverse-velocity", "link-velocity", "position-vectors"])
+def test_second_mistakes_give_what_they_give_when_all_is_worked_out_again(name: str) -> None:
+    (part,) = (problem := asked(name, PLANAR)).parts
+    w = numbers(problem.chain, configurations(problem.chain, part, domain_of(problem), 3, Stream("second mistakes")))
+    right = result(w, part)
+    late = late_mistakes(w.chain, part, (right.shape[0], right.shape[1]))
+    of_working: dict[bytes, set[bytes]] = {}
+    for first in wrong_answers(w, part):
+        if first.mistake.name in ON_THE_WAY and first.answer.shape == right.shape:
+            with np.errstate(all="ignore"):  # of a J that lost its rank
+                due = [as_bytes(result(first.working.but(slip.changes), part)) for _, slip in late]
+                made = [as_bytes(second.answer) for second in late_slips(first, part, late)]
+            assert set(due) == {*made, as_bytes(first.answer)} or set(due) == set(made)
+            known = of_working.setdefault(fingerprint(first.working, first.answer), set(due))
+            assert known == set(due), "one fingerprint of workings that go on differently"
+
+
+def as_bytes(answer: np.ndarray) -> bytes:
+    finite = np.where(np.isfinite(answer) & (np.abs(answer) < 1e9), answer, 1e9)  # a determinant of zero or 1e-17
+    return repr(answer.shape).encode() + (np.round(finite, 6) + 0.0).tobytes()

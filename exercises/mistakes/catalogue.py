@@ -8,7 +8,7 @@ import numpy as np
 
 from exercises.arm.chain import Chain
 from exercises.mistakes import algebra, arrangement, choices, columns, numeric, position, sets, table
-from exercises.mistakes.base import RESULT, Mistake, Slip, Taken
+from exercises.mistakes.base import RESULT, Mistake, Shape, Slip, Taken
 from exercises.mistakes.results import RESULTS, result
 from exercises.mistakes.working import Working, propagated
 from exercises.problem import Part
@@ -102,15 +102,41 @@ def made(mistake: Mistake, w: Working, part: Part) -> Iterator[Wrong]:
                 yield Wrong(mistake, slip, working, answer)
 
 
-def late_slips(first: Wrong, part: Part) -> Iterator[Wrong]:
-    """Yield what a mistake behind J makes of an answer in which another was made on the way to it."""
-    shape = (first.answer.shape[0], first.answer.shape[1])
-    for mistake in likely(part):
-        for slip in mistake.slips(first.working.chain, shape):
-            if set(slip.changes) <= _LATE:
-                answer = _result(first.working.but(slip.changes), part)
-                if answer is not None:
-                    yield Wrong(mistake, slip, first.working, answer)
+def late_mistakes(chain: Chain, part: Part, shape: Shape) -> list[tuple[Mistake, Slip]]:
+    """Return the mistakes that are made behind J, in an answer of some rows and columns, in every way they are made."""
+    slips = ((mistake, slip) for mistake in likely(part) for slip in mistake.slips(chain, shape))
+    return [(mistake, slip) for mistake, slip in slips if set(slip.changes) <= _LATE]
+
+
+def late_slips(first: Wrong, part: Part, late: Iterable[tuple[Mistake, Slip]]) -> Iterator[Wrong]:
+    """Yield what mistakes behind J make of an answer in which another was made on the way to it.
+
+    Those in stages that the answer does not come from are left out: they change nothing.
+    """
+    w = first.working
+    for mistake, slip in late:
+        if set(slip.changes) == {RESULT}:  # what is written down otherwise is worked out already
+            with np.errstate(all="ignore"):
+                yield Wrong(mistake, slip, w, slip.changes[RESULT](w, first.answer))
+        elif any(stage == RESULT or w.comes_from(stage) for stage in slip.changes):
+            answer = _result(w.but(slip.changes), part)
+            if answer is not None:
+                yield Wrong(mistake, slip, w, answer)
+
+
+def fingerprint(w: Working, answer: np.ndarray) -> bytes:
+    """Return an answer and what mistakes behind J change in it, to twelve digits: what they make of it is the same."""
+    found = [answer, *w.jacobians()]
+    if answer.shape[:2] == (len(w.chain.task), w.n):
+        found.append(w["geometric"])  # other rows of it may be written down
+    return b"".join(map(_rounded, found))
+
+
+def _rounded(values: np.ndarray) -> bytes:
+    finite = np.isfinite(values)
+    largest = np.abs(values).max(where=finite, initial=1e-300)
+    rounded = np.where(finite, np.round(np.where(finite, values, 0) / largest, 12) + 0.0, values)
+    return repr((values.shape, f"{largest:.11e}")).encode() + rounded.tobytes()
 
 
 def _result(working: Working, part: Part) -> np.ndarray | None:

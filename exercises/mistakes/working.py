@@ -104,10 +104,19 @@ class Working:
     def up_to(self, frame: int) -> "Working":
         """Return the same working, with its mistakes, for the origin of a frame inside the arm and its link."""
         if frame not in self._first:
-            shorter = replace(self.chain, joints=self.chain.joints[:frame], tool=None)
             before = None if self.before is None else self.before.up_to(frame)
+            shorter = before.chain if before else replace(self.chain, joints=self.chain.joints[:frame], tool=None)
             self._first[frame] = Working(shorter, self.arithmetic, self.changes, self.fresh, before)
         return self._first[frame]
+
+    def comes_from(self, stage: str) -> bool:
+        """Tell whether what has been worked out so far comes from a stage."""
+        return any(stage == known or stage in built_on(known) for known in self._known)
+
+    def jacobians(self) -> list[np.ndarray]:
+        """Return the Jacobians that have been worked out so far, those of frames inside the arm included."""
+        workings = (self, *self._first.values())
+        return [w._known[stage] for w in workings for stage in ("geometric", "jacobian") if stage in w._known]
 
     @property
     def n(self) -> int:
