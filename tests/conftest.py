@@ -7,18 +7,17 @@ import json
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
 import sympy as sp
 from hypothesis import HealthCheck, settings
+from support import drawn as drawn_once
 
 from exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
 from exercises.families import FAMILIES
-from exercises.generate import generate
-from exercises.problem import Problem, ProblemId
+from exercises.problem import Problem
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 """The arms of the chapter, of which more are tried than of the others."""
@@ -69,15 +68,10 @@ def seeds() -> range:
     return range(int(os.environ.get("QDOT_SEEDS", "6")))
 
 
-@cache
-def _drawn(family: str, seed: int) -> Problem:
-    return generate(ProblemId(family, seed))
-
-
 @pytest.fixture(scope="session")
 def drawn() -> Callable[[str, int], Problem]:
     """Return the problem of a family and a seed with all its questions, generated once for all tests of a process."""
-    return _drawn
+    return drawn_once
 
 
 # The tests of a family run in one process, so that its problems are generated once.
@@ -92,4 +86,4 @@ def family(request: pytest.FixtureRequest) -> str:
 )
 def problem(request: pytest.FixtureRequest) -> Problem:
     """The first problem of every family, and the second of those of the chapter."""
-    return _drawn(*request.param)
+    return drawn_once(*request.param)

@@ -1,18 +1,45 @@
-"""What tests of questions share: problems of one question for any chain, and problems with another reference."""
+"""What tests of questions share: problems of one question for any chain, and problems with another reference.
+
+With QDOT_WHOLE set (`make whole`), tests that draw several problems of a family draw all that they may.
+"""
 
 import os
 import signal
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
+import pytest
 import sympy as sp
 
 from exercises.arm.chain import Chain, Point
 from exercises.assignment import Assignment
 from exercises.families import FAMILIES
+from exercises.generate import generate
 from exercises.problem import Answer, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.stream import Stream
+
+WHOLE = bool(os.environ.get("QDOT_WHOLE"))
+
+
+def several(few: int, all_of_them: int) -> int:
+    """Return how many problems of a family a test draws: `few`, or all where the whole sweep is asked for."""
+    return all_of_them if WHOLE else few
+
+
+@cache
+def drawn(family: str, seed: int) -> Problem:
+    """Return the problem of a family and a seed with all its questions, generated once for all tests of a process."""
+    return generate(ProblemId(family, seed))
+
+
+def of_families(names: Iterable[str]) -> pytest.MarkDecorator:
+    """Ask a test of families, each in the process in which its problems are generated."""
+    return pytest.mark.parametrize(
+        "family", [pytest.param(name, marks=pytest.mark.xdist_group(name)) for name in names]
+    )
 
 
 def asked(name: str, chain: Chain, seed: int = 1) -> Problem:

@@ -5,12 +5,13 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from support import drawn
 
 from exercises.families import FAMILIES
 from exercises.figure import arm_figure
 from exercises.figure.plane import is_flat
 from exercises.figure.shapes import Figure, Pair, Polyline, Text
-from exercises.generate import generate, sample_chain
+from exercises.generate import sample_chain
 from exercises.problem import ProblemId
 
 Segment = tuple[Pair, ...]
@@ -24,7 +25,7 @@ APART = 8.0
 @cache
 def posed(identity: ProblemId) -> list[tuple[str, Figure]]:
     """The figures that stand under the questions of a problem, with the questions' names."""
-    problem = generate(identity)
+    problem = drawn(identity.family, identity.seed)
     return [(part.kind, arm_figure(problem.chain, part.pose)) for part in problem.parts if part.pose is not None]
 
 

@@ -1,12 +1,12 @@
 """A later part is marked on the student's own earlier answer, and nothing is earned by making it easier."""
 
+from collections.abc import Callable
 from fractions import Fraction
 
 import pytest
 
 from exercises.arm.chain import Chain
 from exercises.docs import planar_2r, scorbot_arm
-from exercises.generate import generate
 from exercises.mistakes.catalogue import CATALOGUE, made
 from exercises.mistakes.results import RESULTS, result
 from exercises.mistakes.working import Working, as_formulas, formulas
@@ -17,6 +17,8 @@ from exercises.stream import Stream
 from grader.follow import STEPS
 from grader.marking import mark, points_of, total
 from grader.verdict import Outcome, Verdict
+
+Draw = Callable[[str, int], Problem]
 
 PLANAR, SCORBOT = planar_2r(), scorbot_arm()
 ASKED = ("position", "jacobian", "determinant", "inverse-jacobian", "inverse-velocity", "singular-angles")
@@ -138,9 +140,9 @@ def test_nothing_is_earned_by_making_a_later_part_easier(game: str) -> None:
 EARLY = ("relative-angle", "sine-for-cosine", "link-subtracted", "chain-rule", "term-sign")
 
 
-def test_what_follows_from_a_mistake_is_followed_on_every_family(family: str) -> None:
+def test_what_follows_from_a_mistake_is_followed_on_every_family(family: str, drawn: Draw) -> None:
     """All answers of one working in which one thing went wrong: each is right, follows, or builds on what is easy."""
-    problem = generate(ProblemId(family, 0))
+    problem = drawn(family, 0)
     later = [part for part in problem.parts if part.kind in STEPS and part.kind in RESULTS and _is_formula(part)]
     if problem.chain.n > 3 or not later:
         return

@@ -1,7 +1,7 @@
 """The whole loop, for some seeds of every family: generate, answer with the solution, run, grade: full marks for each.
 
 The solution is what the staff's notebook holds, run as a student's would be; and for every question the usual mistakes
-made in it are not right. QDOT_SEEDS sets another number of seeds.
+made in it are not right. QDOT_SEEDS sets another number of seeds, `make whole` takes three.
 """
 
 import os
@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import pytest
-from support import some_parts
+from support import several, some_parts
 
 from exercises.problem import ConditionSet, Direction, Expression, Matrix, Number, Part, Problem, variable
 from exercises.writing.answer_code import answer_code
@@ -19,7 +19,7 @@ from grader.verdict import Outcome
 
 Draw = Callable[[str, int], Problem]
 
-SEEDS = int(os.environ.get("QDOT_SEEDS", "3"))
+SEEDS = int(os.environ.get("QDOT_SEEDS", several(1, 3)))
 CHUNK = 3
 
 

@@ -137,6 +137,7 @@ def _entry(name: str) -> FamilyEntry:
     )
 
 
+@cache
 def found_out() -> dict[str, Listed]:
     """Return what is to be listed of each family, found out from its arms."""
     return {name: find_out(family) for name, family in FAMILIES.items()}
