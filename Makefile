@@ -9,7 +9,7 @@ PIP     = $(PY) -m pip --disable-pip-version-check --quiet
 CODE    = exercises grader tests
 PYTEST  = $(PY) -m pytest -n auto --dist loadgroup
 
-.PHONY: help demo test lint unit site site-test docs test-all test-oldest pairs fuzz diagnoses mutants bench bench-peers format lock clean
+.PHONY: help demo test lint unit whole site site-test docs test-all test-oldest pairs fuzz diagnoses mutants bench bench-peers format lock clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1 | \2/p' Makefile | awk -F'|' '{ printf "%-20s %s\n", $$1, $$2 }'
@@ -26,6 +26,9 @@ lint: $(VENV)/.dev
 
 unit: $(VENV)/.dev .venvs/readers/.installed
 	$(PYTEST)
+
+whole: $(VENV)/.dev .venvs/readers/.installed  ## the tests with every problem that a sweep over a family may draw (an hour)
+	QDOT_WHOLE=1 $(PYTEST)
 
 site: $(VENV)/.runtime site/dist/.vite/manifest.json  ## build the web site into qdot-site (needs Node and npm)
 	$(VENV)/bin/qdot site build

@@ -42,6 +42,7 @@ def of_families(names: Iterable[str]) -> pytest.MarkDecorator:
     )
 
 
+@cache
 def asked(name: str, chain: Chain, seed: int = 1) -> Problem:
     """Return a problem with this question alone, for a chain that need not be of a family."""
     question = QUESTIONS[name]

@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 import sympy as sp
+from support import several
 
 from exercises import ENGINE
 from exercises.families import FAMILIES
@@ -27,6 +28,11 @@ from grader.certify import failures_of
 
 SNAPSHOTS = Path(__file__).parent / "snapshots"
 SEEDS = (0, 1, 2)
+SLOW = {
+    "elbow-3r", "planar-3r-pose", "elbow", "elbow-lateral", "orthogonal-3r", "scorbot-tip", "puma-560",
+    "anthropomorphic-6r", "industrial-6r", "lbr-7r", "random-4",
+}  # fmt: skip
+"""Families whose problems take seconds to derive: all but the first are held against the snapshot in `make whole`."""
 Draw = Callable[[str, int], Problem]
 
 
@@ -61,16 +67,22 @@ def snapshot(problems: list[Problem]) -> dict[str, Any]:
 
 
 def test_what_an_id_regenerates_has_not_changed(family: str, drawn: Draw) -> None:
-    path, found = SNAPSHOTS / f"{family}.json", snapshot([drawn(family, seed) for seed in SEEDS])
-    if os.environ.get("QDOT_UPDATE_SNAPSHOTS") == "1":
+    path, updated = SNAPSHOTS / f"{family}.json", os.environ.get("QDOT_UPDATE_SNAPSHOTS") == "1"
+    seeds = SEEDS if updated or family not in SLOW else SEEDS[: several(1, 3)]
+    found = snapshot([drawn(family, seed) for seed in seeds])
+    if updated:
         SNAPSHOTS.mkdir(exist_ok=True)
         path.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     assert path.exists(), f"no snapshot of {family} yet: QDOT_UPDATE_SNAPSHOTS=1 python -m pytest {__file__}"
     stored = json.loads(path.read_text(encoding="utf-8"))
+    assert list(stored["problems"]) == [f"{family}/{seed}" for seed in SEEDS]
+    stored["problems"] = {name: stored["problems"][name] for name in found["problems"]}
     for identity, problem in stored["problems"].items():
         for name, part in problem["parts"].items():
             assert found["problems"][identity]["parts"].get(name) == part, f"{identity}: {name} is another"
-    assert found == stored
+    if seeds == SEEDS:
+        assert found == stored
+    assert found["engine"] == stored["engine"] and found["problems"] == stored["problems"]
 
 
 def test_there_is_no_snapshot_of_what_is_no_family() -> None:

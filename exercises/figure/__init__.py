@@ -71,11 +71,16 @@ def arm_figure(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
     """Draw an arm.
 
     `pose` tells the joint variables by name ("theta1" in rad, "d2" in m); without it the clearest of a fixed list of
-    poses is taken. The figure is in pixels, y down.
+    poses is taken. The figure is in pixels, y down; it is kept for those who show it again, under other names.
     """
+    return _drawn(chain, None if pose is None else tuple(pose.items()))
+
+
+@lru_cache(maxsize=256)
+def _drawn(chain: Chain, pose: tuple[tuple[str, float], ...] | None) -> Figure:
     chain = exact(chain)
     lengths = [drawn_chain(chain, stretch) for stretch in (STRETCHES if any(chain.base.position) else STRETCHES[:1])]
-    part, layout = _own(chain, lengths) if pose is None else _told(chain, lengths, told_pose(chain, pose))
+    part, layout = _own(chain, lengths) if pose is None else _told(chain, lengths, told_pose(chain, dict(pose)))
     for _ in range(1, ROUNDS):
         layout.place_all()
     placed = layout.placement
@@ -109,11 +114,6 @@ def _told(chain: Chain, lengths: list[Chain], entries: np.ndarray) -> Composed:
     return composed
 
 
-@lru_cache(maxsize=512)
-def _drawn(chain: Chain) -> Figure:
-    return arm_figure(chain)
-
-
 def figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] | None = None) -> str:
     """Return the drawing as a self-contained SVG element; `name` makes its ids unique in a page."""
     return _svg(chain, name, None if pose is None else tuple(pose.items()))
@@ -122,9 +122,13 @@ def figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] | None
 @lru_cache(maxsize=64)
 def _svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | None) -> str:
     """Return the same, kept for those who show it again at once: the staff's notebook, the store."""
-    figure = _drawn(chain) if pose is None else arm_figure(chain, dict(pose))
     return render(
-        "figure.svg.j2", figure=figure, name=name, title=title_text(chain), description=alt_text(chain), fixed=fixed
+        "figure.svg.j2",
+        figure=_drawn(chain, pose),
+        name=name,
+        title=title_text(chain),
+        description=alt_text(chain),
+        fixed=fixed,
     )
 
 

@@ -8,6 +8,7 @@ import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 import sympy as sp
@@ -109,6 +110,7 @@ class Panel:
     remark: str = ""
 
 
+@lru_cache(maxsize=64)
 def singular_panel(chain: Chain) -> Panel:
     """Return drawings of a regular configuration, then of each singular value or condition, as far as there is room.
 
