@@ -5,7 +5,7 @@ QDOT_SEEDS (default 6) is the number of problems that the tests draw from each f
 
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from support import several
 from exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
 from exercises.families import FAMILIES
 from exercises.problem import Problem
+from grader.sandbox import Limits, Sandbox
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 """The arms of the chapter, of which more are tried than of the others."""
@@ -73,6 +74,13 @@ def seeds() -> range:
 def drawn() -> Callable[[str, int], Problem]:
     """Return the problem of a family and a seed with all its questions, generated once for all tests of a process."""
     return drawn_once
+
+
+@pytest.fixture(scope="session")
+def sandbox() -> Iterator[Sandbox]:
+    """A sandbox with time for whatever a part needs, one for all tests of a process; each run in it is by itself."""
+    with Sandbox(Limits(seconds=60, cell_seconds=20)) as made:
+        yield made
 
 
 # The tests of a family run in one process, so that its problems are generated once.

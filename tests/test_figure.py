@@ -107,7 +107,10 @@ def svg_text(chain: Chain) -> list[str]:
 
 
 every_arm = pytest.mark.parametrize("chain", ARMS.values(), ids=ARMS)
-every_family = pytest.mark.parametrize("identity", SAMPLED)
+every_family = pytest.mark.parametrize(
+    "identity", [pytest.param(one, marks=pytest.mark.xdist_group(one.split("/")[0])) for one in SAMPLED]
+)
+of_all = pytest.mark.xdist_group("figures")  # each is drawn once
 
 
 @every_arm
@@ -414,6 +417,7 @@ def all_drawn() -> list[Figure]:
     return [drawn(chain) for chain in (*ARMS.values(), *map(sampled, SAMPLED))]
 
 
+@of_all
 def test_an_axis_label_is_nearest_to_its_own_arrow_or_has_a_leader() -> None:
     for figure in all_drawn():
         ends = tips(figure)
@@ -425,6 +429,7 @@ def test_an_axis_label_is_nearest_to_its_own_arrow_or_has_a_leader() -> None:
             assert gap(text, text.at) <= nearest or has_leader(figure, text)
 
 
+@of_all
 def test_a_label_far_from_what_it_names_has_a_leader() -> None:
     for figure in all_drawn():
         for text in figure.texts:
@@ -433,6 +438,7 @@ def test_a_label_far_from_what_it_names_has_a_leader() -> None:
             assert not on_arrow or gap(text, text.at) <= 16 or has_leader(figure, text)
 
 
+@of_all
 def test_leaders_are_few() -> None:
     """They are a way out: most labels stand where they belong."""
     shapes = [shape for figure in all_drawn() for shape in figure.shapes if isinstance(shape, Polyline)]

@@ -1,6 +1,6 @@
 """Answers that are Python functions: called with symbols where they take them, at random configurations where not."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
 import sympy as sp
@@ -22,12 +22,6 @@ ASKED = {
     "symbols": ["theta1", "theta2", "a1", "a2", "qd1", "qd2"],
     "points": [[0.1, 0.2, 1.0, 2.0, 0.3, 0.4], [0.5, 0.6, 1.0, 3.0, 0.7, 0.8]],
 }
-
-
-@pytest.fixture(scope="module")
-def sandbox() -> Iterator[Sandbox]:
-    with Sandbox(Limits(seconds=60, cell_seconds=20)) as made:
-        yield made
 
 
 def given_back(sandbox: Sandbox, code: str) -> tuple[str | None, str | None]:

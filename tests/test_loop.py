@@ -5,7 +5,7 @@ made in it are not right. QDOT_SEEDS sets another number of seeds, `make whole` 
 """
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -14,19 +14,13 @@ from support import several, some_parts
 from exercises.problem import ConditionSet, Direction, Expression, Matrix, Number, Part, Problem, variable
 from exercises.writing.answer_code import answer_code
 from grader.marking import mark
-from grader.sandbox import Limits, Sandbox
+from grader.sandbox import Sandbox
 from grader.verdict import Outcome
 
 Draw = Callable[[str, int], Problem]
 
 SEEDS = int(os.environ.get("QDOT_SEEDS", several(1, 3)))
 CHUNK = 3
-
-
-@pytest.fixture(scope="module")
-def sandbox() -> Iterator[Sandbox]:
-    with Sandbox(Limits(seconds=60, cell_seconds=20)) as made:
-        yield made
 
 
 def values(sandbox: Sandbox, problem: Problem, codes: dict[str, str]) -> dict[str, str]:
