@@ -412,7 +412,11 @@ def test_files_that_a_loss_of_power_emptied_or_tore_are_graded_again(
 def test_a_second_grader_says_so_and_leaves(folder: Path, undisturbed: dict[str, bytes]) -> None:
     first = started(folder)
     wait_for(0.0, 2, folder, first)
-    _, err = finish(folder, code=2)
+    os.killpg(first.pid, signal.SIGSTOP)  # it holds what it holds until the second one has looked
+    try:
+        _, err = finish(folder, code=2)
+    finally:
+        os.killpg(first.pid, signal.SIGCONT)
     assert err == f"qdot: {folder / 'graded'} is being graded by another 'qdot grade'; wait until it is done\n"
     first.communicate(timeout=120)
     assert first.returncode == 0
