@@ -262,8 +262,8 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, notes: list[str]) -> 
             raise QdotError("it names no question; leave the key out to ask all that apply")
         if isinstance(entry.questions, list) and "quiz" in entry.questions:
             raise QdotError(
-                'a quiz stands alone and without brackets, as in questions = "quiz"; give other questions a [[problem]] '
-                "of their own, or name its short questions one by one"
+                'a quiz stands alone and without brackets, as in questions = "quiz"; give other questions a '
+                "[[problem]] of their own, or name its short questions one by one"
             )
         questions = _asked(family, entry.questions)
         check_questions(family, questions, band)
