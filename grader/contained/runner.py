@@ -10,35 +10,13 @@ from typing import Any, NamedTuple
 
 import numpy
 import sympy
-from sympy.printing.str import StrPrinter
 
 from . import callables
+from .printing import Printer
 
 Report = Callable[[dict[str, Any]], None]
 
-
 LONGEST_ANSWER = 400_000
-
-
-_sums: dict[int, tuple[sympy.Add, str]] = {}
-MOST_SUMS, LONGEST_SUM = 4096, 1000
-"""Sums whose text is kept, and the characters of the longest: the angles of an answer come a dozen times in it."""
-
-
-class _Printer(StrPrinter):
-    """Prints doubles with all their digits: SymPy prints 15, and 0.866025403784439 is not the root of 3/4."""
-
-    def _print_Add(self, expr: sympy.Add, order: str | None = None) -> str:
-        kept = _sums.get(id(expr))
-        if kept is not None and kept[0] is expr and order is None:  # equal would not do: 0.5 is equal to 0.50
-            return kept[1]
-        text = str(super()._print_Add(expr, order))
-        if order is None and type(expr) is sympy.Add and len(text) <= LONGEST_SUM and len(_sums) < MOST_SUMS:
-            _sums[id(expr)] = expr, text
-        return text
-
-    def _print_Float(self, number: sympy.Float) -> str:
-        return repr(float(number)) if number._prec <= 53 else str(sympy.sstr(number, full_prec=True))
 
 
 def text_of(value: Any, depth: int = 0) -> str:
@@ -50,7 +28,7 @@ def text_of(value: Any, depth: int = 0) -> str:
     if isinstance(value, (sympy.MatrixBase, numpy.ndarray)):
         return text_of(value.tolist(), depth + 1)
     if isinstance(value, sympy.Basic):
-        return str(_Printer().doprint(value))
+        return str(Printer().doprint(value))
     if isinstance(value, numpy.generic):
         return text_of(value.item(), depth + 1)
     if value is Ellipsis:
@@ -196,7 +174,7 @@ def warm_up() -> None:
     sympy.simplify(matrix.det())
     matrix.inv()
     matrix.diff(x)
-    _Printer().doprint(sympy.And(sympy.Eq(x, 0), sympy.Eq(y, sympy.atan2(1, 2))))
+    Printer().doprint(sympy.And(sympy.Eq(x, 0), sympy.Eq(y, sympy.atan2(1, 2))))
     numpy.linalg.svd(numpy.eye(3))
     # What the notebook's own self-check does takes 180 ms when it is done for the first time, and 10 ms after that.
     place = {x: 0.3, y: 0.7}
