@@ -16,9 +16,15 @@ SPACE = {"=": 1.05, "+": 0.95, "−": 0.95, "-": 0.95, "×": 0.95, "⋅": 0.7, "
 """Widths of operators with the room around them, in em, as of all that follows."""
 WIDE, SMALL, SCRIPT, COLUMN = set("mwMWOθωφψ"), set("ijlt.,'|()[]"), 0.71, 0.85
 
-_TOKEN = re.compile(
-    r"([_^])(\d)|(\\text\{[^{}$\\%]+\}|\\(?:begin|end)\{[a-z]+\*?\}|\\[a-zA-Z]+|\\[\\,;:!{}| ]|\d+(?:\.\d+)?|\.\d*|\S)"
+_SIGN = r"\\text\{[^{}$\\%]+\}|\\(?:begin|end)\{[a-z]+\*?\}|\\[a-zA-Z]+|\\[\\,;:!{}| ]|\d+(?:\.\d+)?|\.\d*|\S"
+_SIGNS = re.compile(rf"([_^])(\d)|()({_SIGN})")
+_FRACTION = r"\\tfrac\{[^{}]*\}\{[^{}]*\}"
+_INSIDE = rf"[^\\{{}}()&_]|_\{{[a-z0-9]+\}}|\\(?:theta|varphi|pi|,)|{_FRACTION}"
+_PIECE = re.compile(
+    r"([_^])(\d)|((?<![_^])(?:(?:[a-zA-Z]|\\(?:theta|varphi|dot\{[a-z]\}))_\{[a-z0-9]+\}"
+    rf"|{_FRACTION}|\\left\((?:{_INSIDE})*\\right\))(?!\s*[_^]))|({_SIGN})"
 )
+"""Signs, and pieces of which there are many, which are set once: letters with an index, fractions, sums of angles."""
 _NOT_OURS = re.compile(
     r"[%'~#$]|\\text\{\s*[\d}]|\\[dt]?frac\s*[.\d]|\d\s*(?:in|mm|cm|pt|em|ex|pc|bp|dd|cc|sp|mu)|[^\x00-\x7f]"
 )
@@ -56,13 +62,28 @@ def direct(latex: str) -> Set | None:
     """
     if _NOT_OURS.search(latex):
         return None
-    tokens = [sign for mark, digit, other in _TOKEN.findall(latex) for sign in ((other,) if other else (mark, digit))]
-    tokens.append("")
     try:
-        made, _ = _Reader(tokens).row(0, "")
+        made, _ = _Reader(_tokens(_PIECE, latex)).row(0, "")
     except (_NotOurs, RecursionError):
         return None
     return _wrapped("mrow", made)
+
+
+def _tokens(kind: re.Pattern[str], latex: str) -> list[str | Set]:
+    found: list[str | Set] = []
+    for mark, digit, piece, other in kind.findall(latex):
+        if other:
+            found.append(other)
+        else:
+            found += (_set(piece),) if piece else (mark, digit)
+    return [*found, ""]
+
+
+@lru_cache(maxsize=16384)
+def _set(piece: str) -> Set:
+    """Return a piece of a formula that is one thing, by its signs."""
+    (made,), _ = _Reader(_tokens(_SIGNS, piece)).row(0, "")
+    return made
 
 
 def element_width(node: ET.Element, fraction: float = 1.0) -> float:
@@ -99,7 +120,7 @@ def _table_width(rows: list[list[float]]) -> float:
 class _Reader:
     """Reads tokens from a place on; every method returns what it has set, and the place behind it."""
 
-    def __init__(self, tokens: list[str]) -> None:
+    def __init__(self, tokens: list[str | Set]) -> None:
         self.tokens, self.depth = tokens, 0
 
     def row(self, at: int, end: str) -> tuple[list[Set], int]:
@@ -120,6 +141,8 @@ class _Reader:
     def one(self, at: int) -> tuple[list[Set], int]:
         """Return the next thing; a matrix comes with its brackets beside it."""
         sign = self.tokens[at]
+        if isinstance(sign, Set):
+            return [sign], at + 1
         if sign == "{":
             inside, at = self.nested(at + 1, "}")
             return [_wrapped("mrow", inside)], at
@@ -242,8 +265,8 @@ def _fraction(above: Set, below: Set, small: bool) -> Set:
     return Set(shown, 0.2 + 1.0 * max(above.full, below.full), 0.2 + SCRIPT * max(above.small, below.small))
 
 
-def _fence(sign: str) -> str:
-    if sign not in ("(", ")", "[", "]", "|", r"\{", r"\}"):
+def _fence(sign: str | Set) -> str:
+    if isinstance(sign, Set) or sign not in ("(", ")", "[", "]", "|", r"\{", r"\}"):
         raise _NotOurs
     return sign
 
@@ -258,10 +281,12 @@ def _around(latex: str, hole: str) -> tuple[Set, Set]:
 
 
 @lru_cache(maxsize=4096)
-def leaf(sign: str) -> Set:
+def leaf(sign: str | Set) -> Set:
     """Return what latex2mathml makes of one sign or command. Raises _NotOurs where it does not stand for itself."""
-    if sign in ("", "{", "}", "&", "_", "^", r"\\") or (
-        len(sign) > 1 and sign[0] == "\\" and sign not in _LEAVES and not sign.startswith(r"\text{")
+    if (
+        isinstance(sign, Set)
+        or sign in ("", "{", "}", "&", "_", "^", r"\\")
+        or (len(sign) > 1 and sign[0] == "\\" and sign not in _LEAVES and not sign.startswith(r"\text{"))
     ):
         raise _NotOurs
     shown = _inside(convert(sign))
