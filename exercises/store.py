@@ -7,6 +7,7 @@ signed with the secret and belongs to this very code, assignment and student; an
 import base64
 import hashlib
 import hmac
+import io
 import pickle
 import sys
 import zlib
@@ -14,6 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -56,12 +58,37 @@ def keep(assignment: Assignment, student: str, problems: list[tuple[str, Problem
         drawn = {f"{slot}-{part.name}": part_svg(problem.chain, part, f"{slot}-{part.name}") for part in problem.parts}
         figures.update({name: svg for name, svg in drawn.items() if svg})
     texts = [(entry, text_of(entry)) for _, problem in problems for part in problem.parts for entry in entries_of(part)]
-    payload = zlib.compress(pickle.dumps((problems, figures, texts), protocol=5), 1)
+    payload = zlib.compress(_pickled((problems, figures, texts)), 1)
     text = f"{_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"
     try:
         write_atomically(store_path(assignment, student), text, mode=0o600)
     except QdotError:
         return
+
+
+class _Pickler(pickle.Pickler):
+    """Keeps sums, products and powers as they are: SymPy's own way is to work each out again when it is read."""
+
+    def reducer_override(self, value: object) -> Any:
+        if isinstance(value, (sp.Add, sp.Mul)):
+            return _sum_or_product, (type(value), value.args)
+        return (_power, value.args) if isinstance(value, sp.Pow) else NotImplemented
+
+
+def _sum_or_product(kind: type[sp.Add | sp.Mul], args: tuple[sp.Expr, ...]) -> sp.Expr:
+    return kind._from_args(args)
+
+
+def _power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
+    made = sp.Expr.__new__(sp.Pow, base, exponent)
+    made.is_commutative = base.is_commutative and exponent.is_commutative
+    return made
+
+
+def _pickled(content: object) -> bytes:
+    pickled = io.BytesIO()
+    _Pickler(pickled, protocol=5).dump(content)
+    return pickled.getvalue()
 
 
 def kept_text(assignment: Assignment, student: str) -> str:
