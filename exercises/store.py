@@ -13,13 +13,14 @@ import sys
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
+from exercises.arm.derivation import derive, know_minors
 from exercises.assignment import Assignment
 from exercises.errors import QdotError
 from exercises.figure import figure_svg, part_svg
@@ -58,7 +59,8 @@ def keep(assignment: Assignment, student: str, problems: list[tuple[str, Problem
         drawn = {f"{slot}-{part.name}": part_svg(problem.chain, part, f"{slot}-{part.name}") for part in problem.parts}
         figures.update({name: svg for name, svg in drawn.items() if svg})
     texts = [(entry, text_of(entry)) for _, problem in problems for part in problem.parts for entry in entries_of(part)]
-    payload = zlib.compress(_pickled((problems, figures, texts)), 1)
+    minors = [_minors(problem) for _, problem in problems]
+    payload = zlib.compress(_pickled((problems, figures, texts, minors)), 1)
     text = f"{_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"
     try:
         write_atomically(store_path(assignment, student), text, mode=0o600)
@@ -85,6 +87,12 @@ def _power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
     return made
 
 
+def _minors(problem: Problem) -> bytes:
+    """Return the minors of J, if they were worked out, to be read where a mistake is looked for and nowhere else."""
+    derived = derive(problem.chain)
+    return _pickled(derived.generic_minors) if "generic_minors" in vars(derived) else b""
+
+
 def _pickled(content: object) -> bytes:
     pickled = io.BytesIO()
     _Pickler(pickled, protocol=5).dump(content)
@@ -105,8 +113,11 @@ def kept(assignment: Assignment, student: str, text: str | None = None) -> Kept:
         signature, encoded = (kept_text(assignment, student) if text is None else text).split("\n")[:2]
         payload = base64.b64decode(encoded, validate=True)
         if hmac.compare_digest(signature, _signature(assignment, student, payload)):
-            problems, figures, texts = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed with the secret
+            problems, figures, texts, minors = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed with the secret
             know_texts(texts)
+            for (_, problem), kept_minors in zip(problems, minors, strict=True):
+                if kept_minors:
+                    know_minors(problem.chain, partial(pickle.loads, kept_minors))
             return Kept(problems, figures)
     except ValueError:
         pass  # nothing kept, or damaged
