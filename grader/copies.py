@@ -29,6 +29,7 @@ class Copies:
     def __init__(self, assignment: Assignment) -> None:
         self._assignment = assignment
         self._known: dict[tuple[str, str], set[bytes]] = {}
+        self._drawn: dict[str, np.ndarray] = {}
 
     def is_right_for_another(
         self, problem: Problem, slot_name: str, part: Part, rows: Sequence[Sequence[Node]]
@@ -60,11 +61,13 @@ class Copies:
 
     def _values(self, used: Iterable[str], given: Mapping[str, float]) -> dict[str, np.ndarray]:
         """Return values of names that are the same for the whole class."""
-        out = {}
-        for name in used:
+        return {name: np.full(POINTS, given[name]) if name in given else self._value(name) for name in used}
+
+    def _value(self, name: str) -> np.ndarray:
+        if name not in self._drawn:
             drawn = Domain({name: "angle"}).sample({name}, 10, Stream(f"{self._assignment.secret}/copies/{name}"))[name]
-            out[name] = np.full(POINTS, given[name]) if name in given else drawn[-POINTS:]
-        return out
+            self._drawn[name] = drawn[-POINTS:]
+        return self._drawn[name]
 
 
 def _print(values: np.ndarray) -> bytes:
