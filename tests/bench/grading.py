@@ -5,6 +5,7 @@ with one job. `the command` is `qdot grade --jobs 1` on the whole class less the
 notebook more; start-up is the class of one. The assignment is Examples 6.1 and 6.2.
 """
 
+import contextlib
 import json
 import os
 import shutil
@@ -142,18 +143,18 @@ def steps(moments: Sequence[float]) -> list[float]:
 
 def processor_time_below(process: int) -> float:
     """Return the seconds of processor time of all processes below one, and of what has ended there."""
-    total = 0.0
-    try:
+    with contextlib.suppress(OSError):
         children = Path(f"/proc/{process}/task/{process}/children").read_text().split()
-    except OSError:
-        return total
-    for child in children:
-        try:
-            fields = Path(f"/proc/{child}/stat").read_text().rpartition(")")[2].split()
-        except OSError:
-            continue
-        total += sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK") + processor_time_below(int(child))
-    return total
+        return sum(processor_time(int(child)) for child in children)
+    return 0.0
+
+
+def processor_time(process: int) -> float:
+    """Return the seconds of processor time of a process, of what has ended below it, and of all below it."""
+    with contextlib.suppress(OSError):
+        fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+        return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK") + processor_time_below(process)
+    return 0.0
 
 
 if __name__ == "__main__":
