@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import sympy as sp
 
 from exercises import store
 from exercises.assignment import Assignment, Student, load_assignment
@@ -111,3 +112,11 @@ def test_what_is_damaged_or_forged_is_not_looked_into(made: Assignment, damage: 
 def test_a_place_that_can_not_be_written_stops_nothing(made: Assignment, tmp_path: Path) -> None:
     (tmp_path / ".qdot").write_text("a file where a folder should be")
     store.keep(replace(made, folder=tmp_path), "ada", made.problems("ada"))
+
+
+def test_what_is_kept_is_read_as_it_was_and_not_worked_out_again() -> None:
+    x, y = sp.symbols("x y")
+    expressions = [sp.Add(x, x, evaluate=False), sp.Mul(2, sp.Add(x, y), evaluate=False), (x + 1) ** -2, sp.sqrt(2) * y]
+    back = pickle.loads(store._pickled(expressions))
+    assert [sp.srepr(one) for one in back] == [sp.srepr(one) for one in expressions]
+    assert all(one.is_commutative for one in back)
