@@ -229,7 +229,7 @@ function previewOf(text: string, problem: Problem): { latex: string } | { why: s
   try {
     return { latex: typesetTree(read(text, new Set(Object.keys(problem.symbols))), problem.symbols) };
   } catch (error) {
-    if (error instanceof ReadError) return { why: error.message };
+    if (error instanceof ReadError) return { why: said(error.why) };
     throw error;
   }
 }

@@ -29,6 +29,8 @@ import {
   unaryMinusDependencies,
 } from "mathjs";
 
+import type { TextKey } from "../text/en.js";
+import { message } from "../text/text.js";
 import { type Node, ReadError } from "./tree.js";
 
 const math = create({
@@ -64,12 +66,13 @@ export interface Value {
 }
 
 const CONSTANTS: Readonly<Record<string, Scalar>> = { pi: Math.PI, E: Math.E, I: math.complex(0, 1) };
-const NAMES: Readonly<Record<string, string>> = {
-  list: "a list",
-  set: "a set",
-  dict: "a dictionary",
-  eq: "an equation",
-  blank: "a blank",
+/** Kinds of nodes that have no value, by what they are called. */
+const NAMES: Readonly<Partial<Record<Node["kind"], TextKey>>> = {
+  list: "read.a-list",
+  set: "read.a-set",
+  dict: "read.a-dictionary",
+  eq: "read.an-equation",
+  blank: "read.a-blank",
 };
 
 const one = (x: Scalar): Scalar => math.divide(1, x) as Scalar;
@@ -139,7 +142,7 @@ function valued(tree: Node, values: Readonly<Record<string, number>>): Sized {
     case "call":
       return called(tree, values);
     default:
-      throw new ReadError(`${NAMES[tree.kind] ?? tree.kind} stands where a single expression is due`);
+      throw new ReadError("read.no-expression", { what: message(NAMES[tree.kind] ?? "read.a-condition") });
   }
 }
 
@@ -190,7 +193,7 @@ function called(tree: Node, values: Readonly<Record<string, number>>): Sized {
     return [Math.atan2(x, y), 1 + (mx * Math.abs(y) + my * Math.abs(x)) / (x * x + y * y)];
   }
   const known = FUNCTIONS[tree.text];
-  if (!known) throw new ReadError(`the function '${tree.text}' is not understood`);
+  if (!known) throw new ReadError("read.function", { name: tree.text });
   const value = known[0](x);
   return [value, absolute(value) + absolute(known[1](x)) * mx];
 }
