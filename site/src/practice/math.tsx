@@ -4,13 +4,13 @@ import { useEffect, useRef } from "preact/hooks";
 
 import { typeset } from "../tex.js";
 
-/** HTML of the bank; it comes from this site's own files, and holds no one else's text. */
+/** HTML of the bank, which is English; it comes from this site's own files, and holds no one else's text. */
 export function Html({ html, class: name = "" }: { html: string; class?: string }) {
   const place = useRef<HTMLDivElement>(null);
   useEffect(() => {
     if (place.current) void typeset(place.current);
   }, [html]);
-  return <div ref={place} key={html} class={name} dangerouslySetInnerHTML={{ __html: html }} />;
+  return <div ref={place} key={html} class={name} lang="en" dangerouslySetInnerHTML={{ __html: html }} />;
 }
 
 /** One formula. */

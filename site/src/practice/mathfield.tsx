@@ -4,7 +4,17 @@ import type { MathfieldElement } from "mathlive";
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
-import { message, said } from "../text/text.js";
+import { inDigits, language, message, said } from "../text/text.js";
+
+/** The formula in a field, its decimal comma as a point. */
+function textOf(field: MathfieldElement | null): string {
+  return (field?.getValue("latex") ?? "").replaceAll("{,}", ".");
+}
+
+/** Put a formula where the cursor of a field is, and go on there. */
+export function putInto(field: Element, latex: string): void {
+  (field as MathfieldElement).insert(latex, { focus: true, format: "latex" });
+}
 
 interface MathFieldProps {
   readonly label: string;
@@ -24,11 +34,13 @@ export function MathField({ label, value, onValue, onEnter }: MathFieldProps): J
         if (!current || !place.current) return;
         Field.fontsDirectory = null; // the page's own fonts will do
         Field.soundsDirectory = null;
+        Field.locale = language().code;
+        Field.decimalSeparator = inDigits(0.5).includes(",") ? "," : ".";
         field = new Field();
-        field.value = /[\\_^]/.test(value) ? value : "";
+        field.value = value.replaceAll(".", Field.decimalSeparator === "," ? "{,}" : ".");
         field.setAttribute("aria-label", label);
         field.mathVirtualKeyboardPolicy = "auto";
-        field.addEventListener("input", () => onValue(field?.getValue("latex") ?? ""));
+        field.addEventListener("input", () => onValue(textOf(field)));
         field.addEventListener("keydown", (event) => {
           if (event.key === "Enter") onEnter();
         });
