@@ -116,6 +116,7 @@ test("entries become a text, and the text entries again", () => {
   expect(text).toBe("[[a1*cos(theta1), blank], [atan2(1, 2), 0.5]]");
   expect(entriesOf(text, 2, 2)).toEqual(["a1*cos(theta1)", "", "atan2(1, 2)", "0.5"]);
   expect(entriesOf("Matrix([[1], [f(2, 3)]])", 2, 1)).toEqual(["1", "f(2, 3)"]);
+  expect(entriesOf("Matrix([\n  [1, 2],\n])", 1, 2)).toEqual(["1", "2"]);
   expect(entriesOf("[1, 2]", 2, 1)).toEqual(["1", "2"]);
   expect(entriesOf("[[1, 2], [3]]", 2, 2)).toBeNull();
   expect(entriesOf("a1 + 2", 1, 2)).toBeNull();

@@ -8,7 +8,7 @@ import type { Arm, Measures, Pose } from "./model.js";
 import { rangeOf, within } from "./ranges.js";
 import { useRested, useSize } from "./size.js";
 import { onSchemeChange } from "./space.js";
-import { degrees, decimals, digits, useSay } from "./speech.js";
+import { degrees, decimals, digits, useDigits, useSay } from "./speech.js";
 import { type Pair, poseAtSpot, type Shown, sorted, telling, terrainOf } from "./terrain.js";
 import { shade } from "./shade.js";
 import { sizeName } from "./words.js";
@@ -25,6 +25,7 @@ const [LEFT, BOTTOM, EDGE] = [44, 34, 18];
 
 export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Element {
   const say = useSay();
+  const signed = useDigits();
   const [pair, setPair] = useState<Pair>(() => telling(arm));
   const [shown, setShown] = useState<Shown>("det");
   const frame = useRef<HTMLDivElement>(null);
@@ -154,7 +155,7 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
               ),
             )}
           </svg>
-          {ticksOf(arm, pair[0]).map(([value, text]) => (
+          {ticksOf(arm, pair[0], signed).map(([value, text]) => (
             <g key={text} class="arm-tick">
               <path d={`M${px([value, up.low])[0]} ${EDGE + h}v4`} />
               <text x={px([value, up.low])[0]} y={EDGE + h + 16}>
@@ -162,7 +163,7 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
               </text>
             </g>
           ))}
-          {ticksOf(arm, pair[1]).map(([value, text]) => (
+          {ticksOf(arm, pair[1], signed).map(([value, text]) => (
             <g key={text} class="arm-tick arm-tick-left">
               <path d={`M${LEFT} ${px([across.low, value])[1]}h-4`} />
               <text x={LEFT - 7} y={px([across.low, value])[1] + 4}>
@@ -220,13 +221,13 @@ function Axis(props: {
 }
 
 /** Where an axis is marked: every quarter turn, or five places along a slide. */
-function ticksOf(arm: Arm, joint: number): (readonly [number, string])[] {
+function ticksOf(arm: Arm, joint: number, signed: (value: number) => string): (readonly [number, string])[] {
   const { low, high } = rangeOf(arm, joint);
   const turns = arm.joints[joint]!.kind === "R";
   return [0, 1, 2, 3, 4].map((k) => {
     const value = low + (k * (high - low)) / 4;
     const number = turns ? degrees(value) : decimals(value, 2);
-    return [value, `${String(number).replace("-", "−")}${turns ? "°" : ""}`];
+    return [value, `${signed(number)}${turns ? "°" : ""}`];
   });
 }
 

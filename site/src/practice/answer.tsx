@@ -98,7 +98,7 @@ function Entries({
       typed.current = text;
       onAnswer(text);
     };
-    const first = matrixText(entries, columns);
+    const first = matrixText(entries, columns) || typed.current; // a text that is no grid is not lost
     return (
       <>
         <Single problem={problem} part={part} onAnswer={told} onCheck={onCheck} first={first} />
@@ -109,7 +109,9 @@ function Entries({
   const change = (index: number, value: string) =>
     fill(entries.map((entry, i) => (i === index ? value : entry)));
   const toText = () => {
-    typed.current = matrixText(entries, columns);
+    const text = matrixText(entries, columns) || typed.current;
+    typed.current = text;
+    onAnswer(text);
     setAsText(true);
   };
   const toggle = () => {
@@ -268,7 +270,7 @@ function Preview({ text, problem }: { text: string; problem: Problem }) {
 /** A formula that was typed as LaTeX; nothing where it can't be read, which the field could not show. */
 function latexOf(text: string, problem: Problem): string {
   const found = previewOf(withPoints(text), problem);
-  return found && "latex" in found ? found.latex : "";
+  return found && "latex" in found ? found.latex.replaceAll("{,}", ".") : "";
 }
 
 function previewOf(text: string, problem: Problem): { latex: string } | { why: string } | null {

@@ -24,7 +24,7 @@ export function entriesOf(text: string, rows: number, columns: number): string[]
   return fits ? lines.flat().map((entry) => (entry === "blank" ? "" : entry)) : null;
 }
 
-/** What stands between the commas that are in no brackets. */
+/** What stands between the commas that are in no brackets; a comma at the end has nothing behind it. */
 function pieces(text: string): string[] {
   const found = [""];
   let depth = 0;
@@ -33,5 +33,6 @@ function pieces(text: string): string[] {
     if (sign === "," && depth === 0) found.push("");
     else found[found.length - 1] += sign;
   }
-  return found.map((piece) => piece.trim());
+  const trimmed = found.map((piece) => piece.trim());
+  return trimmed.at(-1) === "" ? trimmed.slice(0, -1) : trimmed;
 }

@@ -12,8 +12,12 @@ function textOf(field: MathfieldElement | null): string {
 }
 
 /** Put a formula where the cursor of a field is, and go on there. */
-export function putInto(field: Element, latex: string): void {
-  (field as MathfieldElement).insert(latex, { focus: true, format: "latex" });
+export function putInto(place: Element, latex: string): void {
+  const field = place as MathfieldElement;
+  const cursor = field.position;
+  field.focus();
+  field.position = cursor; // a field that is entered selects all that it holds
+  field.insert(latex, { format: "latex" });
 }
 
 interface MathFieldProps {
