@@ -64,6 +64,9 @@ export function flatPlane(arm: Arm): "x" | "y" | "z" | null {
   return null;
 }
 
+/** Pixels at the sides that buttons take. */
+const BUTTONS = 60;
+
 /** The view of an arm in a box of pixels: what it reaches is seen. */
 export function viewOf(arm: Arm, extent: Extent, width: number, height: number, orbit: Orbit): View {
   const plane = flatPlane(arm);
@@ -74,7 +77,7 @@ export function viewOf(arm: Arm, extent: Extent, width: number, height: number, 
     return { ...FLAT[plane], scale: (0.42 * Math.min(width, height)) / radius, centre: o, width, height };
   }
   const room = 1.12; // for arrows and letters
-  const scale = Math.min(width / (2 * room * aside), height / (room * (up + down))) * orbit.zoom;
+  const scale = Math.min((width - BUTTONS) / (2 * room * aside), height / (room * (up + down))) * orbit.zoom;
   return {
     ...axonometric(orbit),
     scale: (arm.task.every((row) => row > 2) ? 0.7 : 1) * scale,

@@ -20,6 +20,7 @@ import {
 } from "./choice.js";
 import { keep, kept } from "./progress.js";
 import { Settings } from "./settings.js";
+import { Sheet, sheetFrom } from "./sheet.js";
 import { Task } from "./task.js";
 
 const storage = (() => {
@@ -39,6 +40,8 @@ export function Practice(): JSX.Element {
   };
   useEffect(load, []);
   if (failed) return <Failed why={failed} onAgain={load} />;
+  const sheet = sheetFrom(window.location.search);
+  if (index && sheet) return <Sheet index={index} wish={fromLink(window.location.search)} first={sheet} />;
   return index ? <Session index={index} /> : <p role="status">{said(message("practice.loading"))}</p>;
 }
 

@@ -7,6 +7,7 @@ import type { Index } from "../bank.js";
 import { message, said } from "../text/text.js";
 import { ANYTHING, asLink, isMissed, items, type Progress, WAITS, type Wish } from "./choice.js";
 import { asFile, fromFile, merged } from "./progress.js";
+import { sheetLink } from "./sheet.js";
 
 interface SettingsProps {
   readonly index: Index;
@@ -85,6 +86,7 @@ export function Settings(props: SettingsProps): JSX.Element {
 
 function More({ wish, progress, onWish, onProgress }: SettingsProps) {
   const [told, setTold] = useState("");
+  const [fresh] = useState(newSet);
   const file = useRef<HTMLInputElement>(null);
   const tried = Object.values(progress);
   const due = tried.filter((each) => isMissed(each) && each.box < WAITS.length - 1).length;
@@ -132,9 +134,12 @@ function More({ wish, progress, onWish, onProgress }: SettingsProps) {
         >
           {said(message("practice.forget"))}
         </button>
-        <button type="button" class="quiet" onClick={() => window.print()}>
-          {said(message("practice.print"))}
-        </button>
+        <a
+          class="button quiet"
+          href={sheetLink({ ...wish, set: wish.set || fresh }, { count: 4, key: false })}
+        >
+          {said(message("sheet.make"))}
+        </a>
       </p>
       <input
         ref={file}
@@ -151,7 +156,7 @@ function More({ wish, progress, onWish, onProgress }: SettingsProps) {
           {said(message("practice.set-help"))} <a href={link}>{link}</a>
         </p>
       ) : (
-        <button type="button" class="quiet" onClick={() => onWish({ ...wish, set: newSet() })}>
+        <button type="button" class="quiet" onClick={() => onWish({ ...wish, set: fresh })}>
           {said(message("practice.make-set"))}
         </button>
       )}

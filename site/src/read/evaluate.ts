@@ -3,58 +3,14 @@
 // The size says what rounding may have done to a value: a difference that is small beside the size of what was added
 // up may be no difference. It follows ../../../exercises/formula/tape.py.
 
-import {
-  absDependencies,
-  acosDependencies,
-  addDependencies,
-  asinDependencies,
-  atanDependencies,
-  type Complex,
-  complexDependencies,
-  cosDependencies,
-  coshDependencies,
-  create,
-  divideDependencies,
-  expDependencies,
-  type FactoryFunctionMap,
-  logDependencies,
-  multiplyDependencies,
-  powDependencies,
-  sinDependencies,
-  sinhDependencies,
-  sqrtDependencies,
-  subtractDependencies,
-  tanDependencies,
-  tanhDependencies,
-  unaryMinusDependencies,
-} from "mathjs";
+import { type Complex, create, type FactoryFunctionMap } from "mathjs";
 
 import type { TextKey } from "../text/en.js";
 import { message } from "../text/text.js";
+import * as pieces from "./arithmetic.js";
 import { type Node, ReadError } from "./tree.js";
 
-const math = create({
-  absDependencies,
-  acosDependencies,
-  addDependencies,
-  asinDependencies,
-  atanDependencies,
-  complexDependencies,
-  cosDependencies,
-  coshDependencies,
-  divideDependencies,
-  expDependencies,
-  logDependencies,
-  multiplyDependencies,
-  powDependencies,
-  sinDependencies,
-  sinhDependencies,
-  sqrtDependencies,
-  subtractDependencies,
-  tanDependencies,
-  tanhDependencies,
-  unaryMinusDependencies,
-} as FactoryFunctionMap);
+const math = create(pieces as FactoryFunctionMap);
 
 type Scalar = number | Complex;
 
