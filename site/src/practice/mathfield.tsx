@@ -11,6 +11,13 @@ function textOf(field: MathfieldElement | null): string {
   return (field?.getValue("latex") ?? "").replaceAll("{,}", ".");
 }
 
+/** In Firefox, keys are lost as long as the page's selection is not where MathLive listens (its issue 2300). */
+function hearKeys({ currentTarget }: Event): void {
+  const listens = (currentTarget as Element).shadowRoot?.querySelector('[part="keyboard-sink"]');
+  const selection = getSelection();
+  if (listens && selection?.rangeCount === 0) selection.selectAllChildren(listens);
+}
+
 /** Put a formula where the cursor of a field is, and go on there. */
 export function putInto(place: Element, latex: string): void {
   const field = place as MathfieldElement;
@@ -45,6 +52,8 @@ export function MathField({ label, value, onValue, onEnter }: MathFieldProps): J
         field.setAttribute("aria-label", label);
         field.mathVirtualKeyboardPolicy = "auto";
         field.addEventListener("input", () => onValue(textOf(field)));
+        for (const event of ["focusin", "keydown"])
+          field.addEventListener(event, hearKeys, { capture: true });
         field.addEventListener("keydown", (event) => {
           if (event.key === "Enter") onEnter();
         });
