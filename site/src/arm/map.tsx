@@ -55,10 +55,11 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
     const corner = frame.current!.getBoundingClientRect();
     const [x, y] = [event.clientX - corner.left, event.clientY - corner.top];
     const share = (value: number): number => Math.max(0, Math.min(1, value));
-    go([
+    const there: Spot = [
       across.low + share((x - LEFT) / w) * (across.high - across.low),
       up.low + share((EDGE + h - y) / h) * (up.high - up.low),
-    ]);
+    ];
+    go(caught(there, kinds, [w / (across.high - across.low), h / (up.high - up.low)]) ?? there);
   };
   const pressed = (event: KeyboardEvent): void => {
     const step = STEPS[event.key];
@@ -194,6 +195,25 @@ const STEPS: Readonly<Record<string, Spot>> = {
   ArrowUp: [0, 1],
   ArrowDown: [0, -1],
 };
+
+/** Pixels within which a line holds who walks near it: a hand could not stop on it otherwise. */
+const CATCH = 4;
+
+/** The place on a line or spot of the map next to where one is; null where none is near. */
+function caught([u, v]: Spot, kinds: readonly Stretch[], [du, dv]: Spot): Spot | null {
+  let best: Spot | null = null;
+  let least = CATCH;
+  for (const { spots } of kinds) {
+    spots.forEach((a, k) => {
+      const b = spots[k + 1] ?? a;
+      const [x, y, px, py] = [(b[0] - a[0]) * du, (b[1] - a[1]) * dv, (u - a[0]) * du, (v - a[1]) * dv];
+      const t = Math.max(0, Math.min(1, (px * x + py * y) / (x * x + y * y || 1)));
+      const away = Math.hypot(px - t * x, py - t * y);
+      if (away < least) [best, least] = [[a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])], away];
+    });
+  }
+  return best;
+}
 
 /** Both axes with the same joint make no map: the other axis then takes the joint that was given up. */
 function withoutTwins(next: Pair, before: Pair): Pair {
