@@ -76,7 +76,14 @@ describe("in Firefox", { skip: missing }, () => {
     await page.until(() =>
       Boolean(document.querySelector("math-field")?.shadowRoot?.querySelector("[part=keyboard-sink]")),
     );
-    await page.run(() => document.querySelector("math-field").focus());
+    const middle = (place) =>
+      page.run((place) => {
+        const { x, y, width, height } = document.querySelector(place).getBoundingClientRect();
+        return [x + Math.min(40, width / 2), y + height / 2];
+      }, place);
+    await page.drag("mouse", [await middle(".prompt p")]); // after which the page's selection is there
+    await page.drag("mouse", [await middle("math-field")]);
+    await page.until(() => document.querySelector("math-field").shadowRoot.activeElement !== null);
     await page.keys(..."2sin(theta2");
     await page.until(() => document.querySelector("math-field").value.startsWith("2\\sin")); // MathLive lost the 2 here
     await picture("mathematics");

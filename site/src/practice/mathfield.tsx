@@ -15,7 +15,8 @@ function textOf(field: MathfieldElement | null): string {
 function hearKeys({ currentTarget }: Event): void {
   const listens = (currentTarget as Element).shadowRoot?.querySelector('[part="keyboard-sink"]');
   const selection = getSelection();
-  if (listens && selection?.rangeCount === 0) selection.selectAllChildren(listens);
+  if (!listens || !CSS.supports("-moz-appearance", "none")) return;
+  if (!listens.contains(selection?.anchorNode ?? null)) selection?.selectAllChildren(listens);
 }
 
 /** Put a formula where the cursor of a field is, and go on there. */
