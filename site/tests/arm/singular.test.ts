@@ -61,7 +61,7 @@ describe("the elbow", () => {
     const value = (u: number, v: number): number => signedVolume(arm, [0, u, v]);
     const lines = zeroLines(gridOf(CIRCLE, [-3, 3.3], 40, value), value);
     const kinds = lines
-      .flatMap((line) => stretches(line, 8, ([u, v]) => kindAt(arm, [0, u, v])))
+      .flatMap((line) => stretches(line, Math.ceil(line.length / 10), ([u, v]) => kindAt(arm, [0, u, v])))
       .map(({ kind }) => kind);
     expect(new Set(kinds)).toEqual(new Set(["boundary", "internal"]));
   });
