@@ -53,12 +53,18 @@ def build(order: Order, each: Callable[[], None]) -> Json:
             _copy(drawing, order.folder / "docs" / drawing.relative_to(order.docs))
     write_atomically(order.folder / "icon.svg", favicon())
     version = hashlib.sha256(
-        b"".join((order.folder / name).read_bytes() for name in shell) + index.encode()
+        b"".join((order.folder / name).read_bytes() for name in shell + _problems(order)) + index.encode()
     ).hexdigest()
     shell += ["icon.svg", f"{FOLDER}/index.json"]
     write_atomically(order.folder / "sw.js", worker_text(shell, version[:16]))
     questions = sum(len(entry["questions"]) for entry in listed)
     return {"problems": len(listed), "questions": questions, "files": len(shell)}
+
+
+def _problems(order: Order) -> list[str]:
+    """Return the files of the bank: where one of them changes, browsers forget what they kept of the site before."""
+    names = [f"{FOLDER}/{wanted.family}/{wanted.key}" for wanted in order.wanted]
+    return [name + ending for name in names for ending in (".json", ".solutions.json")]
 
 
 def _copied(assets: Assets, folder: Path) -> list[str]:

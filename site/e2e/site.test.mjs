@@ -1,25 +1,17 @@
 // The built site in a real browser: problems solved rightly and wrongly, the arm moved, everything reachable by keyboard.
-//
-// The site is built by `$QDOT site build` (default: qdot) unless SITE names a folder that has one. Chromium is the system's.
+// Chromium is the system's.
 import assert from "node:assert/strict";
-import { execFileSync } from "node:child_process";
-import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
-import { createServer } from "node:http";
-import { tmpdir } from "node:os";
-import { extname, join, normalize } from "node:path";
+import { existsSync, readFileSync } from "node:fs";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { createRequire } from "node:module";
 import { chromium } from "playwright-core";
 
+import { armTests } from "./arm.mjs";
+import { served } from "./site.mjs";
+
 const require = createRequire(import.meta.url);
 const AXE = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
-const TYPES = {
-  ".html": "text/html",
-  ".js": "text/javascript",
-  ".css": "text/css",
-  ".json": "application/json",
-  ".svg": "image/svg+xml",
-};
 const CHROMIUM = [
   "/usr/bin/chromium",
   "/usr/bin/chromium-browser",
@@ -38,40 +30,18 @@ const ARGUMENTS = [
   "--enable-unsafe-swiftshader",
 ];
 
-let made, folder, server, root, browser;
+let site, folder, root, browser;
 
 before(async () => {
   assert.ok(CHROMIUM, "no Chromium: apt-get install chromium");
-  made = process.env.SITE ? null : mkdtempSync(join(tmpdir(), "qdot-site-"));
-  folder = process.env.SITE ?? made;
-  if (made) {
-    execFileSync(process.env.QDOT ?? "qdot", [
-      "site",
-      "build",
-      "--out",
-      made,
-      "--families",
-      "planar-2r",
-      "--variants",
-      "1",
-    ]);
-  }
-  server = createServer((request, answer) => {
-    const path = join(folder, normalize(decodeURIComponent(new URL(request.url, "http://x").pathname)));
-    if (!path.startsWith(folder) || !existsSync(path)) return void answer.writeHead(404).end();
-    answer
-      .writeHead(200, { "content-type": TYPES[extname(path)] ?? "application/octet-stream" })
-      .end(readFileSync(path));
-  });
-  await new Promise((done) => server.listen(0, "127.0.0.1", done));
-  root = `http://127.0.0.1:${server.address().port}`;
+  site = await served();
+  ({ folder, root } = site);
   browser = await chromium.launch({ executablePath: CHROMIUM, args: ARGUMENTS });
 });
 
 after(async () => {
   await browser?.close();
-  server?.close();
-  if (made) rmSync(made, { recursive: true, force: true });
+  site?.close();
 });
 
 /** A page with nothing kept, that fails the test on any error in its script. */
@@ -90,9 +60,8 @@ async function page(path, options = {}) {
 }
 
 const ask = (question) => page(`practice.html?arm=planar-2r&question=${question}`);
-const problem = () => JSON.parse(readFileSync(join(folder, "bank/planar-2r/001.json"), "utf8"));
-const solutions = () => JSON.parse(readFileSync(join(folder, "bank/planar-2r/001.solutions.json"), "utf8"));
-const typed = (kind) => solutions().parts.find(({ name }) => name === kind).typed;
+const problem = () => site.bank("planar-2r/001");
+const typed = (kind) => site.typed(kind);
 
 /** Answers as text, checks, and returns the verdict's heading and text. */
 async function answered(opened, text) {
@@ -248,6 +217,86 @@ test("an answer is typed as mathematics", async () => {
   await context.close();
 });
 
+test("signs are put where the cursor is, as text and as mathematics; what was typed stays in the other field", async () => {
+  const { opened, context, errors } = await ask("determinant");
+  const field = opened.getByLabel("Your answer");
+  await field.fill("2*+1");
+  await field.evaluate((input) => input.setSelectionRange(2, 2));
+  await opened.getByRole("button", { name: "theta2", exact: true }).click();
+  assert.equal(await field.inputValue(), "2*theta2+1");
+  await opened.getByRole("button", { name: "Mathematics keyboard" }).click();
+  const math = opened.locator("math-field");
+  await math.waitFor();
+  await math.evaluate((element) => (element.position = element.lastOffset));
+  await opened.getByRole("button", { name: "pi", exact: true }).click();
+  await opened.waitForFunction(() => document.querySelector("math-field").value.endsWith("\\pi"));
+  assert.match(await math.evaluate((element) => element.value), /2.*theta_.?2.*1.*pi/);
+  await opened.getByRole("button", { name: "Plain text" }).click();
+  assert.match(await opened.getByLabel("Your answer").inputValue(), /theta_.?2/);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("a matrix typed as text is there by entry, and is right as mathematics", async () => {
+  const { opened, context, errors } = await ask("jacobian");
+  await opened.getByRole("button", { name: "Type it as text" }).click();
+  await opened.getByLabel("Your answer").fill(typed("jacobian"));
+  await opened.getByRole("button", { name: "Type it by entry" }).click();
+  assert.notEqual(await opened.getByLabel("Row 2, column 2").inputValue(), "");
+  await opened.getByRole("button", { name: "Mathematics keyboard" }).click();
+  await opened.locator("math-field").nth(3).waitFor();
+  await opened.getByRole("button", { name: "Check" }).click();
+  assert.equal(await opened.locator(".verdict h3").innerText(), "Right");
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("what can't be read is told in German, and English texts are marked as such", async () => {
+  const { opened, context } = await ask("determinant");
+  await opened.getByLabel("Language").selectOption("de");
+  await opened.getByRole("heading", { name: "Üben" }).waitFor();
+  await opened.getByLabel("Deine Antwort").fill("2*(theta1");
+  await opened.getByRole("button", { name: "Prüfen" }).click();
+  assert.match(await opened.locator(".verdict").innerText(), /erwartet wird „\)“, gefunden wurde das Ende/);
+  await opened.getByText("Die Texte der Aufgaben sind auf Englisch.").waitFor();
+  for (const place of [".prompt", ".statement", ".asked h2"])
+    assert.equal(await opened.locator(place).first().getAttribute("lang"), "en", place);
+  await context.close();
+});
+
+armTests({ page: (...asked) => page(...asked) });
+
+test("the next problem begins at its beginning, for keyboards, too", async () => {
+  const { opened, context } = await page("practice.html?arm=planar-2r&set=a");
+  await opened.getByText(/^Problem 1 of \d+ of the set$/).waitFor();
+  await opened.getByRole("button", { name: "Skip" }).click();
+  await opened.getByText(/^Problem 2 of \d+ of the set$/).waitFor();
+  await opened.waitForFunction(() => document.activeElement?.matches("article.task"));
+  await context.close();
+});
+
+test("a sheet is printed without the page's controls, with a key on its last page", async () => {
+  const { opened, context, errors } = await page("practice.html?arm=planar-2r&set=a&sheet=3&key=1", {
+    colorScheme: "dark",
+  });
+  await opened.locator(".sheet-key li").nth(2).waitFor();
+  assert.equal(await opened.locator(".sheet-question").count(), 3);
+  await opened.emulateMedia({ media: "print" });
+  for (const hidden of [".top", ".bottom", ".sheet-settings"])
+    assert.equal(await opened.locator(hidden).isVisible(), false, hidden);
+  assert.ok(await opened.locator(".sheet table").first().isVisible());
+  assert.ok((await opened.locator(".sheet-room, .sheet-lines").count()) >= 3);
+  const begins = await opened.locator(".sheet-key").evaluate((key) => getComputedStyle(key).breakBefore);
+  assert.equal(begins, "page");
+  const pdf = (await opened.pdf({ format: "A4" })).toString("latin1");
+  assert.ok(pdf.match(/\/Type \/Page\b/g).length >= 2);
+  await opened.emulateMedia({ media: null });
+  await opened.getByLabel("with a key on a page of its own").uncheck();
+  await opened.locator(".sheet-key").waitFor({ state: "detached" });
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
 test("it works offline after the first visit", async () => {
   const { opened, context } = await page("practice.html?arm=planar-2r&question=position", {
     serviceWorkers: "allow",
@@ -261,12 +310,15 @@ test("it works offline after the first visit", async () => {
   await opened.reload();
   const { heading } = await answered(opened, typed("position"));
   assert.equal(heading, "Right");
+  await opened.goto(`${root}/`);
+  await opened.getByRole("heading", { level: 1 }).waitFor();
   await context.close();
 });
 
 for (const path of [
   "index.html",
   "practice.html?arm=planar-2r&question=jacobian",
+  "practice.html?arm=planar-2r&set=a&sheet=2&key=1",
   "accessibility.html",
   "docs/index.html",
 ]) {

@@ -12,4 +12,12 @@ export async function typeset(root: HTMLElement): Promise<void> {
     });
     element.dataset["set"] = "";
   }
+  reachable(root);
+}
+
+/** Let wide formulas in an element be scrolled by keyboard: those that don't fit can be tabbed to. */
+export function reachable(root: HTMLElement): void {
+  for (const formula of root.querySelectorAll<HTMLElement>('math[display="block"], div.tex')) {
+    if (formula.scrollWidth > formula.clientWidth) formula.tabIndex = 0;
+  }
 }

@@ -8,11 +8,14 @@ import {
   attempted,
   fromLink,
   inOrder,
+  type Item,
   items,
   nameOf,
   next,
+  placeIn,
   WAITS,
 } from "../src/practice/choice.js";
+import { entriesOf, matrixText } from "../src/practice/entries.js";
 import { asFile, fromFile, kept, merged } from "../src/practice/progress.js";
 
 const INDEX: Index = {
@@ -54,7 +57,7 @@ test("what went wrong comes again after a while, before anything new; what went 
   expect(nameOf(at(1000) ?? item)).not.toBe(nameOf(item));
   expect(nameOf(at(1000 + (WAITS[0] ?? 0)) ?? item)).toBe(nameOf(item));
   progress = attempted(progress, item, true, 0);
-  expect(progress[nameOf(item)]).toEqual({ right: true, box: 1, due: WAITS[1] });
+  expect(progress[nameOf(item)]).toEqual({ right: true, missed: true, box: 1, due: WAITS[1] });
   progress = attempted(attempted(progress, item, true, 0), item, false, 0);
   expect(progress[nameOf(item)]?.box).toBe(0);
 });
@@ -85,4 +88,37 @@ test("progress survives a file, and a file of something else is refused", () => 
   expect(fromFile('{"qdot": "progress", "progress": {"a": {"right": 1}}}')).toEqual({});
   expect(merged(progress, { "scara/001/determinant": { right: false, box: 0, due: 1 } })).toEqual(progress);
   expect(kept(null)).toEqual({});
+});
+
+test("what went wrong once comes before anything new when it is due, though it went right since; other things do not", () => {
+  const [first, second] = items(INDEX, ANYTHING) as [Item, Item, ...Item[]];
+  const DAY = WAITS[1] as number;
+  const once = attempted(attempted({}, first, false, 0), first, true, 0);
+  expect(nameOf(next(INDEX, ANYTHING, once, DAY, () => 0) as Item)).toBe(nameOf(first));
+  expect(nameOf(next(INDEX, ANYTHING, attempted({}, first, true, 0), DAY, () => 0) as Item)).toBe(
+    nameOf(second),
+  );
+  const back = fromFile(asFile(once)) ?? {};
+  expect(nameOf(next(INDEX, ANYTHING, back, DAY, () => 0) as Item)).toBe(nameOf(first));
+  expect(fromFile('{"qdot":"progress","progress":{"a/1/b":{"right":true,"box":99,"due":0}}}')).toEqual({});
+});
+
+test("a set goes on where it was left", () => {
+  const order = inOrder(INDEX, { ...ANYTHING, set: "x" });
+  expect(placeIn(order, {})).toBe(0);
+  expect(placeIn(order, attempted({}, order[0] as Item, false, 0))).toBe(1);
+  expect(placeIn(order, Object.assign({}, ...order.map((item) => attempted({}, item, true, 0))))).toBe(0);
+});
+
+test("entries become a text, and the text entries again", () => {
+  const entries = ["a1*cos(theta1)", "", "atan2(1, 2)", "0,5"];
+  const text = matrixText(entries, 2);
+  expect(text).toBe("[[a1*cos(theta1), blank], [atan2(1, 2), 0.5]]");
+  expect(entriesOf(text, 2, 2)).toEqual(["a1*cos(theta1)", "", "atan2(1, 2)", "0.5"]);
+  expect(entriesOf("Matrix([[1], [f(2, 3)]])", 2, 1)).toEqual(["1", "f(2, 3)"]);
+  expect(entriesOf("Matrix([\n  [1, 2],\n])", 1, 2)).toEqual(["1", "2"]);
+  expect(entriesOf("[1, 2]", 2, 1)).toEqual(["1", "2"]);
+  expect(entriesOf("[[1, 2], [3]]", 2, 2)).toBeNull();
+  expect(entriesOf("a1 + 2", 1, 2)).toBeNull();
+  expect(matrixText(["", " "], 2)).toBe("");
 });

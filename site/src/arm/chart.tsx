@@ -87,10 +87,13 @@ function rateName(arm: Arm, i: number): string {
 /** Heights moved apart so that letters at them can be told apart. */
 function spread(heights: readonly number[], top: number, bottom: number): number[] {
   const order = heights.map((_, i) => i).sort((a, b) => heights[a]! - heights[b]!);
-  const moved = [...heights];
+  const moved = heights.map((value) => Math.max(top + 9, value));
   order.forEach((i, k) => {
     if (k > 0) moved[i] = Math.max(moved[i]!, moved[order[k - 1]!]! + 15);
   });
-  const over = Math.max(0, Math.max(...moved) - bottom);
-  return moved.map((value) => Math.max(top + 9, value - over));
+  // back up from the bottom, where there is no room below
+  [...order].reverse().forEach((i, k, all) => {
+    moved[i] = Math.min(moved[i]!, k === 0 ? bottom : moved[all[k - 1]!]! - 15);
+  });
+  return moved;
 }

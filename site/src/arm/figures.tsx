@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 
 import { Letters } from "./letters.js";
 import type { Arm, Measures, State } from "./model.js";
-import { decimals, digits, useSay } from "./speech.js";
+import { decimals, digits, useDigits, useSay } from "./speech.js";
 import { kindHere, nearness, sizeName } from "./words.js";
 
 export interface FiguresProps {
@@ -17,6 +17,7 @@ export interface FiguresProps {
 
 export function Figures({ arm, state, measures, rested }: FiguresProps): JSX.Element {
   const say = useSay();
+  const signed = useDigits();
   const near = nearness(arm, measures);
   const kind = near === "singular" && rested === state ? kindHere(arm, state) : null;
   const { det, volume, least, ratio } = measures;
@@ -37,7 +38,12 @@ export function Figures({ arm, state, measures, rested }: FiguresProps): JSX.Ele
           <dt>
             <i>P</i>
           </dt>
-          <dd>{state.point.map((value) => signed(decimals(value, 3))).join(", ")} m</dd>
+          <dd>
+            {state.point
+              .map((value) => signed(decimals(value, 3)))
+              .join(signed(0.5).includes(",") ? "; " : ", ")}{" "}
+            m
+          </dd>
         </div>
       </dl>
       <div class="arm-meter" aria-hidden="true">
@@ -52,8 +58,4 @@ export function Figures({ arm, state, measures, rested }: FiguresProps): JSX.Ele
       </p>
     </div>
   );
-}
-
-function signed(value: number): string {
-  return String(value).replace("-", "−");
 }

@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 
 import type { Robot, SymbolInfo } from "../bank.js";
 import { Letters } from "./letters.js";
-import { decimals, degrees, useSay } from "./speech.js";
+import { decimals, degrees, useDigits, useSay } from "./speech.js";
 
 export interface LengthsProps {
   readonly robot: Robot;
@@ -13,6 +13,7 @@ export interface LengthsProps {
 
 export function Lengths({ robot, symbols }: LengthsProps): JSX.Element | null {
   const say = useSay();
+  const signed = useDigits();
   const given = Object.entries(symbols).flatMap(([name, { role, value }]): [string, string, number][] =>
     (role === "length" || role === "angle") && value !== undefined ? [[name, role, value]] : [],
   );
@@ -31,7 +32,7 @@ export function Lengths({ robot, symbols }: LengthsProps): JSX.Element | null {
           {i > 0 && ", "}
           <Letters name={name} />
           {" = "}
-          {role === "angle" ? `${degrees(value)}°` : `${decimals(value, 3)} m`}
+          {role === "angle" ? `${signed(degrees(value))}°` : `${signed(decimals(value, 3))} m`}
         </span>
       ))}
     </p>

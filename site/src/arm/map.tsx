@@ -8,7 +8,7 @@ import type { Arm, Measures, Pose } from "./model.js";
 import { rangeOf, within } from "./ranges.js";
 import { useRested, useSize } from "./size.js";
 import { onSchemeChange } from "./space.js";
-import { degrees, decimals, digits, useSay } from "./speech.js";
+import { degrees, decimals, digits, useDigits, useSay } from "./speech.js";
 import { type Pair, poseAtSpot, type Shown, sorted, telling, terrainOf } from "./terrain.js";
 import { shade } from "./shade.js";
 import { sizeName } from "./words.js";
@@ -25,6 +25,7 @@ const [LEFT, BOTTOM, EDGE] = [44, 34, 18];
 
 export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Element {
   const say = useSay();
+  const signed = useDigits();
   const [pair, setPair] = useState<Pair>(() => telling(arm));
   const [shown, setShown] = useState<Shown>("det");
   const frame = useRef<HTMLDivElement>(null);
@@ -54,10 +55,11 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
     const corner = frame.current!.getBoundingClientRect();
     const [x, y] = [event.clientX - corner.left, event.clientY - corner.top];
     const share = (value: number): number => Math.max(0, Math.min(1, value));
-    go([
+    const there: Spot = [
       across.low + share((x - LEFT) / w) * (across.high - across.low),
       up.low + share((EDGE + h - y) / h) * (up.high - up.low),
-    ]);
+    ];
+    go(caught(there, kinds, [w / (across.high - across.low), h / (up.high - up.low)]) ?? there);
   };
   const pressed = (event: KeyboardEvent): void => {
     const step = STEPS[event.key];
@@ -154,7 +156,7 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
               ),
             )}
           </svg>
-          {ticksOf(arm, pair[0]).map(([value, text]) => (
+          {ticksOf(arm, pair[0], signed).map(([value, text]) => (
             <g key={text} class="arm-tick">
               <path d={`M${px([value, up.low])[0]} ${EDGE + h}v4`} />
               <text x={px([value, up.low])[0]} y={EDGE + h + 16}>
@@ -162,7 +164,7 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
               </text>
             </g>
           ))}
-          {ticksOf(arm, pair[1]).map(([value, text]) => (
+          {ticksOf(arm, pair[1], signed).map(([value, text]) => (
             <g key={text} class="arm-tick arm-tick-left">
               <path d={`M${LEFT} ${px([across.low, value])[1]}h-4`} />
               <text x={LEFT - 7} y={px([across.low, value])[1] + 4}>
@@ -194,6 +196,25 @@ const STEPS: Readonly<Record<string, Spot>> = {
   ArrowDown: [0, -1],
 };
 
+/** Pixels within which a line holds who walks near it: a hand could not stop on it otherwise. */
+const CATCH = 4;
+
+/** The place on a line or spot of the map next to where one is; null where none is near. */
+function caught([u, v]: Spot, kinds: readonly Stretch[], [du, dv]: Spot): Spot | null {
+  let best: Spot | null = null;
+  let least = CATCH;
+  for (const { spots } of kinds) {
+    spots.forEach((a, k) => {
+      const b = spots[k + 1] ?? a;
+      const [x, y, px, py] = [(b[0] - a[0]) * du, (b[1] - a[1]) * dv, (u - a[0]) * du, (v - a[1]) * dv];
+      const t = Math.max(0, Math.min(1, (px * x + py * y) / (x * x + y * y || 1)));
+      const away = Math.hypot(px - t * x, py - t * y);
+      if (away < least) [best, least] = [[a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])], away];
+    });
+  }
+  return best;
+}
+
 /** Both axes with the same joint make no map: the other axis then takes the joint that was given up. */
 function withoutTwins(next: Pair, before: Pair): Pair {
   return next[0] === next[1] ? [before[1], before[0]] : next;
@@ -220,13 +241,13 @@ function Axis(props: {
 }
 
 /** Where an axis is marked: every quarter turn, or five places along a slide. */
-function ticksOf(arm: Arm, joint: number): (readonly [number, string])[] {
+function ticksOf(arm: Arm, joint: number, signed: (value: number) => string): (readonly [number, string])[] {
   const { low, high } = rangeOf(arm, joint);
   const turns = arm.joints[joint]!.kind === "R";
   return [0, 1, 2, 3, 4].map((k) => {
     const value = low + (k * (high - low)) / 4;
     const number = turns ? degrees(value) : decimals(value, 2);
-    return [value, `${String(number).replace("-", "−")}${turns ? "°" : ""}`];
+    return [value, `${signed(number)}${turns ? "°" : ""}`];
   });
 }
 

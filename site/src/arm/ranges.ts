@@ -2,8 +2,8 @@
 
 import { type Arm, isMixed, longest, measuresOf, type Pose, reachOf, stateAt } from "./model.js";
 import { randomPoses } from "./random.js";
-import { dot, norm, subtract } from "./vector.js";
-import { flatPlane } from "./view.js";
+import { dot, norm, subtract, type Vec3 } from "./vector.js";
+import { axonometric, FIRST_ORBIT, flatPlane } from "./view.js";
 
 export interface Range {
   readonly low: number;
@@ -65,6 +65,10 @@ export interface Extent {
   readonly around: number;
   readonly above: number;
   readonly below: number;
+  /** How far it gets up, down and to the sides of the page as it is first seen, the circles of its floor included. */
+  readonly up: number;
+  readonly down: number;
+  readonly aside: number;
 }
 
 const EXTENTS = new WeakMap<Arm, Extent>();
@@ -80,7 +84,8 @@ export function extentOf(arm: Arm): Extent {
   const known = EXTENTS.get(arm);
   if (known) return known;
   const { o, z } = arm.base;
-  let [around, above, below] = [0, 0, 0];
+  const page = axonometric(FIRST_ORBIT);
+  let [around, above, below, up, down, aside] = [0, 0, 0, 0, 0, 0];
   for (const turns of randomPoses(300, arm.joints.length, 3)) {
     const pose = turns.map((value, i) => {
       const { kind, offset } = arm.joints[i]!;
@@ -91,12 +96,23 @@ export function extentOf(arm: Arm): Extent {
       const away = subtract(place, o);
       const height = dot(away, z);
       around = Math.max(around, Math.sqrt(Math.max(0, dot(away, away) - height * height)));
+      up = Math.max(up, dot(away, page.up));
+      down = Math.max(down, -dot(away, page.up));
+      aside = Math.max(aside, Math.abs(dot(away, page.right)));
       above = Math.max(above, height);
       below = Math.max(below, -height);
     }
   }
   const least = Math.max(around, above, below, longest(arm));
-  const found = { around: Math.max(around, 0.3 * least), above: Math.max(above, 0.3 * least), below };
+  const floor = (along: Vec3): number => around * Math.sqrt(Math.max(0, 1 - dot(along, z) ** 2));
+  const found = {
+    around: Math.max(around, 0.3 * least),
+    above: Math.max(above, 0.3 * least),
+    below,
+    up: Math.max(up, floor(page.up), 0.15 * least),
+    down: Math.max(down, floor(page.up), 0.15 * least),
+    aside: Math.max(aside, floor(page.right), 0.3 * least),
+  };
   EXTENTS.set(arm, found);
   return found;
 }

@@ -8,8 +8,7 @@ type Rgb = readonly [number, number, number];
 export function shade(canvas: HTMLCanvasElement | null, { grid, most }: Terrain, signed: boolean): void {
   const context = canvas?.getContext("2d");
   if (!canvas || !context) return;
-  const style = getComputedStyle(canvas);
-  const color = (name: string): Rgb => rgbOf(style.getPropertyValue(name));
+  const color = (name: string): Rgb => rgbOf(colorOf(canvas, name));
   const [paper, above, below] = [color("--arm-paper"), color("--arm-above"), color("--arm-below")];
   const [columns, rows] = [grid.us.length - 2, grid.vs.length - 2];
   canvas.width = columns;
@@ -27,10 +26,16 @@ export function shade(canvas: HTMLCanvasElement | null, { grid, most }: Terrain,
   context.putImageData(image, 0, 0);
 }
 
-/** The parts of "#rrggbb" or "#rgb". */
+/** The colour that a custom property stands for in an element, light or dark, as "rgb(r, g, b)". */
+export function colorOf(element: HTMLElement, name: string): string {
+  const before = element.style.color;
+  element.style.color = `var(${name})`;
+  const found = getComputedStyle(element).color;
+  element.style.color = before;
+  return found;
+}
+
 function rgbOf(text: string): Rgb {
-  const digits = text.trim().slice(1);
-  const whole = digits.length === 3 ? [...digits].map((digit) => digit + digit).join("") : digits;
-  const number = parseInt(whole, 16) || 0;
-  return [(number >> 16) & 255, (number >> 8) & 255, number & 255];
+  const [red = 0, green = 0, blue = 0] = (text.match(/[\d.]+/g) ?? []).map(Number);
+  return [red, green, blue];
 }

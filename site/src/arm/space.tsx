@@ -5,6 +5,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 
 import type { Arm, State } from "./model.js";
 import type { Palette, Stage } from "./scene.js";
+import { colorOf } from "./shade.js";
 import type { Vec3 } from "./vector.js";
 import type { View } from "./view.js";
 
@@ -61,9 +62,8 @@ export function onSchemeChange(changed: () => void): () => void {
   };
 }
 
-function paletteOf(element: Element): Palette {
-  const style = getComputedStyle(element);
-  const color = (name: string): string => style.getPropertyValue(`--arm-${name}`).trim() || "#808080";
+function paletteOf(element: HTMLElement): Palette {
+  const color = (name: string): string => colorOf(element, `--arm-${name}`);
   return {
     link: color("solid"),
     grid: color("grid"),

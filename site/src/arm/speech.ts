@@ -4,7 +4,7 @@ import { createContext } from "preact";
 import { useContext } from "preact/hooks";
 
 import type { TextKey } from "../text/en.js";
-import { ENGLISH, type Language, message, said, type Values } from "../text/text.js";
+import { ENGLISH, inDigits, type Language, message, said, type Values } from "../text/text.js";
 
 export const Spoken = createContext<Language>(ENGLISH);
 
@@ -19,6 +19,12 @@ export function useSay(): Say {
 /** The same outside of a component; numbers get a true minus sign. */
 export function sayIn(language: Language): Say {
   return (key, values) => said(message(key, values), language).replace(/-(?=\d)/g, "−");
+}
+
+/** A number in the page's language, with a true minus sign. */
+export function useDigits(): (value: number) => string {
+  const language = useContext(Spoken);
+  return (value) => inDigits(value, language).replace("-", "−");
 }
 
 /** A number with so many decimals, none of them needless, and no minus before a zero. */

@@ -4,7 +4,16 @@ import { type Kind, kindAt, kindIsSure } from "./classify.js";
 import { type Arm, measuresOf, type Pose, signedVolume, stateAt } from "./model.js";
 import { randomPoses } from "./random.js";
 import { rangeOf } from "./ranges.js";
-import { type Grid, gridOf, type Spot, type Stretch, stretches, touches, zeroLines } from "./zeros.js";
+import {
+  type Grid,
+  gridOf,
+  type Spot,
+  type Stretch,
+  stretches,
+  touches,
+  valleys,
+  zeroLines,
+} from "./zeros.js";
 
 export type Shown = "det" | "least";
 
@@ -62,7 +71,9 @@ export function terrainOf(arm: Arm, pose: Pose, pair: Pair, shown: Shown): Terra
   if (size < 1e-9) return { grid, most, lines: [], spots: [] };
   const square = arm.task.length === arm.joints.length;
   const magnitude = (u: number, v: number): number => Math.abs(volume(u, v));
-  const lines = square ? zeroLines(volumes, volume) : [];
+  const crossed = square ? zeroLines(volumes, volume) : [];
+  const touched = valleys(volumes, volume, 1e-7 * size).filter((line) => line.length > 3);
+  const lines = [...crossed, ...touched];
   const positive = { ...volumes, values: volumes.values.map((row) => row.map(Math.abs)) };
   const spots = touches(positive, magnitude, 1e-7 * size).filter(
     (spot) => inside(spot, ranges) && lines.every((line) => apart(line, spot, grid)),

@@ -64,23 +64,24 @@ export function flatPlane(arm: Arm): "x" | "y" | "z" | null {
   return null;
 }
 
+/** Pixels at the sides that buttons take. */
+const BUTTONS = 60;
+
 /** The view of an arm in a box of pixels: what it reaches is seen. */
 export function viewOf(arm: Arm, extent: Extent, width: number, height: number, orbit: Orbit): View {
   const plane = flatPlane(arm);
-  const { around, above, below } = extent;
-  const { o, z } = arm.base;
+  const { around, above, below, up, down, aside } = extent;
+  const { o } = arm.base;
   if (plane) {
     const radius = Math.max(around, above, below);
     return { ...FLAT[plane], scale: (0.42 * Math.min(width, height)) / radius, centre: o, width, height };
   }
-  const down = Math.max(below, 0.45 * around); // room for arrows
-  const tall =
-    (above + down) * Math.cos(FIRST_ORBIT.elevation) + 1.1 * around * Math.sin(FIRST_ORBIT.elevation);
-  const scale = Math.min(width / (2.1 * around + 1e-9), height / tall) * orbit.zoom;
+  const room = 1.12; // for arrows and letters
+  const scale = Math.min((width - BUTTONS) / (2 * room * aside), height / (room * (up + down))) * orbit.zoom;
   return {
     ...axonometric(orbit),
     scale: (arm.task.every((row) => row > 2) ? 0.7 : 1) * scale,
-    centre: along(o, z, (above - down) / 2),
+    centre: along(o, [0, 0, 1], (up - down) / (2 * Math.cos(FIRST_ORBIT.elevation))),
     width,
     height,
   };

@@ -44,6 +44,13 @@ export interface WeldProps {
 
 const STEPS = 20;
 
+/** What is set by numbers besides the place of B. */
+const FIELDS = [
+  { name: "speed", text: "arm.weld.speed", label: "v", unit: "m/s", step: 0.01, least: 0.01, most: 2 },
+  { name: "turns", text: "arm.weld.turns", label: "|θ̇|", unit: "rad/s", step: 0.1, least: 0.1, most: 20 },
+  { name: "slides", text: "arm.weld.slides", label: "|ḋ|", unit: "m/s", step: 0.05, least: 0.05, most: 10 },
+] as const;
+
 export function Welding(props: WeldProps): JSX.Element {
   const { arm, pose, reach, weld, journey, place, onWeld, onPlace } = props;
   const say = useSay();
@@ -62,72 +69,49 @@ export function Welding(props: WeldProps): JSX.Element {
     if (place >= end - 1e-9) onPlace(0);
     setPlaying(!playing);
   };
-  const suggest = (regular: boolean): void =>
+  const suggest = (regular: boolean) => (): void =>
     set({ from: pose, target: suggested(arm, pose, reach, regular) });
+  const starts = [
+    ["arm.weld.here", () => set({ from: pose })],
+    ["arm.weld.regular", suggest(true)],
+    ["arm.weld.singular", suggest(false)],
+  ] as const;
+  const axes = arm.task.filter((row) => row < 3);
   const slides = arm.joints.some(({ kind }) => kind === "P");
   return (
     <section class="arm-weld" aria-label={say("arm.weld.title")}>
       <div>
         <p class="arm-hint">{say("arm.weld.task")}</p>
         <div class="arm-row">
-          <button type="button" onClick={() => set({ from: pose })}>
-            {say("arm.weld.here")}
-          </button>
-          <button type="button" onClick={() => suggest(true)}>
-            {say("arm.weld.regular")}
-          </button>
-          <button type="button" onClick={() => suggest(false)}>
-            {say("arm.weld.singular")}
-          </button>
+          {starts.map(([text, start]) => (
+            <button key={text} type="button" onClick={start}>
+              {say(text)}
+            </button>
+          ))}
         </div>
         <div class="arm-row">
-          {arm.task
-            .filter((row) => row < 3)
-            .map((row) => (
-              <Field
-                key={row}
-                label={`B${"xyz"[row]}`}
-                say={say("arm.weld.target", { axis: "xyz"[row]! })}
-                unit="m"
-                value={weld.target[row]!}
-                step={0.01}
-                onSet={(value) =>
-                  set({ target: weld.target.map((old, k) => (k === row ? value : old)) as unknown as Vec3 })
-                }
-              />
-            ))}
-          <Field
-            label="v"
-            say={say("arm.weld.speed")}
-            unit="m/s"
-            value={weld.speed}
-            step={0.01}
-            least={0.01}
-            most={2}
-            onSet={(speed) => set({ speed })}
-          />
-          <Field
-            label="|θ̇|"
-            say={say("arm.weld.turns")}
-            unit="rad/s"
-            value={weld.turns}
-            step={0.1}
-            least={0.1}
-            most={20}
-            onSet={(turns) => set({ turns })}
-          />
-          {slides && (
+          {axes.map((row) => (
             <Field
-              label="|ḋ|"
-              say={say("arm.weld.slides")}
-              unit="m/s"
-              value={weld.slides}
-              step={0.05}
-              least={0.05}
-              most={10}
-              onSet={(value) => set({ slides: value })}
+              key={row}
+              label={`B${"xyz"[row]}`}
+              say={say("arm.weld.target", { axis: "xyz"[row]! })}
+              unit="m"
+              value={weld.target[row]!}
+              step={0.01}
+              onSet={(value) =>
+                set({ target: weld.target.map((old, k) => (k === row ? value : old)) as unknown as Vec3 })
+              }
             />
-          )}
+          ))}
+          {FIELDS.filter(({ name }) => name !== "slides" || slides).map(({ name, text, ...field }) => (
+            <Field
+              key={name}
+              {...field}
+              say={say(text)}
+              value={weld[name]}
+              onSet={(value) => set({ [name]: value })}
+            />
+          ))}
         </div>
         <div class="arm-play">
           <button type="button" class="arm-main" disabled={end <= 0} onClick={still ? step : play}>

@@ -19,53 +19,144 @@ export interface Stretch {
   readonly spots: readonly Spot[];
 }
 
-export function gridOf(
-  [u0, u1]: Spot,
-  [v0, v1]: Spot,
-  count: number,
-  value: (u: number, v: number) => number,
-): Grid {
+export function gridOf([u0, u1]: Spot, [v0, v1]: Spot, count: number, value: Value): Grid {
   const even = (low: number, high: number): number[] =>
     Array.from({ length: count + 2 }, (_, i) => low + ((high - low) * (i - 0.5)) / count);
   const [us, vs] = [even(u0, u1), even(v0, v1)];
   return { us, vs, values: vs.map((v) => us.map((u) => value(u, v))) };
 }
 
-/** The zero lines of a grid as runs of spots, each refined with the function itself. */
-export function zeroLines(grid: Grid, value: (u: number, v: number) => number): Spot[][] {
-  const { us, vs, values } = grid;
-  const spots = new Map<string, Spot>();
-  const links = new Map<string, string[]>();
-  const positive = (i: number, j: number): boolean => values[j]![i]! >= 0;
-  const edge = (i: number, j: number, across: boolean): string | null => {
+type Value = (u: number, v: number) => number;
+
+/** Where an edge of the grid, from one place to another, is crossed by a line; null where it is not. */
+type Crossing = (i: number, j: number, across: boolean) => Spot | null;
+
+/** So many steps of the fine grid, by which lines that run close to each other are told apart, make one of the coarse. */
+const FINER = 4;
+
+/** The lines on which a value changes its sign, as runs of spots, each refined with the function itself. */
+export function zeroLines(grid: Grid, value: Value): Spot[][] {
+  const fine = { us: finer(grid.us), vs: finer(grid.vs) };
+  const known = new Map<number, number>();
+  const at = (i: number, j: number): number => {
+    if (i % FINER === 0 && j % FINER === 0) return grid.values[j / FINER]![i / FINER]!;
+    const key = j * fine.us.length + i;
+    const found = known.get(key) ?? value(fine.us[i]!, fine.vs[j]!);
+    known.set(key, found);
+    return found;
+  };
+  const crossing: Crossing = (i, j, across) => {
     const [k, l] = across ? [i + 1, j] : [i, j + 1];
-    if (positive(i, j) === positive(k, l)) return null;
+    if (at(i, j) >= 0 === at(k, l) >= 0) return null;
+    return bisected(value, [fine.us[i]!, fine.vs[j]!], [fine.us[k]!, fine.vs[l]!]);
+  };
+  const cells: Spot[] = [];
+  for (const [i, j] of cellsNearZero(grid)) {
+    for (let b = 0; b < FINER; b += 1) {
+      for (let a = 0; a < FINER; a += 1) cells.push([FINER * i + a, FINER * j + b]);
+    }
+  }
+  return linesThrough(cells, crossing, (i, j) => {
+    const [u, v] = [(fine.us[i]! + fine.us[i + 1]!) / 2, (fine.vs[j]! + fine.vs[j + 1]!) / 2];
+    return value(u, v) >= 0 === at(i, j) >= 0;
+  });
+}
+
+/** The lines on which a value that keeps its sign comes down to zero: none of them is where it changes its sign. */
+export function valleys({ us, vs, values }: Grid, value: Value, zero: number): Spot[][] {
+  const crossing: Crossing = (i, j, across) => {
+    const level = (step: number): number =>
+      Math.abs((across ? values[j]?.[i + step] : values[j + step]?.[i]) ?? Infinity);
+    if (level(-1) <= level(0) || level(2) <= level(1)) return null;
+    const [k, l] = across ? [i + 1, j] : [i, j + 1];
+    if (values[j]![i]! >= 0 !== values[l]![k]! >= 0) return null;
+    const spot = lowest(value, [us[i]!, vs[j]!], [us[k]!, vs[l]!]);
+    return Math.abs(value(...spot)) < zero ? spot : null;
+  };
+  const cells = vs.slice(1).flatMap((_, j) => us.slice(1).map((_u, i): Spot => [i, j]));
+  return linesThrough(cells, crossing, null);
+}
+
+function finer(places: readonly number[]): number[] {
+  return places.slice(1).reduce<number[]>(
+    (all, place) => {
+      const from = all.at(-1)!;
+      for (let k = 1; k < FINER; k += 1) all.push(from + (k * (place - from)) / FINER);
+      return [...all, place];
+    },
+    places.slice(0, 1),
+  );
+}
+
+/** Cells through which a line of zeros may run, by how the values around them differ. */
+function cellsNearZero({ us, vs, values }: Grid): Spot[] {
+  const found: Spot[] = [];
+  for (let j = 0; j + 1 < vs.length; j += 1) {
+    for (let i = 0; i + 1 < us.length; i += 1) {
+      const around = values
+        .slice(Math.max(0, j - 1), j + 3)
+        .flatMap((row) => row.slice(Math.max(0, i - 1), i + 3));
+      const corners = [values[j]![i]!, values[j]![i + 1]!, values[j + 1]![i]!, values[j + 1]![i + 1]!];
+      const differ = Math.max(...around) - Math.min(...around);
+      const signs = corners.filter((corner) => corner >= 0).length % 4 !== 0;
+      if (signs || Math.min(...corners.map(Math.abs)) < differ / 4) found.push([i, j]);
+    }
+  }
+  return found;
+}
+
+/** Runs of crossings, linked through cells; `apart` tells of a cell with four which of them belong together. */
+function linesThrough(
+  cells: readonly Spot[],
+  crossing: Crossing,
+  apart: ((i: number, j: number) => boolean) | null,
+): Spot[][] {
+  const spots = new Map<string, Spot | null>();
+  const links = new Map<string, string[]>();
+  const edge = (i: number, j: number, across: boolean): string | null => {
     const key = `${i},${j},${across ? "u" : "v"}`;
-    if (!spots.has(key)) spots.set(key, bisected(value, [us[i]!, vs[j]!], [us[k]!, vs[l]!]));
-    return key;
+    if (!spots.has(key)) spots.set(key, crossing(i, j, across));
+    return spots.get(key) ? key : null;
   };
   const link = (a: string, b: string): void => {
     links.set(a, [...(links.get(a) ?? []), b]);
     links.set(b, [...(links.get(b) ?? []), a]);
   };
-  for (let j = 0; j + 1 < vs.length; j += 1) {
-    for (let i = 0; i + 1 < us.length; i += 1) {
-      const met = [edge(i, j, true), edge(i + 1, j, false), edge(i, j + 1, true), edge(i, j, false)];
-      const [low, right, high, left] = met;
-      const found = met.filter((key) => key !== null);
-      if (found.length === 2) link(found[0]!, found[1]!);
-      if (found.length === 4) {
-        const middle = value((us[i]! + us[i + 1]!) / 2, (vs[j]! + vs[j + 1]!) / 2) >= 0;
-        const pairs = middle === positive(i, j) ? [low, right, high, left] : [low, left, high, right];
-        link(pairs[0]!, pairs[1]!);
-        link(pairs[2]!, pairs[3]!);
-      }
+  for (const [i, j] of cells) {
+    const met = [edge(i, j, true), edge(i + 1, j, false), edge(i, j + 1, true), edge(i, j, false)];
+    const [low, right, high, left] = met;
+    const found = met.filter((key) => key !== null);
+    if (found.length === 2) link(found[0]!, found[1]!);
+    if (found.length === 4) {
+      const pairs =
+        apart === null
+          ? [low, high, left, right]
+          : apart(i, j)
+            ? [low, right, high, left]
+            : [low, left, high, right];
+      link(pairs[0]!, pairs[1]!);
+      link(pairs[2]!, pairs[3]!);
     }
   }
-  return runs(spots, links);
+  return runs(spots as ReadonlyMap<string, Spot>, links);
 }
 
-function bisected(value: (u: number, v: number) => number, a: Spot, b: Spot): Spot {
+/** The lowest place between two, of a value that has one there (golden section). */
+function lowest(value: Value, a: Spot, b: Spot): Spot {
+  const at = (t: number): Spot => [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
+  const level = (t: number): number => Math.abs(value(...at(t)));
+  let [low, high] = [0, 1];
+  for (let k = 0; k < 48; k += 1) {
+    const [x, y] = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
+    if (level(x) < level(y)) high = y;
+    else low = x;
+  }
+  return at((low + high) / 2);
+}
+
+const GOLDEN = (Math.sqrt(5) - 1) / 2;
+
+function bisected(value: Value, a: Spot, b: Spot): Spot {
   let [low, high] = [0, 1];
   const at = (t: number): Spot => [a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])];
   const sign = value(...a) >= 0;
@@ -96,7 +187,7 @@ function runs(spots: ReadonlyMap<string, Spot>, links: ReadonlyMap<string, reado
 }
 
 /** Places where a value that is never negative comes down to zero: least points of the grid, refined by smaller steps. */
-export function touches(grid: Grid, value: (u: number, v: number) => number, zero: number): Spot[] {
+export function touches(grid: Grid, value: Value, zero: number): Spot[] {
   const { us, vs, values } = grid;
   const found: Spot[] = [];
   const [du, dv] = [us[1]! - us[0]!, vs[1]! - vs[0]!];
@@ -115,7 +206,7 @@ export function touches(grid: Grid, value: (u: number, v: number) => number, zer
   return found;
 }
 
-function descended(value: (u: number, v: number) => number, start: Spot, du: number, dv: number): Spot {
+function descended(value: Value, start: Spot, du: number, dv: number): Spot {
   let spot = start;
   let least = value(...spot);
   for (let step = 1; step > 1e-7;) {

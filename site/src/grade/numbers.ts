@@ -24,7 +24,7 @@ export function judgeNumbers(answer: string, key: NumbersKey, labels: readonly s
     );
     return "outcome" in entries ? entries : numbers(entries, key);
   } catch (error) {
-    if (error instanceof ReadError) return unreadable(error.message);
+    if (error instanceof ReadError) return unreadable(error.why);
     throw error;
   }
 }
@@ -81,7 +81,7 @@ export function judgeDirection(answer: string, key: ValuesKey, labels: readonly 
     if (entries.some(hasBlank)) return missing();
     return along(entries, key);
   } catch (error) {
-    if (error instanceof ReadError) return unreadable(error.message);
+    if (error instanceof ReadError) return unreadable(error.why);
     throw error;
   }
 }

@@ -27,7 +27,7 @@ export function pieces(tree: Node, joints: ReadonlySet<string>): Piece[] {
   if (tree.kind === "in" && left && right) return assigned(left, right, joints);
   if (tree.kind === "eq" && left && right) return equation(left, right, joints);
   if (tree.kind === "name" && joints.has(tree.text)) {
-    throw new ReadError(`${tree.text} stands alone; say what it is, as in ${tree.text} = pi/3`);
+    throw new ReadError("read.alone", { joint: tree.text });
   }
   return vanishing(tree);
 }
@@ -55,7 +55,7 @@ function alternatives(tree: Node, joints: ReadonlySet<string>): Piece[] {
     } else if (joint) {
       found.push(...assigned(joint, arg, joints));
     } else {
-      throw new ReadError("a value stands there without a joint; write it as in theta1 = pi/3");
+      throw new ReadError("read.no-joint");
     }
   }
   return found;
@@ -64,8 +64,7 @@ function alternatives(tree: Node, joints: ReadonlySet<string>): Piece[] {
 /** The pieces of an intersection: every combination of one piece of each set. */
 function together(sets: readonly (readonly Piece[])[]): Piece[] {
   const count = sets.reduce((product, each) => product * each.length, 1);
-  if (count > MOST_PIECES)
-    throw new ReadError(`the conditions make ${count} cases; more than ${MOST_PIECES} are not read`);
+  if (count > MOST_PIECES) throw new ReadError("read.cases", { count, most: MOST_PIECES });
   return sets.reduce<Piece[]>(
     (all, each) => all.flatMap((one) => each.map((other) => [...one, ...other])),
     [[]],

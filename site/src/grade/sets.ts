@@ -40,7 +40,7 @@ export function judgeSet(
     if (isBlank(tree)) return missing();
     return compared(pieces(tree, new Set(key.joints)), key, space, isSingular);
   } catch (error) {
-    if (error instanceof ReadError) return unreadable(error.message);
+    if (error instanceof ReadError) return unreadable(error.why);
     throw error;
   }
 }

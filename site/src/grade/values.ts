@@ -38,7 +38,7 @@ export function judgeValues(answer: string, key: ValuesKey, labels: readonly str
     const rows = shaped(asMatrix(tree), key);
     return "outcome" in rows ? rows : compared(rows, key);
   } catch (error) {
-    if (error instanceof ReadError) return unreadable(error.message);
+    if (error instanceof ReadError) return unreadable(error.why);
     throw error;
   }
 }

@@ -33,7 +33,7 @@ export function wrong(key: TextKey, values: Values = {}): Verdict {
   return { outcome: "wrong", share: 0, reasons: [message(key, values)], sure: true };
 }
 
-export function unreadable(why: string): Verdict {
+export function unreadable(why: Message): Verdict {
   return wrong("read.unreadable", { why });
 }
 

@@ -17,6 +17,7 @@ export async function startPage(): Promise<void> {
     element.textContent = said(message(element.dataset["text"] as TextKey));
     if (chosenLanguage() !== "en") element.lang = chosenLanguage();
   }
+  document.querySelector("header.top nav")?.setAttribute("aria-label", said(message("page.main")));
   document.querySelector("header.top")?.append(languageChoice());
 }
 

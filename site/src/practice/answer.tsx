@@ -4,12 +4,14 @@ import type { JSX } from "preact";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import type { Part, Problem } from "../bank.js";
+import { withPoints } from "../grade/values.js";
 import { read } from "../read/reader.js";
 import { ReadError } from "../read/tree.js";
 import { typesetTree } from "../read/typeset.js";
 import { message, said } from "../text/text.js";
 import { Html, Tex } from "./math.js";
-import { MathField } from "./mathfield.js";
+import { entriesOf, matrixText } from "./entries.js";
+import { MathField, putInto } from "./mathfield.js";
 
 const LETTERS = "ABCDEFGH";
 
@@ -36,17 +38,22 @@ export function Answer(field: Field): JSX.Element {
 
 // --- formulas ---
 
-function Single({ problem, part, onAnswer, onCheck }: Field) {
-  const [text, setText] = useState("");
+function Single({ problem, part, onAnswer, onCheck, first = "" }: Field & { first?: string }) {
+  const [text, setText] = useState(first);
   const [math, setMath] = useState(false);
+  const place = useRef<HTMLDivElement>(null);
   const set = part.key.type === "configurations";
   const unit = part.key.type === "numbers" ? part.key.units[0] : "";
   const change = (value: string) => {
     setText(value);
     onAnswer(value);
   };
+  const toggle = () => {
+    if (!math) change(latexOf(text, problem)); // a field for mathematics shows what it can read
+    setMath(!math);
+  };
   return (
-    <div class="answer">
+    <div class="answer" ref={place}>
       <FormulaField
         label={said(message("answer.label"))}
         value={text}
@@ -57,9 +64,9 @@ function Single({ problem, part, onAnswer, onCheck }: Field) {
       />
       {unit ? <span class="unit">{unit}</span> : null}
       {set ? <p class="help">{said(message("answer.set-help"))}</p> : null}
-      <Toggle text={said(message(math ? "answer.plain" : "answer.math"))} onToggle={() => setMath(!math)} />
-      {math ? null : <Symbols problem={problem} part={part} onSymbol={(name) => change(text + name)} />}
-      <Preview text={text} problem={problem} />
+      <Toggle text={said(message(math ? "answer.plain" : "answer.math"))} onToggle={toggle} />
+      <Symbols problem={problem} part={part} place={place} />
+      <Preview text={set ? text : withPoints(text)} problem={problem} />
     </div>
   );
 }
@@ -74,31 +81,52 @@ function Entries({
 }: Field & { rows: number; columns: number }) {
   const [asText, setAsText] = useState(false);
   const [math, setMath] = useState(false);
+  const place = useRef<HTMLDivElement>(null);
+  const typed = useRef("");
   const [entries, setEntries] = useState<readonly string[]>(() => Array<string>(rows * columns).fill(""));
-  const last = useRef(0);
   const units = part.key.type === "numbers" ? part.key.units : [];
+  const fill = (changed: readonly string[]) => {
+    setEntries(changed);
+    onAnswer(matrixText(changed, columns));
+  };
   if (asText) {
+    const back = () => {
+      fill(entriesOf(typed.current, rows, columns) ?? entries);
+      setAsText(false);
+    };
+    const told = (text: string) => {
+      typed.current = text;
+      onAnswer(text);
+    };
+    const first = matrixText(entries, columns) || typed.current; // a text that is no grid is not lost
     return (
       <>
-        <Single problem={problem} part={part} onAnswer={onAnswer} onCheck={onCheck} />
-        <Toggle text={said(message("answer.as-entries"))} onToggle={() => setAsText(false)} />
+        <Single problem={problem} part={part} onAnswer={told} onCheck={onCheck} first={first} />
+        <Toggle text={said(message("answer.as-entries"))} onToggle={back} />
       </>
     );
   }
-  const change = (index: number, value: string) => {
-    const changed = entries.map((entry, i) => (i === index ? value : entry));
-    setEntries(changed);
-    onAnswer(matrixText(changed, columns));
+  const change = (index: number, value: string) =>
+    fill(entries.map((entry, i) => (i === index ? value : entry)));
+  const toText = () => {
+    const text = matrixText(entries, columns) || typed.current;
+    typed.current = text;
+    onAnswer(text);
+    setAsText(true);
+  };
+  const toggle = () => {
+    if (!math) fill(entries.map((entry) => latexOf(entry, problem)));
+    setMath(!math);
   };
   const label = (i: number) =>
     columns === 1
       ? said(message("answer.component", { row: i + 1 }))
       : said(message("answer.entry", { row: Math.floor(i / columns) + 1, column: (i % columns) + 1 }));
   return (
-    <div class="answer">
+    <div class="answer" ref={place}>
       <div class="grid" role="group" aria-label={said(message("answer.label"))} data-columns={columns}>
         {entries.map((entry, i) => (
-          <span class="cell" key={i} onFocusIn={() => (last.current = i)}>
+          <span class="cell" key={i}>
             <FormulaField
               label={label(i)}
               value={entry}
@@ -110,31 +138,15 @@ function Entries({
           </span>
         ))}
       </div>
-      <Toggle text={said(message("answer.as-text"))} onToggle={() => setAsText(true)} />
-      <Toggle text={said(message(math ? "answer.plain" : "answer.math"))} onToggle={() => setMath(!math)} />
-      {part.key.type === "numbers" || math ? null : (
-        <Symbols
-          problem={problem}
-          part={part}
-          onSymbol={(name) => change(last.current, (entries[last.current] ?? "") + name)}
-        />
-      )}
+      <Toggle text={said(message("answer.as-text"))} onToggle={toText} />
+      <Toggle text={said(message(math ? "answer.plain" : "answer.math"))} onToggle={toggle} />
+      {part.key.type === "numbers" ? null : <Symbols problem={problem} part={part} place={place} />}
       <Preview
         text={entries.some((entry) => entry.trim()) ? matrixText(entries, columns) : ""}
         problem={problem}
       />
     </div>
   );
-}
-
-/** Entries as the text of a matrix; an entry that is empty is a blank. */
-export function matrixText(entries: readonly string[], columns: number): string {
-  if (entries.every((entry) => !entry.trim())) return "";
-  const filled = entries.map((entry) => entry.trim() || "blank");
-  const rows = Array.from({ length: filled.length / columns }, (_, r) =>
-    filled.slice(r * columns, (r + 1) * columns),
-  );
-  return `[${rows.map((row) => `[${row.join(", ")}]`).join(", ")}]`;
 }
 
 interface FormulaFieldProps {
@@ -174,11 +186,34 @@ function Toggle({ text, onToggle }: { text: string; onToggle: () => void }) {
   );
 }
 
+/** What a question is answered with, put where the cursor was last in the fields of `place`. */
 function Symbols({
   problem,
   part,
-  onSymbol,
-}: Pick<Field, "problem" | "part"> & { onSymbol: (name: string) => void }) {
+  place,
+}: Pick<Field, "problem" | "part"> & { place: { readonly current: HTMLElement | null } }) {
+  const last = useRef<Element | null>(null);
+  useEffect(() => {
+    const fields = place.current;
+    const entered = ({ target }: FocusEvent) => {
+      if (target instanceof Element && target.matches(FIELDS)) last.current = target;
+    };
+    fields?.addEventListener("focusin", entered);
+    return () => fields?.removeEventListener("focusin", entered);
+  }, []);
+  const put = (text: string, latex: string) => {
+    const held = last.current?.isConnected ? last.current : place.current?.querySelector(FIELDS);
+    if (held instanceof HTMLInputElement) {
+      held.setRangeText(
+        text,
+        held.selectionStart ?? held.value.length,
+        held.selectionEnd ?? held.value.length,
+        "end",
+      );
+      held.dispatchEvent(new Event("input", { bubbles: true }));
+      held.focus();
+    } else if (held) putInto(held, latex);
+  };
   // Joints and lengths always; rates, velocities and forces where the question speaks of them.
   const names = Object.entries(problem.symbols).filter(
     ([name, { role, latex, value }]) =>
@@ -190,18 +225,26 @@ function Symbols({
   return (
     <div class="symbols" role="group" aria-label={said(message("answer.symbols"))}>
       {names.map(([name, info]) => (
-        <button type="button" key={name} title={name} aria-label={name} onClick={() => onSymbol(name)}>
+        <button type="button" key={name} title={name} aria-label={name} onClick={() => put(name, info.latex)}>
           <Tex latex={info.latex} />
         </button>
       ))}
-      {["sin()", "cos()", "sqrt()", "pi"].map((name) => (
-        <button type="button" key={name} onClick={() => onSymbol(name.replace("()", "("))}>
-          {name.replace("()", "")}
+      {FUNCTIONS.map(([name, text, latex]) => (
+        <button type="button" key={name} onClick={() => put(text, latex)}>
+          {name}
         </button>
       ))}
     </div>
   );
 }
+
+const FIELDS = "input.formula-field, math-field";
+const FUNCTIONS = [
+  ["sin", "sin(", "\\sin\\left(#?\\right)"],
+  ["cos", "cos(", "\\cos\\left(#?\\right)"],
+  ["sqrt", "sqrt(", "\\sqrt{#?}"],
+  ["pi", "pi", "\\pi"],
+] as const;
 
 /** The answer as it is read, typeset as one types. */
 function Preview({ text, problem }: { text: string; problem: Problem }) {
@@ -224,12 +267,18 @@ function Preview({ text, problem }: { text: string; problem: Problem }) {
   );
 }
 
+/** A formula that was typed as LaTeX; nothing where it can't be read, which the field could not show. */
+function latexOf(text: string, problem: Problem): string {
+  const found = previewOf(withPoints(text), problem);
+  return found && "latex" in found ? found.latex.replaceAll("{,}", ".") : "";
+}
+
 function previewOf(text: string, problem: Problem): { latex: string } | { why: string } | null {
   if (!text.trim()) return null;
   try {
     return { latex: typesetTree(read(text, new Set(Object.keys(problem.symbols))), problem.symbols) };
   } catch (error) {
-    if (error instanceof ReadError) return { why: error.message };
+    if (error instanceof ReadError) return { why: said(error.why) };
     throw error;
   }
 }

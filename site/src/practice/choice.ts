@@ -22,8 +22,10 @@ export interface Item {
   readonly question: string;
 }
 
+/** How an item stands: whether the last attempt was right, its box, when it is due, and whether it ever went wrong. */
 export interface Attempted {
   readonly right: boolean;
+  readonly missed?: boolean;
   readonly box: number;
   readonly due: number;
 }
@@ -52,7 +54,7 @@ export function items(index: Index, wish: Wish): Item[] {
     );
 }
 
-/** The item to ask next: one that is due again, else a new one by the luck of `random`; null where there is none. */
+/** The item to ask next: one that went wrong and is due, else a new one by the luck of `random`; null without any. */
 export function next(
   index: Index,
   wish: Wish,
@@ -64,10 +66,18 @@ export function next(
   const all = items(index, wish);
   const others = all.filter((item) => nameOf(item) !== last);
   const due = others.filter((item) => (progress[nameOf(item)]?.due ?? Infinity) <= now);
-  const wrong = due.filter((item) => !progress[nameOf(item)]?.right);
+  const wrong = due.filter((item) => isMissed(progress[nameOf(item)]));
   const fresh = others.filter((item) => !progress[nameOf(item)]);
   const pool = [wrong, fresh, due, others, all].find((each) => each.length > 0);
   return pool?.[Math.floor(random() * pool.length)] ?? null;
+}
+
+/** Where to go on in a set: at its first item that was not tried yet, or at its beginning. */
+export function placeIn(order: readonly Item[], progress: Progress): number {
+  return Math.max(
+    0,
+    order.findIndex((item) => !progress[nameOf(item)]),
+  );
 }
 
 /** The items of a set in its order. */
@@ -85,8 +95,13 @@ export function inOrder(index: Index, wish: Wish): Item[] {
 export function attempted(progress: Progress, item: Item, right: boolean, now: number): Progress {
   const before = progress[nameOf(item)];
   const box = right ? Math.min((before?.box ?? 0) + 1, WAITS.length - 1) : 0;
-  return { ...progress, [nameOf(item)]: { right, box, due: now + (WAITS[box] as number) } };
+  const missed = isMissed(before) || !right ? { missed: true } : {};
+  return { ...progress, [nameOf(item)]: { right, ...missed, box, due: now + (WAITS[box] as number) } };
 }
+
+/** Whether an item went wrong once, and has to come again. */
+export const isMissed = (attempt: Attempted | undefined): boolean =>
+  attempt !== undefined && (!attempt.right || attempt.missed === true);
 
 /** Random numbers from 0 to 1 that a text decides (mulberry32 of its hash). */
 export function numbers(seed: string): () => number {

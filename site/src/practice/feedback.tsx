@@ -9,21 +9,24 @@ const TITLES = {
   correct: "practice.right",
   partial: "practice.partly",
   wrong: "practice.wrong",
-  missing: "practice.wrong",
+  missing: "practice.missing",
 } as const;
 
 export function Feedback({ problem, verdict }: { problem: Problem; verdict: Verdict }): JSX.Element {
   const mistake = verdict.mistake === undefined ? undefined : problem.said[verdict.mistake];
   const pose = poseOf(problem, verdict);
   return (
-    <section class={`verdict ${verdict.outcome}`} role="status">
+    <section class={`verdict ${verdict.outcome}`}>
       <h3>{said(message(TITLES[verdict.outcome]))}</h3>
       {verdict.reasons.map((reason) => (
         <p key={reason.key}>{said(reason)}</p>
       ))}
       {mistake ? (
         <p class="mistake">
-          <strong>{said(message("practice.mistake", { title: mistake[1] }))}</strong> {mistake[2]}
+          <strong>{said(message("practice.mistake"))}</strong>{" "}
+          <span lang="en">
+            <strong>{mistake[1]}</strong> {mistake[2]}
+          </span>
         </p>
       ) : null}
       {verdict.entries && verdict.entries.length * (verdict.entries[0]?.length ?? 0) > 1 ? (

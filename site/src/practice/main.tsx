@@ -5,6 +5,7 @@ import { render } from "preact";
 
 import { startPage } from "../pages/page.js";
 import { chosenLanguage } from "../text/languages.js";
+import { message, said } from "../text/text.js";
 import { Practice } from "./practice.js";
 
 await startPage();
@@ -12,5 +13,6 @@ const place = document.getElementById("practice");
 if (place) {
   place.textContent = "";
   place.lang = chosenLanguage();
+  document.title = document.title.replace("Practise", said(message("page.practise")));
   render(<Practice />, place);
 }

@@ -2,15 +2,15 @@
 
 import { useEffect, useRef } from "preact/hooks";
 
-import { typeset } from "../tex.js";
+import { reachable, typeset } from "../tex.js";
 
-/** HTML of the bank; it comes from this site's own files, and holds no one else's text. */
+/** HTML of the bank, which is English; it comes from this site's own files, and holds no one else's text. */
 export function Html({ html, class: name = "" }: { html: string; class?: string }) {
   const place = useRef<HTMLDivElement>(null);
   useEffect(() => {
     if (place.current) void typeset(place.current);
   }, [html]);
-  return <div ref={place} key={html} class={name} dangerouslySetInnerHTML={{ __html: html }} />;
+  return <div ref={place} key={html} class={name} lang="en" dangerouslySetInnerHTML={{ __html: html }} />;
 }
 
 /** One formula. */
@@ -19,8 +19,9 @@ export function Tex({ latex, block = false }: { latex: string; block?: boolean }
   useEffect(() => {
     let current = true;
     void import("temml").then(({ default: temml }) => {
-      if (current && place.current)
-        temml.render(latex, place.current, { displayMode: block, throwOnError: false });
+      if (!current || !place.current) return;
+      temml.render(latex, place.current, { displayMode: block, throwOnError: false });
+      reachable(place.current);
     });
     return () => {
       current = false;

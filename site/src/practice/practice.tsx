@@ -5,7 +5,7 @@ import { useEffect, useMemo, useState } from "preact/hooks";
 
 import type { Index, Problem } from "../bank.js";
 import { loadIndex, loadProblem } from "../load.js";
-import { message, said } from "../text/text.js";
+import { language, message, said } from "../text/text.js";
 import {
   asLink,
   attempted,
@@ -13,12 +13,14 @@ import {
   inOrder,
   type Item,
   nameOf,
+  placeIn,
   next,
   type Progress,
   type Wish,
 } from "./choice.js";
 import { keep, kept } from "./progress.js";
 import { Settings } from "./settings.js";
+import { Sheet, sheetFrom } from "./sheet.js";
 import { Task } from "./task.js";
 
 const storage = (() => {
@@ -38,6 +40,8 @@ export function Practice(): JSX.Element {
   };
   useEffect(load, []);
   if (failed) return <Failed why={failed} onAgain={load} />;
+  const sheet = sheetFrom(window.location.search);
+  if (index && sheet) return <Sheet index={index} wish={fromLink(window.location.search)} first={sheet} />;
   return index ? <Session index={index} /> : <p role="status">{said(message("practice.loading"))}</p>;
 }
 
@@ -57,10 +61,12 @@ function Session({ index }: { index: Index }) {
   const [progress, setProgress] = useState<Progress>(() => kept(storage));
   const [place, setPlace] = useState(0);
   const [item, setItem] = useState<Item | null>(null);
+  const [moved, setMoved] = useState(false);
   const order = useMemo(() => (wish.set ? inOrder(index, wish) : null), [index, wish]);
 
-  const choose = (wanted: Wish, at: number) => {
+  const choose = (wanted: Wish, from: number | null) => {
     const ordered = wanted.set ? inOrder(index, wanted) : null;
+    const at = from ?? (ordered ? placeIn(ordered, progress) : 0);
     const last = item ? nameOf(item) : "";
     setPlace(at);
     setItem(
@@ -69,12 +75,12 @@ function Session({ index }: { index: Index }) {
         : next(index, wanted, progress, Date.now(), Math.random, last),
     );
   };
-  useEffect(() => choose(wish, 0), []);
+  useEffect(() => choose(wish, null), []);
 
   const wished = (wanted: Wish) => {
     setWish(wanted);
     window.history.replaceState(null, "", asLink(wanted) || window.location.pathname);
-    choose(wanted, 0);
+    choose(wanted, null);
   };
   const noted = (now: Progress) => {
     setProgress(now);
@@ -83,13 +89,22 @@ function Session({ index }: { index: Index }) {
   return (
     <>
       <Settings index={index} wish={wish} progress={progress} onWish={wished} onProgress={noted} />
-      {order ? <p class="muted">{said(message("practice.set-place", { number: place + 1 }))}</p> : null}
+      {language().code === "en" ? null : <p class="muted">{said(message("practice.english"))}</p>}
+      {order && order.length > 0 ? (
+        <p class="muted set-place">
+          {said(message("practice.set-place", { number: (place % order.length) + 1, count: order.length }))}
+        </p>
+      ) : null}
       {item ? (
         <Current
           key={nameOf(item)}
           item={item}
+          arrived={moved}
           onRight={(right) => noted(attempted(progress, item, right, Date.now()))}
-          onNext={() => choose(wish, place + 1)}
+          onNext={() => {
+            setMoved(true);
+            choose(wish, place + 1);
+          }}
         />
       ) : (
         <p>{said(message("practice.none"))}</p>
@@ -98,12 +113,15 @@ function Session({ index }: { index: Index }) {
   );
 }
 
+/** One problem; `arrived` at from the one before, it is gone to at once, for keyboards and screen readers, too. */
 function Current({
   item,
+  arrived,
   onRight,
   onNext,
 }: {
   item: Item;
+  arrived: boolean;
   onRight: (right: boolean) => void;
   onNext: () => void;
 }) {
@@ -122,6 +140,7 @@ function Current({
       item={item}
       problem={problem}
       part={part}
+      arrived={arrived}
       onVerdict={(verdict) => onRight(verdict.outcome === "correct")}
       onNext={onNext}
     />

@@ -1,6 +1,6 @@
 // Progress kept in this browser, and as a file that the student can take along.
 
-import type { Attempted, Progress } from "./choice.js";
+import { type Attempted, type Progress, WAITS } from "./choice.js";
 
 const KEY = "qdot-progress";
 
@@ -50,7 +50,10 @@ export function merged(mine: Progress, other: Progress): Progress {
 function checked(content: unknown): Progress {
   const found: Record<string, Attempted> = {};
   for (const [name, entry] of Object.entries(content ?? {})) {
-    if (isAttempted(entry)) found[name] = { right: entry.right, box: entry.box, due: entry.due };
+    if (isAttempted(entry)) {
+      const missed = entry.missed === true ? { missed: true } : {};
+      found[name] = { right: entry.right, ...missed, box: entry.box, due: entry.due };
+    }
   }
   return found;
 }
@@ -58,5 +61,5 @@ function checked(content: unknown): Progress {
 function isAttempted(entry: unknown): entry is Attempted {
   if (typeof entry !== "object" || entry === null) return false;
   const { right, box, due } = entry as Partial<Record<keyof Attempted, unknown>>;
-  return typeof right === "boolean" && Number.isInteger(box) && typeof due === "number";
+  return typeof right === "boolean" && WAITS[box as number] !== undefined && Number.isFinite(due);
 }

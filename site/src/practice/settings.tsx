@@ -5,8 +5,9 @@ import { useRef, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
 import { message, said } from "../text/text.js";
-import { ANYTHING, asLink, items, type Progress, type Wish } from "./choice.js";
+import { ANYTHING, asLink, isMissed, items, type Progress, WAITS, type Wish } from "./choice.js";
 import { asFile, fromFile, merged } from "./progress.js";
+import { sheetLink } from "./sheet.js";
 
 interface SettingsProps {
   readonly index: Index;
@@ -19,7 +20,10 @@ interface SettingsProps {
 export function Settings(props: SettingsProps): JSX.Element {
   const { index, wish, onWish } = props;
   // only what there is: a question that a family is never asked can't be chosen with it
-  const asked = new Set(items(index, { ...ANYTHING, family: wish.family }).map(({ question }) => question));
+  const asked = new Set([
+    wish.question, // of a link: that it does not go with the arm is said below
+    ...items(index, { ...ANYTHING, family: wish.family }).map(({ question }) => question),
+  ]);
   const questions = index.questions.filter(({ name }) => asked.has(name));
   const group = (short: boolean) => questions.filter(({ form }) => Boolean(form) === short);
   return (
@@ -32,7 +36,7 @@ export function Settings(props: SettingsProps): JSX.Element {
         >
           <option value="">{said(message("practice.any-arm"))}</option>
           {index.families.map(({ name, title }) => (
-            <option key={name} value={name}>
+            <option key={name} value={name} lang="en">
               {title}
             </option>
           ))}
@@ -49,7 +53,7 @@ export function Settings(props: SettingsProps): JSX.Element {
             group(short).length > 0 ? (
               <optgroup key={String(short)} label={said(message(short ? "practice.short" : "practice.long"))}>
                 {group(short).map(({ name, title }) => (
-                  <option key={name} value={name}>
+                  <option key={name} value={name} lang="en">
                     {title}
                   </option>
                 ))}
@@ -82,13 +86,15 @@ export function Settings(props: SettingsProps): JSX.Element {
 
 function More({ wish, progress, onWish, onProgress }: SettingsProps) {
   const [told, setTold] = useState("");
+  const [fresh] = useState(newSet);
   const file = useRef<HTMLInputElement>(null);
   const tried = Object.values(progress);
-  const due = tried.filter((each) => !each.right).length;
+  const due = tried.filter((each) => isMissed(each) && each.box < WAITS.length - 1).length;
   const load = async () => {
     const found = fromFile((await file.current?.files?.[0]?.text()) ?? "");
     setTold(found ? "" : said(message("practice.not-progress")));
     if (found) onProgress(merged(progress, found));
+    if (file.current) file.current.value = ""; // so that the same file may be chosen again
   };
   const save = () => {
     const address = URL.createObjectURL(new Blob([asFile(progress)], { type: "application/json" }));
@@ -128,9 +134,12 @@ function More({ wish, progress, onWish, onProgress }: SettingsProps) {
         >
           {said(message("practice.forget"))}
         </button>
-        <button type="button" class="quiet" onClick={() => window.print()}>
-          {said(message("practice.print"))}
-        </button>
+        <a
+          class="button quiet"
+          href={sheetLink({ ...wish, set: wish.set || fresh }, { count: 4, key: false })}
+        >
+          {said(message("sheet.make"))}
+        </a>
       </p>
       <input
         ref={file}
@@ -147,7 +156,7 @@ function More({ wish, progress, onWish, onProgress }: SettingsProps) {
           {said(message("practice.set-help"))} <a href={link}>{link}</a>
         </p>
       ) : (
-        <button type="button" class="quiet" onClick={() => onWish({ ...wish, set: newSet() })}>
+        <button type="button" class="quiet" onClick={() => onWish({ ...wish, set: fresh })}>
           {said(message("practice.make-set"))}
         </button>
       )}

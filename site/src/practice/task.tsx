@@ -2,7 +2,7 @@
 
 import type { JSX } from "preact";
 import { lazy, Suspense } from "preact/compat";
-import { useMemo, useState } from "preact/hooks";
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { armOf, measuresOf, stateAt } from "../arm/model.js";
 import type { Part, Problem, Solutions } from "../bank.js";
@@ -24,33 +24,44 @@ interface TaskProps {
   readonly item: Item;
   readonly problem: Problem;
   readonly part: Part;
+  readonly arrived: boolean;
   readonly onVerdict: (verdict: Verdict) => void;
   readonly onNext: () => void;
 }
 
-export function Task({ item, problem, part, onVerdict, onNext }: TaskProps): JSX.Element {
+export function Task({ item, problem, part, arrived, onVerdict, onNext }: TaskProps): JSX.Element {
   const [answer, setAnswer] = useState("");
   const [verdict, setVerdict] = useState<Verdict | null>(null);
+  const [helped, setHelped] = useState(false); // what was copied from the solution is no success
+  const judged = useRef<string | null>(null);
+  const start = useRef<HTMLElement>(null);
   const isSingular = useMemo(() => singularIn(problem), [problem]);
   const check = () => {
     const found = judge(problem, part, answer, isSingular);
     setVerdict(found);
-    if (found.outcome !== "missing") onVerdict(found);
+    const isNew = answer !== judged.current && !(helped && found.outcome === "correct");
+    if (found.outcome !== "missing" && isNew) onVerdict(found);
+    judged.current = answer;
   };
+  useEffect(() => {
+    if (!arrived) return;
+    start.current?.focus({ preventScroll: true });
+    start.current?.scrollIntoView({ block: "start" });
+  }, []);
   return (
-    <article class="task">
+    <article class="task" ref={start} tabIndex={-1} aria-label={`${problem.title}: ${part.title}`}>
       <div class="given">
-        <h2>{problem.title}</h2>
+        <h2 lang="en">{problem.title}</h2>
         <p class="muted">{said(message("practice.points", { difficulty: problem.difficulty }))}</p>
-        <figure dangerouslySetInnerHTML={{ __html: problem.figure }} />
+        <figure lang="en" dangerouslySetInnerHTML={{ __html: problem.figure }} />
         <details open>
           <summary>{said(message("practice.given"))}</summary>
           <Html html={problem.statement} class="statement" />
         </details>
       </div>
       <div class="asked">
-        <h2>{part.title}</h2>
-        {part.figure ? <figure dangerouslySetInnerHTML={{ __html: part.figure }} /> : null}
+        <h2 lang="en">{part.title}</h2>
+        {part.figure ? <figure lang="en" dangerouslySetInnerHTML={{ __html: part.figure }} /> : null}
         <Html html={promptOf(part)} class="prompt" />
         <form
           onSubmit={(event) => {
@@ -68,8 +79,13 @@ export function Task({ item, problem, part, onVerdict, onNext }: TaskProps): JSX
             </button>
           </p>
         </form>
-        {verdict ? <Feedback problem={problem} verdict={verdict} /> : null}
-        <Help item={item} part={part} solved={verdict?.outcome === "correct"} />
+        <div role="status">{verdict ? <Feedback problem={problem} verdict={verdict} /> : null}</div>
+        <Help
+          item={item}
+          part={part}
+          solved={verdict?.outcome === "correct"}
+          onSolution={() => setHelped(verdict?.outcome !== "correct")}
+        />
       </div>
       <section class="whole" id="arm" aria-label={said(message("practice.move"))}>
         <h2>{said(message("practice.move"))}</h2>
@@ -111,11 +127,19 @@ function singularIn(problem: Problem): (at: At) => boolean {
 
 // --- hints and solution ---
 
-function Help({ item, part, solved }: { item: Item; part: Part; solved: boolean }) {
+interface HelpProps {
+  readonly item: Item;
+  readonly part: Part;
+  readonly solved: boolean;
+  readonly onSolution: () => void;
+}
+
+function Help({ item, part, solved, onSolution }: HelpProps) {
   const [hints, setHints] = useState(0);
   const [solution, setSolution] = useState<Solutions["parts"][number] | null>(null);
   const [failed, setFailed] = useState("");
   const show = () => {
+    onSolution();
     loadSolutions(item.family, item.key).then(
       ({ parts }) => setSolution(parts.find(({ name }) => name === part.name) ?? null),
       (error: unknown) => setFailed(String(error)),
@@ -146,7 +170,9 @@ function Help({ item, part, solved }: { item: Item; part: Part; solved: boolean 
         <div class="solution">
           <h3>{said(message("practice.solution-title"))}</h3>
           <Html html={solution.solution} />
-          {solution.figure ? <figure dangerouslySetInnerHTML={{ __html: solution.figure }} /> : null}
+          {solution.figure ? (
+            <figure lang="en" dangerouslySetInnerHTML={{ __html: solution.figure }} />
+          ) : null}
           <details>
             <summary>{said(message("practice.typed"))}</summary>
             <pre>

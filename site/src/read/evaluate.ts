@@ -3,56 +3,14 @@
 // The size says what rounding may have done to a value: a difference that is small beside the size of what was added
 // up may be no difference. It follows ../../../exercises/formula/tape.py.
 
-import {
-  absDependencies,
-  acosDependencies,
-  addDependencies,
-  asinDependencies,
-  atanDependencies,
-  type Complex,
-  complexDependencies,
-  cosDependencies,
-  coshDependencies,
-  create,
-  divideDependencies,
-  expDependencies,
-  type FactoryFunctionMap,
-  logDependencies,
-  multiplyDependencies,
-  powDependencies,
-  sinDependencies,
-  sinhDependencies,
-  sqrtDependencies,
-  subtractDependencies,
-  tanDependencies,
-  tanhDependencies,
-  unaryMinusDependencies,
-} from "mathjs";
+import { type Complex, create, type FactoryFunctionMap } from "mathjs";
 
+import type { TextKey } from "../text/en.js";
+import { message } from "../text/text.js";
+import * as pieces from "./arithmetic.js";
 import { type Node, ReadError } from "./tree.js";
 
-const math = create({
-  absDependencies,
-  acosDependencies,
-  addDependencies,
-  asinDependencies,
-  atanDependencies,
-  complexDependencies,
-  cosDependencies,
-  coshDependencies,
-  divideDependencies,
-  expDependencies,
-  logDependencies,
-  multiplyDependencies,
-  powDependencies,
-  sinDependencies,
-  sinhDependencies,
-  sqrtDependencies,
-  subtractDependencies,
-  tanDependencies,
-  tanhDependencies,
-  unaryMinusDependencies,
-} as FactoryFunctionMap);
+const math = create(pieces as FactoryFunctionMap);
 
 type Scalar = number | Complex;
 
@@ -64,12 +22,13 @@ export interface Value {
 }
 
 const CONSTANTS: Readonly<Record<string, Scalar>> = { pi: Math.PI, E: Math.E, I: math.complex(0, 1) };
-const NAMES: Readonly<Record<string, string>> = {
-  list: "a list",
-  set: "a set",
-  dict: "a dictionary",
-  eq: "an equation",
-  blank: "a blank",
+/** Kinds of nodes that have no value, by what they are called. */
+const NAMES: Readonly<Partial<Record<Node["kind"], TextKey>>> = {
+  list: "read.a-list",
+  set: "read.a-set",
+  dict: "read.a-dictionary",
+  eq: "read.an-equation",
+  blank: "read.a-blank",
 };
 
 const one = (x: Scalar): Scalar => math.divide(1, x) as Scalar;
@@ -139,7 +98,7 @@ function valued(tree: Node, values: Readonly<Record<string, number>>): Sized {
     case "call":
       return called(tree, values);
     default:
-      throw new ReadError(`${NAMES[tree.kind] ?? tree.kind} stands where a single expression is due`);
+      throw new ReadError("read.no-expression", { what: message(NAMES[tree.kind] ?? "read.a-condition") });
   }
 }
 
@@ -190,7 +149,7 @@ function called(tree: Node, values: Readonly<Record<string, number>>): Sized {
     return [Math.atan2(x, y), 1 + (mx * Math.abs(y) + my * Math.abs(x)) / (x * x + y * y)];
   }
   const known = FUNCTIONS[tree.text];
-  if (!known) throw new ReadError(`the function '${tree.text}' is not understood`);
+  if (!known) throw new ReadError("read.function", { name: tree.text });
   const value = known[0](x);
   return [value, absolute(value) + absolute(known[1](x)) * mx];
 }

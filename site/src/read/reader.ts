@@ -1,9 +1,11 @@
 // Text to a tree of plain nodes, by a grammar and a whitelist; nothing of the text is ever executed.
 // The same grammar as in ../../../exercises/formula/expression.py; tests hold both against the corpus.
 
+import type { TextKey } from "../text/en.js";
+import { type Message, message, type Values } from "../text/text.js";
 import { ARITY, LONGEST, type Piece, piecesOf, plainName } from "./names.js";
 import { plain, rowsOfSemicolons } from "./notation.js";
-import { call, integer, name, type Node, node, ReadError, replaced } from "./tree.js";
+import { call, integer, name, type Node, node, placed, ReadError, replaced } from "./tree.js";
 
 const MAX_DEPTH = 60;
 const MAX_LENGTH = 300_000;
@@ -52,7 +54,7 @@ interface Token {
 /** The tree of a text; `known` are the names of the problem's symbols, which win over any shorthand. */
 export function read(text: string, known: ReadonlySet<string>): Node {
   if (text.length > MAX_LENGTH) {
-    throw new ReadError(`the answer is ${text.length} characters long; more than ${MAX_LENGTH} are not read`);
+    throw new ReadError("read.long", { length: text.length, most: MAX_LENGTH });
   }
   return new Parser(rowsOfSemicolons(plain(text, known)), known).whole();
 }
@@ -68,19 +70,13 @@ function tokensOf(text: string): Token[] {
     if (kind) {
       found.push({ kind, text: match[0], at });
       depth += Number("([{".includes(match[0])) - Number(")]}".includes(match[0]));
-      if (depth > MAX_DEPTH)
-        throw new ReadError(`brackets nest more than ${MAX_DEPTH} deep ${where(text, at)}`);
+      if (depth > MAX_DEPTH) throw placed("read.brackets", { most: MAX_DEPTH }, text, at);
     }
     at = TOKEN.lastIndex;
   }
-  if (at < text.length) throw new ReadError(`cannot read '${text[at]}' ${where(text, at)}`);
+  if (at < text.length) throw placed("read.sign", { sign: text[at] ?? "" }, text, at);
   found.push({ kind: "end", text: "", at });
   return found;
-}
-
-function where(text: string, at: number): string {
-  const shown = text.slice(Math.max(0, at - 15), at + 15).replaceAll("\n", " ");
-  return `at character ${at + 1}, near '${shown}'`;
 }
 
 /** Operator-precedence parser; depth is counted, so that no text can exhaust the stack. */
@@ -97,7 +93,7 @@ class Parser {
   }
 
   whole(): Node {
-    if (this.here().kind === "end") throw new ReadError("nothing is there");
+    if (this.here().kind === "end") throw new ReadError("read.nothing");
     this.passParameters();
     let top = this.disjunction();
     if (this.peek() === ",") {
@@ -105,7 +101,7 @@ class Parser {
       while (this.take(",") && this.here().kind !== "end") items.push(this.disjunction());
       top = node("list", ...items);
     }
-    if (this.here().kind !== "end") throw this.fail(`did not expect '${this.peek()}'`);
+    if (this.here().kind !== "end") throw this.fail("read.unexpected", { found: this.found() });
     return top;
   }
 
@@ -121,8 +117,13 @@ class Parser {
     return (this.tokens[Math.min(this.at + ahead, this.tokens.length - 1)] as Token).text;
   }
 
-  private fail(message: string): ReadError {
-    return new ReadError(`${message} ${where(this.text, this.here().at)}`);
+  private fail(key: TextKey, values: Values = {}): ReadError {
+    return placed(key, values, this.text, this.here().at);
+  }
+
+  /** What stands here, as it is named in an error. */
+  private found(): string | Message {
+    return this.peek() ? `'${this.peek()}'` : message("read.the-end");
   }
 
   private take(...texts: readonly string[]): boolean {
@@ -133,12 +134,12 @@ class Parser {
   }
 
   private expect(text: string): void {
-    if (!this.take(text)) throw this.fail(`expected '${text}', found '${this.peek() || "the end"}',`);
+    if (!this.take(text)) throw this.fail("read.expected", { due: text, found: this.found() });
   }
 
-  private deeper<T>(work: () => T, what: string): T {
+  private deeper<T>(work: () => T, tooDeep: TextKey): T {
     this.depth += 1;
-    if (this.depth > MAX_DEPTH) throw this.fail(`${what} nest more than ${MAX_DEPTH} deep`);
+    if (this.depth > MAX_DEPTH) throw this.fail(tooDeep, { most: MAX_DEPTH });
     const found = work();
     this.depth -= 1;
     return found;
@@ -155,7 +156,7 @@ class Parser {
   }
 
   private disjunction(): Node {
-    return this.deeper(() => this.several("or", () => this.conjunction(), "or", "|"), "brackets");
+    return this.deeper(() => this.several("or", () => this.conjunction(), "or", "|"), "read.brackets");
   }
 
   private conjunction(): Node {
@@ -202,7 +203,7 @@ class Parser {
       if (this.take("*")) top = node("*", top, this.signedPower());
       else if (this.take("/")) top = node("/", top, this.signedPower());
       else if (this.here().kind === "number" && this.tokens[this.at - 1]?.kind === "number") {
-        throw this.fail("two numbers stand side by side,"); // 1 000, 1.2.3: no product is meant
+        throw this.fail("read.two-numbers"); // 1 000, 1.2.3: no product is meant
       } else if (this.startsFactor()) top = node("*", top, this.power());
       else return top;
     }
@@ -224,7 +225,7 @@ class Parser {
       const negative = this.sign();
       const exponent = this.primary();
       exponents.push(negative ? node("neg", exponent) : exponent);
-      if (exponents.length > MAX_DEPTH) throw this.fail(`powers nest more than ${MAX_DEPTH} deep`);
+      if (exponents.length > MAX_DEPTH) throw this.fail("read.powers", { most: MAX_DEPTH });
     }
     let tower = exponents.pop();
     if (!tower) return base;
@@ -250,7 +251,7 @@ class Parser {
     if (this.take("(")) return this.bracketed(")", "group");
     if (this.take("[")) return this.bracketed("]", "list");
     if (this.take("{")) return this.bracketed("}", "set");
-    throw this.fail(`expected a number, a symbol or a bracket, found ${text ? `'${text}'` : "the end"}`);
+    throw this.fail("read.operand", { found: this.found() });
   }
 
   private bracketed(close: string, kind: "group" | "list" | "set"): Node {
@@ -268,8 +269,7 @@ class Parser {
     const first = items[0];
     if (kind === "group") return first && items.length === 1 && !comma ? first : node("list", ...items);
     if (kind === "set" && first && items.every((item) => item.kind === "pair")) return node("dict", ...items);
-    if (items.some((item) => item.kind === "pair"))
-      throw this.fail("a dictionary needs 'joint: values' throughout");
+    if (items.some((item) => item.kind === "pair")) throw this.fail("read.dictionary");
     return node(kind, ...items);
   }
 
@@ -279,8 +279,7 @@ class Parser {
   }
 
   private named(raw: string): Node {
-    if (raw.length > LONGEST)
-      throw this.fail(`a name of ${raw.length} characters is no symbol of this field,`);
+    if (raw.length > LONGEST) throw this.fail("read.long-name", { length: raw.length });
     const opens = this.peek() === "(";
     if (raw.endsWith(".diff") && opens)
       return this.bound("Derivative", this.first(raw.slice(0, -".diff".length)));
@@ -295,12 +294,12 @@ class Parser {
       this.at += 1;
       return this.container(own, this.args(")"));
     }
-    if (UNDEFINED.has(own)) throw this.fail(`${own} is not an answer;`);
+    if (UNDEFINED.has(own)) throw this.fail("read.no-answer", { name: own });
     if (BLANK.has(own)) return node("blank");
     const pieces = piecesOf(raw, this.known);
     const one = pieces.length === 1 && pieces[0]?.kind === "name" ? pieces[0].parts[0] : undefined;
     if (opens && one && !this.known.has(own) && !this.known.has(one)) {
-      throw this.fail(`the function '${own}' is not understood`);
+      throw this.fail("read.function", { name: own });
     }
     return this.productOf(pieces);
   }
@@ -321,7 +320,7 @@ class Parser {
         factors.push(applied(called, [meant(next)]));
         i += 1;
       } else if (!next) factors.push(this.function(called));
-      else throw this.fail(`expected what ${called} is of,`);
+      else throw this.fail("read.no-argument", { name: called });
     }
     return factors.reduce((product, factor) => node("*", product, factor));
   }
@@ -338,11 +337,11 @@ class Parser {
     if (kind === "Lambda" && first?.kind === "name" && second && args.length === 2) {
       return replaced(second, first.text, name("k"));
     }
-    throw this.fail(`this ${kind} is not understood`);
+    throw this.fail("read.bound", { name: kind });
   }
 
   private function(called: string): Node {
-    return this.deeper(() => this.functionOf(called), "functions");
+    return this.deeper(() => this.functionOf(called), "read.functions");
   }
 
   private functionOf(called: string): Node {
@@ -359,7 +358,7 @@ class Parser {
         ? this.args("]")
         : [this.bareArgument(called)];
     const due = ARITY[called] ?? 1;
-    if (args.length !== due) throw this.fail(`${called} takes ${due} argument, not ${args.length},`);
+    if (args.length !== due) throw this.fail("read.arguments", { name: called, due, count: args.length });
     const inverted = power?.kind === "neg" && power.args[0]?.kind === "number" && power.args[0].value === 1;
     if (inverted && INVERSES.has(`a${called}`)) return applied(`a${called}`, args); // sin^-1(x) is the arc sine
     const made = applied(called, args);
@@ -378,7 +377,7 @@ class Parser {
       factors.push(this.named(this.textAt(-1)));
     }
     if (factors.length === 0 || ["/", "^", "**"].includes(this.peek()))
-      throw this.fail(`expected '(' after ${called},`);
+      throw this.fail("read.bare", { name: called });
     return factors.reduce((product, factor) => node("*", product, factor));
   }
 
@@ -403,7 +402,7 @@ class Parser {
       );
     }
     if (kind === "Tuple") return node("list", ...args);
-    throw this.fail(`${kind} with ${args.length} arguments is not understood`);
+    throw this.fail("read.container", { name: kind, count: args.length });
   }
 }
 
@@ -432,7 +431,7 @@ function applied(called: string, args: readonly Node[]): Node {
 function numberOf(text: string): Node {
   const [mantissa = "", exponent = ""] = text.toLowerCase().split("e");
   if (mantissa.length > 1000 || exponent.length > 4 || Math.abs(Number(exponent)) > 400) {
-    throw new ReadError(`the number ${text.slice(0, 20)}… is out of range`);
+    throw new ReadError("read.range", { number: text.slice(0, 20) });
   }
   const decimal = mantissa.includes(".") || exponent !== "";
   const digits = mantissa.replace(".", "").replace(/^0+/, "").replace(/0+$/, "").length;

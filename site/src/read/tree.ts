@@ -1,5 +1,8 @@
 // Expressions as trees of plain nodes; what the kinds mean is as in ../../../exercises/formula/trees.py.
 
+import type { TextKey } from "../text/en.js";
+import { ENGLISH, type Message, message, said, type Values } from "../text/text.js";
+
 export type Kind =
   | "number"
   | "decimal"
@@ -32,8 +35,22 @@ export interface Node {
 
 export const CONSTANTS: readonly string[] = ["pi", "E", "I"];
 
-/** Text that is no answer: what was found, where, and what would be understood. */
-export class ReadError extends Error {}
+/** Text that is no answer: what was found, where, and what would be understood, as a text of the catalogue. */
+export class ReadError extends Error {
+  readonly why: Message;
+
+  constructor(key: TextKey, values: Values = {}) {
+    const why = message(key, values);
+    super(said(why, ENGLISH));
+    this.why = why;
+  }
+}
+
+/** An error with the place in the text where it is. */
+export function placed(key: TextKey, values: Values, text: string, at: number): ReadError {
+  const near = text.slice(Math.max(0, at - 15), at + 15).replaceAll("\n", " ");
+  return new ReadError("read.at", { what: message(key, values), at: at + 1, near });
+}
 
 export function node(kind: Kind, ...args: readonly Node[]): Node {
   return { kind, args, text: "", value: NaN, digits: 0 };
@@ -107,12 +124,12 @@ export function asMatrix(tree: Node): Node[][] {
   if (sideBySide) return sideBySide;
   const rows = top.args.map((item) => (item.kind === "list" ? [...item.args] : [item]));
   const lengths = rows.map((row) => row.length);
-  if (rows.length === 0) throw new ReadError("the list is empty");
+  if (rows.length === 0) throw new ReadError("read.empty-list");
   if (new Set(lengths).size !== 1) {
-    throw new ReadError(`the rows of the matrix have different lengths: ${lengths.join(", ")}`);
+    throw new ReadError("read.ragged", { lengths: lengths.join(", ") });
   }
   if (rows.some((row) => row.some((entry) => ["list", "set", "dict"].includes(entry.kind)))) {
-    throw new ReadError("an entry of the matrix is itself a list");
+    throw new ReadError("read.nested-list");
   }
   return rows;
 }

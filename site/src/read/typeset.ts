@@ -1,6 +1,7 @@
 // A tree as LaTeX, its terms in their own order and nothing simplified: how an answer was read.
 
 import type { SymbolInfo } from "../bank.js";
+import { inDigits } from "../text/text.js";
 import { asMatrix, type Node, ReadError } from "./tree.js";
 
 type Symbols = Readonly<Record<string, SymbolInfo>>;
@@ -50,7 +51,7 @@ function piece(tree: Node, symbols: Symbols): Piece {
   switch (tree.kind) {
     case "number":
     case "decimal":
-      return { latex: tree.text, level: ATOM };
+      return { latex: inDigits(0.5).includes(",") ? tree.text.replace(".", "{,}") : tree.text, level: ATOM };
     case "name":
       return { latex: named(tree.text, symbols), level: ATOM };
     case "blank":

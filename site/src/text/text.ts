@@ -2,7 +2,8 @@
 
 import { type Catalogue, en, type TextKey } from "./en.js";
 
-export type Values = Readonly<Record<string, string | number>>;
+/** What is filled into a text: words as they stand, numbers, or another text. */
+export type Values = { readonly [name: string]: string | number | Message };
 
 /** A text that is to be shown: its key, and what is filled in. */
 export interface Message {
@@ -36,6 +37,7 @@ export function speak(chosen: Language): void {
 export function said({ key, values }: Message, spoken: Language = page): string {
   return spoken.catalogue[key].replace(/\{([\w-]+)\}/g, (_, name: string) => {
     const value = values[name] ?? "";
+    if (typeof value === "object") return said(value, spoken);
     return typeof value === "number" ? inDigits(value, spoken) : value;
   });
 }

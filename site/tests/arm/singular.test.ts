@@ -4,7 +4,7 @@ import { describe, expect, it } from "vitest";
 
 import { kindAt, kindIsSure } from "../../src/arm/classify.js";
 import { armOf, measuresOf, signedVolume, stateAt } from "../../src/arm/model.js";
-import { gridOf, type Spot, stretches, touches, zeroLines } from "../../src/arm/zeros.js";
+import { gridOf, type Spot, stretches, touches, valleys, zeroLines } from "../../src/arm/zeros.js";
 import { ELBOW, PLAIN, ROBOTS, SIX } from "./robots.js";
 
 const CIRCLE: Spot = [-Math.PI, Math.PI];
@@ -61,7 +61,7 @@ describe("the elbow", () => {
     const value = (u: number, v: number): number => signedVolume(arm, [0, u, v]);
     const lines = zeroLines(gridOf(CIRCLE, [-3, 3.3], 40, value), value);
     const kinds = lines
-      .flatMap((line) => stretches(line, 8, ([u, v]) => kindAt(arm, [0, u, v])))
+      .flatMap((line) => stretches(line, Math.ceil(line.length / 10), ([u, v]) => kindAt(arm, [0, u, v])))
       .map(({ kind }) => kind);
     expect(new Set(kinds)).toEqual(new Set(["boundary", "internal"]));
   });
@@ -98,5 +98,29 @@ describe("the SCARA arm", () => {
     const arm = armOf(ROBOTS["scara"]!);
     expect(kindIsSure(arm)).toBe(true);
     expect(kindAt(arm, [0.3, -Math.PI / 4, 0.3, 0.2])).toBe("boundary");
+  });
+});
+
+describe("lines on a grid", () => {
+  const SQUARE: Spot = [-1, 1];
+
+  it("are told apart where two run through the same cell, and cross where they cross", () => {
+    const value = (u: number, v: number): number => (v - 0.3) * (v - 0.3 - 0.06 * (u - 0.004));
+    const lines = zeroLines(gridOf(SQUARE, SQUARE, 20, value), value);
+    const ends = lines.flatMap((line) => [line[0]!, line.at(-1)!]).map(([u, v]) => [Math.abs(u), v] as const);
+    const near = (level: number): boolean => ends.some(([u, v]) => u > 0.95 && Math.abs(v - level) < 5e-3);
+    expect([near(0.3), near(0.3 + 0.06), near(0.3 - 0.06)]).toEqual([true, true, true]);
+  });
+
+  it("are found where a value comes down to zero and keeps its sign", () => {
+    const value = (u: number, v: number): number => Math.abs(v - 0.31 * u) * (2 + u);
+    const lines = valleys(gridOf(SQUARE, SQUARE, 20, value), value, 1e-7);
+    expect(lines).toHaveLength(1);
+    expect(lines[0]!.length).toBeGreaterThan(20);
+    for (const [u, v] of lines[0]!) expect(Math.abs(v - 0.31 * u)).toBeLessThan(1e-6);
+    const spot = (u: number, v: number): number => Math.hypot(u - 0.11, v);
+    expect(valleys(gridOf(SQUARE, SQUARE, 20, spot), spot, 1e-7)).toEqual([]);
+    const never = (u: number, v: number): number => Math.abs(v - 0.31 * u) + 0.01;
+    expect(valleys(gridOf(SQUARE, SQUARE, 20, never), never, 1e-7)).toEqual([]);
   });
 });

@@ -1,0 +1,137 @@
+// A stock Firefox, led by WebDriver BiDi: Playwright would need a Firefox of its own.
+import { spawn } from "node:child_process";
+import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+
+const PREFERENCES = [
+  ["app.update.disabledForTesting", true],
+  ["browser.shell.checkDefaultBrowser", false],
+  ["datareporting.policy.dataSubmissionEnabled", false],
+  ["network.captive-portal-service.enabled", false],
+  ["network.connectivity-service.enabled", false],
+  ["toolkit.telemetry.enabled", false],
+];
+
+/** A headless Firefox with an empty profile and one page, which is told what to do. */
+export async function firefox(program) {
+  const profile = mkdtempSync(join(tmpdir(), "qdot-firefox-"));
+  const lines = PREFERENCES.map(
+    (each) => `user_pref(${each.map((part) => JSON.stringify(part)).join(", ")});`,
+  );
+  writeFileSync(join(profile, "user.js"), lines.join("\n"));
+  const child = spawn(program, [
+    "--headless",
+    "--no-remote",
+    "--remote-debugging-port=0",
+    "--profile",
+    profile,
+  ]);
+  const address = await listening(child);
+  const socket = new WebSocket(`${address}/session`);
+  await new Promise((opened, failed) => {
+    socket.onopen = opened;
+    socket.onerror = () => failed(new Error(`no connection to ${address}`));
+  });
+  const waiting = new Map();
+  const errors = [];
+  socket.onmessage = ({ data }) => {
+    const { id, type, result, message, method, params } = JSON.parse(data);
+    if (method === "log.entryAdded" && params.level === "error") errors.push(params.text);
+    const [kept, refused] = waiting.get(id) ?? [];
+    waiting.delete(id);
+    if (type === "error") refused?.(new Error(message));
+    else kept?.(result);
+  };
+  let count = 0;
+  const send = (method, params = {}) =>
+    new Promise((kept, refused) => {
+      count += 1;
+      waiting.set(count, [kept, refused]);
+      socket.send(JSON.stringify({ id: count, method, params }));
+    });
+  const { capabilities } = await send("session.new", { capabilities: {} });
+  await send("session.subscribe", { events: ["log.entryAdded"] });
+  const { contexts } = await send("browsingContext.getTree");
+  const { context } = contexts[0];
+  const page = paged(send, context);
+  return {
+    ...page,
+    errors,
+    version: capabilities.browserVersion,
+    async close() {
+      await send("browser.close").catch(() => undefined);
+      socket.close();
+      if (child.exitCode === null) await new Promise((ended) => child.once("exit", ended));
+      rmSync(profile, { recursive: true, force: true, maxRetries: 5, retryDelay: 200 });
+    },
+  };
+}
+
+/** Where the browser listens, which it says on its error stream. */
+function listening(child) {
+  return new Promise((found, failed) => {
+    let said = "";
+    child.stderr.on("data", (piece) => {
+      said += piece;
+      const address = /WebDriver BiDi listening on (ws:\S+)/.exec(said)?.[1];
+      if (address) found(address);
+    });
+    child.once("error", failed);
+    child.once("exit", (code) => failed(new Error(`Firefox ended with ${code}: ${said.slice(-500)}`)));
+  });
+}
+
+function paged(send, context) {
+  /** What a function of the page gives back for plain values, with its promise kept. */
+  const run = async (body, ...values) => {
+    const answer = await send("script.callFunction", {
+      functionDeclaration: `async (values) => JSON.stringify((await (${body})(...JSON.parse(values))) ?? null)`,
+      arguments: [{ type: "string", value: JSON.stringify(values) }],
+      target: { context },
+      awaitPromise: true,
+      userActivation: true,
+    });
+    if (answer.type === "exception") throw new Error(answer.exceptionDetails.text);
+    return JSON.parse(answer.result.value);
+  };
+  /** What a function of the page gives back once that is something. */
+  const until = async (body, ...values) => {
+    for (let tries = 0; tries < 150; tries += 1) {
+      const found = await run(body, ...values);
+      if (found) return found;
+      await new Promise((later) => setTimeout(later, 100));
+    }
+    throw new Error(`not in time: ${body} of ${JSON.stringify(values)}`);
+  };
+  const actions = (type, id, steps, more = {}) =>
+    send("input.performActions", { context, actions: [{ type, id, actions: steps, ...more }] });
+  return {
+    run,
+    until,
+    open: (url) => send("browsingContext.navigate", { context, url, wait: "complete" }),
+    size: (width, height) => send("browsingContext.setViewport", { context, viewport: { width, height } }),
+    shot: async () =>
+      Buffer.from((await send("browsingContext.captureScreenshot", { context })).data, "base64"),
+    /** Keys, one after the other; names as in Keys. */
+    keys: (...keys) =>
+      actions(
+        "key",
+        "keyboard",
+        keys.flatMap((value) => ["keyDown", "keyUp"].map((type) => ({ type, value }))),
+      ),
+    /** Press at one place, move to others, and let go: of a mouse or a finger. */
+    drag: (pointerType, [first, ...rest]) => {
+      const moved = ([x, y]) => ({ type: "pointerMove", x: Math.round(x), y: Math.round(y), duration: 60 });
+      const steps = [
+        moved(first),
+        { type: "pointerDown", button: 0 },
+        ...rest.map(moved),
+        { type: "pointerUp", button: 0 },
+      ];
+      return actions("pointer", `a ${pointerType}`, steps, { parameters: { pointerType } });
+    },
+  };
+}
+
+export const Keys = { right: "\uE014", up: "\uE013", enter: "\uE007", tab: "\uE004" };

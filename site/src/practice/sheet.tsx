@@ -1,0 +1,218 @@
+// A sheet to print: the first problems of a set with figure, table and room for answers, and a key on a page of its own.
+
+import type { JSX } from "preact";
+import { useEffect, useState } from "preact/hooks";
+
+import type { Index, Part, Problem } from "../bank.js";
+import { loadProblem, loadSolutions } from "../load.js";
+import { read } from "../read/reader.js";
+import { ReadError } from "../read/tree.js";
+import { typesetTree } from "../read/typeset.js";
+import { inDigits, message, said } from "../text/text.js";
+import { asLink, inOrder, type Item, nameOf, type Wish } from "./choice.js";
+import { Html, Tex } from "./math.js";
+
+/** How many questions a sheet has, and whether a key is printed behind them. */
+export interface SheetWish {
+  readonly count: number;
+  readonly key: boolean;
+}
+
+const MOST = 20;
+
+/** The sheet that an address asks for; null where it asks for none. */
+export function sheetFrom(search: string): SheetWish | null {
+  const found = new URLSearchParams(search);
+  const count = Number(found.get("sheet") ?? NaN);
+  return Number.isInteger(count) && count >= 1
+    ? { count: Math.min(count, MOST), key: found.has("key") }
+    : null;
+}
+
+export function sheetLink(wish: Wish, { count, key }: SheetWish): string {
+  const link = asLink(wish);
+  return `${link}${link ? "&" : "?"}sheet=${count}${key ? "&key=1" : ""}`;
+}
+
+/** A question of a sheet, with what its answer is typed as. */
+interface Asked {
+  readonly item: Item;
+  readonly part: Part;
+  readonly typed: string;
+}
+
+/** An arm of a sheet, and what is asked of it. */
+interface Group {
+  readonly problem: Problem;
+  readonly asked: readonly Asked[];
+}
+
+export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first: SheetWish }): JSX.Element {
+  const [sheet, setSheet] = useState(first);
+  const [groups, setGroups] = useState<readonly Group[] | null>(null);
+  const [failed, setFailed] = useState("");
+  useEffect(() => {
+    let current = true;
+    setFailed("");
+    gathered(inOrder(index, wish).slice(0, sheet.count)).then(
+      (found) => current && setGroups(found),
+      (error: unknown) => current && setFailed(String(error)),
+    );
+    return () => {
+      current = false;
+    };
+  }, [sheet.count]);
+  const change = (wanted: SheetWish) => {
+    setSheet(wanted);
+    window.history.replaceState(null, "", sheetLink(wish, wanted));
+  };
+  return (
+    <>
+      <form class="settings sheet-settings" onSubmit={(event) => event.preventDefault()}>
+        <label>
+          {said(message("sheet.count"))}
+          <select
+            value={sheet.count}
+            onChange={(event) => change({ ...sheet, count: Number(event.currentTarget.value) })}
+          >
+            {Array.from({ length: MOST }, (_, i) => (
+              <option key={i} value={i + 1}>
+                {i + 1}
+              </option>
+            ))}
+          </select>
+        </label>
+        <label class="sheet-check">
+          <input type="checkbox" checked={sheet.key} onChange={() => change({ ...sheet, key: !sheet.key })} />
+          {said(message("sheet.with-key"))}
+        </label>
+        <button type="button" class="button" disabled={!groups} onClick={() => window.print()}>
+          {said(message("sheet.print"))}
+        </button>
+        <a href={asLink(wish) || window.location.pathname}>{said(message("sheet.back"))}</a>
+      </form>
+      {failed ? <p role="alert">{said(message("practice.failed", { why: failed }))}</p> : null}
+      {groups ? <Paper groups={groups} set={wish.set} withKey={sheet.key} /> : null}
+      {!groups && !failed ? <p role="status">{said(message("practice.loading"))}</p> : null}
+    </>
+  );
+}
+
+/** The questions in their order, those of one arm together. */
+async function gathered(items: readonly Item[]): Promise<readonly Group[]> {
+  const arms = new Map<string, Item[]>();
+  for (const item of items) {
+    const arm = `${item.family}/${item.key}`;
+    arms.set(arm, [...(arms.get(arm) ?? []), item]);
+  }
+  return Promise.all(
+    [...arms.values()].map(async (asked) => {
+      const { family, key } = asked[0] as Item;
+      const [problem, { parts }] = await Promise.all([loadProblem(family, key), loadSolutions(family, key)]);
+      return {
+        problem,
+        asked: asked.flatMap((item) => {
+          const part = problem.parts.find(({ kind }) => kind === item.question);
+          return part
+            ? [{ item, part, typed: parts.find(({ name }) => name === part.name)?.typed ?? "" }]
+            : [];
+        }),
+      };
+    }),
+  );
+}
+
+function Paper({ groups, set, withKey }: { groups: readonly Group[]; set: string; withKey: boolean }) {
+  let number = 0;
+  const numbered = groups.map(({ problem, asked }) => ({
+    problem,
+    asked: asked.map((one) => ({ ...one, number: (number += 1) })),
+  }));
+  return (
+    <div class="sheet">
+      <p class="sheet-head">
+        <span>{said(message("sheet.name"))}</span>
+        <span>{said(message("sheet.date"))}</span>
+        {set ? <span class="sheet-set">{said(message("sheet.set", { set }))}</span> : null}
+      </p>
+      {numbered.map(({ problem, asked }) => (
+        <section class="sheet-arm" key={problem.id}>
+          <h2 lang="en">{problem.title}</h2>
+          <figure lang="en" dangerouslySetInnerHTML={{ __html: problem.figure }} />
+          <Html html={problem.statement} class="statement" />
+          {asked.map(({ item, part, number }) => (
+            <section class="sheet-question" key={nameOf(item)}>
+              <h3 lang="en">
+                {number}. {part.title}
+              </h3>
+              {part.figure ? <figure lang="en" dangerouslySetInnerHTML={{ __html: part.figure }} /> : null}
+              <Html html={part.prompt} class="prompt" />
+              <Room part={part} />
+            </section>
+          ))}
+        </section>
+      ))}
+      {withKey ? (
+        <section class="sheet-key">
+          <h2>{said(message("sheet.key"))}</h2>
+          <ol>
+            {numbered.flatMap(({ problem, asked }) =>
+              asked.map(({ item, part, typed }) => (
+                <li key={nameOf(item)}>
+                  <Typed text={typed} part={part} problem={problem} />
+                </li>
+              )),
+            )}
+          </ol>
+        </section>
+      ) : null}
+    </div>
+  );
+}
+
+/** Room for an answer by hand: blank lines for numbers and letters, a space to work in for formulas. */
+function Room({ part }: { part: Part }) {
+  const { key } = part;
+  if (key.type === "numbers") {
+    return (
+      <p class="sheet-lines">
+        {key.units.map((unit, i) => (
+          <span key={i}>
+            <span class="sheet-blank" /> {unit}
+          </span>
+        ))}
+      </p>
+    );
+  }
+  if (key.type === "choice" || key.type === "selection" || key.type === "matching") {
+    return (
+      <p class="sheet-lines">
+        {Array.from({ length: key.type === "matching" ? key.items : 1 }, (_, i) => (
+          <span key={i}>
+            {key.type === "matching" ? `${i + 1}: ` : ""}
+            <span class="sheet-blank" />
+          </span>
+        ))}
+      </p>
+    );
+  }
+  return <div class="sheet-room" style={{ "--rows": String((part.shape?.[0] ?? 1) + 2) }} />;
+}
+
+/** A right answer: numbers rounded, letters without quotes, a formula set as one. */
+function Typed({ text, part, problem }: { text: string; part: Part; problem: Problem }) {
+  const { key } = part;
+  if (key.type === "numbers") {
+    const numbers = key.right.map((value, i) => `${inDigits(Number(value.toPrecision(4)))} ${key.units[i]}`);
+    return <span>{numbers.join("; ")}</span>;
+  }
+  const letters = /^\W*([A-H]+)\W*$/.exec(text)?.[1];
+  if (letters) return <span>{letters}</span>;
+  try {
+    const tree = read(text, new Set(Object.keys(problem.symbols)));
+    return <Tex latex={typesetTree(tree, problem.symbols)} block />;
+  } catch (error) {
+    if (!(error instanceof ReadError)) throw error;
+    return <code>{text}</code>;
+  }
+}

@@ -1,0 +1,69 @@
+// The catalogue: both languages fill in the same values, and no text that a student may see stands outside of it.
+import { describe, expect, test } from "vitest";
+
+import { judgeValues } from "../src/grade/values.js";
+import { read } from "../src/read/reader.js";
+import { ReadError } from "../src/read/tree.js";
+import { de } from "../src/text/de.js";
+import { en, type TextKey } from "../src/text/en.js";
+import { message, said } from "../src/text/text.js";
+
+const GERMAN = { code: "de", catalogue: de };
+const filled = (text: string): string[] => [...text.matchAll(/\{([\w-]+)\}/g)].map(([all]) => all).sort();
+
+describe("the catalogue", () => {
+  test.each(Object.keys(en) as TextKey[])("%s fills in the same in both languages", (key) => {
+    expect([...new Set(filled(de[key]))]).toEqual([...new Set(filled(en[key]))]);
+  });
+
+  test("numbers have the language's decimal sign, texts inside of texts the language's words", () => {
+    const inside = message("read.at", { what: message("read.the-end"), at: 1.5, near: "x" });
+    expect(said(inside)).toBe("the end at character 1.5, near 'x'");
+    expect(said(inside, GERMAN)).toBe("das Ende, bei Zeichen 1,5, nahe „x“");
+  });
+});
+
+describe("what can't be read", () => {
+  const why = (text: string): ReadError => {
+    try {
+      read(text, new Set(["theta1"]));
+    } catch (error) {
+      if (error instanceof ReadError) return error;
+    }
+    throw new Error(`${text} was read`);
+  };
+
+  test.each([
+    [
+      "2*(theta1",
+      "expected ')', found the end, at character 10",
+      "erwartet wird „)“, gefunden wurde das Ende",
+    ],
+    [
+      "2 3",
+      "two numbers stand side by side, at character 3",
+      "zwei Zahlen stehen nebeneinander, bei Zeichen 3",
+    ],
+    ["", "nothing is there", "es steht nichts da"],
+    ["f(2)", "the function 'f' is not understood", "die Funktion „f“ ist unbekannt"],
+  ])("%s is told in English and in German", (text, english, german) => {
+    expect(why(text).message).toContain(english);
+    expect(said(why(text).why, GERMAN)).toContain(german);
+  });
+
+  test("a verdict tells it in the page's language", () => {
+    const key = {
+      type: "values",
+      symbols: ["theta1"],
+      points: [[1]],
+      rows: 1,
+      columns: 1,
+      right: [[1]],
+      mistakes: [],
+    } as const;
+    const { reasons } = judgeValues("2*", key);
+    expect(said(reasons[0]!, GERMAN)).toMatch(
+      /^Das lässt sich nicht als Antwort lesen: erwartet wird eine Zahl/,
+    );
+  });
+});
