@@ -21,6 +21,7 @@ from exercises.assignment import Assignment, Student, load_assignment
 from exercises.release import certificate_path, init_assignment, notebook_path
 from exercises.store import kept, store_path
 from grader.demo import answered
+
 from .grading import floor, processor_time
 
 SIZES = (30, 100)
