@@ -3,7 +3,7 @@
 import functools
 import http.server
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -16,6 +16,8 @@ from exercises.generate import family_named
 from exercises.release import CORES
 from exercises.site.bank import Wanted, of_families, of_variants
 from exercises.site.build import Order, build
+from exercises.site.pages import docs_folder
+from exercises.site.reference import reference
 from grader.certify import failures_of
 from grader.commands import Jobs
 
@@ -39,10 +41,8 @@ def build_site(
     assignment's, none of which a student has; they come with their solutions, so publish it when that is meant.
     """
     wanted, titles, course = _wanted(assignment, families, variants, jobs)
-    docs = Path(__file__).parents[1] / "docs"
-    texts = reference(context.find_root().command)
-    around = docs if docs.is_dir() else None
-    order = Order(out, wanted, titles, failures_of, min(jobs, len(wanted)), texts, around, course)
+    commands = reference(context.find_root().command)
+    order = Order(out, wanted, titles, failures_of, min(jobs, len(wanted)), commands, docs_folder(), course)
     with progress("building the site", len(wanted)) as counter:
         made = build(order, counter.step)
     say(f"{made['problems']} problems with {made['questions']} questions in {out}; see them: qdot site serve {out}")
@@ -85,22 +85,3 @@ class _Quiet(http.server.SimpleHTTPRequestHandler):
 
     def log_message(self, format: str, *args: object) -> None:
         pass
-
-
-def reference(program: Any) -> str:
-    """Return the reference of a program's commands as Markdown, from its own help."""
-    return "# The command line\n\n" + "\n".join(_described(program, "qdot"))
-
-
-def _described(command: Any, name: str) -> list[str]:
-    """Return the help of a command, or of those of a group, as lines of Markdown."""
-    found: list[str] = []
-    if hasattr(command, "commands"):
-        for each, inner in command.commands.items():
-            found += _described(inner, f"{name} {each}")
-        return found
-    context = command.context_class(command, info_name=name)
-    usage = " ".join(command.collect_usage_pieces(context))
-    found += [f"## {name}", "", f"`{name} {usage}`", "", *(command.help or "").split("\n"), ""]
-    records = [parameter.get_help_record(context) for parameter in command.params]
-    return [*found, *(f"- `{record[0]}`: {record[1]}" for record in records if record), ""]

@@ -13,7 +13,7 @@ from pathlib import Path
 import sympy as sp
 
 from exercises.arm.chain import Chain, Joint
-from exercises.docs.errata import errata
+from exercises.docs.errata import Erratum, errata
 from exercises.docs.structures import structures_page
 from exercises.families import FAMILIES
 from exercises.families.listing import LISTING, Listed
@@ -222,15 +222,27 @@ EXAMPLES = (
 """Number, title, arm, and the questions that make up each example."""
 
 
-def examples_page() -> str:
-    """Return docs/examples.md."""
+@cache
+def examples() -> tuple[Example, ...]:
+    """Return the chapter's examples, solved."""
     arms = {"planar-2r": planar_2r(), "scorbot": scorbot_arm()}
-    examples: list[Example] = []
+    found: list[Example] = []
     for number, title, key, questions in EXAMPLES:
         steps = tuple((QUESTIONS[name].title, _solved(arms[key], name)) for name in questions)
-        drawn = all(before.key != key for before in examples)
-        examples.append(Example(number, title, key, arms[key], steps, drawn, "singular-angles" in questions))
-    return render("docs/examples.md.j2", examples=examples, errata=errata(*arms.values()))
+        drawn = all(before.key != key for before in found)
+        found.append(Example(number, title, key, arms[key], steps, drawn, "singular-angles" in questions))
+    return tuple(found)
+
+
+@cache
+def corrections() -> tuple[Erratum, ...]:
+    """Return what is wrong in the chapter as printed."""
+    return errata(planar_2r(), scorbot_arm())
+
+
+def examples_page() -> str:
+    """Return docs/examples.md."""
+    return render("docs/examples.md.j2", examples=examples(), errata=corrections())
 
 
 @cache

@@ -11,7 +11,7 @@ from exercises.exports.outlet import Failures
 from exercises.files import make_folder, write_atomically
 from exercises.record import Json
 from exercises.site.bank import FOLDER, Wanted, index_text, write_bank
-from exercises.site.pages import Assets, built_assets, favicon, page_text, pages, worker_text
+from exercises.site.pages import Around, Assets, built_assets, favicon, page_text, pages, worker_text
 
 NOT_BUILT = (
     "the site's scripts are not built: run `make site`, which needs Node and npm; an installed qdot has them already"
@@ -45,7 +45,8 @@ def build(order: Order, each: Callable[[], None]) -> Json:
     index = index_text(listed, order.titles)
     write_atomically(order.folder / FOLDER / "index.json", index)
     shell = _copied(assets, order.folder)
-    for page in pages(order.docs, order.commands, order.course):
+    families = [name for name, _, _ in order.titles]
+    for page in pages(Around(order.docs, order.commands, order.course, families)):
         write_atomically(order.folder / page.path, page_text(page, assets, order.course, order.docs is not None))
         shell.append(page.path)
     if order.docs is not None:

@@ -5,21 +5,23 @@ A page links by relative addresses only, so that the site works from any folder 
 
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from exercises.docs import planar_2r
+from exercises.problem import Problem, ProblemId
 from exercises.render import render, template_folder
+from exercises.site.arms import gallery
+from exercises.site.chapter import chapter_pages
+from exercises.site.guide import COMMANDS, OWN_PAGES, Entry, arranged
+from exercises.site.page import Page
+from exercises.site.record import arm_record
 from exercises.writing.markup import to_html
 
 ENTRIES = {"practice": "src/practice/main.tsx", "pages": "src/pages/main.ts"}
-DOCS = {
-    "examples": "Examples 6.1 to 6.4", "families": "The arms", "questions": "The questions",
-    "judging": "How an answer is judged", "mistakes": "Mistakes that are named", "hints": "Hints",
-    "grading": "Grading a class", "submissions": "What students hand in", "sandbox": "Students' code, contained",
-    "site": "The web site", "outlets": "Outlets", "structures": "How many arms there are",
-}  # fmt: skip
-"""Pages of docs/ with their titles, in this order; what else is there comes behind them, by its own heading."""
+LONG = 3
+"""From so many headings on, a page of the documentation has a list of them."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,20 @@ class Assets:
     styles: Mapping[str, Sequence[str]]
     files: Sequence[Path]
     folder: Path
+
+
+@dataclass(frozen=True)
+class Around:
+    """What the pages around the bank are made from.
+
+    `docs` is the folder of the documentation, None where there is none; `commands` the body of the page on the command
+    line; `course` the title of an instructor's own site; `families` are those in the bank.
+    """
+
+    docs: Path | None
+    commands: str
+    course: str
+    families: Collection[str]
 
 
 def built_assets() -> Assets | None:
@@ -45,6 +61,12 @@ def built_assets() -> Assets | None:
     return Assets({name: entry["file"] for name, entry in entries.items()}, styles, files, folder)
 
 
+def docs_folder() -> Path | None:
+    """Return the folder of the documentation: inside the package (wheel) or beside it (checkout)."""
+    here = Path(__file__).parents[1]
+    return next((f for f in (here / "site_docs", here.parent / "docs") if f.is_dir()), None)
+
+
 def _styles(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) -> list[str]:
     """Return the styles of an entry and of what it imports at once."""
     entry = manifest[source]
@@ -52,61 +74,67 @@ def _styles(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) ->
     return list(dict.fromkeys([*found, *entry.get("css", ())]))
 
 
-@dataclass(frozen=True)
-class Page:
-    """A page: its path in the site, title, body, and the entry whose script it loads."""
-
-    path: str
-    title: str
-    body: str
-    entry: str = "pages"
-    section: str = ""
-
-
-def pages(docs: Path | None, commands: str, course: str) -> Iterator[Page]:
-    """Yield every page. `commands` is Markdown on the command line; `course` the title of an instructor's own site."""
-    yield Page(
-        "index.html",
-        course or "qdot",
-        render("site/index.html.j2", course=course, has_docs=docs is not None),
-        section="home",
-    )
-    yield Page(
-        "practice.html", "Practise", render("site/practice.html.j2", has_docs=docs is not None), "practice", "practice"
-    )
+def pages(around: Around) -> Iterator[Page]:
+    """Yield every page."""
+    has_docs = around.docs is not None
+    arm = json.dumps(arm_record(Problem(ProblemId("docs", 0), planar_2r(), ())), ensure_ascii=False)
+    home = render("site/index.html.j2", course=around.course, has_docs=has_docs, arm=arm)
+    yield Page("index.html", around.course or "qdot", home, section="home", kind="home")
+    practice = render("site/practice.html.j2", has_docs=has_docs)
+    yield Page("practice.html", "Practise", practice, "practice", "practice", "practice")
     yield Page("accessibility.html", "Accessibility", to_html(render("site/accessibility.md.j2")))
-    if docs is not None:
-        for name, title in doc_titles(docs).items():
-            text = (docs / f"{name}.md").read_text(encoding="utf-8")
-            yield Page(f"docs/{name}.html", title, linked(to_html(text)), section="docs")
-        names = doc_titles(docs)
-        yield Page("docs/index.html", "Documentation", render("site/docs.html.j2", docs=names), section="docs")
-        yield Page("docs/commands.html", "The command line", to_html(commands), section="docs")
+    yield from chapter_pages()
+    if around.docs is not None:
+        yield gallery(around.families)
+        yield from _documentation(around.docs, around.commands)
 
 
-def doc_titles(docs: Path) -> dict[str, str]:
-    """Return the pages of docs/ by name, with their titles, in the order of DOCS."""
-    there = {path.stem: path for path in sorted(docs.glob("*.md"))}
-    known = {name: title for name, title in DOCS.items() if name in there}
-    return known | {name: _heading(path) for name, path in there.items() if name not in known}
+def _documentation(docs: Path, commands: str) -> Iterator[Page]:
+    groups = arranged(docs)
+    lead = render("site/docs.html.j2", groups=groups)
+    yield Page("docs/index.html", "Documentation", lead, section="docs", kind="wide")
+    for entries in groups.values():
+        for entry in entries:
+            body = commands if entry.name == COMMANDS else to_html(_text(docs, entry))
+            body = linked(body)
+            found = headings(body) if len(headings(body)) >= LONG else []
+            around = render("site/doc.html.j2", body=body, groups=groups, entry=entry, headings=found)
+            yield Page(f"docs/{entry.name}.html", entry.title, around, section="docs", kind="docs")
 
 
-def _heading(path: Path) -> str:
-    found = re.search(r"^# (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
-    return found.group(1) if found else path.stem
+def _text(docs: Path, entry: Entry) -> str:
+    return (docs / f"{entry.name}.md").read_text(encoding="utf-8")
 
 
 def linked(page: str) -> str:
     """Return a page of docs/ with links to other pages as they are called on the site, and headings to jump to."""
-    page = re.sub(r'href="([\w-]+)\.md(#[\w-]*)?"', lambda m: f'href="{m[1]}.html{m[2] or ""}"', page)
-    page = re.sub(r'href="\.\./(?!\w+\.html)([^"]+)"', r'href="\1"', page)
+    page = re.sub(r'href="([\w-]+)\.md(#[\w-]*)?"', lambda m: f'href="{_address(m[1], m[2] or "")}"', page)
+    page = re.sub(r'href="\.\./(?!\w+(?:/\w+)?\.html)([^"]+)"', r'href="\1"', page)
     return re.sub(r"<h([2-4])>(.*?)</h\1>", _anchored, page)
+
+
+def _address(name: str, anchor: str) -> str:
+    if name not in OWN_PAGES:
+        return f"{name}.html{anchor}"
+    if anchor == "#errata":
+        return "../examples/errata.html"
+    return f"../{OWN_PAGES[name]}{anchor}"
 
 
 def _anchored(heading: re.Match[str]) -> str:
     plain = re.sub(r"<[^>]*>", "", heading[2]).lower()
     anchor = re.sub(r"[^\w\- ]", "", plain).strip().replace(" ", "-")
     return f'<h{heading[1]} id="{anchor}">{heading[2]}</h{heading[1]}>'
+
+
+def headings(page: str) -> list[tuple[str, str]]:
+    """Return anchor and text of a page's second headings.
+
+    >>> headings('<h2 id="a">An <code>A</code></h2>')
+    [('a', 'An A')]
+    """
+    found = re.findall(r'<h2 id="([^"]*)">(.*?)</h2>', page)
+    return [(anchor, re.sub(r"<[^>]*>", "", text)) for anchor, text in found]
 
 
 def page_text(page: Page, assets: Assets, course: str, has_docs: bool = True) -> str:

@@ -40,10 +40,17 @@ def site_record(problem: Problem) -> Json:
         "statement": page(statement(problem, "")),
         "figure": figure_svg(chain),
         "alt": alt_text(chain),
-        "robot": {**robot_json(chain), "values": _values(chain)},
-        "symbols": _symbols(problem),
+        **arm_record(problem),
         "parts": [_part(problem, part, said) for part in problem.parts],
         "said": said.rows,
+    }
+
+
+def arm_record(problem: Problem) -> Json:
+    """Return what the live arm is drawn from, as `site_record` describes it: {"robot", "symbols"}."""
+    return {
+        "robot": {**robot_json(problem.chain), "values": _values(problem.chain)},
+        "symbols": _symbols(problem),
     }
 
 

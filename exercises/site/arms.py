@@ -1,0 +1,53 @@
+"""The gallery of the arms: every family with its thumbnail, what it can be asked, and a way to practise with it."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+from exercises.families import FAMILIES
+from exercises.families.listing import listing
+from exercises.generate import sample_chain
+from exercises.problem import ProblemId
+from exercises.questions import QUESTIONS
+from exercises.render import render
+from exercises.site.page import Page
+from exercises.writing.mathml import mathml
+from exercises.writing.wording import Wording
+
+PATH = "arms.html"
+
+
+@dataclass(frozen=True)
+class Card:
+    """A family as the gallery shows it; `task` is MathML, empty where it varies. `practised`: whether the bank has it."""
+
+    name: str
+    title: str
+    source: str
+    kinds: str
+    task: str
+    difficulty: str
+    asked: tuple[str, ...]
+    practised: bool
+
+
+def gallery(practised: Collection[str]) -> Page:
+    """Return the gallery; `practised` are the families that the site's bank has."""
+    cards = [_card(name, name in practised) for name in FAMILIES]
+    titles = {name: question.title for name, question in QUESTIONS.items()}
+    body = render("site/arms.html.j2", cards=cards, questions=titles)
+    return Page(PATH, "The arms", body, section="arms", kind="wide")
+
+
+def _card(name: str, practised: bool) -> Card:
+    family, listed = FAMILIES[name], listing()[name]
+    task = Wording(sample_chain(ProblemId(name, 0))).task
+    return Card(
+        name=name,
+        title=family.title,
+        source=family.source,
+        kinds="" if family.varied else listed.kinds,
+        task="" if family.varied else mathml(", ".join(task)),
+        difficulty=listed.difficulty,
+        asked=listed.questions,
+        practised=practised,
+    )

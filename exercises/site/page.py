@@ -1,0 +1,19 @@
+"""A page of the site: its path, title and body, and what the frame around it is told."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page: its path in the site, title, body, and the entry whose script it loads.
+
+    `section` is the item of the main menu that it belongs to; `kind` is how wide it is: "" for text to be read, "wide",
+    "home", or "docs" with what there is to read beside it.
+    """
+
+    path: str
+    title: str
+    body: str
+    entry: str = "pages"
+    section: str = ""
+    kind: str = ""

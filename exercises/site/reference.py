@@ -1,0 +1,46 @@
+"""The reference of the command line, taken from the program itself: what `--help` says, as a page."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from exercises.render import render
+from exercises.writing.markup import to_html
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command: its whole name, how it is called, its help as HTML, and its parameters: what is written, what it means."""
+
+    name: str
+    usage: str
+    says: str
+    parameters: tuple[tuple[str, str], ...]
+
+
+def commands_of(program: Any, name: str) -> Iterator[Command]:
+    """Yield a program's commands (Click's objects), those of groups among them, as they are listed in its help."""
+    if hasattr(program, "commands"):
+        for each, inner in program.commands.items():
+            yield from commands_of(inner, f"{name} {each}")
+        return
+    if program.hidden:
+        return
+    context = program.context_class(program, info_name=name)
+    records = [parameter.get_help_record(context) for parameter in program.params]
+    usage = " ".join(program.collect_usage_pieces(context))
+    yield Command(
+        name,
+        f"{name} {usage}",
+        to_html(_plain(program.help or "")),
+        tuple((record[0], " ".join(_plain(record[1]).split())) for record in records if record),
+    )
+
+
+def _plain(text: str) -> str:
+    return text.replace("\b", "").replace("\\[", "[")
+
+
+def reference(program: Any) -> str:
+    """Return the body of the page, as HTML."""
+    return render("site/commands.html.j2", commands=list(commands_of(program, "qdot")))

@@ -1,0 +1,68 @@
+// The arm that greets: its drawing, a slider for each joint and its numbers, without all else that the panel has.
+
+import "../arm/arm.css";
+
+import type { JSX } from "preact";
+import { useId, useMemo, useState } from "preact/hooks";
+
+import { Drawing } from "../arm/drawing.js";
+import { Figures } from "../arm/figures.js";
+import { Joints } from "../arm/joints.js";
+import type { Layers } from "../arm/marks.js";
+import { armOf, measuresOf, type Pose, reachOf, stateAt } from "../arm/model.js";
+import { firstPose } from "../arm/ranges.js";
+import { useRested } from "../arm/size.js";
+import { sayIn, Spoken, useSay } from "../arm/speech.js";
+import { inWords } from "../arm/words.js";
+import type { Robot } from "../bank.js";
+import type { Language } from "../text/text.js";
+
+const LAYERS: Layers = { frames: false, vectors: false, columns: true, ellipse: true };
+
+interface HeroProps {
+  readonly robot: Robot;
+  readonly language: Language;
+}
+
+export function Hero({ robot, language }: HeroProps): JSX.Element {
+  return (
+    <Spoken.Provider value={language}>
+      <Shown robot={robot} language={language} />
+    </Spoken.Provider>
+  );
+}
+
+function Shown({ robot, language }: HeroProps): JSX.Element {
+  const say = useSay();
+  const arm = useMemo(() => armOf(robot), [robot]);
+  const reach = useMemo(() => reachOf(arm), [arm]);
+  const [pose, setPose] = useState<Pose>(() => firstPose(arm));
+  const [chosen, setChosen] = useState(0);
+  const state = useMemo(() => stateAt(arm, pose), [arm, pose]);
+  const measures = useMemo(() => measuresOf(state), [state]);
+  const rested = useRested(state, 700);
+  const words = useMemo(() => inWords(arm, rested, sayIn(language)), [arm, rested, language]);
+  const id = useId();
+  return (
+    <div class="arm">
+      <Drawing
+        arm={arm}
+        state={state}
+        reach={reach}
+        layers={LAYERS}
+        chosen={chosen}
+        onChoose={setChosen}
+        onPose={setPose}
+        label={say("arm.drawing.label", { robot: robot.title })}
+        describedBy={`${id}words`}
+      />
+      <div class="hero-side">
+        <Figures arm={arm} state={state} measures={measures} rested={rested} />
+        <Joints arm={arm} pose={pose} chosen={chosen} onChoose={setChosen} onPose={setPose} />
+      </div>
+      <p id={`${id}words`} class="arm-unseen" role="status">
+        {words}
+      </p>
+    </div>
+  );
+}
