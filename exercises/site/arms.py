@@ -18,7 +18,10 @@ PATH = "arms.html"
 
 @dataclass(frozen=True)
 class Card:
-    """A family as the gallery shows it; `task` is MathML, empty where it varies. `practised`: whether the bank has it."""
+    """A family as the gallery shows it; `task` is MathML, `kinds` as in RRP, both empty where they vary.
+
+    `practised`: whether the bank has it.
+    """
 
     name: str
     title: str

@@ -32,9 +32,8 @@ def chapter_pages() -> Iterator[Page]:
     """Yield the pages of the chapter's examples, what leads to them, and the errata."""
     every = examples()
     found = [
-        {"number": e.number, "title": e.title, "address": address(e.number), "figure": figure_svg(e.arm, f"card-{e.number}")}
-        for e in every
-    ]  # fmt: skip
+        {"number": e.number, "title": e.title, "address": address(e.number), "figure": _card_figure(e)} for e in every
+    ]
     errata = list(enumerate(corrections(), 1))
     lead = render("site/examples.html.j2", examples=found, errata=len(errata), errata_at=ERRATA)
     yield Page(START, "Examples 6.1 to 6.4", lead, section=SECTION, kind="wide")
@@ -48,6 +47,12 @@ def chapter_pages() -> Iterator[Page]:
         )
     text = render("site/errata.md.j2", errata=errata, places=_places(errata))
     yield Page(ERRATA, "Errata of the chapter", to_html(text), section=SECTION)
+
+
+def _card_figure(example: Example) -> str:
+    name = f"card-{example.number.replace('.', '-')}"
+    seen = not example.drawn  # an example before it shows the arm
+    return singular_svg(example.arm, name) if seen and example.singular else figure_svg(example.arm, name)
 
 
 def _example(example: Example, every: list[dict[str, str]], place: int, errata: Corrections) -> str:

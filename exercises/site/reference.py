@@ -10,7 +10,7 @@ from exercises.writing.markup import to_html
 
 @dataclass(frozen=True)
 class Command:
-    """A command: its whole name, how it is called, its help as HTML, and its parameters: what is written, what it means."""
+    """A command: its whole name, how it is called, its help as HTML, its parameters as written with what they mean."""
 
     name: str
     usage: str

@@ -5,6 +5,7 @@ A file that the wheel leaves out, or a library that only developers have, goes u
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -145,3 +146,27 @@ def test_an_assignment_from_init_to_full_marks(home: Path, tmp_path: Path) -> No
     result = json.loads(line)
     assert result["student"] == "ada"
     assert result["score"] == result["max_score"] > 0
+
+
+def test_it_carries_the_documentation_and_the_sites_scripts(wheel: Path) -> None:
+    names = set(zipfile.ZipFile(wheel).namelist())
+    pages = {f"exercises/site_docs/{path.name}" for path in (CHECKOUT / "docs").glob("*.md")}
+    assert pages and pages <= names
+    dist = CHECKOUT / "site" / "dist"
+    built = {f"exercises/site_dist/{p.relative_to(dist).as_posix()}" for p in dist.rglob("*") if p.is_file()}
+    assert built == {name for name in names if name.startswith("exercises/site_dist/")}
+
+
+@pytest.mark.skipif(
+    not (CHECKOUT / "site" / "dist").is_dir(), reason="the site's scripts are not built here: make site"
+)
+def test_an_instructor_builds_the_site_without_node(home: Path, tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    environment = {"PATH": str(home / "bin"), "HOME": str(tmp_path)}  # no Node, no npm
+    command = [home / "bin" / "qdot", "site", "build", "--families", "polar-rp", "--variants", "1", "--out", site]
+    done = subprocess.run([*map(str, command)], env=environment, cwd=tmp_path, capture_output=True, encoding="utf-8")
+    assert done.returncode == 0, done.stderr
+    for name in ("index.html", "practice.html", "examples/6-3.html", "arms.html", "docs/instructors.html"):
+        page = (site / name).read_text(encoding="utf-8")
+        for address in re.findall(r'<(?:script|link)[^>]* (?:src|href)="([^"]+)"', page):
+            assert ((site / name).parent / address).is_file(), (name, address)
