@@ -1,0 +1,71 @@
+// For tests and figures in a browser: a built site, served as GitHub Pages would, and the system's Chromium.
+import { execFileSync } from "node:child_process";
+import { existsSync, mkdtempSync, readFileSync, rmSync, statSync } from "node:fs";
+import { createServer } from "node:http";
+import { tmpdir } from "node:os";
+import { extname, join, normalize } from "node:path";
+import { gzipSync } from "node:zlib";
+import { chromium } from "playwright-core";
+
+const TYPES = {
+  ".html": "text/html",
+  ".js": "text/javascript",
+  ".css": "text/css",
+  ".json": "application/json",
+  ".svg": "image/svg+xml",
+};
+export const CHROMIUM = [
+  "/usr/bin/chromium",
+  "/usr/bin/chromium-browser",
+  "/usr/bin/google-chrome",
+  "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+].find(existsSync);
+export const ARGUMENTS = [
+  "--no-sandbox",
+  "--disable-gpu",
+  "--no-first-run",
+  "--disable-background-networking",
+  "--enable-unsafe-swiftshader",
+];
+
+/** A built site: SITE, or a fresh one of a single arm by `$QDOT site build`; with how to get rid of it. */
+export function builtSite() {
+  if (process.env.SITE) return { folder: process.env.SITE, remove: () => undefined };
+  const folder = mkdtempSync(join(tmpdir(), "qdot-site-"));
+  execFileSync(process.env.QDOT ?? "qdot", [
+    "site",
+    "build",
+    "--out",
+    folder,
+    "--families",
+    "planar-2r",
+    "--variants",
+    "1",
+  ]);
+  return { folder, remove: () => rmSync(folder, { recursive: true, force: true }) };
+}
+
+/** Serves a folder on this machine, text compressed with gzip; `sent` counts the bytes of bodies by path. */
+export async function served(folder) {
+  const sent = new Map();
+  const server = createServer((request, answer) => {
+    const path = normalize(decodeURIComponent(new URL(request.url, "http://x").pathname));
+    const file = join(folder, path.endsWith("/") ? `${path}index.html` : path);
+    if (!file.startsWith(folder) || !existsSync(file) || statSync(file).isDirectory())
+      return void answer.writeHead(404).end();
+    const body = gzipSync(readFileSync(file));
+    sent.set(path, body.length);
+    answer
+      .writeHead(200, {
+        "content-type": `${TYPES[extname(file)] ?? "application/octet-stream"}; charset=utf-8`,
+        "content-encoding": "gzip",
+        "content-length": body.length,
+        "cache-control": "max-age=600",
+      })
+      .end(body);
+  });
+  await new Promise((done) => server.listen(0, "127.0.0.1", done));
+  return { root: `http://127.0.0.1:${server.address().port}`, sent, close: () => server.close() };
+}
+
+export const launched = () => chromium.launch({ executablePath: CHROMIUM, args: ARGUMENTS });
