@@ -45,7 +45,7 @@ def chapter_pages() -> Iterator[Page]:
             section=SECTION,
             kind="wide",
         )
-    text = render("site/errata.md.j2", errata=errata, places=_places(errata))
+    text = render("site/errata.md.j2", errata=errata, places=_places(errata), level="##")
     yield Page(ERRATA, "Errata of the chapter", to_html(text), section=SECTION)
 
 
@@ -65,7 +65,7 @@ def _example(example: Example, every: list[dict[str, str]], place: int, errata: 
         figure=figure_svg(arm, f"{example.key}-arm"),
         steps=[(title, to_html(text, share=ASIDE)) for title, text in example.steps],
         singular=singular_svg(arm, f"{example.key}-singular") if example.singular else "",
-        errata=to_html(render("site/errata-list.md.j2", errata=own, places={}), share=ASIDE) if own else "",
+        errata=to_html(render("site/errata-list.md.j2", errata=own, places={}, level="###"), share=ASIDE) if own else "",
         arm=json.dumps(arm_record(Problem(ProblemId("docs", 0), arm, ())), ensure_ascii=False),
         before=every[place - 1] if place else None,
         after=every[place + 1] if place + 1 < len(every) else None,

@@ -1,0 +1,143 @@
+// Figures of the site, none of which is asserted: how soon pages show, how fast answers are graded, what is loaded.
+//
+//     QDOT=../.venv/bin/qdot node bench/pages.mjs        # or SITE=folder of a built site
+import { readFileSync } from "node:fs";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { gzipSync } from "node:zlib";
+
+import { builtSite, CHROMIUM, launched, served } from "../tools/browser.mjs";
+
+const HERE = dirname(fileURLToPath(import.meta.url));
+const PAGES = ["index.html", "practice.html", "examples/6-1.html"];
+const TIMES = 5;
+const KINDS = ["position", "jacobian", "determinant", "inverse-velocity", "singular-angles"];
+
+/** The value below which a share of all lies. */
+function quantile(values, share) {
+  const sorted = [...values].sort((a, b) => a - b);
+  return sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))];
+}
+
+const figure = (value, digits = 0) => value.toFixed(digits);
+
+/** First contentful paint in milliseconds, in a browser that has kept nothing. */
+async function firstPaint(browser, address) {
+  const context = await browser.newContext({ serviceWorkers: "block" });
+  const page = await context.newPage();
+  await page.goto(address);
+  await page.waitForLoadState("networkidle");
+  const found = await page.evaluate(
+    () => performance.getEntriesByName("first-contentful-paint")[0]?.startTime ?? NaN,
+  );
+  await context.close();
+  return found;
+}
+
+async function pages(browser, server) {
+  for (const path of PAGES) {
+    const found = [];
+    for (let i = 0; i < TIMES; i += 1) found.push(await firstPaint(browser, `${server.root}/${path}`));
+    server.sent.clear();
+    await firstPaint(browser, `${server.root}/${path}`);
+    const own = [...server.sent].filter(([name]) => !name.startsWith("/bank/"));
+    const bank = [...server.sent].filter(([name]) => name.startsWith("/bank/"));
+    const kB = (files) => figure(files.reduce((sum, [, size]) => sum + size, 0) / 1000);
+    console.log(
+      `${path.padEnd(20)} first contentful paint ${figure(quantile(found, 0.5))} ms (median of ${TIMES}); ` +
+        `loaded ${kB(own)} kB in ${own.length} files, and ${kB(bank)} kB of the bank (gzip)`,
+    );
+  }
+}
+
+/** From a press of Check to the verdict on the page, as the page itself clocks it; right answers and wrong ones. */
+async function answers(browser, server, site) {
+  const read = (name) => JSON.parse(readFileSync(join(site.folder, "bank/planar-2r", name), "utf8"));
+  const typed = Object.fromEntries(read("001.solutions.json").parts.map(({ name, typed }) => [name, typed]));
+  const took = [];
+  for (const kind of KINDS.filter((kind) => typed[kind])) {
+    const context = await browser.newContext({ serviceWorkers: "block" });
+    const page = await context.newPage();
+    await page.goto(`${server.root}/practice.html?arm=planar-2r&question=${kind}`);
+    await page.locator("form .answer").waitFor();
+    const asText = page.getByRole("button", { name: "Type it as text" });
+    if (await asText.count()) await asText.click();
+    await page.locator("#arm .arm-box").waitFor();
+    for (let i = 0; i < TIMES; i += 1) {
+      const answer = i % 2 ? typed[kind].replace("theta2", "theta1") : typed[kind];
+      await page.getByLabel("Your answer").fill(answer);
+      took.push(await page.evaluate(check));
+    }
+    await context.close();
+  }
+  console.log(
+    `answer to verdict    median ${figure(quantile(took, 0.5), 1)} ms, 95 % below ${figure(quantile(took, 0.95), 1)} ms ` +
+      `(${took.length} answers on the page, rendering and the arm's pose included)`,
+  );
+}
+
+/** Presses Check and waits for the page to be still. */
+function check() {
+  return new Promise((done) => {
+    const start = performance.now();
+    let last = start;
+    const watched = new MutationObserver(() => (last = performance.now()));
+    watched.observe(document.querySelector(".asked"), {
+      childList: true,
+      subtree: true,
+      characterData: true,
+    });
+    document.querySelector('form button[type="submit"]').click();
+    setTimeout(() => {
+      watched.disconnect();
+      done(last - start);
+    }, 400);
+  });
+}
+
+/** Every checked answer of the corpus, compared in the browser by the site's own grader as it was built. */
+async function corpus(browser, server) {
+  const { build } = await import("vite");
+  const made = await build({
+    configFile: false,
+    logLevel: "silent",
+    build: {
+      write: false,
+      minify: true,
+      lib: { entry: join(HERE, "grading.ts"), formats: ["iife"], name: "grading" },
+    },
+  });
+  const [{ output }] = [made].flat();
+  const page = await browser.newPage();
+  await page.goto(`${server.root}/icon.svg`);
+  await page.evaluate(output[0].code + ";window.grading = grading");
+  const cases = readFileSync(join(HERE, "../tests/corpus.json"), "utf8");
+  const took = await page.evaluate((text) => window.grading.timed(text), cases);
+  await page.close();
+  console.log(
+    `grading alone        median ${figure(quantile(took, 0.5), 2)} ms, 95 % below ${figure(quantile(took, 0.95), 2)} ms, ` +
+      `longest ${figure(Math.max(...took), 1)} ms (${took.length} answers of the corpus)`,
+  );
+}
+
+if (!CHROMIUM) {
+  console.error("no Chromium: no figures of the site (apt-get install chromium)");
+  process.exit(0);
+}
+const site = builtSite();
+const server = await served(site.folder);
+const browser = await launched();
+try {
+  console.log("the site, in Chromium on this machine, nothing throttled");
+  await pages(browser, server);
+  await answers(browser, server, site);
+  await corpus(browser, server);
+  for (const name of ["bank/index.json", "bank/planar-2r/001.json"]) {
+    const bytes = gzipSync(readFileSync(join(site.folder, name))).length;
+    console.log(`${name.padEnd(24)} ${figure(bytes / 1000)} kB (gzip)`);
+  }
+} finally {
+  await browser.close();
+  server.close();
+  site.remove();
+}
