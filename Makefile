@@ -94,6 +94,9 @@ bench: $(VENV)/.dev  ## the benchmarks of tests/bench
 	$(PY) -m tests.bench.grading
 	$(PY) -m tests.bench.deriving
 	$(PY) -m tests.bench.growth $(SIZES)
+	@if command -v node >/dev/null && test -f site/dist/.vite/manifest.json && test -d site/node_modules; then \
+	  cd site && QDOT="$(abspath $(VENV))/bin/qdot" node bench/pages.mjs; \
+	else echo "make bench: no figures of the site; they need Node and 'make site'" >&2; fi
 
 bench-peers: $(VENV)/.dev .venvs/peers/.installed  ## the same notebooks graded by nbgrader and otter-grader
 	$(PY) -m tests.bench.peers .venvs/peers/bin/python

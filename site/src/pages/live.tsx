@@ -1,6 +1,6 @@
 // The live arm in a page that is read: what is drawn comes with the element, as Python wrote it.
 
-import { type JSX, render } from "preact";
+import { render } from "preact";
 
 import { Arm } from "../arm/panel.js";
 import type { Robot, SymbolInfo } from "../bank.js";
@@ -14,18 +14,12 @@ export interface Told {
   readonly symbols: Readonly<Record<string, SymbolInfo>>;
 }
 
-/** Puts an arm into every element that tells one. */
-export function showArms(): void {
-  for (const element of document.querySelectorAll<HTMLElement>("[data-arm]")) {
-    fill(element, element.dataset["arm"]!, (told) => <Arm {...told} language={language()} />);
-  }
-  for (const element of document.querySelectorAll<HTMLElement>("[data-hero]")) {
-    fill(element, element.dataset["hero"]!, (told) => <Hero robot={told.robot} language={language()} />);
-  }
-}
-
-function fill(element: HTMLElement, text: string, shown: (told: Told) => JSX.Element): void {
+/** Puts an arm into an element that tells one: `data-arm` has all of the panel, `data-hero` the drawing and sliders. */
+export function showArm(element: HTMLElement): void {
+  const { arm, hero } = element.dataset;
+  const { robot, symbols } = JSON.parse(arm ?? hero!) as Told;
   element.textContent = "";
   element.lang = chosenLanguage();
-  render(shown(JSON.parse(text) as Told), element);
+  const shown = arm ? <Arm robot={robot} symbols={symbols} language={language()} /> : null;
+  render(shown ?? <Hero robot={robot} language={language()} />, element);
 }

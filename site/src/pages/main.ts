@@ -6,10 +6,19 @@ import { startPage } from "./page.js";
 await startPage();
 reachWide();
 window.addEventListener("resize", reachWide);
-if (document.querySelector("[data-arm], [data-hero]")) {
-  const { showArms } = await import("./live.js");
-  showArms();
-}
+
+/** Arms are loaded when they come near to the screen: a phone that shows the text first has no work with them. */
+const near = new IntersectionObserver(
+  (entries) => {
+    for (const { isIntersecting, target } of entries) {
+      if (!isIntersecting) continue;
+      near.unobserve(target);
+      void import("./live.js").then(({ showArm }) => showArm(target as HTMLElement));
+    }
+  },
+  { rootMargin: "100px" },
+);
+for (const element of document.querySelectorAll("[data-arm], [data-hero]")) near.observe(element);
 
 /** Formulas, tables and listings that are wider than their place are scrolled by keys, in every browser. */
 function reachWide(): void {
