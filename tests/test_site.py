@@ -1,5 +1,6 @@
 """The site as Python builds it: pages that lead where they say, a bank that a rerun keeps, what is wrong told."""
 
+import html
 import json
 import re
 import shutil
@@ -13,10 +14,15 @@ from handing_in import a_class
 from test_cli import fails, run
 
 from exercises.assignment import Student
+from exercises.docs import corrections
 from exercises.site import build as building
+from exercises.site.chapter import chapter_pages
+from exercises.site.guide import COMMANDS, OTHERS, OWN_PAGES, arranged
 from exercises.site.pages import Assets, linked
 
 pytestmark = pytest.mark.xdist_group("site")
+
+DOCS = Path(__file__).parent.parent / "docs"
 
 
 @pytest.fixture
@@ -111,3 +117,20 @@ def test_a_built_site_is_served(tmp_path: Path) -> None:
             assert answer.read() == b"hello"
         server.shutdown()
     shutil.rmtree(tmp_path)
+
+
+def test_every_page_of_the_documentation_has_its_place() -> None:
+    groups = arranged(DOCS)
+    assert OTHERS not in groups
+    listed = [entry.name for entries in groups.values() for entry in entries]
+    assert sorted(listed) == sorted({path.stem for path in DOCS.glob("*.md")} - set(OWN_PAGES) | {COMMANDS})
+
+
+def test_the_chapters_pages_tell_where_the_book_differs() -> None:
+    found = {page.path: page.body for page in chapter_pages()}
+    assert len(re.findall("<h2>", found["examples/errata.html"])) == len(corrections())
+    for number, count in {"6-1": 2, "6-2": 2, "6-3": 3, "6-4": 0}.items():
+        page = found[f"examples/{number}.html"]
+        assert page.count("<strong>Printed:</strong>") == count, number
+        assert ('id="differs"' in page) == bool(count)
+        assert json.loads(html.unescape(re.findall(r'data-arm="([^"]*)"', page)[0]))["robot"]["joints"]

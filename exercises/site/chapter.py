@@ -58,6 +58,7 @@ def _card_figure(example: Example) -> str:
 def _example(example: Example, every: list[dict[str, str]], place: int, errata: Corrections) -> str:
     arm = example.arm
     own = [(number, e) for number, e in errata if e.where.startswith(f"Example {example.number}")]
+    differs = render("site/errata-list.md.j2", errata=own, places={}, level="###")
     return render(
         "site/example.html.j2",
         example=example,
@@ -65,7 +66,7 @@ def _example(example: Example, every: list[dict[str, str]], place: int, errata: 
         figure=figure_svg(arm, f"{example.key}-arm"),
         steps=[(title, to_html(text, share=ASIDE)) for title, text in example.steps],
         singular=singular_svg(arm, f"{example.key}-singular") if example.singular else "",
-        errata=to_html(render("site/errata-list.md.j2", errata=own, places={}, level="###"), share=ASIDE) if own else "",
+        errata=to_html(differs, share=ASIDE) if own else "",
         arm=json.dumps(arm_record(Problem(ProblemId("docs", 0), arm, ())), ensure_ascii=False),
         before=every[place - 1] if place else None,
         after=every[place + 1] if place + 1 < len(every) else None,
