@@ -96,7 +96,7 @@ def _pooled(
     before = set(multiprocessing.active_children())
     # A fork of this process would copy the thread that draws the progress bar in whatever state it is.
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["exercises.generate"])
+    context.set_forkserver_preload(["exercises.generate", work.__module__])
     with ProcessPoolExecutor(jobs, context, _begin, (setup, arguments)) as pool:
         try:
             resource_tracker.ensure_running()  # it would undo what comes next
