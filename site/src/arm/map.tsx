@@ -1,7 +1,7 @@
 // The map of det J over two joints, on which one walks: the arm follows, and the singular set is its zero line.
 
 import type { JSX } from "preact";
-import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 
 import { plainLetters } from "./letters.js";
 import type { Arm, Measures, Pose } from "./model.js";
@@ -9,9 +9,10 @@ import { rangeOf, within } from "./ranges.js";
 import { useRested, useSize } from "./size.js";
 import { onSchemeChange } from "./space.js";
 import { degrees, decimals, digits, useDigits, useSay } from "./speech.js";
-import { type Pair, poseAtSpot, type Shown, sorted, telling, terrainOf } from "./terrain.js";
+import { type Pair, poseAtSpot, type Shown, telling } from "./terrain.js";
 import { shade } from "./shade.js";
 import { sizeName } from "./words.js";
+import { useMap } from "./worked.js";
 import type { Spot, Stretch } from "./zeros.js";
 
 export interface MapProps {
@@ -22,6 +23,7 @@ export interface MapProps {
 }
 
 const [LEFT, BOTTOM, EDGE] = [44, 34, 18];
+const NONE: readonly Stretch[] = [];
 
 export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Element {
   const say = useSay();
@@ -39,8 +41,9 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
   const rest = pose.map((value, i) => (pair.includes(i) ? 0 : value));
   const key = rest.map((value) => value.toFixed(4)).join(" ");
   const settled = useRested(key, 120);
-  const terrain = useMemo(() => terrainOf(arm, rest, pair, shown), [arm, pair, shown, settled]);
-  const kinds = useKinds(() => sorted(arm, rest, pair, terrain), terrain);
+  const worked = useMap(arm, rest, pair, shown, settled);
+  const terrain = worked?.terrain ?? null;
+  const kinds = worked?.kinds ?? NONE;
 
   const [across, up] = [rangeOf(arm, pair[0]), rangeOf(arm, pair[1])];
   const [w, h] = [width - LEFT - EDGE, height - BOTTOM - EDGE];
@@ -71,6 +74,7 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
   };
 
   useEffect(() => {
+    if (!terrain) return;
     const paint = (): void => shade(canvas.current, terrain, shown === "det" && measures.det !== null);
     paint();
     return onSchemeChange(paint);
@@ -121,7 +125,7 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
         onPointerUp={() => setHeld(false)}
         onPointerCancel={() => setHeld(false)}
       >
-        <canvas ref={canvas} class="arm-map-canvas" aria-hidden="true" />
+        <canvas ref={canvas} class="arm-map-canvas" aria-hidden="true" hidden={!terrain} />
         <svg viewBox={`0 0 ${width} ${height}`} width={width} height={height} aria-hidden="true">
           <rect class="arm-map-edge" x={LEFT} y={EDGE} width={w} height={h} />
           <svg
@@ -177,7 +181,13 @@ export function SingularMap({ arm, pose, measures, onPose }: MapProps): JSX.Elem
           <circle class="arm-here" cx={x} cy={y} r={5} />
         </svg>
       </div>
-      <Legend kinds={kinds} lost={terrain.most < 1e-9} />
+      {terrain ? (
+        <Legend kinds={kinds} lost={terrain.most < 1e-9} />
+      ) : (
+        <ul class="arm-legend">
+          <li>{say("practice.loading")}</li>
+        </ul>
+      )}
       <p class="arm-hint">
         {say("arm.map.here", {
           value: name,
@@ -274,36 +284,4 @@ function Legend({ kinds, lost }: { kinds: readonly Stretch[]; lost: boolean }): 
       {!lost && kinds.length === 0 && <li>{say("arm.map.none")}</li>}
     </ul>
   );
-}
-
-/** What a generator yields, a piece at a time between other work of the page; the lines are there from the start. */
-function useKinds(
-  start: () => Generator<Stretch[]>,
-  terrain: ReturnType<typeof terrainOf>,
-): readonly Stretch[] {
-  const unsorted = useMemo(
-    (): Stretch[] => [
-      ...terrain.lines.map((spots): Stretch => ({ kind: "unknown", spots })),
-      ...terrain.spots.map((spot): Stretch => ({ kind: "unknown", spots: [spot] })),
-    ],
-    [terrain],
-  );
-  const [kinds, setKinds] = useState<{ readonly of: unknown; readonly found: readonly Stretch[] }>({
-    of: null,
-    found: [],
-  });
-  useEffect(() => {
-    const pieces = start();
-    const found: Stretch[] = [];
-    let timer = setTimeout(function next() {
-      const { done, value } = pieces.next();
-      if (done) setKinds({ of: terrain, found });
-      else {
-        found.push(...value);
-        timer = setTimeout(next);
-      }
-    }, 250);
-    return () => clearTimeout(timer);
-  }, [terrain]);
-  return kinds.of === terrain ? kinds.found : unsorted;
 }

@@ -5,8 +5,8 @@
 // of the 6 x n Jacobian are vx vy vz wx wy wz. Follows ../../../exercises/arm/kinematics.py (NumericChain).
 
 import type { Robot } from "../bank.js";
-import { evaluate } from "../read/evaluate.js";
 import { read } from "../read/reader.js";
+import { realValue } from "../read/real.js";
 import { singularValues } from "./svd.js";
 import { add, along, cross, determinant, type Matrix, norm, subtract, type Vec3, ZERO } from "./vector.js";
 
@@ -65,7 +65,7 @@ export function armOf(robot: Robot): Arm {
   const names = robot.joints.map((row, i) => `${row.kind === "R" ? "theta" : "d"}${i + 1}`);
   const known = new Set([...names, ...Object.keys(robot.values)]);
   const zeros = Object.fromEntries(names.map((name) => [name, 0]));
-  const number = (text: string): number => evaluate(read(text, known), { ...zeros, ...robot.values }).re;
+  const number = (text: string): number => realValue(read(text, known), { ...zeros, ...robot.values });
   const vector = ([x, y, z]: readonly [string, string, string]): Vec3 => [number(x), number(y), number(z)];
   const { base, point } = robot;
   const turned = stepped(WORLD, number(base.yaw), 0, 0, number(base.tilt));

@@ -41,6 +41,16 @@ export function axonometric({ azimuth, elevation }: Orbit): Axes {
 
 /** The axis of the world square to all motion of the arm, or null; as ../../../exercises/figure/plane.py has it. */
 export function flatPlane(arm: Arm): "x" | "y" | "z" | null {
+  const known = PLANES.get(arm);
+  if (known !== undefined) return known;
+  const found = planeOf(arm);
+  PLANES.set(arm, found);
+  return found;
+}
+
+const PLANES = new WeakMap<Arm, "x" | "y" | "z" | null>();
+
+function planeOf(arm: Arm): "x" | "y" | "z" | null {
   const poses = [arm.joints.map((_, i) => 0.37 + 0.21 * i), arm.joints.map((_, i) => 1.13 - 0.47 * i)];
   const states = poses.map((pose) => stateAt(arm, pose));
   if (!arm.joints.some((joint) => joint.kind === "R")) return null;

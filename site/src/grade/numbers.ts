@@ -2,11 +2,12 @@
 
 import type { NumbersKey, ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
+import { withPoints } from "../read/points.js";
 import { read } from "../read/reader.js";
 import { asMatrix, hasBlank, namesIn, type Node, ReadError } from "../read/tree.js";
 import { message } from "../text/text.js";
 import { correct, graded, missing, unreadable, type Verdict, wrong } from "./verdict.js";
-import { atText, isBlank, rightSide, unlabelled, withPoints } from "./values.js";
+import { atText, isBlank, rightSide, unlabelled } from "./values.js";
 
 /** Share by which a mistake's number, which is kept with six digits, may differ beside what the answer may. */
 const KEPT = 1e-5;

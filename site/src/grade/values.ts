@@ -2,6 +2,7 @@
 
 import type { ValuesKey } from "../bank.js";
 import { evaluate, type Value } from "../read/evaluate.js";
+import { withPoints } from "../read/points.js";
 import { read } from "../read/reader.js";
 import {
   asMatrix,
@@ -53,24 +54,14 @@ function shaped(rows: Node[][], key: ValuesKey): Node[][] | Verdict {
   });
 }
 
-/** A text with the commas of numbers as in 0,5 written as points, those inside brackets left alone. */
-export function withPoints(text: string): string {
-  let depth = 0;
-  return [...text]
-    .map((sign, i, all) => {
-      depth += Number("([{".includes(sign)) - Number(")]}".includes(sign));
-      const between = /\d/.test(all[i - 1] ?? "") && /\d/.test(all[i + 1] ?? "");
-      return sign === "," && depth === 0 && between ? "." : sign;
-    })
-    .join("");
-}
-
 function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   if (key.points.length === 0) throw new Error("a key without configurations"); // else everything would be right
   const entries = rows.flat();
+  const blank = entries.map(hasBlank);
+  const names = new Set(entries.flatMap((entry) => [...namesIn(entry)]));
   const mine = key.points.map((_, k) => {
-    const at = configuration(key, k, entries);
-    return entries.map((entry) => (hasBlank(entry) ? null : evaluate(entry, at)));
+    const at = configuration(key, k, names);
+    return entries.map((entry, i) => (blank[i] ? null : evaluate(entry, at)));
   });
   const scales = key.right.map((values) => Math.max(...values.map((value) => Math.abs(value ?? 0))));
   const largest = Math.max(...scales);
@@ -80,7 +71,7 @@ function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   if (differing.every((k) => k < 0)) return agreed(entries, key.points.length);
   const right = differing.map((k) => k < 0);
   const zeros = scales.map((scale) => scale === 0 && largest > 0);
-  const share = Math.min(shareOf(right, zeros, entries.map(hasBlank)), 0.99);
+  const share = Math.min(shareOf(right, zeros, blank), 0.99);
   const marks = rows.map((row, r) => row.map((_, c) => right[r * row.length + c] as boolean));
   const first = differing.findIndex((k) => k >= 0);
   const k = differing[first] as number;
@@ -88,7 +79,7 @@ function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   const mistake = mistakeBehind(mine, key);
   return graded(share, [...counted(right, zeros), reason], {
     entries: marks,
-    at: configuration(key, k, []),
+    at: configuration(key, k, NOTHING),
     ...(mistake === undefined ? {} : { mistake }),
   });
 }
@@ -167,14 +158,14 @@ export function weight(index: number): number {
 // --- configurations ---
 
 /** The values of all symbols at point k; a name that no one knows is any number. */
-function configuration(key: ValuesKey, k: number, entries: readonly Node[]): At {
+function configuration(key: ValuesKey, k: number, names: ReadonlySet<string>): At {
   const found: Record<string, number> = {};
-  for (const entry of entries) {
-    for (const unknown of namesIn(entry)) found[unknown] = anyNumber(unknown, k);
-  }
+  for (const unknown of names) found[unknown] = anyNumber(unknown, k);
   key.symbols.forEach((symbol, i) => (found[symbol] = key.points[k]?.[i] ?? NaN));
   return found;
 }
+
+const NOTHING: ReadonlySet<string> = new Set();
 
 function anyNumber(name: string, k: number): number {
   const turned = [...name].reduce((sum, sign) => (sum * 31 + (sign.codePointAt(0) ?? 0)) % 9973, 7 + k);

@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import type { Part, Problem } from "../bank.js";
-import { withPoints } from "../grade/values.js";
+import { withPoints } from "../read/points.js";
 import { read } from "../read/reader.js";
 import { ReadError } from "../read/tree.js";
 import { typesetTree } from "../read/typeset.js";
@@ -225,7 +225,13 @@ function Symbols({
   return (
     <div class="symbols" role="group" aria-label={said(message("answer.symbols"))}>
       {names.map(([name, info]) => (
-        <button type="button" key={name} title={name} aria-label={name} onClick={() => put(name, info.latex)}>
+        <button
+          type="button"
+          key={name}
+          title={name}
+          aria-label={called(name, info.latex)}
+          onClick={() => put(name, info.latex)}
+        >
           <Tex latex={info.latex} />
         </button>
       ))}
@@ -236,6 +242,17 @@ function Symbols({
       ))}
     </div>
   );
+}
+
+const GREEK: Readonly<Record<string, string>> = { theta: "θ", alpha: "α", beta: "β", omega: "ω", tau: "τ" };
+
+/** What a symbol's button is called: as it is seen, which who steers by voice says, and as it is typed. */
+function called(name: string, latex: string): string {
+  const seen = latex
+    .replace(/\\dot\{([^}]*)\}/g, "$1˙")
+    .replace(/\\([a-z]+)/g, (_, letter: string) => GREEK[letter] ?? letter)
+    .replace(/[_{}]/g, "");
+  return seen === name ? name : `${seen}, ${name}`;
 }
 
 const FIELDS = "input.formula-field, math-field";

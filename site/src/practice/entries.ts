@@ -1,6 +1,6 @@
 // The entries of a vector or matrix in its grid, and the same as one text.
 
-import { withPoints } from "../grade/values.js";
+import { withPoints } from "../read/points.js";
 
 /** Entries as the text of a matrix; an entry that is empty is a blank, 0,5 in one of them a number. */
 export function matrixText(entries: readonly string[], columns: number): string {

@@ -2,7 +2,7 @@
 
 import { useEffect, useRef } from "preact/hooks";
 
-import { reachable, typeset } from "../tex.js";
+import { typeset, typesetInto } from "../tex.js";
 
 /** HTML of the bank, which is English; it comes from this site's own files, and holds no one else's text. */
 export function Html({ html, class: name = "" }: { html: string; class?: string }) {
@@ -17,15 +17,7 @@ export function Html({ html, class: name = "" }: { html: string; class?: string 
 export function Tex({ latex, block = false }: { latex: string; block?: boolean }) {
   const place = useRef<HTMLSpanElement>(null);
   useEffect(() => {
-    let current = true;
-    void import("temml").then(({ default: temml }) => {
-      if (!current || !place.current) return;
-      temml.render(latex, place.current, { displayMode: block, throwOnError: false });
-      reachable(place.current);
-    });
-    return () => {
-      current = false;
-    };
+    if (place.current) void typesetInto(place.current, latex, block);
   }, [latex, block]);
   return <span ref={place} class="formula" />;
 }

@@ -1,21 +1,22 @@
 // One problem: the arm, the question, the answer, what is said of it, hints and the solution.
 
-import type { JSX } from "preact";
-import { lazy, Suspense } from "preact/compat";
+import type { ComponentChildren, JSX } from "preact";
+import { lazy, memo, Suspense } from "preact/compat";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { armOf, measuresOf, stateAt } from "../arm/model.js";
 import type { Part, Problem, Solutions } from "../bank.js";
-import { judge } from "../grade/judge.js";
 import type { At, Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
 import { language, message, said } from "../text/text.js";
+import { afterPaint, whenIdle } from "../later.js";
 import { Answer } from "./answer.js";
 import type { Item } from "./choice.js";
 import { Feedback, poseOf } from "./feedback.js";
 import { Html } from "./math.js";
 
-const Arm = lazy(() => import("../arm/panel.js").then(({ Arm }) => Arm));
+const Arm = lazy(() => import("../arm/panel.js").then(({ Arm }) => memo(Arm)));
+const grading = () => import("../grade/judge.js");
 
 /** Smallest singular value of J, as a share of the largest, below which an arm counts as singular. */
 const SINGULAR = 1e-5;
@@ -32,16 +33,23 @@ interface TaskProps {
 export function Task({ item, problem, part, arrived, onVerdict, onNext }: TaskProps): JSX.Element {
   const [answer, setAnswer] = useState("");
   const [verdict, setVerdict] = useState<Verdict | null>(null);
+  const [failed, setFailed] = useState("");
+  const [pose, setPose] = useState<At | undefined>(undefined);
   const [helped, setHelped] = useState(false); // what was copied from the solution is no success
   const judged = useRef<string | null>(null);
   const start = useRef<HTMLElement>(null);
   const isSingular = useMemo(() => singularIn(problem), [problem]);
-  const check = () => {
-    const found = judge(problem, part, answer, isSingular);
+  useEffect(() => whenIdle(() => void grading()), []);
+  const check = async () => {
+    setFailed("");
+    const loaded = await grading().catch((error: unknown) => setFailed(String(error)));
+    if (!loaded) return;
+    const found = loaded.judge(problem, part, answer, isSingular);
     setVerdict(found);
     const isNew = answer !== judged.current && !(helped && found.outcome === "correct");
-    if (found.outcome !== "missing" && isNew) onVerdict(found);
     judged.current = answer;
+    if (found.outcome !== "missing" && isNew) onVerdict(found);
+    afterPaint(() => setPose(poseOf(problem, found))); // what is said of the answer is there before the arm goes
   };
   useEffect(() => {
     if (!arrived) return;
@@ -66,10 +74,10 @@ export function Task({ item, problem, part, arrived, onVerdict, onNext }: TaskPr
         <form
           onSubmit={(event) => {
             event.preventDefault();
-            check();
+            void check();
           }}
         >
-          <Answer problem={problem} part={part} onAnswer={setAnswer} onCheck={check} />
+          <Answer problem={problem} part={part} onAnswer={setAnswer} onCheck={() => void check()} />
           <p class="actions">
             <button type="submit" class="button">
               {said(message("practice.check"))}
@@ -79,6 +87,7 @@ export function Task({ item, problem, part, arrived, onVerdict, onNext }: TaskPr
             </button>
           </p>
         </form>
+        {failed ? <p role="alert">{said(message("practice.failed", { why: failed }))}</p> : null}
         <div role="status">{verdict ? <Feedback problem={problem} verdict={verdict} /> : null}</div>
         <Help
           item={item}
@@ -89,17 +98,35 @@ export function Task({ item, problem, part, arrived, onVerdict, onNext }: TaskPr
       </div>
       <section class="whole" id="arm" aria-label={said(message("practice.move"))}>
         <h2>{said(message("practice.move"))}</h2>
-        <Suspense fallback={<p role="status">{said(message("practice.loading"))}</p>}>
-          <Arm
-            robot={problem.robot}
-            symbols={problem.symbols}
-            pose={verdict ? poseOf(problem, verdict) : undefined}
-            language={language()}
-          />
-        </Suspense>
+        <Near wanted={pose !== undefined}>
+          <Suspense fallback={<Loading />}>
+            <Arm robot={problem.robot} symbols={problem.symbols} pose={pose} language={language()} />
+          </Suspense>
+        </Near>
       </section>
     </article>
   );
+}
+
+function Loading() {
+  return <p role="status">{said(message("practice.loading"))}</p>;
+}
+
+/** What is made once it comes near to the screen, or is wanted: until then the page has no work with it. */
+function Near({ wanted, children }: { wanted: boolean; children: ComponentChildren }) {
+  const [near, setNear] = useState(false);
+  const place = useRef<HTMLDivElement>(null);
+  useEffect(() => {
+    const watched = new IntersectionObserver(
+      (entries) => {
+        if (entries.some(({ isIntersecting }) => isIntersecting)) setNear(true);
+      },
+      { rootMargin: "200px" },
+    );
+    if (place.current) watched.observe(place.current);
+    return () => watched.disconnect();
+  }, []);
+  return <div ref={place}>{near || wanted ? children : <Loading />}</div>;
 }
 
 /** The prompt without its list of options, which are there to be chosen. */

@@ -64,6 +64,7 @@ export interface Piece {
 
 /** A name in the form that the symbol tables use: no module, no Greek, no underscore before digits. */
 export function plainName(name: string): string {
+  if (/^[a-z]+\d*$/.test(name)) return name; // the many that are plain already
   let plain = name;
   for (const module of MODULES) if (plain.startsWith(module)) plain = plain.slice(module.length);
   return [...plain.normalize("NFKC")]

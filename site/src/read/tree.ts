@@ -80,7 +80,7 @@ export function* nodes(tree: Node): Generator<Node> {
   const stack = [tree];
   for (let top = stack.pop(); top; top = stack.pop()) {
     yield top;
-    stack.push(...top.args);
+    for (const arg of top.args) stack.push(arg);
   }
 }
 
@@ -95,12 +95,15 @@ export function namesIn(tree: Node): Set<string> {
 
 /** How many significant digits the longest decimal in a tree has; 0 without one. */
 export function digitsOfDecimals(tree: Node): number {
-  return Math.max(...[...nodes(tree)].map((each) => each.digits));
+  let most = 0;
+  for (const each of nodes(tree)) most = Math.max(most, each.digits);
+  return most;
 }
 
 /** Whether a placeholder is still there somewhere in the tree. */
 export function hasBlank(tree: Node): boolean {
-  return [...nodes(tree)].some((each) => each.kind === "blank");
+  for (const each of nodes(tree)) if (each.kind === "blank") return true;
+  return false;
 }
 
 /**

@@ -44,5 +44,13 @@ export function said({ key, values }: Message, spoken: Language = page): string 
 
 /** A number with at most six significant digits. */
 export function inDigits(value: number, spoken: Language = page): string {
-  return value.toLocaleString(spoken.code, { maximumSignificantDigits: 6, useGrouping: false });
+  let format = formats.get(spoken.code);
+  if (!format) {
+    format = new Intl.NumberFormat(spoken.code, { maximumSignificantDigits: 6, useGrouping: false });
+    formats.set(spoken.code, format);
+  }
+  return format.format(value);
 }
+
+/** By language: browsers take long to make one. */
+const formats = new Map<string, Intl.NumberFormat>();
