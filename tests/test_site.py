@@ -1,5 +1,6 @@
 """The site as Python builds it: pages that lead where they say, a bank that a rerun keeps, what is wrong told."""
 
+import hashlib
 import html
 import json
 import re
@@ -18,6 +19,7 @@ from exercises.docs import corrections
 from exercises.site import build as building
 from exercises.site.chapter import chapter_pages
 from exercises.site.guide import COMMANDS, OTHERS, OWN_PAGES, arranged
+from exercises.site.leftovers import LIST, remove_leftovers
 from exercises.site.pages import Assets, linked
 
 pytestmark = pytest.mark.xdist_group("site")
@@ -74,6 +76,33 @@ def _links_lead_somewhere(site: Path) -> None:
                 target = (page.parent / address.partition("#")[0]).resolve()
                 assert target.is_file() or "/docs/" not in str(target) or target.suffix != ".html", (page, address)
                 assert target.suffix not in (".css", ".js") or target.is_file()
+
+
+def test_a_rebuild_removes_what_an_earlier_build_wrote_and_nothing_else(assets: Assets, tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    (site / "docs").mkdir(parents=True)
+    for name in ("old/page.html", "docs/gone.html", "docs/changed.html"):
+        (site / name).parent.mkdir(exist_ok=True)
+        (site / name).write_text(name)
+    (tmp_path / "outside.html").write_text("outside")
+    remove_leftovers(site, ["old/page.html", "docs/gone.html", "docs/changed.html"])
+    listed = json.loads((site / LIST).read_text())
+    listed["files"]["../outside.html"] = hashlib.sha256(b"outside").hexdigest()
+    (site / LIST).write_text(json.dumps(listed))
+    (site / "docs" / "changed.html").write_text("the instructor's own now")
+    (site / "docs" / "foreign.html").write_text("nobody listed it")
+    run("site", "build", "--out", site, "--families", "polar-rp", "--variants", "1", "--jobs", "1")
+    assert not (site / "old").exists()
+    assert not (site / "docs" / "gone.html").exists()
+    assert (site / "docs" / "changed.html").read_text() == "the instructor's own now"
+    assert (site / "docs" / "foreign.html").exists()
+    assert (tmp_path / "outside.html").exists()
+    now = set(json.loads((site / LIST).read_text())["files"])
+    assert {"index.html", "sw.js", "assets/pages.js"} <= now
+    assert not now & {"docs/changed.html", "docs/foreign.html"}
+    (site / LIST).write_text('["no list"]')  # nothing is known to be qdot's: nothing is removed
+    assert remove_leftovers(site, ["index.html"]) == []
+    assert (site / "practice.html").exists()
 
 
 def test_a_course_has_variants_of_its_own_problems_and_tells_no_seed(assets: Assets, tmp_path: Path) -> None:

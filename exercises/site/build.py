@@ -11,6 +11,7 @@ from exercises.exports.outlet import Failures
 from exercises.files import make_folder, write_atomically
 from exercises.record import Json
 from exercises.site.bank import FOLDER, Wanted, index_text, write_bank
+from exercises.site.leftovers import remove_leftovers
 from exercises.site.pages import Around, Assets, built_assets, favicon, page_text, pages, worker_text
 
 NOT_BUILT = (
@@ -49,15 +50,14 @@ def build(order: Order, each: Callable[[], None]) -> Json:
     for page in pages(Around(order.docs, order.commands, order.course, families)):
         write_atomically(order.folder / page.path, page_text(page, assets, order.course, order.docs is not None))
         shell.append(page.path)
-    if order.docs is not None:
-        for drawing in sorted(order.docs.rglob("*.svg")):
-            _copy(drawing, order.folder / "docs" / drawing.relative_to(order.docs))
+    drawings = [] if order.docs is None else _drawings(order.docs, order.folder)
     write_atomically(order.folder / "icon.svg", favicon())
     version = hashlib.sha256(
         b"".join((order.folder / name).read_bytes() for name in shell + _problems(order)) + index.encode()
     ).hexdigest()
     shell += ["icon.svg", f"{FOLDER}/index.json"]
     write_atomically(order.folder / "sw.js", worker_text(shell, version[:16]))
+    remove_leftovers(order.folder, [*shell, *drawings, "sw.js"])
     questions = sum(len(entry["questions"]) for entry in listed)
     return {"problems": len(listed), "questions": questions, "files": len(shell)}
 
@@ -66,6 +66,15 @@ def _problems(order: Order) -> list[str]:
     """Return the files of the bank: where one of them changes, browsers forget what they kept of the site before."""
     names = [f"{FOLDER}/{wanted.family}/{wanted.key}" for wanted in order.wanted]
     return [name + ending for name in names for ending in (".json", ".solutions.json")]
+
+
+def _drawings(docs: Path, folder: Path) -> list[str]:
+    """Copy the documentation's drawings, and return their paths in the site."""
+    names = []
+    for drawing in sorted(docs.rglob("*.svg")):
+        names.append(f"docs/{drawing.relative_to(docs).as_posix()}")
+        _copy(drawing, folder / names[-1])
+    return names
 
 
 def _copied(assets: Assets, folder: Path) -> list[str]:

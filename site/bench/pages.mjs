@@ -62,6 +62,7 @@ async function answers(browser, server, site) {
     await page.locator("form .answer").waitFor();
     const asText = page.getByRole("button", { name: "Type it as text" });
     if (await asText.count()) await asText.click();
+    await page.locator("#arm").scrollIntoViewIfNeeded(); // it comes when it is near
     await page.locator("#arm .arm-box").waitFor();
     for (let i = 0; i < TIMES; i += 1) {
       const answer = i % 2 ? typed[kind].replace("theta2", "theta1") : typed[kind];

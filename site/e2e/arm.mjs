@@ -17,7 +17,13 @@ async function onMap(opened, across, up) {
 }
 
 /** The tests; `page` opens a page of the site. */
-export function armTests({ page }) {
+export function armTests({ page: open }) {
+  /** A page with its arm, which comes when it is near to the screen. */
+  const page = async (path, options) => {
+    const found = await open(path, options);
+    await found.opened.locator("#arm").scrollIntoViewIfNeeded();
+    return found;
+  };
   const POSITION = "practice.html?arm=planar-2r&question=position";
   test("the map is walked on by keys and by mouse, and the arm follows", async () => {
     const { opened, context, errors } = await page(POSITION);

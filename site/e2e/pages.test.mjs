@@ -158,6 +158,11 @@ for (const path of KINDS) {
   ]) {
     test(`${path} is accessible ${name}`, async () => {
       const { page, context, wrong } = await opened(path, options);
+      const arm = page.locator("#arm, [data-arm], [data-hero]").first();
+      if (await arm.count()) {
+        await arm.scrollIntoViewIfNeeded(); // it comes when it is near to the screen
+        await page.locator(".arm-box").waitFor();
+      }
       await page.evaluate(AXE);
       const { violations } = await page.evaluate(() =>
         window.axe.run({

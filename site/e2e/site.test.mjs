@@ -59,6 +59,12 @@ async function page(path, options = {}) {
   return { opened, context, errors };
 }
 
+/** The arm of a page, which comes when it is near to the screen, with its map. */
+async function armOf(opened) {
+  await opened.locator("#arm").scrollIntoViewIfNeeded();
+  await opened.locator(".arm-zero").first().waitFor({ state: "attached" });
+}
+
 const ask = (question) => page(`practice.html?arm=planar-2r&question=${question}`);
 const problem = () => site.bank("planar-2r/001");
 const typed = (kind) => site.typed(kind);
@@ -164,12 +170,27 @@ test("hints come one by one, then the solution; progress is kept over a reload",
 
 test("the arm moves by keyboard, and its numbers follow", async () => {
   const { opened, context, errors } = await ask("position");
+  await opened.locator("#arm").scrollIntoViewIfNeeded();
   const slider = opened.locator('input[type="range"]').first();
   await slider.waitFor();
   const before = await opened.locator("#arm").innerText();
   await slider.focus();
   for (let i = 0; i < 5; i += 1) await opened.keyboard.press("ArrowRight");
   await opened.waitForFunction((old) => document.querySelector("#arm")?.innerText !== old, before);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("the arm goes to the pose in which a wrong answer differs, once the verdict is there", async () => {
+  const { opened, context, errors } = await ask("position");
+  await answered(opened, "[a1*cos(theta1), a1*sin(theta1)]");
+  await opened.locator(".verdict a[href='#arm']").click();
+  const told = await opened.locator(".verdict").innerText();
+  const due = /theta1 = (-?[\d.]+)/.exec(told)[1] * (180 / Math.PI);
+  const field = opened.locator('.arm-joints input[type="number"]').first();
+  await field.waitFor();
+  const turned = Number(await field.inputValue()) - due;
+  assert.ok(Math.abs(turned - 360 * Math.round(turned / 360)) < 0.1, `${turned} degrees off`);
   assert.deepEqual(errors, []);
   await context.close();
 });
@@ -330,6 +351,7 @@ for (const path of [
       if (path.startsWith("docs") && !existsSync(join(folder, path))) return t.skip("this build has no docs");
       const { opened, context, errors } = await page(path, options);
       await opened.waitForLoadState("networkidle");
+      if (path.includes("question=")) await armOf(opened);
       await opened.evaluate(AXE);
       const { violations } = await opened.evaluate(() =>
         window.axe.run({ runOnly: ["wcag2a", "wcag2aa", "wcag21aa", "wcag22aa"] }),
@@ -352,7 +374,7 @@ test("no page loads anything from elsewhere", async () => {
   const { opened, context } = await page("index.html");
   const elsewhere = [];
   opened.on("request", (request) => new URL(request.url()).origin !== root && elsewhere.push(request.url()));
-  for (const path of ["practice.html", "docs/examples.html"]) {
+  for (const path of ["practice.html", "examples/6-1.html"]) {
     await opened.goto(`${root}/${path}`);
     await opened.waitForLoadState("networkidle");
   }

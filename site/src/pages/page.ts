@@ -18,7 +18,7 @@ export async function startPage(): Promise<void> {
     if (chosenLanguage() !== "en") element.lang = chosenLanguage();
   }
   document.querySelector("header.top nav")?.setAttribute("aria-label", said(message("page.main")));
-  document.querySelector("header.top")?.append(languageChoice());
+  document.querySelector("header.top .language")?.replaceWith(languageChoice()); // its room is there already
 }
 
 /** The choice of a language; the texts of problems and of the documentation are English. */

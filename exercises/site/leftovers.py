@@ -1,0 +1,56 @@
+"""What an earlier build left in a site's folder: pages and scripts that are no more, as far as qdot itself wrote them."""
+
+import contextlib
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path, PurePosixPath
+
+from exercises.files import cannot_write, write_atomically
+
+LIST = "written.json"
+"""The list in the site's folder of what the last build wrote, each with the digest of its bytes."""
+
+
+def remove_leftovers(folder: Path, written: Iterable[str]) -> list[str]:
+    """Remove what the list names and was not `written` again, then write the new list. Return what was removed.
+
+    A file that somebody changed since is theirs, and stays; so does everything that no list names. Raises QdotError.
+    """
+    now = {name: _digest(folder / name) for name in sorted(set(written))}
+    removed = []
+    for name, digest in _listed(folder).items():
+        path = folder / name
+        if name in now or path.is_symlink() or not path.is_file() or _digest(path) != digest:
+            continue
+        try:
+            path.unlink()
+        except OSError as error:
+            raise cannot_write(path, error) from None
+        removed.append(name)
+        with contextlib.suppress(OSError):  # other things are in it
+            path.parent.rmdir()
+    write_atomically(folder / LIST, json.dumps({"qdot": "site", "files": now}, indent=1) + "\n")
+    return removed
+
+
+def _listed(folder: Path) -> Mapping[str, str]:
+    """Return digests by path as the list has them; nothing where there is no list, or none that qdot wrote."""
+    try:
+        content = json.loads((folder / LIST).read_text(encoding="utf-8"))
+        files = content["files"] if content["qdot"] == "site" else {}
+        return {name: digest for name, digest in files.items() if _is_inside(name)}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return {}
+
+
+def _is_inside(name: str) -> bool:
+    path = PurePosixPath(name)
+    return not path.is_absolute() and ".." not in path.parts and "\\" not in name and ":" not in name
+
+
+def _digest(path: Path) -> str:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise cannot_write(path, error) from None
