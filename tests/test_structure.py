@@ -20,7 +20,8 @@ LAYERS = {
         generate record verify writing.latex render writing figure
         notebook show solve docs gradebook assignment store release exports.outlet exports.bank
         exports.known_wrong exports.stack_parts exports exports.registry site.keys site.record site.bank
-        site.page site.chapter site.arms site.guide site.reference site.pages site.leftovers site.build site commands""",
+        site.page site.chapter site.arms site.guide site.reference site.pages site.leftovers site.build site
+        commands""",
     "grader": """verdict counterexample judge choices direction compare contained functions parts credit residuals
         diagnosis follow marking prairielearn sandbox guarantees cells archives layouts roster submission finding
         copies overrides attempt settle remote cluster batch single history certificates certify check statistics

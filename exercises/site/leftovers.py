@@ -1,4 +1,4 @@
-"""What an earlier build left in a site's folder: pages and scripts that are no more, as far as qdot itself wrote them."""
+"""What an earlier build left in a site's folder: pages and scripts that are no more, as far as qdot wrote them."""
 
 import contextlib
 import hashlib

@@ -9,7 +9,7 @@ import type { Part, Problem, Solutions } from "../bank.js";
 import type { At, Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
 import { language, message, said } from "../text/text.js";
-import { afterPaint, whenIdle } from "../later.js";
+import { afterPaint } from "../later.js";
 import { Answer } from "./answer.js";
 import type { Item } from "./choice.js";
 import { Feedback, poseOf } from "./feedback.js";
@@ -36,10 +36,17 @@ export function Task({ item, problem, part, arrived, onVerdict, onNext }: TaskPr
   const [failed, setFailed] = useState("");
   const [pose, setPose] = useState<At | undefined>(undefined);
   const [helped, setHelped] = useState(false); // what was copied from the solution is no success
+  const prepared = useRef(false);
   const judged = useRef<string | null>(null);
   const start = useRef<HTMLElement>(null);
   const isSingular = useMemo(() => singularIn(problem), [problem]);
-  useEffect(() => whenIdle(() => void grading()), []);
+  /** Grading is loaded before there is an answer, and tried once: what is run for the first time takes ten times as long. */
+  const prepare = () => {
+    if (prepared.current) return;
+    prepared.current = true;
+    const tried = grading().then(({ judge }) => judge(problem, part, "sin(1)/2", isSingular));
+    void tried.catch(() => undefined); // Check says so, where it can't be loaded
+  };
   const check = async () => {
     setFailed("");
     const loaded = await grading().catch((error: unknown) => setFailed(String(error)));
@@ -72,6 +79,7 @@ export function Task({ item, problem, part, arrived, onVerdict, onNext }: TaskPr
         {part.figure ? <figure lang="en" dangerouslySetInnerHTML={{ __html: part.figure }} /> : null}
         <Html html={promptOf(part)} class="prompt" />
         <form
+          onFocusIn={prepare}
           onSubmit={(event) => {
             event.preventDefault();
             void check();
