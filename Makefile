@@ -17,7 +17,7 @@ help:  ## this list
 demo: $(VENV)/.runtime  ## the whole loop on a simulated class
 	$(VENV)/bin/qdot demo
 
-test: lint unit site-test  ## everything that must pass before a commit
+test: lint site-test unit  ## everything that must pass before a commit
 
 lint: $(VENV)/.dev
 	$(VENV)/bin/ruff check $(CODE)

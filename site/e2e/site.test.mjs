@@ -195,6 +195,18 @@ test("the arm goes to the pose in which a wrong answer differs, once the verdict
   await context.close();
 });
 
+test("where the arm can't be loaded, the page says so and grades all the same", async () => {
+  const context = await browser.newContext({ serviceWorkers: "block" });
+  const opened = await context.newPage();
+  await opened.route(/panel[^/]*\.js$/, (route) => route.abort());
+  await opened.goto(`${root}/practice.html?arm=planar-2r&question=determinant`);
+  await opened.locator("#arm").scrollIntoViewIfNeeded();
+  await opened.getByText("The arm could not be loaded").waitFor();
+  await answered(opened, typed("determinant"));
+  assert.match(await opened.locator(".verdict").innerText(), /^Right/);
+  await context.close();
+});
+
 test("a choice is made and checked by keyboard alone", async () => {
   const { opened, context } = await ask("singularity-type");
   await opened.locator('input[type="radio"]').first().waitFor();

@@ -13,7 +13,10 @@ const near = new IntersectionObserver(
     for (const { isIntersecting, target } of entries) {
       if (!isIntersecting) continue;
       near.unobserve(target);
-      void import("./live.js").then(({ showArm }) => showArm(target as HTMLElement));
+      void import("./live.js").then(
+        ({ showArm }) => showArm(target as HTMLElement),
+        () => undefined, // the connection is lost, or the page is being left: the text is there all the same
+      );
     }
   },
   { rootMargin: "100px" },

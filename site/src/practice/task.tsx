@@ -15,7 +15,13 @@ import type { Item } from "./choice.js";
 import { Feedback, poseOf } from "./feedback.js";
 import { Html } from "./math.js";
 
-const Arm = lazy(() => import("../arm/panel.js").then(({ Arm }) => memo(Arm)));
+const Arm = lazy(() =>
+  import("../arm/panel.js").then(
+    ({ Arm }) => memo(Arm),
+    () => NoArm, // practising goes on without it
+  ),
+);
+const NoArm = () => <p role="status">{said(message("practice.arm-failed"))}</p>;
 const grading = () => import("../grade/judge.js");
 
 /** Smallest singular value of J, as a share of the largest, below which an arm counts as singular. */

@@ -72,6 +72,7 @@ export const de: Catalogue = {
   "verdict.right-letter": "Richtig.",
   "practice.english": "Die Texte der Aufgaben sind auf Englisch.",
   "practice.loading": "Wird geladen …",
+  "practice.arm-failed": "Der Arm ließ sich nicht laden. Prüfe die Verbindung und lade die Seite neu.",
   "practice.failed":
     "Die Aufgaben ließen sich nicht laden: {why}. Prüfe die Verbindung und versuche es erneut.",
   "practice.again": "Erneut versuchen",

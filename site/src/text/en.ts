@@ -70,6 +70,7 @@ export const en = {
   "verdict.right-letter": "Right.",
   "practice.english": "The texts of the problems are in English.",
   "practice.loading": "Loading …",
+  "practice.arm-failed": "The arm could not be loaded. Check your connection, and load the page again.",
   "practice.failed": "The problems could not be loaded: {why}. Check your connection, and try again.",
   "practice.again": "Try again",
   "practice.none": "No problem fits this choice.",
