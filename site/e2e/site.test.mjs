@@ -5,30 +5,17 @@ import { existsSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { createRequire } from "node:module";
-import { chromium } from "playwright-core";
 
+import { CHROMIUM, launched } from "../tools/browser.mjs";
 import { armTests } from "./arm.mjs";
 import { served } from "./site.mjs";
 
 const require = createRequire(import.meta.url);
 const AXE = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
-const CHROMIUM = [
-  "/usr/bin/chromium",
-  "/usr/bin/chromium-browser",
-  "/usr/bin/google-chrome",
-  "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
-].find(existsSync);
 if (!CHROMIUM && !process.env.CI) {
   console.error("no Chromium: the site is not tried in a browser (apt-get install chromium)");
   process.exit(0);
 }
-const ARGUMENTS = [
-  "--no-sandbox",
-  "--disable-gpu",
-  "--no-first-run",
-  "--disable-background-networking",
-  "--enable-unsafe-swiftshader",
-];
 
 let site, folder, root, browser;
 
@@ -36,7 +23,7 @@ before(async () => {
   assert.ok(CHROMIUM, "no Chromium: apt-get install chromium");
   site = await served();
   ({ folder, root } = site);
-  browser = await chromium.launch({ executablePath: CHROMIUM, args: ARGUMENTS });
+  browser = await launched();
 });
 
 after(async () => {

@@ -20,7 +20,7 @@ export const CHROMIUM = [
   "/usr/bin/google-chrome",
   "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
 ].find(existsSync);
-export const ARGUMENTS = [
+const ARGUMENTS = [
   "--no-sandbox",
   "--disable-gpu",
   "--no-first-run",
@@ -65,7 +65,11 @@ export async function served(folder) {
       .end(body);
   });
   await new Promise((done) => server.listen(0, "127.0.0.1", done));
-  return { root: `http://127.0.0.1:${server.address().port}`, sent, close: () => server.close() };
+  const close = () => {
+    server.close();
+    server.closeAllConnections();
+  };
+  return { root: `http://127.0.0.1:${server.address().port}`, sent, close };
 }
 
 export const launched = () => chromium.launch({ executablePath: CHROMIUM, args: ARGUMENTS });
