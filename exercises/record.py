@@ -14,6 +14,7 @@ from typing import Any
 import sympy as sp
 
 from exercises.arm.chain import Chain
+from exercises.formula.printing import Printer
 from exercises.problem import (
     Choice,
     ConditionSet,
@@ -58,7 +59,7 @@ def symbol_json(info: SymbolInfo) -> Json:
 @lru_cache(maxsize=8192, typed=True)
 def text_of(expression: sp.Expr) -> str:
     """Return an expression as text; kept, for each is wanted by the record, its digest, the tests and the grader."""
-    return _known.get((type(expression), expression)) or str(expression)
+    return _known.get((type(expression), expression)) or Printer().doprint(expression)
 
 
 _known: dict[tuple[type[sp.Expr], sp.Expr], str] = {}

@@ -4,8 +4,8 @@ import pytest
 import sympy as sp
 from sympy.printing.str import StrPrinter
 
+from exercises.formula.printing import FullPrinter, Printer
 from exercises.stream import Stream
-from grader.contained.printing import Printer
 
 SYMBOLS = (*sp.symbols("theta1 theta2 a1 d4 qd1 vx"), sp.Symbol("N", commutative=False), sp.Dummy("q"))
 NUMBERS = (sp.pi, sp.S(-1), sp.S(3), sp.Rational(-2, 7), sp.Rational(41, 100), sp.sqrt(2), sp.I, sp.S(10) ** 400)
@@ -31,16 +31,19 @@ def test_what_is_put_together_directly_is_what_sympy_prints(depth: int) -> None:
     rng = Stream(f"printing/{depth}")
     for _ in range(150):
         expression = drawn(rng, depth)
-        assert Printer().doprint(expression) == StrPrinter().doprint(expression), sp.srepr(expression)
+        text = StrPrinter().doprint(expression)
+        assert Printer().doprint(expression) == FullPrinter().doprint(expression) == text, sp.srepr(expression)
 
 
 def test_doubles_have_all_their_digits() -> None:
-    assert Printer().doprint(sp.Float(3**0.5 / 2) * SYMBOLS[0] + SYMBOLS[1]) == "0.8660254037844386*theta1 + theta2"
+    wave = sp.sin(sp.Float(3**0.5 / 2) * SYMBOLS[0] + SYMBOLS[1])
+    assert Printer().doprint(wave) == str(wave) == "sin(0.866025403784439*theta1 + theta2)"
+    assert FullPrinter().doprint(wave) == "sin(0.8660254037844386*theta1 + theta2)"
 
 
 def test_what_is_equal_and_written_otherwise_keeps_its_own_text() -> None:
     x = SYMBOLS[0]
     half, longer = sp.Float("0.5", 15) * x + 1, sp.Float("0.5", 30) * x + 1
-    texts = [Printer().doprint(one) for one in (half, longer, half)]
+    texts = [FullPrinter().doprint(one) for one in (half, longer, half)]
     assert texts[0] == texts[2]
     assert texts[0] != texts[1]

@@ -12,8 +12,9 @@ MODULES = sorted((*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py"))
 
 LAYERS = {
     "exercises": """errors files input_file stream console parallel
-        formula.names formula.trees formula.algebra formula.notation formula.expression formula.tape formula.field
-        formula.angles formula.exact formula.identity formula.constants formula.pieces formula.conditions formula.claims
+        formula.printing formula.names formula.trees formula.algebra formula.notation formula.expression formula.tape
+        formula.field formula.angles formula.exact formula.identity formula.constants formula.pieces formula.conditions
+        formula.claims
         arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.axes arm.reach arm.appearance
         arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
         credit decimals lateness difficulty problem families questions mistakes quizzes
