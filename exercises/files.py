@@ -1,11 +1,13 @@
 """Writing files so that nobody ever sees half of one, and temporary folders that no killed process leaves behind."""
 
 import contextlib
+import ctypes
 import os
 import re
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator
+import time
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,29 +27,32 @@ def make_folder(path: Path) -> None:
         raise cannot_write(path, error) from None
 
 
-def write_atomically(path: Path, content: str | bytes, mode: int = 0o644) -> None:
+def write_atomically(path: Path, content: str | bytes, mode: int = 0o644, *, lasting: bool = True) -> None:
     """Write `content` beside `path` and rename it into place; on any failure `path` is as it was. Raises QdotError.
 
-    It is on the disk before it has the name, and has the name for good before this returns, whatever fails then.
+    It is on the disk before it has the name, and has the name for good before this returns, whatever fails then. Where
+    that need not be `lasting`, as a rerun makes it anew, nobody waits for the disk (see `made_lasting`).
     """
     try:
         data = content.encode("utf-8", "replace") if isinstance(content, str) else content
-        _write_and_rename(path, data, mode)
+        _write_and_rename(path, data, mode, lasting)
     except OSError as error:
         raise cannot_write(path, error) from None
 
 
-def _write_and_rename(path: Path, data: bytes, mode: int) -> None:
+def _write_and_rename(path: Path, data: bytes, mode: int, lasting: bool) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = _begun(path)
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(data)
             file.flush()
-            os.fsync(file.fileno())
+            if lasting:
+                os.fsync(file.fileno())
             Path(name).chmod(mode)
             Path(name).replace(path)  # while it is locked: nobody takes it for one that was left behind
-        _flush_names(path.parent)
+        if lasting:
+            _flush_names(path.parent)
     except BaseException:
         with contextlib.suppress(OSError):
             Path(name).unlink()
@@ -60,6 +65,40 @@ def _flush_names(folder: Path) -> None:
         handle = os.open(folder, os.O_RDONLY)
         try:
             os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+@contextlib.contextmanager
+def made_lasting(folder: Path) -> Iterator[Callable[[], None]]:
+    """See to it that what is written into a folder, and on the same disk, outlives a loss of power.
+
+    That is so in the end, and whenever the function returned is called: for one file by itself the disk takes longer
+    than a student's notebook does, for all files of a second no longer than for one. It is not asked twice in a second,
+    nor before twenty times as long as it took.
+    """
+    due = time.monotonic() + 1.0
+
+    def now_and_then() -> None:
+        nonlocal due
+        begun = time.monotonic()
+        if begun >= due:
+            _flush_disk(folder)
+            ended = time.monotonic()
+            due = ended + max(1.0, 20 * (ended - begun))
+
+    try:
+        yield now_and_then
+    finally:
+        _flush_disk(folder)
+
+
+def _flush_disk(folder: Path) -> None:
+    """Have the system write out the disk that a folder is on; no other, as it may be one that does not answer."""
+    with contextlib.suppress(OSError, AttributeError):  # macOS knows no syncfs: there the system writes when it likes
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            ctypes.CDLL(None).syncfs(handle)
         finally:
             os.close(handle)
 

@@ -12,7 +12,7 @@ from nbformat import NotebookNode
 
 from exercises.assignment import SECRET_FILE, Assignment, Student, read_roster
 from exercises.errors import QdotError
-from exercises.files import make_folder, tidied, write_atomically
+from exercises.files import made_lasting, make_folder, tidied, write_atomically
 from exercises.notebook import notebook_text, solution_notebook, student_notebook
 from exercises.parallel import ordered_map
 from exercises.problem import Problem
@@ -89,14 +89,15 @@ def release_one(work: tuple[Assignment, Certify], student: str) -> Released:
     to_hand_out, solution = map(notebook_text, notebooks)
     there = _content(released)
     # Where the solution alone is an old one, a run was stopped after it had changed the notebook, and told nobody.
-    if there not in (None, to_hand_out) or _edition(solved) not in ("", assignment.edition):
+    if there not in (None, "", to_hand_out) or _edition(solved) not in ("", assignment.edition):
         outcome = "rewritten"
     else:
         outcome = "written" if there is None and not solved.exists() else "completed"
-    write_atomically(certificate, certify(assignment, student, problems, notebooks[0]), mode=0o600)
+    certified = certify(assignment, student, problems, notebooks[0])
+    write_atomically(certificate, certified, mode=0o600, lasting=False)
     if there != to_hand_out:
-        write_atomically(released, to_hand_out)
-    write_atomically(solved, solution)
+        write_atomically(released, to_hand_out, lasting=False)
+    write_atomically(solved, solution, lasting=False)
     keep(assignment, student, problems)
     return Released(student, outcome)
 
@@ -151,8 +152,9 @@ def release(assignment: Assignment, certify: Certify, jobs: int, each: Callable[
     notebooks = [notebook_path(assignment, student, kind) for student in students for kind in kinds]
     others = [path(assignment, student) for student in students for path in (certificate_path, store_path)]
     every = ordered_map(release_one, students, jobs, _both, (assignment, certify))
-    with tidied(notebooks + others), closing(every):
+    with tidied(notebooks + others), closing(every), made_lasting(assignment.folder) as now_and_then:
         for released in every:
+            now_and_then()
             each(released)
 
 

@@ -63,7 +63,7 @@ def keep(assignment: Assignment, student: str, problems: list[tuple[str, Problem
     payload = zlib.compress(_pickled((problems, figures, texts, minors)), 1)
     text = f"{_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"
     try:
-        write_atomically(store_path(assignment, student), text, mode=0o600)
+        write_atomically(store_path(assignment, student), text, mode=0o600, lasting=False)
     except QdotError:
         return
 

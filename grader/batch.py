@@ -16,7 +16,7 @@ from pathlib import Path
 
 from exercises.assignment import Assignment, Student
 from exercises.errors import QdotError
-from exercises.files import cannot_write, make_folder, tidied, write_atomically
+from exercises.files import cannot_write, made_lasting, make_folder, tidied, write_atomically
 from exercises.parallel import ordered_map
 from grader.attempt import Attempt, Marked, grade_attempt, is_graded, made_from, read_attempts, ungraded
 from grader.copies import Copies
@@ -67,9 +67,11 @@ def grade_class(
     def settled(place: int, handed_in: list[Graded]) -> None:
         student = chosen[place]
         results[place] = settle(assignment, student, handed_in, overrides.get(student.id, {}))
+        now_and_then()
         each(results[place])
 
-    with tidied(path for task in tasks for path in _all_kept(shelf.folder, task)):
+    kept = (path for task in tasks for path in _all_kept(shelf.folder, task))
+    with tidied(kept), made_lasting(shelf.folder) as now_and_then:
         if executor is not None:
             _grade_elsewhere(shelf, tasks, executor, room, settled)
         else:
@@ -146,7 +148,7 @@ class _Shelf:
         """Keep what the grader gives for a notebook. What qdot failed on is not kept: the next run tries again."""
         if is_graded(marked):
             content = {"key": self._key(student, attempt), "marked": marked}
-            write_atomically(self._path(student, attempt), json.dumps(content))
+            write_atomically(self._path(student, attempt), json.dumps(content), lasting=False)
 
     def _path(self, student: str, attempt: Attempt | None) -> Path:
         return _kept(self.folder, student, None if attempt is None else attempt.file)

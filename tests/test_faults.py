@@ -401,7 +401,10 @@ def test_files_that_a_loss_of_power_emptied_or_tore_are_graded_again(
     paths = sorted(kept(folder))
     for path, content in zip(paths, (b"", b"\0" * 4096, b'{"key": "', b"[]", b"\xff", b"null", b"{}"), strict=False):
         path.write_bytes(content)
-    (folder / "graded" / "feedback" / "s00.html").write_bytes(b"")
+    emptied, torn, hollow = (folder / "graded" / "feedback" / f"s0{n}.html" for n in range(3))
+    emptied.write_bytes(b"")
+    torn.write_bytes(torn.read_bytes()[:-4096])
+    hollow.write_bytes(hollow.read_bytes()[:-4096] + bytes(4096))
     finish(folder)
     check_done(folder, undisturbed)
 

@@ -1,12 +1,13 @@
 """Every report of a graded class, written into graded/, each file at once or not at all; results.jsonl is the last."""
 
 import contextlib
+import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from exercises.assignment import Assignment, Student
 from exercises.errors import QdotError
-from exercises.files import tidied, write_atomically
+from exercises.files import made_lasting, tidied, write_atomically
 from exercises.parallel import ordered_map
 from grader.history import keep_earlier, results_path
 from grader.reports.feedback import feedback_page, made_from
@@ -15,6 +16,9 @@ from grader.settle import Result
 
 BEGINNING = 1000
 """Characters at the beginning of a page among which it says what it was made from."""
+
+ENDING = b"</html>\n"
+"""What a page ends with, unless a loss of power tore it."""
 
 
 def write_reports(
@@ -36,10 +40,12 @@ def write_reports(
     lost = _lost if jobs > 1 else None
     ours = [*(_page(folder, student) for student, _ in pages), results_path(assignment), folder / "grades.csv"]
     every = ordered_map(_write, old, jobs, _same, (assignment,), lost)
-    with tidied(ours), contextlib.closing(every):
-        for student in every:
-            unwritten += [student] if student else []
-            each()
+    with tidied(ours):
+        with contextlib.closing(every), made_lasting(folder) as now_and_then:
+            for student in every:
+                unwritten += [student] if student else []
+                now_and_then()
+                each()
         write_atomically(folder / "grades.csv", grades_csv(results, assignment.roster))
         write_atomically(results_path(assignment), results_jsonl(results))
     if unwritten:
@@ -54,7 +60,7 @@ def _same(assignment: Assignment) -> Assignment:
 
 
 def _write(assignment: Assignment, about: tuple[Student, Result]) -> str:
-    write_atomically(_page(assignment.folder / "graded", about[0]), feedback_page(assignment, *about))
+    write_atomically(_page(assignment.folder / "graded", about[0]), feedback_page(assignment, *about), lasting=False)
     return ""
 
 
@@ -68,9 +74,11 @@ def _page(folder: Path, student: Student) -> Path:
 
 
 def _is_up_to_date(assignment: Assignment, student: Student, result: Result) -> bool:
-    """Tell whether a page is there that says that it was made from the same."""
+    """Tell whether a page is there that says that it was made from the same, and is whole."""
     try:
-        with _page(assignment.folder / "graded", student).open(encoding="utf-8", errors="replace") as page:
-            return f'content="{made_from(assignment, student, result)}"' in page.read(BEGINNING)
+        with _page(assignment.folder / "graded", student).open("rb") as page:
+            begins = f'content="{made_from(assignment, student, result)}"'.encode() in page.read(BEGINNING)
+            page.seek(-len(ENDING), os.SEEK_END)
+            return begins and page.read() == ENDING
     except OSError:
         return False
