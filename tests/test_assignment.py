@@ -407,7 +407,7 @@ def test_many_files_are_made_lasting_now_and_then_and_in_the_end(
         now += 0.2
 
     monkeypatch.setattr(files, "_flush_disk", flush)
-    monkeypatch.setattr(files.time, "monotonic", lambda: now)
+    monkeypatch.setattr("exercises.files.time.monotonic", lambda: now)
     with pytest.raises(KeyboardInterrupt), files.made_lasting(tmp_path) as now_and_then:  # also when it is stopped
         for moment in (0.5, 0.9, 1.5, 1.9, 5.0, 6.0):  # having taken 0.2 s, it is not asked again for 4 s
             now = moment
