@@ -1,5 +1,6 @@
 """Many like things done on several processes, their results in order; a stop ends the processes at once."""
 
+import atexit
 import functools
 import multiprocessing
 import os
@@ -8,7 +9,7 @@ import threading
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from multiprocessing import connection, forkserver, resource_tracker
 from multiprocessing.process import BaseProcess
 from typing import Any, NoReturn, TypeVar
@@ -67,6 +68,23 @@ def ordered_map(
                 yield _alone(work, item, setup, arguments, lost)
 
 
+def load_ahead(modules: Sequence[str]) -> None:
+    """Start to load what the processes will need, beside what this process still has to load itself."""
+    multiprocessing.get_context("forkserver").set_forkserver_preload(list(modules))
+    resource_tracker.ensure_running()
+    with _stop_put_off():
+        forkserver.ensure_running()
+    atexit.register(stop_loading)
+
+
+def stop_loading() -> None:
+    """End what `load_ahead` started: left alone, it would find out only when everything is loaded."""
+    process = getattr(getattr(forkserver, "_forkserver", None), "_forkserver_pid", None)
+    if process is not None:
+        with suppress(OSError):
+            os.kill(process, signal.SIGKILL)
+
+
 def _alone(
     work: Callable[[State, Item], Made],
     item: Item,
@@ -96,12 +114,12 @@ def _pooled(
     before = set(multiprocessing.active_children())
     # A fork of this process would copy the thread that draws the progress bar in whatever state it is.
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["exercises.generate", work.__module__])
+    context.set_forkserver_preload([work.__module__])
     with ProcessPoolExecutor(jobs, context, _begin, (setup, arguments)) as pool:
         try:
             resource_tracker.ensure_running()  # it would undo what comes next
             with _stop_put_off():  # whatever starts in here never sees a Ctrl-C, and starts whole
-                forkserver.ensure_running()
+                forkserver.ensure_running()  # it may be there already
                 made = pool.map(functools.partial(_work_here, work), items, chunksize=chunk)
             yield from made
         except BrokenProcessPool:

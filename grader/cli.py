@@ -24,6 +24,12 @@ STOPPED = {
 }
 """What is said of a command that Ctrl-C or SIGTERM ended, where there is more to say than that it stopped."""
 
+WORKERS = {
+    "generate": ("exercises.release", "grader.certify"), "grade": ("grader.batch", "grader.reports.write"),
+    "demo": ("exercises.release", "grader.certify", "grader.batch", "grader.reports.write"),
+}  # fmt: skip
+"""What the processes of a command need: they load it while the command loads what it needs itself."""
+
 
 @functools.cache
 def program() -> "typer.Typer":
@@ -105,6 +111,8 @@ def _leave(message: str, code: int) -> NoReturn:
 
 
 def _stop_at_once(number: int, _: object) -> NoReturn:
+    if (parallel := sys.modules.get("exercises.parallel")) is not None:
+        parallel.stop_loading()
     os.write(2, f"qdot: {STOPPED.get(' '.join(sys.argv[1:2]), 'stopped')}\n".encode())
     os._exit(128 + number)
 
@@ -122,6 +130,10 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal that knows no "θ" shows "?"
+    if (modules := WORKERS.get(" ".join(sys.argv[1:2]))) and "--help" not in sys.argv:
+        from exercises.parallel import load_ahead
+
+        load_ahead(modules)
     app = program()
     signal.signal(signal.SIGINT, usual)
     signal.signal(signal.SIGTERM, _stop)

@@ -1,5 +1,6 @@
 """The command line as its contract says: results on stdout, one clear message and code 2 for bad input."""
 
+import importlib
 import json
 import os
 import shutil
@@ -17,7 +18,7 @@ from typer.testing import CliRunner
 from exercises.families import FAMILIES
 from exercises.parallel import _stop_put_off
 from exercises.quizzes import ASKED
-from grader.cli import app
+from grader.cli import WORKERS, app
 
 runner = CliRunner()
 
@@ -390,6 +391,24 @@ def test_sigterm_ends_everything_at_once_in_one_line(
     time.sleep(0.5)
     assert alive(process.pid) == []
     assert not list(made.rglob("*.tmp"))
+
+
+@pytest.mark.parametrize("command", sorted(WORKERS))
+def test_what_is_loaded_ahead_of_a_command_is_what_its_processes_need(command: str) -> None:
+    assert command in [info.callback.__name__ for info in app.registered_commands if info.callback]
+    assert all(importlib.import_module(module) for module in WORKERS[command])
+
+
+def test_what_loads_ahead_ends_with_the_command(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "grader.cli", "grade", str(tmp_path / "nothing")],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
+    )  # fmt: skip
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert errors.count(b"\n") == 1
+    time.sleep(0.2)
+    assert alive(process.pid) == []
 
 
 def test_a_stop_while_processes_start_is_a_stop_whatever_fails_then() -> None:

@@ -361,6 +361,7 @@ def _sum(nodes: list[Node]) -> Node:
     return total
 
 
+@lru_cache(maxsize=1024)
 def _number(text: str) -> Node:
     mantissa, _, exponent = text.lower().partition("e")
     if len(mantissa) > 1000 or len(exponent) > 4 or abs(int(exponent or 0)) > 400:
