@@ -148,9 +148,12 @@ def check_questions(family: str | Family, questions: Sequence[str], band: tuple[
     """Raise QdotError where a question is unknown, asked twice, or can't be asked of the family's arms."""
     known = family_named(family) if isinstance(family, str) else family
     _check_names(questions)
-    if known.varied and FAMILIES.get(known.name) is known and known.name in listing():
-        for name in questions:
-            if name in QUESTIONS and name not in listing()[known.name].questions:
+    if FAMILIES.get(known.name) is known and known.name in listing():
+        can_be_asked = listing()[known.name].questions
+        if not known.varied and band is None and set(questions) <= set(can_be_asked):
+            return  # what is listed need not be derived
+        for name in questions if known.varied else ():
+            if name in QUESTIONS and name not in can_be_asked:
                 raise QdotError(
                     f"question {name!r} can be asked of no arm of {known.name}; `qdot families` lists what can"
                 )

@@ -165,6 +165,19 @@ def test_questions_can_be_checked_without_generating() -> None:
         check_questions("planar-3r", ["inverse-jacobian"])
 
 
+def test_what_is_listed_of_a_family_is_not_derived_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    def derived(*_: object) -> None:
+        raise NotImplementedError
+
+    monkeypatch.setattr("exercises.generate.sample_chain", derived)
+    check_questions("planar-2r", questions_of("planar-2r"))
+    for family, questions, band in (
+        ("planar-2r", ["column-choice"], None), ("planar-2r", ["position"], (1, 2)), ("random-3", ["position"], None),
+    ):  # fmt: skip
+        with pytest.raises(NotImplementedError):
+            check_questions(family, questions, band)
+
+
 def test_every_question_can_be_asked_of_some_family() -> None:
     assert set().union(*(questions_of(family) for family in FAMILIES)) == set(QUESTIONS)
     assert all(applicable(sample_chain(ProblemId(family, 1))) == questions_of(family) for family in FIXED)
