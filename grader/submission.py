@@ -4,6 +4,7 @@ import contextlib
 import datetime
 import hashlib
 import os
+import stat
 import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -128,7 +129,7 @@ class _Gathered:
 
     def __init__(self) -> None:
         self.files: list[Path] = []
-        self.links: list[Path] = []
+        self.refused: list[Path] = []
         self.doubtful: list[Path] = []
         self.platform = ""
         self.received: datetime.datetime | None = None
@@ -137,7 +138,7 @@ class _Gathered:
     def add(self, path: Path, platform: str, received: datetime.datetime | None, late: bool | None) -> None:
         """Take what lies in a folder, or a file. Of several times of a platform the last counts."""
         for inside in _files_in(path):
-            (self.links if inside.is_symlink() else self.files).append(inside)
+            (self.refused if _refusal(inside) else self.files).append(inside)
         self.platform = platform or self.platform
         self.received = max((time for time in (self.received, received) if time), default=None)
         self.late = late if self.late is None else self.late or bool(late)
@@ -145,17 +146,25 @@ class _Gathered:
     def found(self, key: str) -> Found | None:
         """Return it with the file to grade first; None where there is nothing."""
         files = tuple(best_first([_Candidate(path.name, path, _Reader(path)) for path in self.files], key))
-        names = ", ".join(plain(path.name) for path in self.links[:3])
-        linked = f"{names}: a symbolic link is not followed; hand in the file itself" if names else ""
+        first = self.refused[:3]
+        reasons = " and ".join(dict.fromkeys(map(_refusal, first)))
+        said = f"{', '.join(plain(path.name) for path in first)}: {reasons}; hand in the file itself" if first else ""
         if files:
-            return Found(files, (linked,) if linked else (), "", self.platform, self.received, self.late)
-        if self.links:
-            return Found(tuple(self.links), (), linked, self.platform, self.received, self.late)
+            return Found(files, (said,) if said else (), "", self.platform, self.received, self.late)
+        if self.refused:
+            return Found(tuple(self.refused), (), said, self.platform, self.received, self.late)
         return Found(tuple(self.doubtful), (), MAY_BE) if self.doubtful else None
 
 
+def _refusal(path: Path) -> str:
+    """Return why what lies among submissions is not opened; empty for a file."""
+    if path.is_symlink():
+        return "a symbolic link is not followed"
+    return "" if path.is_file() else "a pipe, a socket or a device is not read"
+
+
 def _files_in(path: Path) -> Iterator[Path]:
-    """Yield a file, or the files in a folder and its folders; links are yielded, and never followed."""
+    """Yield a file, or what is in a folder and its folders; links are yielded, and never followed."""
     if path.is_symlink() or not path.is_dir():
         yield path
         return
@@ -165,7 +174,7 @@ def _files_in(path: Path) -> Iterator[Path]:
         links = [name for name in folders if Path(place, name).is_symlink()]
         for name in sorted((*names, *links)):
             inside = Path(place, name)
-            if not _is_hidden(name) and (inside.is_symlink() or inside.is_file()):
+            if not _is_hidden(name):
                 yield inside
                 count += 1
                 if count >= MOST_FILES:
@@ -246,6 +255,8 @@ def read_submission(path: Path, key: str = "") -> Submission:
     said = plain(path.name)
     try:
         status = path.stat()
+        if not stat.S_ISREG(status.st_mode):
+            raise Unreadable(f"{said} is no file")
         data = path.read_bytes() if status.st_size <= LARGEST else None
     except OSError as error:
         raise Unreadable(f"{said} can't be read: {error.strerror}") from None

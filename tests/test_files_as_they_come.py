@@ -219,6 +219,21 @@ def linked_folder(assignment: Assignment, student: str) -> None:
     (assignment.folder / "submitted" / student).symlink_to(honest, target_is_directory=True)
 
 
+def pipe(assignment: Assignment, student: str) -> None:
+    folder = assignment.folder / "submitted" / student
+    folder.mkdir(parents=True)
+    os.mkfifo(folder / HW)
+
+
+def bare_pipe(assignment: Assignment, student: str) -> None:
+    os.mkfifo(assignment.folder / "submitted" / f"{student}.ipynb")
+
+
+def file_and_pipe(assignment: Assignment, student: str) -> None:
+    pipe(assignment, student)
+    hand_in(assignment, f"{student}/mine.ipynb", right(assignment, student))
+
+
 def sparse(assignment: Assignment, student: str) -> None:
     with hand_in(assignment, f"{student}/{HW}", "{").open("r+b") as file:
         file.truncate(1_000_000_000)
@@ -372,6 +387,9 @@ CASES: dict[str, tuple[Make, list[str], str]] = {
     ),
     "a link to a fellow": (link_to("submitted/honest/hw.ipynb"), NONE, "a symbolic link is not followed"),
     "a folder that is a link": (linked_folder, NONE, "a symbolic link is not followed"),
+    "a pipe": (pipe, NONE, "hw.ipynb: a pipe, a socket or a device is not read; hand in the file itself"),
+    "a pipe in no folder": (bare_pipe, NONE, "a pipe, a socket or a device is not read; hand in the file itself"),
+    "a file beside a pipe": (file_and_pipe, ALL, "hw.ipynb: a pipe, a socket or a device is not read"),
     "a gigabyte": (sparse, NONE, "hw.ipynb is larger than 200 MB; clear its outputs and hand it in again"),
     "a hundred thousand cells": (file(HW, many_cells), ALL, ""),
     "a line of a million": (
