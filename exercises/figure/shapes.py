@@ -7,6 +7,8 @@ from functools import lru_cache
 import sympy as sp
 
 Pair = tuple[float, float]
+Box = tuple[float, float, float, float]
+"""Left, top, right, bottom."""
 FONT = 15.0
 SUB = 0.72
 GREEK = {
@@ -63,7 +65,7 @@ class Text:
     y: float
     runs: tuple[Run, ...]
     style: str
-    box: tuple[float, float, float, float]
+    box: Box
     at: Pair
 
 

@@ -1,0 +1,199 @@
+"""The places that one label may take, and which of them is best among all others' labels and leaders."""
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+
+from exercises.figure.ink import Ink, Line
+from exercises.figure.shapes import Box, Pair, Piece, extent
+
+ROUND = tuple(math.radians(turn) for turn in sorted(range(-160, 181, 20), key=abs))
+FURTHER = (0.0, 6.0, 14.0, 26.0, 42.0, 60.0, 80.0)
+"""Where a label may stand: turned away from the wished direction (rad), and further from the anchor (pixels)."""
+BOX_COST, OUTSIDE_COST = 400_00, 400_00
+LEADER_COST, CONFUSED_COST, CROSSED_COST = 14_00, 70_00, 120_00
+INK_COST, INKED, MORE_INK_COST = 14_00, 10, 1_00
+"""In hundredths: for each label that is overlapped, for a place outside of the figure; what a leader costs, and one
+that is needed because something else of the kind is nearer, and one that crosses another label or its leader, as a
+label does that lies on a leader; for each of the first points of lines that are covered, and more for each of all."""
+CLEARLY = 2.0
+"""By so many pixels its own thing should be nearer to a label than others of the kind."""
+WAY = (0.1, 0.3, 0.5, 0.7, 0.9)
+
+
+@lru_cache(maxsize=64)
+def _order(anchors: int) -> tuple[tuple[int, int, int, float, float], ...]:
+    """Return the places around so many anchors, the cheapest first: cost (hundredths), number, anchor, how far, turn."""
+    found = []
+    for anchor in range(anchors):
+        for further in FURTHER:
+            for turn in ROUND:
+                cost = round(100 * (1.2 * further + 9.0 * abs(turn) + 1.5 * anchor))
+                found.append((cost, len(found), anchor, further, turn))
+    return tuple(sorted(found))
+
+
+class _Place:
+    """A place for a label, and what is known of it whatever other labels do: found out when it is asked for."""
+
+    __slots__ = ("box", "confused", "cost", "end", "hits", "led")
+
+    def __init__(self, box: Box, cost: int) -> None:
+        self.box, self.cost = box, cost
+        self.hits = -1
+        self.led: bool | None = None
+        self.confused, self.end = False, (0.0, 0.0)
+
+
+class Places:
+    """The places of one label that stands `gap` pixels from one of its anchors, each with a wished direction.
+
+    `far` is the distance from which on it needs a leader; `rivals` are points of other things of the kind.
+    """
+
+    def __init__(
+        self,
+        pieces: tuple[Piece, ...],
+        anchors: Sequence[tuple[Pair, Pair]],
+        gap: float,
+        far: float,
+        rivals: Sequence[Pair],
+        ink: Ink,
+        size: Pair,
+    ) -> None:
+        self._extent, self._gap, self._far, self._rivals, self._ink, self._size = (
+            extent(pieces), gap, far, rivals, ink, size
+        )  # fmt: skip
+        self._anchors = [(x, y, math.atan2(v, u)) for (x, y), (u, v) in anchors]
+        self._spots = tuple(dict.fromkeys(spot for spot, _ in anchors))
+        self._known: dict[int, _Place] = {}
+        x, y = zip(*self._spots, strict=True)
+        w, h = (gap + FURTHER[-1] + 2 * length for length in self._extent)
+        self._reach: Box = (min(x) - w, min(y) - h, max(x) + w, max(y) + h)
+        self._all: Box | None = None
+
+    def best(self, taken: Sequence[Box], lines: Sequence[Line]) -> tuple[Box, float]:
+        """Return the cheapest box and its cost: places by what they cost by themselves, until none can be cheaper.
+
+        Around it are other labels' boxes and leaders. Costs are whole hundredths, and a tie goes to the place with the
+        least number, on every machine.
+        """
+        x0, y0, x1, y1 = self._reach
+        taken = [box for box in taken if box[0] < x1 and box[2] > x0 and box[1] < y1 and box[3] > y0]
+        room = [(left - 2, top - 1, right + 2, bottom + 1) for left, top, right, bottom in taken]
+        known = self._known
+        best, least = -1, 10**9
+        for cost, number, anchor, further, turn in _order(len(self._anchors)):
+            if cost > least or (cost == least and number > best):
+                break
+            place = known.get(number)
+            if place is None:
+                place = known[number] = self._place(cost, anchor, further, turn)
+            cost = self._cost(place, room, taken, lines, least)
+            if cost < least or (cost == least and number < best):
+                best, least = number, cost
+        return known[best].box, least / 100
+
+    def _place(self, cost: int, anchor: int, further: float, turn: float) -> _Place:
+        """Return the place whose box touches a circle of radius gap + further around the anchor from outside."""
+        (w, h), (x, y, wish) = self._extent, self._anchors[anchor]
+        c, s = math.cos(wish + turn), math.sin(wish + turn)
+        reach = self._gap + further + min(w / 2 / max(abs(c), 1e-9), h / 2 / max(abs(s), 1e-9))
+        x, y = x + c * reach, y + s * reach
+        box = left, top, right, bottom = x - w / 2, y - h / 2, x + w / 2, y + h / 2
+        inside = left >= 4 and top >= 4 and right <= self._size[0] - 4 and bottom <= self._size[1] - 4
+        return _Place(box, cost if inside else cost + OUTSIDE_COST)
+
+    def _cost(
+        self, place: _Place, room: Sequence[Box], taken: Sequence[Box], lines: Sequence[Line], least: int
+    ) -> int:
+        """Return what a place costs; if that is more than `least`, maybe only some of it."""
+        cost, box = place.cost, place.box
+        left, top, right, bottom = box
+        for x0, y0, x1, y1 in room:
+            if left < x1 and right > x0 and top < y1 and bottom > y0:
+                cost += BOX_COST
+        if cost > least:
+            return cost
+        if place.hits < 0:
+            place.hits = self._ink.hits(box)
+        hits, near = place.hits, [line for line in lines if line.is_near(box)]
+        for line in near:
+            hits += line.hits(box)
+        cost += INK_COST * min(hits, INKED) + MORE_INK_COST * hits
+        if any(line.is_under(box) for line in near):
+            cost += CROSSED_COST
+        if cost > least:
+            return cost
+        if place.led is None:
+            self._find_out(place)
+        if place.led:
+            cost += LEADER_COST + CONFUSED_COST * place.confused
+            if cost <= least and _is_crossed(box, place.end, taken, lines):
+                cost += CROSSED_COST
+        return cost
+
+    def _find_out(self, place: _Place) -> None:
+        """Find out whether a place needs a leader, and to where."""
+        own, place.end = self.nearest(place.box)
+        place.confused = self._is_confused(place.box, own)
+        place.led = place.confused or own > self._far
+
+    def nearest(self, box: Box) -> tuple[float, Pair]:
+        """Return the distance of a box from what the label names, and the point of it that is nearest."""
+        gaps = [_gap(box, spot) for spot in self._spots]
+        own = min(gaps)
+        return own, self._spots[gaps.index(own)]
+
+    def _is_confused(self, box: Box, own: float) -> bool:
+        """Whether something else of the kind is not clearly further away than its own thing is."""
+        for gap, (x, y) in _near(box, self._rivals, own + CLEARLY):
+            if own > gap - CLEARLY:
+                if gap < self._far:
+                    return True
+                left, top, right, bottom = self._around()  # what is far from all places confuses nobody
+                far = self._far
+                if left - far < x < right + far and top - far < y < bottom + far:
+                    return True
+        return False
+
+    def _around(self) -> Box:
+        """Return the box of all places."""
+        if self._all is None:
+            last = [self._place(0, k, FURTHER[-1], turn).box for k in range(len(self._anchors)) for turn in ROUND]
+            left, top, right, bottom = zip(*last, strict=True)
+            self._all = min(left), min(top), max(right), max(bottom)
+        return self._all
+
+    def needs_leader(self, box: Box) -> bool:
+        """Whether a label in a box stands far off, or nearer to something else of the kind."""
+        own, _ = self.nearest(box)
+        return own > self._far or any(gap < own for gap, _ in _near(box, self._rivals, own))
+
+
+def _gap(box: Box, point: Pair) -> float:
+    """Return the distance of a box from a point; 0 inside. Rounded, so that it is the same on every machine."""
+    left, top, right, bottom = box
+    x, y = point
+    return round(math.hypot(max(left - x, x - right, 0.0), max(top - y, y - bottom, 0.0)) * 1000) / 1000
+
+
+def _near(box: Box, points: Sequence[Pair], most: float) -> list[tuple[float, Pair]]:
+    """Return the points that may be less than `most` away from a box, each with its distance."""
+    left, top, right, bottom = box[0] - most - 0.01, box[1] - most - 0.01, box[2] + most + 0.01, box[3] + most + 0.01
+    return [(_gap(box, (x, y)), (x, y)) for x, y in points if left < x < right and top < y < bottom]
+
+
+def leader_start(box: Box, spot: Pair) -> Pair:
+    """Return the point of a box that is nearest to a point."""
+    return min(max(spot[0], box[0]), box[2]), min(max(spot[1], box[1]), box[3])
+
+
+def _is_crossed(box: Box, spot: Pair, taken: Sequence[Box], lines: Sequence[Line]) -> bool:
+    """Whether the way from a box to a point crosses other boxes or leaders."""
+    (x, y), (u, v) = start, _ = leader_start(box, spot), spot
+    for share in WAY:
+        px, py = x + share * (u - x), y + share * (v - y)
+        if any(left < px < right and top < py < bottom for left, top, right, bottom in taken):
+            return True
+    return any(line.crosses(start, spot) for line in lines)
