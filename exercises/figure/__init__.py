@@ -6,6 +6,7 @@ is the entry of the table, theta_i or d_i with its offset. Lengths are brought n
 are seen.
 """
 
+import math
 import textwrap
 from collections.abc import Mapping, Sequence
 from functools import lru_cache, partial
@@ -50,6 +51,8 @@ DELAY = 6.0
 """What a pose costs for each better one before it, as labels cost (see `labels`)."""
 GOOD = 8.0
 """What a label may cost on average in a pose that is taken without looking at others; more after each look."""
+CLEARLY = 0.2
+"""By so much a drawing must cost more than another to be given up before it is complete; costs are rounded to 0.1."""
 ROUNDS = 3
 """How often the labels of the pose that is taken are placed, each time with all others in sight."""
 SIDES, CLEAR = 5, {True: 30.0, False: 16.0}
@@ -91,7 +94,8 @@ def _own(chain: Chain, lengths: list[Chain]) -> Composed:
     """Return the drawing in the clearest of a fixed list of poses."""
     best: tuple[float, Composed] | None = None
     for order, entries in enumerate(best_poses(chain, lengths[0], TRIED[chain.n > LONG])):
-        composed, cost = _compose(chain, [skeleton(drawn, entries) for drawn in lengths])
+        most = math.inf if best is None else best[0] - DELAY * order
+        composed, cost = _compose(chain, [skeleton(drawn, entries) for drawn in lengths], most)
         cost = round(cost + DELAY * order, 1)  # rounded: a tie goes to the first on every machine
         if best is None or cost < best[0]:
             best = (cost, composed)
@@ -107,11 +111,15 @@ def _told(chain: Chain, lengths: list[Chain], entries: np.ndarray) -> Composed:
     flat = is_flat(chain)
     views = [camera(chain)] if flat else sides(lengths[0], entries, SIDES)
     for sparse in (False, True) if chain.n <= LONG else (True,):
-        found = [_compose(chain, choices, axes, sparse) for axes in views]
-        composed, cost = min(found, key=lambda one: round(one[1], 1))
-        if round(cost, 1) <= CLEAR[flat] * len(composed[0].labels):
+        best: tuple[float, Composed] | None = None
+        for axes in views:
+            composed, cost = _compose(chain, choices, math.inf if best is None else best[0], axes, sparse)
+            if best is None or round(cost, 1) < best[0]:
+                best = (round(cost, 1), composed)
+        assert best is not None
+        if best[0] <= CLEAR[flat] * len(best[1][0].labels):
             break
-    return composed
+    return best[1]
 
 
 def figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] | None = None) -> str:
@@ -226,11 +234,12 @@ def _side_by_side(drawings: Sequence[tuple[str, Figure]], below: str, name: str,
 
 
 def _compose(
-    chain: Chain, choices: list[Skeleton], axes: np.ndarray | None = None, sparse: bool = False
+    chain: Chain, choices: list[Skeleton], most: float, axes: np.ndarray | None = None, sparse: bool = False
 ) -> tuple[Composed, float]:
     """Return the drawing of one pose with its labels placed once, and how badly labels and origins are placed.
 
-    `choices` are the pose in different lengths: the first is taken in which no origin is drawn at the world's.
+    `choices` are the pose in different lengths: the first is taken in which no origin is drawn at the world's. What
+    costs clearly more than `most` is not completed; its cost is infinite.
     """
     found: list[tuple[float, float, int, View]] = []
     for number, bones in enumerate(choices):
@@ -243,8 +252,8 @@ def _compose(
     world, own, number, view = min(found, key=lambda one: (one[0], one[2]))
     part = _parts(chain, choices[number], view, sparse)
     layout = Layout(part.labels, part.shapes, (WIDTH, HEIGHT))
-    layout.place_all()
-    return (part, layout), layout.cost + own + world
+    complete = layout.place_all(most + CLEARLY - own - world)
+    return (part, layout), layout.cost + own + world if complete else math.inf
 
 
 def _shapes(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> tuple[Shape, ...]:

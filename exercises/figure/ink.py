@@ -20,22 +20,11 @@ def _bits(count: int) -> tuple[int, ...]:
     return tuple(1 << k for k in range(count))
 
 
-class _Sorted:
-    """Numbers in order, and for each of them the set of those before it: a whole number with a bit for each."""
-
-    def __init__(self, values: np.ndarray) -> None:
-        order = np.argsort(values)
-        bits = _bits(1 << len(values).bit_length())
-        self._values: list[float] = values[order].tolist()
-        self._sets = [0, *accumulate(map(bits.__getitem__, order.tolist()), or_)]
-
-    def below(self, limit: float) -> int:
-        """Return the set of the numbers below a limit."""
-        return self._sets[bisect_left(self._values, limit)]
-
-    def up_to(self, limit: float) -> int:
-        """Return the set of the numbers below a limit or at it."""
-        return self._sets[bisect_right(self._values, limit)]
+def _sorted(values: np.ndarray) -> tuple[list[float], list[int]]:
+    """Return numbers in order, and for each count of them the set of the first: an integer with a bit for each."""
+    order = np.argsort(values)
+    bits = _bits(1 << len(values).bit_length())
+    return values[order].tolist(), [0, *accumulate(map(bits.__getitem__, order.tolist()), or_)]
 
 
 class Ink:
@@ -43,14 +32,15 @@ class Ink:
 
     def __init__(self, shapes: Iterable[Shape]) -> None:
         x, y, half = samples(shapes).T
-        self._lefts, self._rights = _Sorted(x - half), _Sorted(x + half)
-        self._tops, self._bottoms = _Sorted(y - half), _Sorted(y + half)
+        self._edges = (*_sorted(x - half), *_sorted(x + half), *_sorted(y - half), *_sorted(y + half))
 
     def hits(self, box: Box) -> int:
         """Return how many points a box covers."""
         left, top, right, bottom = box
-        begun = self._lefts.below(right) & self._tops.below(bottom)
-        return (begun & ~(self._rights.up_to(left) | self._bottoms.up_to(top))).bit_count()
+        lefts, from_left, rights, from_right, tops, from_top, bottoms, from_bottom = self._edges
+        begun = from_left[bisect_left(lefts, right)] & from_top[bisect_left(tops, bottom)]
+        ended = from_right[bisect_right(rights, left)] | from_bottom[bisect_right(bottoms, top)]
+        return (begun & ~ended).bit_count()
 
 
 def samples(shapes: Iterable[Shape]) -> np.ndarray:
