@@ -7,9 +7,9 @@ from functools import lru_cache
 from exercises.figure.ink import Ink, Line
 from exercises.figure.shapes import Box, Pair, Piece, extent
 
-ROUND = tuple(math.radians(turn) for turn in sorted(range(-160, 181, 20), key=abs))
+ROUND = tuple(sorted(range(-160, 181, 20), key=abs))
 FURTHER = (0.0, 6.0, 14.0, 26.0, 42.0, 60.0, 80.0)
-"""Where a label may stand: turned away from the wished direction (rad), and further from the anchor (pixels)."""
+"""Where a label may stand: turned away from the wished direction (degrees), and further from the anchor (pixels)."""
 BOX_COST, OUTSIDE_COST = 400_00, 400_00
 LEADER_COST, CONFUSED_COST, CROSSED_COST = 14_00, 70_00, 120_00
 INK_COST, INKED, MORE_INK_COST = 14_00, 10, 1_00
@@ -18,28 +18,37 @@ that is needed because something else of the kind is nearer, and one that crosse
 label does that lies on a leader; for each of the first points of lines that are covered, and more for each of all."""
 CLEARLY = 2.0
 """By so many pixels its own thing should be nearer to a label than others of the kind."""
+EDGE = 4.0
+"""Pixels that are kept free at the edge of the figure."""
 WAY = (0.1, 0.3, 0.5, 0.7, 0.9)
 
 
+_Turn = tuple[float, float]
+"""Cosine and sine."""
+
+
 @lru_cache(maxsize=64)
-def _order(anchors: int) -> tuple[tuple[int, int, int, float, float], ...]:
+def _order(anchors: int) -> tuple[tuple[int, int, int, float, _Turn], ...]:
     """Return the places around so many anchors, the cheapest first: cost (hundredths), number, anchor, how far, turn."""
     found = []
     for anchor in range(anchors):
         for further in FURTHER:
-            for turn in ROUND:
+            for turn in map(math.radians, ROUND):
                 cost = round(100 * (1.2 * further + 9.0 * abs(turn) + 1.5 * anchor))
-                found.append((cost, len(found), anchor, further, turn))
+                found.append((cost, len(found), anchor, further, (math.cos(turn), math.sin(turn))))
     return tuple(sorted(found))
 
 
 class _Place:
-    """A place for a label, and what is known of it whatever other labels do: found out when it is asked for."""
+    """A place for a label, and what is known of it whatever other labels do: found out when it is asked for.
 
-    __slots__ = ("box", "confused", "cost", "end", "hits", "led")
+    `own` is what it costs by itself, `least` what it costs at least with the lines that it covers.
+    """
 
-    def __init__(self, box: Box, cost: int) -> None:
-        self.box, self.cost = box, cost
+    __slots__ = ("box", "confused", "end", "hits", "least", "led", "own")
+
+    def __init__(self, box: Box, own: int) -> None:
+        self.box, self.own, self.least = box, own, own
         self.hits = -1
         self.led: bool | None = None
         self.confused, self.end = False, (0.0, 0.0)
@@ -61,15 +70,16 @@ class Places:
         ink: Ink,
         size: Pair,
     ) -> None:
-        self._extent, self._gap, self._far, self._rivals, self._ink, self._size = (
-            extent(pieces), gap, far, rivals, ink, size
-        )  # fmt: skip
-        self._anchors = [(x, y, math.atan2(v, u)) for (x, y), (u, v) in anchors]
+        self._gap, self._far, self._rivals, self._ink = gap, far, rivals, ink
+        w, h = extent(pieces)
+        self._half = (w / 2, h / 2)
+        self._right, self._bottom = size[0] - EDGE, size[1] - EDGE
+        self._anchors = [(*spot, *(part / math.hypot(*wish) for part in wish)) for spot, wish in anchors]
         self._spots = tuple(dict.fromkeys(spot for spot, _ in anchors))
         self._known: dict[int, _Place] = {}
         x, y = zip(*self._spots, strict=True)
-        w, h = (gap + FURTHER[-1] + 2 * length for length in self._extent)
-        self._reach: Box = (min(x) - w, min(y) - h, max(x) + w, max(y) + h)
+        far = gap + FURTHER[-1] + 2 * w
+        self._reach: Box = (min(x) - far, min(y) - far, max(x) + far, max(y) + far)
         self._all: Box | None = None
 
     def best(self, taken: Sequence[Box], lines: Sequence[Line]) -> tuple[Box, float]:
@@ -83,55 +93,58 @@ class Places:
         room = [(left - 2, top - 1, right + 2, bottom + 1) for left, top, right, bottom in taken]
         known = self._known
         best, least = -1, 10**9
-        for cost, number, anchor, further, turn in _order(len(self._anchors)):
-            if cost > least or (cost == least and number > best):
+        for own, number, anchor, further, turn in _order(len(self._anchors)):
+            if own > least or (own == least and number > best):
                 break
             place = known.get(number)
             if place is None:
-                place = known[number] = self._place(cost, anchor, further, turn)
-            cost = self._cost(place, room, taken, lines, least)
-            if cost < least or (cost == least and number < best):
-                best, least = number, cost
+                place = known[number] = self._place(own, anchor, further, turn)
+            if place.least > least:
+                continue
+            left, top, right, bottom = place.box
+            over = 0
+            for x0, y0, x1, y1 in room:
+                if left < x1 and right > x0 and top < y1 and bottom > y0:
+                    over += BOX_COST
+            if over + place.least > least:
+                continue
+            cost = over + self._cost(place, lines)
+            if cost <= least:
+                cost += self._leader_cost(place, taken, lines)
+                if cost < least or (cost == least and number < best):
+                    best, least = number, cost
         return known[best].box, least / 100
 
-    def _place(self, cost: int, anchor: int, further: float, turn: float) -> _Place:
+    def _place(self, own: int, anchor: int, further: float, turn: _Turn) -> _Place:
         """Return the place whose box touches a circle of radius gap + further around the anchor from outside."""
-        (w, h), (x, y, wish) = self._extent, self._anchors[anchor]
-        c, s = math.cos(wish + turn), math.sin(wish + turn)
-        reach = self._gap + further + min(w / 2 / max(abs(c), 1e-9), h / 2 / max(abs(s), 1e-9))
+        (w, h), (x, y, u, v), (cos, sin) = self._half, self._anchors[anchor], turn
+        c, s = u * cos - v * sin, v * cos + u * sin
+        upright, level = w * abs(s), h * abs(c)
+        reach = self._gap + further + (w / abs(c) if upright < level else h / abs(s))
         x, y = x + c * reach, y + s * reach
-        box = left, top, right, bottom = x - w / 2, y - h / 2, x + w / 2, y + h / 2
-        inside = left >= 4 and top >= 4 and right <= self._size[0] - 4 and bottom <= self._size[1] - 4
-        return _Place(box, cost if inside else cost + OUTSIDE_COST)
+        box = left, top, right, bottom = x - w, y - h, x + w, y + h
+        inside = left >= EDGE and top >= EDGE and right <= self._right and bottom <= self._bottom
+        return _Place(box, own if inside else own + OUTSIDE_COST)
 
-    def _cost(
-        self, place: _Place, room: Sequence[Box], taken: Sequence[Box], lines: Sequence[Line], least: int
-    ) -> int:
-        """Return what a place costs; if that is more than `least`, maybe only some of it."""
-        cost, box = place.cost, place.box
-        left, top, right, bottom = box
-        for x0, y0, x1, y1 in room:
-            if left < x1 and right > x0 and top < y1 and bottom > y0:
-                cost += BOX_COST
-        if cost > least:
-            return cost
+    def _cost(self, place: _Place, lines: Sequence[Line]) -> int:
+        """Return what a place costs by itself and with the lines that it covers, other labels' leaders among them."""
         if place.hits < 0:
-            place.hits = self._ink.hits(box)
-        hits, near = place.hits, [line for line in lines if line.is_near(box)]
-        for line in near:
-            hits += line.hits(box)
-        cost += INK_COST * min(hits, INKED) + MORE_INK_COST * hits
-        if any(line.is_under(box) for line in near):
-            cost += CROSSED_COST
-        if cost > least:
-            return cost
+            place.hits = self._ink.hits(place.box)
+            place.least = place.own + _ink_cost(place.hits)
+        near = [line for line in lines if line.is_near(place.box)]
+        if not near:
+            return place.least
+        cost = place.own + _ink_cost(place.hits + sum(line.hits(place.box) for line in near))
+        return cost + CROSSED_COST * any(line.is_under(place.box) for line in near)
+
+    def _leader_cost(self, place: _Place, taken: Sequence[Box], lines: Sequence[Line]) -> int:
+        """Return what it costs that a place needs a leader, if it does, among other labels and their leaders."""
         if place.led is None:
             self._find_out(place)
-        if place.led:
-            cost += LEADER_COST + CONFUSED_COST * place.confused
-            if cost <= least and _is_crossed(box, place.end, taken, lines):
-                cost += CROSSED_COST
-        return cost
+        if not place.led:
+            return 0
+        crossed = _is_crossed(place.box, place.end, taken, lines)
+        return LEADER_COST + CONFUSED_COST * place.confused + CROSSED_COST * crossed
 
     def _find_out(self, place: _Place) -> None:
         """Find out whether a place needs a leader, and to where."""
@@ -160,7 +173,11 @@ class Places:
     def _around(self) -> Box:
         """Return the box of all places."""
         if self._all is None:
-            last = [self._place(0, k, FURTHER[-1], turn).box for k in range(len(self._anchors)) for turn in ROUND]
+            last = [
+                self._place(0, anchor, further, turn).box
+                for _, _, anchor, further, turn in _order(len(self._anchors))
+                if further == FURTHER[-1]
+            ]
             left, top, right, bottom = zip(*last, strict=True)
             self._all = min(left), min(top), max(right), max(bottom)
         return self._all
@@ -169,6 +186,10 @@ class Places:
         """Whether a label in a box stands far off, or nearer to something else of the kind."""
         own, _ = self.nearest(box)
         return own > self._far or any(gap < own for gap, _ in _near(box, self._rivals, own))
+
+
+def _ink_cost(hits: int) -> int:
+    return INK_COST * min(hits, INKED) + MORE_INK_COST * hits
 
 
 def _gap(box: Box, point: Pair) -> float:
