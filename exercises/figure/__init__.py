@@ -8,7 +8,7 @@ are seen.
 
 import math
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache, partial
 
 import numpy as np
@@ -21,7 +21,7 @@ from exercises.figure.body import body, fitted
 from exercises.figure.labels import Layout
 from exercises.figure.plane import camera, exact, is_flat
 from exercises.figure.pose import HEIGHT, LONG, ROOM, WIDTH, Skeleton, best_poses, drawn_chain, skeleton, told_pose
-from exercises.figure.shapes import Figure, Shape, fixed
+from exercises.figure.shapes import Figure, fixed
 from exercises.figure.small import PANEL, cells, posed, singular_panel, thumbnail
 from exercises.figure.view import Part, View
 from exercises.figure.words import alt_text, panels_text, title_text
@@ -82,20 +82,19 @@ def arm_figure(chain: Chain, pose: Mapping[str, float] | None = None) -> Figure:
 @lru_cache(maxsize=256)
 def _drawn(chain: Chain, pose: tuple[tuple[str, float], ...] | None) -> Figure:
     chain = exact(chain)
-    lengths = [drawn_chain(chain, stretch) for stretch in (STRETCHES if any(chain.base.position) else STRETCHES[:1])]
-    part, layout = _own(chain, lengths) if pose is None else _told(chain, lengths, told_pose(chain, dict(pose)))
+    part, layout = _own(chain) if pose is None else _told(chain, told_pose(chain, dict(pose)))
     for _ in range(1, ROUNDS):
         layout.place_all()
     placed = layout.placement
     return Figure(WIDTH, HEIGHT, part.shapes + placed.leaders, placed.texts)
 
 
-def _own(chain: Chain, lengths: list[Chain]) -> Composed:
+def _own(chain: Chain) -> Composed:
     """Return the drawing in the clearest of a fixed list of poses."""
     best: tuple[float, Composed] | None = None
-    for order, entries in enumerate(best_poses(chain, lengths[0], TRIED[chain.n > LONG])):
+    for order, entries in enumerate(best_poses(chain, drawn_chain(chain), TRIED[chain.n > LONG])):
         most = math.inf if best is None else best[0] - DELAY * order
-        composed, cost = _compose(chain, [skeleton(drawn, entries) for drawn in lengths], most)
+        composed, cost = _compose(chain, _choices(chain, entries), most)
         cost = round(cost + DELAY * order, 1)  # rounded: a tie goes to the first on every machine
         if best is None or cost < best[0]:
             best = (cost, composed)
@@ -105,15 +104,15 @@ def _own(chain: Chain, lengths: list[Chain]) -> Composed:
     return best[1]
 
 
-def _told(chain: Chain, lengths: list[Chain], entries: np.ndarray) -> Composed:
+def _told(chain: Chain, entries: np.ndarray) -> Composed:
     """Return the drawing in a told pose: with all names if it is clear from some side, else with few of them."""
-    choices = [skeleton(drawn, entries) for drawn in lengths]
     flat = is_flat(chain)
-    views = [camera(chain)] if flat else sides(lengths[0], entries, SIDES)
+    views = [camera(chain)] if flat else sides(drawn_chain(chain), entries, SIDES)
     for sparse in (False, True) if chain.n <= LONG else (True,):
         best: tuple[float, Composed] | None = None
         for axes in views:
-            composed, cost = _compose(chain, choices, math.inf if best is None else best[0], axes, sparse)
+            most = math.inf if best is None else best[0]
+            composed, cost = _compose(chain, _choices(chain, entries), most, axes, sparse)
             if best is None or round(cost, 1) < best[0]:
                 best = (round(cost, 1), composed)
         assert best is not None
@@ -233,34 +232,34 @@ def _side_by_side(drawings: Sequence[tuple[str, Figure]], below: str, name: str,
     )
 
 
+def _choices(chain: Chain, entries: np.ndarray) -> Iterator[Skeleton]:
+    """Yield the arm in a pose (n) with the base in different distances, worked out when they are asked for."""
+    for stretch in STRETCHES if any(chain.base.position) else STRETCHES[:1]:
+        yield skeleton(drawn_chain(chain, stretch), entries)
+
+
 def _compose(
-    chain: Chain, choices: list[Skeleton], most: float, axes: np.ndarray | None = None, sparse: bool = False
+    chain: Chain, choices: Iterable[Skeleton], most: float, axes: np.ndarray | None = None, sparse: bool = False
 ) -> tuple[Composed, float]:
     """Return the drawing of one pose with its labels placed once, and how badly labels and origins are placed.
 
     `choices` are the pose in different lengths: the first is taken in which no origin is drawn at the world's. What
     costs clearly more than `most` is not completed; its cost is infinite.
     """
-    found: list[tuple[float, float, int, View]] = []
-    for number, bones in enumerate(choices):
-        shapes = partial(_shapes, chain, bones, sparse)
-        view = fitted(chain, bones, shapes, ROOM, (WIDTH, HEIGHT), MARGIN, axes)
+    found: list[tuple[float, float, Part]] = []
+    for bones in choices:
+        part, view = fitted(chain, bones, partial(_parts, chain, bones, sparse), ROOM, (WIDTH, HEIGHT), MARGIN, axes)
         own, world = frames.crowding(scene(chain, bones, view))
-        found.append((round(world, 1), own, number, view))
+        found.append((round(world, 1), own, part))
         if world == 0.0:
             break
-    world, own, number, view = min(found, key=lambda one: (one[0], one[2]))
-    part = _parts(chain, choices[number], view, sparse)
+    world, own, part = min(found, key=lambda one: one[0])
     layout = Layout(part.labels, part.shapes, (WIDTH, HEIGHT))
     complete = layout.place_all(most + CLEARLY - own - world)
     return (part, layout), layout.cost + own + world if complete else math.inf
 
 
-def _shapes(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> tuple[Shape, ...]:
-    return _parts(chain, bones, view, sparse).shapes
-
-
-def _parts(chain: Chain, bones: Skeleton, view: View, sparse: bool) -> Part:
+def _parts(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> Part:
     """Return all parts from back to front."""
     stage = scene(chain, bones, view, sparse)
     if sparse:

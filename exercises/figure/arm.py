@@ -3,6 +3,7 @@
 Joint i turns or slides about z_{i-1}; its glyph stands on that axis where no other glyph is.
 """
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -28,7 +29,7 @@ class Scene:
     """An arm, its skeleton in the pose to draw, the view, and where the glyphs of the joints stand (n x 3).
 
     `bare` are the frames whose x axes are left out, because too many axes start at one point. A `sparse` drawing has
-    the arm, its origins, its z axes and its first and last frame only.
+    the arm, its origins, its z axes and its first and last frame only; a planar one is drawn flat.
     """
 
     chain: Chain
@@ -37,12 +38,8 @@ class Scene:
     places: tuple[np.ndarray, ...]
     offsets: tuple[sp.Expr, ...]
     bare: frozenset[int]
+    is_planar: bool
     sparse: bool = False
-
-    @property
-    def is_planar(self) -> bool:
-        """Whether the drawing is flat."""
-        return is_flat(self.chain)
 
     def axis(self, i: int) -> np.ndarray:
         """Return z_{i-1}, the axis of joint i."""
@@ -70,8 +67,9 @@ def scene(chain: Chain, bones: Skeleton, view: View, sparse: bool = False) -> Sc
         taken.append(places[i])
     standing = tuple(places[i] for i in range(chain.n))
     inner = frozenset(range(1, chain.n))
-    bare = inner if sparse else frozenset() if is_flat(chain) else _bare(bones)
-    return Scene(chain, bones, view, standing, chain.offsets, bare, sparse)
+    flat = is_flat(chain)
+    bare = inner if sparse else frozenset() if flat else _bare(bones)
+    return Scene(chain, bones, view, standing, chain.offsets, bare, flat, sparse)
 
 
 def _movable(bones: Skeleton, i: int) -> bool:
@@ -98,7 +96,8 @@ def _free(bones: Skeleton, view: View, i: int, taken: list[np.ndarray]) -> np.nd
         if i == 0 and _shares_origin(bones):
             spots = spots[4:]
     for spot in spots:
-        if all(np.hypot(*np.subtract(view.px(spot), view.px(other))) >= APART - 3 for other in taken):
+        place = view.px(spot)
+        if all(math.dist(place, view.px(other)) >= APART - 3 for other in taken):
             return np.asarray(spot)
     return np.asarray(spots[0])
 
@@ -161,7 +160,7 @@ def _length(view: View, start: np.ndarray, end: np.ndarray, pieces: tuple[Piece,
 def beside(first: Pair, second: Pair) -> tuple[tuple[Pair, Pair], ...]:
     """Return anchors along a drawn line, with directions to both of its sides."""
     dx, dy = second[0] - first[0], second[1] - first[1]
-    size = max(float(np.hypot(dx, dy)), 1e-9)
+    size = max(math.hypot(dx, dy), 1e-9)
     up = (dy / size, -dx / size)
     if (round(up[1], 3), round(up[0], 3)) > (0.0, 0.0):
         up = (-up[0], -up[1])
@@ -176,7 +175,7 @@ def joint(scene: Scene, i: int) -> Part:
     shapes: tuple[Polyline | Circle, ...]
     if scene.is_flat(i) and kind == "R":
         center = view.px(place)
-        shapes = (Circle(center, JOINT, "joint-face"), *_seen_end_on(center, float(view.axes[2] @ z) > 0))
+        shapes = (Circle(center, JOINT, "joint-face"), *_seen_end_on(center, view.toward(z) > 0))
     elif kind == "R":
         shapes = cylinder(view, place, z, JOINT, HALF)
     else:
@@ -255,8 +254,8 @@ def arc(
 ) -> Part:
     """Return an arc with an arrowhead from x towards y (sizes in pixels), labelled outside of it."""
     count = max(8, int(abs(angle) * 12 + 1e-6))
-    turns = [angle * k / count for k in range(count + 1)]
-    points = view.path([center + turned(*xy, turn) * radius / view.scale for turn in turns])
+    turns = angle * np.arange(count + 1)[:, None] / count
+    points = view.path(center + turned(*xy, turns) * radius / view.scale)
     anchors = []
     for share in (0.5, 0.35, 0.65, 0.2, 0.8):
         out = turned(*xy, share * angle)

@@ -6,7 +6,7 @@ import numpy as np
 
 from exercises.arm.chain import Chain
 from exercises.figure.arm import Scene, ground, joint, link, way_to_point
-from exercises.figure.plane import camera, is_flat
+from exercises.figure.plane import camera
 from exercises.figure.pose import Skeleton
 from exercises.figure.shapes import Circle, Glyph, Pair, Shape
 from exercises.figure.view import Part, View
@@ -15,10 +15,10 @@ from exercises.figure.view import Part, View
 def body(stage: Scene) -> Part:
     """Return ground, links and joints from back to front, with the lengths of the links."""
     chain, bones, view = stage.chain, stage.bones, stage.view
-    hides = not is_flat(chain) and float(view.axes[2] @ bones.frames[0, :3, 2]) < -1e-9
+    hides = not stage.is_planar and view.toward(bones.frames[0, :3, 2]) < -1e-9
     part = Part() if hides else ground(stage)
     for i in range(1, chain.n + 1):
-        along = (bones.corners[i - 1] - bones.origins[i - 1]) @ view.axes[2]
+        along = view.toward(bones.corners[i - 1] - bones.origins[i - 1])
         pair = [joint(stage, i), link(stage, i)]
         part += pair[0] + pair[1] if along > 1e-9 and chain.joints[i - 1].kind == "R" else pair[1] + pair[0]
         if i == chain.point.frame:
@@ -31,27 +31,29 @@ def body(stage: Scene) -> Part:
 def fitted(
     chain: Chain,
     bones: Skeleton,
-    shapes: Callable[[View], tuple[Shape, ...]],
+    draw: Callable[[View], Part],
     room: Pair,
     size: Pair,
     margin: Pair,
     axes: np.ndarray | None = None,
-) -> View:
-    """Return the view in which the skeleton takes `room` at most, and all shapes `size` less `margin` on each side.
+) -> tuple[Part, View]:
+    """Return what is drawn and the view in which that is: fitted into `size` less `margin` on each side.
 
-    `axes` are its directions right, up and towards the reader (rows), if it is not the usual one.
+    The skeleton takes `room` at most. `axes` are the view's directions right, up and towards the reader (rows), if it
+    is not the usual one.
     """
     view = _first_view(chain, bones, room, camera(chain) if axes is None else axes)
     for _ in range(3):
-        low, high = extent(shapes(view))
-        shrink = float(np.min((np.array(size) - 2 * np.array(margin)) / np.maximum(high - low, 1e-9)))
-        fits = shrink >= 0.999
-        middle = (low + high) / 2
-        x, y = (size[0] / 2 - middle[0] + view.shift[0], size[1] / 2 - middle[1] + view.shift[1])
-        view = View(view.axes, view.scale if fits else view.scale * shrink, (float(x), float(y)))
-        if fits:
-            break
-    return view
+        part = draw(view)
+        low, high = extent(part.shapes)
+        spread = max(high[0] - low[0], 1e-9), max(high[1] - low[1], 1e-9)
+        shrink = min((size[0] - 2 * margin[0]) / spread[0], (size[1] - 2 * margin[1]) / spread[1])
+        by = (size[0] / 2 - (low[0] + high[0]) / 2, size[1] / 2 - (low[1] + high[1]) / 2)
+        shift = (by[0] + view.shift[0], by[1] + view.shift[1])
+        if shrink >= 0.999:
+            return part.moved(by), View(view.axes, view.scale, shift)
+        view = View(view.axes, view.scale * shrink, shift)
+    return draw(view), view
 
 
 def _first_view(chain: Chain, bones: Skeleton, room: Pair, axes: np.ndarray) -> View:
@@ -62,8 +64,8 @@ def _first_view(chain: Chain, bones: Skeleton, room: Pair, axes: np.ndarray) -> 
     return View(axes, float(np.min(np.array(room) / np.maximum(spread, 1e-3))))
 
 
-def extent(shapes: tuple[Shape, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the least and the greatest coordinates of shapes (2 each)."""
+def extent(shapes: tuple[Shape, ...]) -> tuple[Pair, Pair]:
+    """Return the least and the greatest coordinates of shapes."""
     points: list[Pair] = []
     for shape in shapes:
         for inner in shape.shapes if isinstance(shape, Glyph) else (shape,):
@@ -72,5 +74,5 @@ def extent(shapes: tuple[Shape, ...]) -> tuple[np.ndarray, np.ndarray]:
                 points += [(x - r, y - r), (x + r, y + r)]
             else:
                 points += inner.points
-    found = np.array(points)
-    return found.min(axis=0), found.max(axis=0)
+    x, y = zip(*points, strict=True)
+    return (min(x), min(y)), (max(x), max(y))

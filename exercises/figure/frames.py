@@ -1,12 +1,13 @@
 """The frames in an arm's drawing: axes, origins, the world frame with the base's place in it, and the point P."""
 
+import math
 from itertools import combinations
 
 import numpy as np
 
 from exercises.figure.arm import Scene, arc, beside, dimension, is_point
 from exercises.figure.labels import Request
-from exercises.figure.shapes import Circle, Piece, Polyline, Shape, magnitude, roman, signed, symbol
+from exercises.figure.shapes import Circle, Pair, Piece, Polyline, Shape, magnitude, roman, signed, symbol
 from exercises.figure.view import Part, View, arrow
 
 AXIS = {True: 52.0, False: 54.0}
@@ -22,14 +23,14 @@ def axes(scene: Scene) -> Part:
     """Return the axes of frames 0 ... n; axes that coincide are drawn once, with all their names."""
     view, flat = scene.view, scene.is_planar
     length = AXIS[flat] if not is_point(scene.bones) else LONG
-    found: dict[tuple[float, ...], tuple[np.ndarray, np.ndarray, str, tuple[Piece, ...]]] = {}
+    found: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray, str, tuple[Piece, ...]]] = {}
     for i, frame in enumerate(scene.bones.frames):
         for k, name in enumerate(NAMES):
             axis, origin = frame[:3, k], frame[:3, 3]
             shown = view.lies_flat(axis) if flat else name != "y" or (i == 0 and scene.chain.base.is_world)
             if not shown or (i in scene.bare and (name == "x" or (name == "y" and scene.sparse))):
                 continue
-            key = tuple((np.round(np.concatenate([origin * view.scale / 2, axis * 10])) + 0.0).tolist())
+            key = tuple(round(part) for part in (*(origin * view.scale / 2).tolist(), *(axis * 10).tolist()))
             before = found[key][3] + roman(", ") if key in found else ()
             found.setdefault(key, (origin, axis, name, ()))
             found[key] = (*found[key][:3], (*before, *symbol(name, str(i))))
@@ -75,21 +76,26 @@ def crowding(scene: Scene) -> tuple[float, float]:
     An origin upon an axis of the world frame costs too. 0 means that all are apart.
     """
     view, base = scene.view, scene.chain.base
-    spots = [np.array(view.px(place)) for place in _distinct(scene)]
-    own = sum(_nearly(p - q, ROOMY) for p, q in combinations(spots, 2))
+    spots = [view.px(place) for place in _distinct(scene)]
+    own = sum(_nearly(math.dist(p, q), ROOMY) for p, q in combinations(spots, 2))
     if not any(base.position):
         return own, 0.0
-    world, cost = np.array(view.px(np.zeros(3))), 0.0
+    world, cost = view.px(np.zeros(3)), 0.0
     for axis in [axis for axis in np.eye(3) if not scene.is_planar or view.lies_flat(axis)]:
-        way = np.array(view.px(AXIS[scene.is_planar] / view.scale * axis)) - world
-        for spot in spots:
-            share = min(max(float((spot - world) @ way) / float(way @ way), 0.0), 1.0)
-            cost += _nearly(spot - world - share * way, TOUCHING)
-    return own, cost + sum(_nearly(spot - world, ROOMY) for spot in spots)
+        end = view.px(AXIS[scene.is_planar] / view.scale * axis)
+        cost += sum(_nearly(_distance(spot, world, end), TOUCHING) for spot in spots)
+    return own, cost + sum(_nearly(math.dist(spot, world), ROOMY) for spot in spots)
 
 
-def _nearly(way: np.ndarray, room: float) -> float:
-    return CROWDED_COST * max(0.0, 1.0 - float(np.hypot(*way)) / room)
+def _nearly(distance: float, room: float) -> float:
+    return CROWDED_COST * max(0.0, 1.0 - distance / room)
+
+
+def _distance(point: Pair, start: Pair, end: Pair) -> float:
+    """Return the distance of a point from a piece of a line."""
+    (x, y), (u, v) = (point[0] - start[0], point[1] - start[1]), (end[0] - start[0], end[1] - start[1])
+    share = min(max((x * u + y * v) / (u * u + v * v), 0.0), 1.0)
+    return math.hypot(x - share * u, y - share * v)
 
 
 def _distinct(scene: Scene) -> list[np.ndarray]:
@@ -102,7 +108,7 @@ def _distinct(scene: Scene) -> list[np.ndarray]:
 def page_normals(scene: Scene) -> Part:
     """Return the names of the z axes seen end-on, where some z axis of a flat drawing points otherwise than to us."""
     view, n = scene.view, scene.chain.n
-    signs = [float(view.axes[2] @ frame[:3, 2]) for frame in scene.bones.frames]
+    signs = [view.toward(frame[:3, 2]) for frame in scene.bones.frames]
     if not scene.is_planar or min(signs) > 0.9:
         return Part()
     labels, named = [], n if min(map(abs, signs)) > 0.9 else n + 1

@@ -6,11 +6,11 @@ gets a thin line that leads to it.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from exercises.figure.ink import Ink, Line
 from exercises.figure.places import Places
-from exercises.figure.shapes import FONT, Box, Pair, Piece, Polyline, Shape, Text, runs
+from exercises.figure.shapes import FONT, Box, Pair, Piece, Polyline, Shape, Text, runs, shifted
 
 FAR = 15.0
 """Pixels from which on a label gets a leader."""
@@ -35,6 +35,12 @@ class Request:
     def spots(self) -> tuple[Pair, ...]:
         """The points that are named."""
         return tuple(dict.fromkeys(spot for spot, _ in self.anchors))
+
+    def moved(self, by: Pair) -> "Request":
+        """Return the same label at another place."""
+        spots = shifted(tuple([spot for spot, _ in self.anchors]), by)
+        anchors = tuple([(spot, wish) for spot, (_, wish) in zip(spots, self.anchors, strict=True)])
+        return replace(self, anchors=anchors, reach=shifted(self.reach, by))
 
     @property
     def far(self) -> float:

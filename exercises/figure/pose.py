@@ -50,6 +50,7 @@ class Skeleton:
         return np.asarray(self.frames[:, :3, 3])
 
 
+@lru_cache(maxsize=16)
 def drawn_chain(chain: Chain, stretch: float = 1.0) -> Chain:
     """Return the arm with numbers for all lengths, near enough to each other that the smallest can be seen.
 
@@ -148,9 +149,14 @@ def _digits(sizes: tuple[int, ...]) -> np.ndarray:
     return np.array(digits)
 
 
+@lru_cache(maxsize=16)
+def _numeric(drawn: Chain) -> NumericChain:
+    return NumericChain(drawn, {})
+
+
 def skeletons(drawn: Chain, entries: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return frames (k x n+1 x 4 x 4), corners (k x n x 3) and paths to P (k x 4 x 3) for poses (k x n)."""
-    numeric = NumericChain(drawn, {})
+    numeric = _numeric(drawn)
     frames = numeric.frames(entries)
     lengths = np.stack(
         [entries[:, i] if kind == "P" else np.full(len(entries), numeric.fixed[i][0])

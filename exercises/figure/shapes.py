@@ -72,6 +72,25 @@ class Text:
 Shape = Polyline | Circle | Glyph
 
 
+def moved(shape: Shape, by: Pair) -> Shape:
+    """Return the same shape at another place."""
+    if isinstance(shape, Glyph):
+        return Glyph(shape.number, shape.kind, tuple(_moved(inner, by) for inner in shape.shapes))
+    return _moved(shape, by)
+
+
+def _moved(shape: Polyline | Circle, by: Pair) -> Polyline | Circle:
+    if isinstance(shape, Circle):
+        return Circle(shifted((shape.center,), by)[0], shape.radius, shape.style)
+    return Polyline(shifted(shape.points, by), shape.style, shape.closed)
+
+
+def shifted(points: tuple[Pair, ...], by: Pair) -> tuple[Pair, ...]:
+    """Return the same points at another place."""
+    dx, dy = by
+    return tuple([(x + dx, y + dy) for x, y in points])
+
+
 @dataclass(frozen=True)
 class Figure:
     """Shapes from back to front, with the lettering on top, in a box of width x height pixels."""

@@ -1,12 +1,14 @@
 """From metres in the world frame to pixels: the view, and solid shapes seen in it."""
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from exercises.figure.labels import Request
-from exercises.figure.shapes import Pair, Polyline, Shape
+from exercises.figure.shapes import Pair, Polyline, Shape, moved
 
 ARROW = 8.0
 
@@ -21,6 +23,10 @@ class Part:
     def __add__(self, other: "Part") -> "Part":
         return Part(self.shapes + other.shapes, self.labels + other.labels)
 
+    def moved(self, by: Pair) -> "Part":
+        """Return the same at another place."""
+        return Part(tuple(moved(shape, by) for shape in self.shapes), tuple(label.moved(by) for label in self.labels))
+
 
 @dataclass(frozen=True)
 class View:
@@ -30,28 +36,41 @@ class View:
     scale: float
     shift: Pair = (0.0, 0.0)
 
+    @cached_property
+    def _rows(self) -> list[list[float]]:
+        return self.axes.tolist()
+
     def px(self, point: np.ndarray) -> Pair:
         """Return where a point (3, m) is drawn."""
-        right, up = self.axes[:2] @ point
-        return float(self.scale * right + self.shift[0]), float(-self.scale * up + self.shift[1])
+        (rx, ry, rz), (ux, uy, uz), _ = self._rows  # plain numbers: NumPy is slow on three of them
+        x, y, z = point.tolist()
+        right, up = rx * x + ry * y + rz * z, ux * x + uy * y + uz * z
+        return self.scale * right + self.shift[0], -self.scale * up + self.shift[1]
 
-    def path(self, points: list[np.ndarray]) -> tuple[Pair, ...]:
+    def path(self, points: Iterable[np.ndarray]) -> tuple[Pair, ...]:
         """Return where points are drawn."""
         return tuple(self.px(point) for point in points)
 
     def heading(self, vector: np.ndarray) -> Pair:
         """Return the drawn unit direction of a vector (3), or upwards if it points at the reader."""
-        right, up = self.axes[:2] @ vector
-        size = float(np.hypot(right, up))
-        return (float(right) / size, -float(up) / size) if size > 1e-6 else (0.0, -1.0)
+        (rx, ry, rz), (ux, uy, uz), _ = self._rows
+        x, y, z = vector.tolist()
+        right, up = rx * x + ry * y + rz * z, ux * x + uy * y + uz * z
+        size = math.hypot(right, up)
+        return (right / size, -up / size) if size > 1e-6 else (0.0, -1.0)
+
+    def toward(self, vector: np.ndarray) -> float:
+        """Return how far a vector (3) leads towards the reader."""
+        (dx, dy, dz), (x, y, z) = self._rows[2], vector.tolist()
+        return float(dx * x + dy * y + dz * z)
 
     def lies_flat(self, vector: np.ndarray) -> bool:
         """Whether a unit vector (3) is seen at its full length."""
-        return bool(abs(self.axes[2] @ vector) < 0.2)
+        return abs(self.toward(vector)) < 0.2
 
     def is_end_on(self, vector: np.ndarray) -> bool:
         """Whether a unit vector (3) points at the reader or away."""
-        return bool(abs(self.axes[2] @ vector) > 0.999)
+        return abs(self.toward(vector)) > 0.999
 
 
 def hull(points: list[Pair]) -> tuple[Pair, ...]:
@@ -129,7 +148,7 @@ def arrow(view: View, start: np.ndarray, end: np.ndarray, style: str) -> tuple[P
 def tip(points: tuple[Pair, ...], style: str, size: float = ARROW) -> tuple[Polyline, ...]:
     """Return a line that ends in an arrowhead."""
     (x0, y0), (x1, y1) = points[-2], points[-1]
-    length = float(np.hypot(x1 - x0, y1 - y0))
+    length = math.hypot(x1 - x0, y1 - y0)
     if length < 1e-6:
         return ()
     if len(points) == 2:
@@ -142,6 +161,6 @@ def tip(points: tuple[Pair, ...], style: str, size: float = ARROW) -> tuple[Poly
     return (Polyline((*points[:-1], last), style), Polyline(head, f"{style}-head", True))
 
 
-def turned(x: np.ndarray, y: np.ndarray, angle: float) -> np.ndarray:
-    """Return the unit vector at an angle (rad) from x towards y."""
+def turned(x: np.ndarray, y: np.ndarray, angle: float | np.ndarray) -> np.ndarray:
+    """Return the unit vector at an angle (rad) from x towards y; those at k x 1 angles as k x 3."""
     return np.asarray(x * np.cos(angle) + y * np.sin(angle))
