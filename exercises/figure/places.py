@@ -29,7 +29,7 @@ _Turn = tuple[float, float]
 
 @lru_cache(maxsize=64)
 def _order(anchors: int) -> tuple[tuple[int, int, int, float, _Turn], ...]:
-    """Return the places around so many anchors, the cheapest first: cost (hundredths), number, anchor, how far, turn."""
+    """Return the places around so many anchors, the cheapest first: cost, number, anchor, how far, turn."""
     found = []
     for anchor in range(anchors):
         for further in FURTHER:
@@ -42,16 +42,15 @@ def _order(anchors: int) -> tuple[tuple[int, int, int, float, _Turn], ...]:
 class _Place:
     """A place for a label, and what is known of it whatever other labels do: found out when it is asked for.
 
-    `own` is what it costs by itself, `least` what it costs at least with the lines that it covers.
+    `own` is what it costs by itself, `inked` with the lines that it covers, `least` as far as is known.
     """
 
-    __slots__ = ("box", "confused", "end", "hits", "least", "led", "own")
+    __slots__ = ("box", "end", "hits", "inked", "leader", "least", "own")
 
     def __init__(self, box: Box, own: int) -> None:
         self.box, self.own, self.least = box, own, own
-        self.hits = -1
-        self.led: bool | None = None
-        self.confused, self.end = False, (0.0, 0.0)
+        self.hits = self.leader = -1
+        self.inked, self.end = own, (0.0, 0.0)
 
 
 class Places:
@@ -108,9 +107,13 @@ class Places:
                     over += BOX_COST
             if over + place.least > least:
                 continue
-            cost = over + self._cost(place, lines)
+            cost = over + self._inked(place, lines)
             if cost <= least:
-                cost += self._leader_cost(place, taken, lines)
+                if place.leader < 0:
+                    self._find_out(place)
+                cost += place.leader
+                if place.leader and cost <= least and _is_crossed(place.box, place.end, taken, lines):
+                    cost += CROSSED_COST
                 if cost < least or (cost == least and number < best):
                     best, least = number, cost
         return known[best].box, least / 100
@@ -126,31 +129,25 @@ class Places:
         inside = left >= EDGE and top >= EDGE and right <= self._right and bottom <= self._bottom
         return _Place(box, own if inside else own + OUTSIDE_COST)
 
-    def _cost(self, place: _Place, lines: Sequence[Line]) -> int:
+    def _inked(self, place: _Place, lines: Sequence[Line]) -> int:
         """Return what a place costs by itself and with the lines that it covers, other labels' leaders among them."""
         if place.hits < 0:
             place.hits = self._ink.hits(place.box)
-            place.least = place.own + _ink_cost(place.hits)
-        near = [line for line in lines if line.is_near(place.box)]
+            place.least = place.inked = place.own + _ink_cost(place.hits)
+        near = [line for line in lines if line.is_near(place.box)] if lines else lines
         if not near:
-            return place.least
+            return place.inked
         cost = place.own + _ink_cost(place.hits + sum(line.hits(place.box) for line in near))
         return cost + CROSSED_COST * any(line.is_under(place.box) for line in near)
 
-    def _leader_cost(self, place: _Place, taken: Sequence[Box], lines: Sequence[Line]) -> int:
-        """Return what it costs that a place needs a leader, if it does, among other labels and their leaders."""
-        if place.led is None:
-            self._find_out(place)
-        if not place.led:
-            return 0
-        crossed = _is_crossed(place.box, place.end, taken, lines)
-        return LEADER_COST + CONFUSED_COST * place.confused + CROSSED_COST * crossed
-
     def _find_out(self, place: _Place) -> None:
-        """Find out whether a place needs a leader, and to where."""
+        """Find out whether a place needs a leader, to where, and what that costs wherever others are."""
         own, place.end = self.nearest(place.box)
-        place.confused = self._is_confused(place.box, own)
-        place.led = place.confused or own > self._far
+        if self._is_confused(place.box, own):
+            place.leader = LEADER_COST + CONFUSED_COST
+        else:
+            place.leader = LEADER_COST if own > self._far else 0
+        place.least += place.leader
 
     def nearest(self, box: Box) -> tuple[float, Pair]:
         """Return the distance of a box from what the label names, and the point of it that is nearest."""
