@@ -82,7 +82,7 @@ class Layout:
     def place_all(self, most: float = math.inf) -> bool:
         """Put each label where it is best among the others as they are now: the first time among those before it.
 
-        Whether they cost `most` together at most; what costs more is not placed to the end.
+        Whether they cost `most` together at most, when placed the first time; what costs more is not placed to the end.
         """
         for i in self._order:
             boxes = {k: box for k, box in self._boxes.items() if k != i}
@@ -90,13 +90,14 @@ class Layout:
             leaders = {k: line.shape for k, line in self._leaders.items()}
             if self._seen.get(i) != (boxes, leaders):
                 others = list(boxes.values()), list(self._leaders.values())
-                self._boxes[i], self._costs[i] = self._places[i].best(*others)
+                found = self._places[i].best(*others, most - self.cost)
+                if found is None:
+                    return False
+                self._boxes[i], self._costs[i] = found
                 led = self._led(i)
                 self._seen[i] = boxes, leaders
             if led is not None:
                 self._leaders[i] = led
-            if self.cost > most:
-                return False
         return True
 
     def _led(self, i: int) -> Line | None:

@@ -81,17 +81,17 @@ class Places:
         self._reach: Box = (min(x) - far, min(y) - far, max(x) + far, max(y) + far)
         self._all: Box | None = None
 
-    def best(self, taken: Sequence[Box], lines: Sequence[Line]) -> tuple[Box, float]:
+    def best(self, taken: Sequence[Box], lines: Sequence[Line], most: float) -> tuple[Box, float] | None:
         """Return the cheapest box and its cost: places by what they cost by themselves, until none can be cheaper.
 
         Around it are other labels' boxes and leaders. Costs are whole hundredths, and a tie goes to the place with the
-        least number, on every machine.
+        least number, on every machine. Nothing is returned where all cost more than `most`.
         """
         x0, y0, x1, y1 = self._reach
         taken = [box for box in taken if box[0] < x1 and box[2] > x0 and box[1] < y1 and box[3] > y0]
         room = [(left - 2, top - 1, right + 2, bottom + 1) for left, top, right, bottom in taken]
         known = self._known
-        best, least = -1, 10**9
+        best, least = -1, math.ceil(100 * min(most, 1e9)) + 1
         for own, number, anchor, further, turn in _order(len(self._anchors)):
             if own > least or (own == least and number > best):
                 break
@@ -116,7 +116,7 @@ class Places:
                     cost += CROSSED_COST
                 if cost < least or (cost == least and number < best):
                     best, least = number, cost
-        return known[best].box, least / 100
+        return (known[best].box, least / 100) if best >= 0 else None
 
     def _place(self, own: int, anchor: int, further: float, turn: _Turn) -> _Place:
         """Return the place whose box touches a circle of radius gap + further around the anchor from outside."""
@@ -210,8 +210,10 @@ def leader_start(box: Box, spot: Pair) -> Pair:
 def _is_crossed(box: Box, spot: Pair, taken: Sequence[Box], lines: Sequence[Line]) -> bool:
     """Whether the way from a box to a point crosses other boxes or leaders."""
     (x, y), (u, v) = start, _ = leader_start(box, spot), spot
-    for share in WAY:
-        px, py = x + share * (u - x), y + share * (v - y)
-        if any(left < px < right and top < py < bottom for left, top, right, bottom in taken):
-            return True
+    x0, x1, y0, y1 = min(x, u), max(x, u), min(y, v), max(y, v)
+    for left, top, right, bottom in taken:
+        if left < x1 and right > x0 and top < y1 and bottom > y0:
+            for share in WAY:
+                if left < x + share * (u - x) < right and top < y + share * (v - y) < bottom:
+                    return True
     return any(line.crosses(start, spot) for line in lines)
