@@ -122,8 +122,8 @@ class Places:
         """Return the place whose box touches a circle of radius gap + further around the anchor from outside."""
         (w, h), (x, y, u, v), (cos, sin) = self._half, self._anchors[anchor], turn
         c, s = u * cos - v * sin, v * cos + u * sin
-        upright, level = w * abs(s), h * abs(c)
-        reach = self._gap + further + (w / abs(c) if upright < level else h / abs(s))
+        aside, above = abs(c), abs(s)
+        reach = self._gap + further + (w / aside if w * above < h * aside else h / above)
         x, y = x + c * reach, y + s * reach
         box = left, top, right, bottom = x - w, y - h, x + w, y + h
         inside = left >= EDGE and top >= EDGE and right <= self._right and bottom <= self._bottom
@@ -157,15 +157,17 @@ class Places:
 
     def _is_confused(self, box: Box, own: float) -> bool:
         """Whether something else of the kind is not clearly further away than its own thing is."""
-        for gap, (x, y) in _near(box, self._rivals, own + CLEARLY):
-            if own > gap - CLEARLY:
-                if gap < self._far:
-                    return True
-                left, top, right, bottom = self._around()  # what is far from all places confuses nobody
-                far = self._far
-                if left - far < x < right + far and top - far < y < bottom + far:
-                    return True
+        for rival in _near(box, self._rivals, own + CLEARLY):
+            gap = _gap(box, rival)
+            if own > gap - CLEARLY and (gap < self._far or self._is_around(rival)):
+                return True
         return False
+
+    def _is_around(self, rival: Pair) -> bool:
+        """Whether a point is within reach of any place: what is far from all of them confuses nobody."""
+        (x, y), far = rival, self._far
+        left, top, right, bottom = self._around()
+        return left - far < x < right + far and top - far < y < bottom + far
 
     def _around(self) -> Box:
         """Return the box of all places."""
@@ -182,24 +184,26 @@ class Places:
     def needs_leader(self, box: Box) -> bool:
         """Whether a label in a box stands far off, or nearer to something else of the kind."""
         own, _ = self.nearest(box)
-        return own > self._far or any(gap < own for gap, _ in _near(box, self._rivals, own))
+        return own > self._far or any(_gap(box, rival) < own for rival in _near(box, self._rivals, own))
 
 
 def _ink_cost(hits: int) -> int:
-    return INK_COST * min(hits, INKED) + MORE_INK_COST * hits
+    return INK_COST * (hits if hits < INKED else INKED) + MORE_INK_COST * hits
 
 
 def _gap(box: Box, point: Pair) -> float:
     """Return the distance of a box from a point; 0 inside. Rounded, so that it is the same on every machine."""
     left, top, right, bottom = box
     x, y = point
-    return round(math.hypot(max(left - x, x - right, 0.0), max(top - y, y - bottom, 0.0)) * 1000) / 1000
+    aside = left - x if x < left else x - right if x > right else 0.0
+    above = top - y if y < top else y - bottom if y > bottom else 0.0
+    return round((math.hypot(aside, above) if aside and above else aside + above) * 1000) / 1000
 
 
-def _near(box: Box, points: Sequence[Pair], most: float) -> list[tuple[float, Pair]]:
-    """Return the points that may be less than `most` away from a box, each with its distance."""
+def _near(box: Box, points: Sequence[Pair], most: float) -> list[Pair]:
+    """Return the points that may be less than `most` away from a box."""
     left, top, right, bottom = box[0] - most - 0.01, box[1] - most - 0.01, box[2] + most + 0.01, box[3] + most + 0.01
-    return [(_gap(box, (x, y)), (x, y)) for x, y in points if left < x < right and top < y < bottom]
+    return [point for point in points if left < point[0] < right and top < point[1] < bottom]
 
 
 def leader_start(box: Box, spot: Pair) -> Pair:
