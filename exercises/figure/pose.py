@@ -256,8 +256,9 @@ def clearance(flat: np.ndarray, axes: int) -> np.ndarray:
     for i, j in itertools.combinations(range(flat.shape[1]), 2):
         near = j == i + 1 or i >= link
         first, second = (points[:, i, :4], points[:, j, 2:]) if near else (points[:, i], points[:, j])
-        gaps = np.linalg.norm(first[:, :, None] - second[:, None], axis=3).reshape(len(flat), -1)
-        least = np.minimum(least, gaps.min(axis=1) * (1.3 if near else 1.0))
+        x, y = (first[:, :, None, k] - second[:, None, :, k] for k in range(2))
+        gaps = np.sqrt((x * x + y * y).reshape(len(flat), -1).min(axis=1))
+        least = np.minimum(least, gaps * (1.3 if near else 1.0))
         if not near:
             least = np.where(_cross(flat[:, i], flat[:, j]), 0.0, least)
     return np.where(np.isinf(least), 1.0, least)
@@ -311,11 +312,16 @@ def _crowd(frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> np.ndarra
     """
     axes = [frames[:, :, :3, 3] + 54 / scale[:, None, None] * frames[:, :, :3, k] for k in (0, 2)]
     spots = np.concatenate([frames[:, :, :3, 3], *axes], axis=1)
-    first, second = np.triu_indices(spots.shape[1], 1)
-    ways = spots[:, first] - spots[:, second]
-    ways = ways[:, np.abs(ways).max(axis=(0, 2)) > 1e-6]
-    gaps = np.linalg.norm(ways @ view[:2].T, axis=2) * scale[:, None]
-    return np.asarray(np.maximum(0.0, 1.0 - gaps / CLOSE).sum(axis=1))
+    flat = np.moveaxis(spots @ view[:2].T, 0, 2) * scale
+    total = np.zeros(len(frames))
+    for i in range(spots.shape[1] - 1):
+        others = np.arange(i + 1, spots.shape[1])
+        near = np.abs(spots[0, others] - spots[0, i]).max(axis=1) <= 1e-6
+        gone = others[near][np.abs(spots[:, others[near]] - spots[:, [i]]).max(axis=(0, 2)) <= 1e-6]
+        ways = flat[np.setdiff1d(others, gone)] - flat[i]
+        gaps = np.sqrt(ways[:, 0] * ways[:, 0] + ways[:, 1] * ways[:, 1])
+        total += np.maximum(0.0, 1.0 - gaps / CLOSE).sum(axis=0)
+    return total
 
 
 def _axes_apart(frames: np.ndarray, view: np.ndarray) -> np.ndarray:
