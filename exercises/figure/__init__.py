@@ -21,7 +21,7 @@ from exercises.figure.body import body, fitted
 from exercises.figure.labels import Layout
 from exercises.figure.plane import camera, exact, is_flat
 from exercises.figure.pose import HEIGHT, LONG, ROOM, WIDTH, Skeleton, best_poses, drawn_chain, skeleton, told_pose
-from exercises.figure.shapes import Figure, fixed
+from exercises.figure.shapes import Figure, fixed, path
 from exercises.figure.small import PANEL, cells, posed, singular_panel, thumbnail
 from exercises.figure.view import Part, View
 from exercises.figure.words import alt_text, panels_text, title_text
@@ -136,6 +136,7 @@ def _svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | None) ->
         title=title_text(chain),
         description=alt_text(chain),
         fixed=fixed,
+        path=path,
     )
 
 
@@ -159,6 +160,7 @@ def thumbnail_svg(chain: Chain, name: str = "arm") -> str:
         title=title_text(chain),
         description=alt_text(chain),
         fixed=fixed,
+        path=path,
     )
 
 
@@ -229,6 +231,7 @@ def _side_by_side(drawings: Sequence[tuple[str, Figure]], below: str, name: str,
         title=title,
         description=description,
         fixed=fixed,
+        path=path,
     )
 
 

@@ -199,3 +199,12 @@ def fixed(value: float) -> str:
     """
     text = f"{value + 1.37e-4:.1f}"  # the shift takes exact ties, on which machines might differ, off the edge
     return "0.0" if text == "-0.0" else text
+
+
+def path(points: tuple[Pair, ...]) -> str:
+    """Return points as SVG writes them.
+
+    >>> path(((1.0, 2.04), (-3.5, 0.0)))
+    '1.0,2.0 -3.5,0.0'
+    """
+    return " ".join([f"{fixed(x)},{fixed(y)}" for x, y in points])
