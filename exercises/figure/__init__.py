@@ -116,9 +116,10 @@ def _told(chain: Chain, entries: np.ndarray) -> Composed:
             if best is None or round(cost, 1) < best[0]:
                 best = (round(cost, 1), composed)
         assert best is not None
-        if best[0] <= CLEAR[flat] * len(best[1][0].labels):
+        cost, composed = best
+        if cost <= CLEAR[flat] * len(composed[0].labels):
             break
-    return best[1]
+    return composed
 
 
 def figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] | None = None) -> str:

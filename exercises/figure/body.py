@@ -74,5 +74,5 @@ def extent(shapes: tuple[Shape, ...]) -> tuple[Pair, Pair]:
                 points += [(x - r, y - r), (x + r, y + r)]
             else:
                 points += inner.points
-    x, y = zip(*points, strict=True)
-    return (min(x), min(y)), (max(x), max(y))
+    across, down = [x for x, _ in points], [y for _, y in points]
+    return (min(across), min(down)), (max(across), max(down))

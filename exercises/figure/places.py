@@ -25,12 +25,14 @@ WAY = (0.1, 0.3, 0.5, 0.7, 0.9)
 
 _Turn = tuple[float, float]
 """Cosine and sine."""
+_Listed = tuple[int, int, int, float, _Turn]
+"""A place: what it costs by itself (hundredths), its number, which anchor it is at, how far from it, where around."""
 
 
 @lru_cache(maxsize=64)
-def _order(anchors: int) -> tuple[tuple[int, int, int, float, _Turn], ...]:
-    """Return the places around so many anchors, the cheapest first: cost, number, anchor, how far, turn."""
-    found = []
+def _order(anchors: int) -> tuple[_Listed, ...]:
+    """Return the places around so many anchors, the cheapest first."""
+    found: list[_Listed] = []
     for anchor in range(anchors):
         for further in FURTHER:
             for turn in map(math.radians, ROUND):
