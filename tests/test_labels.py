@@ -54,6 +54,11 @@ def test_no_place_is_cheaper_than_the_best(rivals: tuple[tuple[float, float], ..
     assert not any(box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in taken)
 
 
+def test_a_link_seen_end_on_still_has_a_label() -> None:
+    nowhere = Places(symbol("a", "1"), [((90.0, 90.0), (0.0, -0.0))], 8.0, 20.0, (), Ink(SHAPES), SIZE)
+    assert nowhere.best([], [], math.inf) is not None
+
+
 def test_labels_that_cost_too_much_are_given_up() -> None:
     requests = [Request(symbol("O", str(k)), (((180.0, 140.0), (0.6, 0.8)),), kind="origin") for k in range(4)]
     whole = Layout(requests, SHAPES, SIZE)

@@ -75,7 +75,7 @@ class Places:
         w, h = extent(pieces)
         self._half = (w / 2, h / 2)
         self._right, self._bottom = size[0] - EDGE, size[1] - EDGE
-        self._anchors = [(*spot, *(part / math.hypot(*wish) for part in wish)) for spot, wish in anchors]
+        self._anchors = [(*spot, *_unit(wish)) for spot, wish in anchors]
         self._spots = tuple(dict.fromkeys(spot for spot, _ in anchors))
         self._known: dict[int, _Place] = {}
         x, y = zip(*self._spots, strict=True)
@@ -187,6 +187,12 @@ class Places:
         """Whether a label in a box stands far off, or nearer to something else of the kind."""
         own, _ = self.nearest(box)
         return own > self._far or any(_gap(box, rival) < own for rival in _near(box, self._rivals, own))
+
+
+def _unit(wish: Pair) -> Pair:
+    """Return the unit vector along a direction; some, where a link seen end-on has none."""
+    turn = math.atan2(wish[1], wish[0])
+    return math.cos(turn), math.sin(turn)
 
 
 def _ink_cost(hits: int) -> int:
