@@ -190,7 +190,11 @@ def _without_wrist(chain: Chain, sample: Sample) -> Sample | None:
 
 def _rank(jacobian: np.ndarray, reach: float) -> int:
     """Return the rank; a Jacobian whose entries are all next to nothing, against the arm's reach, has rank zero."""
-    sigma = np.linalg.svd(jacobian, compute_uv=False)
+    return _rank_by(np.linalg.svd(jacobian, compute_uv=False), reach)
+
+
+def _rank_by(sigma: np.ndarray, reach: float) -> int:
+    """Return the rank of a Jacobian with these singular values."""
     return int(np.sum(sigma > REGULAR * max(sigma[0], min(reach, 1.0))))
 
 
@@ -216,8 +220,8 @@ def _kind_of_place(sample: Sample, task: list[int]) -> str | None:
 def _kind_seen(sample: Sample, task: list[int]) -> str | None:
     """Return the kind that a configuration shows by its own small motions and by the search for others."""
     jacobian = sample.arm.jacobian(sample.q)[task]
-    u, _, vt = np.linalg.svd(jacobian)
-    rank = _rank(jacobian, _reach(sample.arm))
+    u, sigma, vt = np.linalg.svd(jacobian)
+    rank = _rank_by(sigma, _reach(sample.arm))
     if rank == min(jacobian.shape):
         return "regular"
     lost, still = u[:, rank:], vt[rank:]
@@ -254,11 +258,8 @@ def _is_edge(sample: Sample, task: list[int], lost: np.ndarray, still: np.ndarra
 def _folds(sample: Sample, task: list[int], lost: np.ndarray, still: np.ndarray) -> tuple[bool, bool]:
     """Tell whether still motions lead, to second order, forward along `lost`, and whether they lead backward."""
     step = 1e-4
-    rows = []
-    for k in still:
-        ahead, behind = (sample.arm.jacobian(sample.q + side * step * k)[task] for side in (1, -1))
-        rows.append(lost @ (ahead - behind) / (2 * step) @ still.T)
-    form = np.array(rows)
+    ahead, behind = sample.arm.jacobian(sample.q + step * np.array([still, -still]))[:, :, task]
+    form = lost @ (ahead - behind) / (2 * step) @ still.T
     eigenvalues = np.linalg.eigvalsh((form + form.T) / 2)
     return bool(np.any(eigenvalues > 1e-5)), bool(np.any(eigenvalues < -1e-5))
 

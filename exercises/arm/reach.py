@@ -7,6 +7,7 @@ or parallel to it, reaches a place if the plane arm does on either side of the a
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -21,7 +22,7 @@ _SURE = 1e-6
 
 def reaches(arm: NumericChain, task: Sequence[int], place: np.ndarray) -> bool | None:
     """Tell whether the point can be at `place` (3, m), as far as `task` (rows) counts; None where this can't say."""
-    home = arm.frames(np.zeros(len(arm.kinds)))
+    home = _home(arm)
     moving = min(arm.point_frame, len(arm.kinds))
     carried = len(task) == 3
     if moving <= carried or list(task) not in ([0, 1], [0, 2], [1, 2], [0, 1, 2]) or arm.kinds[0] != "R":
@@ -54,6 +55,12 @@ def reaches(arm: NumericChain, task: Sequence[int], place: np.ndarray) -> bool |
         _inside(float(np.hypot(side * along - foot @ across, height - foot @ axis)), distances) for side in (1, -1)
     ]
     return True if True in sides else None if None in sides else False
+
+
+@lru_cache(maxsize=256)
+def _home(arm: NumericChain) -> np.ndarray:
+    """Return the frames of an arm whose joints are all at zero; kept, as many places are asked about."""
+    return arm.frames(np.zeros(len(arm.kinds)))
 
 
 def _distances(kinds: Sequence[str], axes: np.ndarray, origins: np.ndarray, point: np.ndarray) -> np.ndarray | None:
