@@ -52,10 +52,10 @@ export function inChromium() {
 
 /**
  * A page that has come to rest, with what its console says of errors, refusals by its policy among them, and what it
- * asks other hosts for.
+ * asks other hosts for. In a `shared` context what an earlier page loaded is there already.
  */
-export async function opened({ browser, server }, path, options = WIDE) {
-  const context = await browser.newContext({ serviceWorkers: "block", ...options });
+export async function opened({ browser, server }, path, options = WIDE, shared = null) {
+  const context = shared ?? (await browser.newContext({ serviceWorkers: "block", ...options }));
   const page = await context.newPage();
   const wrong = [];
   page.on("pageerror", (error) => wrong.push(String(error)));

@@ -21,34 +21,42 @@ function pages() {
     .sort();
 }
 
-test("every page has a strict policy, and nothing in it is refused", async () => {
-  const all = pages();
-  assert.ok(all.length > 20, `${all.length} pages`);
-  for (const path of all) {
-    const { page, context, wrong } = await opened(there, path);
-    const policy = await page.locator('meta[http-equiv="Content-Security-Policy"]').getAttribute("content");
+/** Every page as it was found, by its path; each is opened once. */
+let found = null;
+const visited = () => (found ??= visitAll());
+
+async function visitAll() {
+  const shared = await there.browser.newContext({ serviceWorkers: "block", ...WIDE });
+  const seen = new Map();
+  for (const path of pages()) {
+    const { page, wrong } = await opened(there, path, WIDE, shared);
+    const told = await page.evaluate(() => ({
+      policy: document.querySelector('meta[http-equiv="Content-Security-Policy"]').getAttribute("content"),
+      refused: window.refused,
+      headings: document.querySelectorAll("h1").length,
+      anchors: [...document.querySelectorAll("[id]")].map(({ id }) => id),
+      links: [...document.querySelectorAll("a[href]")].map((link) => link.getAttribute("href")),
+    }));
+    seen.set(path, { ...told, wrong });
+    await page.close();
+  }
+  await shared.close();
+  return seen;
+}
+
+test("every page has a strict policy, nothing in it is refused, and nothing comes from elsewhere", async () => {
+  const all = await visited();
+  assert.ok(all.size > 20, `${all.size} pages`);
+  for (const [path, { policy, refused, headings, wrong }] of all) {
     assert.match(policy, /default-src 'none'; script-src 'self';/, path);
     assert.doesNotMatch(policy, /unsafe-eval|script-src[^;]*unsafe|https?:|\*/, path);
-    assert.deepEqual([...wrong, ...(await page.evaluate(() => window.refused))], [], path);
-    assert.equal(await page.locator("h1").count(), 1, path);
-    await context.close();
+    assert.deepEqual([...wrong, ...refused], [], path);
+    assert.equal(headings, 1, path);
   }
 });
 
 test("every link of the site leads to a page, and to a place in it", async () => {
-  const { page, context } = await opened(there, "index.html");
-  const known = new Map();
-  for (const path of pages()) {
-    await page.goto(`${there.server.root}/${path}`);
-    known.set(
-      path,
-      await page.evaluate(() => ({
-        anchors: [...document.querySelectorAll("[id]")].map(({ id }) => id),
-        links: [...document.querySelectorAll("a[href]")].map((link) => link.getAttribute("href")),
-      })),
-    );
-  }
-  await context.close();
+  const known = await visited();
   const lost = [];
   for (const [path, { links }] of known) {
     for (const link of links) {
