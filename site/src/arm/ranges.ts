@@ -1,6 +1,16 @@
 // How far the joints of an arm go on the page, and the pose in which it is shown first.
 
-import { type Arm, isMixed, longest, measuresOf, type Pose, reachOf, type State, stateAt } from "./model.js";
+import {
+  type Arm,
+  isMixed,
+  longest,
+  measuresOf,
+  placesAt,
+  type Pose,
+  reachOf,
+  type State,
+  stateAt,
+} from "./model.js";
 import { randomPoses } from "./random.js";
 import { dot, norm, subtract, type Vec3 } from "./vector.js";
 import { axonometric, FIRST_ORBIT, flatPlane } from "./view.js";
@@ -44,6 +54,7 @@ export function firstPose(arm: Arm): Pose {
   const regular = isMixed(arm) ? 0.1 : 0.4;
   let best: Pose = arm.joints.map(() => 0);
   let most = -Infinity;
+  const tried = new Set<string>(); // an arm of two joints has fewer
   for (let k = 0; k < TRIED; k += 1) {
     let digits = (k * 7919) % 1_000_003;
     const pose = arm.joints.map((joint, i) => {
@@ -53,6 +64,9 @@ export function firstPose(arm: Arm): Pose {
       const entry = joint.kind === "R" ? (choice * Math.PI) / 180 : choice * unit;
       return round(within(arm, i, entry - joint.offset), joint.kind === "R" ? Math.PI / 180 : 0.01);
     });
+    const key = pose.join(" ");
+    if (tried.has(key)) continue;
+    tried.add(key);
     const state = stateAt(arm, pose);
     const place = placeScore(arm, state, unit);
     if (place + REGULAR <= most) continue; // however far from singular it is: singular values take longest
@@ -97,7 +111,7 @@ export function extentOf(arm: Arm): Extent {
       const { kind, offset } = arm.joints[i]!;
       return kind === "R" ? value : (0.5 + (0.8 * value) / Math.PI) * longest(arm) - offset;
     });
-    const { frames, corners, point } = stateAt(arm, pose);
+    const { frames, corners, point } = placesAt(arm, pose);
     for (const place of [...frames.map((frame) => frame.o), ...corners, point]) {
       const away = subtract(place, o);
       const height = dot(away, z);
