@@ -32,10 +32,11 @@ def assets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Assets]:
     """Scripts and styles as `npm run build` would leave them, two small files here."""
     folder = tmp_path / "dist"
     (folder / "assets").mkdir(parents=True)
-    for name in ("practice.js", "pages.js", "site.css"):
+    for name in ("practice.js", "pages.js", "shared.js", "site.css"):
         (folder / "assets" / name).write_text(f"/* {name} */\n")
     made = Assets(
         {"practice": "assets/practice.js", "pages": "assets/pages.js"},
+        {"practice": ["assets/shared.js"], "pages": []},
         {"practice": ["assets/site.css"], "pages": ["assets/site.css"]},
         sorted((folder / "assets").iterdir()),
         folder,
@@ -63,6 +64,10 @@ def test_a_site_is_built_and_a_rerun_keeps_the_bank(assets: Assets, tmp_path: Pa
     assert before == {path: path.stat().st_mtime_ns for path in site.glob("bank/polar-rp/*")}
     assert first == {path.relative_to(site): path.read_bytes() for path in site.rglob("*") if path.is_file()}
     _links_lead_somewhere(site)
+    practice = (site / "practice.html").read_text()
+    assert '<link rel="modulepreload" href="assets/shared.js">' in practice  # loaded at once, not one after another
+    assert '<link rel="preload" href="bank/index.json" as="fetch" crossorigin="anonymous">' in practice
+    assert "preload" not in (site / "accessibility.html").read_text()
     shell = json.loads(re.findall(r"const SHELL = (.*);", (site / "sw.js").read_text())[0])
     assert not [name for name in shell if not (site / name).is_file()]
 

@@ -26,9 +26,13 @@ LONG = 3
 
 @dataclass(frozen=True)
 class Assets:
-    """The built scripts and styles: addresses of the script and the styles of each entry, and every file."""
+    """The built scripts and styles: addresses of each entry's script, of what that imports at once, and of its styles.
+
+    `files` is every file.
+    """
 
     scripts: Mapping[str, str]
+    modules: Mapping[str, Sequence[str]]
     styles: Mapping[str, Sequence[str]]
     files: Sequence[Path]
     folder: Path
@@ -58,13 +62,21 @@ def built_assets() -> Assets | None:
     entries = {name: manifest[source] for name, source in ENTRIES.items()}
     files = sorted(path for path in folder.rglob("*") if path.is_file() and ".vite" not in path.parts)
     styles = {name: _styles(manifest, source) for name, source in ENTRIES.items()}
-    return Assets({name: entry["file"] for name, entry in entries.items()}, styles, files, folder)
+    modules = {name: _imports(manifest, source) for name, source in ENTRIES.items()}
+    return Assets({name: entry["file"] for name, entry in entries.items()}, modules, styles, files, folder)
 
 
 def docs_folder() -> Path | None:
     """Return the folder of the documentation: inside the package (wheel) or beside it (checkout)."""
     here = Path(__file__).parents[1]
     return next((f for f in (here / "site_docs", here.parent / "docs") if f.is_dir()), None)
+
+
+def _imports(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) -> list[str]:
+    """Return the scripts that an entry imports at once: the page loads them along with it, not one after another."""
+    names = manifest[source].get("imports", ())
+    found = [each for name in names for each in (str(manifest[name]["file"]), *_imports(manifest, name))]
+    return list(dict.fromkeys(found))
 
 
 def _styles(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) -> list[str]:
@@ -142,7 +154,7 @@ def page_text(page: Page, assets: Assets, course: str, has_docs: bool = True) ->
     root = "../" * page.path.count("/")
     return render(
         "site/page.html.j2", page=page, root=root, course=course, body=page.body, has_docs=has_docs,
-        script=assets.scripts[page.entry], styles=assets.styles[page.entry],
+        script=assets.scripts[page.entry], modules=assets.modules[page.entry], styles=assets.styles[page.entry],
     )  # fmt: skip
 
 

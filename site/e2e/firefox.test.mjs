@@ -33,8 +33,8 @@ describe("in Firefox", { skip: missing }, () => {
   const ask = async (question) => {
     await page.open(`${site.root}/practice.html?arm=planar-2r&question=${question}`);
     await page.until(() => {
-      document.querySelector("#arm")?.scrollIntoView(); // it comes when it is near to the screen
-      return Boolean(document.querySelector("form .answer") && document.querySelector(".arm-map-frame"));
+      document.querySelector("#arm")?.scrollIntoView(); // it comes when it is near to the screen, its map last
+      return Boolean(document.querySelector("form .answer") && document.querySelector(".arm-zero"));
     });
   };
   const press = (name) =>

@@ -1,23 +1,46 @@
-// The built site on a server of its own, for the tests of practising.
+// The built site for the tests of practising: what its bank holds, and its pages as they are opened.
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 
 import { builtSite, served as servedFolder } from "../tools/browser.mjs";
 
-/** The folder of the site, its address, how to read of its bank, and how to end it all. */
+/** How to read of the bank of a built site, and the right answer to a question about the planar arm, as it is typed. */
+export function bankOf(folder) {
+  const bank = (name) => JSON.parse(readFileSync(join(folder, `bank/${name}.json`), "utf8"));
+  return {
+    bank,
+    typed: (kind) => bank("planar-2r/001.solutions").parts.find(({ name }) => name === kind).typed,
+  };
+}
+
+/** The site on a server of its own: its folder, its address, its bank, and how to end it all. */
 export async function served() {
   const { folder, remove } = builtSite();
   const { root, close } = await servedFolder(folder);
-  const bank = (name) => JSON.parse(readFileSync(join(folder, `bank/${name}.json`), "utf8"));
   return {
     folder,
     root,
-    bank,
-    /** The right answer to a question about the planar arm, as it is typed. */
-    typed: (kind) => bank("planar-2r/001.solutions").parts.find(({ name }) => name === kind).typed,
+    ...bankOf(folder),
     close() {
       close();
       remove();
     },
   };
 }
+
+/** How to open a page with nothing kept, and with the errors that its script says. */
+export const pagesOf =
+  (there) =>
+  async (path, options = {}) => {
+    const context = await there.browser.newContext({
+      viewport: { width: 1280, height: 900 },
+      serviceWorkers: "block",
+      ...options,
+    });
+    const opened = await context.newPage();
+    const errors = [];
+    opened.on("pageerror", (error) => errors.push(String(error)));
+    opened.on("console", (said) => said.type() === "error" && errors.push(said.text()));
+    await opened.goto(`${there.server.root}/${path}`);
+    return { opened, context, errors };
+  };

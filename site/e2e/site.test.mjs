@@ -1,60 +1,16 @@
-// The built site in a real browser: problems solved rightly and wrongly, the arm moved, everything reachable by keyboard.
-// Chromium is the system's.
+// The built site in a real browser: problems solved rightly and wrongly, hints, languages, sheets, offline. Chromium is the
+// system's.
 import assert from "node:assert/strict";
-import { existsSync, readFileSync } from "node:fs";
-import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { createRequire } from "node:module";
+import { test } from "node:test";
 
-import { CHROMIUM, launched } from "../tools/browser.mjs";
-import { armTests } from "./arm.mjs";
-import { served } from "./site.mjs";
+import { inChromium } from "./opened.mjs";
+import { bankOf, pagesOf } from "./site.mjs";
 
-const require = createRequire(import.meta.url);
-const AXE = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
-if (!CHROMIUM && !process.env.CI) {
-  console.error("no Chromium: the site is not tried in a browser (apt-get install chromium)");
-  process.exit(0);
-}
-
-let site, folder, root, browser;
-
-before(async () => {
-  assert.ok(CHROMIUM, "no Chromium: apt-get install chromium");
-  site = await served();
-  ({ folder, root } = site);
-  browser = await launched();
-});
-
-after(async () => {
-  await browser?.close();
-  site?.close();
-});
-
-/** A page with nothing kept, that fails the test on any error in its script. */
-async function page(path, options = {}) {
-  const context = await browser.newContext({
-    viewport: { width: 1280, height: 900 },
-    serviceWorkers: "block",
-    ...options,
-  });
-  const opened = await context.newPage();
-  const errors = [];
-  opened.on("pageerror", (error) => errors.push(String(error)));
-  opened.on("console", (said) => said.type() === "error" && errors.push(said.text()));
-  await opened.goto(`${root}/${path}`);
-  return { opened, context, errors };
-}
-
-/** The arm of a page, which comes when it is near to the screen, with its map. */
-async function armOf(opened) {
-  await opened.locator("#arm").scrollIntoViewIfNeeded();
-  await opened.locator(".arm-zero").first().waitFor({ state: "attached" });
-}
-
+const there = inChromium();
+const page = pagesOf(there);
 const ask = (question) => page(`practice.html?arm=planar-2r&question=${question}`);
-const problem = () => site.bank("planar-2r/001");
-const typed = (kind) => site.typed(kind);
+const problem = () => bankOf(there.site.folder).bank("planar-2r/001");
+const typed = (kind) => bankOf(there.site.folder).typed(kind);
 
 /** Answers as text, checks, and returns the verdict's heading and text. */
 async function answered(opened, text) {
@@ -183,10 +139,10 @@ test("the arm goes to the pose in which a wrong answer differs, once the verdict
 });
 
 test("where the arm can't be loaded, the page says so and grades all the same", async () => {
-  const context = await browser.newContext({ serviceWorkers: "block" });
+  const context = await there.browser.newContext({ serviceWorkers: "block" });
   const opened = await context.newPage();
   await opened.route(/panel[^/]*\.js$/, (route) => route.abort());
-  await opened.goto(`${root}/practice.html?arm=planar-2r&question=determinant`);
+  await opened.goto(`${there.server.root}/practice.html?arm=planar-2r&question=determinant`);
   await opened.locator("#arm").scrollIntoViewIfNeeded();
   await opened.getByText("The arm could not be loaded").waitFor();
   await answered(opened, typed("determinant"));
@@ -284,8 +240,6 @@ test("what can't be read is told in German, and English texts are marked as such
   await context.close();
 });
 
-armTests({ page: (...asked) => page(...asked) });
-
 test("the next problem begins at its beginning, for keyboards, too", async () => {
   const { opened, context } = await page("practice.html?arm=planar-2r&set=a");
   await opened.getByText(/^Problem 1 of \d+ of the set$/).waitFor();
@@ -330,56 +284,7 @@ test("it works offline after the first visit", async () => {
   await opened.reload();
   const { heading } = await answered(opened, typed("position"));
   assert.equal(heading, "Right");
-  await opened.goto(`${root}/`);
+  await opened.goto(`${there.server.root}/`);
   await opened.getByRole("heading", { level: 1 }).waitFor();
-  await context.close();
-});
-
-for (const path of [
-  "index.html",
-  "practice.html?arm=planar-2r&question=jacobian",
-  "practice.html?arm=planar-2r&set=a&sheet=2&key=1",
-  "accessibility.html",
-  "docs/index.html",
-]) {
-  for (const [name, options] of [
-    ["wide and light", { colorScheme: "light" }],
-    ["on a phone in the dark", { colorScheme: "dark", viewport: { width: 390, height: 844 } }],
-  ]) {
-    test(`${path} is accessible ${name}`, async (t) => {
-      if (path.startsWith("docs") && !existsSync(join(folder, path))) return t.skip("this build has no docs");
-      const { opened, context, errors } = await page(path, options);
-      await opened.waitForLoadState("networkidle");
-      if (path.includes("question=")) await armOf(opened);
-      await opened.evaluate(AXE);
-      const { violations } = await opened.evaluate(() =>
-        window.axe.run({ runOnly: ["wcag2a", "wcag2aa", "wcag21aa", "wcag22aa"] }),
-      );
-      assert.deepEqual(
-        violations.map(
-          ({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html.slice(0, 120)).join(" | ")}`,
-        ),
-        [],
-      );
-      const wider = await opened.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
-      assert.ok(wider <= 0, `${wider} pixels wider than the screen`);
-      assert.deepEqual(errors, []);
-      await context.close();
-    });
-  }
-}
-
-test("no page loads anything from elsewhere", async () => {
-  const { opened, context } = await page("index.html");
-  const elsewhere = [];
-  opened.on("request", (request) => new URL(request.url()).origin !== root && elsewhere.push(request.url()));
-  for (const path of ["practice.html", "examples/6-1.html"]) {
-    await opened.goto(`${root}/${path}`);
-    await opened.waitForLoadState("networkidle");
-  }
-  assert.deepEqual(
-    elsewhere.filter((address) => !address.startsWith("data:") && !address.startsWith("blob:")),
-    [],
-  );
   await context.close();
 });

@@ -6,7 +6,7 @@ import { read } from "../src/read/reader.js";
 import { ReadError } from "../src/read/tree.js";
 import { de } from "../src/text/de.js";
 import { en, type TextKey } from "../src/text/en.js";
-import { message, said } from "../src/text/text.js";
+import { ENGLISH, inDigits, message, said } from "../src/text/text.js";
 
 const GERMAN = { code: "de", catalogue: de };
 const filled = (text: string): string[] => [...text.matchAll(/\{([\w-]+)\}/g)].map(([all]) => all).sort();
@@ -20,6 +20,32 @@ describe("the catalogue", () => {
     const inside = message("read.at", { what: message("read.the-end"), at: 1.5, near: "x" });
     expect(said(inside)).toBe("the end at character 1.5, near 'x'");
     expect(said(inside, GERMAN)).toBe("das Ende, bei Zeichen 1,5, nahe „x“");
+  });
+
+  test.each([ENGLISH, GERMAN])("numbers are written as browsers write them: $code", (language) => {
+    const due = new Intl.NumberFormat(language.code, { maximumSignificantDigits: 6, useGrouping: false });
+    const exponents = Array.from({ length: 60 }, (_, k) => 10 ** (k - 30));
+    const sizes = exponents.flatMap((size) => [
+      size,
+      -1.5 * size,
+      (size * 2) / 3,
+      9.999996 * size,
+      1234567 * size,
+    ]);
+    for (const value of [
+      0,
+      -0,
+      7,
+      100,
+      1e21,
+      0.30000000000000004,
+      -123456.5,
+      NaN,
+      Infinity,
+      -Infinity,
+      ...sizes,
+    ])
+      expect(inDigits(value, language)).toBe(due.format(value));
   });
 });
 

@@ -117,7 +117,8 @@ export function entries(joint: Joint, value: number): readonly [theta: number, d
   return joint.kind === "R" ? [own, joint.other] : [joint.other, own];
 }
 
-export function stateAt(arm: Arm, pose: Pose): State {
+/** Where the arm is in a pose, without how it moves there. */
+export function placesAt(arm: Arm, pose: Pose): Pick<State, "frames" | "corners" | "point"> {
   const frames: Frame[] = [arm.base];
   const corners: Vec3[] = [];
   arm.joints.forEach((joint, i) => {
@@ -127,7 +128,11 @@ export function stateAt(arm: Arm, pose: Pose): State {
     frames.push(stepped(before, theta, d, joint.a, joint.alpha));
   });
   const carrier = frames[arm.point.frame]!;
-  const point = add(carrier.o, fromFrame(carrier, arm.point.offset));
+  return { frames, corners, point: add(carrier.o, fromFrame(carrier, arm.point.offset)) };
+}
+
+export function stateAt(arm: Arm, pose: Pose): State {
+  const { frames, corners, point } = placesAt(arm, pose);
   const columns = arm.joints.map((joint, i) => {
     const { z, o } = frames[i]!;
     const moves = i < arm.point.frame;

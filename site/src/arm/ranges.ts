@@ -1,6 +1,16 @@
 // How far the joints of an arm go on the page, and the pose in which it is shown first.
 
-import { type Arm, isMixed, longest, measuresOf, type Pose, reachOf, stateAt } from "./model.js";
+import {
+  type Arm,
+  isMixed,
+  longest,
+  measuresOf,
+  placesAt,
+  type Pose,
+  reachOf,
+  type State,
+  stateAt,
+} from "./model.js";
 import { randomPoses } from "./random.js";
 import { dot, norm, subtract, type Vec3 } from "./vector.js";
 import { axonometric, FIRST_ORBIT, flatPlane } from "./view.js";
@@ -35,12 +45,16 @@ export function poseWithin(arm: Arm, pose: Pose): Pose {
 const TURNS = [40, 60, 35, -50, 75, -35, 100, 140, -80, -110];
 const SLIDES = [0.7, 0.5, 0.9];
 const TRIED = 250;
+/** What a pose far from singularities earns. */
+const REGULAR = 0.4;
 
 /** The first pose: of a fixed choice, one far from singularities, with the point above the base. */
 export function firstPose(arm: Arm): Pose {
   const unit = longest(arm);
+  const regular = isMixed(arm) ? 0.1 : 0.4;
   let best: Pose = arm.joints.map(() => 0);
   let most = -Infinity;
+  const tried = new Set<string>(); // an arm of two joints has fewer
   for (let k = 0; k < TRIED; k += 1) {
     let digits = (k * 7919) % 1_000_003;
     const pose = arm.joints.map((joint, i) => {
@@ -50,7 +64,13 @@ export function firstPose(arm: Arm): Pose {
       const entry = joint.kind === "R" ? (choice * Math.PI) / 180 : choice * unit;
       return round(within(arm, i, entry - joint.offset), joint.kind === "R" ? Math.PI / 180 : 0.01);
     });
-    const score = scoreOf(arm, pose, isMixed(arm) ? 0.1 : 0.4);
+    const key = pose.join(" ");
+    if (tried.has(key)) continue;
+    tried.add(key);
+    const state = stateAt(arm, pose);
+    const place = placeScore(arm, state, unit);
+    if (place + REGULAR <= most) continue; // however far from singular it is: singular values take longest
+    const score = place + REGULAR * Math.min(measuresOf(state).ratio / regular, 1);
     if (score > most + 1e-9) [best, most] = [pose, score];
   }
   return best;
@@ -91,7 +111,7 @@ export function extentOf(arm: Arm): Extent {
       const { kind, offset } = arm.joints[i]!;
       return kind === "R" ? value : (0.5 + (0.8 * value) / Math.PI) * longest(arm) - offset;
     });
-    const { frames, corners, point } = stateAt(arm, pose);
+    const { frames, corners, point } = placesAt(arm, pose);
     for (const place of [...frames.map((frame) => frame.o), ...corners, point]) {
       const away = subtract(place, o);
       const height = dot(away, z);
@@ -117,17 +137,11 @@ export function extentOf(arm: Arm): Extent {
   return found;
 }
 
-function scoreOf(arm: Arm, pose: Pose, regular: number): number {
-  const state = stateAt(arm, pose);
+/** What a pose earns by where the point is, and by what of the arm is below its base. */
+function placeScore(arm: Arm, state: State, unit: number): number {
   const up = flatPlane(arm) === "z" ? 1 : 2;
-  const unit = longest(arm);
   const heights = [...state.frames.map(({ o }) => o[up]!), state.point[up]!].map((z) => z - arm.base.o[up]!);
   const low = Math.min(0, ...heights) / unit;
   const away = norm(subtract(state.point, arm.base.o)) / reachOf(arm);
-  return (
-    0.4 * Math.min(measuresOf(state).ratio / regular, 1) +
-    0.4 * away +
-    0.35 * Math.max(low, -1) +
-    0.1 * Math.min(1, heights.at(-1)! / unit)
-  );
+  return 0.4 * away + 0.35 * Math.max(low, -1) + 0.1 * Math.min(1, heights.at(-1)! / unit);
 }

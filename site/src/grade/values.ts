@@ -5,13 +5,13 @@ import { evaluate, type Value } from "../read/evaluate.js";
 import { withPoints } from "../read/points.js";
 import { read } from "../read/reader.js";
 import {
+  anyNode,
   asMatrix,
   digitsOfDecimals,
   hasBlank,
   namesIn,
   type Node,
   node,
-  nodes,
   ReadError,
 } from "../read/tree.js";
 import { inDigits, message, type Message } from "../text/text.js";
@@ -59,14 +59,14 @@ function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   const entries = rows.flat();
   const blank = entries.map(hasBlank);
   const names = new Set(entries.flatMap((entry) => [...namesIn(entry)]));
-  const mine = key.points.map((_, k) => {
-    const at = configuration(key, k, names);
-    return entries.map((entry, i) => (blank[i] ? null : evaluate(entry, at)));
-  });
+  const found: (readonly (Value | null)[])[] = [];
+  // a wrong answer differs at one of the first configurations: what it is worth at the others need not be known
+  const valuesAt = (at: At) => entries.map((entry, i) => (blank[i] ? null : evaluate(entry, at)));
+  const mine = (k: number) => (found[k] ??= valuesAt(configuration(key, k, names)));
   const scales = key.right.map((values) => Math.max(...values.map((value) => Math.abs(value ?? 0))));
   const largest = Math.max(...scales);
   const differing = entries.map((_, i) =>
-    key.points.findIndex((_point, k) => !same(mine[k]?.[i] ?? null, key.right[i]?.[k] ?? null)),
+    key.points.findIndex((_point, k) => !same(mine(k)[i] ?? null, key.right[i]?.[k] ?? null)),
   );
   if (differing.every((k) => k < 0)) return agreed(entries, key.points.length);
   const right = differing.map((k) => k < 0);
@@ -75,7 +75,7 @@ function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   const marks = rows.map((row, r) => row.map((_, c) => right[r * row.length + c] as boolean));
   const first = differing.findIndex((k) => k >= 0);
   const k = differing[first] as number;
-  const reason = difference(entries, first, mine[k]?.[first] ?? null, key, k);
+  const reason = difference(entries, first, mine(k)[first] ?? null, key, k);
   const mistake = mistakeBehind(mine, key);
   return graded(share, [...counted(right, zeros), reason], {
     entries: marks,
@@ -92,11 +92,12 @@ function same(mine: Value | null, due: number | null): boolean {
 }
 
 function agreed(entries: readonly Node[], points: number): Verdict {
-  const functions = new Set(
-    entries.flatMap((entry) =>
-      [...nodes(entry)].filter((each) => BRANCHING.has(each.text)).map((each) => each.text),
-    ),
-  );
+  const functions = new Set<string>();
+  for (const entry of entries)
+    anyNode(entry, ({ text }) => {
+      if (BRANCHING.has(text)) functions.add(text);
+      return false;
+    });
   const digits = Math.max(...entries.map(digitsOfDecimals));
   if (digits > 8 && digits < 16) return correct(message("verdict.decimals", { points, digits }), false);
   if (functions.size === 0) return correct(message("verdict.values", { points }));
@@ -137,15 +138,14 @@ function difference(
 }
 
 /** The index of what is said of the mistake that gives the very same answer. */
-function mistakeBehind(mine: readonly (readonly (Value | null)[])[], key: ValuesKey): number | undefined {
-  const prints = mine.map((entries) => {
+function mistakeBehind(mine: (k: number) => readonly (Value | null)[], key: ValuesKey): number | undefined {
+  const print = (k: number) => {
+    const entries = mine(k);
     if (entries.some((value) => !value || value.im !== 0)) return NaN;
     return entries.reduce((total, value, i) => total + weight(i) * (value as Value).re, 0);
-  });
+  };
   const found = key.mistakes.find(([, ...theirs]) =>
-    theirs.every(
-      (print, k) => Math.abs((prints[k] as number) - print) <= PRINT * Math.max(Math.abs(print), 1e-9),
-    ),
+    theirs.every((their, k) => Math.abs(print(k) - their) <= PRINT * Math.max(Math.abs(their), 1e-9)),
   );
   return found?.[0];
 }

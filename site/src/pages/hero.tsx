@@ -9,34 +9,35 @@ import { Drawing } from "../arm/drawing.js";
 import { Figures } from "../arm/figures.js";
 import { Joints } from "../arm/joints.js";
 import type { Layers } from "../arm/marks.js";
-import { armOf, measuresOf, type Pose, reachOf, stateAt } from "../arm/model.js";
-import { firstPose } from "../arm/ranges.js";
+import { type Arm, measuresOf, type Pose, reachOf, stateAt } from "../arm/model.js";
 import { useRested } from "../arm/size.js";
 import { sayIn, Spoken, useSay } from "../arm/speech.js";
 import { inWords } from "../arm/words.js";
-import type { Robot } from "../bank.js";
+import { useAfterPaint } from "../later.js";
 import type { Language } from "../text/text.js";
 
 const LAYERS: Layers = { frames: false, vectors: false, columns: true, ellipse: true };
 
 interface HeroProps {
-  readonly robot: Robot;
+  readonly title: string;
+  readonly arm: Arm;
+  readonly first: Pose;
   readonly language: Language;
 }
 
-export function Hero({ robot, language }: HeroProps): JSX.Element {
+export function Hero(props: HeroProps): JSX.Element {
   return (
-    <Spoken.Provider value={language}>
-      <Shown robot={robot} language={language} />
+    <Spoken.Provider value={props.language}>
+      <Shown {...props} />
     </Spoken.Provider>
   );
 }
 
-function Shown({ robot, language }: HeroProps): JSX.Element {
+function Shown({ title, arm, first, language }: HeroProps): JSX.Element {
   const say = useSay();
-  const arm = useMemo(() => armOf(robot), [robot]);
+  const drawn = useAfterPaint();
   const reach = useMemo(() => reachOf(arm), [arm]);
-  const [pose, setPose] = useState<Pose>(() => firstPose(arm));
+  const [pose, setPose] = useState<Pose>(first);
   const [chosen, setChosen] = useState(0);
   const state = useMemo(() => stateAt(arm, pose), [arm, pose]);
   const measures = useMemo(() => measuresOf(state), [state]);
@@ -53,13 +54,15 @@ function Shown({ robot, language }: HeroProps): JSX.Element {
         chosen={chosen}
         onChoose={setChosen}
         onPose={setPose}
-        label={say("arm.drawing.label", { robot: robot.title })}
+        label={say("arm.drawing.label", { robot: title })}
         describedBy={`${id}words`}
       />
-      <div class="hero-side">
-        <Figures arm={arm} state={state} measures={measures} rested={rested} />
-        <Joints arm={arm} pose={pose} chosen={chosen} onChoose={setChosen} onPose={setPose} />
-      </div>
+      {drawn ? (
+        <div class="hero-side">
+          <Figures arm={arm} state={state} measures={measures} rested={rested} />
+          <Joints arm={arm} pose={pose} chosen={chosen} onChoose={setChosen} onPose={setPose} />
+        </div>
+      ) : null}
       <p id={`${id}words`} class="arm-unseen" role="status">
         {words}
       </p>

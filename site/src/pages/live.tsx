@@ -1,9 +1,12 @@
 // The live arm in a page that is read: what is drawn comes with the element, as Python wrote it.
 
-import { render } from "preact";
+import { type JSX, render } from "preact";
 
+import { armOf } from "../arm/model.js";
 import { Arm } from "../arm/panel.js";
+import { extentOf, firstPose } from "../arm/ranges.js";
 import type { Robot, SymbolInfo } from "../bank.js";
+import { breath } from "../later.js";
 import { chosenLanguage } from "../text/languages.js";
 import { language } from "../text/text.js";
 import { Hero } from "./hero.js";
@@ -15,11 +18,22 @@ export interface Told {
 }
 
 /** Puts an arm into an element that tells one: `data-arm` has all of the panel, `data-hero` the drawing and sliders. */
-export function showArm(element: HTMLElement): void {
+export async function showArm(element: HTMLElement): Promise<void> {
   const { arm, hero } = element.dataset;
   const { robot, symbols } = JSON.parse(arm ?? hero!) as Told;
+  const shown = arm ? <Arm robot={robot} symbols={symbols} language={language()} /> : await greeting(robot);
   element.textContent = "";
   element.lang = chosenLanguage();
-  const shown = arm ? <Arm robot={robot} symbols={symbols} language={language()} /> : null;
-  render(shown ?? <Hero robot={robot} language={language()} />, element);
+  render(shown, element);
+}
+
+/** The arm of the first page, worked out in steps: fingers and keys are answered meanwhile. */
+async function greeting(robot: Robot): Promise<JSX.Element> {
+  const arm = armOf(robot);
+  await breath();
+  const first = firstPose(arm);
+  await breath();
+  extentOf(arm); // is kept
+  await breath();
+  return <Hero title={robot.title} arm={arm} first={first} language={language()} />;
 }

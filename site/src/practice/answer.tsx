@@ -44,6 +44,7 @@ function Single({ problem, part, onAnswer, onCheck, first = "" }: Field & { firs
   const place = useRef<HTMLDivElement>(null);
   const set = part.key.type === "configurations";
   const unit = part.key.type === "numbers" ? part.key.units[0] : "";
+  const rows = part.shape?.[0] ?? 1;
   const change = (value: string) => {
     setText(value);
     onAnswer(value);
@@ -66,7 +67,7 @@ function Single({ problem, part, onAnswer, onCheck, first = "" }: Field & { firs
       {set ? <p class="help">{said(message("answer.set-help"))}</p> : null}
       <Toggle text={said(message(math ? "answer.plain" : "answer.math"))} onToggle={toggle} />
       <Symbols problem={problem} part={part} place={place} />
-      <Preview text={set ? text : withPoints(text)} problem={problem} />
+      <Preview text={set ? text : withPoints(text)} problem={problem} rows={rows} />
     </div>
   );
 }
@@ -144,6 +145,7 @@ function Entries({
       <Preview
         text={entries.some((entry) => entry.trim()) ? matrixText(entries, columns) : ""}
         problem={problem}
+        rows={rows}
       />
     </div>
   );
@@ -263,8 +265,11 @@ const FUNCTIONS = [
   ["pi", "pi", "\\pi"],
 ] as const;
 
+/** So many rows of a matrix have their room before it is typed. */
+const MOST_ROWS = 4;
+
 /** The answer as it is read, typeset as one types. */
-function Preview({ text, problem }: { text: string; problem: Problem }) {
+function Preview({ text, problem, rows }: { text: string; problem: Problem; rows: number }) {
   const [shown, setShown] = useState(text);
   useEffect(() => {
     const wait = setTimeout(() => setShown(text), 150);
@@ -272,7 +277,7 @@ function Preview({ text, problem }: { text: string; problem: Problem }) {
   }, [text]);
   const found = useMemo(() => previewOf(shown, problem), [shown, problem]);
   return (
-    <p class="preview" aria-live="polite">
+    <p class="preview" aria-live="polite" style={{ "--rows": Math.min(rows, MOST_ROWS) }}>
       {found === null ? null : "latex" in found ? (
         <>
           <span class="muted">{said(message("answer.read-as"))}</span> <Tex latex={found.latex} block />

@@ -9,7 +9,7 @@ import type { Part, Problem, Solutions } from "../bank.js";
 import type { At, Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
 import { language, message, said } from "../text/text.js";
-import { afterPaint } from "../later.js";
+import { afterPaint, useAfterPaint } from "../later.js";
 import { Answer } from "./answer.js";
 import type { Item } from "./choice.js";
 import { Feedback, poseOf } from "./feedback.js";
@@ -45,6 +45,7 @@ export function Task({ item, problem, part, arrived, onVerdict, onNext }: TaskPr
   const prepared = useRef(false);
   const judged = useRef<string | null>(null);
   const start = useRef<HTMLElement>(null);
+  const whole = useAfterPaint(); // what is given first: a phone shows nothing else
   const isSingular = useMemo(() => singularIn(problem), [problem]);
   /** Grading is loaded before there is an answer, and tried once: what is run for the first time takes ten times as long. */
   const prepare = () => {
@@ -80,44 +81,48 @@ export function Task({ item, problem, part, arrived, onVerdict, onNext }: TaskPr
           <Html html={problem.statement} class="statement" />
         </details>
       </div>
-      <div class="asked">
-        <h2 lang="en">{part.title}</h2>
-        {part.figure ? <figure lang="en" dangerouslySetInnerHTML={{ __html: part.figure }} /> : null}
-        <Html html={promptOf(part)} class="prompt" />
-        <form
-          onFocusIn={prepare}
-          onSubmit={(event) => {
-            event.preventDefault();
-            void check();
-          }}
-        >
-          <Answer problem={problem} part={part} onAnswer={setAnswer} onCheck={() => void check()} />
-          <p class="actions">
-            <button type="submit" class="button">
-              {said(message("practice.check"))}
-            </button>
-            <button type="button" class="quiet" onClick={onNext}>
-              {said(message(verdict?.outcome === "correct" ? "practice.next" : "practice.skip"))}
-            </button>
-          </p>
-        </form>
-        {failed ? <p role="alert">{said(message("practice.failed", { why: failed }))}</p> : null}
-        <div role="status">{verdict ? <Feedback problem={problem} verdict={verdict} /> : null}</div>
-        <Help
-          item={item}
-          part={part}
-          solved={verdict?.outcome === "correct"}
-          onSolution={() => setHelped(verdict?.outcome !== "correct")}
-        />
-      </div>
-      <section class="whole" id="arm" aria-label={said(message("practice.move"))}>
-        <h2>{said(message("practice.move"))}</h2>
-        <Near wanted={pose !== undefined}>
-          <Suspense fallback={<Loading />}>
-            <Arm robot={problem.robot} symbols={problem.symbols} pose={pose} language={language()} />
-          </Suspense>
-        </Near>
-      </section>
+      {whole ? (
+        <div class="asked">
+          <h2 lang="en">{part.title}</h2>
+          {part.figure ? <figure lang="en" dangerouslySetInnerHTML={{ __html: part.figure }} /> : null}
+          <Html html={promptOf(part)} class="prompt" />
+          <form
+            onFocusIn={prepare}
+            onSubmit={(event) => {
+              event.preventDefault();
+              void check();
+            }}
+          >
+            <Answer problem={problem} part={part} onAnswer={setAnswer} onCheck={() => void check()} />
+            <p class="actions">
+              <button type="submit" class="button">
+                {said(message("practice.check"))}
+              </button>
+              <button type="button" class="quiet" onClick={onNext}>
+                {said(message(verdict?.outcome === "correct" ? "practice.next" : "practice.skip"))}
+              </button>
+            </p>
+          </form>
+          {failed ? <p role="alert">{said(message("practice.failed", { why: failed }))}</p> : null}
+          <div role="status">{verdict ? <Feedback problem={problem} verdict={verdict} /> : null}</div>
+          <Help
+            item={item}
+            part={part}
+            solved={verdict?.outcome === "correct"}
+            onSolution={() => setHelped(verdict?.outcome !== "correct")}
+          />
+        </div>
+      ) : null}
+      {whole ? (
+        <section class="whole" id="arm" aria-label={said(message("practice.move"))}>
+          <h2>{said(message("practice.move"))}</h2>
+          <Near wanted={pose !== undefined} joints={problem.robot.joints.length}>
+            <Suspense fallback={<Loading />}>
+              <Arm robot={problem.robot} symbols={problem.symbols} pose={pose} language={language()} />
+            </Suspense>
+          </Near>
+        </section>
+      ) : null}
     </article>
   );
 }
@@ -126,8 +131,14 @@ function Loading() {
   return <p role="status">{said(message("practice.loading"))}</p>;
 }
 
-/** What is made once it comes near to the screen, or is wanted: until then the page has no work with it. */
-function Near({ wanted, children }: { wanted: boolean; children: ComponentChildren }) {
+interface NearProps {
+  readonly wanted: boolean;
+  readonly joints: number;
+  readonly children: ComponentChildren;
+}
+
+/** An arm that is made once it comes near to the screen, or is wanted: until then there is its room, and no work with it. */
+function Near({ wanted, joints, children }: NearProps) {
   const [near, setNear] = useState(false);
   const place = useRef<HTMLDivElement>(null);
   useEffect(() => {
@@ -140,7 +151,11 @@ function Near({ wanted, children }: { wanted: boolean; children: ComponentChildr
     if (place.current) watched.observe(place.current);
     return () => watched.disconnect();
   }, []);
-  return <div ref={place}>{near || wanted ? children : <Loading />}</div>;
+  return (
+    <div ref={place} class="arm-room" style={{ "--joints": joints }}>
+      {near || wanted ? children : <Loading />}
+    </div>
+  );
 }
 
 /** The prompt without its list of options, which are there to be chosen. */

@@ -76,33 +76,42 @@ const FUNCTIONS: Readonly<Record<string, readonly [(x: Scalar) => Scalar, (x: Sc
 
 /** The value of a tree where names have these values; what is undefined is nan. Throws ReadError for what is no scalar. */
 export function evaluate(tree: Node, values: Readonly<Record<string, number>>): Value {
-  const [value, size] = valued(tree, values);
+  const value = valued(tree, values);
   return typeof value === "number" ? { re: value, im: 0, size } : { re: value.re, im: value.im, size };
 }
 
-type Sized = readonly [Scalar, number];
+/** The size of what `valued` told last: a pair for each node would take longer than all else. */
+let size = 0;
 
-function valued(tree: Node, values: Readonly<Record<string, number>>): Sized {
+function valued(tree: Node, values: Readonly<Record<string, number>>): Scalar {
   switch (tree.kind) {
     case "number":
     case "decimal":
-      return [tree.value, Math.abs(tree.value)];
-    case "name":
-      return named(tree.text, values);
-    case "neg": {
-      const [x, size] = inner(tree, 0, values);
-      return [minus(x), size];
+      size = Math.abs(tree.value);
+      return tree.value;
+    case "name": {
+      const value = CONSTANTS[tree.text] ?? values[tree.text] ?? NaN;
+      size = absolute(value);
+      return value;
     }
+    case "neg":
+      return minus(inner(tree, 0, values));
     case "+":
     case "-":
       return sum(tree, values);
     case "*": {
-      const [[x, mx], [y, my]] = [inner(tree, 0, values), inner(tree, 1, values)];
-      return [times(x, y), mx * my];
+      const x = inner(tree, 0, values);
+      const mx = size;
+      const y = inner(tree, 1, values);
+      size *= mx;
+      return times(x, y);
     }
     case "/": {
-      const [[x, mx], [y, my]] = [inner(tree, 0, values), inner(tree, 1, values)];
-      return [over(x, y), (mx * my) / absolute(y) ** 2];
+      const x = inner(tree, 0, values);
+      const mx = size;
+      const y = inner(tree, 1, values);
+      size = (mx * size) / absolute(y) ** 2;
+      return over(x, y);
     }
     case "^":
       return power(tree, values);
@@ -114,39 +123,40 @@ function valued(tree: Node, values: Readonly<Record<string, number>>): Sized {
 }
 
 /** A sum, along its left spine: a long one would exhaust the stack. */
-function sum(tree: Node, values: Readonly<Record<string, number>>): Sized {
+function sum(tree: Node, values: Readonly<Record<string, number>>): Scalar {
   const spine: Node[] = [];
   let top = tree;
   for (; top.kind === "+" || top.kind === "-"; top = top.args[0] as Node) spine.push(top);
-  let [total, all] = valued(top, values);
+  let total = valued(top, values);
+  let all = size;
   for (let k = spine.length - 1; k >= 0; k -= 1) {
     const each = spine[k] as Node;
-    const [x, size] = inner(each, 1, values);
+    const x = inner(each, 1, values);
     total = plus(total, each.kind === "+" ? x : minus(x));
     all += size;
   }
-  return [total, all];
+  size = all;
+  return total;
 }
 
-function inner(tree: Node, index: number, values: Readonly<Record<string, number>>): Sized {
+function inner(tree: Node, index: number, values: Readonly<Record<string, number>>): Scalar {
   return valued(tree.args[index] as Node, values);
 }
 
-function named(name: string, values: Readonly<Record<string, number>>): Sized {
-  const value = CONSTANTS[name] ?? values[name] ?? NaN;
-  return [value, absolute(value)];
-}
-
-function power(tree: Node, values: Readonly<Record<string, number>>): Sized {
-  const [[x, mx], [y, my]] = [inner(tree, 0, values), inner(tree, 1, values)];
+function power(tree: Node, values: Readonly<Record<string, number>>): Scalar {
+  const x = inner(tree, 0, values);
+  const mx = size;
+  const y = inner(tree, 1, values);
+  const my = size;
   const value = powered(x, y);
-  const size = absolute(value);
   if (typeof y === "number" && Number.isInteger(y) && y > 0) {
-    return [value, absolute(x) ** (y - 1) * (absolute(x) + y * mx)];
+    size = absolute(x) ** (y - 1) * (absolute(x) + y * mx);
+    return value;
   }
   const varies =
     my === 0 || isWhole(tree.args[1] as Node) ? 0 : absolute(math.log(x as number) as Scalar) * my;
-  return [value, size * (1 + (absolute(y) * mx) / (absolute(x) || 1) + varies)];
+  size = absolute(value) * (1 + (absolute(y) * mx) / (absolute(x) || 1) + varies);
+  return value;
 }
 
 function powered(x: Scalar, y: Scalar): Scalar {
@@ -159,22 +169,26 @@ function isWhole(exponent: Node): boolean {
   return exponent.kind === "number" || (exponent.kind === "neg" && exponent.args[0]?.kind === "number");
 }
 
-function called(tree: Node, values: Readonly<Record<string, number>>): Sized {
-  const [x, mx] = inner(tree, 0, values);
+function called(tree: Node, values: Readonly<Record<string, number>>): Scalar {
+  const x = inner(tree, 0, values);
+  const mx = size;
   if (tree.text === "atan2") {
-    const [y, my] = inner(tree, 1, values);
-    if (typeof x !== "number" || typeof y !== "number") return [NaN, NaN];
-    return [Math.atan2(x, y), 1 + (mx * Math.abs(y) + my * Math.abs(x)) / (x * x + y * y)];
+    const y = inner(tree, 1, values);
+    const real = typeof x === "number" && typeof y === "number";
+    size = real ? 1 + (mx * Math.abs(y) + size * Math.abs(x)) / (x * x + y * y) : NaN;
+    return real ? Math.atan2(x, y) : NaN;
   }
   const real = typeof x === "number" ? REAL[tree.text] : undefined;
   if (typeof x === "number" && real?.isReal(x)) {
     const value = real.value(x);
-    return [value, Math.abs(value) + Math.abs(real.slope(x)) * mx];
+    size = Math.abs(value) + Math.abs(real.slope(x)) * mx;
+    return value;
   }
   const known = FUNCTIONS[tree.text];
   if (!known) throw new ReadError("read.function", { name: tree.text });
   const value = known[0](x);
-  return [value, absolute(value) + absolute(known[1](x)) * mx];
+  size = absolute(value) + absolute(known[1](x)) * mx;
+  return value;
 }
 
 function absolute(value: Scalar): number {

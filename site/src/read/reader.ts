@@ -5,9 +5,9 @@ import type { TextKey } from "../text/en.js";
 import { type Message, message, type Values } from "../text/text.js";
 import { ARITY, LONGEST, type Piece, piecesOf, plainName } from "./names.js";
 import { plain, rowsOfSemicolons } from "./notation.js";
+import { MAX_DEPTH, type Token, tokensOf } from "./tokens.js";
 import { call, integer, name, type Node, node, placed, ReadError, replaced } from "./tree.js";
 
-const MAX_DEPTH = 60;
 const MAX_LENGTH = 300_000;
 const MAX_DIAGONAL = 20;
 
@@ -36,47 +36,12 @@ const WORDS = new Set(["in", "and", "or"]);
 const INVERSES = new Set(["asin", "acos", "atan"]);
 const JOINT = /^(?:theta|q|d)(\d+)$/;
 
-const NAME = "(?!\\d)[\\p{L}\\p{N}_]+";
-const TOKEN = new RegExp(
-  "(?<space>[ \\t\\r\\n\\f]+|#[^\\n]*)" +
-    "|(?<number>(?:\\d+\\.?\\d*|\\.\\d+)(?:[eE][+-]?\\d+)?)" +
-    `|(?<name>${NAME}(?:\\.${NAME})*)` +
-    "|(?<op>\\*\\*|==|\\.\\.\\.|[-+*/^()\\[\\]{},:=&|∈])",
-  "gyu",
-);
-
-interface Token {
-  readonly kind: "number" | "name" | "op" | "end";
-  readonly text: string;
-  readonly at: number;
-}
-
 /** The tree of a text; `known` are the names of the problem's symbols, which win over any shorthand. */
 export function read(text: string, known: ReadonlySet<string>): Node {
   if (text.length > MAX_LENGTH) {
     throw new ReadError("read.long", { length: text.length, most: MAX_LENGTH });
   }
   return new Parser(rowsOfSemicolons(plain(text, known)), known).whole();
-}
-
-function tokensOf(text: string): Token[] {
-  const found: Token[] = [];
-  let at = 0;
-  let depth = 0;
-  TOKEN.lastIndex = 0;
-  for (let match = TOKEN.exec(text); match; match = TOKEN.exec(text)) {
-    const groups = match.groups ?? {};
-    const kind = (["number", "name", "op"] as const).find((each) => groups[each] !== undefined);
-    if (kind) {
-      found.push({ kind, text: match[0], at });
-      depth += Number("([{".includes(match[0])) - Number(")]}".includes(match[0]));
-      if (depth > MAX_DEPTH) throw placed("read.brackets", { most: MAX_DEPTH }, text, at);
-    }
-    at = TOKEN.lastIndex;
-  }
-  if (at < text.length) throw placed("read.sign", { sign: text[at] ?? "" }, text, at);
-  found.push({ kind: "end", text: "", at });
-  return found;
 }
 
 /** Operator-precedence parser; depth is counted, so that no text can exhaust the stack. */
@@ -429,6 +394,7 @@ function applied(called: string, args: readonly Node[]): Node {
 }
 
 function numberOf(text: string): Node {
+  if (/^\d{1,15}$/.test(text)) return integer(Number(text), text);
   const [mantissa = "", exponent = ""] = text.toLowerCase().split("e");
   if (mantissa.length > 1000 || exponent.length > 4 || Math.abs(Number(exponent)) > 400) {
     throw new ReadError("read.range", { number: text.slice(0, 20) });

@@ -52,20 +52,23 @@ export function placed(key: TextKey, values: Values, text: string, at: number): 
   return new ReadError("read.at", { what: message(key, values), at: at + 1, near });
 }
 
+/** What leaves have, one for all. */
+const NO_ARGS: readonly Node[] = [];
+
 export function node(kind: Kind, ...args: readonly Node[]): Node {
   return { kind, args, text: "", value: NaN, digits: 0 };
 }
 
 export function name(text: string): Node {
-  return { kind: "name", args: [], text, value: NaN, digits: 0 };
+  return { kind: "name", args: NO_ARGS, text, value: NaN, digits: 0 };
 }
 
 export function call(text: string, ...args: readonly Node[]): Node {
   return { kind: "call", args, text, value: NaN, digits: 0 };
 }
 
-export function integer(value: number): Node {
-  return { kind: "number", args: [], text: String(value), value, digits: 0 };
+export function integer(value: number, text = String(value)): Node {
+  return { kind: "number", args: NO_ARGS, text, value, digits: 0 };
 }
 
 /** The tree with another tree put for a name. */
@@ -75,35 +78,40 @@ export function replaced(tree: Node, old: string, put: Node): Node {
   return { ...tree, args: tree.args.map((arg) => replaced(arg, old, put)) };
 }
 
-/** Every node of a tree, the tree itself first. */
-export function* nodes(tree: Node): Generator<Node> {
+/** Whether a node of a tree passes a test; none is tested after that. */
+export function anyNode(tree: Node, passes: (each: Node) => boolean): boolean {
   const stack = [tree];
   for (let top = stack.pop(); top; top = stack.pop()) {
-    yield top;
+    if (passes(top)) return true;
     for (const arg of top.args) stack.push(arg);
   }
+  return false;
 }
 
 /** The names in a tree that are not constants. */
 export function namesIn(tree: Node): Set<string> {
   const found = new Set<string>();
-  for (const each of nodes(tree)) {
-    if (each.kind === "name" && !CONSTANTS.includes(each.text)) found.add(each.text);
-  }
+  anyNode(tree, ({ kind, text }) => {
+    if (kind === "name") found.add(text);
+    return false;
+  });
+  for (const each of CONSTANTS) found.delete(each);
   return found;
 }
 
 /** How many significant digits the longest decimal in a tree has; 0 without one. */
 export function digitsOfDecimals(tree: Node): number {
   let most = 0;
-  for (const each of nodes(tree)) most = Math.max(most, each.digits);
+  anyNode(tree, ({ digits }) => {
+    most = Math.max(most, digits);
+    return false;
+  });
   return most;
 }
 
 /** Whether a placeholder is still there somewhere in the tree. */
 export function hasBlank(tree: Node): boolean {
-  for (const each of nodes(tree)) if (each.kind === "blank") return true;
-  return false;
+  return anyNode(tree, ({ kind }) => kind === "blank");
 }
 
 /**

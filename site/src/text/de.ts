@@ -3,6 +3,7 @@
 import type { Catalogue } from "./en.js";
 
 export const de: Catalogue = {
+  "number.point": ",",
   "read.missing": "Es wurde nichts geantwortet.",
   "read.unreadable": "Das lässt sich nicht als Antwort lesen: {why}.",
   "read.shape": "Die Antwort hat {found} Einträge, verlangt sind {due} (Zeilen × Spalten).",

@@ -1,6 +1,7 @@
 // Every text of the site in English; `{name}` is filled in. Another language has the same keys.
 
 export const en = {
+  "number.point": ".",
   "read.missing": "Nothing was answered.",
   "read.unreadable": "This can't be read as an answer: {why}.",
   "read.shape": "The answer has {found} entries; it should have {due} (rows × columns).",
