@@ -25,6 +25,9 @@ from exercises.writing.statement import hints, prompt, statement, worked_solutio
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 Problems = Sequence[tuple[str, Problem]]
 
+SELF_CHECK = "self_check("
+"""How a call of the function begins by which a student checks a Jacobian against a position."""
+
 
 def student_notebook(title: str, key: str, student: str, problems: Problems, hinted: bool = False) -> NotebookNode:
     """Return the notebook that a student fills in; `problems` are (slot, problem), the slots being p1, p2, …
@@ -136,6 +139,12 @@ def _symbols_line(names: Sequence[str]) -> str:
         return line
     half = (len(names) + 1) // 2
     return "\n".join(map(_symbols_line, (names[:half], names[half:])))
+
+
+def self_check_texts(problems: Problems) -> tuple[str, dict[str, str]]:
+    """Return the function of the self-check as it stands in a notebook, and its calls by the cells that hold them."""
+    cells = [_check(slot, problem).strip() for slot, problem in problems if _later_of_pair(problem)]
+    return render("notebook-self-check.py.j2").strip(), {cell: cell[cell.rindex(SELF_CHECK) :] for cell in cells}
 
 
 def _check(slot: str, problem: Problem) -> str:

@@ -21,6 +21,7 @@ from grader.marking import mark
 from grader.parts import domain_of
 from grader.sandbox import Run, Sandbox
 from grader.submission import Found, Note, Submission, oddities, read_submission, rivals, wrong_assignment
+from grader.uncounted import without_self_checks
 from grader.verdict import Outcome
 
 GRADER = 2
@@ -127,7 +128,8 @@ def grade_attempt(
     parts = [f"{slot}.{part.name}" for slot, problem in problems for part in problem.parts]
     seed = _points_seed(assignment, submission)
     asked = {slot: asked_of(problem, domain_of(problem), seed) for slot, problem in problems}
-    found = find_answers(submission.cells, parts, lambda cells, names: _run(sandbox, cells, names, asked))
+    cells = without_self_checks(submission.cells, problems)
+    found = find_answers(cells, parts, lambda cells, names: _run(sandbox, cells, names, asked))
     said += oddities(submission, assignment, student)
     said += [Note(note, note) for note in (*found.notes, found.run.note) if note]
     return _marked(assignment, copies, student, problems, submission, found, None, said)

@@ -24,10 +24,10 @@ LAYERS = {
         site.page site.chapter site.arms site.guide site.reference site.pages site.leftovers site.build site
         commands""",
     "grader": """verdict counterexample judge choices direction compare contained functions parts credit residuals
-        diagnosis follow marking prairielearn sandbox guarantees cells archives layouts roster submission finding
-        copies overrides attempt settle remote cluster batch single history certificates certify check statistics
-        similar variants reports nbgrader_cells demo commands pytest_plugin nbgrader_plugin gradescope outlets
-        site docs cli""",
+        diagnosis follow marking prairielearn sandbox guarantees cells archives layouts roster submission
+        finding uncounted copies overrides attempt settle remote cluster batch single history certificates certify
+        check statistics similar variants reports nbgrader_cells demo commands pytest_plugin nbgrader_plugin
+        gradescope outlets site docs cli""",
 }
 """From the bottom up: a module imports only from those before it; a folder stands for what is in it."""
 
