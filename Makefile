@@ -93,14 +93,17 @@ diagnoses: $(VENV)/.dev  ## every mistake made on every family and question, and
 mutants: $(VENV)/.dev  ## mistakes put into the modules that compare answers, and those that no test notices
 	$(PY) -m tests.mutants
 
-bench: $(VENV)/.dev  ## the benchmarks of tests/bench
+bench: $(VENV)/.dev  ## the benchmarks of tests/bench (an hour, or minutes with SIZES="30 100")
 	$(PY) -m tests.bench
 	$(PY) -m tests.bench.grading
 	$(PY) -m tests.bench.deriving
-	$(PY) -m tests.bench.growth $(SIZES)
 	@if command -v node >/dev/null && test -f site/dist/.vite/manifest.json && test -d site/node_modules; then \
 	  cd site && QDOT="$(abspath $(VENV))/bin/qdot" node bench/pages.mjs; \
 	else echo "make bench: no figures of the site; they need Node and 'make site'" >&2; fi
+	$(PY) -m tests.bench.growth $(SIZES)
+
+# How many students a class has of which the growth of time and memory is measured: the last takes nearly all of the time.
+SIZES ?= 100 1000 10000
 
 bench-peers: $(VENV)/.dev .venvs/peers/.installed  ## the same notebooks graded by nbgrader and otter-grader
 	$(PY) -m tests.bench.peers .venvs/peers/bin/python

@@ -1,4 +1,4 @@
-"""How time and memory grow with the class: `python -m tests.bench.growth 100 1000 10000` (hours; 30 and 100 without).
+"""How time and memory grow with the class: `python -m tests.bench.growth 100 1000 10000` (an hour; 30 and 100 without).
 
 The assignment is Examples 6.1 and 6.2. Time is processor time for each student, on all cores together, which load
 changes little, beside a floor measured in the same run: for generating, writing the bytes of a student's files once
