@@ -7,6 +7,7 @@ from typing import Any
 
 import jinja2
 
+from exercises.languages import ENGLISH, Catalogue
 from exercises.writing.latex import tex, tex_angle, tex_length, tex_lines
 
 _HERE = Path(__file__).parent
@@ -22,10 +23,20 @@ def template_folder() -> Path:
 
 
 @cache
-def environment() -> jinja2.Environment:
-    """Return the environment: undefined names are errors, markup is escaped, line ends are kept plain."""
+def catalogue(language: str) -> Catalogue:
+    """Return the catalogue of a language other than English."""
+    return Catalogue.read(template_folder() / language / "catalogue.toml")
+
+
+@cache
+def environment(language: str = ENGLISH) -> jinja2.Environment:
+    """Return the environment: undefined names are errors, markup is escaped, line ends are kept plain.
+
+    In another language its own templates come before those of the same name in English, and `phrase` is a filter.
+    """
+    folders = [template_folder()] if language == ENGLISH else [template_folder() / language, template_folder()]
     made = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(template_folder()),
+        loader=jinja2.FileSystemLoader(folders),
         undefined=jinja2.StrictUndefined,
         autoescape=lambda name: bool(name and name.endswith(_MARKUP)),
         trim_blocks=True,
@@ -33,6 +44,8 @@ def environment() -> jinja2.Environment:
         keep_trailing_newline=True,
     )
     made.filters.update(tex=tex, tex_lines=tex_lines, tex_length=tex_length, tex_angle=tex_angle)
+    if language != ENGLISH:
+        made.filters["phrase"] = catalogue(language).phrase
     made.filters["json"] = lambda value: json.dumps(value, ensure_ascii=False)
     return made
 

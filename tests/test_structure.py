@@ -18,7 +18,7 @@ LAYERS = {
         arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.axes arm.reach arm.appearance
         arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
         credit decimals lateness difficulty problem families questions mistakes quizzes
-        generate record verify writing.latex render writing figure
+        generate record verify writing.latex languages render writing figure
         notebook show solve docs gradebook assignment store release exports.outlet exports.bank
         exports.known_wrong exports.stack_parts exports exports.registry site.keys site.record site.bank
         site.page site.chapter site.arms site.guide site.reference site.pages site.leftovers site.build site

@@ -3,6 +3,8 @@
 bank/index.json                 what there is to choose from
 bank/FAMILY/KEY.json            a problem (`record.site_record`)
 bank/FAMILY/KEY.solutions.json  its worked solutions, loaded when they are asked for
+bank/FAMILY/KEY.de.json         its texts in German, loaded where that is the page's language (`languages`)
+bank/index.de.json              the titles in index.json in German
 """
 
 import hashlib
@@ -10,6 +12,7 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from exercises.difficulty import step
@@ -19,15 +22,20 @@ from exercises.exports.outlet import Failures
 from exercises.families import FAMILIES
 from exercises.files import write_atomically
 from exercises.generate import generate, short_quiz
+from exercises.languages import LANGUAGES
 from exercises.parallel import ordered_map
 from exercises.problem import Problem, ProblemId
 from exercises.quizzes import ASKED
 from exercises.record import Json
-from exercises.site.record import site_record, solutions_record
+from exercises.render import catalogue, template_folder
+from exercises.site.record import site_record, solutions_record, translated_record
 from exercises.store import code
 
 FOLDER = "bank"
 QUIZ = "quiz"
+
+ENDINGS = (".json", ".solutions.json", *(f".{language}.json" for language in LANGUAGES))
+"""How the names of a problem's files end."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +97,7 @@ def _both(folder: Path, failures: Failures) -> tuple[Path, Failures]:
 def _write(state: tuple[Path, Failures], wanted: Wanted) -> Json:
     folder, failures = state
     path = folder / FOLDER / wanted.family / f"{wanted.key}.json"
-    about = f"{code()}/{wanted.seed}/{wanted.asked}/{wanted.problem and wanted.problem.id}"
+    about = f"{code()}/{_texts()}/{wanted.seed}/{wanted.asked}/{wanted.problem and wanted.problem.id}"
     made_from = hashlib.sha256(about.encode()).hexdigest()  # a seed is not to be read from the bank
     kept = _kept(path, made_from)
     if kept is not None:
@@ -106,6 +114,8 @@ def _write(state: tuple[Path, Failures], wanted: Wanted) -> Json:
     if wanted.problem is not None:
         record["id"] = wanted.key  # its own would tell the seed
     write_atomically(path.with_suffix(".solutions.json"), _text(solutions_record(problem) | {"id": record["id"]}))
+    for language in LANGUAGES:
+        write_atomically(path.with_suffix(f".{language}.json"), _text(translated_record(problem, record, language)))
     write_atomically(path, _text({**record, "made_from": made_from, "listed": listed}))
     return listed
 
@@ -117,7 +127,17 @@ def _kept(path: Path, made_from: str) -> Json | None:
         found: Json | None = record["listed"] if record["made_from"] == made_from else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    return found if path.with_suffix(".solutions.json").is_file() else None
+    return found if all(path.with_suffix(ending).is_file() for ending in ENDINGS) else None
+
+
+@cache
+def _texts() -> str:
+    """Return a digest of what the texts are made from; `code` has none of it, as wording decides no problem."""
+    found = hashlib.sha256()
+    folder = template_folder()
+    for path in sorted([*folder.rglob("*.md.j2"), *folder.rglob("*.toml")]):
+        found.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes())
+    return found.hexdigest()
 
 
 def index_text(listed: Sequence[Json], titles: Sequence[tuple[str, str, str]]) -> str:
@@ -137,6 +157,15 @@ def index_text(listed: Sequence[Json], titles: Sequence[tuple[str, str, str]]) -
             ],
         }
     )
+
+
+def titles_text(language: str) -> str:
+    """Return the titles in index.json in another language: {"families": {name: title}, "questions": {name: title}}.
+
+    A family of an instructor's own has none, and keeps the title that it was given.
+    """
+    words = catalogue(language)
+    return _text({"families": words.families, "questions": words.questions})
 
 
 def _of(listed: Sequence[Json], family: str) -> Iterator[Json]:

@@ -9,8 +9,9 @@ from pathlib import Path
 from exercises.errors import QdotError
 from exercises.exports.outlet import Failures
 from exercises.files import make_folder, write_atomically
+from exercises.languages import LANGUAGES
 from exercises.record import Json
-from exercises.site.bank import FOLDER, Wanted, index_text, write_bank
+from exercises.site.bank import ENDINGS, FOLDER, Wanted, index_text, titles_text, write_bank
 from exercises.site.leftovers import remove_leftovers
 from exercises.site.pages import Around, Assets, built_assets, favicon, page_text, pages, worker_text
 
@@ -45,6 +46,8 @@ def build(order: Order, each: Callable[[], None]) -> Json:
     listed = write_bank(order.folder, order.wanted, order.failures, order.jobs, each)
     index = index_text(listed, order.titles)
     write_atomically(order.folder / FOLDER / "index.json", index)
+    for language in LANGUAGES:
+        write_atomically(order.folder / FOLDER / f"index.{language}.json", titles_text(language))
     shell = _copied(assets, order.folder)
     families = [name for name, _, _ in order.titles]
     for page in pages(Around(order.docs, order.commands, order.course, families)):
@@ -65,7 +68,7 @@ def build(order: Order, each: Callable[[], None]) -> Json:
 def _problems(order: Order) -> list[str]:
     """Return the files of the bank: where one of them changes, browsers forget what they kept of the site before."""
     names = [f"{FOLDER}/{wanted.family}/{wanted.key}" for wanted in order.wanted]
-    return [name + ending for name in names for ending in (".json", ".solutions.json")]
+    return [name + ending for name in names for ending in ENDINGS]
 
 
 def _drawings(docs: Path, folder: Path) -> list[str]:

@@ -11,10 +11,13 @@ from exercises.arm.chain import Chain
 from exercises.difficulty import step
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg
 from exercises.figure.pose import DEFAULT_LENGTH, symbol_values
+from exercises.languages import ENGLISH, Catalogue
+from exercises.mistakes.catalogue import CATALOGUE
 from exercises.notebook import solution_figure
 from exercises.problem import Choice, Matching, Part, Problem, Selection
 from exercises.quizzes import ASKED
 from exercises.record import Json, robot_json
+from exercises.render import catalogue
 from exercises.show import problem_title
 from exercises.site.keys import key_of
 from exercises.writing.answer_code import answer_code
@@ -52,6 +55,34 @@ def arm_record(problem: Problem) -> Json:
         "robot": {**robot_json(problem.chain), "values": _values(problem.chain)},
         "symbols": _symbols(problem),
     }
+
+
+def translated_record(problem: Problem, record: Json, language: str) -> Json:
+    """Return the texts of a problem in another language, to be put in place of those in its `record`.
+
+    {"title", "statement", "parts": [{"name", "title", "prompt", "hints", "options"}], "said": as in the record}
+    """
+    words = catalogue(language)
+    return {
+        "title": words.arm_title(problem.chain.title),
+        "statement": page(statement(problem, "", language=language)),
+        "parts": [
+            {
+                "name": part.name,
+                "title": words.questions[part.kind],
+                "prompt": page(prompt(problem, part, language)),
+                "hints": [page(hint) for hint in hints(problem, part, language)],
+                "options": _options(problem, part, language),
+            }
+            for part in problem.parts
+        ],
+        "said": [_said_in(words, *row) for row in record["said"]],
+    }
+
+
+def _said_in(words: Catalogue, name: str, _: str, sentence: str) -> list[str]:
+    mistake = CATALOGUE[name]
+    return [name, words.mistakes[name][0], words.mistake_said(name, mistake.says, mistake.source, sentence)]
 
 
 def solutions_record(problem: Problem) -> Json:
@@ -115,9 +146,6 @@ class _Said:
 
 
 def _part(problem: Problem, part: Part, said: _Said) -> Json:
-    options = None
-    if isinstance(part.answer, (Choice, Selection, Matching)):
-        options = [page(option_text(problem, part, index)) for index in range(len(part.answer.options))]
     svg = part_svg(problem.chain, part, part.name)
     key = key_of(problem, part)
     if "mistakes" in key:
@@ -133,6 +161,12 @@ def _part(problem: Problem, part: Part, said: _Said) -> Json:
         "figure": svg,
         "alt": part_alt(problem.chain, part) if svg else "",
         "hints": [page(hint) for hint in hints(problem, part)],
-        "options": options,
+        "options": _options(problem, part),
         "key": key,
     }
+
+
+def _options(problem: Problem, part: Part, language: str = ENGLISH) -> list[str] | None:
+    if not isinstance(part.answer, (Choice, Selection, Matching)):
+        return None
+    return [page(option_text(problem, part, index, language)) for index in range(len(part.answer.options))]

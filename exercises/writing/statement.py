@@ -1,4 +1,7 @@
-"""A problem in words: its statement, the prompt of each part, and worked solutions, as Markdown with LaTeX."""
+"""A problem in words: its statement, the prompt of each part, and worked solutions, as Markdown with LaTeX.
+
+Statement, prompt, options and hints can be had in each of `languages`; worked solutions are in English.
+"""
 
 import re
 from functools import lru_cache
@@ -6,6 +9,7 @@ from typing import Any
 
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
+from exercises.languages import ENGLISH
 from exercises.problem import (
     LETTERS,
     Choice,
@@ -18,13 +22,13 @@ from exercises.problem import (
     Selection,
 )
 from exercises.quizzes import ASKED
-from exercises.render import environment, render
+from exercises.render import catalogue, environment
 from exercises.writing.latex import tex
 from exercises.writing.wording import Wording
 from exercises.writing.worked import Worked
 
 
-def statement(problem: Problem, title: str, figure: str = "", typed: bool = True) -> str:
+def statement(problem: Problem, title: str, figure: str = "", typed: bool = True, language: str = ENGLISH) -> str:
     """Return what is given: arm, DH table, base, point P, task, symbols. `figure` is Markdown that shows the arm.
 
     Where answers are no formulas, it need not say how symbols are `typed`.
@@ -32,60 +36,66 @@ def statement(problem: Problem, title: str, figure: str = "", typed: bool = True
     chain = problem.chain
     arm = chain.title or "arm"
     article = "an" if re.match(r"[aeiou]|R[RP]+ ", arm) else "a"
-    text = render(
-        "statement.md.j2",
-        chain=chain,
-        title=title,
-        figure=figure,
-        w=Wording(chain),
-        arm=arm,
-        article=article,
-        typed=typed,
+    text = (
+        environment(language)
+        .get_template("statement.md.j2")
+        .render(
+            chain=chain,
+            title=title,
+            figure=figure,
+            w=Wording(chain),
+            arm=arm if language == ENGLISH else catalogue(language).arm_shown(chain.title),
+            article=article,
+            typed=typed,
+        )
     )
-    return _tidy(text)
+    return _put(_tidy(text), language)
 
 
-def prompt(problem: Problem, part: Part) -> str:
+def prompt(problem: Problem, part: Part, language: str = ENGLISH) -> str:
     """Return what is asked, in which frame and units, and the form of the answer; nothing of the answer itself."""
-    text = str(_macros(part).prompt(part, problem.chain, Wording(problem.chain)))
+    text = str(_macros(part, language).prompt(part, problem.chain, Wording(problem.chain)))
     if part.rounding is not None and isinstance(part.answer, (Expression, Matrix, ConditionSet)):
-        text += f"\n\nDecimals are accepted {part.rounding.words}."
-    return _tidy(text)
+        text += f"\n\n{_phrase(f'Decimals are accepted {part.rounding.words}.', language)}"
+    return _put(_tidy(text), language)
 
 
-def option_text(problem: Problem, part: Part, index: int) -> str:
+def option_text(problem: Problem, part: Part, index: int, language: str = ENGLISH) -> str:
     """Return what an option shows, in Markdown on one line: a formula, a set, a configuration, or its words."""
     answer, details, chain = part.answer, part.details, problem.chain
     assert isinstance(answer, (Choice, Selection, Matching))
-    macros: Any = environment()
+    macros: Any = environment(language)
     if "offered" in details:
         offered: Any = details["offered"]
-        return str(macros.get_template("questions/options.md.j2").module.formula(offered[index], chain))
+        text = str(macros.get_template("questions/options.md.j2").module.formula(offered[index], chain))
+        return _put(text, language)
     if "places" in details:
         places: Any = details["places"]
-        return str(macros.get_template("questions/rank.md.j2").module.at(places[index], chain, Wording(chain)))
-    line = re.search(rf"^- \*\*{LETTERS[index]}\.\*\* (.*)$", prompt(problem, part), re.MULTILINE)
-    return line[1] if line is not None else answer.options[index]
+        text = str(macros.get_template("questions/rank.md.j2").module.at(places[index], chain, Wording(chain)))
+        return _put(text, language)
+    line = re.search(rf"^- \*\*{LETTERS[index]}\.\*\* (.*)$", prompt(problem, part, language), re.MULTILINE)
+    return line[1] if line is not None else _phrase(answer.options[index], language)
 
 
-def hints(problem: Problem, part: Part) -> tuple[str, str, str]:
+def hints(problem: Problem, part: Part, language: str = ENGLISH) -> tuple[str, str, str]:
     """Return three hints for this very arm, from gentle to nearly there; none of them holds the answer."""
     chain, steps = problem.chain, worked_steps(problem.chain)
-    text = _macros(part).hints(part, chain, derive(chain), Wording(chain), steps)
-    gentle, plan, nearly = (with_meanings(steps, hint) for hint in re.split(r"^---$", text, flags=re.MULTILINE))
+    text = _macros(part, language).hints(part, chain, derive(chain), Wording(chain), steps)
+    told = (with_meanings(steps, hint, language) for hint in re.split(r"^---$", text, flags=re.MULTILINE))
+    gentle, plan, nearly = (_put(hint, language) for hint in told)
     return gentle, plan, nearly
 
 
 def worked_solution(problem: Problem, part: Part) -> str:
     """Return the way to the answer as the chapter would print it: formula, steps, result, what it means."""
     chain, steps = problem.chain, worked_steps(problem.chain)
-    return with_meanings(steps, _macros(part).solution(part, chain, derive(chain), Wording(chain), steps))
+    return with_meanings(steps, _macros(part, ENGLISH).solution(part, chain, derive(chain), Wording(chain), steps))
 
 
-def with_meanings(steps: Worked, text: str) -> str:
+def with_meanings(steps: Worked, text: str, language: str = ENGLISH) -> str:
     """Return text on an arm after what the names of angles in it stand for."""
     used = [(name, tex(angle)) for name, angle in steps.angles.meanings.items() if str(name) in text]
-    return _tidy(render("solution.md.j2", angles=used, solution=text))
+    return _tidy(environment(language).get_template("solution.md.j2").render(angles=used, solution=text))
 
 
 @lru_cache(maxsize=256)
@@ -94,8 +104,17 @@ def worked_steps(chain: Chain) -> Worked:
     return Worked(chain)
 
 
-def _macros(part: Part) -> Any:
-    return environment().get_template(f"questions/{ASKED[part.kind].template or part.kind}.md.j2").module
+def _phrase(english: str, language: str) -> str:
+    return english if language == ENGLISH else catalogue(language).phrase(english)
+
+
+def _put(text: str, language: str) -> str:
+    """Return text with the numbers of its formulas as the language writes them."""
+    return text if language == ENGLISH else catalogue(language).with_decimals(text)
+
+
+def _macros(part: Part, language: str) -> Any:
+    return environment(language).get_template(f"questions/{ASKED[part.kind].template or part.kind}.md.j2").module
 
 
 def _tidy(text: str) -> str:

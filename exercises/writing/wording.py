@@ -82,7 +82,7 @@ class Wording:
             "vw": f"the pose, which is the place of $P$ together with the {turn} of the last link, is on the "
             "boundary of what the arm can reach",
         }[self._motions]
-        if self._motions == "v" and self._moves_besides:
+        if self._motions == "v" and self.moves_besides:
             axes = ", ".join(row[1] for row in self.chain.task)
             there = f"the coordinates $({axes})$ of $P$ are on the boundary of what they can be"
         return (
@@ -91,7 +91,7 @@ class Wording:
         )
 
     @property
-    def _moves_besides(self) -> bool:
+    def moves_besides(self) -> bool:
         """Whether P has components of velocity that the task does not count."""
         linear = derive(self.chain).geometric[:3, :]
         return any(
@@ -107,6 +107,10 @@ class Wording:
             )
         mover = {"v": "$P$", "w": "The last link", "vw": "The arm"}[self._motions]
         return f"{mover} can get past this {place} in every direction, here or in another configuration."
+
+    def numbers(self, kind: str) -> list[int]:
+        """Return which joints, from 1, are "R" or "P"."""
+        return [i for i, joint in enumerate(self.chain.joints, 1) if joint.kind == kind]
 
     @property
     def rates_with_units(self) -> str:
@@ -135,7 +139,7 @@ class Wording:
     def kinds(self) -> str:
         """What kinds of joints there are, as in "both revolute" or "joint 1 revolute and joint 2 prismatic"."""
         kinds = {"R": "revolute", "P": "prismatic"}
-        found = {kind: [i for i, joint in enumerate(self.chain.joints, 1) if joint.kind == kind] for kind in kinds}
+        found = {kind: self.numbers(kind) for kind in kinds}
         if not all(found.values()):
             return f"{_OF_ALL.get(self.chain.n, 'all ')}{kinds[self.chain.joints[0].kind]}"
         return " and ".join(
