@@ -100,7 +100,7 @@ class Catalogue:
         formula = piece["formula"]
         if formula is None or not _DECIMAL.search(formula):
             return piece[0]
-        return _DECIMAL.sub(rf"\1{{{self.decimal}}}\2", re.sub(r"(?<!\\), ", "; ", formula))
+        return _DECIMAL.sub(rf"\1{{{self.decimal}}}\2", re.sub(r"(?<!\\), (?!\\q)", "; ", formula))
 
 
 _DECIMAL = re.compile(r"(\d)\.(\d)")

@@ -46,8 +46,9 @@ def build(order: Order, each: Callable[[], None]) -> Json:
     listed = write_bank(order.folder, order.wanted, order.failures, order.jobs, each)
     index = index_text(listed, order.titles)
     write_atomically(order.folder / FOLDER / "index.json", index)
-    for language in LANGUAGES:
-        write_atomically(order.folder / FOLDER / f"index.{language}.json", titles_text(language))
+    titles = {f"{FOLDER}/index.{language}.json": titles_text(language) for language in LANGUAGES}
+    for name, text in titles.items():
+        write_atomically(order.folder / name, text)
     shell = _copied(assets, order.folder)
     families = [name for name, _, _ in order.titles]
     for page in pages(Around(order.docs, order.commands, order.course, families)):
@@ -56,9 +57,9 @@ def build(order: Order, each: Callable[[], None]) -> Json:
     drawings = [] if order.docs is None else _drawings(order.docs, order.folder)
     write_atomically(order.folder / "icon.svg", favicon())
     version = hashlib.sha256(
-        b"".join((order.folder / name).read_bytes() for name in shell + _problems(order)) + index.encode()
+        b"".join((order.folder / name).read_bytes() for name in shell + _problems(order) + [*titles]) + index.encode()
     ).hexdigest()
-    shell += ["icon.svg", f"{FOLDER}/index.json"]
+    shell += ["icon.svg", f"{FOLDER}/index.json", *titles]
     write_atomically(order.folder / "sw.js", worker_text(shell, version[:16]))
     remove_leftovers(order.folder, [*shell, *drawings, "sw.js"])
     questions = sum(len(entry["questions"]) for entry in listed)

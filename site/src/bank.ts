@@ -10,6 +10,8 @@ export interface Index {
 export interface Family {
   readonly name: string;
   readonly title: string;
+  /** Of the title, where it is not English. */
+  readonly lang?: string;
   readonly source: string;
   readonly problems: readonly Listed[];
 }
@@ -25,11 +27,14 @@ export interface Listed {
 export interface Question {
   readonly name: string;
   readonly title: string;
+  readonly lang?: string;
   readonly source: string;
   readonly form: string;
 }
 
 export interface Problem {
+  /** Of its texts, where they are not English. */
+  readonly lang?: string;
   readonly id: string;
   readonly family: string;
   readonly title: string;
@@ -131,7 +136,21 @@ export interface LettersKey {
   readonly told: readonly (string | null)[];
 }
 
-/** solutions/FAMILY/KEY.json, loaded when a solution is asked for. */
+/** index.LANGUAGE.json: titles of families and questions by name; a family of an instructor's own has none. */
+export interface Titles {
+  readonly families: Readonly<Record<string, string>>;
+  readonly questions: Readonly<Record<string, string>>;
+}
+
+/** FAMILY/KEY.LANGUAGE.json: what a problem says, in another language; parts and `said` in the problem's order. */
+export interface Texts {
+  readonly title: string;
+  readonly statement: string;
+  readonly parts: readonly Pick<Part, "name" | "title" | "prompt" | "hints" | "options">[];
+  readonly said: Problem["said"];
+}
+
+/** FAMILY/KEY.solutions.json, loaded when a solution is asked for. */
 export interface Solutions {
   readonly id: string;
   readonly parts: readonly {

@@ -1,6 +1,8 @@
 // Files of the bank, loaded as they are needed and kept for as long as the page is open.
 
-import type { Index, Problem, Solutions } from "./bank.js";
+import type { Index, Problem, Solutions, Texts, Titles } from "./bank.js";
+import { titledIn, toldIn } from "./text/problems.js";
+import { language } from "./text/text.js";
 
 /** Where the site's root is, as seen from the page. */
 export const ROOT = typeof document === "undefined" ? "" : (document.body.dataset["root"] ?? "");
@@ -19,9 +21,18 @@ function loaded<T>(path: string): Promise<T> {
   return fresh;
 }
 
-export const loadIndex = (): Promise<Index> => loaded("index.json");
+/** A file and its translation into the language of the page, if that is not English; null where there is none. */
+async function withTranslation<T, U>(name: string): Promise<[string, T, U | null]> {
+  const { code } = language();
+  const translation = code === "en" ? null : loaded<U>(`${name}.${code}.json`).catch(() => null); // in English, then
+  return [code, await loaded<T>(`${name}.json`), await translation];
+}
 
-export const loadProblem = (family: string, key: string): Promise<Problem> => loaded(`${family}/${key}.json`);
+export const loadIndex = async (): Promise<Index> =>
+  titledIn(...(await withTranslation<Index, Titles>("index")));
+
+export const loadProblem = async (family: string, key: string): Promise<Problem> =>
+  toldIn(...(await withTranslation<Problem, Texts>(`${family}/${key}`)));
 
 export const loadSolutions = (family: string, key: string): Promise<Solutions> =>
   loaded(`${family}/${key}.solutions.json`);

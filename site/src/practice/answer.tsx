@@ -307,7 +307,7 @@ function previewOf(text: string, problem: Problem): { latex: string } | { why: s
 
 // --- letters ---
 
-function Letters({ part, onAnswer }: Field) {
+function Letters({ problem: { lang }, part, onAnswer }: Field) {
   const options = part.options ?? [];
   const [chosen, setChosen] = useState<readonly (number | null)[]>([]);
   const say = (now: readonly (number | null)[]) => {
@@ -319,7 +319,7 @@ function Letters({ part, onAnswer }: Field) {
     const now = Array.from({ length: items }, (_, i) => chosen[i] ?? null);
     return (
       <div class="answer">
-        <Options options={options} />
+        <Options options={options} lang={lang} />
         {now.map((each, i) => (
           <label class="match" key={i}>
             {said(message("answer.match", { index: i + 1 }))}
@@ -357,19 +357,19 @@ function Letters({ part, onAnswer }: Field) {
               say(single ? [i] : kept.length === chosen.length ? [...chosen, i] : kept);
             }}
           />
-          <strong>{LETTERS[i]}</strong> <Html html={option} class="option-text" />
+          <strong>{LETTERS[i]}</strong> <Html html={option} class="option-text" lang={lang} />
         </label>
       ))}
     </fieldset>
   );
 }
 
-function Options({ options }: { options: readonly string[] }) {
+function Options({ options, lang }: { options: readonly string[]; lang: string | undefined }) {
   return (
     <ul class="options">
       {options.map((option, i) => (
         <li key={i}>
-          <strong>{LETTERS[i]}</strong> <Html html={option} class="option-text" />
+          <strong>{LETTERS[i]}</strong> <Html html={option} class="option-text" lang={lang} />
         </li>
       ))}
     </ul>

@@ -24,7 +24,7 @@ export function Feedback({ problem, verdict }: { problem: Problem; verdict: Verd
       {mistake ? (
         <p class="mistake">
           <strong>{said(message("practice.mistake"))}</strong>{" "}
-          <span lang="en">
+          <span lang={problem.lang ?? "en"}>
             <strong>{mistake[1]}</strong> {mistake[2]}
           </span>
         </p>

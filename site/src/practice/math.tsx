@@ -4,13 +4,21 @@ import { useEffect, useRef } from "preact/hooks";
 
 import { typeset, typesetInto } from "../tex.js";
 
-/** HTML of the bank, which is English; it comes from this site's own files, and holds no one else's text. */
-export function Html({ html, class: name = "" }: { html: string; class?: string }) {
+/** HTML of the bank, English where no other language is told; it comes from this site's own files, and holds no one else's text. */
+export function Html({
+  html,
+  class: name = "",
+  lang = "en",
+}: {
+  html: string;
+  class?: string;
+  lang?: string | undefined;
+}) {
   const place = useRef<HTMLDivElement>(null);
   useEffect(() => {
     if (place.current) void typeset(place.current);
   }, [html]);
-  return <div ref={place} key={html} class={name} lang="en" dangerouslySetInnerHTML={{ __html: html }} />;
+  return <div ref={place} key={html} class={name} lang={lang} dangerouslySetInnerHTML={{ __html: html }} />;
 }
 
 /** One formula. */

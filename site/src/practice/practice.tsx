@@ -89,7 +89,6 @@ function Session({ index }: { index: Index }) {
   return (
     <>
       <Settings index={index} wish={wish} progress={progress} onWish={wished} onProgress={noted} />
-      {language().code === "en" ? null : <p class="muted">{said(message("practice.english"))}</p>}
       {order && order.length > 0 ? (
         <p class="muted set-place">
           {said(message("practice.set-place", { number: (place % order.length) + 1, count: order.length }))}
@@ -136,13 +135,18 @@ function Current({
   const part = problem?.parts.find(({ kind }) => kind === item.question);
   if (!problem || !part) return <p role="status">{said(message("practice.loading"))}</p>;
   return (
-    <Task
-      item={item}
-      problem={problem}
-      part={part}
-      arrived={arrived}
-      onVerdict={(verdict) => onRight(verdict.outcome === "correct")}
-      onNext={onNext}
-    />
+    <>
+      {language().code === "en" ? null : (
+        <p class="muted">{said(message(problem.lang ? "practice.english-solutions" : "practice.english"))}</p>
+      )}
+      <Task
+        item={item}
+        problem={problem}
+        part={part}
+        arrived={arrived}
+        onVerdict={(verdict) => onRight(verdict.outcome === "correct")}
+        onNext={onNext}
+      />
+    </>
   );
 }

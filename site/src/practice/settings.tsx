@@ -35,8 +35,8 @@ export function Settings(props: SettingsProps): JSX.Element {
           onChange={(event) => onWish({ ...wish, family: event.currentTarget.value, question: "" })}
         >
           <option value="">{said(message("practice.any-arm"))}</option>
-          {index.families.map(({ name, title }) => (
-            <option key={name} value={name} lang="en">
+          {index.families.map(({ name, title, lang = "en" }) => (
+            <option key={name} value={name} lang={lang}>
               {title}
             </option>
           ))}
@@ -52,8 +52,8 @@ export function Settings(props: SettingsProps): JSX.Element {
           {[false, true].map((short) =>
             group(short).length > 0 ? (
               <optgroup key={String(short)} label={said(message(short ? "practice.short" : "practice.long"))}>
-                {group(short).map(({ name, title }) => (
-                  <option key={name} value={name} lang="en">
+                {group(short).map(({ name, title, lang = "en" }) => (
+                  <option key={name} value={name} lang={lang}>
                     {title}
                   </option>
                 ))}

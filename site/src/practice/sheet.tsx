@@ -137,16 +137,16 @@ function Paper({ groups, set, withKey }: { groups: readonly Group[]; set: string
       </p>
       {numbered.map(({ problem, asked }) => (
         <section class="sheet-arm" key={problem.id}>
-          <h2 lang="en">{problem.title}</h2>
+          <h2 lang={problem.lang ?? "en"}>{problem.title}</h2>
           <figure lang="en" dangerouslySetInnerHTML={{ __html: problem.figure }} />
-          <Html html={problem.statement} class="statement" />
+          <Html html={problem.statement} class="statement" lang={problem.lang} />
           {asked.map(({ item, part, number }) => (
             <section class="sheet-question" key={nameOf(item)}>
-              <h3 lang="en">
+              <h3 lang={problem.lang ?? "en"}>
                 {number}. {part.title}
               </h3>
               {part.figure ? <figure lang="en" dangerouslySetInnerHTML={{ __html: part.figure }} /> : null}
-              <Html html={part.prompt} class="prompt" />
+              <Html html={part.prompt} class="prompt" lang={problem.lang} />
               <Room part={part} />
             </section>
           ))}

@@ -73,19 +73,19 @@ export function Task({ item, problem, part, arrived, onVerdict, onNext }: TaskPr
   return (
     <article class="task" ref={start} tabIndex={-1} aria-label={`${problem.title}: ${part.title}`}>
       <div class="given">
-        <h2 lang="en">{problem.title}</h2>
+        <h2 lang={problem.lang ?? "en"}>{problem.title}</h2>
         <p class="muted">{said(message("practice.points", { difficulty: problem.difficulty }))}</p>
         <figure lang="en" dangerouslySetInnerHTML={{ __html: problem.figure }} />
         <details open>
           <summary>{said(message("practice.given"))}</summary>
-          <Html html={problem.statement} class="statement" />
+          <Html html={problem.statement} class="statement" lang={problem.lang} />
         </details>
       </div>
       {whole ? (
         <div class="asked">
-          <h2 lang="en">{part.title}</h2>
+          <h2 lang={problem.lang ?? "en"}>{part.title}</h2>
           {part.figure ? <figure lang="en" dangerouslySetInnerHTML={{ __html: part.figure }} /> : null}
-          <Html html={promptOf(part)} class="prompt" />
+          <Html html={promptOf(part)} class="prompt" lang={problem.lang} />
           <form
             onFocusIn={prepare}
             onSubmit={(event) => {
@@ -108,6 +108,7 @@ export function Task({ item, problem, part, arrived, onVerdict, onNext }: TaskPr
           <Help
             item={item}
             part={part}
+            lang={problem.lang}
             solved={verdict?.outcome === "correct"}
             onSolution={() => setHelped(verdict?.outcome !== "correct")}
           />
@@ -186,11 +187,12 @@ function singularIn(problem: Problem): (at: At) => boolean {
 interface HelpProps {
   readonly item: Item;
   readonly part: Part;
+  readonly lang: string | undefined;
   readonly solved: boolean;
   readonly onSolution: () => void;
 }
 
-function Help({ item, part, solved, onSolution }: HelpProps) {
+function Help({ item, part, lang, solved, onSolution }: HelpProps) {
   const [hints, setHints] = useState(0);
   const [solution, setSolution] = useState<Solutions["parts"][number] | null>(null);
   const [failed, setFailed] = useState("");
@@ -206,7 +208,7 @@ function Help({ item, part, solved, onSolution }: HelpProps) {
       {part.hints.slice(0, hints).map((hint, i) => (
         <div class="hint" key={i}>
           <h3>{said(message("practice.hint", { number: i + 1 }))}</h3>
-          <Html html={hint} />
+          <Html html={hint} lang={lang} />
         </div>
       ))}
       <p class="actions">

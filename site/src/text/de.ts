@@ -44,12 +44,12 @@ export const de: Catalogue = {
   "read.no-argument": "{name} wovon? Das Argument fehlt",
   "read.container": "{name} mit {count} Argumenten ist nicht verständlich",
   "read.range": "die Zahl {number}… ist zu groß oder zu klein",
-  "verdict.values": "An {points} zufälligen Stellungen auf neun Stellen gleich der richtigen Antwort.",
+  "verdict.values": "An {points} zufälligen Konfigurationen auf neun Stellen gleich der richtigen Antwort.",
   "verdict.branches":
-    "An allen {points} versuchten Stellungen gleich. Eine Antwort mit {functions} kann dort abweichen, wo nicht " +
-    "nachgesehen wurde: qdot selbst sieht an mehr Stellungen nach.",
+    "An allen {points} versuchten Konfigurationen gleich. Eine Antwort mit {functions} kann dort abweichen, wo nicht " +
+    "nachgesehen wurde: qdot selbst sieht an mehr Konfigurationen nach.",
   "verdict.decimals":
-    "An {points} zufälligen Stellungen auf neun Stellen gleich. Deine Dezimalzahlen haben {digits} Stellen: qdot selbst " +
+    "An {points} zufälligen Konfigurationen auf neun Stellen gleich. Deine Dezimalzahlen haben {digits} Stellen: qdot selbst " +
     "nimmt sie beim Wort und nicht für π oder eine Wurzel.",
   "verdict.entry":
     "Eintrag ({row}, {column}) weicht ab bei {at}: deiner ist {yours}, richtig wäre {expected}.",
@@ -62,16 +62,18 @@ export const de: Catalogue = {
   "verdict.direction": "Die richtige Richtung.",
   "verdict.not-along": "Nicht die richtige Richtung bei {at}.",
   "verdict.zero-vector": "Der Nullvektor hat keine Richtung.",
-  "verdict.set": "Das sind die singulären Stellungen: jede versuchte ist dabei, und keine zu viel.",
+  "verdict.set": "Das sind die singulären Konfigurationen: jede versuchte ist dabei, und keine zu viel.",
   "verdict.unsound": "Bei {at} sagt deine Antwort „singulär“, J hat dort aber vollen Rang.",
   "verdict.uncovered": "Bei {at} ist der Arm singulär, deine Antwort sagt es nicht.",
-  "verdict.nowhere": "Es fand sich keine Stellung, in der Bedingung {text} deiner Antwort gilt.",
+  "verdict.nowhere": "Es fand sich keine Konfiguration, in der Bedingung {text} deiner Antwort gilt.",
   "verdict.letter": "{letter} ist nicht die richtige Möglichkeit.",
   "verdict.no-letter": "„{said}“ ist keine der Möglichkeiten {letters}.",
   "verdict.letters": "{hits} der Buchstaben stimmen, {misses} nicht.",
   "verdict.matching": "Nicht richtig für {items}.",
   "verdict.right-letter": "Richtig.",
-  "practice.english": "Die Texte der Aufgaben sind auf Englisch.",
+  "practice.english": "Die Texte dieser Aufgabe sind auf Englisch.",
+  "practice.english-solutions":
+    "Ausgearbeitete Lösungen und Beschreibungen der Zeichnungen sind auf Englisch.",
   "practice.loading": "Wird geladen …",
   "practice.arm-failed": "Der Arm ließ sich nicht laden. Prüfe die Verbindung und lade die Seite neu.",
   "practice.failed":
@@ -102,7 +104,7 @@ export const de: Catalogue = {
   "practice.wrong": "Nicht richtig",
   "practice.missing": "Noch keine Antwort",
   "practice.mistake": "Es sieht danach aus:",
-  "practice.pose": "Den Arm in der Stellung ansehen, in der deine Antwort abweicht",
+  "practice.pose": "Den Arm in der Konfiguration ansehen, in der deine Antwort abweicht",
   "practice.count": "{right} von {tried} versuchten richtig",
   "practice.due": "{count} kommen wieder",
   "practice.progress": "Dein Fortschritt",
@@ -173,7 +175,7 @@ export const de: Catalogue = {
   "arm.layer.vectors": "Vektoren p*",
   "arm.layer.columns": "Spalten von J",
   "arm.layer.ellipse": "Geschwindigkeitsellipse",
-  "arm.reset": "Erste Stellung",
+  "arm.reset": "Erste Konfiguration",
   "arm.lengths": "Gezeichnet mit",
   "arm.figures.det": "det J",
   "arm.figures.volume": "√det JJᵀ",
@@ -205,7 +207,7 @@ export const de: Catalogue = {
   "arm.map.boundary": "singulär, am Rand der Reichweite",
   "arm.map.internal": "singulär im Inneren",
   "arm.map.unknown": "singulär",
-  "arm.map.none": "Auf dieser Karte ist keine Stellung singulär.",
+  "arm.map.none": "Auf dieser Karte ist keine Konfiguration singulär.",
   "arm.map.always": "J hat nirgends auf dieser Karte vollen Rang.",
   "arm.map.here": "Hier: {value} = {number}.",
   "arm.map.hint":
