@@ -227,14 +227,44 @@ test("a matrix typed as text is there by entry, and is right as mathematics", as
   await context.close();
 });
 
-test("what can't be read is told in German, and English texts are marked as such", async () => {
-  const { opened, context } = await ask("determinant");
+test("a problem is told in German: its texts, a hint, the mistake behind an answer, what can't be read", async () => {
+  const { opened, context, errors } = await ask("determinant");
   await opened.getByLabel("Language").selectOption("de");
   await opened.getByRole("heading", { name: "Üben" }).waitFor();
+  await opened
+    .getByText("Ausgearbeitete Lösungen und Beschreibungen der Zeichnungen sind auf Englisch.")
+    .waitFor();
+  assert.match(
+    await opened.locator(".prompt").innerText(),
+    /^Bestimme die Determinante der 2 × 2-Jacobi-Matrix/,
+  );
+  assert.match(
+    await opened.locator(".statement").innerText(),
+    /Der Arm hat zwei Gelenke: Beide sind Drehgelenke\./,
+  );
+  assert.match(await opened.getByLabel("Frage").innerText(), /Determinante der Jacobi-Matrix/);
+  await opened.getByRole("button", { name: "Hinweis 1 zeigen" }).click();
+  assert.match(await opened.locator(".hint").innerText(), /Die Determinante sagt, wo sich/);
+  await opened.getByLabel("Deine Antwort").fill(`-(${typed("determinant")})`);
+  await opened.getByRole("button", { name: "Prüfen" }).click();
+  assert.match(await opened.locator(".mistake").innerText(), /Determinante mit falschem Vorzeichen/);
+  for (const place of [".prompt", ".statement", ".asked h2", ".hint div", ".mistake span"])
+    assert.equal(await opened.locator(place).first().getAttribute("lang"), "de", place);
+  await opened.getByRole("button", { name: "Lösung zeigen" }).click();
+  assert.equal(await opened.locator(".solution div").first().getAttribute("lang"), "en");
   await opened.getByLabel("Deine Antwort").fill("2*(theta1");
   await opened.getByRole("button", { name: "Prüfen" }).click();
-  assert.match(await opened.locator(".verdict").innerText(), /erwartet wird „\)“, gefunden wurde das Ende/);
-  await opened.getByText("Die Texte der Aufgaben sind auf Englisch.").waitFor();
+  await opened.locator(".verdict").getByText(/erwartet wird „\)“, gefunden wurde das Ende/).waitFor();
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test("where there is no translation a problem is in English, marked as such", async () => {
+  const { opened, context } = await ask("determinant");
+  await context.route(/\/bank\/.*\.de\.json$/, (route) => route.fulfill({ status: 404 }));
+  await opened.getByLabel("Language").selectOption("de");
+  await opened.getByText("Die Texte dieser Aufgabe sind auf Englisch.").waitFor();
+  assert.match(await opened.locator(".prompt").innerText(), /^Find the determinant/);
   for (const place of [".prompt", ".statement", ".asked h2"])
     assert.equal(await opened.locator(place).first().getAttribute("lang"), "en", place);
   await context.close();
