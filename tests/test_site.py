@@ -57,12 +57,20 @@ def test_a_site_is_built_and_a_rerun_keeps_the_bank(assets: Assets, tmp_path: Pa
         record = json.loads((site / "bank" / "polar-rp" / f"{problem['key']}.json").read_text())
         solved = json.loads((site / "bank" / "polar-rp" / f"{problem['key']}.solutions.json").read_text())
         assert problem["questions"] == [part["kind"] for part in record["parts"]]
+        german = json.loads((site / "bank" / "polar-rp" / f"{problem['key']}.de.json").read_text())
         assert [part["name"] for part in record["parts"]] == [part["name"] for part in solved["parts"]]
+        assert [part["name"] for part in record["parts"]] == [part["name"] for part in german["parts"]]
+    assert json.loads((site / "bank" / "index.de.json").read_text())["families"]["polar-rp"].startswith("Ebener")
     before = {path: path.stat().st_mtime_ns for path in site.glob("bank/polar-rp/*")}
     first = {path.relative_to(site): path.read_bytes() for path in site.rglob("*") if path.is_file()}
     run(*arguments)
     assert before == {path: path.stat().st_mtime_ns for path in site.glob("bank/polar-rp/*")}
     assert first == {path.relative_to(site): path.read_bytes() for path in site.rglob("*") if path.is_file()}
+    lost = site / "bank" / "polar-rp" / "001.de.json"
+    text = lost.read_bytes()
+    lost.unlink()
+    run(*arguments)
+    assert lost.read_bytes() == text  # a bank of before there were translations gets them
     _links_lead_somewhere(site)
     practice = (site / "practice.html").read_text()
     assert '<link rel="modulepreload" href="assets/shared.js">' in practice  # loaded at once, not one after another
@@ -70,6 +78,7 @@ def test_a_site_is_built_and_a_rerun_keeps_the_bank(assets: Assets, tmp_path: Pa
     assert "preload" not in (site / "accessibility.html").read_text()
     shell = json.loads(re.findall(r"const SHELL = (.*);", (site / "sw.js").read_text())[0])
     assert not [name for name in shell if not (site / name).is_file()]
+    assert "bank/index.de.json" in shell
 
 
 def _links_lead_somewhere(site: Path) -> None:

@@ -63,8 +63,9 @@ def translated_record(problem: Problem, record: Json, language: str) -> Json:
     {"title", "statement", "parts": [{"name", "title", "prompt", "hints", "options"}], "said": as in the record}
     """
     words = catalogue(language)
+    title = words.arm_title(problem.chain.title)
     return {
-        "title": words.arm_title(problem.chain.title),
+        "title": title[0].upper() + title[1:],
         "statement": page(statement(problem, "", language=language)),
         "parts": [
             {
