@@ -2,9 +2,10 @@
 
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import pytest
+from support import several
 
 from exercises.families import FAMILIES
 from exercises.generate import generate, short_quiz
@@ -40,7 +41,8 @@ def both(problem: Problem, language: str) -> Iterator[tuple[str, str, str]]:
         for number, (english, own) in enumerate(told, 1):
             yield f"{part.name}: hint {number}", english, own
         for index in range(options_of(part)):
-            yield f"{part.name}: {index}", *(option_text(problem, part, index, code) for code in ("en", language))
+            own = option_text(problem, part, index, language)
+            yield f"{part.name}: option {index}", option_text(problem, part, index), own
 
 
 def options_of(part: Part) -> int:
@@ -52,7 +54,7 @@ def test_the_texts_of_a_family_hold_the_same_formulas_and_no_english(
     language: str, family: str, drawn: Callable[[str, int], Problem]
 ) -> None:
     problems = [drawn(family, 0)]
-    if not FAMILIES[family].varied:
+    if not FAMILIES[family].varied and list(FAMILIES).index(family) % several(3, 1) == 0:
         problems.append(generate(ProblemId(family, 1, short_quiz(family))))
     for problem in problems:
         for name, english, own in both(problem, language):
@@ -83,8 +85,8 @@ def test_everything_that_is_registered_has_its_words(language: str) -> None:
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_what_is_filled_in_is_filled_in_in_both(language: str) -> None:
     words = catalogue(language)
-    rows = [(english, (own,)) for english, own in words.phrases.items()]
-    rows += list(words.arms.items())
+    rows: list[tuple[str, Sequence[str]]] = [(english, (own,)) for english, own in words.phrases.items()]
+    rows += words.arms.items()
     rows += [(CATALOGUE[name].says, (own,)) for name, (_, own) in words.mistakes.items()]
     for english, owns in rows:
         for own in owns:
@@ -93,9 +95,9 @@ def test_what_is_filled_in_is_filled_in_in_both(language: str) -> None:
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-@pytest.mark.parametrize("mistake", CATALOGUE.values(), ids=list(CATALOGUE))
-def test_the_sentence_on_a_mistake_is_found_again_in_the_language(language: str, mistake: object) -> None:
-    found = CATALOGUE[mistake.name]  # type: ignore[attr-defined]
+@pytest.mark.parametrize("mistake", CATALOGUE)
+def test_the_sentence_on_a_mistake_is_found_again_in_the_language(language: str, mistake: str) -> None:
+    found = CATALOGUE[mistake]
     names = re.findall(r"\{(\w+)\}", found.says)
     words = {name: str(number) for number, name in enumerate(dict.fromkeys(names), 1)}
     own = catalogue(language).mistake_said(found.name, found.says, found.source, found.sentence(words))
