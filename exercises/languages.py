@@ -64,6 +64,10 @@ class Catalogue:
         """Return the words for such an arm as the object of a sentence, with an article."""
         return next((found for _, row in self._arms if (found := self._taken(row, name)) is not None), name)
 
+    def mistake_title(self, name: str) -> str:
+        """Return the title of a mistake."""
+        return self.mistakes[name][0]
+
     def mistake_said(self, name: str, says: str, source: str, sentence: str) -> str:
         """Return the sentence on a mistake; `says` is the English pattern that was filled in for `sentence`."""
         own = self.mistakes[name][1]

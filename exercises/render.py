@@ -32,7 +32,8 @@ def catalogue(language: str) -> Catalogue:
 def environment(language: str = ENGLISH) -> jinja2.Environment:
     """Return the environment: undefined names are errors, markup is escaped, line ends are kept plain.
 
-    In another language its own templates come before those of the same name in English, and `phrase` is a filter.
+    In another language its own templates come before those of the same name in English; `phrase` and `mistake` are
+    filters.
     """
     folders = [template_folder()] if language == ENGLISH else [template_folder() / language, template_folder()]
     made = jinja2.Environment(
@@ -46,6 +47,7 @@ def environment(language: str = ENGLISH) -> jinja2.Environment:
     made.filters.update(tex=tex, tex_lines=tex_lines, tex_length=tex_length, tex_angle=tex_angle)
     if language != ENGLISH:
         made.filters["phrase"] = catalogue(language).phrase
+        made.filters["mistake"] = catalogue(language).mistake_title
     made.filters["json"] = lambda value: json.dumps(value, ensure_ascii=False)
     return made
 

@@ -14,8 +14,8 @@ from exercises.mistakes.catalogue import CATALOGUE
 from exercises.problem import Choice, Matching, Part, Problem, ProblemId, Selection
 from exercises.quizzes import ASKED
 from exercises.render import catalogue, template_folder
-from exercises.site.record import site_record, translated_record
-from exercises.writing.statement import hints, option_text, prompt, statement
+from exercises.site.record import site_record, translated_record, translated_solutions
+from exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
 
 LEFT = re.compile(
     r"\b(the|and|of|is|are|with|joints?|axis|axes|which|that|to|by|from|revolute|prismatic|or|as|row|column|arm's"
@@ -29,7 +29,8 @@ PIECES = re.compile(r"\$\$.*?\$\$|\$[^$]*\$|`[^`]*`", re.DOTALL)
 def pieces(text: str) -> Counter[str]:
     """Return the formulas and the code in a text, decimals with points."""
     found = (re.sub(r"\s+", " ", piece) for piece in PIECES.findall(text))
-    return Counter(piece.replace("{,}", ".").replace("; ", ", ") for piece in found)
+    plain = (re.sub(r"\\text\{[^}]*[a-zäöü]{4,}[^}]*\}", "", piece) for piece in found)  # words in a formula
+    return Counter(piece.replace("{,}", ".").replace("; ", ", ") for piece in plain)
 
 
 def both(problem: Problem, language: str) -> Iterator[tuple[str, str, str]]:
@@ -37,6 +38,7 @@ def both(problem: Problem, language: str) -> Iterator[tuple[str, str, str]]:
     yield "statement", statement(problem, ""), statement(problem, "", language=language)
     for part in problem.parts:
         yield f"{part.name}: prompt", prompt(problem, part), prompt(problem, part, language)
+        yield f"{part.name}: solution", worked_solution(problem, part), worked_solution(problem, part, language)
         told = zip(hints(problem, part), hints(problem, part, language), strict=True)
         for number, (english, own) in enumerate(told, 1):
             yield f"{part.name}: hint {number}", english, own
@@ -138,6 +140,8 @@ def test_a_translated_record_fits_its_problem_and_holds_nothing_of_the_key() -> 
     assert [row[0] for row in own["said"]] == [row[0] for row in record["said"]]
     assert all(row[1] != english[1] for row, english in zip(own["said"], record["said"], strict=True))
     assert all("Siehe" in row[2] for row in own["said"])
+    solved = translated_solutions(problem, "de")
+    assert [part["name"] for part in solved["parts"]] == [part["name"] for part in record["parts"]]
     for part, english in zip(own["parts"], record["parts"], strict=True):
         assert len(part["hints"]) == 3 and (part["options"] is None) == (english["options"] is None)
         assert set(part) == {"name", "title", "prompt", "hints", "options"}

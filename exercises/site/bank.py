@@ -4,6 +4,7 @@ bank/index.json                 what there is to choose from
 bank/FAMILY/KEY.json            a problem (`record.site_record`)
 bank/FAMILY/KEY.solutions.json  its worked solutions, loaded when they are asked for
 bank/FAMILY/KEY.de.json         its texts in German, loaded where that is the page's language (`languages`)
+bank/FAMILY/KEY.solutions.de.json  the same of its solutions
 bank/index.de.json              the titles in index.json in German
 """
 
@@ -28,13 +29,13 @@ from exercises.problem import Problem, ProblemId
 from exercises.quizzes import ASKED
 from exercises.record import Json
 from exercises.render import catalogue, template_folder
-from exercises.site.record import site_record, solutions_record, translated_record
+from exercises.site.record import site_record, solutions_record, translated_record, translated_solutions
 from exercises.store import code
 
 FOLDER = "bank"
 QUIZ = "quiz"
 
-ENDINGS = (".json", ".solutions.json", *(f".{language}.json" for language in LANGUAGES))
+ENDINGS = (".json", ".solutions.json", *(f"{kind}.{code}.json" for code in LANGUAGES for kind in ("", ".solutions")))
 """How the names of a problem's files end."""
 
 
@@ -116,6 +117,8 @@ def _write(state: tuple[Path, Failures], wanted: Wanted) -> Json:
     write_atomically(path.with_suffix(".solutions.json"), _text(solutions_record(problem) | {"id": record["id"]}))
     for language in LANGUAGES:
         write_atomically(path.with_suffix(f".{language}.json"), _text(translated_record(problem, record, language)))
+        solved = _text(translated_solutions(problem, language))
+        write_atomically(path.with_suffix(f".solutions.{language}.json"), solved)
     write_atomically(path, _text({**record, "made_from": made_from, "listed": listed}))
     return listed
 

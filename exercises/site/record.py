@@ -81,6 +81,12 @@ def translated_record(problem: Problem, record: Json, language: str) -> Json:
     }
 
 
+def translated_solutions(problem: Problem, language: str) -> Json:
+    """Return the worked solutions in another language: {"parts": [{"name", "solution"}]}."""
+    parts = [{"name": part.name, "solution": page(worked_solution(problem, part, language))} for part in problem.parts]
+    return {"parts": parts}
+
+
 def _said_in(words: Catalogue, name: str, _: str, sentence: str) -> list[str]:
     mistake = CATALOGUE[name]
     return [name, words.mistakes[name][0], words.mistake_said(name, mistake.says, mistake.source, sentence)]

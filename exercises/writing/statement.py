@@ -1,6 +1,6 @@
 """A problem in words: its statement, the prompt of each part, and worked solutions, as Markdown with LaTeX.
 
-Statement, prompt, options and hints can be had in each of `languages`; worked solutions are in English.
+All of it can be had in each of `languages`.
 """
 
 import re
@@ -86,10 +86,11 @@ def hints(problem: Problem, part: Part, language: str = ENGLISH) -> tuple[str, s
     return gentle, plan, nearly
 
 
-def worked_solution(problem: Problem, part: Part) -> str:
+def worked_solution(problem: Problem, part: Part, language: str = ENGLISH) -> str:
     """Return the way to the answer as the chapter would print it: formula, steps, result, what it means."""
     chain, steps = problem.chain, worked_steps(problem.chain)
-    return with_meanings(steps, _macros(part, ENGLISH).solution(part, chain, derive(chain), Wording(chain), steps))
+    text = _macros(part, language).solution(part, chain, derive(chain), Wording(chain), steps)
+    return _put(with_meanings(steps, text, language), language)
 
 
 def with_meanings(steps: Worked, text: str, language: str = ENGLISH) -> str:

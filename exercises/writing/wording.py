@@ -98,6 +98,11 @@ class Wording:
             row not in self.chain.task and not linear[i, :].is_zero_matrix for i, row in enumerate(TASK_ROWS[:3])
         )
 
+    @property
+    def kinds_are_sure(self) -> bool:
+        """Whether boundary and internal can be told apart for the task."""
+        return kind_is_sure(self.chain)
+
     def kind_shown(self, kind: str) -> str:
         """Return why a singularity is of its kind."""
         place = {"v": "place", "w": "orientation", "vw": "pose"}[self._motions]
@@ -249,7 +254,7 @@ class Wording:
 
     def meaning(self, kind: Kind) -> str:
         """Return a sentence on what a set of singular configurations looks like, and of what kind it is."""
-        if not kind_is_sure(self.chain):
+        if not self.kinds_are_sure:
             return self.sentence(kind.meaning)
         if kind.uniform:
             what = "a boundary" if kind.kind == "boundary" else "an internal"
@@ -260,7 +265,7 @@ class Wording:
     def case(self, kind: Kind) -> str:
         """Return the same for one value of a joint, shorter."""
         said = kind.meaning.replace("the point", "$P$")
-        if not kind_is_sure(self.chain):
+        if not self.kinds_are_sure:
             return f"{said}."
         if kind.uniform:
             return f"{said}, {'a boundary' if kind.kind == 'boundary' else 'an internal'} singularity."

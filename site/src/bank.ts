@@ -150,8 +150,15 @@ export interface Texts {
   readonly said: Problem["said"];
 }
 
+/** FAMILY/KEY.solutions.LANGUAGE.json. */
+export interface SolvedTexts {
+  readonly parts: readonly Pick<Solutions["parts"][number], "name" | "solution">[];
+}
+
 /** FAMILY/KEY.solutions.json, loaded when a solution is asked for. */
 export interface Solutions {
+  /** Of the solutions, where they are not English. */
+  readonly lang?: string;
   readonly id: string;
   readonly parts: readonly {
     readonly name: string;

@@ -1,7 +1,7 @@
 // Files of the bank, loaded as they are needed and kept for as long as the page is open.
 
-import type { Index, Problem, Solutions, Texts, Titles } from "./bank.js";
-import { titledIn, toldIn } from "./text/problems.js";
+import type { Index, Problem, Solutions, SolvedTexts, Texts, Titles } from "./bank.js";
+import { solvedIn, titledIn, toldIn } from "./text/problems.js";
 import { language } from "./text/text.js";
 
 /** Where the site's root is, as seen from the page. */
@@ -34,5 +34,5 @@ export const loadIndex = async (): Promise<Index> =>
 export const loadProblem = async (family: string, key: string): Promise<Problem> =>
   toldIn(...(await withTranslation<Problem, Texts>(`${family}/${key}`)));
 
-export const loadSolutions = (family: string, key: string): Promise<Solutions> =>
-  loaded(`${family}/${key}.solutions.json`);
+export const loadSolutions = async (family: string, key: string): Promise<Solutions> =>
+  solvedIn(...(await withTranslation<Solutions, SolvedTexts>(`${family}/${key}.solutions`)));

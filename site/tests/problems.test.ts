@@ -1,9 +1,9 @@
 // Problems in the language of the page: what is taken from a translation, and what stays English without one.
 import { afterEach, expect, test, vi } from "vitest";
 
-import type { Index, Problem, Texts } from "../src/bank.js";
+import type { Index, Problem, Solutions, Texts } from "../src/bank.js";
 import { de } from "../src/text/de.js";
-import { titledIn, toldIn } from "../src/text/problems.js";
+import { solvedIn, titledIn, toldIn } from "../src/text/problems.js";
 import { ENGLISH, speak } from "../src/text/text.js";
 
 const part = {
@@ -83,6 +83,17 @@ test("titles are translated where there is a translation", () => {
   ]);
   expect(titled.questions[0]?.title).toBe("Rang");
   expect(titledIn("de", INDEX, null)).toBe(INDEX);
+});
+
+test("solutions are translated part by part, or stay English", () => {
+  const solutions: Solutions = {
+    id: "scara/1",
+    parts: [{ name: "rank", solution: "<p>It is 2.</p>", figure: "<svg/>", typed: "2" }],
+  };
+  const told = solvedIn("de", solutions, { parts: [{ name: "rank", solution: "<p>Es ist 2.</p>" }] });
+  expect([told.lang, told.parts[0]?.solution, told.parts[0]?.typed]).toEqual(["de", "<p>Es ist 2.</p>", "2"]);
+  expect(solvedIn("de", solutions, null)).toBe(solutions);
+  expect(solvedIn("de", solutions, { parts: [{ name: "speed", solution: "" }] })).toBe(solutions);
 });
 
 test("an English page loads no translation; a German one does, and goes on in English where there is none", async () => {

@@ -137,7 +137,7 @@ function Current({
   return (
     <>
       {language().code === "en" ? null : (
-        <p class="muted">{said(message(problem.lang ? "practice.english-solutions" : "practice.english"))}</p>
+        <p class="muted">{said(message(problem.lang ? "practice.english-drawings" : "practice.english"))}</p>
       )}
       <Task
         item={item}

@@ -194,12 +194,17 @@ interface HelpProps {
 
 function Help({ item, part, lang, solved, onSolution }: HelpProps) {
   const [hints, setHints] = useState(0);
-  const [solution, setSolution] = useState<Solutions["parts"][number] | null>(null);
+  const [solution, setSolution] = useState<
+    (Solutions["parts"][number] & { lang?: string | undefined }) | null
+  >(null);
   const [failed, setFailed] = useState("");
   const show = () => {
     onSolution();
     loadSolutions(item.family, item.key).then(
-      ({ parts }) => setSolution(parts.find(({ name }) => name === part.name) ?? null),
+      ({ parts, lang }) => {
+        const found = parts.find(({ name }) => name === part.name);
+        setSolution(found ? { ...found, lang } : null);
+      },
       (error: unknown) => setFailed(String(error)),
     );
   };
@@ -227,7 +232,7 @@ function Help({ item, part, lang, solved, onSolution }: HelpProps) {
       {solution ? (
         <div class="solution">
           <h3>{said(message("practice.solution-title"))}</h3>
-          <Html html={solution.solution} />
+          <Html html={solution.solution} lang={solution.lang} />
           {solution.figure ? (
             <figure lang="en" dangerouslySetInnerHTML={{ __html: solution.figure }} />
           ) : null}

@@ -72,8 +72,7 @@ export const de: Catalogue = {
   "verdict.matching": "Nicht richtig für {items}.",
   "verdict.right-letter": "Richtig.",
   "practice.english": "Die Texte dieser Aufgabe sind auf Englisch.",
-  "practice.english-solutions":
-    "Ausgearbeitete Lösungen und Beschreibungen der Zeichnungen sind auf Englisch.",
+  "practice.english-drawings": "Beschreibungen der Zeichnungen sind auf Englisch.",
   "practice.loading": "Wird geladen …",
   "practice.arm-failed": "Der Arm ließ sich nicht laden. Prüfe die Verbindung und lade die Seite neu.",
   "practice.failed":

@@ -70,7 +70,7 @@ export const en = {
   "verdict.matching": "Not right for {items}.",
   "verdict.right-letter": "Right.",
   "practice.english": "The texts of this problem are in English.",
-  "practice.english-solutions": "Worked solutions and descriptions of drawings are in English.",
+  "practice.english-drawings": "Descriptions of drawings are in English.",
   "practice.loading": "Loading …",
   "practice.arm-failed": "The arm could not be loaded. Check your connection, and load the page again.",
   "practice.failed": "The problems could not be loaded: {why}. Check your connection, and try again.",

@@ -1,6 +1,6 @@
 // What the bank says in English, in the language of the page where there is a translation of it.
 
-import type { Index, Problem, Texts, Titles } from "../bank.js";
+import type { Index, Problem, Solutions, SolvedTexts, Texts, Titles } from "../bank.js";
 
 /** The index with titles in a language; what has none there keeps its English one. */
 export function titledIn(lang: string, index: Index, titles: Titles | null): Index {
@@ -28,6 +28,15 @@ export function toldIn(lang: string, problem: Problem, texts: Texts | null): Pro
     parts: problem.parts.map((part, i) => ({ ...part, ...texts.parts[i] })),
     said: texts.said,
   };
+}
+
+/** Solutions in a language; in English where they are missing, or are those of another problem. */
+export function solvedIn(lang: string, solutions: Solutions, texts: SolvedTexts | null): Solutions {
+  const { parts } = solutions;
+  const same =
+    texts?.parts.length === parts.length && texts.parts.every(({ name }, i) => name === parts[i]?.name);
+  if (!texts || !same) return solutions;
+  return { ...solutions, lang, parts: parts.map((part, i) => ({ ...part, ...texts.parts[i] })) };
 }
 
 function fit({ parts, said }: Problem, texts: Texts): boolean {
