@@ -1,5 +1,6 @@
 """Problems in other languages: everything that is registered has its words, and the same formulas stand in them."""
 
+import json
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -14,6 +15,7 @@ from exercises.mistakes.catalogue import CATALOGUE
 from exercises.problem import Choice, Matching, Part, Problem, ProblemId, Selection
 from exercises.quizzes import ASKED
 from exercises.render import catalogue, template_folder
+from exercises.site.bank import titles_text
 from exercises.site.record import site_record, translated_record, translated_solutions
 from exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
 
@@ -130,6 +132,11 @@ def test_an_arm_or_a_phrase_that_nobody_translated_is_shown_as_it_is() -> None:
     assert words.phrase("no such phrase") == "no such phrase"
     assert words.arm_shown("RPRR arm") == "einen RPRR-Arm"
     assert pattern("{a} for {a}").fullmatch("x for y") is None
+
+
+def test_titles_of_places_stay_as_they_were_written() -> None:
+    titles = [("scara", FAMILIES["scara"].title, ""), ("elbow", "The arm in our lab", ""), ("p1", "First place", "")]
+    assert json.loads(titles_text("de", titles))["families"] == {"scara": "SCARA-Arm (RRPR)"}
 
 
 def test_a_translated_record_fits_its_problem_and_holds_nothing_of_the_key() -> None:

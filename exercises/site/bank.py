@@ -162,13 +162,14 @@ def index_text(listed: Sequence[Json], titles: Sequence[tuple[str, str, str]]) -
     )
 
 
-def titles_text(language: str) -> str:
+def titles_text(language: str, titles: Sequence[tuple[str, str, str]]) -> str:
     """Return the titles in index.json in another language: {"families": {name: title}, "questions": {name: title}}.
 
-    A family of an instructor's own has none, and keeps the title that it was given.
+    A place of an instructor's own has none, whatever its name, and keeps the title that it was given.
     """
     words = catalogue(language)
-    return _text({"families": words.families, "questions": words.questions})
+    ours = {name for name, title, _ in titles if name in FAMILIES and FAMILIES[name].title == title}
+    return _text({"families": {name: words.families[name] for name in sorted(ours)}, "questions": words.questions})
 
 
 def _of(listed: Sequence[Json], family: str) -> Iterator[Json]:

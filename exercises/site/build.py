@@ -46,7 +46,7 @@ def build(order: Order, each: Callable[[], None]) -> Json:
     listed = write_bank(order.folder, order.wanted, order.failures, order.jobs, each)
     index = index_text(listed, order.titles)
     write_atomically(order.folder / FOLDER / "index.json", index)
-    titles = {f"{FOLDER}/index.{language}.json": titles_text(language) for language in LANGUAGES}
+    titles = {f"{FOLDER}/index.{language}.json": titles_text(language, order.titles) for language in LANGUAGES}
     for name, text in titles.items():
         write_atomically(order.folder / name, text)
     shell = _copied(assets, order.folder)
