@@ -8,7 +8,7 @@ import signal
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
+from typing import Any, TypeVar
 
 import pytest
 import sympy as sp
@@ -21,11 +21,16 @@ from exercises.problem import Answer, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.stream import Stream
 
+Some = TypeVar("Some")
 WHOLE = bool(os.environ.get("QDOT_WHOLE"))
 
 
-def several(few: int, all_of_them: int) -> int:
-    """Return how many problems of a family a test draws: `few`, or all where the whole sweep is asked for."""
+LONG_ARMS = tuple(name for name in FAMILIES if name.endswith(("-6r", "-7r", "-560")))
+"""Families of six and seven joints, whose problems take ten times as long as others."""
+
+
+def several(few: Some, all_of_them: Some) -> Some:
+    """Return how many problems of a family a test draws, or which: `few`, or all where the whole sweep is asked for."""
     return all_of_them if WHOLE else few
 
 
