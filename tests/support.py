@@ -5,6 +5,7 @@ With QDOT_WHOLE set (`make whole`), tests that draw several problems of a family
 
 import os
 import signal
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cache
@@ -16,7 +17,7 @@ import sympy as sp
 from exercises.arm.chain import Chain, Point
 from exercises.assignment import Assignment
 from exercises.families import FAMILIES
-from exercises.generate import generate
+from exercises.generate import generate, questions_of
 from exercises.problem import Answer, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.stream import Stream
@@ -88,10 +89,21 @@ def detail(part: Part, name: str) -> Any:
     return part.details[name]
 
 
+@cache
+def seldom_asked() -> set[str]:
+    """Return the questions that only one or two families can be asked."""
+    often = Counter(name for family in FAMILIES for name in questions_of(family))
+    return {name for name in QUESTIONS if often[name] <= 2}
+
+
 def some_parts(problem: Problem) -> list[Part]:
-    """Return a third of the parts, another third for each family: every question is taken by many of them."""
-    first = (list(FAMILIES).index(problem.id.family) + problem.id.seed) % 3
-    return list(problem.parts[first::3])
+    """Return a third of the parts, another third for each family, and those that are asked seldom.
+
+    Of arms of six and seven joints it is a sixth, in `make whole` a third.
+    """
+    each = several(6, 3) if problem.id.family in LONG_ARMS else 3
+    first = (list(FAMILIES).index(problem.id.family) + problem.id.seed) % each
+    return [part for i, part in enumerate(problem.parts) if i % each == first or part.name in seldom_asked()]
 
 
 @dataclass(frozen=True)
