@@ -357,20 +357,18 @@ def test_ctrl_c_ends_everything_at_once_in_one_line(tmp_path: Path, seconds: flo
     assert not list(made.rglob("*.tmp"))
 
 
+GO_ON = "run the same command again to go on"
+BEGIN_AGAIN = "the same command begins at the first problem again, and --from SEED begins a sweep later"
+STOPPED = [
+    ("generate", "parent", GO_ON, 0.3), ("generate", "parent", GO_ON, 4), ("generate", "group", GO_ON, 4),
+    ("verify", "parent", BEGIN_AGAIN, 4),
+]  # fmt: skip
+STOPPED_EARLY = [("generate", "group", GO_ON, 0.3), ("verify", "parent", BEGIN_AGAIN, 0.3)]
+"""Further ones, stopped while modules are loaded."""
+
+
 @pytest.mark.skipif(shutil.which("ps") is None, reason="needs ps")
-@pytest.mark.parametrize("seconds", [0.3, 4])
-@pytest.mark.parametrize(
-    ("command", "whom", "said"),
-    [
-        ("generate", "parent", "run the same command again to go on"),
-        ("generate", "group", "run the same command again to go on"),
-        (
-            "verify",
-            "parent",
-            "the same command begins at the first problem again, and --from SEED begins a sweep later",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("command", "whom", "said", "seconds"), several(STOPPED, STOPPED + STOPPED_EARLY))
 def test_sigterm_ends_everything_at_once_in_one_line(
     tmp_path: Path, command: str, whom: str, said: str, seconds: float
 ) -> None:
@@ -448,7 +446,7 @@ def test_a_killed_generation_leaves_whole_files_and_a_rerun_finishes(tmp_path: P
         env=os.environ,
     )
     while process.poll() is None and len(list(made.glob("solutions/*/hw.ipynb"))) < 3:
-        pass
+        time.sleep(0.01)
     process.kill()
     process.wait()
     for path in made.glob("*/*/hw.ipynb"):
