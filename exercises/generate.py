@@ -1,6 +1,7 @@
 """From an identity to a problem: the same id gives the same problem, byte for byte, for as long as its engine lives."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from functools import cache
 
 from exercises import ENGINE
@@ -30,7 +31,7 @@ QUIZ_DRAWS, QUIZ_LOOKED_AT = 12, 2
 """Arms of a family drawn before a short question is given up, and those looked at before one is put into a quiz."""
 
 LOOKED_AT, LOOKED_AT_VARIED = 8, 120
-"""Arms of a family whose difficulty is told, and of one whose structure is drawn, where hard ones are rarer."""
+"""Arms of a family from which its difficulty is told, and of one that draws structures, where hard ones are rarer."""
 
 
 def family_named(name: str) -> Family:
@@ -118,15 +119,31 @@ def find_questions(family: Family) -> tuple[str, ...]:
     """Find out what can be asked of a family's arms."""
     if not family.varied:
         return applicable(sample_chain(ProblemId(family.name, 0), family))
-    return tuple(name for name in QUESTIONS if _some_arm(family, name))
+    missing = dict(QUESTIONS)
+    for arm in _looked_at(family):
+        for name in applicable(arm, missing):
+            del missing[name]
+    return tuple(name for name in QUESTIONS if name not in missing)
 
 
-def _some_arm(family: Family, question: str) -> bool:
-    try:
-        sample_chain(ProblemId(family.name, 0, (question,)), family)
-    except QdotError:
-        return False
-    return True
+@cache
+def _looked_at(family: Family) -> tuple[Chain, ...]:
+    """Return the arms from which is found out what is told of a family.
+
+    Where structures are drawn, it is one arm of each of so many structures, all kinds of problems before a second of
+    any: what of these can be asked nothing can't be asked of the others, as those of a kind lose rank alike.
+    """
+    if not family.varied:
+        return tuple(sample_chain(ProblemId(family.name, seed), family) for seed in range(LOOKED_AT))
+    arms: list[Chain] = []
+
+    def is_last(chain: Chain) -> bool:
+        arms.append(chain)
+        return len(arms) == LOOKED_AT_VARIED
+
+    with suppress(QdotError):  # it has fewer
+        family.sample(Stream(f"qdot/{ENGINE}/{family.name}/looked at"), None, is_last)
+    return tuple(arms)
 
 
 def listed(name: str) -> Listed:
@@ -137,8 +154,7 @@ def listed(name: str) -> Listed:
 @cache
 def find_out(family: Family) -> Listed:
     """Find out from a family's arms what is to be listed of it: kinds of joints, difficulty, questions."""
-    seeds = range(LOOKED_AT_VARIED if family.varied else LOOKED_AT)
-    arms = [sample_chain(ProblemId(family.name, seed), family) for seed in seeds]
+    arms = _looked_at(family)
     steps = [step(arm) for arm in arms]
     kinds = "" if family.varied else "".join(joint.kind for joint in arms[0].joints)
     return Listed(kinds, (min(steps), max(steps)), find_questions(family))

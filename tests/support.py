@@ -5,10 +5,11 @@ With QDOT_WHOLE set (`make whole`), tests that draw several problems of a family
 
 import os
 import signal
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
+from typing import Any, TypeVar
 
 import pytest
 import sympy as sp
@@ -16,16 +17,21 @@ import sympy as sp
 from exercises.arm.chain import Chain, Point
 from exercises.assignment import Assignment
 from exercises.families import FAMILIES
-from exercises.generate import generate
+from exercises.generate import generate, questions_of
 from exercises.problem import Answer, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.stream import Stream
 
+Some = TypeVar("Some")
 WHOLE = bool(os.environ.get("QDOT_WHOLE"))
 
 
-def several(few: int, all_of_them: int) -> int:
-    """Return how many problems of a family a test draws: `few`, or all where the whole sweep is asked for."""
+LONG_ARMS = tuple(name for name in FAMILIES if name.endswith(("-6r", "-7r", "-560")))
+"""Families of six and seven joints, whose problems take ten times as long as others."""
+
+
+def several(few: Some, all_of_them: Some) -> Some:
+    """Return how many problems of a family a test draws, or which: `few`, or all where the whole sweep is asked for."""
     return all_of_them if WHOLE else few
 
 
@@ -83,10 +89,21 @@ def detail(part: Part, name: str) -> Any:
     return part.details[name]
 
 
+@cache
+def seldom_asked() -> set[str]:
+    """Return the questions that only one or two families can be asked."""
+    often = Counter(name for family in FAMILIES for name in questions_of(family))
+    return {name for name in QUESTIONS if often[name] <= 2}
+
+
 def some_parts(problem: Problem) -> list[Part]:
-    """Return a third of the parts, another third for each family: every question is taken by many of them."""
-    first = (list(FAMILIES).index(problem.id.family) + problem.id.seed) % 3
-    return list(problem.parts[first::3])
+    """Return a third of the parts, another third for each family, and those that are asked seldom.
+
+    Of arms of six and seven joints it is a sixth, in `make whole` a third.
+    """
+    each = several(6, 3) if problem.id.family in LONG_ARMS else 3
+    first = (list(FAMILIES).index(problem.id.family) + problem.id.seed) % each
+    return [part for i, part in enumerate(problem.parts) if i % each == first or part.name in seldom_asked()]
 
 
 @dataclass(frozen=True)

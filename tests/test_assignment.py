@@ -85,11 +85,11 @@ def test_init_overwrites_nothing(folder: Path) -> None:
         (TOML + 'difficulty = "easy"\n', 'difficulty = "easy": it is a step from 0 to 4, or a range, as in diff'),
         (TOML + "difficulty = [1.5, 2]\n", "difficulty = [1.5, 2]: it is a step from 0 to 4"),
         (
-            TOML + "difficulty = [3, 4]\n",
-            "line 7: problem 1: difficulty = [3, 4]: planar-2r has no arm of difficulty 3 to 4",
+            TOML.replace("planar-2r", "cartesian") + "difficulty = [3, 4]\n",
+            "line 7: problem 1: difficulty = [3, 4]: cartesian has no arm of difficulty 3 to 4",
         ),
         (
-            TOML.replace("planar-2r", "random-3") + "difficulty = 4\n",
+            TOML.replace("planar-2r", "random-2") + "difficulty = 4\n",
             "no arm of difficulty 4; its arms are of difficulty 0 ",
         ),
         (

@@ -13,6 +13,7 @@ from exercises.assignment import Assignment, load_assignment
 from exercises.errors import QdotError
 from exercises.problem import Part
 from exercises.release import init_assignment, release
+from exercises.store import kept
 from exercises.writing.answer_code import answer_code
 from grader import parts as judging
 from grader.batch import alone, grade_class
@@ -23,6 +24,8 @@ from grader.reports.tables import grades_csv, results_jsonl, status
 from grader.reports.write import write_reports
 from grader.sandbox import Limits
 from grader.submission import OTHER_EDITION, find_submissions
+
+pytestmark = pytest.mark.xdist_group("batch")  # the class is made once
 
 TOML = """title = "T"
 key = "hw"
@@ -52,13 +55,14 @@ def assignment(made: Path, tmp_path: Path) -> Assignment:
     """An assignment of its own for each test, the notebooks shared."""
     for name in ("assignment.toml", "roster.csv", "secret.txt"):
         (tmp_path / name).write_bytes((made / name).read_bytes())
-    (tmp_path / "released").symlink_to(made / "released")
+    for name in ("released", ".qdot"):  # the notebooks, and the problems that are kept for grading
+        (tmp_path / name).symlink_to(made / name)
     return load_assignment(tmp_path)
 
 
 def right(assignment: Assignment, student: str, change: Callable[[str, Part], str] = lambda code, _: code) -> str:
     text = (assignment.folder / "released" / student / "hw.ipynb").read_text()
-    return answered(text, assignment.problems(student), change)
+    return answered(text, kept(assignment, student).problems, change)
 
 
 def hand_in(assignment: Assignment, name: str, text: str | bytes) -> Path:

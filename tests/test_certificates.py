@@ -20,6 +20,8 @@ from grader import certify as certifying
 from grader.certify import Task, certificate_text, certify_all, record_of
 from grader.cli import program
 
+pytestmark = pytest.mark.xdist_group("certificates")  # the folder is made once
+
 ARM = """
 name = "lab arm"
 [[joint]]

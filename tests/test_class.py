@@ -1,4 +1,7 @@
-"""A class of thirty, each with one planted mistake of a kind of their own: every one comes back with it named."""
+"""A class, each with one planted mistake of a kind of their own: every one comes back with it named.
+
+It is of twelve, in `make whole` of thirty.
+"""
 
 import json
 from pathlib import Path
@@ -6,6 +9,7 @@ from typing import Any
 
 import nbformat
 from diagnoses import Made, answers_with
+from support import several
 
 from exercises.assignment import Assignment, Student, load_assignment
 from exercises.problem import variable
@@ -29,7 +33,7 @@ questions = ["position", "jacobian", "singular-angles", "singularity-type"]
 family = "polar-rp"
 questions = ["joint-axes", "position-vectors", "geometric-jacobian", "twist", "joint-rates"]
 """
-STUDENTS = [Student(f"s{k:02d}", f"Name {k}") for k in range(30)]
+STUDENTS = [Student(f"s{k:02d}", f"Name {k}") for k in range(several(12, 30))]
 
 
 def planted(assignment: Assignment) -> dict[str, tuple[str, Made]]:
@@ -86,7 +90,7 @@ def test_every_planted_mistake_comes_back_named(tmp_path: Path) -> None:
                     assert _in_page(part["advice"], feedback_page(assignment, student, result))
                 else:
                     assert part["outcome"] == "correct" and part["mistake"] is None, (student.id, part)
-    assert named >= 25  # of the others, another mistake gives the very same answer
+    assert named >= 0.8 * len(STUDENTS)  # of the others, another mistake gives the very same answer
 
 
 def _is_named(part: dict[str, Any], one: Made) -> bool:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support import several
 from typer.testing import CliRunner
 
 from exercises.families import FAMILIES
@@ -212,7 +213,7 @@ def test_compare_by_argument_and_by_batch(tmp_path: Path) -> None:
 
 def test_verify_problems_and_folders(tmp_path: Path) -> None:
     assert "2 problems verified, 0 failed" in run("verify", "planar-2r/7", "polar-rp/1", "--jobs", "1")
-    assert "3 problems verified, 0 failed" in run("verify", "--family", "planar-3r", "--count", "3", "--jobs", "2")
+    assert "2 problems verified, 0 failed" in run("verify", "--family", "planar-3r", "--count", "2", "--jobs", "2")
 
 
 def test_a_sweep_begins_at_any_seed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -337,7 +338,7 @@ def alive(group: int) -> list[str]:
 
 
 @pytest.mark.skipif(shutil.which("ps") is None, reason="needs ps")
-@pytest.mark.parametrize("seconds", [0.3, 1.2, 4])
+@pytest.mark.parametrize("seconds", several([0.3, 4], [0.3, 1.2, 4]))
 def test_ctrl_c_ends_everything_at_once_in_one_line(tmp_path: Path, seconds: float) -> None:
     made = tmp_path / "hw"
     run("init", made)
@@ -356,20 +357,18 @@ def test_ctrl_c_ends_everything_at_once_in_one_line(tmp_path: Path, seconds: flo
     assert not list(made.rglob("*.tmp"))
 
 
+GO_ON = "run the same command again to go on"
+BEGIN_AGAIN = "the same command begins at the first problem again, and --from SEED begins a sweep later"
+STOPPED = [
+    ("generate", "parent", GO_ON, 0.3), ("generate", "parent", GO_ON, 4), ("generate", "group", GO_ON, 4),
+    ("verify", "parent", BEGIN_AGAIN, 4),
+]  # fmt: skip
+STOPPED_EARLY = [("generate", "group", GO_ON, 0.3), ("verify", "parent", BEGIN_AGAIN, 0.3)]
+"""Further ones, stopped while modules are loaded."""
+
+
 @pytest.mark.skipif(shutil.which("ps") is None, reason="needs ps")
-@pytest.mark.parametrize("seconds", [0.3, 4])
-@pytest.mark.parametrize(
-    ("command", "whom", "said"),
-    [
-        ("generate", "parent", "run the same command again to go on"),
-        ("generate", "group", "run the same command again to go on"),
-        (
-            "verify",
-            "parent",
-            "the same command begins at the first problem again, and --from SEED begins a sweep later",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("command", "whom", "said", "seconds"), several(STOPPED, STOPPED + STOPPED_EARLY))
 def test_sigterm_ends_everything_at_once_in_one_line(
     tmp_path: Path, command: str, whom: str, said: str, seconds: float
 ) -> None:
@@ -440,20 +439,20 @@ def test_a_killed_generation_leaves_whole_files_and_a_rerun_finishes(tmp_path: P
     run("init", made, "--key", "hw")
     toml = 'title = "T"\nkey = "hw"\n[[problem]]\nfamily = "polar-rp"\nquestions = ["position"]\n'
     (made / "assignment.toml").write_text(toml)
-    (made / "roster.csv").write_text("student\n" + "".join(f"s{i}\n" for i in range(40)))
+    (made / "roster.csv").write_text("student\n" + "".join(f"s{i}\n" for i in range(12)))
     process = subprocess.Popen(
         [sys.executable, "-m", "grader.cli", "generate", str(made), "--jobs", "1"],
         stderr=subprocess.DEVNULL,
         env=os.environ,
     )
     while process.poll() is None and len(list(made.glob("solutions/*/hw.ipynb"))) < 3:
-        pass
+        time.sleep(0.01)
     process.kill()
     process.wait()
     for path in made.glob("*/*/hw.ipynb"):
         json.loads(path.read_text())
     run("generate", made, "--jobs", "1")
-    assert len(list(made.glob("solutions/*/hw.ipynb"))) == len(list(made.glob("released/*/hw.ipynb"))) == 40
+    assert len(list(made.glob("solutions/*/hw.ipynb"))) == len(list(made.glob("released/*/hw.ipynb"))) == 12
 
 
 def test_long_work_tells_its_progress_in_a_log(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from diagnoses import problems, sweep
-from support import asked
+from support import LONG_ARMS, asked, several
 
 from exercises.arm.chain import Chain
 from exercises.docs import planar_2r, scorbot_arm
@@ -37,8 +37,8 @@ from grader.functions import asked_of
 from grader.parts import domain_of
 
 FAMILY_NAMES = list(FAMILIES)
-ASKED_OF_EACH = 4
-"""Questions of each family that the sweep of the tests takes; `make diagnoses` takes all."""
+ASKED_OF_EACH, ASKED_OF_LONG = 4, several(2, 4)
+"""Questions of a family, and of one of six or seven joints, that the tests take; `make diagnoses` takes all."""
 
 
 def evaluated(part: Part, values: Values) -> np.ndarray:
@@ -52,7 +52,9 @@ def evaluated(part: Part, values: Values) -> np.ndarray:
 def questions_for(family: str) -> tuple[str, ...]:
     """Return some questions of a family; all of them are taken by one family or another."""
     names, first = [*questions_of(family)], 3 * FAMILY_NAMES.index(family)
-    return tuple(names[(first + k * 7) % len(names)] for k in range(ASKED_OF_EACH))
+    return tuple(
+        names[(first + k * 7) % len(names)] for k in range(ASKED_OF_LONG if family in LONG_ARMS else ASKED_OF_EACH)
+    )
 
 
 def test_mistakes_are_named_and_random_answers_blamed_on_none(family: str) -> None:

@@ -2,13 +2,11 @@
 
 import re
 import xml.etree.ElementTree as ET
-from functools import cache
 from pathlib import Path
 
 import pytest
 
-from exercises.docs import documents, listing_text, planar_2r, scorbot_arm, write
-from exercises.docs.errata import Erratum, errata
+from exercises.docs import corrections, documents, listing_text, write
 from exercises.families import FAMILIES
 from exercises.families.listing import LISTING
 from exercises.generate import questions_of
@@ -20,21 +18,11 @@ pytestmark = pytest.mark.xdist_group("docs")  # the pages are made once
 DOCS = Path(__file__).parent.parent / "docs"
 
 
-@cache
-def made() -> dict[str, str]:
-    return documents()
-
-
-@cache
-def corrections() -> tuple[Erratum, ...]:
-    return errata(planar_2r(), scorbot_arm())
-
-
 def test_pages_are_up_to_date() -> None:
     """Where this fails, run: python -m exercises.docs"""
     stale = [
         name
-        for name, text in made().items()
+        for name, text in documents().items()
         if not (DOCS / name).is_file() or (DOCS / name).read_text(encoding="utf-8") != text
     ]
     assert not stale
@@ -46,7 +34,7 @@ def test_no_page_is_left_of_a_family_that_is_gone() -> None:
 
 
 def test_every_family_has_its_place_with_thumbnail_and_questions() -> None:
-    page = made()["families.md"]
+    page = documents()["families.md"]
     sections = dict(re.findall(r"^## (\S+)\n(.*?)(?=^## |\Z)", page, re.MULTILINE | re.DOTALL))
     assert list(sections) == list(FAMILIES)
     for name, text in sections.items():
@@ -56,24 +44,24 @@ def test_every_family_has_its_place_with_thumbnail_and_questions() -> None:
 
 
 def test_every_question_has_its_row() -> None:
-    rows = re.findall(r"^\| `([a-z-]+)` \|", made()["questions.md"], re.MULTILINE)
+    rows = re.findall(r"^\| `([a-z-]+)` \|", documents()["questions.md"], re.MULTILINE)
     assert rows == list(ASKED)
 
 
 def test_links_lead_somewhere() -> None:
     for page in ("families.md", "examples.md", "questions.md"):
-        for target in re.findall(r"\]\(([^)#]+)\)|src=\"([^\"]+)\"", made()[page]):
-            assert "".join(target) in made()
+        for target in re.findall(r"\]\(([^)#]+)\)|src=\"([^\"]+)\"", documents()[page]):
+            assert "".join(target) in documents()
 
 
 def test_drawings_are_well_formed() -> None:
-    for name, text in made().items():
+    for name, text in documents().items():
         if name.endswith(".svg"):
             assert ET.fromstring(text).get("role") == "img"
 
 
 def test_examples_have_the_chapters_results() -> None:
-    page = made()["examples.md"]
+    page = documents()["examples.md"]
     for formula in (
         r"\det J = a_{1} a_{2} s_{2}",
         r"-a_{1} s_{1} - a_{2} s_{12} & -a_{2} s_{12}",
@@ -116,5 +104,5 @@ def test_printed_claims_on_singularities_fail() -> None:
 
 def test_pages_can_be_written_anywhere(tmp_path: Path) -> None:
     written = write(tmp_path)
-    assert {str(path.relative_to(tmp_path)) for path in written} == set(made())
-    assert all(path.read_text(encoding="utf-8") == made()[str(path.relative_to(tmp_path))] for path in written)
+    assert {str(path.relative_to(tmp_path)) for path in written} == set(documents())
+    assert all(path.read_text(encoding="utf-8") == documents()[str(path.relative_to(tmp_path))] for path in written)

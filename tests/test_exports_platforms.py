@@ -25,6 +25,8 @@ from exercises.exports import canvas, jupyterquiz, moodle, qti
 from exercises.exports.items import Choose, Item, Match, Numeric, Option, Wrong, items
 from exercises.exports.outlet import Order
 
+pytestmark = pytest.mark.xdist_group("platforms")  # exported once
+
 ROOT = Path(__file__).parent.parent
 READERS = ROOT / ".venvs" / "readers" / "bin"
 TOML = """title = "Arms & <signs> / more"

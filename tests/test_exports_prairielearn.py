@@ -29,6 +29,8 @@ from exercises.problem import Expression, Matrix, Problem
 from grader.certify import failures_of, reference_text
 from grader.prairielearn import LONGEST
 
+pytestmark = pytest.mark.xdist_group("prairielearn")  # exported once
+
 TOML = """title = "Velocity \\"kinematics\\""
 key = "Hw"
 hints = true

@@ -13,12 +13,12 @@ from exercises.arm.singularity import singular_set
 from exercises.difficulty import difficulty, step
 from exercises.families import FAMILIES
 from exercises.families.base import centimetres, standing_in_plane, turned
-from exercises.generate import applicable, sample_chain
+from exercises.generate import applicable, questions_of, sample_chain
 from exercises.problem import ProblemId
 from exercises.stream import Stream
 
 ARMS = 80
-DERIVED = several(12, ARMS)
+DERIVED = several(6, ARMS)
 """Arms of each family that are derived; what their tables say is looked at in all."""
 FIXED = [name for name, family in FAMILIES.items() if not family.varied]
 """Families whose arms are all of one kind; what random-N may differ in is tested with them."""
@@ -74,7 +74,7 @@ def test_every_arm_can_be_done_by_hand(family: str) -> None:
 
 @of_families(FIXED)
 def test_every_arm_of_a_family_can_be_asked_the_same_questions(family: str) -> None:
-    assert len({applicable(arm) for arm in arms(family)[:DERIVED]}) == 1
+    assert {applicable(arm) for arm in arms(family)[:DERIVED]} == {questions_of(family)}
 
 
 @of_families(FIXED)
@@ -111,8 +111,9 @@ def test_the_point_of_interest_differs_with_the_structure(family: str) -> None:
 @of_families(FIXED)
 def test_answers_differ(family: str) -> None:
     """No Jacobian is that of more than a tenth of the class."""
-    jacobians = Counter(tuple(derive(arm).jacobian) for arm in arms(family)[:60])
-    assert max(jacobians.values()) <= 6
+    looked_at = several(20, 60)
+    jacobians = Counter(tuple(derive(arm).jacobian) for arm in arms(family)[:looked_at])
+    assert max(jacobians.values()) <= looked_at // 10
 
 
 @of_families(FIXED)

@@ -1,6 +1,6 @@
 """Generating: an id is enough, students do not depend on each other, and their answers differ.
 
-QDOT_STUDENTS (10, in `make whole` 30) is the size of the class whose answers are counted.
+QDOT_STUDENTS (6, in `make whole` 30) is the size of the class whose answers are counted.
 """
 
 import hashlib
@@ -17,12 +17,12 @@ from support import of_families, several
 from exercises import ENGINE
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
-from exercises.generate import applicable, check_questions, generate, questions_of, sample_chain, student_problem_id
+from exercises.generate import check_questions, generate, questions_of, student_problem_id
 from exercises.problem import LARGEST_SEED, Choice, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.record import digests
 
-STUDENTS = int(os.environ.get("QDOT_STUDENTS", several(10, 30)))
+STUDENTS = int(os.environ.get("QDOT_STUDENTS", several(6, 30)))
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 FIXED = [name for name, family in FAMILIES.items() if not family.varied]
 SECRET = "a secret for tests only"
@@ -184,7 +184,6 @@ def test_what_is_listed_of_a_family_is_not_derived_again(monkeypatch: pytest.Mon
 
 def test_every_question_can_be_asked_of_some_family() -> None:
     assert set().union(*(questions_of(family) for family in FAMILIES)) == set(QUESTIONS)
-    assert all(applicable(sample_chain(ProblemId(family, 1))) == questions_of(family) for family in FIXED)
 
 
 def test_a_students_problem_depends_on_that_student_and_the_secret_alone() -> None:

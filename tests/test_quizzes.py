@@ -55,9 +55,12 @@ def asked_in_turn(family: str) -> list[str]:
 
 
 def test_every_short_question_has_its_turn() -> None:
-    asked = [asked_in_turn(family) for family in FAMILY_NAMES]
-    assert all(asked)
-    assert set().union(*asked) == set(QUIZZES)
+    """With the families whose arms are short; the others may ask what they will."""
+    missing = set(QUIZZES)
+    for family in FAMILY_NAMES:
+        if missing and family not in LONG:
+            missing -= set(asked_in_turn(family))
+    assert not missing
 
 
 def problem_of(family: str, seed: int, name: str) -> Problem:
@@ -65,7 +68,9 @@ def problem_of(family: str, seed: int, name: str) -> Problem:
 
 
 def test_short_questions_pass_their_certificate_and_are_marked(family: str) -> None:
-    for name in asked_in_turn(family):
+    names = asked_in_turn(family)
+    assert names
+    for name in names:
         problem = problem_of(family, 0, name)
         part = problem.parts[0]
         assert failures_of(problem) == [], name
@@ -158,7 +163,7 @@ def test_nothing_about_the_right_option_stands_out() -> None:
     hits, count = Counter[str](), 0
     for family in ("planar-2r", "elbow", "planar-prr", "cylindrical", "spherical"):
         for name in ("position-choice", "column-choice", "vector-choice"):
-            for seed in range(5):
+            for seed in range(several(3, 5)):
                 part = problem_of(family, seed, name).parts[0]
                 assert isinstance(part.answer, Choice)
                 texts, right = list(part.answer.options), part.answer.correct

@@ -30,6 +30,8 @@ from grader.reports.formats import write_asked
 from grader.similar import Written, Wrong, alikeness, nearly_the_same, written
 from grader.variants import OTHERS, compare, corrected, in_words
 
+pytestmark = pytest.mark.xdist_group("report")  # the class is made once
+
 # --- statistics ---
 
 ROWS = [[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 0, 0], [1, 1, 0], [1, 1, 1], [0, 1, 0], [1, 0, 0], [1, 1, 1], [0, 0, 0]]

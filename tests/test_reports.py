@@ -22,6 +22,8 @@ from grader.reports.gradescope import results_json
 from grader.reports.junit import junit_xml
 from grader.settle import Result
 
+pytestmark = pytest.mark.xdist_group("reports")  # the class is graded once
+
 pytest_plugins = ["pytester"]
 
 

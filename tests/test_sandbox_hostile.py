@@ -19,6 +19,8 @@ import pytest
 from grader.guarantees import KERNEL, MISSING, PROMISES, PYTHON, Findings, probe
 from grader.sandbox import Limits, Run, Sandbox
 
+pytestmark = pytest.mark.xdist_group("hostile")  # each sandbox is tried once
+
 HONEST = ["from sympy import *\nx = symbols('x')", "h = diff(sin(x)**2, x)", "import numpy as np; g = np.ones(2)"]
 NAMES = ["a", "b", "c"]
 VARIANTS = {

@@ -25,6 +25,8 @@ from grader.reports.feedback import feedback_page
 from grader.reports.tables import SUMS, grades_csv, status
 from grader.settle import Graded, settle
 
+pytestmark = pytest.mark.xdist_group("settle")  # the class is made once
+
 DUE = datetime.datetime(2027, 1, 15, 12, tzinfo=datetime.UTC)
 HOUR = datetime.timedelta(hours=1)
 TOML = """title = "T"

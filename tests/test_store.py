@@ -15,6 +15,8 @@ from exercises.record import digests
 from exercises.release import init_assignment, release
 from grader.certify import certificate_text
 
+pytestmark = pytest.mark.xdist_group("store")  # the class is made once
+
 STUDENTS = [Student("ada"), Student("bob")]
 SLOTS = """
 [[problem]]

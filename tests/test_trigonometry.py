@@ -5,6 +5,7 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from exercises.arm.trigonometry import _polynomial_factors as polynomial_factors
 from exercises.arm.trigonometry import factored, fourier, same, textbook
 
 T1, T2, T3, A1, A2, A3 = sp.symbols("theta1 theta2 theta3 a1 a2 a3")
@@ -89,3 +90,22 @@ def test_lengths_that_are_equal_come_out_of_sums() -> None:
         a**3 * sp.sin(t3) * (sp.cos(t2) + sp.cos(t2 + t3)),
         a**3 * (sp.cos(t2) + sp.cos(t2 + t3)) * sp.sin(t3),
     )
+
+
+@pytest.mark.parametrize(
+    "product",
+    [
+        "a*x + b", "(a*x + b)*(c + d)", "(a*x*y + b*y + 1)*(c**2 + d**2)", "(2*a + 3*b)*(x**2 - 1)",
+        "(x**2 - y**2)**2*a", "(a - b)*(a + b*c)*(x + y)", "x*y*(a*x - 2*y)", "-6*(a + b)*(2*x - 3*y)",
+        "(a/2 + b)*(x + y/3)", "(a*x + a*y)*z**3",
+        "x**2 + y**2", "(x**2 + 1)*(x**2 + 2)", "5", "(a*(x + y) + b*(x - y))*(x**2 + x*y + y**2)",
+    ],
+)  # fmt: skip
+def test_factors_are_those_that_sympy_finds(product: str) -> None:
+    """A factor in which a symbol has the first power only is taken out without looking for factors."""
+    whole = sp.expand(sp.sympify(product))
+    coefficient, factors = polynomial_factors(whole, 200)
+    content, expected = sp.factor_list(whole)
+    assert sp.expand(coefficient * sp.Mul(*(factor**power for factor, power in factors)) - whole) == 0
+    assert {(factor if sp.Poly(factor).LC() > 0 else -factor, power) for factor, power in factors} == set(expected)
+    assert abs(coefficient) == abs(content)

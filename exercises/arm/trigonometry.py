@@ -297,8 +297,10 @@ def _polynomial_factors(expression: sp.Expr, most: int) -> tuple[sp.Expr, list[t
     factors = [(symbol, power) for symbol, power in zip(polynomial.gens, powers, strict=True) if power]
     if len(primitive.terms()) > most or _has_no_factors(primitive):
         return coefficient, [*factors, (primitive.as_expr(), 1)]
-    more, pieces = primitive.factor_list()
-    return coefficient * more, factors + [(piece.as_expr(), power) for piece, power in pieces]
+    common, rest = _linear_factor(primitive)
+    more, pieces = common.factor_list()
+    factors += [(piece.as_expr(), power) for piece, power in pieces]
+    return coefficient * more, factors if rest is None else [*factors, (rest, 1)]
 
 
 def _has_no_factors(primitive: sp.Poly) -> bool:
@@ -308,6 +310,25 @@ def _has_no_factors(primitive: sp.Poly) -> bool:
     """
     terms = primitive.monoms()
     return len(terms) == 1 or any(sum(powers) == max(powers) == 1 for powers in zip(*terms, strict=True))
+
+
+def _linear_factor(primitive: sp.Poly) -> tuple[sp.Poly, sp.Expr | None]:
+    """Take the factor out that a symbol occurs in which has the first power only; return what is left, and the factor.
+
+    A polynomial x A + B is g (x A' + B') with the greatest common divisor g of A and B, and x A' + B' is irreducible.
+    That is much quicker than looking for factors, and lengths occur like that.
+    """
+    terms = primitive.terms()
+    linear = [k for k, powers in enumerate(zip(*primitive.monoms(), strict=True)) if max(powers) == 1]
+    if not linear or not primitive.domain.is_ZZ:
+        return primitive, None
+    k = min(linear, key=lambda k: sum(powers[k] for powers, _ in terms))
+    ring = sp.polys.rings.PolyRing(primitive.gens, sp.ZZ)
+    whole = ring.from_dict({powers: sp.ZZ(int(c)) for powers, c in terms})
+    without = ring.from_dict({powers: c for powers, c in whole.items() if not powers[k]})
+    common = (whole - without).exquo(ring.gens[k]).gcd(without)
+    common *= 1 if common.LC > 0 else -1
+    return sp.Poly.from_dict(dict(common), *primitive.gens), whole.exquo(common).as_expr()
 
 
 def _as_symbols(expression: sp.Expr) -> tuple[dict[sp.Expr, sp.Symbol], dict[sp.Symbol, sp.Expr]]:
@@ -358,6 +379,8 @@ def _reduced(expression: sp.Expr) -> list[sp.Expr]:
     if not waves:
         return []
     polynomial = sp.Poly(expression.xreplace(names), *waves)
+    if all(power < 2 for powers in polynomial.monoms() for power in powers):
+        return []  # there is nothing to replace
     forms = []
     for first in (0, 1):
         out = []

@@ -6,9 +6,11 @@ chapter's examples.
 
 import json
 import re
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 
 import sympy as sp
 
@@ -33,7 +35,8 @@ README_ARM = ProblemId("planar-2r", 7)
 """The arm that README.md shows."""
 
 
-def documents() -> dict[str, str]:
+@cache
+def documents() -> Mapping[str, str]:
     """Return every generated file of docs/: path inside the folder -> text."""
     plain, scorbot = planar_2r(), scorbot_arm()
     drawings = {
@@ -45,7 +48,7 @@ def documents() -> dict[str, str]:
     }
     for name in FAMILIES:
         drawings[f"families/{name}.svg"] = thumbnail_svg(_first_arm(name), name)
-    return {
+    made = {
         "families.md": families_page(),
         "questions.md": questions_page(),
         "examples.md": examples_page(),
@@ -53,6 +56,7 @@ def documents() -> dict[str, str]:
         "mistakes.md": mistakes_page(),
         **drawings,
     }
+    return MappingProxyType(made)
 
 
 def write(folder: Path) -> list[Path]:
