@@ -57,7 +57,9 @@ def test_a_record_says_what_a_page_needs() -> None:
     problem = generate(ProblemId("planar-2r", 7, ("position", "jacobian", "singular-angles")))
     record = site_record(problem)
     assert record == site_record(problem)
-    assert '<span class="tex">\\theta_{1}' in record["statement"]
+    assert "<math" in record["statement"] and 'class="tex"' not in record["statement"]
+    assert 'class="tex"' in record["parts"][0]["hints"][0]
+    assert [part["names"] for part in record["parts"]] == [[], ["qd1", "qd2", "vx", "vy"], []]
     assert "$" not in record["statement"]
     assert record["robot"]["joints"][0]["kind"] == "R"
     assert all(len(record["said"][mistake[0]]) == 3 for part in record["parts"] for mistake in part["key"]["mistakes"])

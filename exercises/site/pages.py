@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from exercises.docs import planar_2r
+from exercises.figure import figure_svg
 from exercises.problem import Problem, ProblemId
 from exercises.render import render, template_folder
 from exercises.site.arms import gallery
@@ -89,8 +90,10 @@ def _styles(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) ->
 def pages(around: Around) -> Iterator[Page]:
     """Yield every page."""
     has_docs = around.docs is not None
-    arm = json.dumps(arm_record(Problem(ProblemId("docs", 0), planar_2r(), ())), ensure_ascii=False)
-    home = render("site/index.html.j2", course=around.course, has_docs=has_docs, arm=arm)
+    robot = planar_2r()
+    arm = json.dumps(arm_record(Problem(ProblemId("docs", 0), robot, ())), ensure_ascii=False)
+    figure = figure_svg(robot)
+    home = render("site/index.html.j2", course=around.course, has_docs=has_docs, arm=arm, figure=figure)
     yield Page("index.html", around.course or "qdot", home, section="home", kind="home")
     practice = render("site/practice.html.j2", has_docs=has_docs)
     yield Page("practice.html", "Practise", practice, "practice", "practice", "practice")

@@ -1,7 +1,8 @@
 """A problem as the site's bank holds it: what is shown, the arm as a browser moves it, and keys by which it grades.
 
-Texts are HTML with formulas as LaTeX in `<span class="tex">` (`<div class="tex">` on lines of their own), which the
-page typesets: MathML would be ten times as long. Solutions are a record of their own, loaded when asked for.
+What a page shows at once has its formulas as MathML, so that nothing is typeset while it opens. Hints and solutions
+have LaTeX in `<span class="tex">` (`<div class="tex">` on lines of their own), which the page typesets: MathML would
+be ten times as long. Solutions are a record of their own, loaded when asked for.
 """
 
 import html
@@ -31,8 +32,8 @@ def site_record(problem: Problem) -> Json:
 
     {"id", "family", "title", "difficulty": 0 to 4, "statement", "figure": svg, "alt", "robot": as in `qdot show`, with
     "values": {name: metres or radians} for the letters in its table, "symbols": {name: {"role", "unit", "latex"}},
-    "parts": [{"name", "kind", "title", "type", "shape", "points", "prompt", "figure", "alt", "hints", "options",
-    "key": as in `keys`, its mistakes as [index into "said", number, …]}], "said": [[name, title, sentence]]}
+    "parts": [{"name", "kind", "title", "type", "shape", "points", "prompt", "names", "figure", "alt", "hints",
+    "options", "key": as in `keys`, its mistakes as [index into "said", number, …]}], "said": [[name, title, sentence]]}
     """
     chain, said = problem.chain, _Said()
     return {
@@ -40,7 +41,7 @@ def site_record(problem: Problem) -> Json:
         "family": problem.id.family,
         "title": problem_title(problem),
         "difficulty": step(chain),
-        "statement": page(statement(problem, "")),
+        "statement": to_html(statement(problem, "")),
         "figure": figure_svg(chain),
         "alt": alt_text(chain),
         **arm_record(problem),
@@ -66,12 +67,12 @@ def translated_record(problem: Problem, record: Json, language: str) -> Json:
     title = words.arm_title(problem.chain.title)
     return {
         "title": title[0].upper() + title[1:],
-        "statement": page(statement(problem, "", language=language)),
+        "statement": to_html(statement(problem, "", language=language)),
         "parts": [
             {
                 "name": part.name,
                 "title": words.questions[part.kind],
-                "prompt": page(prompt(problem, part, language)),
+                "prompt": to_html(prompt(problem, part, language)),
                 "hints": [page(hint) for hint in hints(problem, part, language)],
                 "options": _options(problem, part, language),
             }
@@ -128,6 +129,12 @@ def _symbols(problem: Problem) -> Json:
     return found
 
 
+def _spoken_of(problem: Problem) -> list[tuple[str, str]]:
+    """Return names and LaTeX of rates, velocities and forces: only where a question has them are they in its answer."""
+    roles = "rate", "velocity", "force"
+    return [(name, info["latex"]) for name, info in _symbols(problem).items() if info["role"] in roles]
+
+
 def _values(chain: Chain) -> Json:
     """Return numbers for the open lengths and angles of an arm, as it is drawn."""
     given = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
@@ -155,6 +162,7 @@ class _Said:
 def _part(problem: Problem, part: Part, said: _Said) -> Json:
     svg = part_svg(problem.chain, part, part.name)
     key = key_of(problem, part)
+    asked = prompt(problem, part)
     if "mistakes" in key:
         key["mistakes"] = [said.shortened(mistake) for mistake in key["mistakes"]]
     return {
@@ -164,7 +172,8 @@ def _part(problem: Problem, part: Part, said: _Said) -> Json:
         "type": part.type,
         "shape": None if part.shape is None else list(part.shape),
         "points": part.points,
-        "prompt": page(prompt(problem, part)),
+        "prompt": to_html(asked),
+        "names": [name for name, latex in _spoken_of(problem) if latex in asked or f"`{name}`" in asked],
         "figure": svg,
         "alt": part_alt(problem.chain, part) if svg else "",
         "hints": [page(hint) for hint in hints(problem, part)],
@@ -176,4 +185,4 @@ def _part(problem: Problem, part: Part, said: _Said) -> Json:
 def _options(problem: Problem, part: Part, language: str = ENGLISH) -> list[str] | None:
     if not isinstance(part.answer, (Choice, Selection, Matching)):
         return None
-    return [page(option_text(problem, part, index, language)) for index in range(len(part.answer.options))]
+    return [to_html(option_text(problem, part, index, language)) for index in range(len(part.answer.options))]

@@ -101,6 +101,7 @@ export async function armOf(page) {
   const arm = page.locator("#arm, [data-arm], [data-hero]").first();
   if ((await arm.count()) === 0) return;
   await arm.scrollIntoViewIfNeeded();
+  await page.mouse.move(1, 1); // that of the first page comes once somebody is there
   await page.locator(".arm-box").waitFor();
   if (await page.locator("[data-hero]").count()) await page.locator(".arm-joints").waitFor();
   else await page.locator(".arm-zero").first().waitFor({ state: "attached" });

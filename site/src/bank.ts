@@ -89,6 +89,8 @@ export interface Part {
   readonly shape: readonly [number, number] | null;
   readonly points: number;
   readonly prompt: string;
+  /** Rates, velocities and forces of which the prompt speaks. */
+  readonly names: readonly string[];
   readonly figure: string;
   readonly alt: string;
   readonly hints: readonly string[];

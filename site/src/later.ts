@@ -8,15 +8,16 @@ export function afterPaint(work: () => void): void {
   else requestAnimationFrame(() => setTimeout(work));
 }
 
-/** Whether a part has been painted once: what it shows besides can come then, so that neither takes long. */
-export function useAfterPaint(): boolean {
-  const [painted, setPainted] = useState(false);
+/** How often a part has been painted, up to `last`: what it shows comes piece by piece, so that none takes long. */
+export function useSteps(last: number): number {
+  const [step, setStep] = useState(0);
   useEffect(() => {
+    if (step === last) return;
     let here = true;
-    afterPaint(() => here && setPainted(true));
+    afterPaint(() => here && setStep(step + 1));
     return () => void (here = false);
-  }, []);
-  return painted;
+  }, [step]);
+  return step;
 }
 
 /** Let the browser do what it waits for. */

@@ -1,6 +1,6 @@
 // Formulas typeset as MathML by Temml, a few at a time, so that a page full of them answers to keys and fingers meanwhile.
 
-import { breath } from "./later.js";
+import { afterPaint, breath } from "./later.js";
 
 /** Milliseconds of typesetting after which the browser may do something else. */
 const SLICE = 8;
@@ -13,8 +13,9 @@ interface Waiting {
 const waiting = new Map<HTMLElement, Waiting>();
 let running: Promise<void> | null = null;
 
-/** Typeset every formula in an element: LaTeX in elements of class "tex" is replaced. */
+/** Typeset every formula in an element: LaTeX in elements of class "tex" is replaced. Most are MathML already. */
 export function typeset(root: HTMLElement): Promise<void> {
+  afterPaint(() => reachable(root));
   for (const element of root.querySelectorAll<HTMLElement>(".tex:not([data-set])")) {
     waiting.set(element, { latex: element.textContent ?? "", block: element.tagName === "DIV" });
   }

@@ -13,7 +13,7 @@ import { type Arm, measuresOf, type Pose, reachOf, stateAt } from "../arm/model.
 import { useRested } from "../arm/size.js";
 import { sayIn, Spoken, useSay } from "../arm/speech.js";
 import { inWords } from "../arm/words.js";
-import { useAfterPaint } from "../later.js";
+import { useSteps } from "../later.js";
 import type { Language } from "../text/text.js";
 
 const LAYERS: Layers = { frames: false, vectors: false, columns: true, ellipse: true };
@@ -35,7 +35,7 @@ export function Hero(props: HeroProps): JSX.Element {
 
 function Shown({ title, arm, first, language }: HeroProps): JSX.Element {
   const say = useSay();
-  const drawn = useAfterPaint();
+  const drawn = useSteps(1) > 0;
   const reach = useMemo(() => reachOf(arm), [arm]);
   const [pose, setPose] = useState<Pose>(first);
   const [chosen, setChosen] = useState(0);

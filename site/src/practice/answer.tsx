@@ -11,6 +11,7 @@ import { typesetTree } from "../read/typeset.js";
 import { message, said } from "../text/text.js";
 import { Html, Tex } from "./math.js";
 import { entriesOf, matrixText } from "./entries.js";
+import { called, Letter } from "./letter.js";
 import { MathField, putInto } from "./mathfield.js";
 
 const LETTERS = "ABCDEFGH";
@@ -218,11 +219,8 @@ function Symbols({
   };
   // Joints and lengths always; rates, velocities and forces where the question speaks of them.
   const names = Object.entries(problem.symbols).filter(
-    ([name, { role, latex, value }]) =>
-      value === undefined &&
-      (["joint", "length", "angle"].includes(role) ||
-        part.prompt.includes(latex) ||
-        part.prompt.includes(`>${name}<`)),
+    ([name, { role, value }]) =>
+      value === undefined && (["joint", "length", "angle"].includes(role) || part.names.includes(name)),
   );
   return (
     <div class="symbols" role="group" aria-label={said(message("answer.symbols"))}>
@@ -234,7 +232,7 @@ function Symbols({
           aria-label={called(name, info.latex)}
           onClick={() => put(name, info.latex)}
         >
-          <Tex latex={info.latex} />
+          <Letter latex={info.latex} />
         </button>
       ))}
       {FUNCTIONS.map(([name, text, latex]) => (
@@ -244,17 +242,6 @@ function Symbols({
       ))}
     </div>
   );
-}
-
-const GREEK: Readonly<Record<string, string>> = { theta: "θ", alpha: "α", beta: "β", omega: "ω", tau: "τ" };
-
-/** What a symbol's button is called: as it is seen, which who steers by voice says, and as it is typed. */
-function called(name: string, latex: string): string {
-  const seen = latex
-    .replace(/\\dot\{([^}]*)\}/g, "$1˙")
-    .replace(/\\([a-z]+)/g, (_, letter: string) => GREEK[letter] ?? letter)
-    .replace(/[_{}]/g, "");
-  return seen === name ? name : `${seen}, ${name}`;
 }
 
 const FIELDS = "input.formula-field, math-field";

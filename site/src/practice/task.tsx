@@ -9,7 +9,7 @@ import type { Part, Problem, Solutions } from "../bank.js";
 import type { At, Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
 import { language, message, said } from "../text/text.js";
-import { afterPaint, useAfterPaint } from "../later.js";
+import { afterPaint, useSteps } from "../later.js";
 import { Answer } from "./answer.js";
 import type { Item } from "./choice.js";
 import { Feedback, poseOf } from "./feedback.js";
@@ -45,7 +45,7 @@ export function Task({ item, problem, part, arrived, onVerdict, onNext }: TaskPr
   const prepared = useRef(false);
   const judged = useRef<string | null>(null);
   const start = useRef<HTMLElement>(null);
-  const whole = useAfterPaint(); // what is given first: a phone shows nothing else
+  const step = useSteps(4); // what is given first: a phone shows nothing else
   const isSingular = useMemo(() => singularIn(problem), [problem]);
   /** Grading is loaded before there is an answer, and tried once: what is run for the first time takes ten times as long. */
   const prepare = () => {
@@ -70,51 +70,58 @@ export function Task({ item, problem, part, arrived, onVerdict, onNext }: TaskPr
     start.current?.focus({ preventScroll: true });
     start.current?.scrollIntoView({ block: "start" });
   }, []);
+  const answering = (
+    <>
+      <form
+        onFocusIn={prepare}
+        onSubmit={(event) => {
+          event.preventDefault();
+          void check();
+        }}
+      >
+        <Answer problem={problem} part={part} onAnswer={setAnswer} onCheck={() => void check()} />
+        <p class="actions">
+          <button type="submit" class="button">
+            {said(message("practice.check"))}
+          </button>
+          <button type="button" class="quiet" onClick={onNext}>
+            {said(message(verdict?.outcome === "correct" ? "practice.next" : "practice.skip"))}
+          </button>
+        </p>
+      </form>
+      {failed ? <p role="alert">{said(message("practice.failed", { why: failed }))}</p> : null}
+      <div role="status">{verdict ? <Feedback problem={problem} verdict={verdict} /> : null}</div>
+      <Help
+        item={item}
+        part={part}
+        lang={problem.lang}
+        solved={verdict?.outcome === "correct"}
+        onSolution={() => setHelped(verdict?.outcome !== "correct")}
+      />
+    </>
+  );
   return (
     <article class="task" ref={start} tabIndex={-1} aria-label={`${problem.title}: ${part.title}`}>
       <div class="given">
         <h2 lang={problem.lang ?? "en"}>{problem.title}</h2>
         <p class="muted">{said(message("practice.points", { difficulty: problem.difficulty }))}</p>
         <figure lang="en" dangerouslySetInnerHTML={{ __html: problem.figure }} />
-        <details open>
-          <summary>{said(message("practice.given"))}</summary>
-          <Html html={problem.statement} class="statement" lang={problem.lang} />
-        </details>
+        {step > 0 ? (
+          <details open>
+            <summary>{said(message("practice.given"))}</summary>
+            <Html html={problem.statement} class="statement" lang={problem.lang} />
+          </details>
+        ) : null}
       </div>
-      {whole ? (
+      {step > 1 ? (
         <div class="asked">
           <h2 lang={problem.lang ?? "en"}>{part.title}</h2>
           {part.figure ? <figure lang="en" dangerouslySetInnerHTML={{ __html: part.figure }} /> : null}
           <Html html={promptOf(part)} class="prompt" lang={problem.lang} />
-          <form
-            onFocusIn={prepare}
-            onSubmit={(event) => {
-              event.preventDefault();
-              void check();
-            }}
-          >
-            <Answer problem={problem} part={part} onAnswer={setAnswer} onCheck={() => void check()} />
-            <p class="actions">
-              <button type="submit" class="button">
-                {said(message("practice.check"))}
-              </button>
-              <button type="button" class="quiet" onClick={onNext}>
-                {said(message(verdict?.outcome === "correct" ? "practice.next" : "practice.skip"))}
-              </button>
-            </p>
-          </form>
-          {failed ? <p role="alert">{said(message("practice.failed", { why: failed }))}</p> : null}
-          <div role="status">{verdict ? <Feedback problem={problem} verdict={verdict} /> : null}</div>
-          <Help
-            item={item}
-            part={part}
-            lang={problem.lang}
-            solved={verdict?.outcome === "correct"}
-            onSolution={() => setHelped(verdict?.outcome !== "correct")}
-          />
+          {step > 2 ? answering : null}
         </div>
       ) : null}
-      {whole ? (
+      {step > 3 ? (
         <section class="whole" id="arm" aria-label={said(message("practice.move"))}>
           <h2>{said(message("practice.move"))}</h2>
           <Near wanted={pose !== undefined} joints={problem.robot.joints.length}>
@@ -167,8 +174,8 @@ function promptOf(part: Part): string {
 
 /** Tells of poses of a problem's arm whether they are singular; lengths have the values that go with the pose. */
 function singularIn(problem: Problem): (at: At) => boolean {
-  const names = armOf(problem.robot).joints.map(({ name }) => name);
   return (at) => {
+    const names = armOf(problem.robot).joints.map(({ name }) => name);
     const lengths = Object.fromEntries(Object.entries(at).filter(([name]) => !names.includes(name)));
     const arm = armOf({ ...problem.robot, values: { ...problem.robot.values, ...lengths } });
     return (
