@@ -252,6 +252,9 @@ const FUNCTIONS = [
   ["pi", "pi", "\\pi"],
 ] as const;
 
+/** So long a formula can still be looked at; one that some program wrote is only judged. */
+const SHOWN = 5000;
+
 /** So many rows of a matrix have their room before it is typed. */
 const MOST_ROWS = 4;
 
@@ -283,7 +286,7 @@ function latexOf(text: string, problem: Problem): string {
 }
 
 function previewOf(text: string, problem: Problem): { latex: string } | { why: string } | null {
-  if (!text.trim()) return null;
+  if (!text.trim() || text.length > SHOWN) return null;
   try {
     return { latex: typesetTree(read(text, new Set(Object.keys(problem.symbols))), problem.symbols) };
   } catch (error) {

@@ -2,6 +2,7 @@
 
 /** A text with the commas of numbers as in 0,5 written as points, those inside brackets left alone. */
 export function withPoints(text: string): string {
+  if (!text.includes(",")) return text;
   let depth = 0;
   return [...text]
     .map((sign, i, all) => {

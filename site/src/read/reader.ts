@@ -47,6 +47,8 @@ export function read(text: string, known: ReadonlySet<string>): Node {
 /** Operator-precedence parser; depth is counted, so that no text can exhaust the stack. */
 class Parser {
   private readonly tokens: readonly Token[];
+  /** Functions' names and symbols of the problem that were met: what they mean does not hang on where they stand. */
+  private readonly plain = new Map<string, string | Node>();
   private at = 0;
   private depth = 0;
 
@@ -91,9 +93,9 @@ class Parser {
     return this.peek() ? `'${this.peek()}'` : message("read.the-end");
   }
 
-  private take(...texts: readonly string[]): boolean {
+  private take(one: string, other = one): boolean {
     const { kind, text } = this.here();
-    if ((kind !== "op" && kind !== "name") || !texts.includes(text)) return false;
+    if ((text !== one && text !== other) || (kind !== "op" && kind !== "name")) return false;
     this.at += 1;
     return true;
   }
@@ -120,18 +122,25 @@ class Parser {
     this.expect(":");
   }
 
+  // made once: a text of ten thousand brackets calls them for each
+  private readonly one = (): Node => this.relation();
+  private readonly all = (): Node => this.conjunction();
+  private readonly anyOf = (): Node => this.several("or", this.all, "or", "|");
+
   private disjunction(): Node {
-    return this.deeper(() => this.several("or", () => this.conjunction(), "or", "|"), "read.brackets");
+    return this.deeper(this.anyOf, "read.brackets");
   }
 
   private conjunction(): Node {
-    return this.several("and", () => this.relation(), "and", "&");
+    return this.several("and", this.one, "and", "&");
   }
 
-  private several(kind: "or" | "and", one: () => Node, ...between: readonly string[]): Node {
-    const terms = [one()];
-    while (this.take(...between)) terms.push(one());
-    return terms.length === 1 ? (terms[0] as Node) : node(kind, ...terms);
+  private several(kind: "or" | "and", one: () => Node, word: string, sign: string): Node {
+    const first = one();
+    if (!this.take(word, sign)) return first;
+    const terms = [first, one()];
+    while (this.take(word, sign)) terms.push(one());
+    return node(kind, ...terms);
   }
 
   private relation(): Node {
@@ -155,7 +164,7 @@ class Parser {
 
   private sign(): boolean {
     let negative = false;
-    while (this.here().kind === "op" && ["+", "-"].includes(this.peek())) {
+    while (this.here().kind === "op" && (this.peek() === "+" || this.peek() === "-")) {
       negative = negative !== (this.peek() === "-");
       this.at += 1;
     }
@@ -185,6 +194,7 @@ class Parser {
 
   private power(): Node {
     const base = this.primary();
+    if (this.peek() !== "**" && this.peek() !== "^") return base;
     const exponents: Node[] = [];
     while (this.take("**", "^")) {
       const negative = this.sign();
@@ -246,6 +256,9 @@ class Parser {
   private named(raw: string): Node {
     if (raw.length > LONGEST) throw this.fail("read.long-name", { length: raw.length });
     const opens = this.peek() === "(";
+    const plain = this.plain.get(raw);
+    if (typeof plain === "string") return this.function(plain);
+    if (plain && !opens) return plain;
     if (raw.endsWith(".diff") && opens)
       return this.bound("Derivative", this.first(raw.slice(0, -".diff".length)));
     const own = plainName(raw);
@@ -266,6 +279,9 @@ class Parser {
     if (opens && one && !this.known.has(own) && !this.known.has(one)) {
       throw this.fail("read.function", { name: own });
     }
+    const only = pieces.length === 1 && own === raw ? pieces[0] : undefined;
+    if (only?.kind === "function") this.plain.set(raw, only.parts[0] as string);
+    else if (only && this.known.has(own)) this.plain.set(raw, meant(only));
     return this.productOf(pieces);
   }
 
@@ -393,8 +409,10 @@ function applied(called: string, args: readonly Node[]): Node {
   return call(called, ...args);
 }
 
+const DIGITS = /^\d+$/;
+
 function numberOf(text: string): Node {
-  if (/^\d{1,15}$/.test(text)) return integer(Number(text), text);
+  if (text.length < 16 && DIGITS.test(text)) return integer(Number(text), text);
   const [mantissa = "", exponent = ""] = text.toLowerCase().split("e");
   if (mantissa.length > 1000 || exponent.length > 4 || Math.abs(Number(exponent)) > 400) {
     throw new ReadError("read.range", { number: text.slice(0, 20) });

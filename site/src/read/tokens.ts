@@ -38,9 +38,11 @@ export function tokensOf(text: string): Token[] {
     }
     found.push(token);
     const { kind, text: sign } = token;
-    if (kind === "op" && "([{".includes(sign)) depth += 1;
-    else if (kind === "op" && ")]}".includes(sign)) depth -= 1;
-    if (depth > MAX_DEPTH) throw placed("read.brackets", { most: MAX_DEPTH }, text, at);
+    if (kind === "op") {
+      if (sign === "(" || sign === "[" || sign === "{") depth += 1;
+      else if (sign === ")" || sign === "]" || sign === "}") depth -= 1;
+      if (depth > MAX_DEPTH) throw placed("read.brackets", { most: MAX_DEPTH }, text, at);
+    }
     at += sign.length;
   }
   found.push({ kind: "end", text: "", at });

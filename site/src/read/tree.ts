@@ -80,10 +80,13 @@ export function replaced(tree: Node, old: string, put: Node): Node {
 
 /** Whether a node of a tree passes a test; none is tested after that. */
 export function anyNode(tree: Node, passes: (each: Node) => boolean): boolean {
+  if (passes(tree)) return true;
   const stack = [tree];
   for (let top = stack.pop(); top; top = stack.pop()) {
-    if (passes(top)) return true;
-    for (const arg of top.args) stack.push(arg);
+    for (const arg of top.args) {
+      if (passes(arg)) return true;
+      if (arg.args.length > 0) stack.push(arg); // half of all are leaves
+    }
   }
   return false;
 }
