@@ -55,7 +55,7 @@ export function inChromium() {
  * asks other hosts for. In a `shared` context what an earlier page loaded is there already.
  */
 export async function opened({ browser, server }, path, options = WIDE, shared = null) {
-  const context = shared ?? (await browser.newContext({ serviceWorkers: "block", ...options }));
+  const context = shared ?? (await browser.newContext({ serviceWorkers: "block", ...WIDE, ...options }));
   const page = await context.newPage();
   const wrong = [];
   page.on("pageerror", (error) => wrong.push(String(error)));

@@ -49,6 +49,7 @@ test("every page has a strict policy, nothing in it is refused, and nothing come
   assert.ok(all.size > 20, `${all.size} pages`);
   for (const [path, { policy, refused, headings, wrong }] of all) {
     assert.match(policy, /default-src 'none'; script-src 'self';/, path);
+    assert.match(policy, /style-src-elem 'self';/, path);
     assert.doesNotMatch(policy, /unsafe-eval|script-src[^;]*unsafe|https?:|\*/, path);
     assert.deepEqual([...wrong, ...refused], [], path);
     assert.equal(headings, 1, path);

@@ -1,4 +1,4 @@
-// The built site for the tests of practising: what its bank holds, and its pages as they are opened.
+// The built site for the tests of practising: what its bank holds.
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 
@@ -27,20 +27,3 @@ export async function served() {
     },
   };
 }
-
-/** How to open a page with nothing kept, and with the errors that its script says. */
-export const pagesOf =
-  (there) =>
-  async (path, options = {}) => {
-    const context = await there.browser.newContext({
-      viewport: { width: 1280, height: 900 },
-      serviceWorkers: "block",
-      ...options,
-    });
-    const opened = await context.newPage();
-    const errors = [];
-    opened.on("pageerror", (error) => errors.push(String(error)));
-    opened.on("console", (said) => said.type() === "error" && errors.push(said.text()));
-    await opened.goto(`${there.server.root}/${path}`);
-    return { opened, context, errors };
-  };

@@ -3,23 +3,23 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { inChromium } from "./opened.mjs";
-import { bankOf, pagesOf } from "./site.mjs";
+import { inChromium, opened } from "./opened.mjs";
+import { bankOf } from "./site.mjs";
 
 const there = inChromium();
-const page = pagesOf(there);
-const ask = (question) => page(`practice.html?arm=planar-2r&question=${question}`);
+const open = (path, options) => opened(there, path, options);
+const ask = (question) => open(`practice.html?arm=planar-2r&question=${question}`);
 const problem = () => bankOf(there.site.folder).bank("planar-2r/001");
 const typed = (kind) => bankOf(there.site.folder).typed(kind);
 
 /** Answers as text, checks, and returns the verdict's heading and text. */
-async function answered(opened, text) {
-  const asText = opened.getByRole("button", { name: "Type it as text" });
-  await opened.locator("form .answer").waitFor();
+async function answered(page, text) {
+  const asText = page.getByRole("button", { name: "Type it as text" });
+  await page.locator("form .answer").waitFor();
   if (await asText.count()) await asText.click();
-  await opened.getByLabel("Your answer").fill(text);
-  await opened.getByRole("button", { name: "Check" }).click();
-  const verdict = opened.locator(".verdict");
+  await page.getByLabel("Your answer").fill(text);
+  await page.getByRole("button", { name: "Check" }).click();
+  const verdict = page.locator(".verdict");
   await verdict.waitFor();
   return { heading: await verdict.locator("h3").innerText(), text: await verdict.innerText() };
 }
@@ -33,10 +33,10 @@ const forms = {
 
 for (const [name, form] of Object.entries(forms)) {
   test(`a right Jacobian is right ${name}`, async () => {
-    const { opened, context, errors } = await ask("jacobian");
-    const { heading } = await answered(opened, form(typed("jacobian")));
+    const { page, context, wrong } = await ask("jacobian");
+    const { heading } = await answered(page, form(typed("jacobian")));
     assert.equal(heading, "Right");
-    assert.deepEqual(errors, []);
+    assert.deepEqual(wrong, []);
     await context.close();
   });
 }
@@ -54,8 +54,8 @@ test("three mistakes are named", async () => {
   };
   answers["sign of all"] = `[[${negated(top)}], [${negated(bottom)}]]`;
   for (const [name, shown] of Object.entries(wrong)) {
-    const { opened, context } = await ask("jacobian");
-    const { heading, text: told } = await answered(opened, answers[name]);
+    const { page, context } = await ask("jacobian");
+    const { heading, text: told } = await answered(page, answers[name]);
     assert.notEqual(heading, "Right", name);
     assert.match(told, /It looks like this/, `${name}: ${told}`);
     assert.match(told, shown, name);
@@ -87,239 +87,236 @@ const negated = (row) =>
     .join(", ");
 
 test("singular configurations are judged by the arm itself", async () => {
-  const { opened, context } = await ask("singular-angles");
-  const { heading } = await answered(opened, typed("singular-angles"));
+  const { page, context } = await ask("singular-angles");
+  const { heading } = await answered(page, typed("singular-angles"));
   assert.equal(heading, "Right");
   await context.close();
   const other = await ask("singular-angles");
-  const { heading: wrong, text } = await answered(other.opened, "theta1 = 0");
+  const { heading: wrong, text } = await answered(other.page, "theta1 = 0");
   assert.equal(wrong, "Not right");
   assert.match(text, /theta1 = 0/);
   await other.context.close();
 });
 
 test("hints come one by one, then the solution; progress is kept over a reload", async () => {
-  const { opened, context } = await ask("determinant");
-  await answered(opened, "0");
-  for (const number of [1, 2, 3]) await opened.getByRole("button", { name: `Show hint ${number}` }).click();
-  assert.equal(await opened.locator(".hint").count(), 3);
-  await opened.getByRole("button", { name: "Show the solution" }).click();
-  await opened.locator(".solution math").first().waitFor();
-  await opened.reload();
-  await opened.getByText("Your progress").click();
-  await opened.getByText("0 right of 1 tried").waitFor();
+  const { page, context } = await ask("determinant");
+  await answered(page, "0");
+  for (const number of [1, 2, 3]) await page.getByRole("button", { name: `Show hint ${number}` }).click();
+  assert.equal(await page.locator(".hint").count(), 3);
+  await page.getByRole("button", { name: "Show the solution" }).click();
+  await page.locator(".solution math").first().waitFor();
+  await page.reload();
+  await page.getByText("Your progress").click();
+  await page.getByText("0 right of 1 tried").waitFor();
   await context.close();
 });
 
 test("the arm moves by keyboard, and its numbers follow", async () => {
-  const { opened, context, errors } = await ask("position");
-  await opened.locator("#arm").scrollIntoViewIfNeeded();
-  const slider = opened.locator('input[type="range"]').first();
+  const { page, context, wrong } = await ask("position");
+  await page.locator("#arm").scrollIntoViewIfNeeded();
+  const slider = page.locator('input[type="range"]').first();
   await slider.waitFor();
-  const before = await opened.locator("#arm").innerText();
+  const before = await page.locator("#arm").innerText();
   await slider.focus();
-  for (let i = 0; i < 5; i += 1) await opened.keyboard.press("ArrowRight");
-  await opened.waitForFunction((old) => document.querySelector("#arm")?.innerText !== old, before);
-  assert.deepEqual(errors, []);
+  for (let i = 0; i < 5; i += 1) await page.keyboard.press("ArrowRight");
+  await page.waitForFunction((old) => document.querySelector("#arm")?.innerText !== old, before);
+  assert.deepEqual(wrong, []);
   await context.close();
 });
 
 test("the arm goes to the pose in which a wrong answer differs, once the verdict is there", async () => {
-  const { opened, context, errors } = await ask("position");
-  await answered(opened, "[a1*cos(theta1), a1*sin(theta1)]");
-  await opened.locator(".verdict a[href='#arm']").click();
-  const told = await opened.locator(".verdict").innerText();
+  const { page, context, wrong } = await ask("position");
+  await answered(page, "[a1*cos(theta1), a1*sin(theta1)]");
+  await page.locator(".verdict a[href='#arm']").click();
+  const told = await page.locator(".verdict").innerText();
   const due = /theta1 = (-?[\d.]+)/.exec(told)[1] * (180 / Math.PI);
-  const field = opened.locator('.arm-joints input[type="number"]').first();
+  const field = page.locator('.arm-joints input[type="number"]').first();
   await field.waitFor();
   const turned = Number(await field.inputValue()) - due;
   assert.ok(Math.abs(turned - 360 * Math.round(turned / 360)) < 0.1, `${turned} degrees off`);
-  assert.deepEqual(errors, []);
+  assert.deepEqual(wrong, []);
   await context.close();
 });
 
 test("where the arm can't be loaded, the page says so and grades all the same", async () => {
   const context = await there.browser.newContext({ serviceWorkers: "block" });
-  const opened = await context.newPage();
-  await opened.route(/panel[^/]*\.js$/, (route) => route.abort());
-  await opened.goto(`${there.server.root}/practice.html?arm=planar-2r&question=determinant`);
-  await opened.locator("#arm").scrollIntoViewIfNeeded();
-  await opened.getByText("The arm could not be loaded").waitFor();
-  await answered(opened, typed("determinant"));
-  assert.match(await opened.locator(".verdict").innerText(), /^Right/);
+  const page = await context.newPage();
+  await page.route(/panel[^/]*\.js$/, (route) => route.abort());
+  await page.goto(`${there.server.root}/practice.html?arm=planar-2r&question=determinant`);
+  await page.locator("#arm").scrollIntoViewIfNeeded();
+  await page.getByText("The arm could not be loaded").waitFor();
+  await answered(page, typed("determinant"));
+  assert.match(await page.locator(".verdict").innerText(), /^Right/);
   await context.close();
 });
 
 test("a choice is made and checked by keyboard alone", async () => {
-  const { opened, context } = await ask("singularity-type");
-  await opened.locator('input[type="radio"]').first().waitFor();
+  const { page, context } = await ask("singularity-type");
+  await page.locator('input[type="radio"]').first().waitFor();
   for (let i = 0; i < 60; i += 1) {
-    await opened.keyboard.press("Tab");
-    if (await opened.evaluate(() => document.activeElement?.getAttribute("type") === "radio")) break;
+    await page.keyboard.press("Tab");
+    if (await page.evaluate(() => document.activeElement?.getAttribute("type") === "radio")) break;
   }
-  await opened.keyboard.press("Space");
-  await opened.keyboard.press("Enter");
-  await opened.locator(".verdict").waitFor();
+  await page.keyboard.press("Space");
+  await page.keyboard.press("Enter");
+  await page.locator(".verdict").waitFor();
   await context.close();
 });
 
 test("another language is chosen and stays, with its decimal comma", async () => {
-  const { opened, context, errors } = await ask("jacobian");
-  await opened.getByLabel("Language").selectOption("de");
-  await opened.getByText("Den Arm bewegen").waitFor();
-  await opened.getByRole("link", { name: "Üben" }).waitFor();
-  await opened.getByRole("button", { name: "Als Text eingeben" }).click();
-  await opened.getByLabel("Deine Antwort").fill("[[1, 2], [3, 4]]");
-  await opened.getByRole("button", { name: "Prüfen" }).click();
-  assert.match(await opened.locator(".verdict").innerText(), /richtig wäre -?\d+,\d/);
-  assert.deepEqual(errors, []);
+  const { page, context, wrong } = await ask("jacobian");
+  await page.getByLabel("Language").selectOption("de");
+  await page.getByText("Den Arm bewegen").waitFor();
+  await page.getByRole("link", { name: "Üben" }).waitFor();
+  await page.getByRole("button", { name: "Als Text eingeben" }).click();
+  await page.getByLabel("Deine Antwort").fill("[[1, 2], [3, 4]]");
+  await page.getByRole("button", { name: "Prüfen" }).click();
+  assert.match(await page.locator(".verdict").innerText(), /richtig wäre -?\d+,\d/);
+  assert.deepEqual(wrong, []);
   await context.close();
 });
 
 test("an answer is typed as mathematics", async () => {
-  const { opened, context, errors } = await ask("determinant");
-  await opened.getByRole("button", { name: "Mathematics keyboard" }).click();
-  const field = opened.locator("math-field");
+  const { page, context, wrong } = await ask("determinant");
+  await page.getByRole("button", { name: "Mathematics keyboard" }).click();
+  const field = page.locator("math-field");
   await field.waitFor();
   await field.evaluate((element) => {
     element.setValue("\\frac{a_1}{2}\\sin\\theta_2");
     element.dispatchEvent(new Event("input", { bubbles: true }));
   });
-  await opened.locator(".preview math").waitFor();
-  await opened.getByRole("button", { name: "Check" }).click();
-  await opened.locator(".verdict").waitFor();
-  assert.doesNotMatch(await opened.locator(".verdict").innerText(), /can't be read/);
-  assert.deepEqual(errors, []);
+  await page.locator(".preview math").waitFor();
+  await page.getByRole("button", { name: "Check" }).click();
+  await page.locator(".verdict").waitFor();
+  assert.doesNotMatch(await page.locator(".verdict").innerText(), /can't be read/);
+  assert.deepEqual(wrong, []);
   await context.close();
 });
 
 test("signs are put where the cursor is, as text and as mathematics; what was typed stays in the other field", async () => {
-  const { opened, context, errors } = await ask("determinant");
-  const field = opened.getByLabel("Your answer");
+  const { page, context, wrong } = await ask("determinant");
+  const field = page.getByLabel("Your answer");
   await field.fill("2*+1");
   await field.evaluate((input) => input.setSelectionRange(2, 2));
-  await opened.getByRole("button", { name: "θ2, theta2", exact: true }).click();
+  await page.getByRole("button", { name: "θ2, theta2", exact: true }).click();
   assert.equal(await field.inputValue(), "2*theta2+1");
-  await opened.getByRole("button", { name: "Mathematics keyboard" }).click();
-  const math = opened.locator("math-field");
+  await page.getByRole("button", { name: "Mathematics keyboard" }).click();
+  const math = page.locator("math-field");
   await math.waitFor();
   await math.evaluate((element) => (element.position = element.lastOffset));
-  await opened.getByRole("button", { name: "pi", exact: true }).click();
-  await opened.waitForFunction(() => document.querySelector("math-field").value.endsWith("\\pi"));
+  await page.getByRole("button", { name: "pi", exact: true }).click();
+  await page.waitForFunction(() => document.querySelector("math-field").value.endsWith("\\pi"));
   assert.match(await math.evaluate((element) => element.value), /2.*theta_.?2.*1.*pi/);
-  await opened.getByRole("button", { name: "Plain text" }).click();
-  assert.match(await opened.getByLabel("Your answer").inputValue(), /theta_.?2/);
-  assert.deepEqual(errors, []);
+  await page.getByRole("button", { name: "Plain text" }).click();
+  assert.match(await page.getByLabel("Your answer").inputValue(), /theta_.?2/);
+  assert.deepEqual(wrong, []);
   await context.close();
 });
 
 test("a matrix typed as text is there by entry, and is right as mathematics", async () => {
-  const { opened, context, errors } = await ask("jacobian");
-  await opened.getByRole("button", { name: "Type it as text" }).click();
-  await opened.getByLabel("Your answer").fill(typed("jacobian"));
-  await opened.getByRole("button", { name: "Type it by entry" }).click();
-  assert.notEqual(await opened.getByLabel("Row 2, column 2").inputValue(), "");
-  await opened.getByRole("button", { name: "Mathematics keyboard" }).click();
-  await opened.locator("math-field").nth(3).waitFor();
-  await opened.getByRole("button", { name: "Check" }).click();
-  assert.equal(await opened.locator(".verdict h3").innerText(), "Right");
-  assert.deepEqual(errors, []);
+  const { page, context, wrong } = await ask("jacobian");
+  await page.getByRole("button", { name: "Type it as text" }).click();
+  await page.getByLabel("Your answer").fill(typed("jacobian"));
+  await page.getByRole("button", { name: "Type it by entry" }).click();
+  assert.notEqual(await page.getByLabel("Row 2, column 2").inputValue(), "");
+  await page.getByRole("button", { name: "Mathematics keyboard" }).click();
+  await page.locator("math-field").nth(3).waitFor();
+  await page.getByRole("button", { name: "Check" }).click();
+  assert.equal(await page.locator(".verdict h3").innerText(), "Right");
+  assert.deepEqual(wrong, []);
   await context.close();
 });
 
 test("a problem is told in German: its texts, a hint, the mistake behind an answer, what can't be read", async () => {
-  const { opened, context, errors } = await ask("determinant");
-  await opened.getByLabel("Language").selectOption("de");
-  await opened.getByRole("heading", { name: "Üben" }).waitFor();
-  await opened.getByText("Beschreibungen der Zeichnungen sind auf Englisch.").waitFor();
+  const { page, context, wrong } = await ask("determinant");
+  await page.getByLabel("Language").selectOption("de");
+  await page.getByRole("heading", { name: "Üben" }).waitFor();
+  await page.getByText("Beschreibungen der Zeichnungen sind auf Englisch.").waitFor();
   assert.match(
-    await opened.locator(".prompt").innerText(),
+    await page.locator(".prompt").innerText(),
     /^Bestimme die Determinante der 2 × 2-Jacobi-Matrix/,
   );
   assert.match(
-    await opened.locator(".statement").innerText(),
+    await page.locator(".statement").innerText(),
     /Der Arm hat zwei Gelenke: Beide sind Drehgelenke\./,
   );
-  assert.match(await opened.getByLabel("Frage").innerText(), /Determinante der Jacobi-Matrix/);
-  await opened.getByRole("button", { name: "Hinweis 1 zeigen" }).click();
-  assert.match(await opened.locator(".hint").innerText(), /Die Determinante sagt, wo sich/);
-  await opened.getByLabel("Deine Antwort").fill(`-(${typed("determinant")})`);
-  await opened.getByRole("button", { name: "Prüfen" }).click();
-  assert.match(await opened.locator(".mistake").innerText(), /Determinante mit falschem Vorzeichen/);
+  assert.match(await page.getByLabel("Frage").innerText(), /Determinante der Jacobi-Matrix/);
+  await page.getByRole("button", { name: "Hinweis 1 zeigen" }).click();
+  assert.match(await page.locator(".hint").innerText(), /Die Determinante sagt, wo sich/);
+  await page.getByLabel("Deine Antwort").fill(`-(${typed("determinant")})`);
+  await page.getByRole("button", { name: "Prüfen" }).click();
+  assert.match(await page.locator(".mistake").innerText(), /Determinante mit falschem Vorzeichen/);
   for (const place of [".prompt", ".statement", ".asked h2", ".hint div", ".mistake span"])
-    assert.equal(await opened.locator(place).first().getAttribute("lang"), "de", place);
-  await opened.getByRole("button", { name: "Lösung zeigen" }).click();
-  assert.equal(await opened.locator(".solution div").first().getAttribute("lang"), "de");
-  assert.match(
-    await opened.locator(".solution").innerText(),
-    /Sie hängt nicht von|lässt sich .* nicht lösen/,
-  );
-  await opened.getByLabel("Deine Antwort").fill("2*(theta1");
-  await opened.getByRole("button", { name: "Prüfen" }).click();
-  await opened
+    assert.equal(await page.locator(place).first().getAttribute("lang"), "de", place);
+  await page.getByRole("button", { name: "Lösung zeigen" }).click();
+  assert.equal(await page.locator(".solution div").first().getAttribute("lang"), "de");
+  assert.match(await page.locator(".solution").innerText(), /Sie hängt nicht von|lässt sich .* nicht lösen/);
+  await page.getByLabel("Deine Antwort").fill("2*(theta1");
+  await page.getByRole("button", { name: "Prüfen" }).click();
+  await page
     .locator(".verdict")
     .getByText(/erwartet wird „\)“, gefunden wurde das Ende/)
     .waitFor();
-  assert.deepEqual(errors, []);
+  assert.deepEqual(wrong, []);
   await context.close();
 });
 
 test("where there is no translation a problem is in English, marked as such", async () => {
-  const { opened, context } = await ask("determinant");
+  const { page, context } = await ask("determinant");
   await context.route(/\/bank\/.*\.de\.json$/, (route) => route.fulfill({ status: 404 }));
-  await opened.getByLabel("Language").selectOption("de");
-  await opened.getByText("Die Texte dieser Aufgabe sind auf Englisch.").waitFor();
-  assert.match(await opened.locator(".prompt").innerText(), /^Find the determinant/);
+  await page.getByLabel("Language").selectOption("de");
+  await page.getByText("Die Texte dieser Aufgabe sind auf Englisch.").waitFor();
+  assert.match(await page.locator(".prompt").innerText(), /^Find the determinant/);
   for (const place of [".prompt", ".statement", ".asked h2"])
-    assert.equal(await opened.locator(place).first().getAttribute("lang"), "en", place);
+    assert.equal(await page.locator(place).first().getAttribute("lang"), "en", place);
   await context.close();
 });
 
 test("the next problem begins at its beginning, for keyboards, too", async () => {
-  const { opened, context } = await page("practice.html?arm=planar-2r&set=a");
-  await opened.getByText(/^Problem 1 of \d+ of the set$/).waitFor();
-  await opened.getByRole("button", { name: "Skip" }).click();
-  await opened.getByText(/^Problem 2 of \d+ of the set$/).waitFor();
-  await opened.waitForFunction(() => document.activeElement?.matches("article.task"));
+  const { page, context } = await open("practice.html?arm=planar-2r&set=a");
+  await page.getByText(/^Problem 1 of \d+ of the set$/).waitFor();
+  await page.getByRole("button", { name: "Skip" }).click();
+  await page.getByText(/^Problem 2 of \d+ of the set$/).waitFor();
+  await page.waitForFunction(() => document.activeElement?.matches("article.task"));
   await context.close();
 });
 
 test("a sheet is printed without the page's controls, with a key on its last page", async () => {
-  const { opened, context, errors } = await page("practice.html?arm=planar-2r&set=a&sheet=3&key=1", {
+  const { page, context, wrong } = await open("practice.html?arm=planar-2r&set=a&sheet=3&key=1", {
     colorScheme: "dark",
   });
-  await opened.locator(".sheet-key li").nth(2).waitFor();
-  assert.equal(await opened.locator(".sheet-question").count(), 3);
-  await opened.emulateMedia({ media: "print" });
+  await page.locator(".sheet-key li").nth(2).waitFor();
+  assert.equal(await page.locator(".sheet-question").count(), 3);
+  await page.emulateMedia({ media: "print" });
   for (const hidden of [".top", ".bottom", ".sheet-settings"])
-    assert.equal(await opened.locator(hidden).isVisible(), false, hidden);
-  assert.ok(await opened.locator(".sheet table").first().isVisible());
-  assert.ok((await opened.locator(".sheet-room, .sheet-lines").count()) >= 3);
-  const begins = await opened.locator(".sheet-key").evaluate((key) => getComputedStyle(key).breakBefore);
+    assert.equal(await page.locator(hidden).isVisible(), false, hidden);
+  assert.ok(await page.locator(".sheet table").first().isVisible());
+  assert.ok((await page.locator(".sheet-room, .sheet-lines").count()) >= 3);
+  const begins = await page.locator(".sheet-key").evaluate((key) => getComputedStyle(key).breakBefore);
   assert.equal(begins, "page");
-  const pdf = (await opened.pdf({ format: "A4" })).toString("latin1");
+  const pdf = (await page.pdf({ format: "A4" })).toString("latin1");
   assert.ok(pdf.match(/\/Type \/Page\b/g).length >= 2);
-  await opened.emulateMedia({ media: null });
-  await opened.getByLabel("with a key on a page of its own").uncheck();
-  await opened.locator(".sheet-key").waitFor({ state: "detached" });
-  assert.deepEqual(errors, []);
+  await page.emulateMedia({ media: null });
+  await page.getByLabel("with a key on a page of its own").uncheck();
+  await page.locator(".sheet-key").waitFor({ state: "detached" });
+  assert.deepEqual(wrong, []);
   await context.close();
 });
 
 test("it works offline after the first visit", async () => {
-  const { opened, context } = await page("practice.html?arm=planar-2r&question=position", {
+  const { page, context } = await open("practice.html?arm=planar-2r&question=position", {
     serviceWorkers: "allow",
   });
-  await opened.evaluate(() => navigator.serviceWorker.ready);
-  await opened.locator("form .answer").waitFor();
-  await opened.waitForFunction(() => navigator.serviceWorker.controller !== null);
-  await opened.reload();
-  await opened.locator("form .answer").waitFor();
+  await page.evaluate(() => navigator.serviceWorker.ready);
+  await page.locator("form .answer").waitFor();
+  await page.waitForFunction(() => navigator.serviceWorker.controller !== null);
+  await page.reload();
+  await page.locator("form .answer").waitFor();
   await context.setOffline(true);
-  await opened.reload();
-  const { heading } = await answered(opened, typed("position"));
+  await page.reload();
+  const { heading } = await answered(page, typed("position"));
   assert.equal(heading, "Right");
-  await opened.goto(`${there.server.root}/`);
-  await opened.getByRole("heading", { level: 1 }).waitFor();
+  await page.goto(`${there.server.root}/`);
+  await page.getByRole("heading", { level: 1 }).waitFor();
   await context.close();
 });
