@@ -23,7 +23,7 @@ from grader.counterexample import in_short
 from grader.reports.answers import answer_of, visible
 from grader.reports.differs import SUPERSCRIPT, table_of
 
-PAGE = 3
+PAGE = 4
 """Version of the page: any change of what it shows raises it, and every page is written anew."""
 
 WORDS = {
