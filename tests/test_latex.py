@@ -184,3 +184,14 @@ def test_formulas_have_a_form_for_terminals(problem: Problem) -> None:
             text = unicode_math(tex(part.answer.reference, problem.chain))
             assert "\\" not in text and "{" not in text
             assert len(text.splitlines()) == part.answer.reference.rows
+
+
+def test_a_decimal_comma_is_in_its_number_and_a_semicolon_parts_numbers() -> None:
+    shown = mathml(r"(0; -1{,}5; a_{1,2})\,\mathrm{m}")
+    assert '<mn>0</mn><mo>;</mo><mo form="prefix">&#x02212;</mo><mn>1,5</mn><mo>;</mo>' in shown
+    assert "<mn>1</mn><mo>&#x0002C;</mo><mn>2</mn>" in shown  # two indices are not one number
+
+
+def test_a_sign_belongs_to_what_is_behind_it_only_where_a_term_begins() -> None:
+    assert mathml("(-a, -b)").count('<mo form="prefix">') == 2
+    assert "prefix" not in mathml("a - b")

@@ -4,6 +4,7 @@ A page links by relative addresses only, so that the site works from any folder 
 """
 
 import json
+import math
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,6 +22,8 @@ from exercises.site.record import arm_record
 from exercises.writing.markup import to_html
 
 ENTRIES = {"practice": "src/practice/main.tsx", "pages": "src/pages/main.ts"}
+GREETING = {"theta1": math.radians(60), "theta2": math.radians(100)}
+"""The pose of the first page's picture: in the same one the arm that takes its place begins."""
 LONG = 3
 """From so many headings on, a page of the documentation has a list of them."""
 
@@ -92,7 +95,7 @@ def pages(around: Around) -> Iterator[Page]:
     has_docs = around.docs is not None
     robot = planar_2r()
     arm = json.dumps(arm_record(Problem(ProblemId("docs", 0), robot, ())), ensure_ascii=False)
-    figure = figure_svg(robot)
+    figure = figure_svg(robot, pose=GREETING)
     home = render("site/index.html.j2", course=around.course, has_docs=has_docs, arm=arm, figure=figure)
     yield Page("index.html", around.course or "qdot", home, section="home", kind="home")
     practice = render("site/practice.html.j2", has_docs=has_docs)

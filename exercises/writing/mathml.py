@@ -23,8 +23,10 @@ _APART = r"\\[6pt]"
 _WORDS = "sin", "cos", "tan"
 _BEFORE = "|".join(f"(?<={end})" for end in ("</mn>", "</mi>", "</msub>", "&#x00029;</mo>"))
 _BEHIND = "|".join(f"(?<=<mi>{word}</mi>)" for word in _WORDS)
-_SIGN = re.compile(r"(<mo[^>]*>&#x000(?:28|2C|3D|5B);</mo>)<mo>(&#x02212;|&#x0002B;)</mo>")
+_SIGN = re.compile(r"(<mo[^>]*>(?:&#x000(?:28|2C|3D|5B)|);</mo>)<mo>(&#x02212;|&#x0002B;)</mo>")
 """A sign behind a bracket, a comma or an equals sign, which belongs to the number behind it."""
+_DECIMAL = re.compile(r"(?<=<mn>)(\d+)</mn><mrow><mo>&#x0002C;</mo></mrow><mn>(?=\d+</mn>)")
+"""A decimal comma, which LaTeX has in braces."""
 _FUNCTION = re.compile(rf"(?:{_BEFORE})(?=<mi>(?:arc)?(?:{'|'.join(_WORDS)})</mi>)|(?:{_BEHIND})(?=<m(?:i|sub)>)")
 """Places before a function's name, and between the name and an argument without brackets."""
 
@@ -46,6 +48,7 @@ def mathml(latex: str, block: bool = False, percent: int = 100) -> str:
         shown = shown.replace(f' columnalign="{side}"', f' style="{style}"')
     if percent < 100:
         shown = shown.replace("<math ", f'<math style="font-size: {percent}%" ', 1)
+    shown = _DECIMAL.sub(r"\1,", shown).replace("<mi>;</mi>", "<mo>;</mo>")  # a semicolon parts what is beside it
     shown = _SIGN.sub(r'\1<mo form="prefix">\2</mo>', shown)
     return _FUNCTION.sub('<mspace width="0.17em" />', shown)
 

@@ -13,6 +13,9 @@ const PREFERENCES = [
   ["toolkit.telemetry.enabled", false],
 ];
 
+/** What Firefox says of a file that was still being loaded when its page was left; nothing is wrong with it. */
+const CUT_OFF = /A ServiceWorker intercepted the request and encountered an unexpected error/;
+
 /** A headless Firefox with an empty profile and one page, which is told what to do. */
 export async function firefox(program) {
   const profile = mkdtempSync(join(tmpdir(), "qdot-firefox-"));
@@ -37,7 +40,8 @@ export async function firefox(program) {
   const errors = [];
   socket.onmessage = ({ data }) => {
     const { id, type, result, message, method, params } = JSON.parse(data);
-    if (method === "log.entryAdded" && params.level === "error") errors.push(params.text);
+    if (method === "log.entryAdded" && params.level === "error" && !CUT_OFF.test(params.text))
+      errors.push(params.text);
     const [kept, refused] = waiting.get(id) ?? [];
     waiting.delete(id);
     if (type === "error") refused?.(new Error(message));

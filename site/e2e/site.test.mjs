@@ -138,15 +138,21 @@ test("the arm goes to the pose in which a wrong answer differs, once the verdict
   await context.close();
 });
 
-test("where the arm can't be loaded, the page says so and grades all the same", async () => {
+test("where the arm or typesetting can't be loaded, the page says so or shows LaTeX, and grades all the same", async () => {
   const context = await there.browser.newContext({ serviceWorkers: "block" });
   const page = await context.newPage();
-  await page.route(/panel[^/]*\.js$/, (route) => route.abort());
+  const errors = [];
+  page.on("pageerror", (error) => errors.push(error.message));
+  await page.route(/(panel|temml)[^/]*\.js$/, (route) => route.abort());
   await page.goto(`${there.server.root}/practice.html?arm=planar-2r&question=determinant`);
   await page.locator("#arm").scrollIntoViewIfNeeded();
   await page.getByText("The arm could not be loaded").waitFor();
   await answered(page, typed("determinant"));
   assert.match(await page.locator(".verdict").innerText(), /^Right/);
+  await page.getByRole("button", { name: "Show the solution" }).click();
+  await page.locator(".tex").first().waitFor();
+  assert.match(await page.locator(".tex").first().innerText(), /\\|_|=/);
+  assert.deepEqual(errors, []);
   await context.close();
 });
 

@@ -37,7 +37,11 @@ function begun(): Promise<void> {
 }
 
 async function worked(): Promise<void> {
-  const { default: temml } = await import("temml");
+  const temml = await import("temml").then(
+    (loaded) => loaded.default,
+    () => null, // there is no connection: what is wanted stays as it was written
+  );
+  if (!temml) return waiting.clear();
   const done: HTMLElement[] = [];
   let start = performance.now();
   for (const [element, { latex, block }] of waiting) {
