@@ -1,6 +1,7 @@
 """The site's bank: keys hold the right values, by another route than they were made, and each mistake's are wrong."""
 
 import json
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -10,12 +11,16 @@ from exercises.arm.kinematics import NumericChain
 from exercises.generate import generate
 from exercises.mistakes.results import RESULTS, result
 from exercises.mistakes.working import numbers
-from exercises.problem import Part, Problem, ProblemId
+from exercises.problem import Choice, Matching, Part, Problem, ProblemId, Selection
+from exercises.record import reference_json
 from exercises.site.keys import key_of, weight
-from exercises.site.record import site_record, solutions_record
+from exercises.site.record import site_record, solutions_record, typed_names
+from exercises.writing.statement import prompt
+
+Drawn = Callable[[str, int], Problem]
 
 
-def test_keys_hold_what_the_derivation_in_numbers_gives(family: str, drawn: Callable[[str, int], Problem]) -> None:
+def test_keys_hold_what_the_derivation_in_numbers_gives(family: str, drawn: Drawn) -> None:
     problem = drawn(family, 0)
     for part in problem.parts:
         key = key_of(problem, part)
@@ -26,6 +31,16 @@ def test_keys_hold_what_the_derivation_in_numbers_gives(family: str, drawn: Call
             _poses_are_singular(problem, key)
         if key["type"] in ("choice", "selection", "matching"):
             assert len(key["told"]) == key["options"] > max(key["right"])
+
+
+def test_a_prompt_says_in_which_rates_velocities_and_forces_an_answer_is(family: str, drawn: Drawn) -> None:
+    """A page offers signs of those alone."""
+    problem = drawn(family, 0)
+    spoken = {name for name, info in problem.symbols().items() if info.role in ("rate", "velocity", "force")}
+    for part in problem.parts:
+        if not isinstance(part.answer, (Choice, Selection, Matching)):
+            used = set(re.findall(r"\w+", json.dumps(reference_json(part)))) & spoken
+            assert used <= set(typed_names(problem, prompt(problem, part))), part.name
 
 
 def _values_are_right(problem: Problem, part: Part, key: dict[str, Any]) -> None:
@@ -59,7 +74,7 @@ def test_a_record_says_what_a_page_needs() -> None:
     assert record == site_record(problem)
     assert "<math" in record["statement"] and 'class="tex"' not in record["statement"]
     assert 'class="tex"' in record["parts"][0]["hints"][0]
-    assert [part["names"] for part in record["parts"]] == [[], ["qd1", "qd2", "vx", "vy"], []]
+    assert [part["names"] for part in record["parts"]] == [[], [], []]
     assert "$" not in record["statement"]
     assert record["robot"]["joints"][0]["kind"] == "R"
     assert all(len(record["said"][mistake[0]]) == 3 for part in record["parts"] for mistake in part["key"]["mistakes"])

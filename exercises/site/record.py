@@ -129,10 +129,10 @@ def _symbols(problem: Problem) -> Json:
     return found
 
 
-def _spoken_of(problem: Problem) -> list[tuple[str, str]]:
-    """Return names and LaTeX of rates, velocities and forces: only where a question has them are they in its answer."""
+def typed_names(problem: Problem, asked: str) -> list[str]:
+    """Return the rates, velocities and forces that a prompt says an answer is in: a page offers signs of these."""
     roles = "rate", "velocity", "force"
-    return [(name, info["latex"]) for name, info in _symbols(problem).items() if info["role"] in roles]
+    return [name for name, info in problem.symbols().items() if info.role in roles and f"`{name}`" in asked]
 
 
 def _values(chain: Chain) -> Json:
@@ -173,7 +173,7 @@ def _part(problem: Problem, part: Part, said: _Said) -> Json:
         "shape": None if part.shape is None else list(part.shape),
         "points": part.points,
         "prompt": to_html(asked),
-        "names": [name for name, latex in _spoken_of(problem) if latex in asked or f"`{name}`" in asked],
+        "names": typed_names(problem, asked),
         "figure": svg,
         "alt": part_alt(problem.chain, part) if svg else "",
         "hints": [page(hint) for hint in hints(problem, part)],
