@@ -14,7 +14,7 @@ BANDS = (10, 16, 24, 34)
 HARDEST = len(BANDS)
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=256)
 def difficulty(chain: Chain) -> int:
     """Return terms of J + 4 x conditions of the singular set + 8 x those that tie several joints.
 

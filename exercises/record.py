@@ -56,7 +56,7 @@ def symbol_json(info: SymbolInfo) -> Json:
     return found
 
 
-@lru_cache(maxsize=8192, typed=True)
+@lru_cache(maxsize=1024, typed=True)
 def text_of(expression: sp.Expr) -> str:
     """Return an expression as text; kept, for each is wanted by the record, its digest, the tests and the grader."""
     return _known.get((type(expression), expression)) or Printer().doprint(expression)

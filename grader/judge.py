@@ -20,7 +20,7 @@ from grader.verdict import Judgement, correct, graded, missing, wrong
 Rows = Sequence[Sequence[str]]
 
 
-@lru_cache(maxsize=10_000)
+@lru_cache(maxsize=2048)
 def _reference_node(text: str, known: frozenset[str]) -> Node:
     return read(text, known)
 

@@ -381,7 +381,7 @@ def task_velocity(chain: Chain) -> tuple[sp.Symbol, ...]:
     return tuple(sp.Symbol(row) for row in chain.task)
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=512)
 def derive(chain: Chain) -> Derivation:
     """Return the derivation of `chain` (kept, as several questions ask for the same arm's)."""
     return Derivation(chain)

@@ -56,7 +56,7 @@ class Component:
         ]
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=256)
 def singular_set(chain: Chain) -> tuple[Component, ...] | None:
     """Return the components of the singular set, or None where the Jacobian has lost rank everywhere.
 

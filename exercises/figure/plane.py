@@ -44,7 +44,7 @@ def is_flat(chain: Chain) -> bool:
     return plane(chain) is not None
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=256)
 def plane(chain: Chain) -> str | None:
     """Return the axis of the world ("x", "y" or "z") that is square to all motion of the arm, or None."""
     if chain.is_planar:

@@ -90,7 +90,7 @@ def _index(symbol: sp.Symbol) -> int:
     return int(digits) if digits else 0
 
 
-@lru_cache(maxsize=50_000)
+@lru_cache(maxsize=4096)
 def _term_key(term: sp.Expr) -> Key:
     """Sort the terms of a sum: by rate or velocity, then by the sines and cosines in them, then by their symbols."""
     moving = sorted(_moving_key(s) for s in term.free_symbols if _moves(s))
@@ -380,7 +380,7 @@ def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: Ang
     return r"\begin{bmatrix} " + r" \\ ".join(rows) + r" \end{bmatrix}"
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=1024)
 def _printed(expression: sp.Expr, prismatic: tuple[str, ...]) -> str:
     """Return the LaTeX of an expression; kept, for many are shown again: in a step, its result, and another part."""
     return _Printer(prismatic).text(expression)

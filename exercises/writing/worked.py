@@ -387,7 +387,7 @@ def link_angles(chain: Chain) -> list[sp.Expr]:
     return found[1:]
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=256)
 def _kind(chain: Chain, component: Component) -> Kind:
     """Return what a set of singular configurations is; kept, as it takes a quarter of a second to establish."""
     return classify(chain, component)
