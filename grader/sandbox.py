@@ -95,7 +95,7 @@ class Sandbox:
     ) -> None:  # fmt: skip
         self.limits = limits or Limits()
         self.lacking: dict[str, str] = {}
-        self.left_running = False
+        self._left_running = False
         self._strict = strict
         self._config = {
             "memory": self.limits.memory, "seconds": processor_seconds or int(self.limits.seconds) + 1,
@@ -104,6 +104,7 @@ class Sandbox:
         self._process: subprocess.Popen[bytes] | None = None
         self._control: socket.socket | None = None
         self._folder: OwnFolder | None = None
+        self._last: _Lines | None = None
 
     def __enter__(self) -> "Sandbox":
         return self
@@ -115,6 +116,9 @@ class Sandbox:
 
     def close(self) -> None:
         """End the process and all that is in it."""
+        if self._last is not None:
+            self._last.close()
+            self._last = None
         if self._control is not None:
             self._control.close()  # upon which it ends what runs, and itself
             self._control = None
@@ -158,31 +162,63 @@ class Sandbox:
 
     def exchange(self, request: dict[str, Any], take: Callable[[dict[str, Any]], None]) -> str:
         """Have a child do what is requested, pass each line of its report to `take`, and return how it ended."""
+        self._tidied_up()
         self._start()
-        inbox, to_child = os.pipe()
-        from_child, outbox = os.pipe()
-        with os.fdopen(to_child, "wb", 0) as receipts, os.fdopen(from_child, "rb", 0) as report:
+        assert self._control is not None
+        try:
+            self._control.sendall(b"r")
+            receipts, report = self._pipes()
+            lines = self._last = _Lines(report, time.monotonic() + self.limits.seconds)
             try:
-                try:
-                    self._say(b"r", [inbox, outbox])
-                finally:
-                    os.close(inbox)
-                    os.close(outbox)
-                lines = _Lines(report.fileno(), time.monotonic() + self.limits.seconds)
-                end = _converse(request, lines, receipts.fileno(), take)
-                self._say(b"c" if end == "closed" else b"s")
-                died_of = self._heard().get("signal")
+                end = _converse(request, lines, receipts, take)
+            finally:
+                os.close(receipts)
+            self._control.sendall(b"c" if end == "closed" else b"s")
+            if end == "done":  # what it leaves is tidied up while its answers are marked
+                return end
+            died_of = self._end_of_last()
+        except (_Lost, OSError):
+            self.close()
+            return "lost"
+        except QdotError:
+            self.close()
+            raise
+        if died_of and end in ("closed", "overtime"):  # others of its processes may hold the pipe open
+            end = "killed" if died_of == signal.SIGKILL else "crashed"
+        return end
+
+    @property
+    def left_running(self) -> bool:
+        """Whether anything of the last notebook went on after its end."""
+        self._tidied_up()
+        return self._left_running
+
+    def _tidied_up(self) -> None:
+        """Wait until nothing is left of the last notebook; a process that is lost over it is started anew."""
+        if self._last is not None:
+            try:
+                self._end_of_last()
             except (_Lost, OSError):
                 self.close()
-                return "lost"
-            if died_of and end in ("closed", "overtime"):  # others of its processes may hold the pipe open
-                end = "killed" if died_of == signal.SIGKILL else "crashed"
-            self.left_running = not lines.are_at_an_end(within=1.0)
-            return end
 
-    def _say(self, word: bytes, pipes: Sequence[int] = ()) -> None:
+    def _end_of_last(self) -> int:
+        """Return the signal that ended the last notebook before it was to end, 0 for none. Raises _Lost."""
+        assert self._last is not None
+        died_of = int(self._heard().get("signal", 0))
+        self._left_running = not self._last.are_at_an_end(within=1.0)
+        self._last.close()
+        self._last = None
+        return died_of
+
+    def _pipes(self) -> list[int]:
+        """Return the two pipes of the child that is ready: into it, and out of it. Raises _Lost."""
         assert self._control is not None
-        socket.send_fds(self._control, [word], pipes)
+        _, pipes, *_ = socket.recv_fds(self._control, 1, 2)  # times out with OSError
+        for descriptor in pipes:
+            os.set_inheritable(descriptor, False)
+        if len(pipes) != 2:
+            raise _Lost
+        return pipes
 
     def _heard(self) -> dict[str, Any]:
         """Return what the process that forks says next; it is none of a notebook's words. Raises _Lost."""
@@ -240,6 +276,9 @@ class _Lines:
         self._lines: deque[bytes] = deque()
         self._buffer, self._bytes, self._count = b"", 0, 0
 
+    def close(self) -> None:
+        os.close(self._descriptor)
+
     def next(self) -> dict[str, Any] | str:
         """Return the next line, empty where it is none of ours; "overtime" or "closed" where there is no more."""
         while not self._lines:
@@ -272,14 +311,20 @@ class _Lines:
 def _converse(request: dict[str, Any], lines: _Lines, receipts: int, take: Callable[[dict[str, Any]], None]) -> str:
     """Give a child its request once it is contained, and take its report; return how that ended.
 
-    Raises QdotError where it is not contained as it was when the process started; it has been told nothing then.
+    Raises _Lost where the child dies before it has read it, which is no notebook's doing, and QdotError where it is not
+    contained as it was when the process started; it has been told nothing then.
     """
     first = lines.next()
     if isinstance(first, str):
-        return first
+        raise _Lost
     if not first.get("confined"):
         raise QdotError(f"a notebook could not be contained, and was not run: {first.get('unprotected')}")
     _write_all(receipts, (json.dumps(request) + "\n").encode())
+    begins = lines.next()
+    if isinstance(begins, str):
+        if begins == "closed":
+            raise _Lost
+        return begins
     os.set_blocking(receipts, False)
     while not isinstance(line := lines.next(), str):
         if line.get("done") is True:

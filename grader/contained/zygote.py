@@ -1,8 +1,9 @@
 """The process that forks for every notebook: loaded, enclosed, and never told anything of a notebook.
 
-A child takes its notebook from a pipe that the grader made for it, and reports into another. So its memory holds no
-other student's work, and whatever it writes is read as its own. What this process is told over its control socket: a
-child is wanted ("r", with both pipes), and it is to end ("s", or "c" where it closed its pipe itself).
+A child takes its notebook from a pipe of its own, and reports into another. So its memory holds no other student's
+work, and whatever it writes is read as its own. It is forked and contained ahead, while the grader marks what the last
+one gave. What this process is told over its control socket: a child is wanted ("r", upon which both pipes are handed
+over), and it is to end ("s", or "c" where it closed its pipe itself).
 """
 
 import contextlib
@@ -17,7 +18,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 from . import attempts, confine, guard, kernel
 from .confine import Measures
@@ -156,27 +157,45 @@ def _failing(measures: Measures, parent: str) -> dict[str, str]:
 # --- what is done for every notebook ---
 
 
+class _Child(NamedTuple):
+    """A child that waits for its notebook: its process, its folder, and the grader's ends of its pipes."""
+
+    pid: int
+    folder: str
+    pipes: tuple[int, int]
+
+
 def _serve(control: socket.socket, measures: Measures, parent: str, namespace: int | None) -> None:
     while True:
-        _, pipes, *_ = socket.recv_fds(control, 1, 2)
-        if len(pipes) != 2:
-            return
-        folder = confine.fresh_folder(measures, parent)
-        if namespace is not None:
-            kernel.setns(namespace, kernel.NEWPID)
-            kernel.unshare(kernel.NEWPID)
-        own = os.getpid()
-        pid = os.fork()
-        if pid == 0:
-            _be_child(measures, folder, own, *pipes)
-        for descriptor in pipes:
+        child = _forked(measures, parent, namespace)
+        wanted = control.recv(1)  # nothing where the grader has ended
+        if wanted:
+            socket.send_fds(control, [b"p"], child.pipes)
+        for descriptor in child.pipes:
             os.close(descriptor)
-        said = control.recv(1)  # nothing where the grader has ended
-        how = _end(pid, patience=0.2 if said == b"c" else 0.0)
-        _remove(measures, folder)
+        said = wanted and control.recv(1)
+        how = _end(child.pid, patience=0.2 if said == b"c" else 0.0)
+        _remove(measures, child.folder)
         if not said:
             return
         _answer(control, {"signal": how})
+
+
+def _forked(measures: Measures, parent: str, namespace: int | None) -> _Child:
+    """Return a child with a namespace, folder and pipes of its own."""
+    inbox, to_child = os.pipe()
+    from_child, outbox = os.pipe()
+    folder = confine.fresh_folder(measures, parent)
+    if namespace is not None:
+        kernel.setns(namespace, kernel.NEWPID)
+        kernel.unshare(kernel.NEWPID)
+    own = os.getpid()
+    pid = os.fork()
+    if pid == 0:
+        _be_child(measures, folder, own, inbox, outbox)
+    os.close(inbox)
+    os.close(outbox)
+    return _Child(pid, folder, (to_child, from_child))
 
 
 def _be_child(measures: Measures, folder: str, parent: int, inbox: int, outbox: int) -> NoReturn:
@@ -201,6 +220,7 @@ def _be_child(measures: Measures, folder: str, parent: int, inbox: int, outbox: 
 
 def _do(measures: Measures, folder: str, inbox: int, outbox: int) -> None:
     request = json.loads(_line(inbox))
+    _tell(outbox, {"begun": True})
     sent = 0
 
     def report(line: dict[str, Any]) -> None:
