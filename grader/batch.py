@@ -8,7 +8,7 @@ import contextlib
 import hashlib
 import json
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
@@ -20,13 +20,16 @@ from exercises.files import cannot_write, made_lasting, make_folder, tidied, wri
 from exercises.parallel import ordered_map
 from grader.attempt import Attempt, Marked, grade_attempt, is_graded, made_from, read_attempts, ungraded
 from grader.copies import Copies
-from grader.overrides import read_overrides
+from grader.overrides import Override, read_overrides
 from grader.remote import Order, brief_of, graded_by, order_of
 from grader.sandbox import Limits, Sandbox
 from grader.settle import Graded, Result, settle
 from grader.submission import Found
 
 DIED = "its process was ended twice by the system, probably for want of memory"
+
+WritePage = Callable[[Assignment, Student, Result], None]
+AllOverrides = Mapping[str, Mapping[str, Override]]
 
 ROOM = 64
 """Notebooks that are out at a time with an executor of which nothing else is known."""
@@ -49,13 +52,16 @@ def grade_class(
     students: Sequence[Student] | None = None,
     executor: Executor | None = None,
     room: Callable[[], int] = lambda: ROOM,
+    write_page: WritePage | None = None,
 ) -> list[Result]:
     """Grade everybody on the roster, or these `students`, and return the results in that order, telling `each` of them.
 
     Without jobs, everything is done in this process, and whatever ends it ends the grading. Else it costs one student
     a mark until the next run, who is UNGRADED. An `executor` runs the notebooks in the place of jobs, at most `room()`
     of them being out at a time, while this process reads them and keeps what they earn. With `students`, only these of
-    the roster are graded. Raises QdotError, also for a mistake in overrides.csv.
+    the roster are graded. The process that has marked a notebook writes its page by `write_page`, for it has all of it
+    at hand; of what others marked (the executor, an earlier run), and where it fails, the page is left to the caller.
+    Raises QdotError, also for a mistake in overrides.csv.
     """
     overrides = read_overrides(assignment)
     chosen = assignment.roster if students is None else students
@@ -76,7 +82,8 @@ def grade_class(
             _grade_elsewhere(shelf, tasks, executor, room, settled)
         else:
             lost = partial(_lost, assignment) if jobs else None
-            with contextlib.closing(ordered_map(_grade, tasks, jobs, _Desk, (shelf,), lost)) as every:
+            desk = (shelf, overrides, write_page)
+            with contextlib.closing(ordered_map(_grade, tasks, jobs, _Desk, desk, lost)) as every:
                 for place, handed_in in enumerate(every):
                     settled(place, handed_in)
     return [results[place] for place in range(len(tasks))]
@@ -163,10 +170,20 @@ class _Shelf:
 class _Desk:
     """What a process has on its desk while it grades: the assignment, a sandbox, the folder of what is graded."""
 
-    def __init__(self, shelf: _Shelf) -> None:
+    def __init__(self, shelf: _Shelf, overrides: AllOverrides, write_page: WritePage | None) -> None:
         self.shelf, self.assignment = shelf, shelf.assignment
+        self._overrides, self._write_page = overrides, write_page
+        self._roster = {student.id: student for student in self.assignment.roster}
         self.sandbox = Sandbox(shelf.limits, strict=self.assignment.sandbox == "strict")
         self.copies = Copies(self.assignment)
+
+    def write_page(self, name: str, handed_in: Sequence[Graded]) -> None:
+        """Write a student's page, if that is wanted and can be done."""
+        if self._write_page is not None:
+            student = self._roster[name]
+            with contextlib.suppress(Exception):  # it is told where the page is written at last
+                result = settle(self.assignment, student, handed_in, self._overrides.get(name, {}))
+                self._write_page(self.assignment, student, result)
 
     def close(self) -> None:
         self.sandbox.close()
@@ -178,10 +195,16 @@ Entry = tuple[Attempt | None, bool]
 
 def _grade(desk: _Desk, task: Task) -> list[Graded]:
     """Return everything that a student handed in, in the order in which it was received; what counts is marked."""
-    return [
-        _graded(one, _marked(desk, task.student, one) if counts else None)
-        for one, counts in _entries(desk.assignment, task)
+    entries = _entries(desk.assignment, task)
+    marks = [desk.shelf.taken(task.student, one) if counts else None for one, counts in entries]
+    is_new = [counts and marked is None for marked, (_, counts) in zip(marks, entries, strict=True)]
+    handed_in = [
+        _graded(one, _marked(desk, task.student, one) if new else marked)
+        for (one, _), marked, new in zip(entries, marks, is_new, strict=True)
     ]
+    if any(is_new):  # a mark that was kept may be that of a process which its page has ended
+        desk.write_page(task.student, handed_in)
+    return handed_in
 
 
 def _grade_elsewhere(
@@ -246,10 +269,7 @@ def _counting(assignment: Assignment, attempts: list[Attempt]) -> list[Attempt]:
 
 
 def _marked(desk: _Desk, student: str, attempt: Attempt | None) -> Marked:
-    """Return what the grader gives for a notebook, from what is kept where that is still right."""
-    marked = desk.shelf.taken(student, attempt)
-    if marked is not None:
-        return marked
+    """Return what the grader gives for a notebook, and keep it."""
     try:
         marked = grade_attempt(desk.assignment, student, attempt, desk.sandbox, desk.copies)
     except QdotError:

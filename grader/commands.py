@@ -23,7 +23,7 @@ from exercises.generate import family_named
 from exercises.problem import ProblemId
 from exercises.release import CORES, Released, release
 from grader import guarantees
-from grader.batch import alone, cache_of, grade_class, share_of
+from grader.batch import WritePage, alone, cache_of, grade_class, share_of
 from grader.certificates import Kind
 from grader.certify import Task, certificate_text, former_students, tasks_of, unknown_files
 from grader.cluster import connected
@@ -284,7 +284,7 @@ def _grade(
     executor: str,
 ) -> list[Result]:  # fmt: skip
     from grader.history import earlier_results, told
-    from grader.reports.write import write_reports
+    from grader.reports.write import write_page, write_reports
 
     looked = find_submissions(assignment, submissions)
     for said in looked.unsure:
@@ -295,7 +295,7 @@ def _grade(
         check_sandbox(assignment.sandbox == "strict")
     with alone(assignment):
         earlier = earlier_results(assignment)
-        results = _results(assignment, looked.found, assignment.roster, jobs, limits, executor)
+        results = _results(assignment, looked.found, assignment.roster, jobs, limits, executor, write_page)
         with progress("writing feedback", len(results)) as counter:
             write_reports(assignment, results, min(jobs, len(results)), counter.step)
     _tell_notes(results)
@@ -341,7 +341,7 @@ def _grade_share(
 
 def _results(
     assignment: Assignment, found: dict[str, Found], students: Sequence[Student], jobs: int, limits: Limits,
-    executor: str,
+    executor: str, write_page: WritePage | None = None,
 ) -> list[Result]:  # fmt: skip
     """Return the results of students, with progress shown."""
 
@@ -350,7 +350,9 @@ def _results(
 
     if not executor:
         with progress("grading", len(students)) as counter:
-            return grade_class(assignment, found, min(jobs, len(students)), limits, each, students)
+            return grade_class(
+                assignment, found, min(jobs, len(students)), limits, each, students, write_page=write_page
+            )
     with connected(executor) as (workers, room), progress("grading", len(students)) as counter:
         return grade_class(assignment, found, jobs, limits, each, students, workers, room)
 

@@ -17,7 +17,7 @@ from grader.certify import certificate_text
 from grader.reports.charts import MISSING, can_draw
 from grader.reports.formats import write_asked
 from grader.reports.tables import status
-from grader.reports.write import write_reports
+from grader.reports.write import write_page, write_reports
 from grader.sandbox import Limits
 from grader.settle import Result
 from grader.submission import find_submissions
@@ -157,7 +157,8 @@ def run_demo(folder: Path, jobs: int) -> None:
     jobs = min(jobs, len(students))
     with alone(assignment):
         with progress("grading", len(students)) as counter:
-            results = grade_class(assignment, found, jobs, Limits(cell_seconds=2), lambda _: counter.step())
+            limits = Limits(cell_seconds=2)
+            results = grade_class(assignment, found, jobs, limits, lambda _: counter.step(), write_page=write_page)
         with progress("writing feedback", len(students)) as counter:
             write_reports(assignment, results, jobs, counter.step)
     say(f"{'id':<4}  {'name':<20} {'handed in':<32} {'points':>{len(_score(results[0]))}}  status")

@@ -9,20 +9,21 @@ from typing import Any
 
 import pytest
 
-from exercises.assignment import Assignment, load_assignment
+from exercises.assignment import Assignment, Student, load_assignment
 from exercises.errors import QdotError
 from exercises.problem import Part
 from exercises.release import init_assignment, release
 from exercises.store import kept
 from exercises.writing.answer_code import answer_code
 from grader import parts as judging
-from grader.batch import alone, grade_class
+from grader.batch import WritePage, alone, grade_class
 from grader.certify import certificate_text
 from grader.demo import answered
 from grader.reports.feedback import feedback_page
 from grader.reports.tables import grades_csv, results_jsonl, status
-from grader.reports.write import write_reports
+from grader.reports.write import write_page, write_reports
 from grader.sandbox import Limits
+from grader.settle import Result
 from grader.submission import OTHER_EDITION, find_submissions
 
 pytestmark = pytest.mark.xdist_group("batch")  # the class is made once
@@ -184,6 +185,43 @@ def test_what_a_dead_worker_had_begun_is_gone_when_the_run_is_over(assignment: A
     assert not list(graded.rglob("*.tmp"))
     write_reports(assignment, results, each=lambda: a_worker_dies(page, grades))
     assert not list(graded.rglob("*.tmp"))
+
+
+@pytest.mark.parametrize("jobs", [0, 2])
+def test_who_marks_a_notebook_writes_its_page(assignment: Assignment, jobs: int) -> None:
+    """The pages are those of `write_reports`, which has nothing left to do; what was kept or fails is left to it."""
+    for student in ("s01", "s02", "s03"):
+        hand_in(assignment, f"{student}.ipynb", right(assignment, student))
+    (assignment.folder / "overrides.csv").write_text("student,part,points,comment\ns02,,1,by hand\n")
+    found = find_submissions(assignment, assignment.folder / "submitted").found
+
+    def again(write: WritePage) -> list[Result]:
+        return grade_class(assignment, found, jobs, Limits(), lambda _: None, write_page=write)
+
+    def pages() -> dict[str, tuple[str, int]]:
+        folder = assignment.folder / "graded" / "feedback"
+        return {page.name: (page.read_text(), page.stat().st_mtime_ns) for page in folder.glob("*")}
+
+    results = again(fails_on_the_third)
+    first = pages()
+    assert sorted(first) == sorted(f"{name}.html" for name in STUDENTS if name != "s03")
+    assert "by hand" in first["s02.html"][0]
+    again(write_page)  # all marks are kept: no page is tried
+    assert pages() == first
+    write_reports(assignment, results)
+    assert {name: page for name, page in pages().items() if name != "s03.html"} == first
+    assert len(pages()) == len(STUDENTS)
+    texts = {name: text for name, (text, _) in pages().items()}
+    for page in texts:
+        (assignment.folder / "graded" / "feedback" / page).unlink()
+    write_reports(assignment, results)
+    assert {name: text for name, (text, _) in pages().items()} == texts
+
+
+def fails_on_the_third(assignment: Assignment, student: Student, result: Result) -> None:
+    if student.id == "s03":
+        raise MemoryError
+    write_page(assignment, student, result)
 
 
 def test_two_graders_do_not_work_in_one_folder(assignment: Assignment) -> None:

@@ -201,4 +201,6 @@ def _shown(text: str) -> str:
 
 def split(text: str, mark: str) -> list[str]:
     """Return what stands between marks outside of all brackets and matrices."""
+    if mark not in text:  # hiding takes longer than all the rest
+        return [text.strip()]
     return [_shown(piece).strip() for piece in re.split(rf"(?:^| ){re.escape(mark)}(?: |$)", _hidden(text))]

@@ -59,8 +59,14 @@ def _same(assignment: Assignment) -> Assignment:
     return assignment
 
 
+def write_page(assignment: Assignment, student: Student, result: Result) -> None:
+    """Write a student's feedback page. Raises QdotError where it can't be written."""
+    page = _page(assignment.folder / "graded", student)
+    write_atomically(page, feedback_page(assignment, student, result), lasting=False)
+
+
 def _write(assignment: Assignment, about: tuple[Student, Result]) -> str:
-    write_atomically(_page(assignment.folder / "graded", about[0]), feedback_page(assignment, *about), lasting=False)
+    write_page(assignment, *about)
     return ""
 
 
