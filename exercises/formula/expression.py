@@ -37,19 +37,24 @@ _TOKEN = re.compile(
     r"|(?P<op>\*\*|==|\.\.\.|[-+*/^()\[\]{},:=&|])"
 )
 
+_DEEPER = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
+
 
 def _tokens(text: str) -> list[tuple[str, str, int]]:
-    found, at, depth = [], 0, 0
+    found: list[tuple[str, str, int]] = []
+    at, depth = 0, 0
     for match in _TOKEN.finditer(text):
         start, end = match.span()
         if start != at:
             break
-        if (kind := match.lastgroup) != "space":
-            said = match[0]
+        kind = match.lastgroup
+        if kind != "space":
+            said = text[at:end]
             found.append((str(kind), said, at))
-            depth += (said in "([{") - (said in ")]}")
-            if depth > MAX_DEPTH:  # found here, it costs no more than what stands before it
-                raise ReadError(f"brackets nest more than {MAX_DEPTH} deep {_where(text, at)}")
+            if said in _DEEPER:
+                depth += _DEEPER[said]
+                if depth > MAX_DEPTH:  # found here, it costs no more than what stands before it
+                    raise ReadError(f"brackets nest more than {MAX_DEPTH} deep {_where(text, at)}")
         at = end
     if at < len(text):
         raise ReadError(f"cannot read {text[at]!r} {_where(text, at)}")
@@ -157,42 +162,39 @@ class _Parser:
     def product(self) -> Node:
         node = self.power()
         while True:
-            if self.take("*"):
-                node = Node("*", (node, self.signed_power()))
-            elif self.take("/"):
-                node = Node("/", (node, self.signed_power()))
-            elif self.tokens[self.at][0] == self.tokens[self.at - 1][0] == "number":
+            kind, text, _ = self.tokens[self.at]
+            if text in ("*", "/"):
+                self.at += 1
+                node = Node(text, (node, self.signed_power()))
+            elif kind == "number" == self.tokens[self.at - 1][0]:
                 raise self.fail("two numbers stand side by side,")  # 1 000, 1.2.3: no product is meant
-            elif self.starts_factor():
+            elif kind == "number" or text == "(" or (kind == "name" and text not in ("in", "and", "or")):
                 node = Node("*", (node, self.power()))
             else:
                 return node
-
-    def starts_factor(self) -> bool:
-        kind, text, _ = self.tokens[self.at]
-        return kind == "number" or (kind == "name" and text not in ("in", "and", "or")) or text == "("
 
     def signed_power(self) -> Node:
         return Node("neg", (self.power(),)) if self.sign() else self.power()
 
     def power(self) -> Node:
-        base, exponents = self.primary(), []
+        base = self.primary()
+        if self.tokens[self.at][1] not in ("**", "^"):
+            return base
+        exponents = []
         while self.take("**", "^"):
             negative = self.sign()
             exponent = self.primary()
             exponents.append(Node("neg", (exponent,)) if negative else exponent)
             if len(exponents) > MAX_DEPTH:
                 raise self.fail(f"powers nest more than {MAX_DEPTH} deep")
-        if exponents:
-            tower = exponents.pop()
-            while exponents:  # -a^-b^c: the sign of an exponent covers what stands above it
-                below = exponents.pop()
-                if below.kind == "neg":
-                    tower = Node("neg", (Node("^", (below.args[0], tower)),))
-                else:
-                    tower = Node("^", (below, tower))
-            return Node("^", (base, tower))
-        return base
+        tower = exponents.pop()
+        while exponents:  # -a^-b^c: the sign of an exponent covers what stands above it
+            below = exponents.pop()
+            if below.kind == "neg":
+                tower = Node("neg", (Node("^", (below.args[0], tower)),))
+            else:
+                tower = Node("^", (below, tower))
+        return Node("^", (base, tower))
 
     def primary(self) -> Node:
         kind, text, _ = self.tokens[self.at]

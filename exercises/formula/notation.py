@@ -22,13 +22,15 @@ _LAST = 30
 _UNIT_AT_END = re.compile(rf"(?<=[\w)\]}}])(?:\s*\*\s*|\s+)({'|'.join(sorted(_UNITS, key=len, reverse=True))})$")
 
 _HABITS = (
-    (re.compile(r"\A(\s{0,9}\${0,2}) ?(?:\\?det ?[({]? ?J ?[)}]?|(?:\\left)?\|J(?:\\right)?\|) ?=(?!=)"), r"\1"),
-    (re.compile(r"(?<=[\w)\]}])\s?\[(?:m|rad|m/s|rad/s)\]\s*$"), ""),
-    (re.compile(r"(?<![\w.])(\d{1,9}(?:\.\d{1,12})?) ?deg(?:rees?)?\b"), r"(\1*pi/180)"),
-    (re.compile(r"(?:√ ?|(?<![A-Za-z_\\])sqrt)(\d{1,9}(?:\.\d{1,12})?)(?![\d.])"), r"sqrt(\1)"),
-    (re.compile(r"√ ?([^\W\d]\w{0,20})\b"), r"sqrt(\1)"),
+    ("=", re.compile(r"\A(\s{0,9}\${0,2}) ?(?:\\?det ?[({]? ?J ?[)}]?|(?:\\left)?\|J(?:\\right)?\|) ?=(?!=)"), r"\1"),
+    ("]", re.compile(r"(?<=[\w)\]}])\s?\[(?:m|rad|m/s|rad/s)\]\s*$"), ""),
+    ("deg", re.compile(r"(?<![\w.])(\d{1,9}(?:\.\d{1,12})?) ?deg(?:rees?)?\b"), r"(\1*pi/180)"),
+    ("√", re.compile(r"√ ?(\d{1,9}(?:\.\d{1,12})?)(?![\d.])"), r"sqrt(\1)"),
+    ("sqrt", re.compile(r"(?<![A-Za-z_\\])sqrt(\d{1,9}(?:\.\d{1,12})?)(?![\d.])"), r"sqrt(\1)"),
+    ("√", re.compile(r"√ ?([^\W\d]\w{0,20})\b"), r"sqrt(\1)"),
 )
-"""What stands before the result, a unit in brackets behind it, degrees inside it, roots by their sign."""
+"""What stands before the result, a unit in brackets behind it, degrees inside it, roots by their sign; each with what
+there must be in a text that has it, for the search takes longer."""
 
 
 def plain(text: str, known: AbstractSet[str]) -> str:
@@ -41,8 +43,8 @@ def plain(text: str, known: AbstractSet[str]) -> str:
     """
     if len(text) > _LONG:
         text = _SYMBOLS_IN_A_ROW.sub(lambda row: _counted(row.group(), known), text)
-    for pattern, meant in _HABITS:
-        text = pattern.sub(meant, text)
+    for mark, pattern, meant in _HABITS:
+        text = pattern.sub(meant, text) if mark in text else text
     latex = any(mark in text for mark in ("\\", "_{", "^{")) and len(text) <= _LONGEST_LATEX
     if text.isascii() and not (latex or text[-1:] in ".;\n$" or text[-1:].isalpha()):
         return _of_joints(text)

@@ -38,13 +38,16 @@ class Tape:
 def compile_tape(nodes: Sequence[Node]) -> Tape:
     """Return one tape for several scalar trees. Raises ReadError where a tree holds a list, set or equation."""
     steps: list[Step] = []
-    known: dict[Step, int] = {}
+    known: dict[Any, int] = {}
 
     def add(step: Step) -> int:
-        if step not in known:
-            known[step] = len(steps)
+        op, _, value = step
+        key = (op, value.numerator, value.denominator) if op == "number" else step  # a fraction is slow to be hashed
+        at = known.get(key)
+        if at is None:
+            at = known[key] = len(steps)
             steps.append(step)
-        return known[step]
+        return at
 
     outputs = []
     for node in nodes:

@@ -53,7 +53,7 @@ class _NotOurs(Exception):
     """The formula has something that is left to latex2mathml."""
 
 
-@lru_cache(maxsize=16384)
+@lru_cache(maxsize=2048)
 def direct(latex: str) -> Set | None:
     r"""Return what stands inside of a formula's element, and its width; None where it is left to latex2mathml.
 
@@ -79,7 +79,7 @@ def _tokens(kind: re.Pattern[str], latex: str) -> list[str | Set]:
     return [*found, ""]
 
 
-@lru_cache(maxsize=16384)
+@lru_cache(maxsize=2048)
 def _set(piece: str) -> Set:
     """Return a piece of a formula that is one thing, by its signs."""
     (made,), _ = _Reader(_tokens(_SIGNS, piece)).row(0, "")

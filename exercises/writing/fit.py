@@ -14,7 +14,7 @@ from exercises.writing.mathml import known, plain_mathml
 Rows = list[tuple[str, str]]
 
 
-@lru_cache(maxsize=16384)
+@lru_cache(maxsize=2048)
 def width(latex: str) -> float:
     r"""Return about how wide a formula is in em.
 

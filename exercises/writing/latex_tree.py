@@ -47,7 +47,7 @@ class Formula:
 EMPTY = Formula("row")
 
 
-@lru_cache(maxsize=8192)
+@lru_cache(maxsize=1024)
 def parsed(latex: str) -> Formula:
     r"""Return the tree of a formula. Raises UnknownLatex.
 

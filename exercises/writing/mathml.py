@@ -31,7 +31,7 @@ _FUNCTION = re.compile(rf"(?:{_BEFORE})(?=<mi>(?:arc)?(?:{'|'.join(_WORDS)})</mi
 """Places before a function's name, and between the name and an argument without brackets."""
 
 
-@lru_cache(maxsize=8192)
+@lru_cache(maxsize=512)
 def mathml(latex: str, block: bool = False, percent: int = 100) -> str:
     r"""Return a formula as a MathML element for a browser; `block` is for one that stands on lines of its own.
 

@@ -18,7 +18,7 @@ _WORDS = {
 }  # fmt: skip
 
 
-@lru_cache(maxsize=8192)
+@lru_cache(maxsize=1024)
 def spoken(latex: str) -> str:
     r"""Return a formula in words. Raises UnknownLatex.
 

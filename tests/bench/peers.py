@@ -4,6 +4,10 @@ The assignment is Examples 6.1 and 6.2, five answers on a planar arm of two join
 know no problem of one's own; their tests compare the answers at random points with NumPy, which is less than what qdot
 does. qdot and nbgrader are given 20 notebooks, and otter, which takes one after another, four. They run in an
 environment of their own, whose Python is the only argument.
+
+qdot's start-up, a few seconds for a class of any size, is most of what 20 notebooks take: what each notebook more takes
+is measured with 200 beside it, on one process, which is what the peers use, and on all cores, as `qdot grade` does by
+itself. The peers take as long for every notebook.
 """
 
 import json
@@ -22,10 +26,11 @@ from nbformat.v4 import new_code_cell
 from exercises.assignment import Assignment, Student, load_assignment
 from exercises.problem import Expression, Matrix, variable
 from exercises.release import init_assignment, release
+from exercises.store import kept
 from grader.certify import certificate_text
 from grader.demo import answered
 
-STUDENTS = [Student(f"s{number:02d}") for number in range(20)]
+FEW, MANY = 20, 200
 SLOT = """
 [[problem]]
 family = "planar-2r"
@@ -47,26 +52,39 @@ def same(mine, right):
 
 
 def main() -> int:
-    """Print the times, and the ratios to qdot's."""
+    """Print the times, and the ratios of the peers' to qdot's."""
     python = Path(sys.argv[1])
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        assignment = class_of_twenty(folder / "qdot")
-        own = timed([sys.executable, "-m", "grader.cli", "grade", str(folder / "qdot"), "--jobs", "1"], folder)
-        row("qdot grade, all reports written", own, own)
+        assignment = a_class(folder / "qdot", FEW)
+        a_class(folder / "many", MANY)
+        own = qdot(folder)
+        peers: dict[str, float] = {}
         for peer, work in (("nbgrader autograde", nbgrader), ("otter run, one after another", otter)):
             try:
-                row(peer, work(assignment, folder / peer.split()[0], python.absolute()), own)
+                peers[peer] = work(assignment, folder / peer.split()[0], python.absolute()) / FEW
             except (subprocess.SubprocessError, OSError, ValueError) as error:
                 said = str(getattr(error, "stderr", "") or error).strip()
                 sys.stdout.write(f"{peer}: not measured: {said[-500:]}\n")
-            sys.stdout.flush()
+        for peer, seconds in peers.items():
+            sys.stdout.write(f"{peer:<44} {seconds:8.3f} s a notebook\n")
+        for mine, seconds in own.items():
+            ratios = ", ".join(f"{peer.split()[0]} {found / seconds:.0f} x" for peer, found in peers.items())
+            sys.stdout.write(f"{mine:<44} {seconds:8.3f} s a notebook: {ratios}\n")
     return 0
 
 
-def row(name: str, seconds: float, own: float) -> None:
-    """Print one line."""
-    sys.stdout.write(f"{name:<40} {seconds / len(STUDENTS):8.3f} s a notebook {seconds / own:8.1f} x\n")
+def qdot(folder: Path) -> dict[str, float]:
+    """Return seconds for each notebook: of 20 with start-up, and of each more, on one process and on all cores."""
+    found = {}
+    for said, options in (("one process", ["--jobs", "1"]), (f"{os.cpu_count()} cores", [])):
+        times = []
+        for name in ("qdot", "many"):
+            shutil.rmtree(folder / name / "graded", ignore_errors=True)
+            times.append(timed([sys.executable, "-m", "grader.cli", "grade", str(folder / name), *options], folder))
+        found[f"qdot grade, {FEW} notebooks, {said}"] = times[0] / FEW
+        found[f"qdot grade, each notebook more, {said}"] = (times[1] - times[0]) / (MANY - FEW)
+    return found
 
 
 def timed(command: list[str], folder: Path) -> float:
@@ -86,18 +104,19 @@ def timed(command: list[str], folder: Path) -> float:
     return time.perf_counter() - start
 
 
-def class_of_twenty(folder: Path) -> Assignment:
-    """Make the class, and hand in the solutions."""
-    init_assignment(folder, "Bench", "bench", STUDENTS, "a secret that is long enough")
+def a_class(folder: Path, size: int) -> Assignment:
+    """Make a class, and hand in the solutions."""
+    students = [Student(f"s{number:02d}") for number in range(size)]
+    init_assignment(folder, "Bench", "bench", students, "a secret that is long enough")
     file = folder / "assignment.toml"
     file.write_text(file.read_text("utf-8").split("\n[[problem]]")[0] + SLOT, encoding="utf-8")
     assignment = load_assignment(folder)
     release(assignment, certificate_text, 2, lambda _: None)
-    for student in STUDENTS:
+    for student in students:
         target = folder / "submitted" / student.id / "bench.ipynb"
         target.parent.mkdir(parents=True)
         text = (folder / "released" / student.id / "bench.ipynb").read_text("utf-8")
-        target.write_text(answered(text, assignment.problems(student.id), lambda code, _: code), encoding="utf-8")
+        target.write_text(answered(text, kept(assignment, student.id).problems, lambda code, _: code), encoding="utf-8")
     return assignment
 
 
@@ -145,7 +164,7 @@ def nbgrader(assignment: Assignment, folder: Path, python: Path) -> float:
     for cell in handed_out.cells:
         if cell.metadata.get("nbgrader", {}).get("solution"):
             cell.source = solved[cell.id]
-    for student in STUDENTS:
+    for student in assignment.roster:
         path = folder / "submitted" / student.id / "bench" / "bench.ipynb"
         path.parent.mkdir(parents=True)
         nbformat.write(handed_out, path)
@@ -193,7 +212,7 @@ def otter(assignment: Assignment, folder: Path, python: Path) -> float:
         scores = json.loads((place / "results.json").read_text("utf-8"))["tests"]
         if any(each["score"] < each["max_score"] for each in scores if "max_score" in each):
             raise ValueError("right answers did not get full marks")
-    return total * len(STUDENTS) / OF_OTTER
+    return total * FEW / OF_OTTER
 
 
 if __name__ == "__main__":
