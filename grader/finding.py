@@ -93,7 +93,7 @@ class _Book:
         tree = parsed(without_magics(cell.source), LONGEST)
         if tree is None:  # by the look of it: why the cell stops is told when it is run
             return set(re.findall(r"(?m)^[ \t]*(\w+)\b[^\n=!<>]*=(?!=)", cell.source[:LONGEST]))
-        return set(_bound(tree))
+        return set(_bound(tree, cell.source))
 
     def setters(self, name: str) -> list[int]:
         """Return the cells that set a variable."""
@@ -204,7 +204,7 @@ class _Book:
             return False
         said = f"{_cells([index])} is a text cell, not code"
         tree = parsed(code, LONGEST)
-        self.sources[index], self.sets[index] = code, set(_bound(tree)) if tree else {name}
+        self.sources[index], self.sets[index] = code, set(_bound(tree, code)) if tree else {name}
         if name in self.sets[index]:
             self.notes.append(f"{said}; what it says was read for {name} as if it were code")
         elif not self._read_as(index, part, f"{said},"):
@@ -213,8 +213,9 @@ class _Book:
         return True
 
 
-def _bound(tree: ast.AST) -> Iterator[str]:
+def _bound(tree: ast.AST, source: str) -> Iterator[str]:
     """Yield the names that statements set, those inside of functions left out."""
+    with_walrus = ":=" in source
     left = [tree]  # a sum of a thousand terms is a thousand deep: no recursion
     while left:
         for node in ast.iter_child_nodes(left.pop()):
@@ -222,8 +223,12 @@ def _bound(tree: ast.AST) -> Iterator[str]:
                 yield node.id
             elif isinstance(node, (ast.FunctionDef, ast.ClassDef, ast.AsyncFunctionDef)):
                 yield node.name
-            elif not isinstance(node, ast.Lambda):
+            elif not isinstance(node, ast.Lambda) and (with_walrus or not isinstance(node, VALUES)):
                 left.append(node)
+
+
+VALUES = (ast.BinOp, ast.UnaryOp, ast.Call, ast.Constant, ast.Compare, ast.BoolOp, ast.Dict, ast.Set)
+"""Expressions in which nothing is set but by a walrus; answers are made of them."""
 
 
 def _shows(statement: ast.Expr) -> bool:

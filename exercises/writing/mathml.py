@@ -18,17 +18,16 @@ _BRACKETS = (
     f"border: solid currentColor; border-width: 0 1.5px; padding: 0.15em 0.2em; background: {_CORNERS}; "
     "background-repeat: no-repeat"
 )
-_MATRIX = re.compile(r"<mo>&#x0005B;</mo><mtable>((?:(?!<mtable).)*?)</mtable><mo>&#x0005D;</mo>")
+_MATRIX = re.compile(r"<mo>&#x0005B;</mo><mtable>((?:[^<]++|<(?!mtable))*?)</mtable><mo>&#x0005D;</mo>")
 _APART = r"\\[6pt]"
-_WORDS = "sin", "cos", "tan"
-_BEFORE = "|".join(f"(?<={end})" for end in ("</mn>", "</mi>", "</msub>", "&#x00029;</mo>"))
-_BEHIND = "|".join(f"(?<=<mi>{word}</mi>)" for word in _WORDS)
+_FUNCTION = re.compile(r"<mi>(arc|)(?:sin|cos|tan)</mi>")
+_BEFORE, _BEHIND = ("</mn>", "</mi>", "</msub>", "&#x00029;</mo>"), ("<mi>", "<msub>")
+"""What a function's name stands apart from: a factor before it, and its argument where that is in no brackets."""
+_THIN = '<mspace width="0.17em" />'
 _SIGN = re.compile(r"(<mo[^>]*>(?:&#x000(?:28|2C|3D|5B)|);</mo>)<mo>(&#x02212;|&#x0002B;)</mo>")
 """A sign behind a bracket, a comma or an equals sign, which belongs to the number behind it."""
 _DECIMAL = re.compile(r"(?<=<mn>)(\d+)</mn><mrow><mo>&#x0002C;</mo></mrow><mn>(?=\d+</mn>)")
 """A decimal comma, which LaTeX has in braces."""
-_FUNCTION = re.compile(rf"(?:{_BEFORE})(?=<mi>(?:arc)?(?:{'|'.join(_WORDS)})</mi>)|(?:{_BEHIND})(?=<m(?:i|sub)>)")
-"""Places before a function's name, and between the name and an argument without brackets."""
 
 
 @lru_cache(maxsize=512)
@@ -50,7 +49,17 @@ def mathml(latex: str, block: bool = False, percent: int = 100) -> str:
         shown = shown.replace("<math ", f'<math style="font-size: {percent}%" ', 1)
     shown = _DECIMAL.sub(r"\1,", shown).replace("<mi>;</mi>", "<mo>;</mo>")  # a semicolon parts what is beside it
     shown = _SIGN.sub(r'\1<mo form="prefix">\2</mo>', shown)
-    return _FUNCTION.sub('<mspace width="0.17em" />', shown)
+    return _with_functions_apart(shown)
+
+
+def _with_functions_apart(shown: str) -> str:
+    def apart(name: re.Match[str]) -> str:
+        start, end = name.span()
+        before = _THIN if shown.endswith(_BEFORE, 0, start) else ""
+        is_bare = not name[1] and shown.startswith(_BEHIND, end) and not _FUNCTION.match(shown, end)
+        return f"{before}{name[0]}{_THIN if is_bare else ''}"
+
+    return _FUNCTION.sub(apart, shown)
 
 
 def plain_mathml(latex: str, block: bool = False) -> str:

@@ -196,7 +196,7 @@ def warm_up() -> None:
 
 
 def _answers() -> list[Any]:
-    """Return answers on a planar arm of two joints, in the symbols that notebooks have: what is asked of one is kept."""
+    """Return answers on a planar arm of two joints, in the symbols of notebooks, for SymPy keeps what it finds out."""
     (theta1, theta2), (a1, a2), (vx, vy) = (sympy.symbols(names) for names in ("theta1:3", "a1:3", "vx vy"))
     one, both, part = theta1, theta1 + theta2, sympy.Rational(7, 25)
     (x1, y1), (x2, y2) = ((sympy.cos(angle), sympy.sin(angle)) for angle in (one, both))
