@@ -5,9 +5,8 @@ know no problem of one's own; their tests compare the answers at random points w
 does. qdot and nbgrader are given 20 notebooks, and otter, which takes one after another, four. They run in an
 environment of their own, whose Python is the only argument.
 
-qdot's start-up, a few seconds for a class of any size, is most of what 20 notebooks take: what each notebook more takes
-is measured with 200 beside it, on one process, which is what the peers use, and on all cores, as `qdot grade` does by
-itself. The peers take as long for every notebook.
+qdot's start-up, some seconds whatever the size, is most of what 20 notebooks take it: so it is given 200, too, on one
+process, which is what the peers use, and on all cores, as it does by itself. The peers take as long for every notebook.
 """
 
 import json
@@ -75,15 +74,13 @@ def main() -> int:
 
 
 def qdot(folder: Path) -> dict[str, float]:
-    """Return seconds for each notebook: of 20 with start-up, and of each more, on one process and on all cores."""
+    """Return seconds for each notebook of a class, start-up included."""
     found = {}
     for said, options in (("one process", ["--jobs", "1"]), (f"{os.cpu_count()} cores", [])):
-        times = []
-        for name in ("qdot", "many"):
+        for name, size in (("qdot", FEW), ("many", MANY)):
             shutil.rmtree(folder / name / "graded", ignore_errors=True)
-            times.append(timed([sys.executable, "-m", "grader.cli", "grade", str(folder / name), *options], folder))
-        found[f"qdot grade, {FEW} notebooks, {said}"] = times[0] / FEW
-        found[f"qdot grade, each notebook more, {said}"] = (times[1] - times[0]) / (MANY - FEW)
+            command = [sys.executable, "-m", "grader.cli", "grade", str(folder / name), *options]
+            found[f"qdot grade, {size} notebooks, {said}"] = timed(command, folder) / size
     return found
 
 
