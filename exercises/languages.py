@@ -6,7 +6,7 @@ in its language, by registered name or by the English phrase, in which braces st
 
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -54,15 +54,15 @@ class Catalogue:
         text = str(english)
         if re.fullmatch(r"-?\d+\.\d+", text):
             return text.replace(".", self.decimal)
-        return next((found for row in self._phrases if (found := self._by(row, text)) is not None), text)
+        return _first(self._phrases, text, self.phrase)
 
     def arm_title(self, name: str) -> str:
         """Return the heading for an arm that has this name for its own."""
-        return next((found for row, _ in self._arms if (found := self._taken(row, name)) is not None), name)
+        return _first((row for row, _ in self._arms), name)
 
     def arm_shown(self, name: str) -> str:
         """Return the words for such an arm as the object of a sentence, with an article."""
-        return next((found for _, row in self._arms if (found := self._taken(row, name)) is not None), name)
+        return _first((row for _, row in self._arms), name)
 
     def mistake_title(self, name: str) -> str:
         """Return the title of a mistake."""
@@ -78,19 +78,6 @@ class Catalogue:
         words = {key: self.phrase(word) for key, word in found.groupdict().items()}
         return f"{own.format(**words)} {self.see.format(where=where)}"
 
-    def _by(self, row: Row, text: str) -> str | None:
-        fits, own = row
-        found = fits.fullmatch(text)
-        return (
-            None if found is None else own.format(**{key: self.phrase(word) for key, word in found.groupdict().items()})
-        )
-
-    @staticmethod
-    def _taken(row: Row, text: str) -> str | None:
-        fits, own = row
-        found = fits.fullmatch(text)
-        return None if found is None else own.format(**found.groupdict())
-
     def with_decimals(self, text: str) -> str:
         """Return Markdown with the decimal sign of the language in its formulas; code and prose stay as they are.
 
@@ -105,6 +92,15 @@ class Catalogue:
         if formula is None or not _DECIMAL.search(formula):
             return piece[0]
         return _DECIMAL.sub(rf"\1{{{self.decimal}}}\2", re.sub(r"(?<!\\), (?!\\q)", "; ", formula))
+
+
+def _first(rows: Iterable[Row], text: str, inner: Callable[[str], str] = str) -> str:
+    """Return a text by the first row that fits, with `inner` of the words taken over; as it is where none fits."""
+    for fits, own in rows:
+        found = fits.fullmatch(text)
+        if found is not None:
+            return own.format(**{key: inner(word) for key, word in found.groupdict().items()})
+    return text
 
 
 _DECIMAL = re.compile(r"(\d)\.(\d)")
