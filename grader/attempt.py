@@ -137,13 +137,21 @@ def grade_attempt(
 
 def _run(sandbox: Sandbox, cells: Sequence[str], names: Sequence[str], asked: Mapping[str, Mapping[str, Any]]) -> Run:
     """Run a notebook. Where the process that runs it is lost, the notebook must have done it twice to answer for it."""
-    for _ in range(2):
+    run, lost = Run(end="unbegun"), 0
+    for _ in range(TRIES):
         run = sandbox.run(cells, names, asked)
-        if run.end != "lost":
+        if run.end not in ("lost", "unbegun"):
             return run
-    if sandbox.run((), ()).end != "done":  # no memory, no disk: no notebook's doing
+        lost += run.end == "lost"
+        if lost == 2:
+            break
+    if lost < 2 or sandbox.run((), ()).end != "done":  # no memory, no disk: no notebook's doing
         raise RuntimeError("the process that runs notebooks ends by itself; is there memory, and room on the disk?")
     return run
+
+
+TRIES = 5
+"""How often a notebook is begun on a machine that ends its process before it has."""
 
 
 def _marked(

@@ -215,7 +215,7 @@ class _Book:
 
 def _bound(tree: ast.AST, source: str) -> Iterator[str]:
     """Yield the names that statements set, those inside of functions left out."""
-    with_walrus = ":=" in source
+    looked_into = ":=" in source or "for" in source
     left = [tree]  # a sum of a thousand terms is a thousand deep: no recursion
     while left:
         for node in ast.iter_child_nodes(left.pop()):
@@ -223,12 +223,12 @@ def _bound(tree: ast.AST, source: str) -> Iterator[str]:
                 yield node.id
             elif isinstance(node, (ast.FunctionDef, ast.ClassDef, ast.AsyncFunctionDef)):
                 yield node.name
-            elif not isinstance(node, ast.Lambda) and (with_walrus or not isinstance(node, VALUES)):
+            elif not isinstance(node, ast.Lambda) and (looked_into or not isinstance(node, VALUES)):
                 left.append(node)
 
 
 VALUES = (ast.BinOp, ast.UnaryOp, ast.Call, ast.Constant, ast.Compare, ast.BoolOp, ast.Dict, ast.Set)
-"""Expressions in which nothing is set but by a walrus; answers are made of them."""
+"""Expressions in which nothing is set but by a walrus or in a comprehension; answers are made of them."""
 
 
 def _shows(statement: ast.Expr) -> bool:

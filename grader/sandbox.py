@@ -64,6 +64,7 @@ class Run:
             "closed": "the notebook ended its own process; cells after that were not run",
             "killed": "the notebook was stopped by the machine (time or memory); cells after that were not run",
             "lost": "the notebook killed the process that runs it; cells after that were not run",
+            "unbegun": "the machine ended the process that was to run the notebook; nothing was run",
         }
         return said.get(self.end, "")
 
@@ -79,6 +80,10 @@ NEEDED, ONE_OF = {"seccomp", "limits", "privileges"}, {"namespaces", "landlock"}
 
 class _Lost(Exception):
     """The process that forks is gone."""
+
+
+class _Unbegun(_Lost):
+    """A notebook's own process was gone, or did not answer, before it had read anything of the notebook."""
 
 
 class Sandbox:
@@ -105,6 +110,7 @@ class Sandbox:
         self._control: socket.socket | None = None
         self._folder: OwnFolder | None = None
         self._last: _Lines | None = None
+        self._unheard = b""
 
     def __enter__(self) -> "Sandbox":
         return self
@@ -116,9 +122,8 @@ class Sandbox:
 
     def close(self) -> None:
         """End the process and all that is in it."""
-        if self._last is not None:
-            self._last.close()
-            self._last = None
+        self._unheard = b""
+        self._forget_last()
         if self._control is not None:
             self._control.close()  # upon which it ends what runs, and itself
             self._control = None
@@ -161,7 +166,11 @@ class Sandbox:
         return run
 
     def exchange(self, request: dict[str, Any], take: Callable[[dict[str, Any]], None]) -> str:
-        """Have a child do what is requested, pass each line of its report to `take`, and return how it ended."""
+        """Have a child do what is requested, pass each line of its report to `take`, and return how it ended.
+
+        "lost": the process that forks was ended, as a notebook could do it; "unbegun": nothing was run, which is no
+        notebook's doing.
+        """
         self._tidied_up()
         self._start()
         assert self._control is not None
@@ -177,10 +186,10 @@ class Sandbox:
             if end == "done":  # what it leaves is tidied up while its answers are marked
                 return end
             died_of = self._end_of_last()
-        except (_Lost, OSError):
+        except (_Lost, OSError) as error:
             self.close()
-            return "lost"
-        except QdotError:
+            return "unbegun" if isinstance(error, _Unbegun) else "lost"
+        except BaseException:
             self.close()
             raise
         if died_of and end in ("closed", "overtime"):  # others of its processes may hold the pipe open
@@ -206,9 +215,13 @@ class Sandbox:
         assert self._last is not None
         died_of = int(self._heard().get("signal", 0))
         self._left_running = not self._last.are_at_an_end(within=1.0)
-        self._last.close()
-        self._last = None
+        self._forget_last()
         return died_of
+
+    def _forget_last(self) -> None:
+        last, self._last = self._last, None
+        if last is not None:
+            last.close()
 
     def _pipes(self) -> list[int]:
         """Return the two pipes of the child that is ready: into it, and out of it. Raises _Lost."""
@@ -217,18 +230,23 @@ class Sandbox:
         for descriptor in pipes:
             os.set_inheritable(descriptor, False)
         if len(pipes) != 2:
+            for descriptor in pipes:
+                os.close(descriptor)
             raise _Lost
         return pipes
 
     def _heard(self) -> dict[str, Any]:
-        """Return what the process that forks says next; it is none of a notebook's words. Raises _Lost."""
+        """Return what the process that forks says next; it is none of a notebook's words. Raises _Lost.
+
+        It may have said more by then: that it failed to make the process for the next notebook.
+        """
         assert self._control is not None
-        said = b""
-        while not said.endswith(b"\n"):
+        while b"\n" not in self._unheard:
             more = self._control.recv(1 << 16)  # times out with OSError
             if not more:
                 raise _Lost
-            said += more
+            self._unheard += more
+        said, _, self._unheard = self._unheard.partition(b"\n")
         heard: dict[str, Any] = json.loads(said)
         return heard
 
@@ -311,20 +329,17 @@ class _Lines:
 def _converse(request: dict[str, Any], lines: _Lines, receipts: int, take: Callable[[dict[str, Any]], None]) -> str:
     """Give a child its request once it is contained, and take its report; return how that ended.
 
-    Raises _Lost where the child dies before it has read it, which is no notebook's doing, and QdotError where it is not
-    contained as it was when the process started; it has been told nothing then.
+    Raises _Unbegun where the child dies before it has read it, which is no notebook's doing, and QdotError where it is
+    not contained as it was when the process started; it has been told nothing then.
     """
     first = lines.next()
     if isinstance(first, str):
-        raise _Lost
+        raise _Unbegun
     if not first.get("confined"):
         raise QdotError(f"a notebook could not be contained, and was not run: {first.get('unprotected')}")
     _write_all(receipts, (json.dumps(request) + "\n").encode())
-    begins = lines.next()
-    if isinstance(begins, str):
-        if begins == "closed":
-            raise _Lost
-        return begins
+    if isinstance(lines.next(), str):  # it says that it begins
+        raise _Unbegun
     os.set_blocking(receipts, False)
     while not isinstance(line := lines.next(), str):
         if line.get("done") is True:

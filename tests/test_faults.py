@@ -330,7 +330,15 @@ class LosingSandbox(Sandbox):
         return Run(end=next(self.ends))
 
 
-@pytest.mark.parametrize(("ends", "said"), [(("lost", "done"), ""), (("lost", "lost", "done"), "the notebook killed")])
+@pytest.mark.parametrize(
+    ("ends", "said"),
+    [
+        (("lost", "done"), ""),
+        (("lost", "lost", "done"), "the notebook killed"),
+        (("unbegun", "unbegun", "unbegun", "done"), ""),
+        (("unbegun", "lost", "unbegun", "lost", "done"), "the notebook killed"),
+    ],
+)
 def test_a_notebook_answers_for_its_process_only_if_it_is_lost_twice(
     handed_in: Path, ends: tuple[str, ...], said: str
 ) -> None:
@@ -340,8 +348,9 @@ def test_a_notebook_answers_for_its_process_only_if_it_is_lost_twice(
     assert is_graded(marked)
     assert "".join(marked["notes"]).startswith(said)
     assert bool(marked["notes"]) == bool(said)
-    with pytest.raises(RuntimeError, match="the process that runs notebooks ends by itself"):
-        grade_attempt(assignment, "s00", attempt, LosingSandbox("lost", "lost", "lost"), Copies(assignment))
+    for always in ("lost", "unbegun"):
+        with pytest.raises(RuntimeError, match="the process that runs notebooks ends by itself"):
+            grade_attempt(assignment, "s00", attempt, LosingSandbox(*[always] * 9), Copies(assignment))
 
 
 # --- disks ---

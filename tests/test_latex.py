@@ -1,5 +1,6 @@
 """Formulas as the textbook prints them: its own lines first, then what must hold for every family's answers."""
 
+import html
 import re
 
 import pytest
@@ -99,6 +100,19 @@ def test_no_product_reads_as_the_argument_of_a_cosine() -> None:
     spaced = mathml(r"(d_{2} + 0.5) \cos \varphi_{1}")
     assert re.search(r"</mo><mspace[^>]*><mi>cos</mi><mspace[^>]*><msub>", spaced)
     assert unicode_math(r"(d_{2} + 0.5) \cos \varphi_{1}\, \dot{d}_{2}") == "(d₂ + 0.5) cos φ₁ d\u0307₂"
+
+
+@pytest.mark.parametrize(
+    ("latex", "shown"),
+    [
+        (r"2 \sin x", "2 sin x"), (r"2 \arcsin x", "2 arcsinx"), (r"a_{1} \cos \theta_{2}", "a1 cos θ2"),
+        (r"\sin \cos x", "sin cos x"), (r"\sin (x)", "sin(x)"), (r"(x) \tan (y)", "(x) tan(y)"),
+        (r"- \sin x", "−sin x"), (r"\sin 2", "sin2"),
+    ],
+)  # fmt: skip
+def test_a_function_stands_apart_from_a_factor_before_it_and_from_a_bare_name_behind_it(latex: str, shown: str) -> None:
+    spaced = re.sub(r"<mspace[^>]*>", " ", mathml(latex))
+    assert html.unescape(re.sub(r"<[^>]*>", "", spaced)) == shown
 
 
 def test_different_angles_have_different_names() -> None:

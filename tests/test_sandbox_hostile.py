@@ -8,6 +8,7 @@ kernel then still guarantees, by the probe, must hold.
 import contextlib
 import functools
 import os
+import resource
 import signal
 import socket
 import sys
@@ -287,8 +288,21 @@ def test_a_process_that_dies_while_it_waits_for_a_notebook_costs_nobody_an_answe
         assert sandbox.run([], []).end == "done"
         os.kill(max(idle_of(sandbox)), signal.SIGKILL)
         first, second = (sandbox.run(HONEST, ["h"]) for _ in range(2))
-        assert (first.end, first.answers) == ("lost", {})
+        assert (first.end, first.answers) == ("unbegun", {})
         assert (second.end, second.answers) == ("done", {"h": "2*sin(x)*cos(x)"})
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux lets one process set another's limits")
+def test_a_process_that_can_not_be_made_ahead_costs_nobody_an_answer() -> None:
+    with Sandbox(Limits(seconds=10, cell_seconds=8)) as sandbox:
+        assert sandbox.run([], []).end == "done"
+        forking, *_ = sorted(idle_of(sandbox) - {sandbox._process.pid if sandbox._process else 0})
+        resource.prlimit(forking, resource.RLIMIT_NOFILE, (4, 4))  # from now on it gets no pipes
+        assert sandbox.run(HONEST, ["h"]).answers == {"h": "2*sin(x)*cos(x)"}
+        time.sleep(0.5)
+        runs = [sandbox.run(HONEST, ["h"]) for _ in range(2)]
+        assert [run.end for run in runs] in (["lost", "done"], ["done", "done"])
+        assert runs[-1].answers == {"h": "2*sin(x)*cos(x)"}
 
 
 def memory_of(pid: int) -> bytes:

@@ -191,20 +191,20 @@ def warm_up() -> None:
     for form in (sympy.expand_trig, sympy.factor, sympy.trigsimp, sympy.simplify):
         form(sympy.sin(x) ** 2 + sympy.cos(x) ** 2 + y * sympy.cos(x + y))
     sympy.solve(sympy.sin(x) * y, x)
-    for answer in _answers():
-        text_of(answer)
+    for form in _forms():
+        text_of(form)
 
 
-def _answers() -> list[Any]:
-    """Return answers on a planar arm of two joints, in the symbols of notebooks, for SymPy keeps what it finds out."""
+def _forms() -> list[Any]:
+    """Return what answers are made of, in the symbols of notebooks, for SymPy keeps what it finds out; none is one."""
     (theta1, theta2), (a1, a2), (vx, vy) = (sympy.symbols(names) for names in ("theta1:3", "a1:3", "vx vy"))
     one, both, part = theta1, theta1 + theta2, sympy.Rational(7, 25)
     (x1, y1), (x2, y2) = ((sympy.cos(angle), sympy.sin(angle)) for angle in (one, both))
-    determinant = a1 * (part * sympy.sin(theta2) - sympy.cos(theta2) / 10)
+    below = a1 * (part * sympy.sin(theta1) - sympy.cos(theta2) / 10)
     return [
-        sympy.Matrix([a1 * x1 + part * x2 - y2 / 10, a1 * y1 + part * y2 + x2 / 10]),
-        sympy.Matrix([[-a1 * y1 - part * y2, -a2 * y2], [a1 * x1 + a2 * x2, part * x2]]),
-        determinant,
-        sympy.Matrix([(vx * (part * y2 - x2) + vy * a2 * y2) / determinant, -vx * (a1 * y1 - x2 / 10) / determinant]),
-        [sympy.Eq(theta2, sympy.atan(sympy.Rational(5, 14))), sympy.Eq(theta2, -sympy.pi + sympy.acos(part))],
+        sympy.Matrix([a1 * x2 + part * y1 - y2 / 10, a1 * x1 + part * x2 + y1 / 10]),
+        sympy.Matrix([[-a1 * x1 - part * y2, -a2 * x2], [a1 * y2 + a2 * x1, part * y1]]),
+        below,
+        sympy.Matrix([(vx * (part * x2 - x1) + vy * a2 * y2) / below, -vx * (a1 * x2 - y1 / 10) / below]),
+        [sympy.Eq(theta2, sympy.atan(sympy.Rational(5, 14))), sympy.Eq(theta1, -sympy.pi + sympy.acos(part))],
     ]

@@ -17,6 +17,7 @@ import socket
 import sys
 import tempfile
 import time
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
@@ -168,17 +169,22 @@ class _Child(NamedTuple):
 def _serve(control: socket.socket, measures: Measures, parent: str, namespace: int | None) -> None:
     while True:
         child = _forked(measures, parent, namespace)
-        wanted = control.recv(1)  # nothing where the grader has ended
-        if wanted:
-            socket.send_fds(control, [b"p"], child.pipes)
-        for descriptor in child.pipes:
-            os.close(descriptor)
-        said = wanted and control.recv(1)
+        said = b""  # as where the grader has ended
+        with contextlib.suppress(ConnectionError):  # so it ends where something that it was told was left unread
+            if control.recv(1):
+                socket.send_fds(control, [b"p"], child.pipes)
+                _close(child.pipes)
+                said = control.recv(1)
         how = _end(child.pid, patience=0.2 if said == b"c" else 0.0)
         _remove(measures, child.folder)
         if not said:
             return
         _answer(control, {"signal": how})
+
+
+def _close(descriptors: Iterable[int]) -> None:
+    for descriptor in descriptors:
+        os.close(descriptor)
 
 
 def _forked(measures: Measures, parent: str, namespace: int | None) -> _Child:
@@ -193,8 +199,7 @@ def _forked(measures: Measures, parent: str, namespace: int | None) -> _Child:
     pid = os.fork()
     if pid == 0:
         _be_child(measures, folder, own, inbox, outbox)
-    os.close(inbox)
-    os.close(outbox)
+    _close((inbox, outbox))
     return _Child(pid, folder, (to_child, from_child))
 
 
