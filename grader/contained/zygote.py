@@ -275,20 +275,23 @@ def _end(pid: int, patience: float) -> int:
 
     One that closed its pipe is given some time to be seen dead, so that it is known what it died of.
     """
-    seen = None
+    status = None
     deadline = time.monotonic() + patience
-    while seen is None:
-        seen = os.waitid(os.P_PID, pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
-        if time.monotonic() >= deadline:
+    while True:
+        found, told = os.waitpid(pid, os.WNOHANG)  # waitid, which would leave it there, came to macOS with Python 3.13
+        if found:
+            status = told
+        if found or time.monotonic() >= deadline:
             break
-        if seen is None:
-            time.sleep(0.001)
-    for kill in (os.killpg, os.kill):
+        time.sleep(0.001)
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.killpg(pid, signal.SIGKILL)
+    if status is None:
         with contextlib.suppress(ProcessLookupError, PermissionError):
-            kill(pid, signal.SIGKILL)
-    os.waitpid(pid, 0)
+            os.kill(pid, signal.SIGKILL)
+        os.waitpid(pid, 0)
     _kill_orphans()
-    return seen.si_status if seen is not None and seen.si_code in (os.CLD_KILLED, os.CLD_DUMPED) else 0
+    return os.WTERMSIG(status) if status is not None and os.WIFSIGNALED(status) else 0
 
 
 def _kill_orphans() -> None:
