@@ -195,14 +195,13 @@ Entry = tuple[Attempt | None, bool]
 
 def _grade(desk: _Desk, task: Task) -> list[Graded]:
     """Return everything that a student handed in, in the order in which it was received; what counts is marked."""
-    entries = _entries(desk.assignment, task)
-    marks = [desk.shelf.taken(task.student, one) if counts else None for one, counts in entries]
-    is_new = [counts and marked is None for marked, (_, counts) in zip(marks, entries, strict=True)]
-    handed_in = [
-        _graded(one, _marked(desk, task.student, one) if new else marked)
-        for (one, _), marked, new in zip(entries, marks, is_new, strict=True)
-    ]
-    if any(is_new):  # a mark that was kept may be that of a process which its page has ended
+    handed_in, is_new = [], False
+    for one, counts in _entries(desk.assignment, task):
+        marked = desk.shelf.taken(task.student, one) if counts else None
+        if counts and marked is None:
+            marked, is_new = _marked(desk, task.student, one), True
+        handed_in.append(_graded(one, marked))
+    if is_new:  # a mark that was kept may be that of a process which its page has ended
         desk.write_page(task.student, handed_in)
     return handed_in
 

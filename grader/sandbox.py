@@ -175,7 +175,6 @@ class Sandbox:
         self._start()
         assert self._control is not None
         try:
-            self._control.sendall(b"r")
             receipts, report = self._pipes()
             lines = self._last = _Lines(report, time.monotonic() + self.limits.seconds)
             try:
@@ -224,15 +223,19 @@ class Sandbox:
             last.close()
 
     def _pipes(self) -> list[int]:
-        """Return the two pipes of the child that is ready: into it, and out of it. Raises _Lost."""
+        """Return the two pipes of the child that is ready: into it, and out of it. Raises _Unbegun."""
         assert self._control is not None
-        _, pipes, *_ = socket.recv_fds(self._control, 1, 2)  # times out with OSError
+        try:
+            self._control.sendall(b"r")
+            _, pipes, *_ = socket.recv_fds(self._control, 1, 2)
+        except OSError:  # also where it takes too long
+            raise _Unbegun from None
         for descriptor in pipes:
             os.set_inheritable(descriptor, False)
         if len(pipes) != 2:
             for descriptor in pipes:
                 os.close(descriptor)
-            raise _Lost
+            raise _Unbegun
         return pipes
 
     def _heard(self) -> dict[str, Any]:
