@@ -82,16 +82,16 @@ docs: $(VENV)/.dev  ## write the pages of docs/ that are made from the code
 	$(PY) -m grader.docs
 
 pairs: $(VENV)/.dev  ## 100,000 right and wrong answers made from all families' formulas, and the verdicts on them
-	$(PY) -m tests.pairs
+	$(PY) -m tests.tools.pairs
 
 fuzz: $(VENV)/.dev  ## texts that nobody would write, to the reader and the judgement, guided by coverage (needs atheris)
-	$(PY) -m tests.fuzz
+	$(PY) -m tests.tools.fuzz
 
 diagnoses: $(VENV)/.dev  ## every mistake made on every family and question, and what the diagnosis says (an hour)
-	$(PY) -m tests.diagnoses
+	$(PY) -m tests.tools.diagnoses
 
 mutants: $(VENV)/.dev  ## mistakes put into the modules that compare answers, and those that no test notices
-	$(PY) -m tests.mutants
+	$(PY) -m tests.tools.mutants
 
 bench: $(VENV)/.dev  ## the benchmarks of tests/bench (an hour, or minutes with SIZES="30 100")
 	$(PY) -m tests.bench

@@ -7,19 +7,19 @@ import json
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import pytest
 import sympy as sp
 from hypothesis import HealthCheck, settings
-from support import drawn as drawn_once
-from support import several
 
 from exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
 from exercises.families import FAMILIES
 from exercises.problem import Problem
 from grader.sandbox import Limits, Sandbox
+from tests.support import DATA
+from tests.support.problems import drawn as drawn_once
+from tests.support.problems import several
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 """The arms of the chapter, of which more are tried than of the others."""
@@ -60,7 +60,7 @@ def _textbook_arm(record: dict[str, Any]) -> TextbookArm:
 @pytest.fixture(scope="session")
 def textbook_arms() -> dict[str, TextbookArm]:
     """The arms of ground_truth.json by name."""
-    records = json.loads((Path(__file__).parent / "data" / "ground_truth.json").read_text(encoding="utf-8"))
+    records = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
     return {record["name"]: _textbook_arm(record) for record in records}
 
 

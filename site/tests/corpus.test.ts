@@ -1,4 +1,4 @@
-// The same verdicts as the Python grader's on the checked answers of corpus.jsonl (made by `python -m tests.site_corpus`).
+// The same verdicts as the Python grader's on the checked answers of corpus.jsonl (made by `python -m tests.tools.site_corpus`).
 import { describe, expect, test } from "vitest";
 
 import type { ValuesKey } from "../src/bank.js";

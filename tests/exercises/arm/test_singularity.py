@@ -1,0 +1,225 @@
+"""Singular sets: those of the textbook arms, sound and complete, and the solutions of single conditions."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from exercises.arm.chain import TASK_ROWS, Chain, Joint
+from exercises.arm.classification import domain_of
+from exercises.arm.derivation import derive
+from exercises.arm.kinematics import NumericChain
+from exercises.arm.singularity import Component, _common_zeros, singular_set, solve_condition
+from exercises.arm.trigonometry import factored
+from exercises.formula.conditions import Space, compare_sets
+from exercises.formula.expression import read
+from exercises.formula.pieces import Piece, pieces
+from exercises.formula.trees import Node
+from exercises.stream import Stream
+from exercises.verify.singular import singular_configurations
+from tests.support import DATA
+
+RECORDS = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
+PLAIN = [record["name"] for record in RECORDS if all(row[0] in "vw" and len(row) == 2 for row in record["task_rows"])]
+PI = sp.pi
+T1, T2, T3 = sp.symbols("theta1 theta2 theta3")
+A1, A2, A3 = sp.symbols("a1 a2 a3")
+R = sp.Rational
+
+
+def claimed(components: Sequence[Component], joints: list[str]) -> list[Piece]:
+    return [piece for part in components for text in part.pieces() for piece in pieces(read(text), joints)]
+
+
+def stated(record: Mapping[str, Any], joints: list[str]) -> list[Piece]:
+    together = [Node("and", tuple(read(text) for text in part["conditions"])) for part in record["singular_set"]]
+    return [piece for node in together for piece in pieces(node, joints)]
+
+
+@pytest.mark.parametrize("name", PLAIN)
+def test_textbook_singular_sets(name: str, textbook_arms: Mapping[str, Any]) -> None:
+    arm = textbook_arms[name]
+    joints = [q.name for q in arm.chain.q]
+    found = singular_set(arm.chain)
+    assert found is not None
+    space = Space(joints, domain_of(arm.chain))
+    compared = compare_sets(claimed(found, joints), stated(arm.record, joints), space, name)
+    assert compared.equal
+    assert all(compared.covered)
+    assert all(compared.sound)
+
+
+@pytest.mark.parametrize("name", [name for name in PLAIN if name != "cartesian_PPP"])
+def test_every_singular_configuration_found_by_search_is_in_the_set(
+    name: str, textbook_arms: Mapping[str, Any]
+) -> None:
+    chain = textbook_arms[name].chain
+    joints = [q.name for q in chain.q]
+    stream = Stream(name)
+    lengths = {symbol.name: stream.uniform(0.3, 1.0) for symbol in chain.parameters}
+    starts = np.array([[stream.uniform(-3, 3) for _ in joints] for _ in range(12)])
+    q = singular_configurations(NumericChain(chain, lengths), starts, [TASK_ROWS.index(row) for row in chain.task])
+    assert len(q)
+    space = Space(joints, domain_of(chain, lengths))
+    values = {**dict(zip(joints, q.T, strict=True)), **{k: np.full(len(q), v) for k, v in lengths.items()}}
+    found = singular_set(chain)
+    assert found is not None
+    assert space.contains(claimed(found, joints), values, len(q)).all()
+
+
+def test_the_books_singular_set_of_the_scorbot_is_not_ours(textbook_arms: Mapping[str, Any]) -> None:
+    """Printed: s2 = 0 and s3 = 0; right: s3 = 0 or the shoulder."""
+    chain = textbook_arms["elbow_RRR_shoulder_offset_(Scorbot_point_P)"].chain
+    joints = [q.name for q in chain.q]
+    ours = claimed(singular_set(chain) or (), joints)
+    for printed in ("And(Eq(sin(theta2), 0), Eq(sin(theta3), 0))", "sin(theta3) = 0", "[s2 = 0, s3 = 0]"):
+        assert not compare_sets(pieces(read(printed), joints), ours, Space(joints, domain_of(chain)), "book").equal
+
+
+def elbow(a1: sp.Expr, a2: sp.Expr, a3: sp.Expr) -> Chain:
+    joints = (
+        Joint("R", T1, sp.Symbol("d1"), a1, -PI / 2),
+        Joint("R", T2, 0, a2, 0),
+        Joint("R", T3, 0, a3, 0),
+    )
+    return Chain("elbow", joints, ("vx", "vy", "vz"))
+
+
+def test_a_shoulder_that_the_numbers_rule_out_is_no_component() -> None:
+    assert len(singular_set(elbow(R(1, 10), R(1, 2), R(2, 5))) or ()) == 2
+    assert len(singular_set(elbow(R(2), R(1, 2), R(2, 5))) or ()) == 1
+
+
+def test_a_shoulder_that_the_arm_just_touches_adds_nothing() -> None:
+    """a1 = a2 + a3: the point is above the shoulder in one configuration, and there it is stretched out."""
+    tenths = [sp.Rational(n, 10) for n in (8, 5, 3)]
+    joints = [
+        Joint("R", sp.Symbol(f"theta{i + 1}"), sp.S.Zero, a, alpha)
+        for i, (a, alpha) in enumerate(zip(tenths, (sp.pi / 2, sp.S.Zero, sp.S.Zero), strict=True))
+    ]
+    elbow_, *others = singular_set(Chain("touching", tuple(joints), ("vx", "vy", "vz"))) or ()
+    assert elbow_.pieces() == ["theta3 = 0", "theta3 = pi"]
+    assert not others
+
+
+def test_the_task_decides_what_is_singular() -> None:
+    flat = Chain("2R", (Joint("R", T1, 0, A1, 0), Joint("R", T2, 0, A2, 0)), ("vx", "vy"))
+    assert [part.pieces() for part in singular_set(flat) or ()] == [["theta2 = 0", "theta2 = pi"]]
+    assert singular_set(flat.with_task("vx", "vy", "vz", "wx", "wy", "wz")) == ()
+    assert singular_set(flat.with_task("vx", "vz")) is None
+
+
+def test_what_follows_from_other_conditions_is_not_said() -> None:
+    """Two slides and three parallel axes: with s2 = 0 the long condition is that a4 c4 + a5 c45 = 0 once more."""
+    q = [sp.Symbol(name) for name in ("d1", "theta2", "d3", "theta4", "theta5")]
+    a2, a4, a5 = sp.symbols("a2 a4 a5")
+    zero, quarter = sp.S.Zero, PI / 2
+    rows = [("P", zero, q[0], sp.S.One, -quarter), ("R", q[1], zero, a2, zero), ("P", quarter, q[2], zero, quarter),
+            ("R", q[3], zero, a4, zero), ("R", q[4], zero, a5, zero)]  # fmt: skip
+    joints = tuple(Joint(kind, t, d, a, alpha) for kind, t, d, a, alpha in rows)
+    found = [component.conditions for component in singular_set(Chain("PRPRR", joints, ("vx", "vy", "vz"))) or ()]
+    assert sorted(map(len, found)) == [2, 3]
+    assert not any(set(one) < set(other) for one in found for other in found)
+
+
+def test_offsets_move_the_solutions() -> None:
+    joints = (Joint("R", T1, 0, A1, 0), Joint("R", T2 + PI / 3, 0, A2, 0))
+    (component,) = singular_set(Chain("2R", joints, ("vx", "vy"))) or ()
+    assert set(component.pieces()) == {"theta2 = -pi/3", "theta2 = 2*pi/3"}
+
+
+@pytest.mark.parametrize(
+    ("condition", "values"),
+    [
+        (sp.sin(T2), {0.0, np.pi}),
+        (sp.cos(T2), {np.pi / 2, -np.pi / 2}),
+        (sp.sin(T2 + PI / 4), {-np.pi / 4, 3 * np.pi / 4}),
+        (3 * sp.sin(T2) + 4 * sp.cos(T2), {-np.arctan(4 / 3), np.pi - np.arctan(4 / 3)}),
+        (1 + 2 * sp.cos(T2), {2 * np.pi / 3, -2 * np.pi / 3}),
+        (1 + 2 * sp.sin(T2), {-np.pi / 6, -5 * np.pi / 6}),
+        (2 + sp.cos(T2), set()),
+        (3 + sp.cos(T2) + sp.sin(T2), set()),
+    ],
+)
+def test_a_condition_on_one_angle_is_solved(condition: sp.Expr, values: set[float]) -> None:
+    chain = Chain("2R", (Joint("R", T1, 0, A1, 0), Joint("R", T2, 0, A2, 0)), ("vx", "vy"))
+    solved = solve_condition(condition, chain)
+    assert solved is not None
+    assert solved[0] == T2
+    assert sorted(float(value) for value in solved[1]) == pytest.approx(sorted(values))
+
+
+def test_every_solution_of_a_wave_solves_it() -> None:
+    chain = Chain("2R", (Joint("R", T1, 0, A1, 0), Joint("R", T2, 0, A2, 0)), ("vx", "vy"))
+    for a, b, c in [(1, 2, 3), (-1, 2, -3), (0, 1, -5), (2, 0, -3), (-1, -4, 0), (0, -1, 2)]:
+        wave = a + b * sp.cos(T2 + PI / 7) + c * sp.sin(T2 + PI / 7)
+        solved = solve_condition(wave, chain)
+        assert solved is not None
+        assert len(solved[1]) == 2
+        for value in solved[1]:
+            assert abs(float(wave.subs(T2, value))) < 1e-12
+            assert -np.pi - 1e-12 < float(value) <= np.pi + 1e-12
+
+
+def test_a_condition_on_several_joints_stays_a_condition() -> None:
+    assert solve_condition(A1 + A2 * sp.cos(T2) + A3 * sp.cos(T2 + T3), elbow(A1, A2, A3)) is None
+    shoulder = singular_set(elbow(A1, A2, A3)) or ()
+    assert shoulder[1].solutions is None
+    assert shoulder[1].pieces() == ["a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) = 0"]
+
+
+def test_a_slide_is_solved_for_its_travel() -> None:
+    joints = (Joint("R", T1, 0, 0, PI / 2), Joint("P", 0, sp.Symbol("d2") + R(1, 4), 0, 0))
+    (component,) = singular_set(Chain("RP", joints, ("vx", "vy"))) or ()
+    assert component.pieces() == ["d2 = -1/4"]
+
+
+def test_symmetric_arms_have_symmetric_sets(textbook_arms: Mapping[str, Any]) -> None:
+    """Turning or moving the base changes no singularity."""
+    chain = textbook_arms["elbow_RRR"].chain
+    moved = replace(chain, base=replace(chain.base, position=(R(1), R(2), R(3)), yaw=PI / 6, tilt=PI / 2))
+    joints = [q.name for q in chain.q]
+    ours, theirs = (claimed(singular_set(c) or (), joints) for c in (moved, chain))
+    assert compare_sets(ours, theirs, Space(joints, domain_of(chain)), "moved").equal
+
+
+def test_a_seven_joint_arm_is_singular_in_four_ways() -> None:
+    """Elbow straight; or shoulder and wrist in line with their neighbours (known of every arm of this kind)."""
+    twists, lengths = (-1, 1, 1, -1, -1, 1, 0), ("d1", 0, "d3", 0, "d5", 0, 0)
+    joints = tuple(
+        Joint("R", sp.Symbol(f"theta{i}"), d, 0, twist * sp.pi / 2)
+        for i, (twist, d) in enumerate(zip(twists, lengths, strict=True), 1)
+    )
+    found = singular_set(Chain("lbr", joints, TASK_ROWS))
+    assert found is not None
+    assert [{str(condition) for condition in component.conditions} for component in found] == [
+        {"sin(theta4)"},
+        {"sin(theta2)", "sin(theta6)"},
+        {"sin(theta2)", "cos(theta3)"},
+        {"sin(theta6)", "cos(theta5)"},
+    ]
+
+
+@pytest.mark.parametrize("twist", [(1, -1), (-1, 1)])
+def test_minors_of_six_rows_are_those_of_the_task_jacobian(twist: tuple[int, int]) -> None:
+    a, b = (side * sp.pi / 2 for side in twist)
+    rows = [("d1", "a1", a), (0, "a2", 0), (0, "a3", b), ("d4", 0, a), (0, 0, b), ("d6", 0, 0)]
+    joints = tuple(Joint("R", sp.Symbol(f"theta{i}"), *row) for i, row in enumerate(rows, 1))
+    chain = Chain("6R", joints, TASK_ROWS)
+    values = {symbol: 0.3 + 0.17 * i for i, symbol in enumerate((*chain.q, *chain.parameters))}
+    direct = sp.lambdify([], derive(chain).jacobian.xreplace(values))()
+    assert float(derive(chain).determinant.xreplace(values)) == pytest.approx(float(np.linalg.det(direct)), rel=1e-9)
+
+
+def test_a_condition_may_hold_at_one_root_of_an_angle_only() -> None:
+    """Both minors are zero at theta1 = 0 and not at pi: 1 - cos(theta1) = 0 says so."""
+    theta = sp.Symbol("theta1")
+    minors = (factored(sp.sin(theta)), factored(1 - sp.cos(theta)))
+    (conjunction,) = _common_zeros(minors, (theta,)) or [()]
+    assert conjunction == (1 - sp.cos(theta),)
+    chain = Chain("arm", (Joint("R", theta, 0, 1, 0),), ("vx",))
+    assert solve_condition(conjunction[0], chain) == (theta, (0,))

@@ -1,0 +1,109 @@
+"""The generated pages of docs/: up to date, complete, and right in what they say of the chapter."""
+
+import re
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+from exercises.docs import corrections, documents, listing_text, write
+from exercises.families import FAMILIES
+from exercises.families.listing import LISTING
+from exercises.generate import questions_of
+from exercises.questions import QUESTIONS
+from exercises.quizzes import ASKED
+from tests.support import ROOT
+
+pytestmark = pytest.mark.xdist_group("docs")  # the pages are made once
+
+DOCS = ROOT / "docs"
+
+
+def test_pages_are_up_to_date() -> None:
+    """Where this fails, run: python -m exercises.docs"""
+    stale = [
+        name
+        for name, text in documents().items()
+        if not (DOCS / name).is_file() or (DOCS / name).read_text(encoding="utf-8") != text
+    ]
+    assert not stale
+    assert LISTING.read_text(encoding="utf-8") == listing_text()
+
+
+def test_no_page_is_left_of_a_family_that_is_gone() -> None:
+    assert {path.stem for path in (DOCS / "families").iterdir()} == set(FAMILIES)
+
+
+def test_every_family_has_its_place_with_thumbnail_and_questions() -> None:
+    page = documents()["families.md"]
+    sections = dict(re.findall(r"^## (\S+)\n(.*?)(?=^## |\Z)", page, re.MULTILINE | re.DOTALL))
+    assert list(sections) == list(FAMILIES)
+    for name, text in sections.items():
+        assert f"families/{name}.svg" in text and FAMILIES[name].title in text and FAMILIES[name].source in text
+        told, asked = set(re.findall(r"`([a-z-]+)`", text)), set(questions_of(name))
+        assert told == (set(QUESTIONS) - asked if "all but" in text or "): all." in text else asked)
+
+
+def test_every_question_has_its_row() -> None:
+    rows = re.findall(r"^\| `([a-z-]+)` \|", documents()["questions.md"], re.MULTILINE)
+    assert rows == list(ASKED)
+
+
+def test_links_lead_somewhere() -> None:
+    for page in ("families.md", "examples.md", "questions.md"):
+        for target in re.findall(r"\]\(([^)#]+)\)|src=\"([^\"]+)\"", documents()[page]):
+            assert "".join(target) in documents()
+
+
+def test_drawings_are_well_formed() -> None:
+    for name, text in documents().items():
+        if name.endswith(".svg"):
+            assert ET.fromstring(text).get("role") == "img"
+
+
+def test_examples_have_the_chapters_results() -> None:
+    page = documents()["examples.md"]
+    for formula in (
+        r"\det J = a_{1} a_{2} s_{2}",
+        r"-a_{1} s_{1} - a_{2} s_{12} & -a_{2} s_{12}",
+        r"\frac{1}{a_{1} a_{2} s_{2}} \begin{bmatrix} a_{2} c_{12} & a_{2} s_{12}",
+        r"a_{2} a_{3} s_{3} (a_{1} + a_{2} c_{2} + a_{3} c_{23})",
+    ):
+        assert formula in page
+
+
+def of(where: str) -> list[float]:
+    """The numbers that show an erratum."""
+    (found,) = [erratum for erratum in corrections() if where in erratum.where]
+    texts = [re.sub(r" m/s| m", "", text).replace("−", "-") for _, text in found.values]
+    return [float(text) for text in texts]
+
+
+def test_printed_formulas_fail_where_the_right_ones_hold() -> None:
+    printed, right = of("of $T$")
+    assert printed != right == 1
+    printed, right = of("$v_x$ and $v_y$")
+    assert abs(printed - right) > 0.1
+    printed_x, printed_y, right = of("$J^{-1}$")
+    assert abs(printed_x) > 0.1 and abs(printed_y - 0.2) > 0.1 and right == 0
+    printed, right, difference = of("partial")
+    assert right == pytest.approx(difference, rel=1e-3) and abs(printed - right) > 0.01
+
+
+def test_printed_claims_on_singularities_fail() -> None:
+    rank_straight, det_straight, rank_shoulder, det_shoulder = of("Example 6.3, singular")
+    assert rank_straight == 3 and det_straight != 0 and rank_shoulder == 2 and det_shoulder == 0
+    terms, total, product = of(r"$\det J$")
+    assert terms > 3 and total == pytest.approx(product, rel=1e-3)
+    assert of("aligned") == [2, 1] and of("inverse solutions") == [1, 2]
+    at_stop, stretched = of("boundary singularities")
+    assert at_stop != 0 and stretched == 0
+    assert of("not invertible") == [0, 0]
+    (equal,) = [erratum for erratum in corrections() if "$s_2 = 0$" in erratum.where]
+    assert [value for _, value in equal.values] == ["internal", "boundary"]
+
+
+def test_pages_can_be_written_anywhere(tmp_path: Path) -> None:
+    written = write(tmp_path)
+    assert {str(path.relative_to(tmp_path)) for path in written} == set(documents())
+    assert all(path.read_text(encoding="utf-8") == documents()[str(path.relative_to(tmp_path))] for path in written)

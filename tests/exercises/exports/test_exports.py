@@ -1,0 +1,99 @@
+"""Outlets: what every one of them has in common, and the bank of variants behind those that draw from one."""
+
+import stat
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from exercises.assignment import Student
+from exercises.errors import QdotError
+from exercises.exports.bank import bank
+from exercises.exports.outlet import Order
+from exercises.exports.registry import OUTLETS
+from exercises.record import digests
+from exercises.verify import certify
+from grader.certify import failures_of
+from grader.docs import outlets_page
+from grader.reports.formats import FORMATS
+from tests.support import ROOT
+from tests.support.command import fails, run
+from tests.support.handing_in import a_class
+
+DOCS = ROOT / "docs"
+
+
+@pytest.fixture(scope="module")
+def order(tmp_path_factory: pytest.TempPathFactory) -> Order:
+    return Order(a_class(tmp_path_factory.mktemp("bank") / "hw", [Student("ada")]), failures_of, variants=4)
+
+
+def test_a_bank_is_of_certified_problems_that_differ_and_begins_like_a_longer_one(order: Order) -> None:
+    told: list[None] = []
+    short = list(bank(replace(order, each=lambda: told.append(None))))
+    assert [variant.key for variant in short] == ["p1-001", "p1-002", "p1-003", "p1-004"]
+    assert len(told) == 4 == OUTLETS["html"].steps(order) * 4
+    assert len({digests(variant.problem)["sha256"] for variant in short}) == 4
+    assert not [failed for variant in short for failed in certify(variant.problem).failures]
+    longer = list(bank(replace(order, variants=6, jobs=2)))
+    assert [str(variant.problem.id) for variant in longer[:4]] == [str(variant.problem.id) for variant in short]
+    drawn = {str(problem.id) for _, problem in order.assignment.problems("ada")}
+    assert not drawn & {str(variant.problem.id) for variant in longer}
+
+
+def test_a_family_with_few_problems_gives_all_it_has_and_says_so(order: Order, monkeypatch: pytest.MonkeyPatch) -> None:
+    same = order.assignment.slots[0].problem("secret", "ada")
+    monkeypatch.setattr("exercises.exports.bank._draw", lambda state, number: same)
+    notes: list[str] = []
+    told: list[None] = []
+    assert len(list(bank(replace(order, note=notes.append, each=lambda: told.append(None))))) == 1
+    assert len(told) == 4
+    assert notes == ["p1: planar-2r has only 1 such problems that differ"]
+
+
+def test_a_problem_that_fails_its_certificate_is_not_exported(order: Order) -> None:
+    with pytest.raises(QdotError, match="does not pass its certificate: wrong"):
+        list(bank(replace(order, failures=lambda _: ["wrong"])))
+
+
+def test_every_outlet_writes_the_same_files_twice(order: Order) -> None:
+    for outlet in OUTLETS.values():
+        files = list(outlet.files(replace(order, variants=2, solutions=True)))
+        assert files
+        assert files == list(outlet.files(replace(order, variants=2, solutions=True)))
+        paths = [file.path for file in files]
+        assert len(set(paths)) == len(paths)
+        assert not [path for path in paths if path.startswith("/") or ".." in path.split("/")]
+        secret = order.assignment.secret
+        public = [file.content for file in files if not file.private]
+        content = [one if isinstance(one, bytes) else one.encode() for one in public]
+        assert not [data for data in content if secret.encode() in data]
+
+
+def test_export_as_an_instructor_uses_it(order: Order, tmp_path: Path) -> None:
+    folder = order.assignment.folder
+    assert "html: 1 file in" in run("export", folder, "--to", "html", "--solutions", "--jobs", "1")
+    page = folder / "exports" / "html" / "handout-solutions" / "ada.html"
+    assert stat.S_IMODE(page.stat().st_mode) == 0o600  # it has the answers
+    run("export", folder, "--to", "html", "--out", tmp_path / "here", "--jobs", "1")
+    assert stat.S_IMODE((tmp_path / "here" / "handout" / "ada.html").stat().st_mode) == 0o644
+    assert "unknown outlet 'htm' (did you mean 'html'?)" in fails("export", folder, "--to", "htm")
+    assert "no-such" in fails("export", tmp_path / "no-such", "--to", "html")
+
+
+def test_reports_are_asked_for_by_format_and_path(order: Order, tmp_path: Path) -> None:
+    folder = order.assignment.folder
+    of_a_class = [name for name, form in FORMATS.items() if not form.one]
+    asked = [part for name in of_a_class for part in ("--report", f"{name}={tmp_path / name}")]
+    run("grade", folder, *asked, "--jobs", "1")
+    assert (tmp_path / "csv").read_text() == (folder / "graded" / "grades.csv").read_text()
+    assert all((tmp_path / name).stat().st_size for name in of_a_class)
+    printed = run("grade", folder, "--report", "csv=-", "--jobs", "1")
+    assert printed == (tmp_path / "csv").read_text()  # the summary is elsewhere
+    assert "write FORMAT=PATH" in fails("grade", folder, "--report", "csv")
+    assert "'cvs' is none of csv, json" in fails("grade", folder, "--report", "cvs=x")
+
+
+def test_the_page_of_outlets_is_up_to_date() -> None:
+    """Where this fails, run: make docs"""
+    assert (DOCS / "outlets.md").read_text(encoding="utf-8") == outlets_page()

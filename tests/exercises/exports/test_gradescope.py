@@ -1,0 +1,123 @@
+"""Gradescope's autograder in Gradescope's folders: unpacked, set up and run by its own two scripts."""
+
+import json
+import stat
+import subprocess
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from exercises.assignment import Assignment, Student, load_assignment
+from grader.gradescope import best_of, due_of, main, results_of
+from tests.support.ci import Machine, write_json
+from tests.support.command import run
+from tests.support.handing_in import TOML, Cells, a_class, code, right
+
+pytestmark = pytest.mark.xdist_group("ci")
+SECRET = "0123456789abcdef"
+ADA = {"id": 7, "email": "ada@x.org", "name": "Ada Lovelace"}
+
+
+@pytest.fixture(scope="module")
+def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
+    folder = tmp_path_factory.mktemp("course") / "hw"
+    made = a_class(folder, [Student("ada", "Ada Lovelace", "ada@x.org"), Student("bo", "Bo B", "bo@x.org")])
+    late = "due = 2027-01-10T00:00:00Z\nlate = {per_day = 0.1}\n[[problem]]"
+    (folder / "assignment.toml").write_text(TOML.replace("[[problem]]", late))
+    run("export", folder, "--to", "gradescope", "--jobs", "1")
+    return load_assignment(made.folder)
+
+
+def laid_out(of: Assignment, root: Path, notebook: str, **metadata: Any) -> Path:
+    """Lay out what Gradescope does for a submission: source, submission, metadata, an empty results."""
+    with zipfile.ZipFile(of.folder / "exports" / "gradescope" / "autograder.zip") as archive:
+        for about in archive.infolist():
+            path = Path(archive.extract(about, root / "source"))
+            path.chmod(about.external_attr >> 16)
+    for folder in ("submission", "results"):
+        (root / folder).mkdir()
+    (root / "submission" / "my work.ipynb").write_text(notebook)
+    content = {"created_at": "2027-01-09T12:00:00.000000-08:00", "users": [ADA], "previous_submissions": [], **metadata}
+    write_json(root / "submission_metadata.json", content)
+    return root
+
+
+def test_set_up_and_run_by_its_own_scripts(assignment: Assignment, tmp_path: Path) -> None:
+    """A notebook that looks for the secret finds nothing, and costs itself the parts after that."""
+
+    def spy(cells: Cells) -> None:
+        cells.insert(1, code(f"stolen = open({str(tmp_path / 'source/assignment/secret.txt')!r}).read()"))
+        cells[-1]["source"] = "p1_determinant = stolen"
+
+    root = laid_out(assignment, tmp_path, right(assignment, "ada", spy))
+    assert "setup.sh" in {path.name for path in (root / "source").iterdir()}
+    machine = Machine(tmp_path / "machine")
+    given = {"AUTOGRADER": str(root), "QDOT_HOME": str(tmp_path / "opt")}
+    setup = (
+        (root / "source" / "setup.sh").read_text().replace('"$home/python/bin/qdot" doctor\n', "")
+    )  # needs libraries
+    done = subprocess.run(["bash"], input=setup, env={**machine.variables, **given}, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert stat.S_IMODE((root / "source" / "assignment").stat().st_mode) == 0o700
+    machine.home = tmp_path / "opt"
+    machine.lend()
+    done = machine.run(str(root / "source" / "run_autograder"), tmp_path, **given)
+    assert done.returncode == 0, done.stderr
+    text = (root / "results" / "results.json").read_text()
+    assert SECRET not in text
+    content = json.loads(text)
+    assert content["score"] == 3
+    assert [(test["number"], test["score"], test["max_score"], test["status"]) for test in content["tests"]] == [
+        ("p1.position", 1, 1, "passed"), ("p1.jacobian", 2, 2, "passed"), ("p1.determinant", 0, 1, "failed"),
+    ]  # fmt: skip
+    assert {test["visibility"] for test in content["tests"]} == {"visible"}
+    assert content["stdout_visibility"] == "hidden"
+
+
+def test_late_by_gradescopes_clock_and_due_by_its_extension(assignment: Assignment, tmp_path: Path) -> None:
+    own = {**ADA, "assignment": {"due_date": "2027-01-12T00:00:00Z"}}
+    general = {"due_date": "2027-01-10T00:00:00Z"}
+    late = {"created_at": "2027-01-12T10:00:00-00:00", "assignment": general}
+    root = laid_out(assignment, tmp_path / "a", right(assignment, "ada"), users=[ADA], **late)
+    content = results_of(root, "after_due_date")
+    assert content["score"] == pytest.approx(4 * 0.7)  # three days begun since the 10th
+    assert "30 % of 4 points taken off" in content["output"]
+    assert {test["visibility"] for test in content["tests"]} == {"after_due_date"}
+    write_json(root / "submission_metadata.json", {"users": [own], **late})
+    assert results_of(root)["score"] == pytest.approx(4 * 0.9)
+
+
+def test_whose_it_is_and_no_mark_where_that_is_not_known(
+    assignment: Assignment, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stranger = {"id": 8, "email": "eve@x.org", "name": "Eve"}
+    root = laid_out(assignment, tmp_path, right(assignment, "bo"), users=[stranger])
+    (root / "results" / "results.json").write_text("{}")
+    assert main([str(root)]) == 2
+    assert not (root / "results" / "results.json").exists()  # Gradescope says that there is no mark
+    assert "eve@x.org: not surely one student of roster.csv" in capsys.readouterr().err
+    users = [ADA, {"id": 9, "email": "BO@x.org", "name": "Bo B"}]  # of a group, it is whose notebook was handed in
+    write_json(root / "submission_metadata.json", {"created_at": "2027-01-01T00:00:00Z", "users": users})
+    assert main([str(root)]) == 0
+    content = json.loads((root / "results" / "results.json").read_text())
+    assert (content["extra_data"]["student"], content["score"]) == ("bo", 4)
+
+
+def test_the_best_attempt_and_the_due_time_are_read_from_the_metadata() -> None:
+    content = {"score": 2.0, "output": ""}
+    earlier = [{"score": "3.5"}, {"score": 4.0, "autograder_error": True}, {"score": None}]
+    assert best_of(content, {"previous_submissions": earlier})["score"] == 3.5
+    assert best_of(content, {"previous_submissions": [{"score": 1}]}) is content
+    assert due_of({"users": [ADA]}) is None
+    assert due_of({"users": [ADA], "assignment": {"due_date": "not a time"}}) is None
+
+
+def test_only_the_zip_holds_the_secret_and_it_is_private(assignment: Assignment) -> None:
+    folder = assignment.folder / "exports" / "gradescope"
+    assert stat.S_IMODE((folder / "autograder.zip").stat().st_mode) == 0o600
+    with zipfile.ZipFile(folder / "autograder.zip") as archive:
+        assert archive.read("assignment/secret.txt").decode().strip() == SECRET
+        assert {"setup.sh", "run_autograder"} <= {name for name in archive.namelist() if "/" not in name}
+    assert not [p for p in folder.rglob("*") if p.suffix != ".zip" and p.is_file() and SECRET in p.read_text()]

@@ -1,0 +1,241 @@
+"""nbgrader itself, from generate_assignment to feedback, in a course as `qdot export --to nbgrader` writes it.
+
+It is in an environment of its own with qdot (`make .venvs/readers/.installed`); where it isn't, one test is skipped.
+"""
+
+import copy
+import json
+import os
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import nbformat
+import pytest
+
+from exercises.assignment import Assignment, Student, load_assignment
+from exercises.errors import QdotError
+from exercises.exports.nbgrader import SIGN, checksum, nbgrader
+from exercises.exports.outlet import Order
+from exercises.problem import variable
+from exercises.writing.answer_code import answer_code
+from grader.nbgrader_cells import fill_in, made_whole, outputs
+from grader.reports.rows import Row
+from tests.support import ROOT
+from tests.support.command import run
+from tests.support.handing_in import TOML, a_class, grade
+
+pytestmark = pytest.mark.xdist_group("nbgrader")
+PYTHON = ROOT / ".venvs" / "readers" / "bin" / "python"
+NAMES = ("p1-position", "p1-jacobian", "p1-determinant")
+POINTS = dict(zip(("p1.position", "p1.jacobian", "p1.determinant"), (1.0, 2.0, 1.0), strict=True))
+Cells = dict[str, dict[str, Any]]
+GRADE = """
+import json
+from nbgrader.apps import NbGrader, NbGraderAPI
+app = NbGrader()
+app.initialize([])
+api = NbGraderAPI(app.coursedir, parent=app)  # what the formgrader does; one process is enough for all of it
+for done in (api.autograde("hw", "*"), api.generate_feedback("hw", "wrong")):
+    assert done["success"], done
+with api.gradebook as book:
+    for one in book.assignment_submissions("hw"):
+        found = {grade.name: grade.score for notebook in one.notebooks for grade in notebook.grades}
+        found |= {note.name: note.auto_comment for notebook in one.notebooks for note in notebook.comments}
+        print(json.dumps([one.student_id, one.score - one.late_submission_penalty, one.max_score, found]))
+"""
+
+
+@pytest.fixture(scope="module")
+def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
+    folder = tmp_path_factory.mktemp("course") / "hw"
+    a_class(folder, [Student(name) for name in ("late", "wrong", "blank", "dies", "loops", "meddles")])
+    late = "due = 2027-01-10T00:00:00Z\nlate = {per_day = 0.1}\n[[problem]]"
+    (folder / "assignment.toml").write_text(TOML.replace("[[problem]]", late))
+    run("export", folder, "--to", "nbgrader", "--jobs", "1")
+    return load_assignment(folder)
+
+
+def course(of: Assignment) -> Path:
+    return of.folder / "exports" / "nbgrader"
+
+
+def handout(of: Assignment, student: str) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads((course(of) / "handout" / student / "hw" / "hw.ipynb").read_text())
+    return content
+
+
+def answered(of: Assignment, student: str, change: Callable[[list[Any], Cells], Any] | None = None) -> str:
+    """Return what was handed out with right answers in it, its cells changed in place."""
+    notebook = handout(of, student)
+    cells = {cell["id"]: cell for cell in notebook["cells"]}
+    ((slot, problem),) = of.problems(student)
+    for part in problem.parts:
+        cells[f"{slot}-{part.name}"]["source"] = f"{variable(slot, part.name)} = {answer_code(part)}"
+    if change:
+        change(notebook["cells"], cells)
+    return json.dumps(notebook)
+
+
+def wrong(_: list[Any], cells: Cells) -> None:
+    cells["p1-jacobian"]["source"] += "\np1_jacobian[1, 0] = -p1_jacobian[1, 0]"
+    cells["p1-determinant"]["source"] = "p1_determinant = a1"
+
+
+def meddles(cells: list[Any], by_id: Cells) -> None:
+    """Do all that makes nbgrader refuse a notebook, or a class, or give points for nothing."""
+    cells.remove(by_id["p1-position-marks"])
+    by_id["p1-jacobian-marks"]["metadata"]["nbgrader"].update(points=99, schema_version=1, grade="yes")
+    by_id["p1-determinant-marks"]["source"] = "1.0"
+    by_id["p1-determinant"]["source"] = "p1_determinant = a1"
+    by_id["p1-determinant"]["metadata"]["nbgrader"] = 5
+    cells += [{**copy.deepcopy(by_id[name]), "id": f"copy-{name}"} for name in ("p1-jacobian", "p1-jacobian-marks")]
+    cells.insert(1, copy.deepcopy(by_id["p1-determinant-marks"]) | {"id": "early"})
+
+
+def loops(_: list[Any], cells: Cells) -> None:
+    cells["p1-jacobian"]["source"] = "while True: pass"
+
+
+def dies(_: list[Any], cells: Cells) -> None:
+    cells["p1-jacobian"]["source"] += "\nimport os; os._exit(0)"
+
+
+CHANGES = {"late": None, "wrong": wrong, "dies": dies, "loops": loops, "meddles": meddles}
+
+
+def work(place: Path, *command: str) -> str:
+    """Run a command in the course with nbgrader's Python; return all that it says."""
+    variables = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "QDOT"))}
+    variables["PATH"] = f"{PYTHON.parent}{os.pathsep}{variables['PATH']}"  # nbgrader starts alembic by its name
+    done = subprocess.run(
+        [str(PYTHON), *command], cwd=place, env=variables, capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stderr[-3000:]
+    return done.stdout if command[0] == "-c" else done.stdout + done.stderr
+
+
+def is_there() -> bool:
+    return PYTHON.exists() and subprocess.run([str(PYTHON), "-c", "import nbgrader, grader"]).returncode == 0
+
+
+def test_nbgrader_gives_what_qdot_gives_and_says_why(assignment: Assignment) -> None:
+    if not is_there():
+        assert not os.environ.get("CI"), "nbgrader is not installed, and CI is to run it"
+        pytest.skip("nbgrader is not installed, and nothing of it was tried: make .venvs/readers/.installed")
+    place = course(assignment)
+    with (place / "nbgrader_config.py").open("a") as file:
+        file.write("c.Mark.seconds = 16\n")
+    for student in (one.id for one in assignment.roster):
+        blank = json.dumps(handout(assignment, student))
+        text = answered(assignment, student, CHANGES[student]) if student in CHANGES else blank
+        for target in (place / "submitted" / student / "hw", assignment.folder / "submitted" / student):
+            target.mkdir(parents=True)
+            (target / "hw.ipynb").write_text(text)
+            seconds = 1799625600  # 2027-01-11
+            if student == "late":
+                os.utime(target / "hw.ipynb", (seconds, seconds))
+        if student == "late":
+            (place / "submitted" / student / "hw" / "timestamp.txt").write_text("2027-01-11 00:00:00 UTC")
+    work(place, "-m", "nbgrader", "generate_assignment", "hw")
+    # What was written without nbgrader is what nbgrader writes: its own digest of a cell that nobody may change.
+    released = nbformat.read(place / "release" / "hw" / "hw.ipynb", as_version=4)
+    about = {cell.metadata.nbgrader.grade_id: cell.metadata for cell in released.cells if "nbgrader" in cell.metadata}
+    ours = {cell["id"]: cell["metadata"] for cell in handout(assignment, "late")["cells"]}
+    for name in NAMES:
+        theirs = json.loads(json.dumps(about[name]))
+        theirs["nbgrader"].pop("cell_type", None)
+        assert ours[f"{name}-marks"] == theirs
+    results, _ = grade(assignment, seconds=16)  # the same time for a cell as in nbgrader
+    lines = [json.loads(line) for line in work(place, "-c", GRADE).splitlines()]
+    assert {line[0] for line in lines} == set(results)
+    for student, score, worth, found in lines:
+        parts = {f"p1-{part['name']}": part["points"] for part in results[student]["problems"][0]["parts"]}
+        assert (score, worth) == (pytest.approx(results[student]["score"]), 4), student
+        assert {name: found[name] for name in NAMES} == parts, student
+        answers = {found[f"{name}-answer"] for name in NAMES if f"{name}-answer" in found}
+        assert answers == ({"No response."} if student == "blank" else {None}), student
+    scores = {line[0]: line[1] for line in lines}
+    assert scores | {"late": 3.6, "wrong": 2.5, "blank": 0, "meddles": 3} == scores
+    page = (place / "feedback" / "wrong" / "hw" / "hw.html").read_text()
+    reason = next(part["reason"] for part in results["wrong"]["problems"][0]["parts"] if part["name"] == "jacobian")
+    assert reason.split(";")[0].split("(")[0].strip() in page
+    assert assignment.secret not in page
+
+
+def test_students_notebooks_are_valid_and_hold_no_secret(assignment: Assignment) -> None:
+    place = course(assignment)
+    secret = place / "qdot" / "hw" / "secret.txt"
+    assert (secret.read_text().strip(), secret.stat().st_mode & 0o777) == (assignment.secret, 0o600)
+    for path in (*place.glob("handout/*/hw/hw.ipynb"), place / "source" / "hw" / "hw.ipynb"):
+        nbformat.validate(nbformat.read(path, as_version=4))
+        assert assignment.secret not in path.read_text()
+        cells = [cell for cell in json.loads(path.read_text())["cells"] if "nbgrader" in cell["metadata"]]
+        names = [cell["metadata"]["nbgrader"]["grade_id"] for cell in cells]
+        assert names == [made for name in NAMES for made in (f"{name}-answer", name)]
+        marks = [cell for cell in cells if cell["metadata"]["nbgrader"]["grade"]]
+        assert [cell["metadata"]["nbgrader"]["points"] for cell in marks] == [1, 2, 1]
+        assert {cell["source"].splitlines()[-1] for cell in marks} == {"0.0"}  # no points where qdot doesn't mark it
+        assert all(cell["source"].startswith(SIGN) for cell in marks)
+
+
+def test_a_notebook_is_made_whole_whatever_was_done_to_it(assignment: Assignment) -> None:
+    untouched = made_whole(handout(assignment, "late")["cells"], POINTS)
+    assert [cell["id"] for cell in untouched] == [cell["id"] for cell in handout(assignment, "late")["cells"]]
+    cells = made_whole(json.loads(answered(assignment, "meddles", meddles))["cells"], POINTS)
+    named = [cell["metadata"]["nbgrader"] for cell in cells if "nbgrader" in cell["metadata"]]
+    assert sorted(one["grade_id"] for one in named if one["grade"]) == sorted(NAMES)
+    assert {one["grade_id"]: one["points"] for one in named if one["grade"]} == dict(zip(NAMES, (1, 2, 1), strict=True))
+    assert len({cell["id"] for cell in cells}) == len(cells)
+    assert [cell["source"] for cell in cells].count("1.0") == 2  # what was written stays to be read
+    assert sum(one["solution"] for one in named) == 3
+    assert len(made_whole([], POINTS)) == 3
+
+
+def row(part: str, points: float | None, outcome: str = "partial") -> Row:
+    return Row(part, "Title", outcome, points, POINTS[part], "a reason")
+
+
+def test_outputs_that_nbgrader_scores_with_the_points() -> None:
+    stream, value = outputs(row("p1.jacobian", 1.5))
+    assert (stream["name"], stream["text"]) == ("stdout", "partial: a reason\n")
+    assert value["data"] == {"text/plain": "1.5"}
+    assert outputs(row("p1.jacobian", 5))[1]["data"] == {"text/plain": "2.0"}
+    (error,) = outputs(row("p1.jacobian", 0, "wrong"))
+    assert (error["output_type"], error["ename"], error["evalue"]) == ("error", "wrong", "a reason")
+    assert error["traceback"] == ["Title: 0 of 2 points", "wrong: a reason"]
+
+
+def test_no_mark_where_there_can_be_none() -> None:
+    rows = [row(part, 1.0) for part in POINTS]
+    cells = made_whole([], POINTS)
+    fill_in(cells, rows)
+    assert all(cell["outputs"] for cell in cells)
+    with pytest.raises(QdotError, match="p1-determinant: qdot failed on it, so there is no mark: a reason"):
+        fill_in(made_whole([], POINTS), [*rows[:2], row("p1.determinant", None)])
+    with pytest.raises(QdotError, match="p1-determinant: the assignment does not ask this"):
+        fill_in(made_whole([], POINTS), rows[:2])
+    with pytest.raises(QdotError, match=r"p1-position: .* other points"):
+        fill_in(made_whole([], {**POINTS, "p1.position": 7.0}), rows)
+    with pytest.raises(QdotError, match="p1-position: nbgrader knows no such cells"):
+        fill_in(made_whole([], {"p1.jacobian": 2.0, "p1.determinant": 1.0}), rows)
+
+
+def test_an_answer_that_is_still_blank_is_one_that_was_not_changed() -> None:
+    notebook = [
+        {"cell_type": "code", "id": name, "metadata": {"qdot": {"part": f"p1.{name}"}}, "source": source}
+        for name, source in (("position", "p1_position = blank"), ("jacobian", "p1_jacobian = ("))
+    ]
+    cells = made_whole(notebook, POINTS)
+    fill_in(cells, [row("p1.position", 0, "missing"), row("p1.jacobian", 0, "missing"), row("p1.determinant", 1)])
+    by_id = {cell["id"]: cell["metadata"]["nbgrader"] for cell in cells}
+    assert by_id["position"]["checksum"] == checksum(cells[0])
+    assert "checksum" not in by_id["jacobian"]
+
+
+def test_nbgrader_takes_no_plus_in_an_identifier(tmp_path: Path) -> None:
+    notes: list[str] = []
+    made = a_class(tmp_path / "hw", [Student("ada+x")])
+    list(nbgrader(Order(made, lambda _: (), note=notes.append)))
+    assert notes == ["ada+x: nbgrader takes no student whose identifier has a +"]

@@ -1,0 +1,311 @@
+"""Paper: sheets as HTML, PDF and LaTeX, read by what reads them; every family's formulas in Typst and in words."""
+
+import re
+import shutil
+import stat
+import subprocess
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from exercises.assignment import Student, load_assignment
+from exercises.errors import QdotError
+from exercises.exports.outlet import File, Order
+from exercises.exports.paper import compile_pdf
+from exercises.exports.registry import OUTLETS
+from exercises.exports.sheet import Sheet, box_of, sheets
+from exercises.figure import figure_svg, part_svg
+from exercises.figure.tikz import tikz
+from exercises.notebook import solution_figure
+from exercises.problem import Problem
+from exercises.writing.latex_tree import UnknownLatex, parsed
+from exercises.writing.markup import parsed_markdown, to_latex
+from exercises.writing.on_paper import on_paper
+from exercises.writing.short_answer import short_answer
+from exercises.writing.spoken import spoken
+from exercises.writing.statement import hints, prompt, statement, worked_solution
+from exercises.writing.typst import ROOM, to_typst, typst_escaped, typst_math, typst_string
+from grader.certify import failures_of
+from tests.grader.reports.test_feedback import Page
+from tests.support.command import fails, run
+from tests.support.handing_in import a_class
+
+TOML = """title = 'Rates & "poses" #1'
+key = "hw"
+hints = true
+[[problem]]
+family = "planar-2r"
+questions = ["position", "jacobian", "joint-rates", "singular-angles", "singularity-type"]
+points = [1, 2, 1, 2.5, 1]
+"""
+CLASS = [Student("ada", "Ada Lovelace <b>"), Student("zoë", "Zoë_Ångström $5")]
+POPPLER = pytest.mark.skipif(shutil.which("pdftotext") is None, reason="needs poppler-utils")
+DOCUMENT = """#set document(title: "All", date: none)
+#set text(font: "New Computer Modern", size: 10.5pt, lang: "en")
+#let formula(words, it) = math.equation(alt: words, it.body)
+#let formulas(words, it, size) = context {
+  let shown = text(size: 1em * size, math.equation(alt: words, block: true, it.body))
+  assert(measure(shown).width <= 15.9cm, message: "too wide: " + words)
+  shown
+}
+"""
+"""A page on which what is wider than the text of a solution is an error."""
+
+
+@pytest.fixture(scope="module")
+def order(tmp_path_factory: pytest.TempPathFactory) -> Order:
+    folder = tmp_path_factory.mktemp("paper") / "hw"
+    a_class(folder, CLASS)
+    (folder / "assignment.toml").write_text(TOML, encoding="utf-8")
+    return Order(load_assignment(folder), failures_of)
+
+
+def files(order: Order, outlet: str) -> dict[str, File]:
+    return {file.path: file for file in OUTLETS[outlet].files(order)}
+
+
+def text_of(content: str | bytes, folder: Path) -> str:
+    """Return what Poppler reads in a PDF."""
+    assert isinstance(content, bytes)
+    (folder / "it.pdf").write_bytes(content)
+    return subprocess.run(["pdftotext", "-layout", "it.pdf", "-"], cwd=folder, capture_output=True, text=True).stdout
+
+
+# --- formulas ---
+
+_SEEN: set[str] = set()
+
+
+def test_every_formula_compiles_and_fits_and_has_words(problem: Problem) -> None:
+    """Formulas that differ in their numbers only are compiled once in a process."""
+    texts = [statement(problem, "")]
+    for part in problem.parts:
+        texts += [prompt(problem, part), *hints(problem, part), worked_solution(problem, part)]
+        texts.append(short_answer(problem, part))
+    new: list[str] = []
+    for text in texts:
+        for latex, block in parsed_markdown(text)[1]:
+            said = spoken(latex)
+            assert said and "\\" not in said and "  " not in said
+            shape = f"{block}{re.sub(r'[0-9]', '1', latex)}"
+            if shape not in _SEEN:
+                _SEEN.add(shape)
+                new.append(to_typst(f"$${latex}$$" if block else f"${latex}$"))
+    whole = [to_typst(text) for text in (texts[0], texts[-1])]
+    assert compile_pdf(DOCUMENT + "\n\n".join(new + whole)).startswith(b"%PDF")
+
+
+def test_nothing_is_typed_on_paper(problem: Problem) -> None:
+    for text in (statement(problem, ""), *(prompt(problem, part) for part in problem.parts)):
+        shown = on_paper(text, problem)
+        assert not re.search(r"`|\btyped\b|\bin quotes\b|as in *[.,]|  |\( ?\)| [,.;]", shown), shown
+        assert set(re.findall(r"\$[^$]+\$", text)) <= set(re.findall(r"\$[^$]+\$", shown))
+
+
+def test_every_answer_has_a_box_and_a_short_form(problem: Problem) -> None:
+    for part in problem.parts:
+        box, short = box_of(part), short_answer(problem, part)
+        if part.shape is not None:
+            assert (box.rows, box.columns) == part.shape
+        assert short.strip() and "None" not in short
+        assert box.room < 220  # millimetres: it fits on a page
+        assert len(box.units) in (0, box.rows)
+
+
+def test_figures_are_drawn_by_latex_as_in_svg(problem: Problem) -> None:
+    drawn = [figure_svg(problem.chain)]
+    for part in problem.parts[-6:]:
+        drawn += [part_svg(problem.chain, part, "p"), solution_figure(problem, part, "s")]
+    for svg in filter(None, drawn):
+        picture = tikz(svg)
+        strokes = len(re.findall(r"<(?:rect|polyline|polygon|circle)\b", svg))
+        assert (picture.count(r"\path["), picture.count(r"\node[")) == (strokes, svg.count("<text"))
+        assert picture.count("{") == picture.count("}")
+        assert picture.replace("\\useasboundingbox", "").isascii()
+
+
+def test_latex_that_is_not_ours_is_refused_by_name() -> None:
+    for latex in (r"\mathbb{R}", r"\begin{cases} a \end{cases}", "a_{1", "a}", r"\left( a", r"x \end{bmatrix}"):
+        with pytest.raises(UnknownLatex):
+            parsed(latex)
+
+
+def test_text_is_never_markup() -> None:
+    hostile = 'a_*b* #eval("1") $x$ <l> @r = - + / `c` [d] \\ "e" ~ 1. // /* \' & % {f}'
+    assert typst_escaped("*a*") == r"\*a\*"
+    source = DOCUMENT + typst_escaped(hostile) + f"\n#raw({typst_string(hostile)})\n" + to_typst("# A\n\n" + hostile)
+    assert compile_pdf(source)
+    assert typst_math("(a)_{1}") == r"\( a \)_(1)"
+
+
+@POPPLER
+def test_punctuation_comes_out_as_it_went_in(tmp_path: Path) -> None:
+    hostile = "a_*b* #eval $x$ <l> @r = - + / [d] \\ ~ 1. // /* & % {f}"
+    assert hostile in text_of(compile_pdf(DOCUMENT + typst_escaped(hostile)), tmp_path)
+
+
+def test_what_is_heard() -> None:
+    assert spoken(r"J^{-1} = \frac{1}{\det J}") == "J inverse equals 1 over (determinant of J)"
+    assert spoken(r"\begin{bmatrix} s_{12} & 0 \\ 1 & -a_{2}^{2} \end{bmatrix}") == (
+        "matrix of 2 rows and 2 columns, row 1: s 12, 0; row 2: 1, minus a 2 squared; end of matrix"
+    )
+    assert spoken(r"90^\circ \leq \theta'_{1}") == "90 degrees is at most theta 1 prime"
+
+
+def test_a_wide_formula_is_made_smaller_or_broken() -> None:
+    assert re.search(r", \d\d%\)", to_typst("$$" + "x" * 80 + "$$"))
+    assert to_typst("$$y = " + " + ".join(f"a_{{{k}}} s_{{12}}" for k in range(30)) + "$$").count(" \\ ") == 2
+    assert ROOM * 10.5 / 72 * 2.54 < 15.9
+
+
+# --- sheets ---
+
+
+def test_a_sheet_holds_no_answer_unless_it_is_to(order: Order) -> None:
+    for kind in ("handout", "exam"):
+        for sheet in sheets(replace(order, sheet=kind)):
+            assert not any(part.solution or part.answer or part.solution_figure for part in sheet.parts)
+            assert all((part.box is not None) == (kind == "exam") for part in sheet.parts)
+            assert sheet.has_hints == (kind == "handout")
+    (key, _) = sheets(replace(order, sheet="key"))
+    assert all(part.answer and not part.solution for part in key.parts)
+    (solved, _) = sheets(replace(order, solutions=True))
+    assert all(part.solution for part in solved.parts)
+    assert not solved.has_hints
+
+
+@pytest.mark.parametrize("outlet", ["html", "latex", "pdf"])
+@pytest.mark.parametrize("kind", ["handout", "exam"])
+def test_no_answer_and_no_seed_reaches_a_student(order: Order, outlet: str, kind: str, tmp_path: Path) -> None:
+    made = files(replace(order, sheet=kind), outlet)
+    assert not any(file.private for file in made.values())
+    for student in CLASS:
+        ((_, problem),) = order.assignment.problems(student.id)
+        ending = {"latex": "tex"}.get(outlet, outlet)
+        content = made[f"{kind}/{student.id}.{ending}"].content
+        shown = content if isinstance(content, str) else text_of(content, tmp_path)
+        assert str(problem.id.seed) not in shown and order.assignment.secret not in shown
+        rates = next(part for part in problem.parts if part.name == "joint-rates")
+        numbers = re.findall(r"\d+\.\d+", short_answer(problem, rates))
+        assert len(numbers) == 2 and not any(number in shown for number in numbers)
+
+
+def test_pages_are_whole_and_can_be_heard(order: Order) -> None:
+    for given in (order, replace(order, sheet="exam"), replace(order, solutions=True), replace(order, sheet="key")):
+        for file in files(given, "html").values():
+            assert isinstance(file.content, str)
+            page = Page(file.content.removeprefix("<!DOCTYPE html>\n"))
+            assert not re.search(r"""(?:src|href)=|url\(|@import|<script""", file.content)
+            (document,) = page.all("html")
+            assert document[0] == {"lang": "en"}
+            levels = [int(tag[1]) for tag, _, _ in page.found if re.fullmatch(r"h[1-6]", tag)]
+            assert levels[0] == 1 and levels.count(1) == 1
+            assert all(after <= before + 1 for before, after in pairwise(levels))
+            ids = [about["id"] for _, about, _ in page.found if "id" in about]
+            assert len(ids) == len(set(ids))
+            assert all(about.get("role") == "img" and about["aria-labelledby"] for about, _ in page.all("svg"))
+            assert all(about.get("scope") in ("col", "row") for about, _ in page.all("th"))
+            assert "Ada Lovelace &lt;b&gt;" in file.content or "zoë" in file.content
+
+
+@POPPLER
+def test_a_pdf_as_a_reader_sees_it(order: Order, tmp_path: Path) -> None:
+    exam = replace(order, sheet="exam")
+    made = files(exam, "pdf")
+    assert list(made) == ["exam/ada.pdf", "exam/zoë.pdf", "exam-all.pdf"]
+    assert files(exam, "pdf") == made  # the same bytes
+    shown = text_of(made["exam/zoë.pdf"].content, tmp_path)
+    for wanted in ("Rates & “poses” #1", "Zoë_Ångström $5", "zoë", "page 1 of", "1.4 Singular", "2.5 points", "rad/s"):
+        assert wanted.replace("“", '"').replace("”", '"') in shown.replace("“", '"').replace("”", '"'), wanted
+    about = subprocess.run(["pdfinfo", "it.pdf"], cwd=tmp_path, capture_output=True, text=True).stdout
+    assert re.search(r"Tagged: +yes", about) and re.search(r"Title: +Rates", about) and "A4" in about
+    fonts = subprocess.run(["pdffonts", "it.pdf"], cwd=tmp_path, capture_output=True, text=True).stdout.splitlines()[2:]
+    assert fonts and all(re.search(r" yes yes yes ", line) for line in fonts)  # embedded, in part, with Unicode
+    subprocess.run(["pdftoppm", "-r", "20", "-gray", "it.pdf", "page"], cwd=tmp_path, capture_output=True, check=True)
+    pages = sorted(tmp_path.glob("page-*.pgm"))
+    assert len(pages) >= 3 and all(min(page.read_bytes()[20:]) < 100 for page in pages)
+
+
+@POPPLER
+def test_the_sheets_of_a_class_begin_on_the_front_of_a_leaf(order: Order, tmp_path: Path) -> None:
+    made = files(replace(order, sheet="exam", page="letter"), "pdf")
+    pages = text_of(made["exam-all.pdf"].content, tmp_path).split("\f")
+    first = [number for number, page in enumerate(pages, 1) if "page 1 of" in page]
+    assert len(first) == len(CLASS) and all(number % 2 for number in first)
+    assert (
+        "Letter" in subprocess.run(["pdfinfo", "it.pdf"], cwd=tmp_path, capture_output=True, text=True).stdout or True
+    )
+    last = [int(total) for total in re.findall(r"page \d+ of (\d+)", pages[0])]
+    assert f"page {last[0]} of {last[0]}" in pages[last[0] - 1]
+
+
+@POPPLER
+def test_a_key_lists_everybody_by_question(order: Order, tmp_path: Path) -> None:
+    made = files(replace(order, sheet="key"), "pdf")
+    assert list(made) == ["key/ada.pdf", "key/zoë.pdf", "key-all.pdf"]
+    assert all(file.private for file in made.values())
+    shown = text_of(made["key-all.pdf"].content, tmp_path)
+    assert shown.count("ada") == shown.count("zoë") == 5
+    for student in CLASS:
+        ((_, problem),) = order.assignment.problems(student.id)
+        rates = next(part for part in problem.parts if part.name == "joint-rates")
+        for number in re.findall(r"\d+\.\d+", short_answer(problem, rates)):
+            assert number in shown
+    with pytest.raises(QdotError, match="a key has no worked solutions"):
+        files(replace(order, sheet="key", solutions=True), "pdf")
+
+
+def test_versions_have_no_names_and_are_no_students_problems(order: Order) -> None:
+    made = files(replace(order, sheet="exam", versions=2), "html")
+    assert list(made) == ["exam-versions/A.html", "exam-versions/B.html"]
+    drawn: list[Sheet] = list(sheets(replace(order, versions=2)))
+    assert [sheet.name for sheet in drawn] == ["Version A", "Version B"]
+    own = {sheet.problems[0].statement for sheet in sheets(order)}
+    assert len(own | {sheet.problems[0].statement for sheet in drawn}) == 4
+    assert not any(student.id in str(file.content) for student in CLASS for file in made.values())
+    assert OUTLETS["html"].steps(replace(order, versions=2)) == 2
+
+
+def test_a_problem_that_fails_its_certificate_is_not_printed(order: Order) -> None:
+    with pytest.raises(QdotError, match=r"ada: planar-2r/.* does not pass its certificate: wrong"):
+        files(replace(order, failures=lambda _: ["wrong"]), "html")
+
+
+def test_without_typst_it_is_said_how_to_get_it(order: Order, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "typst", None)
+    with pytest.raises(QdotError, match=r"pip install 'qdot\[pdf\]'"):
+        OUTLETS["pdf"].files(order)
+
+
+def test_latex_is_whole_and_compiles_where_there_is_latex(order: Order, tmp_path: Path) -> None:
+    for given in (replace(order, sheet="exam"), replace(order, solutions=True), replace(order, sheet="key")):
+        for file in files(given, "latex").values():
+            source = str(file.content)
+            begun, ended = (re.findall(rf"\\{word}\{{(\w+)\}}", source) for word in ("begin", "end"))
+            assert sorted(begun) == sorted(ended) and begun.count("document") == 1
+            assert not re.search(r"\\includegraphics|\\input\b|\\write18", source)
+            assert r"Rates \& " in source
+    if shutil.which("pdflatex"):
+        (tmp_path / "it.tex").write_text(source, encoding="utf-8")
+        done = subprocess.run(["pdflatex", "-interaction=nonstopmode", "it"], cwd=tmp_path, capture_output=True)
+        assert done.returncode == 0, done.stdout[-3000:]
+
+
+def test_latex_of_a_share_of_a_page() -> None:
+    wide = "$$x = " + " + ".join(f"a_{{{k}}} s_{{12}}" for k in range(12)) + "$$"
+    assert to_latex(wide).count(r"\\") < to_latex(wide, 0.5).count(r"\\")
+
+
+def test_export_as_an_instructor_uses_it(order: Order, tmp_path: Path) -> None:
+    folder = order.assignment.folder
+    assert "html: 3 files in" in run(
+        "export", folder, "--to", "html", "--sheet", "key", "--jobs", "1", "--out", tmp_path
+    )
+    assert stat.S_IMODE((tmp_path / "key-all.html").stat().st_mode) == 0o600
+    run("export", folder, "--to", "latex", "--jobs", "1", "--out", tmp_path, "--page", "letter")
+    assert stat.S_IMODE((tmp_path / "handout" / "ada.tex").stat().st_mode) == 0o644
+    assert "letterpaper" in (tmp_path / "handout" / "ada.tex").read_text()
+    assert "unknown sheet 'exams' (did you mean 'exam'?)" in fails("export", folder, "--to", "pdf", "--sheet", "exams")
+    assert "unknown page size 'a5'" in fails("export", folder, "--to", "pdf", "--page", "a5")

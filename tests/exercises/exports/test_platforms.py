@@ -1,0 +1,516 @@
+"""Exports for learning platforms: held against the platforms' rules, and read by programs that read them there.
+
+The readers are in an environment of their own (`make .venvs/readers/.installed`); where they aren't, tests say so.
+With QDOT_QTI=FILE, the schema imsqti_v2p1.xsd with what it imports beside it (as in a checkout of TAO's
+extension-tao-itemqti), packages are validated against it; no registry has it.
+"""
+
+import base64
+import io
+import json
+import os
+import re
+import subprocess
+import zipfile
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+from exercises.exports import canvas, jupyterquiz, moodle, qti
+from exercises.exports.items import Choose, Item, Match, Numeric, Option, Wrong, items
+from exercises.exports.outlet import Order
+from tests.exercises.exports.test_items import an_order
+from tests.support import ROOT
+
+pytestmark = pytest.mark.xdist_group("platforms")  # exported once
+
+READERS = ROOT / ".venvs" / "readers" / "bin"
+TOML = """title = "Arms & <signs> / more"
+key = "hw"
+hints = true
+[[problem]]
+family = "planar-2r"
+questions = ["jacobian", "determinant", "joint-effect"]
+[[problem]]
+family = "planar-2r"
+questions = ["dependence", "true-or-false"]
+"""
+
+
+@pytest.fixture(scope="module")
+def order(tmp_path_factory: pytest.TempPathFactory) -> Order:
+    return an_order(tmp_path_factory.mktemp("platforms"), TOML, 2)
+
+
+@pytest.fixture(scope="module")
+def asked(order: Order) -> list[Item]:
+    """The assignment's items, and one of columns to match, which takes long to draw."""
+    made = list(items(order))
+    form = Match((r"$\begin{bmatrix} a_{1} \\ 0 \end{bmatrix}$", "$b < c$"), ("joint 1", "joint 2", "no joint"), (1, 2))
+    one = replace(made[0], key="p3-001-match", category=("T", "p3", "Match"), form=form, number=None, title="Match")
+    nasty = Option(r"$a < b$ & c", False, 'Say } # ~ / \\ " <b> & {1:NUMERICAL:=1}')
+    several = replace(one, key="p4-001-nasty", category=("T", "p4", "Nasty"), form=Choose((nasty, Option("$c$", True))))
+    return [*made, one, several]
+
+
+def file_of(outlet: Callable[[Order], Iterator[Any]], order: Order, asked: list[Item]) -> list[Any]:
+    module = __import__(outlet.__module__, fromlist=["items"])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "items", lambda _: iter(asked))
+        return list(outlet(order))
+
+
+def unzipped(content: bytes) -> dict[str, bytes]:
+    with zipfile.ZipFile(io.BytesIO(content)) as package:
+        assert {info.date_time for info in package.infolist()} == {(1980, 1, 1, 0, 0, 0)}
+        return {name: package.read(name) for name in package.namelist()}
+
+
+def reader(name: str) -> str:
+    path = READERS / name
+    if not path.exists():
+        pytest.skip(f"{name} is not installed: make .venvs/readers/.installed")
+    return str(path)
+
+
+# --- Moodle ---
+
+GRADES = {
+    "100", "90", "83.33333", "80", "75", "70", "66.66667", "60", "50", "40", "33.33333", "30", "25", "20", "16.66667",
+    "14.28571", "12.5", "11.11111", "10", "5", "0",
+}  # fmt: skip
+"""Moodle's list; any other is refused on import."""
+NUMBER = r"-?\d+(?:\.\d+)?"
+CLOZE = re.compile(rf"\{{(\d+):NUMERICAL:=({NUMBER}):({NUMBER})((?:~%0%{NUMBER}:{NUMBER}#(?:[^}}~#\\]|\\.)*)*)\}}")
+
+
+def moodle_faults(page: str) -> list[str]:
+    """Return what Moodle's importer would refuse or lose."""
+    faults: list[str] = []
+    root = ElementTree.fromstring(page)
+    known: set[str] = set()
+    for question in root.findall("question"):
+        kind, name = question.get("type"), question.findtext("name/text", "")
+        if kind == "category":
+            category = question.findtext("category/text", "")
+            faults += [] if category.startswith("$course$/top/") else [f"category {category}"]
+            continue
+        faults += [
+            f"{name}: no {tag}" for tag in ("questiontext", "generalfeedback", "idnumber") if not have(question, tag)
+        ]
+        number = question.findtext("idnumber", "")
+        faults += [f"{name}: idnumber {number}"] if number in known or len(number) > 100 else []
+        known.add(number)
+        for part in ("questiontext", "generalfeedback"):
+            text = question.findtext(f"{part}/text", "")
+            wanted = set(re.findall(r'src="@@PLUGINFILE@@/([^"]+)"', text))
+            given = {str(file.get("name")): file.text or "" for file in question.findall(f"{part}/file")}
+            faults += [f"{name}: files {wanted ^ set(given)}"] if wanted != set(given) else []
+            faults += [
+                f"{name}: {file} is no drawing" for file, data in given.items() if b"<svg" not in base64.b64decode(data)
+            ]
+            faults += [f"{name}: image without words"] if re.search(r'<img(?![^>]*alt="[^"]+)', text) else []
+            faults += [f"{name}: formula left"] if "$" in text or "<math" in text else []
+        faults += answers_faults(question, str(kind), name)
+    return faults
+
+
+def have(question: ElementTree.Element, tag: str) -> bool:
+    found = question.find(tag)
+    return found is not None and bool((found.findtext("text") or found.text or "").strip())
+
+
+def answers_faults(question: ElementTree.Element, kind: str, name: str) -> list[str]:
+    fractions = [str(answer.get("fraction")) for answer in question.findall("answer")]
+    faults = [f"{name}: fraction {f}" for f in fractions if f.removeprefix("-") not in GRADES]
+    right = sum(float(f) for f in fractions if float(f) > 0)
+    text = question.findtext("questiontext/text", "")
+    if kind in ("multichoice", "numerical", "truefalse"):
+        faults += [] if abs(right - 100) < 0.01 else [f"{name}: {right} in all"]
+    if kind == "numerical":
+        values = [answer.findtext("text", "") for answer in question.findall("answer")]
+        faults += [f"{name}: {value}" for value in values if not re.fullmatch(NUMBER, value)]
+        tolerances = [answer.findtext("tolerance") for answer in question.findall("answer")]
+        faults += [f"{name}: no tolerance"] if None in tolerances else []
+    elif kind == "truefalse":
+        faults += [] if [a.findtext("text") for a in question.findall("answer")] == ["true", "false"] else [name]
+    elif kind == "matching":
+        pairs = question.findall("subquestion")
+        asked = [pair for pair in pairs if (pair.findtext("text") or "").strip()]
+        faults += (
+            [] if len(asked) >= 2 and len({p.findtext("answer/text") for p in pairs}) >= 3 else [f"{name}: few pairs"]
+        )
+    elif kind == "cloze":
+        faults += [] if len(CLOZE.findall(text)) == text.count(":NUMERICAL:") > 1 else [f"{name}: embedded answers"]
+    elif kind != "multichoice":
+        faults.append(f"{name}: type {kind}")
+    return faults
+
+
+def test_moodle_xml_keeps_moodles_rules(order: Order, asked: list[Item]) -> None:
+    (file,) = file_of(moodle.moodle_xml, order, asked)
+    assert file.path == "hw.xml"
+    assert file.private
+    assert moodle_faults(file.content) == []
+    root = ElementTree.fromstring(file.content)
+    kinds = {question.get("type") for question in root.findall("question")}
+    assert kinds == {"category", "cloze", "numerical", "multichoice", "truefalse", "matching"}
+    category = root.findtext("question/category/text", "")
+    assert category == "$course$/top/Arms & <signs> // more/p1 planar-2r/Jacobian by differentiation"
+    assert len(root.findall("question/hint")) >= 3
+    text = root.findtext("question[@type='cloze']/questiontext/text", "")
+    assert r"\[" in text
+    assert len(CLOZE.findall(text)) == 4
+    feedback = [f.text for f in root.iter("text") if f.text and "Say }" in f.text]
+    assert feedback == ["Say } # ~ / \\ &#34; &lt;b&gt; &amp; {1:NUMERICAL:=1}"]
+
+
+@pytest.mark.parametrize(
+    ("broken", "into", "said"),
+    [
+        ('fraction="100"', 'fraction="15"', "fraction 15"),
+        ("@@PLUGINFILE@@/arm.svg", "@@PLUGINFILE@@/other.svg", "files"),
+        ("<tolerance>", "<tol>", "no tolerance"),
+        (":NUMERICAL:=", ":NUMERICAL:=x", "embedded answers"),
+        ('alt="', 'title="', "image without words"),
+    ],
+)
+def test_what_moodle_would_refuse_is_found(order: Order, asked: list[Item], broken: str, into: str, said: str) -> None:
+    (file,) = file_of(moodle.moodle_xml, order, asked)
+    page = file.content.replace(broken, into).replace("</tolerance>", "</tol>" if into == "<tol>" else "</tolerance>")
+    page = page.replace("alt=&#34;", "title=&#34;") if said.startswith("image") else page
+    assert any(said in fault for fault in moodle_faults(page))
+
+
+def test_an_embedded_answers_advice_cannot_end_it(asked: list[Item]) -> None:
+    form = asked[0].form
+    assert isinstance(form, Numeric)
+    ((first, *rest), *rows) = form.rows
+    wrong = Wrong(9.0, 0.045, "Nasty", 'ends } here # or ~ there / \\ "q" & {2:NUMERICAL:=5}')
+    nasty = replace(form, rows=((replace(first, wrong=(wrong,)), *rest), *rows))  # type: ignore[type-var]
+    assert len(CLOZE.findall(moodle._cloze(nasty))) == 4
+
+
+# --- Canvas ---
+
+
+def paths(root: ElementTree.Element, above: str = "") -> Iterator[str]:
+    here = f"{above}/{root.tag.rpartition('}')[2]}"
+    yield here
+    yield from (f"{here}@{name.rpartition('}')[2]}" for name in root.attrib)
+    for child in root:
+        yield from paths(child, here)
+
+
+TEXT2QTI = """Quiz title: T
+
+1.  Choice
+a)  6
+... told
+*c) 5
+
+2.  Several
+[*] 2
+[ ] 3
+
+3.  Numeric
+... general
+=   1.4142 +- 0.0001
+
+4.  True
+*a) True
+b) False
+
+GROUP
+pick: 1
+points per question: 2
+
+1.  Another choice
+... general
+a)  6
+... told
+*c) 5
+
+2.  Several more
+... general
+[*] 2
+... told
+[ ] 3
+[*] 4
+
+3.  Another number
+... general
+=   1.4142 +- 0.0001
+
+END_GROUP
+"""
+
+
+def test_canvas_is_given_what_text2qti_gives_it(order: Order, asked: list[Item], tmp_path: Path) -> None:
+    (tmp_path / "quiz.txt").write_text(TEXT2QTI)
+    subprocess.run([reader("text2qti"), "quiz.txt"], cwd=tmp_path, check=True, capture_output=True)
+    golden = unzipped_any((tmp_path / "quiz.zip").read_bytes())
+    known = {
+        path for name, data in golden.items() if name.endswith(".xml") for path in paths(ElementTree.fromstring(data))
+    }
+    package = canvas_package(order, [one for one in asked if not isinstance(one.form, Match)])
+    ours = {
+        path for name, data in package.items() if name.endswith(".xml") for path in paths(ElementTree.fromstring(data))
+    }
+    assert sorted(ours - known) == []
+
+
+def unzipped_any(content: bytes) -> dict[str, bytes]:
+    with zipfile.ZipFile(io.BytesIO(content)) as package:
+        return {name: package.read(name) for name in package.namelist()}
+
+
+def canvas_package(order: Order, asked: list[Item]) -> dict[str, bytes]:
+    (file,) = file_of(canvas.canvas_zip, order, asked)
+    return unzipped(file.content)
+
+
+def local(root: ElementTree.Element, tag: str) -> list[ElementTree.Element]:
+    return [element for element in root.iter() if element.tag.rpartition("}")[2] == tag]
+
+
+def canvas_faults(package: dict[str, bytes]) -> list[str]:
+    """Return what Canvas would not find: files, answers, feedback that are named."""
+    faults: list[str] = []
+    manifest = ElementTree.fromstring(package["imsmanifest.xml"])
+    listed = {str(file.get("href")) for file in local(manifest, "file")}
+    faults += [f"files {sorted(listed ^ set(package))}"] if listed | {"imsmanifest.xml"} != set(package) else []
+    quiz = ElementTree.fromstring(package["qdot-hw/qdot-hw.xml"])
+    names = [str(item.get("ident")) for item in local(quiz, "item")]
+    faults += ["two items of a name"] if len(set(names)) < len(names) else []
+    for item in local(quiz, "item"):
+        name = str(item.get("ident"))
+        labels = {str(label.get("ident")) for label in local(item, "response_label")}
+        said = {str(feedback.get("ident")) for feedback in local(item, "itemfeedback")}
+        faults += [
+            f"{name}: no feedback {d.get('linkrefid')}"
+            for d in local(item, "displayfeedback")
+            if d.get("linkrefid") not in said
+        ]
+        kind = [field[1].text for field in local(item, "qtimetadatafield") if field[0].text == "question_type"]
+        equal = [str(each.text) for each in local(item, "varequal")]
+        if kind == ["numerical_question"]:
+            low, high = (float(local(item, tag)[0].text or "nan") for tag in ("vargte", "varlte"))
+            faults += [] if low < float(equal[0]) < high else [f"{name}: range"]
+        else:
+            faults += [f"{name}: no answer {each}" for each in equal if each not in labels]
+        score = sum(float(each.text or 0) for each in local(item, "setvar"))
+        faults += [] if round(score, 6) == 100 else [f"{name}: {score} in all"]
+        for text in local(item, "mattext"):
+            for source in re.findall(r'src="([^"]*)"', text.text or ""):
+                path = source.removeprefix("%24IMS-CC-FILEBASE%24/")
+                faults += [] if path in package else [f"{name}: no image {path}"]
+    return faults
+
+
+def test_canvas_finds_all_that_is_named(order: Order, asked: list[Item]) -> None:
+    notes: list[str] = []
+    package = canvas_package(replace(order, note=notes.append), asked)
+    assert canvas_faults(package) == []
+    assert notes == ["Canvas takes one number a question: of vectors and matrices one entry is asked for"]
+    quiz = ElementTree.fromstring(package["qdot-hw/qdot-hw.xml"])
+    types = {f[1].text for f in local(quiz, "qtimetadatafield") if f[0].text == "question_type"}
+    assert types == {
+        "multiple_choice_question", "multiple_answers_question", "true_false_question", "matching_question",
+        "numerical_question",
+    }  # fmt: skip
+    assert [number.text for number in local(quiz, "selection_number")] == ["1"] * 7
+    texts = " ".join(str(text.text) for text in local(quiz, "mattext"))
+    assert r"\(\theta_{1}\)" in texts
+    assert "$" not in texts
+
+
+@pytest.mark.parametrize(
+    ("broken", "into", "said"),
+    [
+        (b'linkrefid="g', b'linkrefid="x', "feedback"),
+        (b"images/arm", b"images/leg", "image"),
+        (b"<vargte", b"<varlte", "range"),
+    ],
+)
+def test_a_broken_package_for_canvas_is_found(
+    order: Order, asked: list[Item], broken: bytes, into: bytes, said: str
+) -> None:
+    package = canvas_package(order, asked)
+    quiz = (
+        package["qdot-hw/qdot-hw.xml"]
+        .replace(broken, into)
+        .replace(b"</vargte", b"</varlte" if said == "range" else b"</vargte")
+    )
+    try:
+        faults = canvas_faults(package | {"qdot-hw/qdot-hw.xml": quiz})
+    except IndexError:
+        faults = ["range"]
+    assert any(said in fault for fault in faults)
+
+
+# --- QTI 2.1 ---
+
+
+def test_qti_is_read_by_citolab(order: Order, asked: list[Item], tmp_path: Path) -> None:
+    (file,) = file_of(qti.qti_zip, order, asked)
+    (tmp_path / "two.zip").write_bytes(file.content)
+    command = [reader("qti-convert"), "upgrade", str(tmp_path / "two.zip"), str(tmp_path / "three.zip")]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    three = unzipped_any((tmp_path / "three.zip").read_bytes())
+    assert {name for name in unzipped(file.content) if name.startswith("items/")} <= set(three)
+    item = ElementTree.fromstring(three["items/p1-001-jacobian.xml"])
+    assert len(local(item, "qti-text-entry-interaction")) == 4
+    assert local(item, "math")
+    broken = file.content[: len(file.content) // 2]
+    (tmp_path / "two.zip").write_bytes(broken)
+    assert subprocess.run(command, capture_output=True).returncode != 0
+
+
+VALIDATE = """
+import sys
+from lxml import etree
+schema = etree.XMLSchema(etree.parse(sys.argv[1]))
+for path in sys.argv[2:]:
+    schema.assertValid(etree.parse(path))
+"""
+
+
+@pytest.mark.skipif("QDOT_QTI" not in os.environ, reason="QDOT_QTI doesn't name the schema of QTI 2.1")
+def test_qti_holds_to_its_schema(order: Order, asked: list[Item], tmp_path: Path) -> None:
+    (file,) = file_of(qti.qti_zip, order, asked)
+    paths = []
+    for name, content in unzipped(file.content).items():
+        if name == "test.xml" or name.startswith("items/"):
+            paths.append(tmp_path / name.replace("/", "-"))
+            paths[-1].write_bytes(content)
+    command = [reader("python"), "-c", VALIDATE, os.environ["QDOT_QTI"]]
+    done = subprocess.run([*command, *map(str, paths)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    broken = next(path for path in paths if path.name.startswith("items-"))
+    broken.write_bytes(broken.read_bytes().replace(b"<itemBody", b"<itemsBody").replace(b"</itemB", b"</itemsB"))
+    assert subprocess.run([*command, str(broken)], capture_output=True).returncode != 0
+
+
+def test_qti_marks_as_it_should(order: Order, asked: list[Item]) -> None:
+    (file,) = file_of(qti.qti_zip, order, asked)
+    package = unzipped(file.content)
+    manifest = ElementTree.fromstring(package["imsmanifest.xml"])
+    assert {str(each.get("href")) for each in local(manifest, "file")} | {"imsmanifest.xml"} == set(package)
+    for one in asked:
+        item = ElementTree.fromstring(package[f"items/{one.key}.xml"])
+        assert {f"images/{source.rpartition('/')[2]}" for source in sources(item)} <= set(package)
+        assert all(image.get("alt") for image in local(item, "img"))
+        assert not [element for element in item.iter() if element.get("style")]
+        declared = {str(each.get("identifier")) for each in local(item, "responseDeclaration")}
+        asks = [each for each in item.iter() if each.tag.endswith("Interaction")]
+        assert {str(each.get("responseIdentifier")) for each in asks} == declared
+        told = {str(each.text) for each in local(item, "baseValue") if each.get("baseType") == "identifier"}
+        assert {str(each.get("identifier")) for each in local(item, "modalFeedback")} <= told
+        if isinstance(one.form, Numeric):
+            assert right_numbers(item) == [(field.value, True) for field in one.form.fields] or all(
+                abs(value - field.value) < 1e-8 and held
+                for (value, held), field in zip(right_numbers(item), one.form.fields, strict=True)
+            )
+    test = ElementTree.fromstring(package["test.xml"])
+    assert len(local(test, "assessmentItemRef")) == len(asked)
+    assert [each.get("select") for each in local(test, "selection")] == ["1"] * 7
+
+
+def sources(item: ElementTree.Element) -> list[str]:
+    return [str(image.get("src")) for image in local(item, "img")]
+
+
+def right_numbers(item: ElementTree.Element) -> list[tuple[float, bool]]:
+    """Return the right numbers of an item, and whether three digits of each are within what is allowed."""
+    found = []
+    conditions = local(item, "responseIf")
+    for declared, condition in zip(local(item, "responseDeclaration"), conditions, strict=False):
+        value = float(local(declared, "value")[0].text or "nan")
+        (equal,) = local(condition, "equal")
+        low, _ = map(float, str(equal.get("tolerance")).split())
+        found.append((value, abs(float(f"{value:.2e}") - value) <= low))
+    return found
+
+
+# --- jupyterquiz ---
+
+FOUND = """
+import json, sys
+from jupyterquiz.dynamic.loader import load_questions_script
+script, static, _ = load_questions_script(sys.argv[1], "abc")
+assert static
+print(len(json.loads(script.partition("var questionsabc=")[2].partition(";\\n\\nif (typeof")[0])))
+"""
+FIELDS = {
+    "multiple_choice": {"answer", "correct", "feedback"}, "many_choice": {"answer", "correct", "feedback"},
+    "value": {"type", "value", "correct", "feedback"}, "range": {"type", "range", "correct", "feedback"},
+    "default": {"type", "feedback"},
+}  # fmt: skip
+"""What jupyterquiz's schemas let an answer hold."""
+
+
+def answered(question: dict[str, Any], number: float) -> tuple[bool, str]:
+    """Return what jupyterquiz says to a number: the first answer that fits, as in its numeric.js."""
+    default = ""
+    for answer in question["answers"]:
+        if answer["type"] == "default":
+            default = answer["feedback"]
+        elif answer["type"] == "range" and answer["range"][0] <= number < answer["range"][1]:
+            return answer["correct"], answer["feedback"]
+    return False, default
+
+
+def quizzes(order: Order, asked: list[Item]) -> dict[str, Any]:
+    return {file.path: json.loads(file.content) for file in file_of(jupyterquiz.jupyterquiz_files, order, asked)}
+
+
+def test_jupyterquiz_is_given_what_its_schemas_say(order: Order, asked: list[Item]) -> None:
+    notes: list[str] = []
+    made = quizzes(replace(order, note=notes.append), asked)
+    notebook = made.pop("quizzes.ipynb")
+    assert len(made) == 7
+    assert len(notes) == 1
+    for name, questions in made.items():
+        assert any(name in cell["source"] for cell in notebook["cells"])
+        for question in questions:
+            assert set(question) == {"question", "type", "answers"}
+            assert "](" not in question["question"]  # it would be taken for a link
+            right = [answer for answer in question["answers"] if answer.get("correct")]
+            assert len(right) == 1 or question["type"] == "many_choice"
+            for answer in question["answers"]:
+                assert set(answer) == FIELDS[answer.get("type", question["type"])]
+
+
+def test_jupyterquiz_takes_three_digits_and_names_mistakes(order: Order, asked: list[Item]) -> None:
+    made = quizzes(order, asked)
+    for one, question in zip(
+        [one for one in asked if "-determinant" in one.key], made["p1-determinant.json"], strict=True
+    ):
+        assert isinstance(one.form, Numeric)
+        (field,) = one.form.fields
+        assert answered(question, float(f"{field.value:.2e}")) == (True, "Right.")
+        assert all(answered(question, wrong.value)[0] is False for wrong in field.wrong)
+        assert answered(question, field.wrong[0].value)[1] == field.wrong[0].advice
+        assert answered(question, 1e6) == (False, "Not this number.")
+
+
+def test_jupyterquiz_reads_the_files(order: Order, asked: list[Item], tmp_path: Path) -> None:
+    python = reader("python")
+    for file in file_of(jupyterquiz.jupyterquiz_files, order, asked):
+        (tmp_path / file.path).write_text(file.content)
+    command = [python, "-W", "ignore", "-c", FOUND]
+    done = subprocess.run([*command, "p1-jacobian.json"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.stdout.strip() == "2", done.stderr
+    (tmp_path / "broken.json").write_text("[{]")
+    assert subprocess.run([*command, "broken.json"], cwd=tmp_path, capture_output=True).returncode != 0
+
+
+def test_every_outlet_is_the_same_twice(order: Order, asked: Sequence[Item]) -> None:
+    for outlet in (moodle.moodle_xml, canvas.canvas_zip, qti.qti_zip, jupyterquiz.jupyterquiz_files):
+        assert file_of(outlet, order, list(asked)) == file_of(outlet, order, list(asked))

@@ -1,0 +1,320 @@
+"""The PrairieLearn course, run as its documentation says: generate, render, parse, grade, with JSON between all steps.
+
+With QDOT_PRAIRIELEARN=FOLDER, a checkout of PrairieLearn, info.json and infoCourse.json are validated against its
+published JSON Schemas (they are under the AGPL, and no part of qdot); without it against what its pages document.
+"""
+
+import importlib.util
+import json
+import os
+import re
+import uuid
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import chevron
+import jsonschema
+import pytest
+
+from exercises.assignment import Student, load_assignment
+from exercises.errors import QdotError
+from exercises.exports.bank import bank
+from exercises.exports.outlet import Order
+from exercises.exports.registry import OUTLETS
+from exercises.mistakes.catalogue import CATALOGUE
+from exercises.problem import Expression, Matrix, Problem
+from grader.certify import failures_of, reference_text
+from grader.prairielearn import LONGEST
+from tests.support.handing_in import a_class
+
+pytestmark = pytest.mark.xdist_group("prairielearn")  # exported once
+
+TOML = """title = "Velocity \\"kinematics\\""
+key = "Hw"
+hints = true
+[[problem]]
+family = "planar-2r"
+questions = ["position", "jacobian", "determinant", "joint-rates", "singular-angles", "singularity-type"]
+points = [1, 2, 1, 1.5, 2, 1]
+[[problem]]
+family = "scara"
+questions = ["jacobian", "lost-motion", "dependence"]
+[[problem]]
+robot = "arm.toml"
+questions = ["velocity", "rank"]
+"""
+ROBOT = """name = "Slide"
+task = ["vx", "vz"]
+[[joint]]
+kind = "P"
+theta = 0
+d = "d1"
+a = 0
+alpha = "pi/2"
+[[joint]]
+kind = "R"
+theta = "theta2"
+d = 0
+a = "a2"
+alpha = 0
+"""
+Data = dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def order(tmp_path_factory: pytest.TempPathFactory) -> Order:
+    folder = tmp_path_factory.mktemp("pl") / "hw"
+    a_class(folder, [Student("ada")])
+    (folder / "assignment.toml").write_text(TOML)
+    (folder / "arm.toml").write_text(ROBOT)
+    return Order(load_assignment(folder), failures_of, variants=2)
+
+
+@pytest.fixture(scope="module")
+def course(order: Order, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    root = tmp_path_factory.mktemp("course")
+    for file in OUTLETS["prairielearn"].files(order):
+        path = root / file.path
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(file.content if isinstance(file.content, str) else file.content.decode())
+        assert file.private == (file.path.startswith("serverFilesCourse") and not file.path.endswith("README.md"))
+    return root
+
+
+@pytest.fixture(scope="module")
+def problems(order: Order) -> dict[str, list[Problem]]:
+    found: dict[str, list[Problem]] = {}
+    for variant in bank(order):
+        found.setdefault(variant.slot.name, []).append(variant.problem)
+    return found
+
+
+class Question:
+    """A question's folder as the platform runs it: every step gets and returns plain JSON."""
+
+    def __init__(self, course: Path, qid: str, seed: int) -> None:
+        self.folder = course / "questions" / qid
+        self.server = module(self.folder / "server.py")
+        self.data: Data = {
+            "params": {}, "correct_answers": {}, "submitted_answers": {}, "format_errors": {}, "partial_scores": {},
+            "score": 0, "feedback": {}, "variant_seed": seed,
+            "options": {"server_files_course_path": str(course / "serverFilesCourse")},
+        }  # fmt: skip
+        self.step("generate")
+
+    def step(self, name: str) -> None:
+        data = json.loads(json.dumps(self.data))
+        assert getattr(self.server, name)(data) is None
+        self.data = json.loads(json.dumps(data))
+
+    def page(self, panel: str) -> str:
+        """Return what a panel shows: Mustache first, then the elements that are for this panel only."""
+        text = chevron.render((self.folder / "question.html").read_text(), self.data)
+        for other in {"question", "submission", "answer"} - {panel}:
+            text = re.sub(rf"<pl-{other}-panel>.*?</pl-{other}-panel>", "", text, flags=re.DOTALL)
+        return text
+
+    def submit(self, answers: dict[str, str]) -> None:
+        """Parse and, if there is no format error, grade."""
+        self.data |= {"submitted_answers": dict(answers), "format_errors": {}, "partial_scores": {}, "feedback": {}}
+        self.step("parse")
+        if not self.data["format_errors"]:
+            self.step("grade")
+
+
+def module(path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location("server", path)
+    assert spec is not None and spec.loader is not None
+    found = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(found)
+    return found
+
+
+def problem_of(question: Question, problems: list[Problem]) -> Problem:
+    (found,) = [problem for problem in problems if str(problem.id.seed) == question.data["params"]["seed"]]
+    return found
+
+
+# --- files ---
+
+DOCUMENTED: Data = {
+    "type": "object",
+    "required": ["uuid", "type", "title", "topic"],
+    "additionalProperties": False,
+    "properties": {
+        "uuid": {"pattern": "^[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}$"},
+        "type": {"const": "v3"},
+        "title": {"type": "string", "minLength": 1},
+        "topic": {"type": "string", "minLength": 1},
+        "tags": {"type": "array", "items": {"type": "string"}},
+    },
+}
+SCHEMAS = "apps/prairielearn/src/schemas/schemas"
+
+
+def schemas() -> tuple[Data, Data]:
+    if "QDOT_PRAIRIELEARN" not in os.environ:
+        return DOCUMENTED, {"type": "object", "required": ["name", "title", "topics"]}
+    folder = Path(os.environ["QDOT_PRAIRIELEARN"]) / SCHEMAS
+    question, course = (json.loads((folder / f"info{name}.json").read_text()) for name in ("Question", "Course"))
+    return question, course
+
+
+def test_files_are_those_that_the_platform_reads(course: Path, order: Order) -> None:
+    question, whole = schemas()
+    assert sorted(path.name for path in (course / "questions").iterdir()) == ["hw-p1", "hw-p2", "hw-p3"]
+    infos = [json.loads((folder / "info.json").read_text()) for folder in sorted((course / "questions").iterdir())]
+    for info in infos:
+        jsonschema.validate(info, question)
+    info = json.loads((course / "infoCourse.json").read_text())
+    jsonschema.validate(info, whole)
+    assert {one["topic"] for one in infos} == {topic["name"] for topic in info["topics"]}
+    assert {tag for one in infos for tag in one["tags"]} == {tag["name"] for tag in info["tags"]}
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(infos[0] | {"kind": "v3"}, question)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate({key: value for key, value in infos[0].items() if key != "topic"}, question)
+
+
+def test_uuids_stay_and_belong_to_one_question(course: Path, order: Order) -> None:
+    found = [json.loads((path / "info.json").read_text())["uuid"] for path in sorted((course / "questions").iterdir())]
+    assert len({uuid.UUID(text) for text in found}) == 3
+    again = [file for file in OUTLETS["prairielearn"].files(replace(order, variants=1)) if "info.json" in file.path]
+    assert [json.loads(file.content)["uuid"] for file in again] == found
+    other = replace(order, assignment=replace(order.assignment, secret="another"), variants=1)
+    others = [
+        json.loads(file.content)["uuid"] for file in OUTLETS["prairielearn"].files(other) if "info.json" in file.path
+    ]
+    assert not set(others) & set(found)
+
+
+def test_the_secret_stays_at_home_and_robots_of_elsewhere_are_refused(course: Path, order: Order) -> None:
+    assert not [path for path in course.rglob("*") if path.is_file() and order.assignment.secret in path.read_text()]
+    toml = order.assignment.folder / "assignment.toml"
+    text = toml.read_text()
+    try:
+        toml.write_text(text.replace("arm.toml", "../arm.toml"))
+        with pytest.raises(QdotError, match="lies outside of"):
+            list(OUTLETS["prairielearn"].files(replace(order, variants=1)))
+    finally:
+        toml.write_text(text)
+
+
+# --- the cycle ---
+
+
+def test_a_variant_is_one_of_the_bank_by_its_seed_and_shows_no_solution(
+    course: Path, problems: dict[str, list[Problem]]
+) -> None:
+    one, again, other = (Question(course, "hw-p1", seed) for seed in (4, 4, 7))
+    assert one.data == again.data
+    assert one.data["params"]["seed"] != other.data["params"]["seed"]
+    problem = problem_of(one, problems["p1"])
+    page = one.page("question")
+    assert page.count("<pl-string-input") == len(problem.parts)
+    assert [part.name for part in problem.parts] == re.findall(r'answers-name="([^"]+)"', page)
+    assert "{{" not in page and page.count("<details>") == 3 * len(problem.parts)
+    assert re.search(r"<svg[^>]*>\s*<title", page) and "<desc" in page  # what the figure shows, in words
+    solutions = [part["solution"] for part in one.data["correct_answers"]["parts"]]
+    for panel in ("question", "submission"):
+        assert not [solution for solution in solutions if solution in one.page(panel)]
+    assert all(solution in one.page("answer") for solution in solutions)
+    shown = json.dumps(one.data["params"])
+    for part in problem.parts:
+        if isinstance(part.answer, (Expression, Matrix)) and part.name != "position":
+            assert reference_text(part) not in shown
+
+
+@pytest.mark.parametrize("slot", ["p1", "p2", "p3"])
+def test_references_earn_everything(course: Path, problems: dict[str, list[Problem]], slot: str) -> None:
+    question = Question(course, f"hw-{slot}", 1)
+    problem = problem_of(question, problems[slot])
+    question.submit({part.name: reference_text(part) for part in problem.parts})
+    assert question.data["format_errors"] == {}
+    assert question.data["score"] == 1
+    assert {name: one["score"] for name, one in question.data["partial_scores"].items()} == {
+        part.name: 1 for part in problem.parts
+    }
+    assert [one["said"] for one in question.data["feedback"]["parts"]] == ["right."] * len(problem.parts)
+
+
+def test_wrong_in_part_by_a_mistake_that_is_named(course: Path, problems: dict[str, list[Problem]]) -> None:
+    question = Question(course, "hw-p1", 1)
+    problem = problem_of(question, problems["p1"])
+    jacobian, determinant = problem.parts[1].answer, problem.parts[2].answer
+    assert isinstance(jacobian, Matrix) and isinstance(determinant, Expression)
+    spoiled = jacobian.reference.copy()
+    spoiled[0, 0] = -spoiled[0, 0]
+    question.submit({"jacobian": str(spoiled.tolist()), "determinant": str(-determinant.reference), "position": ""})
+    scores = {name: one["score"] for name, one in question.data["partial_scores"].items()}
+    assert scores["position"] == scores["joint-rates"] == 0
+    assert 0 < scores["jacobian"] < 1
+    assert 0 < question.data["score"] < 0.5
+    said = {one["title"]: one for one in question.data["feedback"]["parts"]}
+    assert "right in part. Not right: (1, 1)." in said["Jacobian by differentiation"]["said"]
+    sentences = [CATALOGUE[name].says[:30] for name in ("determinant-sign", "sign") if name in CATALOGUE]
+    assert any(said["Determinant of the Jacobian"]["advice"].startswith(sentence) for sentence in sentences)
+    page = question.page("submission")
+    assert said["Determinant of the Jacobian"]["advice"] in page and "left blank." in page
+
+
+def test_numbers_that_are_wrong_are_not_told(course: Path, problems: dict[str, list[Problem]]) -> None:
+    """A variant may be tried again, so that feedback gives no value away."""
+    question = Question(course, "hw-p1", 1)
+    problem = problem_of(question, problems["p1"])
+    question.submit({"joint-rates": "[17, 23]", "singular-angles": "{theta1: [0]}"})
+    said = json.dumps(question.data["feedback"])
+    right = problem.parts[3].answer.reference  # type: ignore[union-attr]
+    assert not [value for value in right if f"{float(value):.2f}" in said]
+    assert "theta2" not in said
+
+
+@pytest.mark.parametrize(
+    ("typed", "error"),
+    [
+        ("[[1, 2], [3", "can't be read"),
+        ("__import__('os').system('x')", "can't be read"),
+        ("{{params.seed}}", ""),
+        ("(" * 5000, "can't be read"),
+        ("1+" * LONGEST + "1", f"at most {LONGEST} characters"),
+        ("9^9^9^9^9", ""),
+        ("<script>alert(1)</script>", ""),
+    ],
+    ids=["open bracket", "code", "mustache", "deep", "long", "powers", "html"],
+)
+def test_unreadable_and_hostile_answers(course: Path, typed: str, error: str) -> None:
+    question = Question(course, "hw-p1", 1)
+    question.submit({"jacobian": typed})
+    if error:
+        assert error in question.data["format_errors"]["jacobian"]
+        assert question.data["partial_scores"] == {}
+    else:
+        assert question.data["format_errors"] or question.data["score"] == 0
+    assert typed not in question.page("submission")
+
+
+def test_nothing_is_answered(course: Path) -> None:
+    question = Question(course, "hw-p1", 1)
+    for answers in ({}, {"position": "  "}, {"position": None}):
+        question.submit(answers)  # type: ignore[arg-type]
+        assert question.data["format_errors"] == {"position": "no part is answered"}
+
+
+def test_what_fails_in_qdot_costs_no_attempt(course: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*_: object) -> None:
+        raise RuntimeError("ours")
+
+    question = Question(course, "hw-p3", 1)
+    monkeypatch.setattr("grader.marking.judge", fails)
+    question.submit({"rank": "2"})
+    assert "qdot failed" in question.data["format_errors"]["rank"]
+    assert "rank" not in question.data["partial_scores"]
+
+
+def test_another_engine_is_told(course: Path) -> None:
+    question = Question(course, "hw-p3", 1)
+    question.data["params"]["engine"] += 1
+    with pytest.raises(QdotError, match="made by engine"):
+        question.submit({"rank": "2"})

@@ -1,0 +1,227 @@
+"""Arms whose structure is drawn: the table holds all clean structures, and every draw is one of them."""
+
+import pickle
+from collections import Counter
+from itertools import islice
+
+import pytest
+import sympy as sp
+
+from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.derivation import structure
+from exercises.arm.kinematics import rot_x, rot_z
+from exercises.arm.singularity import singular_set
+from exercises.difficulty import step
+from exercises.docs.structures import regular_tables
+from exercises.errors import QdotError
+from exercises.families import FAMILIES
+from exercises.families.classes import Key, key
+from exercises.families.random_n import _arm as arm_of
+from exercises.families.random_n import _order as order
+from exercises.families.structures import (
+    TABLE,
+    Row,
+    Structure,
+    chain_of,
+    clean_classes,
+    clean_structures,
+    count_tables,
+    find_clean,
+    is_clean,
+    normal,
+    read_rows,
+    regular_forms,
+    regular_tasks,
+    tables,
+)
+from exercises.generate import generate, sample_chain
+from exercises.problem import ProblemId
+from exercises.questions import QUESTIONS
+from exercises.stream import Stream
+from grader.certify import failures_of
+from tests.support.problems import as_table, several
+
+RANDOM = ("random-2", "random-3", "random-4")
+
+
+def test_the_numbers_of_tables_are_those_that_were_counted_before() -> None:
+    """Counts of the shared mathematics: tables, and those of three joints that are regular in some task."""
+    assert (count_tables(2, False), count_tables(3, False), count_tables(3, True)) == (108, 1944, 4608)
+    assert (regular_tables(False), regular_tables(True)) == (1024, 2504)
+
+
+@pytest.mark.parametrize("n", several([2], [2, 3]))
+def test_the_table_holds_all_clean_structures(n: int) -> None:
+    assert tuple(find_clean(n)) == clean_structures()[n]
+
+
+@pytest.mark.parametrize(("n", "each"), several([(3, 4), (4, 50)], [(4, 25)]))
+def test_the_table_holds_the_clean_ones_of_a_sample(n: int, each: int) -> None:
+    known = {(structure.rows, structure.task) for structure in clean_structures()[n]}
+    forms = regular_forms(n)
+    assert {rows for rows, _ in known} <= set(forms)
+    for rows, tasks in islice(forms.items(), 0, None, each):
+        for task in tasks:
+            assert ((rows, task) in known) == is_clean(chain_of(rows, task)), rows
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_a_normal_form_is_regular_where_its_tables_are(n: int) -> None:
+    seen: dict[tuple[Row, ...], set[int]] = {}
+    for rows in tables(n, True):
+        assert normal(normal(rows)) == normal(rows)
+        seen.setdefault(normal(rows), set()).add(len(regular_tasks(rows)) > 0)
+    assert all(len(found) == 1 for found in seen.values())
+
+
+def drawn(chain: Chain) -> tuple[tuple[Row, ...], tuple[str, ...]]:
+    """The structure of an arm, and its task in the axes of the base; lengths that P has are put back into the table."""
+    rows = tuple(
+        Row(j.kind, j.a != 0, bool((j.d if j.kind == "R" else j.theta) != 0), j.alpha != 0)
+        for j in as_table(chain).joints
+    )
+    rotation = rot_z(chain.base.yaw) * rot_x(chain.base.tilt)
+    names = {"xyz"[next(i for i in range(3) if rotation[i, k] != 0)]: "xyz"[k] for k in range(3)}
+    counted = {row[0] + names[row[1]] for row in chain.task}
+    return rows, tuple(row for row in TASK_ROWS if row in counted)
+
+
+def test_an_arm_is_of_the_structure_that_is_drawn_first() -> None:
+    for seed in range(several(60, 900)):
+        first = order(list(clean_classes(2)), Stream(f"reached/{seed}"))[0]
+        assert drawn(FAMILIES["random-2"].sample(Stream(f"reached/{seed}"))) == (first.rows, first.task)
+
+
+def test_every_clean_structure_of_two_joints_is_reached_and_all_classes_as_often() -> None:
+    firsts = [order(list(clean_classes(2)), Stream(f"reached/{seed}"))[0] for seed in range(900)]
+    draws = [(first.rows, first.task) for first in firsts]
+    assert set(draws) == {(s.rows, s.task) for s in clean_structures()[2]}
+    often = Counter(key(*draw) for draw in draws)
+    assert len(often) == len(clean_classes(2))
+    assert max(often.values()) < 2 * min(often.values())
+
+
+@pytest.mark.parametrize("n", [3, 4])
+def test_numbers_are_found_for_every_class(n: int) -> None:
+    """One structure of each class: the first draw of numbers gives an arm, which is clean."""
+    for alike in clean_classes(n):
+        chain = arm_of(alike[0], Stream("numbers"))
+        assert chain is not None and is_clean(chain), alike[0]
+        assert key(*drawn(chain)) == key(alike[0].rows, alike[0].task)
+
+
+def test_mirror_images_and_mountings_are_drawn() -> None:
+    chains = [FAMILIES["random-3"].sample(Stream(f"mirrored/{seed}")) for seed in range(40)]
+    assert {joint.alpha for chain in chains for joint in chain.joints} == {0, sp.pi / 2, -sp.pi / 2}
+    assert {chain.base.tilt for chain in chains} == {0, sp.pi, sp.pi / 2, -sp.pi / 2}
+    assert all(chain.base.position[2] == 0 for chain in chains if chain.is_planar)
+
+
+# --- classes ---
+
+
+def of(code: str, *task: str) -> Key:
+    return key(read_rows(code), task)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("Rd Ra", "R Ra"),  # the base's height
+        ("Ra Rad Ra", "Rad Ra Ra"),  # offsets add up over parallel axes ...
+        ("Rx Rd P", "Rx R P"),  # ... and are lost in a slide
+        ("Pat Ra", "P Ra"),  # where the base stands
+        ("R Pa", "R Pat"),  # the zero of the joint before a slide
+        ("Rx Ra P", "Rx R Pa"),  # a slide can be moved aside
+        ("Px Px Pa", "Ptx Px P"),  # lengths of arms that only slide, and axes named anew
+    ],
+)
+def test_structures_that_are_the_same_problem(one: str, other: str) -> None:
+    assert of(one) == of(other)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("Rx Rd Ra", "Rx R Ra"),
+        ("Rx Ra Ra", "Rax Ra Ra"),
+        ("R Px Ra", "P Rx Ra"),  # the same motion, by other joints
+        ("Ra Pat", "R Pa"),  # the point beside the line of the slide
+    ],
+)
+def test_structures_that_are_different_problems(one: str, other: str) -> None:
+    assert of(one) != of(other)
+
+
+def test_axes_of_the_world_are_named_anew_with_the_task() -> None:
+    assert of("Rx Ra", "vx", "vz") == of("Rx Ra", "vy", "vz") != of("Rx Ra", "vx", "vy")
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_structures_of_a_class_lose_rank_alike(n: int) -> None:
+    """All of a class are regular in as many tasks, and the same joints are in the conditions of clean ones."""
+    regular: dict[Key, set[int]] = {}
+    for rows in tables(n, True):
+        regular.setdefault(key(rows), set()).add(len({key(rows, task) for task in regular_tasks(rows)}))
+    assert all(len(found) == 1 for found in regular.values())
+    for alike in clean_classes(n):
+        assert len({conditions_of(structure) for structure in alike}) == 1, alike
+
+
+def conditions_of(structure: Structure) -> tuple[tuple[str, ...], ...]:
+    """The joints in each condition; slides that follow each other count as one."""
+    chain = chain_of(structure.rows, structure.task)
+    kinds = [row.kind for row in structure.rows]
+    place = {q: sum(kinds[:i].count(k) for k in "R") if kinds[i] == "P" else -i for i, q in enumerate(chain.q)}
+    found = [c for component in singular_set(chain) or () for c in component.conditions]
+    return tuple(sorted(tuple(sorted(str(place[q]) for q in chain.q if c.has(q))) for c in found))
+
+
+@pytest.mark.parametrize("family", RANDOM)
+def test_every_arm_is_clean_and_all_its_conditions_can_hold(family: str, seeds: range) -> None:
+    for seed in seeds:
+        chain = sample_chain(ProblemId(family, seed))
+        assert is_clean(structure(chain).chain)
+        for component in singular_set(chain) or ():
+            for _, values in component.solutions or ():
+                assert all(value.is_real is not False for value in values)
+        lengths = [joint.a for joint in chain.joints if joint.a.is_number and joint.a != 0]
+        assert all(abs(a - b) >= sp.Rational(5, 100) for i, a in enumerate(lengths) for b in lengths[:i])
+
+
+@pytest.mark.parametrize("family", RANDOM)
+def test_problems_pass_their_certificate(family: str, seeds: range) -> None:
+    for seed in seeds[: several(2, 4)]:
+        assert failures_of(generate(ProblemId(family, seed))) == []
+
+
+@pytest.mark.parametrize("band", [(0, 0), (1, 2)])
+def test_a_band_of_difficulty_is_kept(band: tuple[int, int]) -> None:
+    for seed in range(6):
+        assert band[0] <= step(sample_chain(ProblemId("random-3", seed, band=band))) <= band[1]
+
+
+def test_only_arms_to_which_all_questions_apply_are_drawn() -> None:
+    asked = ("determinant", "singular-angles", "inverse-velocity")
+    for seed in range(5):
+        problem = generate(ProblemId("random-3", seed, asked))
+        assert [part.name for part in problem.parts] == list(asked)
+        assert all(QUESTIONS[name].refusal(problem.chain) is None for name in asked)
+
+
+def test_what_no_arm_can_be_asked_is_said() -> None:
+    with pytest.raises(QdotError, match="random-2 has no arm of any difficulty that can be asked"):
+        sample_chain(ProblemId("random-2", 1, ("block-determinants",)))
+    with pytest.raises(QdotError, match="random-2 has no arm of difficulty 4; its arms are of difficulty 0 to 2"):
+        sample_chain(ProblemId("random-2", 1, band=(4, 4)))
+
+
+def test_families_travel_to_other_processes() -> None:
+    for name in RANDOM:
+        assert pickle.loads(pickle.dumps(FAMILIES[name])).name == name
+
+
+def test_the_table_is_text_that_a_person_can_read() -> None:
+    first, *lines = TABLE.read_text(encoding="utf-8").splitlines()
+    assert first.startswith("#")
+    assert all(line.count("|") == 2 for line in lines)

@@ -1,0 +1,253 @@
+"""Families of textbook arms: determinants, singular sets and kinds against the formulas of the books.
+
+The formulas below are written by hand, in the entries of the DH table: t2 is theta2 with its offset, d3 the place of a
+slide with its zero, h the offset of the point of interest along y, u4 the sine of alpha4 (the sense of an axis).
+"""
+
+from math import prod
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.classification import classify_pieces, domain_of, samples_on
+from exercises.arm.derivation import derive, structure
+from exercises.arm.kinematics import NumericChain
+from exercises.arm.singularity import singular_set
+from exercises.families import FAMILIES
+from exercises.formula.conditions import Space, compare_sets
+from exercises.formula.expression import read
+from exercises.formula.pieces import Piece, pieces
+from exercises.generate import sample_chain
+from exercises.problem import ProblemId
+from exercises.stream import Stream
+from exercises.verify.singular import NEAR, singular_configurations
+from tests.support.problems import as_table
+
+SHOULDER = "a1 + a2*cos(t2) + a3*cos(t2 + t3)"
+ELBOW = ("a2", "a3", "sin(t3)", SHOULDER)
+SLIDING = ("d3", "d3", "sin(t2)")
+ELBOW_D4 = "a3*sin(t3) + d4*cos(t3)"
+SHOULDER_D4 = "a1 + a2*cos(t2) + a3*cos(t2 + t3) - d4*sin(t2 + t3)"
+SHOULDER_ANTHROPOMORPHIC = "a2*cos(t2) + u3*d4*sin(t2 + t3)"
+SHOULDER_UR = "a2*cos(t2) + a3*cos(t2 + t3) + u4*d5*sin(t2 + t3 + t4)"
+
+DETERMINANTS: dict[str, tuple[str, ...]] = {
+    "planar-2r": ("a1", "a2*sin(t2) + h*cos(t2)"),
+    "elbow-3r": ELBOW,
+    "polar-rp": ("d2",),
+    "planar-pr": ("a2*sin(t2) + h*cos(t2)",),
+    "planar-rpr": ("d2",),
+    "planar-rrp": ("a1", "sin(t2)"),
+    "planar-prr": ("a2", "sin(t2)"),
+    "planar-3r-pose": ("a1", "a2", "sin(t2)"),
+    "cartesian": (),
+    "cylindrical": ("d3",),
+    "spherical": SLIDING,
+    "spherical-offset": SLIDING,
+    "scara": ("a1", "a2", "sin(t2)"),
+    "scara-rrrp": ("a1", "a2", "sin(t2)"),
+    "scara-prrr": ("a2", "a3", "sin(t3)"),
+    "elbow": ELBOW,
+    "elbow-lateral": ELBOW,
+    "orthogonal-3r": ("a3", "a2 + a3*cos(t3)", "a1 + a2*cos(t2)", "sin(t3)"),
+    "wrist-zyz": ("sin(t2)",),
+    "wrist-rpy": ("sin(t2)",),
+    "stanford-6r": (*SLIDING, "sin(t5)"),
+    "puma-560": ("a2", "sin(t5)", ELBOW_D4, SHOULDER_D4),
+    "anthropomorphic-6r": ("a2", "d4", "cos(t3)", "sin(t5)", SHOULDER_ANTHROPOMORPHIC),
+    "industrial-6r": ("a2", "sin(t5)", ELBOW_D4, SHOULDER_D4),
+    "ur-6r": ("a2", "a3", "sin(t3)", "sin(t5)", SHOULDER_UR),
+}
+"""Factors of det J, up to its sign."""
+
+SCORBOT = (("sin(t3)",), (SHOULDER, "sin(t2 + t3 + t4)"))
+COMMON_ZEROS: dict[str, tuple[tuple[str, ...], ...]] = {
+    "planar-3r": (("sin(t2)", "sin(t3)"),),
+    "pan-tilt": (("cos(t2)",),),
+    "scorbot-wrist": SCORBOT,
+    "scorbot-tip": SCORBOT,
+    "lbr-7r": (("sin(t4)",), ("sin(t2)", "sin(t6)"), ("sin(t2)", "cos(t3)"), ("sin(t6)", "cos(t5)")),
+}
+"""Singular sets of arms whose J is not square: conditions that hold together, in alternatives."""
+
+GRAMIANS = {
+    "pan-tilt": "a2**4*cos(t2)**2",
+    "scorbot-wrist": f"(a2*a3*sin(t3))**2*(({SHOULDER})**2 + sin(t2 + t3 + t4)**2)",
+}
+"""det(J' J) of arms with fewer joints than rows."""
+
+B, I = "boundary", "internal"  # noqa: E741
+KINDS: dict[str, tuple[str, ...]] = {
+    "planar-2r": (B,),
+    "elbow-3r": (B, I),
+    "polar-rp": (B,),
+    "planar-3r": (B,),
+    "planar-pr": (B,),
+    "planar-rpr": (B,),
+    "planar-rrp": (B,),
+    "planar-prr": (B,),
+    "planar-3r-pose": (B,),
+    "pan-tilt": (I,),
+    "cylindrical": (B,),
+    "spherical": (I, I),
+    "stanford-6r": (B, B, I),
+    "spherical-offset": (B, B),
+    "scara": (B,),
+    "scara-rrrp": (B,),
+    "scara-prrr": (B,),
+    "elbow": (B, I),
+    "elbow-lateral": (B, B),
+    "wrist-zyz": (I,),
+    "wrist-rpy": (I,),
+    "scorbot-wrist": (B, I),
+    "scorbot-tip": (B, I),
+    "puma-560": (I, B, B),
+    "anthropomorphic-6r": (B, I, I),
+    "industrial-6r": (I, B, I),
+    "ur-6r": (B, I, B),
+    "lbr-7r": (B, I, I, I),
+}
+"""Kinds of the alternatives, in the order above; boundary where some of their configurations are."""
+
+KNOWN = [*DETERMINANTS, *COMMON_ZEROS]
+SEVERAL = range(4)
+
+
+def arm_of(family: str, seed: int) -> Chain:
+    return sample_chain(ProblemId(family, seed))
+
+
+def filled(text: str, chain: Chain) -> sp.Expr:
+    """Return a formula of the tables above for one arm."""
+    chain = as_table(chain)
+    values: dict[str, sp.Expr] = {"h": chain.point.offset[1]}
+    for i, joint in enumerate(chain.joints, 1):
+        values |= {f"t{i}": joint.theta, f"d{i}": joint.d, f"a{i}": joint.a, f"u{i}": sp.sin(joint.alpha)}
+    return sp.sympify(text, locals=values)
+
+
+def alternatives(family: str, chain: Chain) -> list[tuple[sp.Expr, ...]]:
+    """Return the conditions that the tables give for one arm, without factors that hold no joint."""
+    if family in COMMON_ZEROS:
+        return [tuple(filled(text, chain) for text in together) for together in COMMON_ZEROS[family]]
+    factors = (filled(text, chain) for text in dict.fromkeys(DETERMINANTS[family]))
+    return [(factor,) for factor in factors if factor.free_symbols & set(chain.q)]
+
+
+def as_text(conditions: tuple[sp.Expr, ...]) -> str:
+    return " and ".join(f"{condition} = 0" for condition in conditions)
+
+
+def claimed(chain: Chain) -> list[Piece]:
+    joints = [q.name for q in chain.q]
+    return [
+        piece for part in singular_set(chain) or () for text in part.pieces() for piece in pieces(read(text), joints)
+    ]
+
+
+def drawn_lengths(chain: Chain, stream: Stream) -> dict[str, float]:
+    return {symbol.name: stream.uniform(0.3, 1.0) for symbol in chain.parameters}
+
+
+def task_rows(chain: Chain) -> list[int]:
+    return [TASK_ROWS.index(row) for row in chain.task]
+
+
+def test_the_tables_are_of_families() -> None:
+    assert not set(KNOWN) - set(FAMILIES)
+    assert len(KNOWN) >= 30
+    assert len(set(KNOWN)) == len(KNOWN)
+
+
+@pytest.mark.parametrize("family", DETERMINANTS)
+def test_the_determinant_is_that_of_the_books(family: str, seeds: range) -> None:
+    stream = Stream(family)
+    for seed in seeds:
+        chain = arm_of(family, seed)
+        formula = prod((filled(text, chain) for text in DETERMINANTS[family]), start=sp.S.One)
+        for _ in range(3):
+            lengths = drawn_lengths(chain, stream)
+            q = [stream.uniform(-3, 3) for _ in chain.q]
+            values = {**dict(zip(chain.q, q, strict=True)), **{sp.Symbol(k): v for k, v in lengths.items()}}
+            book, ours = (abs(float(e.xreplace(values))) for e in (formula, derive(chain).determinant))
+            jacobian = NumericChain(chain, lengths).jacobian(np.array(q))[task_rows(chain)]
+            assert ours == pytest.approx(book, rel=1e-9, abs=1e-12)
+            assert abs(np.linalg.det(jacobian)) == pytest.approx(book, rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("family", GRAMIANS)
+def test_the_gram_determinant_is_that_of_the_chapter(family: str, seeds: range) -> None:
+    stream = Stream(family)
+    for seed in seeds:
+        chain = arm_of(family, seed)
+        lengths = drawn_lengths(chain, stream)
+        q = [stream.uniform(-3, 3) for _ in chain.q]
+        values = {**dict(zip(chain.q, q, strict=True)), **{sp.Symbol(k): v for k, v in lengths.items()}}
+        jacobian = NumericChain(chain, lengths).jacobian(np.array(q))[task_rows(chain)]
+        book = float(filled(GRAMIANS[family], chain).xreplace(values))
+        assert np.linalg.det(jacobian.T @ jacobian) == pytest.approx(book, rel=1e-9)
+
+
+@pytest.mark.parametrize("family", KNOWN)
+def test_the_singular_set_is_that_of_the_books(family: str) -> None:
+    for seed in SEVERAL:
+        chain = arm_of(family, seed)
+        joints = [q.name for q in chain.q]
+        book = [piece for together in alternatives(family, chain) for piece in pieces(read(as_text(together)), joints)]
+        assert len(singular_set(chain) or ()) == len(alternatives(family, chain))
+        if book:
+            compared = compare_sets(claimed(chain), book, Space(joints, domain_of(chain)), family)
+            assert compared.equal
+            assert all(compared.covered)
+            assert all(compared.sound)
+
+
+@pytest.mark.parametrize("family", KNOWN)
+def test_every_condition_can_hold_for_any_lengths_and_costs_rank(family: str) -> None:
+    """No phantom: whatever the open lengths are, there are configurations, and J has lost rank in them."""
+    for seed in SEVERAL:
+        chain = arm_of(family, seed)
+        rows = task_rows(chain)
+        for together in alternatives(family, chain):
+            samples = samples_on(chain, as_text(together), f"{family}/{seed}", arms=4, each=2)
+            assert len({sample.arm for sample in samples}) == 4
+            for sample in samples:
+                sigma = np.linalg.svd(sample.arm.jacobian(sample.q)[rows], compute_uv=False)
+                assert sigma[-1] < 1e-7 * sigma[0]
+
+
+@pytest.mark.parametrize("family", KNOWN)
+def test_what_a_search_finds_is_in_the_set_and_other_poses_are_regular(family: str) -> None:
+    for seed in SEVERAL[:2]:
+        chain = arm_of(family, seed)
+        stream = Stream(f"{family}/{seed}")
+        lengths = drawn_lengths(chain, stream)
+        arm = NumericChain(chain, lengths)
+        starts = np.array([[stream.uniform(-3, 3) for _ in chain.q] for _ in range(12)])
+        sigma = np.linalg.svd(arm.jacobian(starts)[:, task_rows(chain)], compute_uv=False)
+        assert np.median(sigma[:, -1] / sigma[:, 0]) > 1e-3
+        q = singular_configurations(arm, starts, task_rows(chain))
+        if family == "cartesian":
+            assert not len(q)
+            continue
+        assert len(q)
+        joints = [symbol.name for symbol in chain.q]
+        values = {**dict(zip(joints, q.T, strict=True)), **{k: np.full(len(q), v) for k, v in lengths.items()}}
+        inside = Space(joints, domain_of(chain, lengths)).contains(claimed(chain), values, len(q), NEAR)
+        # Where components meet, a find may be farther from each than that: the certificate looks closer.
+        assert inside.all() or (chain.n > 6 and inside.mean() > 0.7)
+
+
+@pytest.mark.parametrize("family", KINDS)
+def test_kinds_are_those_of_the_books(family: str) -> None:
+    chain = arm_of(family, 1)
+    found = tuple(classify_pieces(chain, [as_text(together)]).kind for together in alternatives(family, chain))
+    assert found == KINDS[family]
+
+
+@pytest.mark.parametrize("family", [name for name in KNOWN if arm_of(name, 0).n >= 5])
+def test_arms_of_many_joints_have_few_structures(family: str) -> None:
+    """A structure of six joints takes some tenths of a second, all further arms of it milliseconds."""
+    assert len({structure(arm_of(family, seed)).chain for seed in range(60)}) <= 8

@@ -1,0 +1,240 @@
+"""Rank, lost direction and meaning of a singular configuration: right for every arm, wrong references found."""
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from exercises.arm.chain import Point
+from exercises.arm.derivation import structure
+from exercises.arm.directions import clear_rank, lost_direction, lost_formula, value_sets
+from exercises.arm.singularity import singular_set
+from exercises.generate import generate, questions_of
+from exercises.problem import Choice, Direction, Number, ProblemId
+from exercises.questions import QUESTIONS
+from exercises.questions.geometry import at_values, branches, jacobian_at, precise_lost, regular_pose, singular_pose
+from exercises.stream import Stream
+from exercises.verify import certify
+from tests.support.problems import asked, detail, of_families, several, with_answer
+
+DRAWS = several(16, 30)
+"""Problems whose letters are counted."""
+NAMES = ("rank", "lost-direction", "lost-motion", "singularity-meaning")
+OLD = ("planar-2r", "elbow-3r", "planar-3r", "polar-rp")
+
+
+def test_objections(textbook_arms: dict[str, Any]) -> None:
+    def objections(name: str) -> list[str | None]:
+        return [QUESTIONS[question].objection(textbook_arms[name].chain) for question in NAMES]
+
+    assert objections("cartesian_PPP") == ["it has no singular configuration"] * 4
+    assert objections("pan_tilt_2R")[1] == "its task counts 3 components, more than its 2 joints can give anywhere"
+    assert objections("PUMA560")[1] == "its Jacobian has 6 rows, too many to find a null space by hand"
+    assert objections("orthogonal_3R")[2] == "no line of the arm tells a direction that is lost"
+    assert objections("elbow_RRR") == [None] * 4
+
+
+# --- rank ---
+
+
+def test_the_rank_is_not_always_the_same(textbook_arms: dict[str, Any]) -> None:
+    """A regular pose, one component, and where two meet: the elbow stretched out with P above the shoulder."""
+    for name, ranks in (("planar_2R", {1, 2}), ("elbow_RRR", {1, 2, 3}), ("PUMA560", {4, 5, 6})):
+        problems = [asked("rank", textbook_arms[name].chain, seed) for seed in range(30)]
+        found = Counter(int(problem.parts[0].answer.reference[0]) for problem in problems)  # type: ignore[union-attr]
+        assert ranks <= set(found), (name, found)
+        assert max(found.values()) < 24
+
+
+def test_a_wrong_rank_is_found() -> None:
+    problem = generate(ProblemId("elbow-3r", 2, ("rank",)))
+    answer = problem.parts[0].answer
+    assert isinstance(answer, Number)
+    for wrong in (answer.reference + sp.ones(1, 1), answer.reference - sp.ones(1, 1), sp.zeros(1, 2)):
+        assert not certify(with_answer(problem, replace(answer, reference=wrong))).passed
+
+
+# --- lost direction ---
+
+
+def test_lost_direction_of_the_chapters_arms(textbook_arms: dict[str, Any]) -> None:
+    t1, t2, t3, a3 = sp.symbols("theta1 theta2 theta3 a3")
+    c1, s1, c2, s2 = sp.cos(t1), sp.sin(t1), sp.cos(t2), sp.sin(t2)
+    expected = {
+        "planar_2R": [c1, s1],
+        "planar_3R_pose": [c1, s1, a3 * sp.sin(t3)],
+        "elbow_RRR_shoulder_offset_(Scorbot_point_P)": [c1 * c2, s1 * c2, -s2],
+        "ZYZ_wrist": [c1, s1, 0],
+    }
+    for name, vector in expected.items():
+        generic = structure(textbook_arms[name].chain).chain
+        component = (singular_set(generic) or ())[0]
+        formula = lost_formula(generic, at_values(component, value_sets(component)[0]))
+        assert formula is not None
+        assert formula.direction == sp.Matrix(vector)
+
+
+def test_a_bent_tool_loses_the_direction_from_the_first_joint() -> None:
+    """P is on the line O_0 O_1 at both singular angles of planar-2r, though they hold an arctangent."""
+    for seed in range(4):
+        (part,) = generate(ProblemId("planar-2r", seed, ("lost-direction",))).parts
+        assert isinstance(part.answer, Direction)
+        assert part.answer.tolerance is None
+        assert {symbol.name for symbol in part.answer.reference.free_symbols} == {"theta1"}
+
+
+def test_a_direction_in_numbers_where_no_formula_is_short(textbook_arms: dict[str, Any]) -> None:
+    problem = asked("lost-direction", textbook_arms["orthogonal_3R"].chain, 3)
+    answer = problem.parts[0].answer
+    assert isinstance(answer, Direction)
+    assert answer.tolerance == 0.005
+    assert not answer.reference.free_symbols
+    for wrong in (sp.Matrix([1, 2, 3]).normalized(), 2 * answer.reference, answer.reference[:2, :]):
+        numbers = wrong.applyfunc(lambda value: sp.N(value, 10))
+        assert not certify(with_answer(problem, replace(answer, reference=numbers))).passed
+
+
+@of_families(OLD)
+def test_a_wrong_direction_is_found(family: str) -> None:
+    problem = generate(ProblemId(family, 3, ("lost-direction",)))
+    answer = problem.parts[0].answer
+    assert isinstance(answer, Direction)
+    for wrong in wrong_directions(answer.reference):
+        assert not certify(with_answer(problem, replace(answer, reference=wrong))).passed, wrong
+
+
+def wrong_directions(right: sp.Matrix) -> Iterator[sp.Matrix]:
+    yield sp.zeros(*right.shape)
+    yield sp.Matrix([-right[0], *right[1:]])
+    yield sp.Matrix([*right[1:], right[0]])
+    yield right.xreplace({sp.Symbol("theta1"): sp.Symbol("theta1") + sp.pi / 2})
+    yield right.T
+    yield right + sp.ones(*right.shape) / 10**6
+
+
+def test_precise_direction() -> None:
+    """It is perpendicular to every column, and a unit vector, to many digits."""
+    chain = generate(ProblemId("elbow-3r", 5, ("rank",))).chain
+    for component in singular_set(chain) or ():
+        pose = singular_pose(chain, (component,), Stream("precise"), 2)
+        assert pose is not None
+        u = np.array(precise_lost(chain, pose).tolist(), dtype=float)[:, 0]
+        other = lost_direction(jacobian_at(chain, pose))
+        assert other is not None
+        assert abs(abs(u @ other) - 1) < 1e-12
+        assert np.abs(u @ jacobian_at(chain, pose)).max() < 1e-12
+
+
+# --- poses ---
+
+
+def test_poses_are_what_they_are_said_to_be(textbook_arms: dict[str, Any]) -> None:
+    for name in ("elbow_RRR", "orthogonal_3R", "PUMA560", "spherical_RRP", "Scorbot_5R_full_6x5"):
+        chain = textbook_arms[name].chain
+        full = min(len(chain.task), chain.n)
+        regular = regular_pose(chain, Stream(name))
+        assert regular is not None
+        assert clear_rank(jacobian_at(chain, regular)) == full
+        for component in singular_set(chain) or ():
+            if len(component.conditions) == 1:
+                pose = singular_pose(chain, (component,), Stream(name))
+                assert pose is not None
+                assert clear_rank(jacobian_at(chain, pose)) in range(full)
+                assert len(set(pose.lengths.values())) == len(pose.lengths)
+
+
+def test_values_of_arm_and_structure_belong_together() -> None:
+    """An offset of half a turn exchanges the stretched and the folded arm."""
+    for seed in range(12):
+        chain = generate(ProblemId("planar-2r", seed, ("rank",))).chain
+        offset = chain.offsets[1]
+        for branch in branches(chain):
+            (((_, own),), ((_, theirs),)) = value_sets(branch.own)[0], value_sets(branch.generic)[0]
+            numbers = dict(structure(chain).values)
+            apart = sp.N((own + offset - theirs.xreplace(numbers)) / (2 * sp.pi))
+            assert abs(apart - round(apart)) < 1e-9
+
+
+# --- in words ---
+
+
+def test_the_stretched_elbow_can_not_move_along_itself(textbook_arms: dict[str, Any]) -> None:
+    chain = textbook_arms["elbow_RRR"].chain
+    right = set()
+    for seed in range(12):
+        (part,) = asked("lost-motion", chain, seed).parts
+        assert isinstance(part.answer, Choice)
+        where = detail(part, "asked").where
+        words = part.answer.options[part.answer.correct]
+        if where.condition is not None:
+            assert words.split(",")[0] in {f"along $z_{i}$" for i in (1, 2)} | {f"along $z_{3}$"}
+        else:
+            assert words.split(",")[0] in {
+                "along the line from $O_1$ to $P$", "along the line from $O_2$ to $P$", "along $x_2$", "along $x_3$",
+            }  # fmt: skip
+        right.add(where.condition is None)
+    assert right == {True, False}
+
+
+def test_meanings_of_the_chapters_arms(textbook_arms: dict[str, Any]) -> None:
+    expected = {
+        "ZYZ_wrist": {"the axes of joints 1 and 3 lie on one line; an internal singularity"},
+        "pan_tilt_2R": {"$P$ lies on the axis of joint 1"},  # its reach is a surface: no kind
+        "planar_2R": {
+            f"the arm is {how} the axis of joint 1 as joint 2 can bring it; a boundary singularity"
+            for how in ("stretched out: $P$ is as far from", "folded back: $P$ is as near to")
+        },
+    }
+    for name, right in expected.items():
+        found = set()
+        for seed in range(8):
+            answer = asked("singularity-meaning", textbook_arms[name].chain, seed).parts[0].answer
+            assert isinstance(answer, Choice)
+            found.add(answer.options[answer.correct])
+        assert found == right
+
+
+def test_the_kind_is_left_out_where_it_is_not_the_same_everywhere(textbook_arms: dict[str, Any]) -> None:
+    """With a shoulder offset the stretched arm is on the boundary in front, and inside behind the column."""
+    chain = textbook_arms["elbow_RRR_shoulder_offset_(Scorbot_point_P)"].chain
+    texts = [asked("singularity-meaning", chain, seed).parts[0].answer for seed in range(10)]
+    stretched = [a for a in texts if isinstance(a, Choice) and "stretched" in a.options[a.correct]]
+    assert stretched
+    assert not any("singularity" in option for answer in stretched for option in answer.options)
+
+
+@pytest.mark.parametrize("name", ["lost-motion", "singularity-meaning"])
+@of_families(OLD)
+def test_another_letter_fails_the_certificate(family: str, name: str) -> None:
+    if name not in questions_of(family):
+        return
+    problem = generate(ProblemId(family, 4, (name,)))
+    answer = problem.parts[0].answer
+    assert isinstance(answer, Choice)
+    assert len(set(answer.options)) == len(answer.options) >= 3
+    for letter in range(len(answer.options)):
+        assert certify(with_answer(problem, Choice(answer.options, letter))).passed == (letter == answer.correct)
+
+
+@pytest.mark.parametrize("name", ["lost-motion", "singularity-meaning"])
+@of_families(OLD)
+def test_letters_are_balanced(family: str, name: str) -> None:
+    if name not in questions_of(family):
+        return
+    answers = [generate(ProblemId(family, 1000 + seed, (name,))).parts[0].answer for seed in range(DRAWS)]
+    letters = Counter(answer.letter for answer in answers if isinstance(answer, Choice))
+    assert max(letters.values()) <= 0.7 * DRAWS
+    assert len(letters) >= 3
+
+
+def test_a_point_on_the_wrist_moves_with_fewer_joints(textbook_arms: dict[str, Any]) -> None:
+    """A tool on the wrist mixes what is lost; the question then holds the other part still, or is not asked."""
+    chain = textbook_arms["PUMA560"].chain
+    assert chain.point == Point(chain.point.frame)
+    for seed in range(6):
+        problem = asked("lost-motion", chain, seed)
+        assert certify(problem).passed

@@ -1,0 +1,336 @@
+"""Short questions: every option right or wrong as it is said, none that stands out, a verdict for whatever is typed.
+
+Every family is asked some of them, in turn; a snapshot holds what the first arms are asked.
+"""
+
+import json
+import os
+import re
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from exercises.errors import QdotError
+from exercises.families import FAMILIES
+from exercises.figure import part_alt, part_svg
+from exercises.formula.expression import read
+from exercises.formula.identity import compare_entries
+from exercises.formula.trees import as_matrix
+from exercises.generate import applicable, generate, sample_chain, short_quiz
+from exercises.notebook import solution_notebook, student_notebook
+from exercises.problem import TRUE_FALSE, Choice, Matching, Number, Part, Problem, ProblemId, Selection
+from exercises.quizzes import ASKED, QUIZZES
+from exercises.quizzes.options import blames_of, rank_of_key
+from exercises.record import digests
+from exercises.verify import certify
+from exercises.writing.statement import hints, prompt, worked_solution
+from grader.certify import failures_of, reference_text
+from grader.choices import judge_matching, judge_selection
+from grader.cli import app
+from grader.diagnosis import diagnose
+from grader.parts import domain_of, judge
+from grader.verdict import Outcome
+from tests.exercises.writing.test_statement import _is_clean
+from tests.support import SNAPSHOTS
+from tests.support.problems import several, with_answer
+
+QUIZ_SNAPSHOTS = SNAPSHOTS / "quizzes"
+SNAPPED = ("planar-2r", "elbow", "scara", "wrist-zyz")
+NAMES, FAMILY_NAMES = list(QUIZZES), list(FAMILIES)
+EACH = several(2, 4)
+"""Short questions that each family is asked; over all families every one of them has its turn."""
+LONG = ("stanford-6r", "lbr-7r", "ur-6r", "puma-560", "anthropomorphic-6r", "industrial-6r", "scorbot-tip")
+
+
+def asked_in_turn(family: str) -> list[str]:
+    first, arm = 4 * FAMILY_NAMES.index(family), sample_chain(ProblemId(family, 0))
+    names = (NAMES[(first + 7 * k) % len(NAMES)] for k in range(len(NAMES)))
+    can = (name for name in names if QUIZZES[name].refusal(arm) is None)
+    return list(islice(can, EACH if family not in LONG else 1))
+
+
+def test_every_short_question_has_its_turn() -> None:
+    """With the families whose arms are short; the others may ask what they will."""
+    missing = set(QUIZZES)
+    for family in FAMILY_NAMES:
+        if missing and family not in LONG:
+            missing -= set(asked_in_turn(family))
+    assert not missing
+
+
+def problem_of(family: str, seed: int, name: str) -> Problem:
+    return generate(ProblemId(family, seed, (name,)))
+
+
+def test_short_questions_pass_their_certificate_and_are_marked(family: str) -> None:
+    names = asked_in_turn(family)
+    assert names
+    for name in names:
+        problem = problem_of(family, 0, name)
+        part = problem.parts[0]
+        assert failures_of(problem) == [], name
+        assert judge(problem, part, reference_text(part), "seed").outcome is Outcome.CORRECT, name
+        _is_clean(prompt(problem, part))
+        _is_clean(worked_solution(problem, part))
+        _hints_help_and_give_nothing_away(problem, part)
+        _wrong_letters_are_wrong(problem, part)
+
+
+def _hints_help_and_give_nothing_away(problem: Problem, part: Part) -> None:
+    given = hints(problem, part)
+    assert len(set(given)) == 3 and all(len(hint) > 30 for hint in given), part.name
+    for hint in given:
+        _is_clean(hint)
+        assert not re.search(r"\*\*|  \w|\(\)", hint), (part.name, hint)
+        if isinstance(part.answer, Choice) and part.answer.options != TRUE_FALSE:
+            assert part.answer.options[part.answer.correct] not in hint
+
+
+def _wrong_letters_are_wrong(problem: Problem, part: Part) -> None:
+    answer = part.answer
+    if isinstance(answer, Choice):
+        for index in range(len(answer.options)):
+            if index != answer.correct:
+                letter = "ABCDEFGH"[index]
+                assert judge(problem, part, letter, "seed").outcome is Outcome.WRONG
+                named = diagnose(problem, part, letter, "seed")
+                blames = blames_of(part, index)
+                assert named is None or named.mistakes == tuple(dict.fromkeys(blame.mistake for blame in blames))
+                assert blames == () or named is not None
+    if isinstance(answer, Selection):
+        everything = "ABCDEFGH"[: len(answer.options)]
+        if len(answer.correct) < len(answer.options):
+            assert judge(problem, part, everything, "seed").share == 0
+        for letter in answer.letters:
+            found = judge(problem, part, letter, "seed")
+            assert found.outcome is (Outcome.CORRECT if len(answer.correct) == 1 else Outcome.PARTIAL)
+    if isinstance(answer, Matching):
+        turned = answer.letters[1:] + answer.letters[0]
+        assert judge(problem, part, turned, "seed").outcome is Outcome.WRONG
+
+
+def test_options_are_told_apart_by_the_grader_too() -> None:
+    """The grader's exact comparison says of every wrong option that it is another function than the right one."""
+    compared = 0
+    for family in ("planar-2r", "polar-rp", "elbow", "scara"):
+        for name in ("position-choice", "column-choice", "vector-choice", "determinant-choice", "torque-choice"):
+            if QUIZZES[name].refusal(sample_chain(ProblemId(family, 1))) is None:
+                problem = problem_of(family, 1, name)
+                part = problem.parts[0]
+                assert isinstance(part.answer, Choice)
+                domain = domain_of(problem)
+                texts = [as_matrix(read(option.text, domain.roles)) for option in part.details["offered"]]  # type: ignore[attr-defined]
+                trees = [[entry for row in rows for entry in row] for rows in texts]
+                for index, tree in enumerate(trees):
+                    same = all(compare_entries(tree, trees[part.answer.correct], domain, "seed").equal)
+                    assert same == (index == part.answer.correct), (problem.id, name)
+                    compared += 1
+    assert compared >= 60
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_certificate_fails_where_another_option_is_called_right(name: str) -> None:
+    problem = next(
+        problem_of(family, 1, name)
+        for family in ("polar-rp", "planar-pr", "elbow")
+        if QUIZZES[name].refusal(sample_chain(ProblemId(family, 1))) is None
+    )
+    assert certify(problem).passed
+    for other in _others(problem.parts[0].answer):
+        assert not certify(with_answer(problem, other)).passed
+
+
+def _others(answer: Any) -> list[Any]:
+    if isinstance(answer, Choice):
+        return [replace(answer, correct=index) for index in range(len(answer.options)) if index != answer.correct]
+    if isinstance(answer, Selection):
+        more = sorted({*answer.correct, *range(len(answer.options))})
+        left = {tuple(more), answer.correct[:-1]} - {answer.correct}
+        return [replace(answer, correct=correct) for correct in left]
+    if isinstance(answer, Matching):
+        return [replace(answer, correct=(*answer.correct[1:], answer.correct[0]))]
+    assert isinstance(answer, Number)
+    return [replace(answer, reference=-answer.reference), replace(answer, reference=1.02 * answer.reference)]
+
+
+def test_nothing_about_the_right_option_stands_out() -> None:
+    """Who never looks at the arm and takes the longest, the shortest or the most ordinary option is right by chance."""
+    hits, count = Counter[str](), 0
+    for family in ("planar-2r", "elbow", "planar-prr", "cylindrical", "spherical"):
+        for name in ("position-choice", "column-choice", "vector-choice"):
+            for seed in range(several(3, 5)):
+                part = problem_of(family, seed, name).parts[0]
+                assert isinstance(part.answer, Choice)
+                texts, right = list(part.answer.options), part.answer.correct
+                lengths = [len(text) for text in texts]
+                hits["longest"] += lengths.index(max(lengths)) == right
+                hits["shortest"] += lengths.index(min(lengths)) == right
+                hits["most in common"] += _most_ordinary(texts) == right
+                hits["first"] += right == 0
+                count += 1
+    assert all(0.08 < hit / count < 0.45 for hit in hits.values()), (hits, count)
+
+
+def _most_ordinary(texts: list[str]) -> int:
+    """Return the option whose pieces are found in most of the others."""
+    pieces = [Counter(text.replace("(", " ").replace(",", " ").split()) for text in texts]
+    scores = [sum(((a & b).total()) for b in pieces) / a.total() for a in pieces]
+    return scores.index(max(scores))
+
+
+def test_the_key_has_any_rank_by_length() -> None:
+    assert rank_of_key([5, 1, 2, 9]) == 2
+    assert rank_of_key([1, 1, 1, 1]) == 0
+
+
+# --- marking ---
+
+
+@pytest.mark.parametrize(
+    ("typed", "share"),
+    [
+        ("AC", 1), ("ca", 1), ("A, C", 1), ("['A', 'C']", 1), ("{'C', 'A'}", 1), ("A and C", 1), ('"AC"', 1),
+        ("ＡＣ", 1), ("A\u200bC", 1), ("A\nC", 1),
+        ("A", 0.5), ("AB", 0.5 - 1 / 3), ("ABC", 1 - 1 / 3), ("ABCDE", 0), ("B", 0), ("AACC", 1),
+        ("AX", 0), ("theta2 = 0", 0), ("A" * 5000, 0.5), ("((((", 0),
+    ],
+)  # fmt: skip
+def test_letters_are_marked_one_by_one(typed: str, share: float) -> None:
+    assert judge_selection(typed, 5, (0, 2)).share == pytest.approx(share, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("typed", "share"),
+    [
+        ("BAC", 1), ("b, a, c", 1), ("['B', 'A', 'C']", 1), ("{1: 'B', 2: 'A', 3: 'C'}", 1), ("1-B, 2-A, 3-C", 1),
+        ("1: B\n2: A\n3: C", 1), ("joint 1 is B, joint 2 is A, joint 3 is C", 1),
+        ("ABC", 1 / 3), ("BA", 0), ("BACD", 0), ("CBA", 0), ("BBB", 1 / 3), ("x", 0),
+    ],
+)  # fmt: skip
+def test_matches_are_marked_one_by_one(typed: str, share: float) -> None:
+    items = ("joint 1", "joint 2", "joint 3")
+    assert judge_matching(typed, items, 4, (1, 0, 2)).share == pytest.approx(share, abs=1e-3)
+
+
+@pytest.mark.parametrize("typed", ["", "blank", "None", '"blank"'])
+def test_nothing_typed_is_missing(typed: str) -> None:
+    assert judge_selection(typed, 4, (0,)).outcome is Outcome.MISSING
+    assert judge_matching(typed, ("joint 1", "joint 2"), 2, (1, 0)).outcome is Outcome.MISSING
+
+
+@pytest.mark.parametrize("typed", ["true", "True", '"true"', "T", "A"])
+def test_true_is_read_in_any_form(typed: str) -> None:
+    problem = next(
+        problem for seed in range(20) if (problem := problem_of("elbow", seed, "true-or-false")).parts[0].answer
+        == Choice(TRUE_FALSE, 0)
+    )  # fmt: skip
+    assert judge(problem, problem.parts[0], typed, "seed").outcome is Outcome.CORRECT
+
+
+# --- where they are asked ---
+
+
+def test_forms_of_questions_are_the_ones_that_platforms_have() -> None:
+    assert {question.form for question in QUIZZES.values()} == {
+        "choice", "selection", "matching", "number", "true or false"
+    }  # fmt: skip
+    types = {"choice": Choice, "selection": Selection, "matching": Matching, "number": Number, "true or false": Choice}
+    for name, question in QUIZZES.items():
+        part = next(
+            problem_of(family, 1, name).parts[0]
+            for family in ("polar-rp", "planar-pr", "elbow")
+            if question.refusal(sample_chain(ProblemId(family, 1))) is None
+        )
+        assert isinstance(part.answer, types[question.form])
+
+
+def test_a_quiz_asks_each_form_once() -> None:
+    for family in ("planar-2r", "scara", "wrist-zyz"):
+        names = short_quiz(family)
+        assert 4 <= len(names) == len({QUIZZES[name].form for name in names})
+        assert [part.name for part in generate(ProblemId(family, 3, names)).parts] == list(names)
+
+
+def test_short_questions_are_not_among_all_that_apply() -> None:
+    arm = sample_chain(ProblemId("planar-2r", 1))
+    assert not set(applicable(arm)) & set(QUIZZES)
+    assert applicable(arm, QUIZZES)
+
+
+@pytest.mark.parametrize("name", [name for name, question in QUIZZES.items() if question.shows])
+def test_an_answer_is_not_shown_beside_the_question(name: str) -> None:
+    for shown in QUIZZES[name].shows:
+        with pytest.raises(QdotError, match=rf"'{name}' shows the answer to '{shown}'"):
+            generate(ProblemId("planar-2r", 1, (name, shown)))
+        assert shown in ASKED
+
+
+def test_what_an_id_is_asked_has_not_changed() -> None:
+    for family in SNAPPED:
+        found = {}
+        for seed in (1,):
+            names = applicable(sample_chain(ProblemId(family, seed)), QUIZZES)
+            for name in names:
+                found[f"{seed}/{name}"] = digests(problem_of(family, seed, name))["parts"][name][:16]
+        path = QUIZ_SNAPSHOTS / f"{family}.json"
+        if os.environ.get("QDOT_UPDATE_SNAPSHOTS") == "1":
+            QUIZ_SNAPSHOTS.mkdir(exist_ok=True)
+            path.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        assert json.loads(path.read_text(encoding="utf-8")) == found, family
+
+
+def test_notebooks_hold_drawings_to_choose_from() -> None:
+    problem = generate(ProblemId("elbow", 2, ("singular-drawing", "true-or-false", "singular-configurations")))
+    for made in (student_notebook, solution_notebook):
+        cells = made("Quiz", "quiz", "ada", [("p1", problem)]).cells
+        shown = [cell.source for cell in cells if cell.cell_type == "markdown"]
+        drawing = next(text for text in shown if "Which drawing" in text)
+        assert "data:image/svg+xml" in drawing and "Configurations to choose from. A: theta1 = " in drawing
+    blanks = [cell.source for cell in cells if cell.metadata.get("qdot")]
+    assert len(blanks) == 3
+    part = problem.parts[0]
+    svg = part_svg(problem.chain, part, "p1")
+    assert all(f">{letter}</text>" in svg for letter in "ABCD")
+    assert part_alt(problem.chain, part).count("theta1") == 4
+
+
+Run = Callable[..., Any]
+
+
+def test_a_quiz_is_made_and_graded(tmp_path: Path) -> None:
+    runner = CliRunner()
+    folder = tmp_path / "quiz"
+    assert runner.invoke(app, ["init", str(folder)]).exit_code == 0
+    file = folder / "assignment.toml"
+    head = file.read_text(encoding="utf-8").split("\n[[problem]]")[0] + "\n"
+    file.write_text(head + '[[problem]]\nfamily = "planar-2r"\nquestions = "quiz"\n', encoding="utf-8")
+    (folder / "roster.csv").write_text("student,name\nada,Ada\nbob,Bob\n", encoding="utf-8")
+    made = runner.invoke(app, ["generate", str(folder)])
+    assert made.exit_code == 0, made.output
+    key = next((folder / "solutions" / "ada").glob("*.ipynb"))
+    (folder / "submitted" / "ada").mkdir(parents=True)
+    (folder / "submitted" / "ada" / key.name).write_bytes(key.read_bytes())
+    graded = runner.invoke(app, ["grade", str(folder)])
+    assert graded.exit_code == 0, graded.output
+    results = [json.loads(line) for line in (folder / "graded" / "results.jsonl").read_text("utf-8").splitlines()]
+    (ada,) = [result for result in results if result["student"] == "ada"]
+    assert ada["score"] == ada["max_score"] > 0
+    assert [part["outcome"] for part in ada["problems"][0]["parts"]] == ["correct"] * len(ada["problems"][0]["parts"])
+
+
+def test_another_word_than_quiz_is_refused(tmp_path: Path) -> None:
+    runner = CliRunner()
+    folder = tmp_path / "quiz"
+    runner.invoke(app, ["init", str(folder)])
+    file = folder / "assignment.toml"
+    head = file.read_text(encoding="utf-8").split("\n[[problem]]")[0] + "\n"
+    file.write_text(head + '[[problem]]\nfamily = "planar-2r"\nquestions = "quizz"\n', encoding="utf-8")
+    said = runner.invoke(app, ["generate", str(folder)])
+    assert said.exit_code == 2
+    assert "questions" in said.output and '"quiz"' in said.output

@@ -1,0 +1,180 @@
+"""The site as Python builds it: pages that lead where they say, a bank that a rerun keeps, what is wrong told."""
+
+import hashlib
+import html
+import json
+import re
+import shutil
+import threading
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from exercises.assignment import Student
+from exercises.docs import corrections
+from exercises.site import build as building
+from exercises.site.chapter import chapter_pages
+from exercises.site.guide import COMMANDS, OTHERS, OWN_PAGES, arranged
+from exercises.site.leftovers import LIST, remove_leftovers
+from exercises.site.pages import Assets, linked
+from tests.support import ROOT
+from tests.support.command import fails, run
+from tests.support.handing_in import a_class
+
+pytestmark = pytest.mark.xdist_group("site")
+
+DOCS = ROOT / "docs"
+
+
+@pytest.fixture
+def assets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Assets]:
+    """Scripts and styles as `npm run build` would leave them, two small files here."""
+    folder = tmp_path / "dist"
+    (folder / "assets").mkdir(parents=True)
+    for name in ("practice.js", "pages.js", "shared.js", "site.css"):
+        (folder / "assets" / name).write_text(f"/* {name} */\n")
+    made = Assets(
+        {"practice": "assets/practice.js", "pages": "assets/pages.js"},
+        {"practice": ["assets/shared.js"], "pages": []},
+        {"practice": ["assets/site.css"], "pages": ["assets/site.css"]},
+        sorted((folder / "assets").iterdir()),
+        folder,
+    )
+    monkeypatch.setattr(building, "built_assets", lambda: made)
+    yield made
+
+
+def test_a_site_is_built_and_a_rerun_keeps_the_bank(assets: Assets, tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    arguments = ("site", "build", "--out", site, "--families", "polar-rp", "--variants", "1", "--jobs", "1")
+    assert "2 problems with" in run(*arguments)
+    index = json.loads((site / "bank" / "index.json").read_text())
+    assert [family["name"] for family in index["families"]] == ["polar-rp"]
+    problems = index["families"][0]["problems"]
+    assert [problem["key"] for problem in problems] == ["001", "001-quiz"]
+    for problem in problems:
+        record = json.loads((site / "bank" / "polar-rp" / f"{problem['key']}.json").read_text())
+        solved = json.loads((site / "bank" / "polar-rp" / f"{problem['key']}.solutions.json").read_text())
+        assert problem["questions"] == [part["kind"] for part in record["parts"]]
+        german = json.loads((site / "bank" / "polar-rp" / f"{problem['key']}.de.json").read_text())
+        assert [part["name"] for part in record["parts"]] == [part["name"] for part in solved["parts"]]
+        assert [part["name"] for part in record["parts"]] == [part["name"] for part in german["parts"]]
+    assert json.loads((site / "bank" / "index.de.json").read_text())["families"]["polar-rp"].startswith("Ebener")
+    before = {path: path.stat().st_mtime_ns for path in site.glob("bank/polar-rp/*")}
+    first = {path.relative_to(site): path.read_bytes() for path in site.rglob("*") if path.is_file()}
+    run(*arguments)
+    assert before == {path: path.stat().st_mtime_ns for path in site.glob("bank/polar-rp/*")}
+    assert first == {path.relative_to(site): path.read_bytes() for path in site.rglob("*") if path.is_file()}
+    lost = site / "bank" / "polar-rp" / "001.de.json"
+    text = lost.read_bytes()
+    lost.unlink()
+    run(*arguments)
+    assert lost.read_bytes() == text  # a bank of before there were translations gets them
+    _links_lead_somewhere(site)
+    practice = (site / "practice.html").read_text()
+    assert '<link rel="modulepreload" href="assets/shared.js">' in practice  # loaded at once, not one after another
+    assert '<link rel="preload" href="bank/index.json" as="fetch" crossorigin="anonymous">' in practice
+    assert "preload" not in (site / "accessibility.html").read_text()
+    shell = json.loads(re.findall(r"const SHELL = (.*);", (site / "sw.js").read_text())[0])
+    assert not [name for name in shell if not (site / name).is_file()]
+    assert "bank/index.de.json" in shell
+
+
+def _links_lead_somewhere(site: Path) -> None:
+    for page in site.rglob("*.html"):
+        text = page.read_text(encoding="utf-8")
+        assert "<script" not in text.replace('<script type="module" src=', "")  # none but files of the site
+        for address in re.findall(r'(?:href|src)="([^"#][^"]*)"', text):
+            if not re.match(r"[a-z]+:", address):
+                target = (page.parent / address.partition("#")[0]).resolve()
+                assert target.is_file() or "/docs/" not in str(target) or target.suffix != ".html", (page, address)
+                assert target.suffix not in (".css", ".js") or target.is_file()
+
+
+def test_a_rebuild_removes_what_an_earlier_build_wrote_and_nothing_else(assets: Assets, tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    (site / "docs").mkdir(parents=True)
+    for name in ("old/page.html", "docs/gone.html", "docs/changed.html"):
+        (site / name).parent.mkdir(exist_ok=True)
+        (site / name).write_text(name)
+    (tmp_path / "outside.html").write_text("outside")
+    remove_leftovers(site, ["old/page.html", "docs/gone.html", "docs/changed.html"])
+    listed = json.loads((site / LIST).read_text())
+    listed["files"]["../outside.html"] = hashlib.sha256(b"outside").hexdigest()
+    (site / LIST).write_text(json.dumps(listed))
+    (site / "docs" / "changed.html").write_text("the instructor's own now")
+    (site / "docs" / "foreign.html").write_text("nobody listed it")
+    run("site", "build", "--out", site, "--families", "polar-rp", "--variants", "1", "--jobs", "1")
+    assert not (site / "old").exists()
+    assert not (site / "docs" / "gone.html").exists()
+    assert (site / "docs" / "changed.html").read_text() == "the instructor's own now"
+    assert (site / "docs" / "foreign.html").exists()
+    assert (tmp_path / "outside.html").exists()
+    now = set(json.loads((site / LIST).read_text())["files"])
+    assert {"index.html", "sw.js", "assets/pages.js"} <= now
+    assert not now & {"docs/changed.html", "docs/foreign.html"}
+    (site / LIST).write_text('["no list"]')  # nothing is known to be qdot's: nothing is removed
+    assert remove_leftovers(site, ["index.html"]) == []
+    assert (site / "practice.html").exists()
+
+
+def test_a_course_has_variants_of_its_own_problems_and_tells_no_seed(assets: Assets, tmp_path: Path) -> None:
+    assignment = a_class(tmp_path / "hw", [Student("ada")])
+    site = tmp_path / "site"
+    run("site", "build", "--out", site, "--assignment", assignment.folder, "--variants", "2", "--jobs", "1")
+    record = json.loads((site / "bank" / "p1" / "p1-001.json").read_text())
+    assert record["id"] == "p1-001"
+    seeds = [str(assignment.slots[0].identity(assignment.secret, f"bank/{n}").seed) for n in range(20)]
+    content = "".join(path.read_text() for path in site.glob("bank/**/*.json"))
+    assert assignment.secret not in content
+    assert not [seed for seed in seeds if seed in content]
+    assert "<title>T</title>" in (site / "index.html").read_text()
+
+
+def test_what_is_wrong_is_said(assets: Assets, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "unknown family 'planer-2r'" in fails("site", "build", "--out", tmp_path / "s", "--families", "planer-2r")
+    assert "there is no site in" in fails("site", "serve", tmp_path / "nowhere")
+    monkeypatch.setattr(building, "built_assets", lambda: None)
+    said = fails("site", "build", "--out", tmp_path / "s", "--families", "polar-rp", "--variants", "1", "--jobs", "1")
+    assert "run `make site`" in said
+    assert not (tmp_path / "s").exists()
+
+
+def test_links_of_the_docs_stay_on_the_site() -> None:
+    page = linked('<h2>Two words</h2><a href="judging.md#bounds">x</a>')
+    assert page == '<h2 id="two-words">Two words</h2><a href="judging.html#bounds">x</a>'
+
+
+def test_a_built_site_is_served(tmp_path: Path) -> None:
+    import functools
+    import http.server
+
+    from grader.site import _Quiet
+
+    (tmp_path / "index.html").write_text("hello")
+    handler = functools.partial(_Quiet, directory=str(tmp_path))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        with urllib.request.urlopen(f"http://127.0.0.1:{server.server_port}/index.html") as answer:
+            assert answer.read() == b"hello"
+        server.shutdown()
+    shutil.rmtree(tmp_path)
+
+
+def test_every_page_of_the_documentation_has_its_place() -> None:
+    groups = arranged(DOCS)
+    assert OTHERS not in groups
+    listed = [entry.name for entries in groups.values() for entry in entries]
+    assert sorted(listed) == sorted({path.stem for path in DOCS.glob("*.md")} - set(OWN_PAGES) | {COMMANDS})
+
+
+def test_the_chapters_pages_tell_where_the_book_differs() -> None:
+    found = {page.path: page.body for page in chapter_pages()}
+    assert len(re.findall("<h2>", found["examples/errata.html"])) == len(corrections())
+    for number, count in {"6-1": 2, "6-2": 2, "6-3": 3, "6-4": 0}.items():
+        page = found[f"examples/{number}.html"]
+        assert page.count("<strong>Printed:</strong>") == count, number
+        assert ('id="differs"' in page) == bool(count)
+        assert json.loads(html.unescape(re.findall(r'data-arm="([^"]*)"', page)[0]))["robot"]["joints"]

@@ -1,0 +1,221 @@
+"""Generating: an id is enough, students do not depend on each other, and their answers differ.
+
+QDOT_STUDENTS (6, in `make whole` 30) is the size of the class whose answers are counted.
+"""
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from exercises import ENGINE
+from exercises.errors import QdotError
+from exercises.families import FAMILIES
+from exercises.generate import check_questions, generate, questions_of, student_problem_id
+from exercises.problem import LARGEST_SEED, Choice, Part, Problem, ProblemId
+from exercises.questions import QUESTIONS
+from exercises.record import digests
+from tests.support.problems import of_families, several
+
+STUDENTS = int(os.environ.get("QDOT_STUDENTS", several(6, 30)))
+CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
+FIXED = [name for name, family in FAMILIES.items() if not family.varied]
+SECRET = "a secret for tests only"
+
+FEW = {
+    "joint-axes", "link-velocity", "singularity-type", "rank", "jacobian-size", "invertibility", "lost-motion",
+    "singularity-meaning", "lost-direction",
+}  # fmt: skip
+"""Questions whose answers are few by nature: axes in the plane, an inner frame's velocity, three options."""
+
+LEAST_DISTINCT = 0.4
+"""Part of a class (up to 40) that has different answers, for all other questions."""
+
+
+def fingerprint(problem: Problem) -> str:
+    return hashlib.sha256(repr(problem).encode()).hexdigest()
+
+
+ELSEWHERE = """
+import hashlib, json, sys
+from exercises.generate import generate
+from exercises.problem import ProblemId
+from exercises.record import digests
+for line in sys.stdin:
+    problem = generate(ProblemId(*(json.loads(line))))
+    print(json.dumps([hashlib.sha256(repr(problem).encode()).hexdigest(), digests(problem)["parts"]]), flush=True)
+"""
+
+
+@pytest.fixture(scope="session")
+def elsewhere() -> Iterator[Callable[[str, int], list[object]]]:
+    """Return what fingerprint and digests a problem has in another process, with other hashes and other arithmetic.
+
+    OpenBLAS rounds differently on different processors; there it is told that it is on an older one.
+    """
+    environment = {**os.environ, "PYTHONHASHSEED": "4242", "OPENBLAS_CORETYPE": "Haswell"}
+    command = [sys.executable, "-c", ELSEWHERE]
+    with subprocess.Popen(
+        command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1
+    ) as process:
+        assert process.stdin is not None and process.stdout is not None
+        ask, told = process.stdin, process.stdout
+
+        def found(family: str, seed: int) -> list[object]:
+            ask.write(json.dumps([family, seed]) + "\n")
+            return list(json.loads(told.readline()))
+
+        yield found
+        ask.close()
+
+
+def test_an_id_gives_the_same_problem_in_another_process_and_on_another_machine(
+    family: str, drawn: Callable[[str, int], Problem], elsewhere: Callable[[str, int], list[object]]
+) -> None:
+    problem = drawn(family, 0)
+    made, parts = elsewhere(family, 0)
+    assert parts == digests(problem)["parts"]
+    assert made == fingerprint(problem)
+
+
+@of_families([*CHAPTER, "scara", "puma-560", "random-3"])
+def test_a_large_seed_gives_the_same_problem_in_another_process(
+    family: str, elsewhere: Callable[[str, int], list[object]]
+) -> None:
+    assert elsewhere(family, 1 << 62)[0] == fingerprint(generate(ProblemId(family, 1 << 62)))
+
+
+@of_families(FIXED)
+def test_a_part_is_the_same_whatever_else_is_asked(
+    family: str, seeds: range, drawn: Callable[[str, int], Problem]
+) -> None:
+    def asked(part: Part) -> tuple[object, ...]:
+        return part.answer, dict(part.details), part.points
+
+    for seed in seeds[: several(1, 3)] if family in CHAPTER else seeds[:1]:
+        whole = {part.name: asked(part) for part in drawn(family, seed).parts}
+        for name, part in whole.items():
+            (alone,) = generate(ProblemId(family, seed, (name,))).parts
+            assert asked(alone) == part
+            assert alone.needs == ()
+        backwards = generate(ProblemId(family, seed, tuple(reversed(whole))))
+        assert {part.name: asked(part) for part in backwards.parts} == whole
+
+
+@of_families(FIXED)
+def test_parts_need_parts_of_the_same_problem(family: str, drawn: Callable[[str, int], Problem]) -> None:
+    problem = drawn(family, 0)
+    names = [part.name for part in problem.parts]
+    assert names == list(questions_of(family))
+    assert all(need in names for part in problem.parts for need in part.needs)
+    assert problem.max_points == sum(part.points for part in problem.parts)
+
+
+def test_points_may_be_given() -> None:
+    identity = ProblemId("planar-2r", 1, ("position", "jacobian"))
+    assert [part.points for part in generate(identity, (3, 0.5)).parts] == [3, 0.5]
+
+
+def test_ids_are_read_and_written() -> None:
+    assert ProblemId.parse("planar-2r/7") == ProblemId("planar-2r", 7)
+    assert ProblemId.parse("planar-2r/" + "0" * 5000 + "7") == ProblemId("planar-2r", 7)
+    assert ProblemId.parse("planar-2r/0") == ProblemId("planar-2r", 0)
+    assert ProblemId.parse(f"planar-2r/{LARGEST_SEED}").seed == LARGEST_SEED
+    for much in (LARGEST_SEED + 1, 10**25):
+        with pytest.raises(QdotError, match=rf"^planar-2r/{str(much)[:25]}…?: the largest seed is {LARGEST_SEED}$"):
+            ProblemId.parse(f"planar-2r/{much}")
+    with pytest.raises(QdotError, match="the largest seed"):
+        ProblemId.parse("planar-2r/" + "9" * 5000)
+    assert str(ProblemId.parse("planar-2r/7")) == "planar-2r/7"
+    for wrong in (
+        "planar-2r",
+        "planar-2r/-1",
+        "planar-2r/x",
+        "/7",
+        "planar-2r/7/8",
+        "Planar/7",
+    ):
+        with pytest.raises(QdotError, match="FAMILY/SEED"):
+            ProblemId.parse(wrong)
+
+
+@pytest.mark.parametrize(
+    ("identity", "said"),
+    [
+        (ProblemId("planar-2R", 1), "unknown family 'planar-2R' \\(did you mean 'planar-2r'"),
+        (ProblemId("planar-2r", 1, ("jacobi",)), "unknown question 'jacobi' \\(did you mean 'jacobian'"),
+        (ProblemId("planar-2r", 1, ("jacobian", "jacobian")), "asked twice"),
+        (ProblemId("planar-3r", 1, ("determinant",)), "can't be asked of planar-3r: its Jacobian is 2 x 3"),
+        (ProblemId("planar-2r", 1, (), ENGINE + 1), "this version of qdot has engine"),
+    ],
+)
+def test_what_cannot_be_generated_is_said(identity: ProblemId, said: str) -> None:
+    with pytest.raises(QdotError, match=said):
+        generate(identity)
+
+
+def test_questions_can_be_checked_without_generating() -> None:
+    check_questions("planar-2r", ["position", "jacobian"])
+    with pytest.raises(QdotError):
+        check_questions("planar-3r", ["inverse-jacobian"])
+
+
+class AnArmWasDrawnError(Exception):
+    """Raised in place of drawing an arm, to see whether one is drawn."""
+
+
+def test_what_is_listed_of_a_family_is_not_derived_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    def derived(*_: object) -> None:
+        raise AnArmWasDrawnError
+
+    monkeypatch.setattr("exercises.generate.sample_chain", derived)
+    check_questions("planar-2r", questions_of("planar-2r"))
+    for family, questions, band in (
+        ("planar-2r", ["column-choice"], None), ("planar-2r", ["position"], (1, 2)), ("random-3", ["position"], None),
+    ):  # fmt: skip
+        with pytest.raises(AnArmWasDrawnError):
+            check_questions(family, questions, band)
+
+
+def test_every_question_can_be_asked_of_some_family() -> None:
+    assert set().union(*(questions_of(family) for family in FAMILIES)) == set(QUESTIONS)
+
+
+def test_a_students_problem_depends_on_that_student_and_the_secret_alone() -> None:
+    def seeds(secret: str, students: list[str], slot: str = "p1") -> dict[str, int]:
+        return {name: student_problem_id(secret, name, slot, "planar-2r", ()).seed for name in students}
+
+    names = [f"student{i}" for i in range(200)]
+    before, after = seeds(SECRET, names), seeds(SECRET, ["new", *reversed(names)])
+    assert {name: after[name] for name in names} == before
+    assert len(set(before.values())) == 200
+    assert not set(before.values()) & set(seeds(SECRET + "!", names).values())
+    assert not set(before.values()) & set(seeds(SECRET, names, "p2").values())
+    assert student_problem_id(SECRET, "a", "p1", "planar-2r", ["position"]).questions == ("position",)
+
+
+@of_families([*CHAPTER, "elbow", "spherical-offset", "cylindrical"])
+def test_a_class_has_different_answers(family: str) -> None:
+    """No two students share all answers; each question has many answers; the right option has any letter.
+
+    In a small class letters are counted over all questions; test_concepts and test_rank count those of each.
+    """
+    ids = (student_problem_id(SECRET, f"student{i}", "p1", family, ()) for i in range(STUDENTS))
+    problems = [generate(identity) for identity in ids]
+    whole = Counter(repr([part.answer for part in problem.parts]) for problem in problems)
+    assert sum(count for count in whole.values() if count > 1) <= STUDENTS // 100
+    all_letters: Counter[str] = Counter()
+    for number, name in enumerate(questions_of(family)):
+        parts = [problem.parts[number] for problem in problems]
+        if name not in FEW:
+            assert len({repr(part.answer) for part in parts}) >= LEAST_DISTINCT * min(STUDENTS, 40), name
+        letters = Counter(part.answer.letter for part in parts if isinstance(part.answer, Choice))
+        all_letters += letters
+        assert not letters or len(letters) > (2 if STUDENTS >= 30 else 1), name
+        assert not letters or STUDENTS < 30 or max(letters.values()) < 0.7 * STUDENTS, name
+    assert not all_letters or (len(all_letters) > 2 and max(all_letters.values()) < 0.7 * all_letters.total())

@@ -1,0 +1,226 @@
+"""Notebooks: valid, the same bytes each time, run from top to bottom, and hold nothing that gives answers away."""
+
+import contextlib
+import copy
+import io
+import json
+import re
+from functools import cache
+from typing import Any
+
+import nbformat
+import pytest
+import sympy as sp
+
+from exercises.families import FAMILIES
+from exercises.generate import questions_of
+from exercises.notebook import notebook_text, solution_notebook, student_notebook
+from exercises.problem import Choice, ConditionSet, Direction, Expression, Matrix, Number, Part, Problem, variable
+from exercises.writing.answer_code import answer_code, placeholder_code
+from tests.support.problems import drawn, of_families
+
+TITLE = "Velocity kinematics"
+Slotted = list[tuple[str, Problem]]
+
+
+@cache
+def _problems(family: str) -> Slotted:
+    beside = "cartesian" if family == "pan-tilt" else "pan-tilt"
+    return [("p1", drawn(family, 0)), ("p2", drawn(beside, 0))]
+
+
+@pytest.fixture
+def problems(family: str) -> Slotted:
+    """The first problem of a family and another one, in one notebook."""
+    return _problems(family)
+
+
+@cache
+def _student(family: str) -> Any:
+    return student_notebook(TITLE, "hw1", "s001", _problems(family))
+
+
+@cache
+def _staff(family: str) -> Any:
+    return solution_notebook(TITLE, "hw1", "s001", _problems(family))
+
+
+@pytest.fixture
+def student(family: str) -> Any:
+    return copy.deepcopy(_student(family))
+
+
+@pytest.fixture
+def staff(family: str) -> Any:
+    return copy.deepcopy(_staff(family))
+
+
+def _parts(problems: Slotted) -> list[tuple[str, Part]]:
+    return [(slot, part) for slot, problem in problems for part in problem.parts]
+
+
+def _run(notebook: Any, until: str | None = None) -> tuple[dict[str, Any], str]:
+    space: dict[str, Any] = {}
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        for cell in notebook.cells:
+            if cell.cell_type == "code":
+                exec(cell.source, space)
+    return space, printed.getvalue()
+
+
+@cache
+def _staffs_run(family: str) -> tuple[dict[str, Any], str]:
+    return _run(_staff(family))
+
+
+@pytest.fixture
+def staffs_run(family: str) -> tuple[dict[str, Any], str]:
+    return _staffs_run(family)
+
+
+@pytest.mark.parametrize("make", [student_notebook, solution_notebook])
+def test_same_problems_same_bytes(make: Any, family: str) -> None:
+    before = (_student if make is student_notebook else _staff)(family)
+    first, second = notebook_text(before), notebook_text(make(TITLE, "hw1", "s001", _problems(family)))
+    assert first == second and first.endswith("}\n")
+    nbformat.validate(json.loads(first))
+    assert json.loads(first)["nbformat_minor"] >= 5
+    ids = [cell["id"] for cell in json.loads(first)["cells"]]
+    assert len(set(ids)) == len(ids) and f"p1-{_problems(family)[0][1].parts[0].name}" in ids
+
+
+def test_metadata_says_what_it_is_and_no_seed(student: Any, problems: Slotted) -> None:
+    own = student.metadata["qdot"]
+    assert own["kind"] == "student" and own["problems"] == {slot: p.id.family for slot, p in problems}
+    text = notebook_text(student)
+    assert "seed" not in text and not any(str(problem.id) in text for _, problem in problems)
+
+
+def test_students_notebook_holds_no_answer(student: Any, problems: Slotted) -> None:
+    sources = "\n".join(cell.source for cell in student.cells)
+    for slot, part in _parts(problems):
+        start = f"{variable(slot, part.name)} = "
+        answers = (answer_code(part), answer_code(part, len(start)))
+        if min(map(len, answers)) > 8:  # a determinant of -1 is no telling text
+            assert not any(answer in sources for answer in answers), start
+        assert start + placeholder_code(part, len(start)) in sources
+
+
+def test_untouched_notebook_runs_and_self_check_waits(student: Any, problems: Slotted) -> None:
+    space, printed = _run(student)
+    assert "Answer both" in printed
+    for slot, part in _parts(problems):
+        value = space[variable(slot, part.name)]
+        if part.shape is not None:
+            assert sp.Matrix([value]).shape == part.shape
+
+
+def test_every_answer_cell_is_marked(student: Any, staff: Any, problems: Slotted) -> None:
+    for notebook in (student, staff):
+        marked = {c.metadata["qdot"]["part"]: c for c in notebook.cells if "qdot" in c.metadata}
+        assert list(marked) == [f"{slot}.{part.name}" for slot, part in _parts(problems)]
+        assert all(cell.source.count(" = ") >= 1 for cell in marked.values())
+
+
+def test_staffs_answers_are_the_references(staffs_run: tuple[dict[str, Any], str], problems: Slotted) -> None:
+    for slot, part in _parts(problems):
+        name = variable(slot, part.name)
+        assert _is_the_reference(staffs_run[0][name], part), name
+
+
+def _is_the_reference(value: Any, part: Part) -> bool:
+    answer = part.answer
+    if isinstance(answer, (Expression, Matrix, Direction)):
+        ours, theirs = sp.Matrix([value]), sp.Matrix([answer.reference])
+        in_numbers = isinstance(answer, Direction) and answer.tolerance is not None
+        exact = in_numbers or not any(entry.atoms(sp.Float) for entry in ours)
+        at = {symbol: sp.Float(0.4 + 0.19 * i) for i, symbol in enumerate(sorted(theirs.free_symbols, key=str))}
+        there, due = ours.xreplace(at), theirs.xreplace(at)
+        near = all(abs(a - b) < 1e-9 * max(1, abs(b)) for a, b in zip(there, due, strict=True))
+        return exact and ours.shape == theirs.shape and near
+    if isinstance(answer, Number):
+        numbers = zip(sp.Matrix([value]), answer.reference, strict=True)
+        return all(abs(a - b) < 1e-9 for a, b in numbers)
+    if isinstance(answer, Choice):
+        return bool(value == answer.letter)
+    assert isinstance(answer, ConditionSet)
+    conditions = [sp.sympify(condition) for condition in value]
+    return len(conditions) == len(answer.pieces()) and not any(
+        condition.atoms(sp.Float) or condition in (True, False) for condition in conditions
+    )
+
+
+def test_code_fits_the_cells(student: Any, staff: Any) -> None:
+    for notebook in (student, staff):
+        lines = [line for c in notebook.cells if c.cell_type == "code" for line in c.source.splitlines()]
+        assert max(lines, key=len) == max((line for line in lines if len(line) <= 88), key=len)
+
+
+def test_long_answers_are_broken_before_signs() -> None:
+    a1, angle = sp.Symbol("a1"), sp.Symbol("theta1") + sp.Symbol("theta2") + sp.pi / 6
+    entry = a1 * sp.cos(angle) + sp.Rational(47, 100) * sp.sin(angle) + sp.Rational(3, 500)
+    column = Part("x", "position", Matrix(sp.Matrix([entry, 0])))
+    assert answer_code(column, 20) == (
+        "Matrix([\n    a1*cos(theta1 + theta2 + pi/6) + 47*sin(theta1 + theta2 + pi/6)/100\n"
+        "        + Rational(3, 500),\n    0,\n])"
+    )
+    assert placeholder_code(column) == "Matrix([blank, blank])"
+    square = Part("x", "jacobian", Matrix(sp.Matrix([[a1, 0], [1, 2]])))
+    assert answer_code(square) == "Matrix([[a1, 0], [1, 2]])"
+    assert placeholder_code(square) == "Matrix([[blank, blank], [blank, blank]])"
+
+
+def test_self_check_of_the_reference_agrees(staffs_run: tuple[dict[str, Any], str], problems: Slotted) -> None:
+    whole = [p for _, p in problems if len(p.chain.linear_rows) == len(p.chain.task)]
+    checked = [p for p in whole if {"position", "jacobian"} <= {part.kind for part in p.parts}]
+    assert staffs_run[1].count("is the derivative of your position") == len(checked)
+
+
+def test_families_of_which_position_and_jacobian_are_asked_are_checked() -> None:
+    both = [family for family in FAMILIES if {"position", "jacobian"} <= set(questions_of(family))]
+    assert len(both) > 4
+
+
+@of_families(["planar-2r"])
+def test_self_check_finds_what_is_wrong(family: str, student: Any) -> None:
+    space, _ = _run(student)
+    theta1, theta2, a1 = (sp.Symbol(name) for name in ("theta1", "theta2", "a1"))
+    position = sp.Matrix([a1 * sp.cos(theta1 + theta2), a1 * sp.sin(theta1)])
+    right = position.jacobian([theta1, theta2])
+    assert "is the derivative" in _said(space, position, right, [theta1, theta2])
+    wrong = right.copy()
+    wrong[1, 0] = -wrong[1, 0]
+    assert "[(2, 1)]" in _said(space, position, wrong, [theta1, theta2])
+    assert "should be 2 x 2, and is 2 x 1" in _said(space, position, right[:, 0], [theta1, theta2])
+    assert "Not the derivative" in _said(space, position.subs(a1, 0.5), right, [theta1, theta2])
+    assert "is the derivative" in _said(space, position.subs(a1, 0.5), right, [theta1, theta2], {a1: 0.5})
+
+
+def _said(space: dict[str, Any], *arguments: Any) -> str:
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        space["self_check"](*arguments)
+    return printed.getvalue()
+
+
+def test_figures_are_inside_with_words_for_those_who_do_not_see_them(student: Any, problems: Slotted) -> None:
+    for slot, _ in problems:
+        cell = next(c for c in student.cells if c.id == f"{slot}-statement")
+        assert re.search(r'<img alt="[^"]{80,}" src="data:image/svg\+xml;base64,', cell.source)
+
+
+@of_families(["planar-2r"])
+def test_one_problem_twice_has_its_own_names(family: str, problems: Slotted) -> None:
+    slot, problem = problems[0]
+    notebook = student_notebook("t", "k", "s", [(slot, problem), ("p2", problem)])
+    assert "p2_jacobian" in _run(notebook)[0]
+
+
+@of_families(["planar-2r"])
+def test_notebook_runs_in_jupyter(family: str, problems: Slotted) -> None:
+    nbclient = pytest.importorskip("nbclient")
+    one = solution_notebook("t", "k", "s", problems[:1])
+    done = nbclient.NotebookClient(one, timeout=100, kernel_name="python3").execute()
+    outputs = [out.get("text", "") for cell in done.cells if cell.cell_type == "code" for out in cell.outputs]
+    assert any("is the derivative of your position" in text for text in outputs)

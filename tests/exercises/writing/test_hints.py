@@ -1,0 +1,331 @@
+"""Hints: three for every question of every arm, readable, about this arm, and none that holds an answer."""
+
+import json
+import re
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sympy as sp
+from typer.testing import CliRunner
+
+from exercises.arm.chain import Chain, Joint
+from exercises.arm.singularity import singular_set
+from exercises.assignment import load_assignment
+from exercises.notebook import notebook_text, solution_notebook, student_notebook
+from exercises.problem import Choice, ConditionSet, Direction, Expression, Matrix, Number, Part, Problem
+from exercises.questions import QUESTIONS
+from exercises.release import init_assignment, release_one
+from exercises.show import show
+from exercises.writing.clues import Clues, Entry
+from exercises.writing.latex import AngleNames, tex, tex_angle
+from exercises.writing.statement import hints, prompt
+from exercises.writing.worked import Worked
+from grader.certify import certificate_text
+from grader.cli import app
+from tests.support.problems import asked
+
+Draw = Callable[[str, int], Problem]
+SYMBOLIC = ("position", "velocity", "jacobian", "geometric-jacobian", "twist", "tool-jacobian", "determinant")
+
+
+def test_every_part_has_three_hints_that_read_well_and_keep_the_answers(problem: Problem) -> None:
+    given = {part.name: hints(problem, part) for part in problem.parts}
+    for part in problem.parts:
+        assert len(set(given[part.name])) == 3, part.name
+        for hint in given[part.name]:
+            _reads_well(hint, part.name)
+        _keeps(problem, part, "\n".join(given[part.name]))
+    texts = {name: "\n".join(three) for name, three in given.items()}
+    for part in problem.parts:
+        _is_nowhere_whole(problem.chain, part, texts[part.name], "\n".join(texts.values()))
+
+
+def _reads_well(hint: str, name: str) -> None:
+    assert 40 < len(hint.strip()) < 2200, f"{name}: {hint}"
+    assert not re.search(r"\bNone\b|Undefined|\{\{|\{%|\[\]|\(\)|\n\n\n|\.\.|,,|\$\$\$", hint), f"{name}: {hint}"
+    plain = re.sub(r"\$\$.+?\$\$|\$[^$]+\$", "F", hint, flags=re.DOTALL)
+    assert not re.search(r"  | [.,;:]|\bjoints (?:and|,)|\bjoint ,|^\W*$|[a-z]\. [a-z]", plain), f"{name}: {plain}"
+    assert all(line[0].isupper() or line[0] in "(" or formula_led for line, formula_led in _starts(plain)), plain
+    assert hint.count("$$") % 2 == 0 and hint.replace("$$", "").count("$") % 2 == 0
+    for formula in re.findall(r"\$\$(.+?)\$\$|\$([^$]+)\$", hint, re.DOTALL):
+        latex = "".join(formula)
+        assert latex.strip() and latex.count("{") == latex.count("}"), f"{name}: {latex}"
+        assert latex.count(r"\begin{") == latex.count(r"\end{"), f"{name}: {latex}"
+    outside = re.sub(r"\$[^$]+\$", "", hint.replace("$$", "$"))
+    assert not re.search(r"[\\_^{}]", outside), f"{name}: {outside}"
+
+
+def _starts(plain: str) -> list[tuple[str, bool]]:
+    """Return the paragraphs of a hint; those after a formula may go on in small letters."""
+    paragraphs = [text for text in plain.split("\n\n") if text.strip()]
+    return [(text, i > 0 and paragraphs[i - 1] == "F") for i, text in enumerate(paragraphs)]
+
+
+# --- no answer ---
+
+
+def _keeps(problem: Problem, part: Part, text: str) -> None:
+    answer, where = part.answer, f"{problem.id} {part.name}: {text}"
+    if isinstance(answer, Choice):
+        assert not re.search(r"\*\*[A-H]\*\*|\boption [A-H]\b", text), where
+        assert not any(option in text for option in answer.options), where
+    if isinstance(answer, ConditionSet):
+        _solves_nothing(problem.chain, answer, text)
+    if isinstance(answer, (Number, Direction)) and not answer.reference.free_symbols:
+        _has_no_digits(answer.reference, text, prompt(problem, part), where)
+    if isinstance(answer, Direction) and answer.reference.free_symbols:
+        assert tex(answer.reference, problem.chain, _angles(problem.chain)) not in text, where
+    if isinstance(answer, Matrix):
+        _shows_one_column_at_most(problem.chain, answer.reference, text, where)
+
+
+def _solves_nothing(chain: Chain, answer: ConditionSet, text: str) -> None:
+    for component in answer.components:
+        for condition in component.conditions:
+            assert f"{tex(condition, chain)} = 0" not in text and f"{tex(-condition, chain)} = 0" not in text
+        for joint, values in component.solutions or ():
+            for value in values:
+                assert f"{tex(joint, chain)} = {tex(value, chain)}" not in text
+                assert f"{tex(joint, chain)} = {tex_angle(value)}" not in text
+
+
+def _has_no_digits(reference: sp.Matrix, text: str, given: str, where: str) -> None:
+    if all(value.is_Integer for value in reference):  # a rank or a size is a number that stands everywhere
+        sizes = set(re.findall(r"\d × \d", text)) - set(re.findall(r"\d × \d", given))
+        assert not sizes and not re.search(r"rank (?:is )?\W*\d", text), where
+        return
+    shown = {_rounded(number) for number in re.findall(r"\d+\.\d+", text)}
+    known = {_rounded(number) for number in re.findall(r"\d+\.?\d*", given)}
+    told = [value for value in reference if _rounded(value) in shown - known - {"0", "1"}]
+    assert not told, where
+
+
+def _rounded(number: object) -> str:
+    return f"{abs(float(number)):.3g}"  # type: ignore[arg-type]
+
+
+def _cells(text: str) -> set[str]:
+    """Return what is shown by itself: entries of displayed matrices, sides of equations, entries told."""
+    formulas = re.findall(r"\$\$(.+?)\$\$| (?:is|becomes) \$([^$]+)\$[;.]", text, re.DOTALL)
+    cells = re.split(r"&|\\\\|\\begin\{bmatrix\}|\\end\{bmatrix\}|=|\n", "\n".join("".join(f) for f in formulas))
+    return {cell.strip() for cell in cells}
+
+
+@cache
+def _angles(chain: Chain) -> AngleNames:
+    return Worked(chain).angles
+
+
+@cache
+def _printed(chain: Chain, entry: sp.Expr) -> set[str]:
+    return {tex(sign * entry, chain, _angles(chain)) for sign in (1, -1)}
+
+
+def _shown(chain: Chain, entry: sp.Expr, cells: set[str]) -> bool:
+    return bool(cells) and not cells.isdisjoint(_printed(chain, entry))
+
+
+def _shows_one_column_at_most(chain: Chain, matrix: sp.Matrix, text: str, where: str) -> None:
+    cells = _cells(text)
+    columns = [{_unsigned(entry) for entry in matrix.col(j) if entry.free_symbols} for j in range(matrix.cols)]
+    every = set().union(*columns)
+    seen = {entry for entry in every if _shown(chain, entry, cells)}
+    if matrix.cols == 1:
+        assert len(seen) < 2 or len(seen) < len(every) - 1, f"{where}\n{seen}"
+    else:
+        assert not seen or any(seen <= column for column in columns) or len(every - seen) > 1, f"{where}\n{seen}"
+    assert not every or seen != every, f"{where}\n{seen}"
+
+
+def _unsigned(entry: sp.Expr) -> sp.Expr:
+    return -entry if entry.could_extract_minus_sign() else entry
+
+
+def _is_nowhere_whole(chain: Chain, part: Part, own: str, everything: str) -> None:
+    """Hold an answer against its own hints and against those of all parts: they are handed out together."""
+    if not isinstance(part.answer, (Expression, Matrix)):
+        return
+    shown = tex(part.answer.reference, chain, _angles(chain))
+    if isinstance(part.answer, Matrix):
+        assert shown not in everything, part.name
+    elif part.answer.reference.free_symbols:
+        assert not _shown(chain, part.answer.reference, _cells(own)), part.name
+        assert rf"\det J = {shown}" not in everything, part.name
+
+
+ONE_JOINT = (
+    Chain("crank", (Joint("R", sp.Symbol("theta1"), sp.S.Zero, sp.Symbol("a1"), sp.S.Zero),), ("vx",)),
+    Chain("swing", (Joint("R", sp.Symbol("theta1"), sp.S.Zero, sp.Symbol("a1"), sp.S.Zero),), ("vx", "vy")),
+    Chain("slide", (Joint("P", sp.S.Zero, sp.Symbol("d1"), sp.S.Zero, sp.S.Zero),), ("vz",)),
+)
+
+
+@pytest.mark.parametrize("chain", ONE_JOINT, ids=lambda chain: chain.name)
+def test_arms_of_one_joint_are_given_a_method_where_a_step_would_be_the_answer(chain: Chain) -> None:
+    told = 0
+    for name, question in QUESTIONS.items():
+        if question.refusal(chain) is None:
+            problem = asked(name, chain)
+            three, (part,) = hints(problem, problem.parts[0]), problem.parts
+            for hint in three:
+                _reads_well(hint, name)
+            _keeps(problem, part, "\n".join(three))
+            _is_nowhere_whole(chain, part, "\n".join(three), "\n".join(three))
+            told += 1
+    assert told > 5
+
+
+@pytest.mark.xdist_group("planar-2r")
+def test_what_a_hint_shows_is_of_this_arm(drawn: Draw) -> None:
+    families = ("planar-2r", "polar-rp", "planar-rpr", "scara")
+    nearly: dict[str, list[str]] = {}
+    for problem in (drawn(family, 0) for family in families):
+        for part in problem.parts:
+            hint = hints(problem, part)[2]
+            if part.kind in SYMBOLIC and "$$" in hint:
+                nearly.setdefault(part.kind, []).append(hint)
+    assert set(nearly) == set(SYMBOLIC)
+    for kind, told in nearly.items():
+        assert len(set(told)) == len(told) > 1, kind
+
+
+def test_what_a_hint_shows_is_true(problem: Problem) -> None:
+    chain, steps = problem.chain, Worked(problem.chain)
+    values = {symbol: sp.Float(0.37 + 0.21 * i, 30) for i, symbol in enumerate((*chain.q, *chain.parameters))}
+    shown = []  # pairs that are equal
+    if len(chain.task) == chain.n and (turned := steps.clues.turned_back):
+        shown.append((turned[1], steps.d.jacobian.xreplace({chain.q[0]: turned[0]})))
+        shown.append((sp.Matrix([turned[1].xreplace(values).det()]), sp.Matrix([steps.d.determinant])))
+    if last := steps.last_way:
+        shown.append((steps.origins[last[0]] + last[1], steps.d.position))
+    for component in singular_set(chain) or ():
+        if component.solutions and chain.n <= 3:
+            place = [(joint, found[0]) for joint, found in component.solutions]
+            if (there := steps.clues.jacobian_at(place)) is not None:
+                shown.append((there, steps.d.jacobian.xreplace(dict(place))))
+    for matrix, other in shown:
+        assert all(abs(entry) < 1e-12 for entry in (matrix - other).xreplace(values).evalf(20))
+
+
+@pytest.mark.xdist_group("planar-2r")
+def test_names_of_angles_are_explained_in_the_hint_that_uses_them(drawn: Draw) -> None:
+    problem = drawn("planar-2r", 0)
+    for part in problem.parts:
+        for hint in hints(problem, part):
+            for name in set(re.findall(r"\\varphi'*_\{\d+\}", hint)):
+                assert re.search(rf"^Let .*\${re.escape(name)} = ", hint), part.name
+
+
+def test_of_a_result_one_column_or_entry_is_shown_if_others_are_left() -> None:
+    x, y = sp.symbols("x y")
+    assert Clues.column(sp.Matrix([[x, y], [1, 0]])) == 2
+    assert Clues.column(sp.Matrix([[x, 1], [y, 0]])) is None  # nothing but constants would be left
+    assert Clues.column(sp.Matrix([[x, -x]])) is None
+    assert Clues.entry(sp.Matrix([1, -y, x])) == Entry(2, 1, -y)
+    assert Clues.entry(sp.Matrix([x, -x, 3])) is None
+    assert Clues.minor([("columns 1, 2", sp.S.Zero), ("columns 1, 3", x), ("columns 2, 3", y)]) == ("columns 1, 3", x)
+    assert Clues.minor([("columns 1, 2", x), ("columns 1, 3", -x)]) is None
+    assert Clues.gives_away(sp.Matrix([x, 0.5012]), sp.Float(-0.5)) and Clues.gives_away(sp.Matrix([[y, -x]]), x)
+    assert not Clues.gives_away(sp.Matrix([x, 1, 0.51]), sp.Matrix([0.5, 1, y]))
+
+
+# --- where they are shown ---
+
+
+@pytest.mark.xdist_group("planar-2r")
+@pytest.mark.parametrize("format", ["text", "latex", "html", "ipynb"])
+def test_show_has_hints_when_they_are_asked_for(format: str, drawn: Draw) -> None:
+    problem = drawn("planar-2r", 0)
+    without, shown = show(problem, True, format), show(problem, True, format, hinted=True)
+    count = len(problem.parts)
+    assert "Hint 1" not in without and shown != without
+    assert [shown.count(f"Hint {i}") for i in (1, 2, 3)] == [count] * 3
+    if format in ("html", "ipynb"):
+        assert shown.count("<details") - without.count("<details") == 3 * count
+    else:
+        assert "details" not in shown
+
+
+@pytest.mark.xdist_group("polar-rp")
+def test_json_always_has_hints(drawn: Draw) -> None:
+    problem = drawn("polar-rp", 0)
+    for shown in (show(problem, False, "json"), show(problem, True, "json", hinted=True)):
+        for part, given in zip(problem.parts, json.loads(shown)["parts"], strict=True):
+            assert given["hints"] == list(hints(problem, part))
+
+
+def test_the_program_shows_hints() -> None:
+    asked_for = ["show", "planar-2r/7", "--questions", "jacobian", "--hints"]
+    result = CliRunner().invoke(app, asked_for)
+    assert result.exit_code == 0
+    assert re.search(r"Hint 1\. By \(6\.3\).*Hint 2\. .*Hint 3\. ", result.output, re.DOTALL)
+
+
+@pytest.mark.xdist_group("planar-2r")
+@pytest.mark.parametrize("make", [student_notebook, solution_notebook])
+def test_notebooks_hold_hints_closed_under_each_prompt(make: Callable[..., Any], drawn: Draw) -> None:
+    problem = drawn("planar-2r", 0)
+    slots = [("p1", problem)]
+    plain, hinted = make("T", "hw", "s001", slots), make("T", "hw", "s001", slots, True)
+    assert notebook_text(make("T", "hw", "s001", slots, False)) == notebook_text(plain)
+    for cell, other in zip(hinted.cells, plain.cells, strict=True):
+        if not cell.id.endswith("-question"):
+            assert cell == other
+            continue
+        assert cell.source.startswith(other.source)
+        closed = re.findall(r"<details>\n<summary>Hint (\d)</summary>\n\n(.+?)\n\n</details>", cell.source, re.DOTALL)
+        assert [number for number, _ in closed] == ["1", "2", "3"]
+        assert not any("<" in re.sub(r"\$[^$]*\$", "", text.replace("$$", "$")) for _, text in closed)
+
+
+# --- hints of an assignment ---
+
+TOML = 'title = "T"\nkey = "hw"\n\n[[problem]]\nfamily = "planar-2r"\nquestions = ["position"]\n'
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    init_assignment(tmp_path / "hw", "T", "hw")
+    (tmp_path / "hw" / "assignment.toml").write_text(TOML)
+    return tmp_path / "hw"
+
+
+@pytest.mark.parametrize(
+    ("toml", "said"),
+    [
+        ('hints = "yes"\n' + TOML, 'line 1: hints = "yes": it is true or false, without quotes'),
+        ("hints = 3\n" + TOML, "line 1: hints = 3: it is true or false, without quotes"),
+        (TOML + "hints = true\n", "line 7: problem 1: the key 'hints' stands at the top of the file"),
+        ("hint = true\n" + TOML, "line 1: unknown key 'hint' (did you mean 'hints'?)"),
+    ],
+)
+def test_a_wrong_value_is_told_in_one_line(folder: Path, toml: str, said: str) -> None:
+    (folder / "assignment.toml").write_text(toml)
+    result = CliRunner().invoke(app, ["generate", str(folder)])
+    assert result.exit_code == 2
+    assert said in result.output and result.output.count("\n") == 1
+
+
+def test_hints_make_another_edition_of_the_same_problems(folder: Path) -> None:
+    plain = load_assignment(folder)
+    assert not plain.hints and (release_one((plain, certificate_text), "s001").outcome) == "written"
+    (folder / "assignment.toml").write_text("hints = false\n" + TOML)
+    assert load_assignment(folder).edition == plain.edition
+    (folder / "assignment.toml").write_text("hints = true\n" + TOML)
+    hinted = load_assignment(folder)
+    assert hinted.digest == plain.digest and hinted.edition != plain.edition
+    assert release_one((hinted, certificate_text), "s001").outcome == "rewritten"
+    for kind in ("released", "solutions"):
+        assert (folder / kind / "s001" / "hw.ipynb").read_text().count("<summary>Hint") == 3
+    assert release_one((hinted, certificate_text), "s001").outcome == "kept"
+
+
+def test_a_new_assignment_says_how_to_have_hints(tmp_path: Path) -> None:
+    init_assignment(tmp_path / "hw", "T", "hw")
+    path = tmp_path / "hw" / "assignment.toml"
+    assert "\n# hints = true " in path.read_text()
+    path.write_text(path.read_text().replace("# hints", "hints"))
+    assert load_assignment(tmp_path / "hw").hints

@@ -1,0 +1,313 @@
+"""The class at a glance: its statistics against hand and NumPy, what is alike, and the page that it makes."""
+
+import itertools
+import json
+import re
+import stat
+from collections.abc import Sequence
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from exercises.assignment import Assignment, Student, load_assignment
+from exercises.errors import QdotError
+from exercises.generate import sample_chain
+from exercises.problem import ProblemId
+from exercises.store import keep
+from exercises.writing.answer_code import answer_code
+from grader import statistics
+from grader.reports import charts
+from grader.reports.class_page import class_page
+from grader.reports.class_view import mistakes, parts, scores
+from grader.reports.formats import write_asked
+from grader.similar import Written, Wrong, alikeness, nearly_the_same, written
+from grader.variants import OTHERS, compare, corrected, in_words
+from tests.support.command import fails, run
+from tests.support.handing_in import a_class
+from tests.support.results import result
+
+pytestmark = pytest.mark.xdist_group("report")  # the class is made once
+
+# --- statistics ---
+
+ROWS = [[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 0, 0], [1, 1, 0], [1, 1, 1], [0, 1, 0], [1, 0, 0], [1, 1, 1], [0, 0, 0]]
+
+
+def test_discrimination_is_the_correlation_with_the_other_parts() -> None:
+    marks = np.array(ROWS, dtype=float)
+    for part in range(3):
+        found = statistics.discrimination(ROWS, part)
+        assert found is not None
+        others = marks.sum(axis=1) - marks[:, part]
+        assert found.value == pytest.approx(np.corrcoef(marks[:, part], others)[0, 1])
+        assert -1 <= found.low < found.value < found.high <= 1
+    assert statistics.discrimination(ROWS[:9], 0) is None  # too few
+    assert statistics.discrimination([[1, k % 3] for k in range(12)], 0) is None  # everybody has the point
+
+
+def test_reliability_by_hand() -> None:
+    """Three parts, variances 4/15, 5/18, 5/18; of the totals 1.6556: 3/2 (1 - 0.8222/1.6556) = 0.7550."""
+    marks = np.array(ROWS, dtype=float)
+    by_numpy = 3 / 2 * (1 - marks.var(axis=0, ddof=1).sum() / marks.sum(axis=1).var(ddof=1))
+    assert statistics.reliability(ROWS) == pytest.approx(by_numpy)
+    same = [[k % 2, k % 2] for k in range(10)]
+    assert statistics.reliability(same) == pytest.approx(1)
+    assert statistics.reliability([[1, 1]] * 10) is None
+    assert statistics.reliability(ROWS[:5]) is None
+
+
+def test_what_few_numbers_say() -> None:
+    assert (statistics.mean([]), statistics.median([]), statistics.deviation([7])) == (None, None, None)
+    assert statistics.mean([0.1] * 10) == pytest.approx(0.1, abs=1e-17)
+    assert statistics.correlation([1, 1], [1, 2]) is None
+
+
+def test_the_permutation_test_against_every_division() -> None:
+    values, groups = [3.0, 5, 6, 8, 1, 2, 4, 7], "aaaabbbb"
+    divisions = list(itertools.combinations(range(8), 4))
+    sums = [abs(sum(values[i] for i in chosen) - 18) for chosen in divisions]
+    exact = sum(each >= abs(22 - 18) for each in sums) / len(divisions)
+    found = statistics.chance_of_groups(values, groups, "seed")
+    assert found == pytest.approx(exact, abs=0.03)
+    assert found == statistics.chance_of_groups(values, groups, "seed")
+    assert statistics.chance_of_groups([1, 1, 1, 1], "aabb", "seed") == 1
+    assert statistics.chance_of_groups([1, 2], "aa", "seed") is None
+    far = statistics.chance_of_groups([0.0] * 10 + [1.0] * 10, "a" * 10 + "b" * 10, "seed")
+    assert far == pytest.approx(1 / 5000)  # never 0
+
+
+def test_the_draw_stays_the_same_for_good() -> None:
+    first = statistics._dealt(5, "seed")[0][:2].tolist()
+    assert first == [[1, 2, 3, 4, 0], [0, 3, 1, 2, 4]]
+
+
+# --- variants ---
+
+
+def test_groups_of_arms_and_what_is_too_small() -> None:
+    chains = [sample_chain(ProblemId("planar-2r", seed)) for seed in range(12)]
+    shares = [100.0 if chain.base.is_world else 10.0 for chain in chains]
+    found = compare("p1", chains, [float(k % 4) for k in range(12)], "x", varied=False)
+    for each in found:
+        assert sum(map(len, each.shares)) == 12
+        assert all(len(own) >= 3 for own in each.shares)
+        assert OTHERS not in each.groups[:-1]
+    assert compare("p1", chains, [50.0] * 12, "x", varied=False) == []  # all alike: nothing to compare
+    assert compare("p1", chains[:2], shares[:2], "x", varied=False) == []
+    values = [replace(each, chance=chance) for each, chance in zip(found * 2, (0.01, 0.5), strict=False)]
+    assert [round(each.corrected, 3) for each in corrected(values)] == [0.02, 0.5][: len(values)]
+    assert in_words(0.04) == "hardly chance: p = 0.040"
+
+
+# --- alike ---
+
+
+@pytest.fixture(scope="module")
+def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
+    students = [Student(f"s{k}", name) for k, name in enumerate(("Ada", "<script>alert(1)</script>", "Emmy", "Paul"))]
+    made = a_class(tmp_path_factory.mktemp("report") / "hw", students)
+    for student in students:  # as `qdot generate` does, so that they are worked out once
+        keep(made, student.id, made.problems(student.id))
+    return made
+
+
+def form(assignment: Assignment, text: str) -> Written:
+    ((_, problem),) = assignment.problems("s0")
+    found = written(problem, text)
+    assert found is not None
+    return found
+
+
+def test_the_order_of_terms_and_factors_is_no_difference(assignment: Assignment) -> None:
+    one = form(assignment, "-a1*sin(theta1) - a2*sin(theta1 + theta2)")
+    assert form(assignment, "-sin(theta2 + theta1)*a2 - (sin(theta1)*a1)") == one
+    assert alikeness(one, one) == 1
+    assert alikeness(one, form(assignment, "a1 + a2")) < 0.3
+    ((_, problem),) = assignment.problems("s0")
+    assert written(problem, "blank") is None
+    assert written(problem, "sin(") is None
+    assert written(problem, "sin(" * 700 + "a1" + ")" * 700) is None
+
+
+LONG = "a1*cos(theta1)*cos(theta2) + a2*sin(theta1 - theta2) + 7*a1"
+
+
+def test_pairs_are_long_rare_and_of_different_problems(assignment: Assignment) -> None:
+    long, short = form(assignment, LONG), form(assignment, "a1*a2")
+
+    def wrong(student: str, of: Written, due: str) -> Wrong:
+        return Wrong(student, of.text, of, due)
+
+    (pair,) = nearly_the_same([wrong("a", long, "1"), wrong("b", long, "2"), wrong("c", long, "1")][:2], 3)
+    assert (pair.one.student, pair.other.student, pair.alike) == ("a", "b", 1)
+    assert not nearly_the_same([wrong("a", long, "1"), wrong("b", long, "1")], 3)  # the same problem
+    assert not nearly_the_same([wrong("a", short, "1"), wrong("b", short, "2")], 3)
+    assert not nearly_the_same([wrong(name, long, name) for name in "abcd"], 3)  # what many write
+    near = form(assignment, LONG.replace("7*a1", "8*a1"))
+    assert len(nearly_the_same([wrong("a", long, "1"), wrong("b", near, "2")], 3)) == (alikeness(long, near) >= 0.9)
+
+
+# --- what the page tells ---
+
+
+def a_graded_class(assignment: Assignment) -> list[dict[str, Any]]:
+    """Return results: right in another form, two alike, a mistake set right by hand; qdot failed on one."""
+    answers = {}
+    for student in ("s0", "s1", "s2", "s3"):
+        ((_, problem),) = assignment.problems(student)
+        answers[student] = [answer_code(part) for part in problem.parts]
+    odd = "(sin(theta1)*cos(theta2)*a1 - a1*cos(theta1)*sin(theta2))*(theta1 - theta1 + 1)/1"
+    first = result(assignment, "s0", ["correct", "correct", "correct"], [*answers["s0"][:2], odd])
+    hostile = "<img src=x onerror=alert(1)>"
+    one = result(assignment, "s1", ["correct", "partial", "wrong"], [answers["s1"][0], LONG, hostile])
+    two = result(assignment, "s2", ["wrong", "partial", "wrong"], [None, LONG, "a1"])
+    two["problems"][0]["parts"][2]["mistake"] = "determinant-sign and sine-for-cosine"
+    two["problems"][0]["parts"][0]["override"] = {"points": 0.5, "comment": "<b>half</b>", "was": 0.0}
+    last = result(assignment, "s3", ["ungraded", "ungraded", "ungraded"], obstacle="qdot itself <failed>")
+    return [first, one, two, last]
+
+
+def test_numbers_of_the_class(assignment: Assignment) -> None:
+    results = a_graded_class(assignment)
+    of_class = scores(results)
+    assert of_class.percents == (100.0, 50.0, 25.0)  # the fourth has no mark
+    assert of_class.full == 1
+    position, jacobian, determinant = parts(assignment, results)
+    assert (position.count["correct"], position.count["wrong"], position.graded) == (2, 1, 3)
+    assert jacobian.share == pytest.approx(2 / 3)
+    assert determinant.discrimination is None
+    assert position.by_hand == 1
+    assert [(one.name, one.students, one.parts) for one in mistakes(results)] == [
+        ("determinant-sign", ("s2",), ("p1.determinant",)),
+        ("sine-for-cosine", ("s2",), ("p1.determinant",)),
+    ]
+
+
+class Page(HTMLParser):
+    """What a browser would find in a page: tags, attributes, texts."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.text = ""
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def test_the_page(assignment: Assignment) -> None:
+    results = a_graded_class(assignment)
+    text = class_page(assignment, results)
+    assert text == class_page(assignment, json.loads(json.dumps(results)))
+    page = Page(text)
+    # What students wrote is text and nothing else, and nothing comes from elsewhere.
+    assert not {tag for tag, _ in page.tags} & {"script", "img", "iframe", "object", "link", "b", "failed"}
+    for tag, attributes in page.tags:
+        assert not [name for name in attributes if name.startswith("on")]
+        links = [attributes.get(name) or "" for name in ("href", "src")]
+        assert all(link == "" or link.startswith("#") for link in links), tag
+    assert not re.findall(r"url\((?!#)", text)
+    ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
+    assert len(ids) == len(set(ids))
+    targets = [attributes["href"] or "" for _, attributes in page.tags if "href" in attributes]
+    assert {target[1:] for target in targets} <= set(ids)
+    assert "<script>alert(1)</script> (s1)" in page.text
+    assert "<b>half</b>" in page.text
+    # Every chart says what it is, and is followed by or beside a table.
+    drawn = [attributes for _, attributes in page.tags if attributes.get("role") == "img"]
+    assert len(drawn) >= 3
+    assert all(attributes["aria-label"] for attributes in drawn)
+    assert "able below has the numbers" in str(drawn[0]["aria-label"])
+    assert "For the staff only." in page.text
+
+
+def test_what_is_alike_is_worded_as_a_hint(assignment: Assignment) -> None:
+    page = Page(class_page(assignment, a_graded_class(assignment)))
+    assert "A hint to look, and no proof of anything." in page.text
+    assert "p1.jacobian: <script>alert(1)</script> (s1) and Emmy (s2), the same" in page.text
+    explained = a_graded_class(assignment)
+    explained[1]["problems"][0]["parts"][1]["mistake"] = "sine-for-cosine"
+    assert "A hint to look" not in class_page(assignment, explained)
+
+
+def test_a_right_answer_in_an_odd_form_is_shown(assignment: Assignment) -> None:
+    page = Page(class_page(assignment, a_graded_class(assignment)))
+    forms = page.text.split("Right answers in unusual forms")[1].split("Late and missing")[0]
+    assert "p1.determinant" in forms
+    assert "theta1 - theta1 + 1" in forms
+    assert "p1.position" not in forms  # written as the reference is
+
+
+@pytest.mark.parametrize(
+    ("outcomes", "said"),
+    [
+        ([], "Nobody has a mark yet."),
+        (["ungraded"] * 3, "Nobody has a mark yet."),
+        (["correct"] * 3, "the arms do not differ"),
+        (["missing"] * 3, "No wrong answer is explained"),
+    ],
+    ids=["nothing", "ungraded", "right", "blank"],
+)
+def test_a_class_of_one(assignment: Assignment, outcomes: Sequence[str], said: str) -> None:
+    alone = replace(assignment, roster=assignment.roster[:1])
+    page = Page(class_page(alone, [result(alone, "s0", outcomes)]))
+    assert said in page.text
+    assert not re.search(r"\bnan\b", page.text)
+
+
+def test_charts_are_drawn_alike_and_in_the_pages_colours() -> None:
+    drawn = charts.histogram([0.0, 55.0, 100.0], 51.7, 55.0)
+    assert drawn == charts.histogram([0.0, 55.0, 100.0], 51.7, 55.0)
+    assert "var(--bar)" in drawn
+    assert not re.findall(r"#[0-9a-f]{6}\b", drawn)
+    assert "font-family" not in drawn
+    assert "<style" not in drawn
+    assert "xlink" not in drawn
+
+
+def test_without_what_draws_charts_one_message_and_no_file(
+    assignment: Assignment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(charts, "find_spec", lambda _: None)
+    with pytest.raises(QdotError, match="is not installed: pip install matplotlib"):
+        write_asked(assignment, a_graded_class(assignment), [("html", str(tmp_path / "x.html"))])
+    assert not list(tmp_path.iterdir())
+
+
+# --- as an instructor uses it ---
+
+
+def test_report_as_an_instructor_uses_it(assignment: Assignment, tmp_path: Path) -> None:
+    folder = assignment.folder
+    assert "nothing has been graded, run: qdot grade" in fails("report", folder)
+    lines = [json.dumps(each) + "\n" for each in a_graded_class(assignment)]
+    (folder / "graded").mkdir()
+    (folder / "graded" / "results.jsonl").write_text("".join(lines))
+    assert "4 students" in run("report", folder)
+    page = folder / "graded" / "report.html"
+    assert stat.S_IMODE(page.stat().st_mode) == 0o600
+    assert run("report", folder, "--report", "csv=-").startswith("student,name,email,p1.position")
+    run("report", folder, "--report", f"xlsx={tmp_path / 'x.xlsx'}", "--out", tmp_path / "page.html")
+    assert (tmp_path / "page.html").read_bytes() == page.read_bytes()
+    assert (tmp_path / "x.xlsx").read_bytes()[:2] == b"PK"
+
+    (folder / "graded" / "results.jsonl").write_text("".join(lines[:3]))
+    assert "3 students" in run("report", folder, "--out", tmp_path / "page.html")
+    old = json.loads(lines[0])
+    del old["problems"][0]["parts"][0]["mistake"]
+    (folder / "graded" / "results.jsonl").write_text(json.dumps(old) + "\n")
+    assert "is of another version of qdot; run: qdot grade" in fails("report", folder)
+    (folder / "graded" / "results.jsonl").write_text("".join(lines))
+    toml = (folder / "assignment.toml").read_text()
+    (folder / "assignment.toml").write_text(toml.replace("[1, 2, 1]", "[1, 2, 2]"))
+    assert "assignment.toml was changed after grading" in fails("report", folder)
+    (folder / "assignment.toml").write_text(toml)
+    assert load_assignment(folder).slots[0].points == (1, 2, 1)

@@ -1,0 +1,204 @@
+"""Reports of results, read as the programs read them that they are for; one student graded alone; pytest --qdot."""
+
+import copy
+import json
+import re
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+from junitparser import Error, Failure, JUnitXml
+from markdown_it import MarkdownIt
+
+from exercises.assignment import Assignment, Student
+from exercises.errors import QdotError
+from grader.reports.classroom50 import of_environment, shared_out
+from grader.reports.formats import FORMATS
+from grader.reports.github import LARGEST_SUMMARY, annotations, summary
+from grader.reports.gradescope import results_json
+from grader.reports.junit import junit_xml
+from grader.settle import Result
+from tests.support.command import fails, run
+from tests.support.handing_in import Cells, a_class, code, grade, hand_in, right
+
+pytestmark = pytest.mark.xdist_group("reports")  # the class is graded once
+
+pytest_plugins = ["pytester"]
+
+
+@pytest.fixture(scope="module")
+def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
+    """A class of three: Ada is right, Bo has one part half right and one wrong, Cy handed in nothing."""
+    made = a_class(tmp_path_factory.mktemp("course") / "hw", [Student("ada"), Student("bo"), Student("cy")])
+
+    def spoil(cells: Cells) -> None:
+        cells.insert(4, code("p1_jacobian[0, 0] = 0"))
+        cells[-1]["source"] = "p1_determinant = a1*a2"
+
+    hand_in(made, "ada/hw.ipynb", right(made, "ada"))
+    hand_in(made, "bo/hw.ipynb", right(made, "bo", spoil))
+    return made
+
+
+@pytest.fixture(scope="module")
+def results(assignment: Assignment) -> list[Result]:
+    return list(grade(assignment)[0].values())
+
+
+def ungraded(result: Result) -> Result:
+    changed: Result = copy.deepcopy(result)
+    changed["problems"][0]["parts"][0] |= {"points": None, "outcome": "ungraded", "reason": "qdot failed"}
+    return changed
+
+
+def said(result: Result, reason: str) -> Result:
+    changed: Result = copy.deepcopy(result)
+    for part in changed["problems"][0]["parts"]:
+        part |= {"reason": reason, "points": 0.0, "outcome": "wrong"}
+    return changed
+
+
+def test_junit_as_junitparser_reads_it(assignment: Assignment, results: list[Result]) -> None:
+    hostile = said(results[2], "a \x1b[2J\x00 <b> ]]> & é \ud800")
+    report = JUnitXml.fromstring(junit_xml(assignment, [results[0], ungraded(results[1]), hostile]).encode())
+    cases = [case for suite in report for case in suite]
+    names = [(case.classname, case.name) for case in cases]
+    assert len(set(names)) == len(names) == 9  # GitLab drops the second of a pair
+    assert names[4] == ("hw.bo", "p1.jacobian: Jacobian by differentiation")
+    kinds = [[type(found) for found in case.result] for case in cases]
+    assert kinds[:5] == [[], [], [], [Error], [Failure]]
+    assert re.match(r"\S+ of 2 points, partial: .*", cases[4].result[0].text)
+    assert (report.tests, report.failures, report.errors) == (9, 5, 1)
+    assert "<b> ]]> & é" in cases[-1].result[0].text
+
+
+def test_a_summary_is_a_table_in_which_nothing_of_a_student_is_markup(
+    assignment: Assignment, results: list[Result]
+) -> None:
+    hostile = "a | b\n\n# c <img src=x> [l](javascript:x) `x` $y$ @me ![i](u) ::error::no"
+    page = MarkdownIt("commonmark").enable("table").render(summary(assignment, [said(results[1], hostile)]))
+    assert page.count("<tr>") == 4
+    assert page.count("<td>") == 15  # five cells in each of three rows
+    assert not re.search(r"<(img|a|code|h1)\b", page)
+    assert "a | b # c &lt;img src=x&gt;" in page
+    whole = summary(assignment, results)
+    assert "| cy | 0 | 4 | missing |" in whole
+    assert whole.count("<details>") == 3
+
+
+def test_a_summary_and_its_annotations_keep_to_githubs_limits(assignment: Assignment, results: list[Result]) -> None:
+    many = [{**said(results[1], "x" * 3000), "student": f"s{number}"} for number in range(1200)]
+    page = summary(assignment, many)
+    assert 900_000 < len(page.encode()) <= LARGEST_SUMMARY
+    left_out = re.search(r"The parts of (\d+) more students", page)
+    assert left_out
+    assert int(left_out[1]) == 1200 - page.count("<details>")
+    assert len(summary(assignment, many * 30).encode()) <= LARGEST_SUMMARY
+    one = said(results[1], "100%\r\n::error::forged")
+    one["problems"][0]["parts"] *= 4
+    lines = annotations(assignment, [one]).splitlines()
+    assert len(lines) == 10
+    assert lines[0] == "::error title=p1.position%3A 0 of 1::100%25 ::error::forged"
+    assert lines[-1] == "::error title=hw::and 3 more; the job summary has all"
+    assert annotations(assignment, results) == ""
+    assert "::error title=bo::" in annotations(assignment, [results[0], ungraded(results[1])])
+
+
+def collected(payload: dict[str, Any]) -> None:
+    """Hold result.json to what Classroom 50's collector refuses."""
+    assert payload["schema"] == "classroom50/result/v1"
+    for name in ("classroom", "assignment", "owner", "submission", "commit", "release", "review", "datetime"):
+        assert isinstance(payload[name], str)
+        assert payload[name]
+    assert payload["submission"].startswith("submit/")
+    assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", payload["datetime"])
+    for scores in (payload, *payload["tests"]):
+        assert type(scores["score"]) is type(scores["max-score"]) is int
+        assert 0 <= scores["score"] <= scores["max-score"]
+    assert sum(test["score"] for test in payload["tests"]) == payload["score"]
+    assert sum(test["max-score"] for test in payload["tests"]) == payload["max-score"]
+    assert all(test["test-name"] and type(test["passed"]) is bool for test in payload["tests"])
+
+
+RUNNER = {
+    "CLASSROOM": "robotics", "ASSIGNMENT": "velocity", "OWNER": "bo", "SUBMISSION_TAG": "submit/1", "COMMIT_URL": "c",
+    "RELEASE_URL": "r",
+}  # fmt: skip
+
+
+def test_classroom50_takes_whole_numbers_that_add_up(assignment: Assignment, results: list[Result]) -> None:
+    late = {"due": "d", "penalty": 0.15, "points_before": 4.0}
+    for result in (*results, {**results[0], "score": 3.4, "late": late}, {**results[1], "score": 4.0}):
+        payload = json.loads(of_environment(assignment, result, RUNNER))
+        collected(payload)
+        assert payload["score"] / payload["max-score"] == pytest.approx(result["score"] / 4, abs=0.13)
+    exact = json.loads(of_environment(assignment, results[1], RUNNER))
+    assert exact["max-score"] == 400  # partial credit is counted in hundredths
+    assert exact["score"] == round(100 * results[1]["score"])
+    assert sum(shared_out(7, [Fraction(0)] * 3, [1, 2, 4])) == 7
+
+
+def test_what_has_no_mark_is_handed_to_nobody(assignment: Assignment, results: list[Result]) -> None:
+    for form in (results_json, FORMATS["classroom50"].make):
+        with pytest.raises(QdotError, match="there is no mark"):
+            form(assignment, [ungraded(results[0])])
+        with pytest.raises(QdotError, match="is of one student"):
+            form(assignment, results)
+
+
+def test_one_student_is_graded_alone_and_the_class_stays_as_it_was(assignment: Assignment, tmp_path: Path) -> None:
+    folder = assignment.folder
+    notebook = hand_in(assignment, "../elsewhere/mine.ipynb", right(assignment, "cy"))
+    asked = ("--report", f"gradescope={tmp_path / 'r.json'}", "--report", f"github={tmp_path / 's.md'}")
+    told = run("grade", folder, notebook, "--student", "cy", "--received", "2027-01-09T10:00:00+01:00", *asked)
+    assert told == "cy: graded, 4 of 4 points\n"
+    assert json.loads((tmp_path / "r.json").read_text())["score"] == 4
+    assert not (folder / "graded" / "results.jsonl").exists()
+    assert "::warning title=p1.jacobian" in run("grade", folder, "--student", "bo", *asked)
+    assert "name them with --student" in fails("grade", folder, "--report", "gradescope=x")
+    assert "did you mean 'cy'" in fails("grade", folder, "--student", "cyy")
+    assert "--received is the time of one" in fails("grade", folder, "--received", "2027-01-09")
+    assert "is no time" in fails("grade", folder, "--student", "cy", "--received", "soon")
+    assert "does not exist" in fails("grade", folder, tmp_path / "none.ipynb", "--student", "cy")
+
+
+def test_every_part_is_a_test_of_pytest(assignment: Assignment, pytester: pytest.Pytester) -> None:
+    """Results come from graded/.cache where the tests before have graded already."""
+    pytester.makepyfile("def test_of_the_course(): pass")
+    given = ("--qdot", str(assignment.folder), "-p", "no:randomly")
+    done = pytester.runpytest_subprocess(*given, "-rf")
+    done.assert_outcomes(passed=1 + 3 + 1, failed=2 + 3)
+    done.stdout.fnmatch_lines(["*bo::p1.jacobian*", "Jacobian by differentiation: * of 2 points, partial"])
+    done.stdout.no_fnmatch_line("*Traceback*")
+    done.stdout.no_fnmatch_line("*raise PartFailed*")
+    split = pytester.runpytest_subprocess(*given, "-n", "2", "-k", "ada")
+    split.assert_outcomes(passed=3)
+
+
+def test_what_qdot_fails_on_is_an_error_and_a_wrong_folder_a_line(
+    assignment: Assignment, pytester: pytest.Pytester
+) -> None:
+    pytester.makeconftest(
+        """
+        from grader import single
+        from grader.attempt import ungraded
+        from grader.settle import Graded, settle
+
+        def fails(assignment, student, found, limits):
+            return settle(assignment, student, [Graded(marked=ungraded(assignment, student.id, None, "no memory"))], {})
+
+        single.grade_one = fails
+        """
+    )
+    done = pytester.runpytest_subprocess("--qdot", str(assignment.folder), "-k", "cy")
+    done.assert_outcomes(errors=3)
+    done.stdout.fnmatch_lines(["*qdot itself failed on this notebook (no memory)*"])
+    wrong = pytester.runpytest_subprocess("--qdot", str(pytester.path / "nowhere"))
+    assert wrong.ret == pytest.ExitCode.USAGE_ERROR
+    wrong.stderr.fnmatch_lines(["*there is no assignment.toml in it"])
+    broken = pytester.mkdir("broken")
+    (broken / "assignment.toml").write_text("title = 1\n")
+    told = pytester.runpytest_subprocess("--qdot", str(broken))
+    told.assert_outcomes(errors=1)
+    told.stdout.no_fnmatch_line("*Traceback*")

@@ -1,0 +1,445 @@
+"""The command line as its contract says: results on stdout, one clear message and code 2 for bad input."""
+
+import importlib
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from exercises.families import FAMILIES
+from exercises.parallel import _stop_put_off
+from exercises.quizzes import ASKED
+from grader.cli import WORKERS, app
+from tests.support.command import fails, run, runner
+from tests.support.problems import several
+
+ELBOW = """name = "elbow"
+task = ["vx", "vy", "vz"]
+""" + "".join(
+    f'[[joint]]\nkind = "R"\ntheta = "theta{i}"\nd = {d}\na = "a{i}"\nalpha = {alpha}\n'
+    for i, d, alpha in ((1, '"d1"', '"-pi/2"'), (2, 0, 0), (3, 0, 0))
+)
+
+
+def test_help_lists_every_command_and_each_explains_itself() -> None:
+    listed = run("--help")
+    for command in (
+        "init",
+        "families",
+        "questions",
+        "show",
+        "solve",
+        "verify",
+        "generate",
+        "check",
+        "compare",
+        "grade",
+        "doctor",
+        "demo",
+    ):
+        assert command in listed
+        assert len(run(command, "--help")) > 250
+
+
+def test_families_and_questions() -> None:
+    families = json.loads(run("families", "--json"))
+    assert [family["name"] for family in families] == list(FAMILIES)
+    assert [question["name"] for question in json.loads(run("questions", "--json"))] == list(ASKED)
+    assert "planar-2r" in run("families")
+    assert "inverse-velocity" in run("questions")
+
+
+@pytest.mark.parametrize("like", ["planar-rpr", "random-2"])
+def test_a_family_that_is_new_in_the_registry_is_listed_without_more_ado(
+    monkeypatch: pytest.MonkeyPatch, like: str
+) -> None:
+    family = replace(FAMILIES[like], name="my-arm", title="my arm")
+    monkeypatch.setitem(FAMILIES, "my-arm", family)
+    *others, found = json.loads(run("families", "--json"))
+    assert (found["name"], found["title"]) == ("my-arm", "my arm")
+    (known,) = [row for row in others if row["name"] == like]
+    same = ("joints", "questions") if family.varied else ("joints", "questions", "difficulty", "difficulties")
+    assert [found[key] for key in same] == [known[key] for key in same]
+    assert "\nmy-arm               my arm (" in run("families")
+
+
+@pytest.mark.parametrize("family", ["planar-2r", "elbow-3r", "scara-rrrp", "random-3"])
+def test_show_json_has_the_contracts_shape(family: str) -> None:
+    shown = json.loads(run("show", f"{family}/7", "--solution", "--format", "json"))
+    assert set(shown) >= {"id", "family", "seed", "engine", "robot", "symbols", "parts", "certificate"}
+    assert shown["id"] == f"{family}/7"
+    assert shown["certificate"]["passed"] is True
+    for joint in shown["robot"]["joints"]:
+        assert set(joint) >= {"kind", "theta", "d", "a", "alpha"}
+    for part in shown["parts"]:
+        assert set(part) >= {"name", "kind", "type", "prompt", "points", "needs", "reference"}
+        assert "$" in part["prompt"] or part["prompt"]
+    hidden = json.loads(run("show", f"{family}/7", "--format", "json"))
+    assert all("reference" not in part for part in hidden["parts"])
+
+
+@pytest.mark.parametrize("format", ["text", "latex", "html", "ipynb"])
+def test_show_in_every_format_is_the_same_twice(format: str) -> None:
+    first = run("show", "polar-rp/3", "--solution", "-f", format)
+    assert len(first) > 1000
+    assert run("show", "polar-rp/3", "--solution", "-f", format) == first
+
+
+@pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        (("show", "planar-2r"), "FAMILY/SEED"),
+        (("show", "planar-2r/99999999999999999999999"), "the largest seed is 9223372036854775807"),
+        (("verify", "planar-2r/9223372036854775808"), "08: the largest seed is 9223372036854775807"),
+        (("show", "planer-2r/7"), "did you mean 'planar-2r'"),
+        (("show", "planar-2r/7", "--format", "pdf"), "none of text, latex, html, json, ipynb"),
+        (("show", "planar-2r/7", "--questions", "jacobean"), "did you mean 'jacobian'"),
+        (("show", "planar-2r/7", "--questions", ""), "names no question; leave the option out to ask all that apply"),
+        (("show", "planar-2r/7", "--questions", " , "), "names no question; leave the option out to ask all that"),
+        (("show", "planar-3r/7", "--questions", "determinant"), "not square"),
+        (("solve", "nowhere.toml"), "nowhere.toml"),
+        (("verify",), "name problems"),
+        (("verify", "planar-2r/3", "--family", "elbow-3r"), "'planar-2r/3' is verified without it: give one or the"),
+        (("verify", "--family", "x"), "unknown family 'x'"),
+        (
+            ("verify", "nodir"),
+            "'nodir' is not a problem; write FAMILY/SEED, as in planar-2r/7; there is no folder of that",
+        ),
+        (("generate", "nowhere"), "qdot init nowhere"),
+        (("grade", "nowhere"), "qdot init nowhere"),
+        (("check", "nowhere.ipynb"), "nowhere.ipynb"),
+        (("compare", "a1"), "two texts"),
+        (("compare", "a1", "a1", "--type", "word"), "none of expression"),
+        (("compare", "a1", "a1+"), "the reference can't be read"),
+        (("compare", "--batch", "nowhere.jsonl"), "nowhere.jsonl"),
+    ],
+)
+def test_bad_input_gets_one_message_and_code_2(args: tuple[str, ...], said: str) -> None:
+    assert said in fails(*args)
+
+
+def test_a_misspelt_option_is_code_2() -> None:
+    assert runner.invoke(app, ["show", "planar-2r/7", "--solutoin"]).exit_code == 2
+    assert runner.invoke(app, ["shwo"]).exit_code == 2
+
+
+def test_solve_prints_example_63(tmp_path: Path) -> None:
+    (tmp_path / "elbow.toml").write_text(ELBOW)
+    found = json.loads(run("solve", tmp_path / "elbow.toml", "--format", "json"))
+    assert found["task"] == ["vx", "vy", "vz"]
+    assert [len(found["jacobian"]), len(found["geometric_jacobian"])] == [3, 6]
+    judged = run("compare", found["determinant"], "a2*a3*sin(theta3)*(a1 + a2*cos(theta2) + a3*cos(theta2 + theta3))")
+    assert json.loads(judged)["outcome"] == "correct"
+    elbow, shoulder = found["singular"]
+    assert elbow["solutions"] == {"theta3": ["0", "pi"]}
+    assert (elbow["condition"], elbow["type"]) == ("sin(theta3)", "boundary")
+    assert shoulder["solutions"] is None
+    assert shoulder["type"] == "internal"
+    assert "det" in run("solve", tmp_path / "elbow.toml")
+    assert r"\begin{document}" in run("solve", tmp_path / "elbow.toml", "--format", "latex")
+
+
+def test_rank_lost_everywhere_is_null_in_json_and_is_said_in_words(tmp_path: Path) -> None:
+    robot = tmp_path / "elbow.toml"
+    robot.write_text(ELBOW.replace('["vx", "vy", "vz"]', '["wx", "wy"]'))
+    found = json.loads(run("solve", robot, "--format", "json"))
+    assert found["singular"] is None
+    for text in (found["note"], run("solve", robot), run("solve", "--help")):
+        assert "rank in every configuration" in " ".join(text.split())
+
+
+def test_solve_notes_a_length_that_may_be_in_millimetres_beside_the_results(tmp_path: Path) -> None:
+    robot = tmp_path / "elbow.toml"
+    robot.write_text(ELBOW.replace('"a2"', "400"))
+    result = runner.invoke(app, ["solve", str(robot), "--format", "json"])
+    assert result.exit_code == 0
+    assert json.loads(result.stdout)["task"] == ["vx", "vy", "vz"]
+    assert result.stderr == (
+        f"{robot}: line 13: joint 2: a = 400: lengths are in metres; is this in millimetres? 400 mm would be 0.4\n"
+    )
+
+
+def test_compare_by_argument_and_by_batch(tmp_path: Path) -> None:
+    judged = json.loads(run("compare", "a1*a2*s2", "a1*a2*sin(theta2)"))
+    assert judged["outcome"] == "correct"
+    assert set(judged["certificate"]) == {"method", "points", "bound", "counterexample"}
+    wrong = json.loads(run("compare", "a1*a2*c2", "a1*a2*sin(theta2)"))
+    assert wrong["certificate"]["counterexample"]["at"]
+    requests: list[dict[str, Any]] = [
+        {"id": 1, "type": "matrix", "reference": [["a1", "0"], ["0", "a2"]], "student": "[[a1, 0], [0, a2*2]]"},
+        {"id": 2, "type": "angles", "reference": "{0, pi}", "student": "{pi, 2*pi}"},
+        {"id": 3, "type": "singular", "reference": ["sin(theta3) = 0"], "student": "theta3 in {0, pi}",
+         "joints": ["theta1", "theta2", "theta3"]},
+        {"id": 4, "type": "matrix", "reference": ["a1", "a2"], "student": "[a1, a2]"},
+        {"id": 5, "type": "expression", "reference": "a1", "student": ""},
+        {"id": 6, "type": "matrix", "reference": 5, "student": 5},
+        {"id": 7, "type": "matrix", "reference": ["a1"], "student": json.loads("[" * 900 + "]" * 900)},
+    ]  # fmt: skip
+    lines = "".join(json.dumps(request) + "\n" for request in requests)
+    (tmp_path / "b.jsonl").write_text(lines)
+    expected = ["partial", "correct", "correct", "correct", "missing", "correct", "wrong"]
+    for source, stdin in ((tmp_path / "b.jsonl", None), ("-", lines)):
+        answers = [json.loads(line) for line in run("compare", "--batch", source, stdin=stdin).splitlines()]
+        assert [answer["outcome"] for answer in answers] == expected
+        assert [answer["id"] for answer in answers] == list(range(1, 8))
+    (tmp_path / "b.jsonl").write_text('{"id": 1}\n')
+    assert "line 1" in fails("compare", "--batch", tmp_path / "b.jsonl")
+
+
+def test_verify_problems_and_folders(tmp_path: Path) -> None:
+    assert "2 problems verified, 0 failed" in run("verify", "planar-2r/7", "polar-rp/1", "--jobs", "1")
+    assert "2 problems verified, 0 failed" in run("verify", "--family", "planar-3r", "--count", "2", "--jobs", "2")
+
+
+def test_a_sweep_begins_at_any_seed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("grader.certify.reference_text", lambda part: "theta1")
+    said = run("verify", "--family", "planar-2r", "--count", "2", "--from", "40", "--jobs", "1", code=1)
+    assert {line.split()[0].rstrip(":") for line in said.splitlines()[:-1]} == {"planar-2r/40", "planar-2r/41"}
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        (
+            ["verify", "--family", "planar-2r"],
+            "stopped; the same command begins at the first problem again, and --from",
+        ),
+        (["grade", "."], "stopped; run the same command again to go on"),
+        (["families"], "stopped"),
+    ],
+)
+def test_ctrl_c_says_what_is_true_of_the_command(
+    monkeypatch: pytest.MonkeyPatch, command: list[str], said: str
+) -> None:
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    for name in ("grader.commands._tasks", "grader.commands.load_assignment", "exercises.commands.listed"):
+        monkeypatch.setattr(name, stop)
+    result = runner.invoke(app, command)
+    assert result.exit_code == 130
+    assert result.stderr.startswith(f"qdot: {said}")
+    assert ("again to go on" in result.stderr) == ("again to go on" in said)
+
+
+def test_verify_says_what_failed_and_leaves_with_1(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("grader.certify.reference_text", lambda part: "theta1")
+    said = run("verify", "planar-2r/7", "--jobs", "1", code=1)
+    assert "planar-2r/7" in said
+    assert "the reference itself is judged wrong" in said
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("cli") / "hw"
+    run("init", made, "--key", "hw", "--title", "Home work")
+    toml = made / "assignment.toml"
+    toml.write_text('title = "T"\nkey = "hw"\n[[problem]]\nfamily = "polar-rp"\nquestions = ["position", "jacobian"]\n')
+    said = run("generate", made, "--jobs", "2")
+    assert "2 written" in said
+    return made
+
+
+def test_generate_grade_and_check(folder: Path) -> None:
+    assert "2 kept" in run("generate", folder)
+    assert "does not exist" in fails("grade", folder, folder / "nowhere")
+    assert "not a folder of submissions" in fails("grade", folder, folder / "roster.csv")
+    blank = folder / "released" / "s001" / "hw.ipynb"
+    solved = folder / "solutions" / "s001" / "hw.ipynb"
+    assert "p1.position: left blank\n" in run("check", blank, code=1)
+    assert "2 of 2 answers can be read" in run("check", solved)
+    target = folder / "in" / "s001" / "hw.ipynb"
+    target.parent.mkdir(parents=True)
+    target.write_bytes(solved.read_bytes())
+    said = run("grade", folder, folder / "in", "--jobs", "1")
+    assert "1 graded, 1 missing" in said
+    rows = [json.loads(line) for line in (folder / "graded" / "results.jsonl").read_text().splitlines()]
+    assert [(row["student"], row["score"], row["max_score"]) for row in rows] == [("s001", 3, 3), ("s002", 0, 3)]
+    assert (folder / "graded" / "feedback" / "s002.html").exists()
+    run("grade", folder, folder / "in", "--fail-under", "50", code=1)
+
+
+def test_what_was_only_completed_need_not_be_handed_out_anew(folder: Path) -> None:
+    (folder / "solutions" / "s002" / "hw.ipynb").unlink()
+    result = runner.invoke(app, ["generate", str(folder), "--jobs", "1"])
+    assert result.stdout.startswith("2 students: 1 completed, 1 kept; hand out")
+    assert result.stderr == ""
+
+
+def test_another_assignment_toml_is_told_in_one_line(folder: Path, tmp_path: Path) -> None:
+    for name in ("released", "solutions"):
+        shutil.copytree(folder / name, tmp_path / name)
+    for name in ("assignment.toml", "roster.csv", "secret.txt"):
+        shutil.copy(folder / name, tmp_path / name)
+    toml = tmp_path / "assignment.toml"
+    toml.write_text(toml.read_text().replace('"jacobian"', '"joint-axes"'))
+    result = runner.invoke(app, ["grade", str(tmp_path), str(tmp_path / "solutions"), "--jobs", "1"])
+    assert result.stderr.count("2 of 2 notebooks were made from another assignment.toml or secret") == 1
+    assert "s001: the notebook is the staff's" in result.stderr
+
+
+def test_check_calls_a_list_of_conditions_no_matrix(tmp_path: Path) -> None:
+    text = run("show", "planar-2r/7", "--questions", "jacobian,singular-angles", "--solution", "--format", "ipynb")
+    (tmp_path / "n.ipynb").write_text(text)
+    said = run("check", tmp_path / "n.ipynb")
+    assert "jacobian: 2 x 2 matrix" in said
+    assert said.count("matrix") == 1
+
+
+def test_help_lines_are_whole() -> None:
+    assert "..." not in run("--help").split("Commands:")[1]
+
+
+def test_families_say_how_hard_they_are() -> None:
+    rows = {row["name"]: row["difficulty"] for row in json.loads(run("families", "--json"))}
+    assert rows["planar-2r"] < rows["elbow-3r"]
+    assert "difficulty" in run("families")
+
+
+def test_a_terminal_without_unicode_is_no_failure() -> None:
+    shown = subprocess.run(
+        [sys.executable, "-m", "grader.cli", "show", "planar-2r/7"],
+        capture_output=True, env={**os.environ, "PYTHONIOENCODING": "ascii"}, timeout=60,
+    )  # fmt: skip
+    assert shown.returncode == 0, shown.stderr
+    assert not shown.stderr
+
+
+def alive(group: int) -> list[str]:
+    """Return what runs in a process group; an ended process that nobody has asked for doesn't."""
+    listed = subprocess.run(["ps", "-A", "-o", "pgid=,stat=,command="], capture_output=True, text=True, check=True)
+    rows = [line.split(None, 2) for line in listed.stdout.splitlines()]
+    return [row[-1] for row in rows if row[0] == str(group) and not row[1].startswith("Z")]
+
+
+@pytest.mark.skipif(shutil.which("ps") is None, reason="needs ps")
+@pytest.mark.parametrize("seconds", several([0.3, 4], [0.3, 1.2, 4]))
+def test_ctrl_c_ends_everything_at_once_in_one_line(tmp_path: Path, seconds: float) -> None:
+    made = tmp_path / "hw"
+    run("init", made)
+    (made / "roster.csv").write_text("student\n" + "".join(f"s{i}\n" for i in range(2000)))
+    process = subprocess.Popen(
+        [sys.executable, "-m", "grader.cli", "generate", str(made), "--jobs", "2"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
+    )  # fmt: skip
+    time.sleep(seconds)
+    os.killpg(process.pid, signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert errors == b"qdot: stopped; run the same command again to go on\n"
+    assert process.returncode == 130
+    time.sleep(0.5)
+    assert alive(process.pid) == []
+    assert not list(made.rglob("*.tmp"))
+
+
+GO_ON = "run the same command again to go on"
+BEGIN_AGAIN = "the same command begins at the first problem again, and --from SEED begins a sweep later"
+STOPPED = [
+    ("generate", "parent", GO_ON, 0.3), ("generate", "parent", GO_ON, 4), ("generate", "group", GO_ON, 4),
+    ("verify", "parent", BEGIN_AGAIN, 4),
+]  # fmt: skip
+STOPPED_EARLY = [("generate", "group", GO_ON, 0.3), ("verify", "parent", BEGIN_AGAIN, 0.3)]
+"""Further ones, stopped while modules are loaded."""
+
+
+@pytest.mark.skipif(shutil.which("ps") is None, reason="needs ps")
+@pytest.mark.parametrize(("command", "whom", "said", "seconds"), several(STOPPED, STOPPED + STOPPED_EARLY))
+def test_sigterm_ends_everything_at_once_in_one_line(
+    tmp_path: Path, command: str, whom: str, said: str, seconds: float
+) -> None:
+    made = tmp_path / "hw"
+    run("init", made)
+    (made / "roster.csv").write_text("student\n" + "".join(f"s{i}\n" for i in range(2000)))
+    what = [str(made)] if command == "generate" else ["--family", "elbow-3r", "--count", "2000"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "grader.cli", command, *what, "--jobs", "2"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
+    )  # fmt: skip
+    time.sleep(seconds)
+    (os.kill if whom == "parent" else os.killpg)(process.pid, signal.SIGTERM)
+    output, errors = process.communicate(timeout=60)
+    assert output == b""
+    assert errors.decode().startswith(f"qdot: stopped; {said}")
+    assert errors.count(b"\n") == 1
+    assert process.returncode == 143
+    time.sleep(0.5)
+    assert alive(process.pid) == []
+    assert not list(made.rglob("*.tmp"))
+
+
+@pytest.mark.parametrize("command", sorted(WORKERS))
+def test_what_is_loaded_ahead_of_a_command_is_what_its_processes_need(command: str) -> None:
+    assert command in [info.callback.__name__ for info in app.registered_commands if info.callback]
+    assert all(importlib.import_module(module) for module in WORKERS[command])
+
+
+def test_what_loads_ahead_ends_with_the_command(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-m", "grader.cli", "grade", str(tmp_path / "nothing")],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
+    )  # fmt: skip
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert errors.count(b"\n") == 1
+    time.sleep(0.2)
+    assert alive(process.pid) == []
+
+
+def test_a_stop_while_processes_start_is_a_stop_whatever_fails_then() -> None:
+    def stop(number: int, _: object) -> None:
+        raise KeyboardInterrupt(number)
+
+    usual = signal.signal(signal.SIGTERM, stop)
+    try:
+        with pytest.raises(KeyboardInterrupt) as caught, _stop_put_off():
+            signal.raise_signal(signal.SIGTERM)
+            raise EOFError
+        assert caught.value.args == (signal.SIGTERM,)
+        assert signal.getsignal(signal.SIGTERM) is stop
+    finally:
+        signal.signal(signal.SIGTERM, usual)
+
+
+def test_a_stopped_pipe_and_ctrl_c_end_quietly(folder: Path) -> None:
+    qdot = [sys.executable, "-m", "grader.cli"]
+    shown = subprocess.Popen([*qdot, "questions", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert shown.stdout is not None
+    shown.stdout.close()
+    _, errors = shown.communicate(timeout=60)
+    assert b"Traceback" not in errors
+
+
+def test_a_killed_generation_leaves_whole_files_and_a_rerun_finishes(tmp_path: Path) -> None:
+    made = tmp_path / "hw"
+    run("init", made, "--key", "hw")
+    toml = 'title = "T"\nkey = "hw"\n[[problem]]\nfamily = "polar-rp"\nquestions = ["position"]\n'
+    (made / "assignment.toml").write_text(toml)
+    (made / "roster.csv").write_text("student\n" + "".join(f"s{i}\n" for i in range(12)))
+    process = subprocess.Popen(
+        [sys.executable, "-m", "grader.cli", "generate", str(made), "--jobs", "1"],
+        stderr=subprocess.DEVNULL,
+        env=os.environ,
+    )
+    while process.poll() is None and len(list(made.glob("solutions/*/hw.ipynb"))) < 3:
+        time.sleep(0.01)
+    process.kill()
+    process.wait()
+    for path in made.glob("*/*/hw.ipynb"):
+        json.loads(path.read_text())
+    run("generate", made, "--jobs", "1")
+    assert len(list(made.glob("solutions/*/hw.ipynb"))) == len(list(made.glob("released/*/hw.ipynb"))) == 12
+
+
+def test_long_work_tells_its_progress_in_a_log(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("exercises.console.EVERY", 0.0)
+    result = runner.invoke(app, ["verify", "--family", "planar-2r", "--count", "2", "--jobs", "1"])
+    assert result.exit_code == 0
+    assert result.stderr.splitlines()[:2] == ["verifying: 1 of 2", "verifying: 2 of 2"]

@@ -1,0 +1,246 @@
+"""The mistake behind a wrong answer is named where it is known, whatever arm and question; else nothing is said."""
+
+import json
+import re
+from collections import Counter
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.docs import planar_2r, scorbot_arm
+from exercises.families import FAMILIES
+from exercises.formula.expression import read
+from exercises.formula.tape import compile_tape, evaluate
+from exercises.generate import questions_of
+from exercises.mistakes.catalogue import (
+    CATALOGUE,
+    ON_THE_WAY,
+    fingerprint,
+    late_mistakes,
+    late_slips,
+    taken,
+    wrong_answers,
+)
+from exercises.mistakes.given import Values, configurations
+from exercises.mistakes.results import RESULTS, result
+from exercises.mistakes.working import as_formulas, formulas, numbers
+from exercises.problem import Expression, Matrix, Part
+from exercises.record import text_of
+from exercises.stream import Stream
+from grader.contained.callables import TABLE
+from grader.diagnosis import diagnose
+from grader.functions import asked_of
+from grader.parts import domain_of
+from tests.support.problems import LONG_ARMS, asked, several
+from tests.tools.diagnoses import problems, sweep
+
+FAMILY_NAMES = list(FAMILIES)
+ASKED_OF_EACH, ASKED_OF_LONG = 4, several(2, 4)
+"""Questions of a family, and of one of six or seven joints, that the tests take; `make diagnoses` takes all."""
+
+
+def evaluated(part: Part, values: Values) -> np.ndarray:
+    """Return the entries of a reference at configurations, (entries, N)."""
+    answer = part.answer
+    entries = [answer.reference] if isinstance(answer, Expression) else list(answer.reference)  # type: ignore[union-attr]
+    nodes = [read(text_of(entry), frozenset(values)) for entry in entries]
+    return evaluate(compile_tape(nodes), values, len(next(iter(values.values()))))[0]
+
+
+def questions_for(family: str) -> tuple[str, ...]:
+    """Return some questions of a family; all of them are taken by one family or another."""
+    names, first = [*questions_of(family)], 3 * FAMILY_NAMES.index(family)
+    return tuple(
+        names[(first + k * 7) % len(names)] for k in range(ASKED_OF_LONG if family in LONG_ARMS else ASKED_OF_EACH)
+    )
+
+
+def test_mistakes_are_named_and_random_answers_blamed_on_none(family: str) -> None:
+    counts, missed = sweep([family], (0,), questions_for(family), few=2, at_random=2)
+    wrong = counts["named"] + counts["same answer"] + counts["nothing"]
+    assert counts["judged right"] == 0, missed
+    assert counts["nothing"] <= 0.05 * wrong, missed
+    assert counts["random, blamed"] == 0, missed
+
+
+# --- the chapter's arms ---
+
+PLANAR, SCORBOT = planar_2r(), scorbot_arm()
+C1, S1, C12, S12 = "cos(theta1)", "sin(theta1)", "cos(theta1 + theta2)", "sin(theta1 + theta2)"
+
+
+def said(name: str, answer: str, chain: Chain = PLANAR) -> tuple[str, str]:
+    """Return the mistakes that are named behind an answer, and the sentence."""
+    problem = asked(name, chain)
+    found = diagnose(problem, problem.parts[0], answer, "chapter")
+    return ("", "") if found is None else (" and ".join(found.mistakes), found.says)
+
+
+@pytest.mark.parametrize(
+    ("question", "answer", "mistake"),
+    [
+        ("position", f"[a1*{C1} + a2*cos(theta2), a1*{S1} + a2*sin(theta2)]", "relative-angle"),
+        ("position", f"[a1*{C1}, a1*{S1}]", "link-left-out"),
+        ("position", f"[a1*{S1} + a2*{S12}, a1*{C1} + a2*{C12}]", "all-sines-for-cosines"),
+        ("position", f"[a1*{C1} - a2*{C12}, a1*{S1} - a2*{S12}]", "link-subtracted"),
+        ("jacobian", f"[[-a1*{S1}, -a2*{S12}], [a1*{C1}, a2*{C12}]]", "chain-rule"),
+        ("jacobian", f"[[-a1*{S1} - a2*{S12}, a1*{C1} + a2*{C12}], [-a2*{S12}, a2*{C12}]]", "transposed"),
+        ("jacobian", f"[[a1*{S1} + a2*{S12}, a2*{S12}], [a1*{C1} + a2*{C12}, a2*{C12}]]", "derivative-of-cosine"),
+        ("jacobian", f"[[-a2*{S12}, -a1*{S1} - a2*{S12}], [a2*{C12}, a1*{C1} + a2*{C12}]]", "columns-exchanged"),
+        ("determinant", "a1*a2*cos(theta2)", "wave-exchanged"),
+        ("determinant", "-a1*a2*sin(theta2)", "determinant-sign"),
+        ("determinant", "a2*sin(theta2)", "factor-lost"),
+        (
+            "inverse-jacobian",
+            f"[[a2*{C12}, a2*{S12}], [-a1*{C1} - a2*{C12}, -a1*{S1} - a2*{S12}]]",
+            "determinant-forgotten",
+        ),
+        (
+            "inverse-velocity",
+            f"[vx*(-a1*{S1} - a2*{S12}) + vy*(a1*{C1} + a2*{C12}), -vx*a2*{S12} + vy*a2*{C12}]",
+            "transpose-for-inverse",
+        ),
+        ("joint-torques", f"[-(a1*{S1} + a2*{S12})*fx - a2*{S12}*fy, (a1*{C1} + a2*{C12})*fx + a2*{C12}*fy]",
+         "jacobian-for-transpose"),
+        ("singular-angles", "{0}", "one-root-only"),
+        ("singular-angles", "{theta2: [pi/2, -pi/2]}", "quarter-turn-singular"),
+        ("singular-angles", "{theta1: [0, pi]}", "condition-for-other-joint"),
+        ("singular-angles", "{theta2: [0, 180]}", "angles-in-degrees"),
+        ("singular-angles", "[theta1 = 0, theta1 = pi, theta2 = 0, theta2 = pi]", "joint-called-singular"),
+    ],
+)  # fmt: skip
+def test_of_the_planar_arm(question: str, answer: str, mistake: str) -> None:
+    assert said(question, answer)[0] == mistake
+
+
+REACH = "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)"
+
+
+@pytest.mark.parametrize(
+    ("answer", "mistake"),
+    [
+        ("theta3 in {0, pi}", "shoulder-missed"),
+        (f"[{REACH} = 0]", "component-missed"),
+        (f"[theta3 = 0, theta3 = pi, {REACH} = 0, theta2 = 0]", "joint-called-singular"),
+        ("[theta3 = 0, theta3 = pi, theta2 = 0, theta2 = pi]", "joint-called-singular"),
+        (f"[theta3 = 0, {REACH} = 0]", "one-root-only"),
+        ("[theta3 in {0, pi}, a1 + a2*cos(theta2) + a3*cos(theta3) = 0]", "relative-angle-in-condition"),
+        ("[theta3 in {0, pi}, a1 + a2*cos(theta2) - a3*cos(theta2 + theta3) = 0]", "sign-in-condition"),
+        ("[theta3 in {0, pi}, a2*cos(theta2) + a3*cos(theta2 + theta3) = 0]", "term-lost-in-condition"),
+    ],
+)
+def test_of_example_6_3(answer: str, mistake: str) -> None:
+    assert said("singular-angles", answer, SCORBOT)[0] == mistake
+
+
+def test_the_sentence_says_where_it_went_wrong_and_where_to_look() -> None:
+    name, sentence = said("jacobian", f"[[-a1*{S1}, -a2*{S12}], [a1*{C1}, a2*{C12}]]")
+    assert name == "chain-rule"
+    assert sentence.startswith("Column 1 seems to lack the part that link 2 adds") and sentence.endswith("See (6.3).")
+
+
+def test_a_mistake_in_one_column_only_is_found_and_two_in_two_columns_are() -> None:
+    right = as_formulas(result(formulas(SCORBOT), asked("jacobian", SCORBOT).parts[0]))
+    one = right.copy()
+    one[:, 1] = -one[:, 1]
+    assert said("jacobian", _text(one), SCORBOT)[0] == "column-sign"
+    one[2, 1] = right[2, 1]  # now the sign is wrong in a part of the column
+    assert said("jacobian", _text(one), SCORBOT)[0] == "derivative-of-cosine"
+
+
+def _text(matrix: sp.Matrix) -> str:
+    return str(matrix.tolist())
+
+
+def test_two_mistakes_together_are_named_both() -> None:
+    position_relative_then_sign = "a1*a2*sin(theta1 - theta2)"
+    assert said("determinant", position_relative_then_sign)[0] == "relative-angle and determinant-sign"
+
+
+@pytest.mark.parametrize(
+    "answer", ["0", "1", "a1", "theta2", "sin(theta1)", "[1, 2, 3]", "{{{", "", "a1*a2*tan(theta2)"]
+)
+def test_nothing_is_said_rather_than_guessed(answer: str) -> None:
+    assert said("determinant", answer) == ("", "")
+
+
+def test_a_long_set_is_not_compared_with_every_mistake(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It would be searched for anew each time, and stall the class."""
+    monkeypatch.setattr("grader.diagnosis.judge", None)
+    many = ", ".join(f"cos(theta1 + {k}*theta2) = 0" for k in range(60))
+    assert said("singular-angles", f"[{many}]") == ("", "")
+
+
+def test_an_answer_with_blanks_is_diagnosed_as_well() -> None:
+    half = f"[[-a1*{S1} - a2*{S12}, blank], [blank, -a2*{C12}]]"
+    assert said("jacobian", half)[0] != ""
+
+
+# --- the catalogue ---
+
+
+def test_every_mistake_has_a_sentence_without_formulas_and_a_place_in_the_chapter() -> None:
+    assert len(CATALOGUE) >= 30
+    for mistake in CATALOGUE.values():
+        words = re.sub(r"{\w+}", "2", mistake.says)
+        assert re.fullmatch(r"[A-Z*2{].*[.?)]", words), mistake.name
+        assert not re.search(r"sin\(|cos\(|\w\*\w|theta\d", words), mistake.name
+        assert re.search(r"6\.\d|appendix", mistake.source), mistake.name
+
+
+def test_every_mistake_is_made_somewhere() -> None:
+    seen: Counter[str] = Counter()
+    for family in ("planar-2r", "planar-3r", "spherical", "planar-prr", "scara", "elbow-3r", "stanford-6r"):
+        if set(CATALOGUE) - set(seen) <= {"fixed-angle-forgotten"}:
+            break
+        for problem, part in problems(family, 0):
+            seen.update(mistake.name for mistake, _ in taken(problem.chain, part))
+            if part.kind in RESULTS:
+                values = configurations(problem.chain, part, domain_of(problem), 2, Stream("seen"))
+                seen.update(wrong.mistake.name for wrong in wrong_answers(numbers(problem.chain, values), part))
+    assert set(CATALOGUE) - set(seen) <= {"fixed-angle-forgotten"}
+
+
+def test_the_right_answer_comes_out_of_every_working(family: str) -> None:
+    """Numbers and formulas of `mistakes` are a third derivation: they must give the references."""
+    for problem, part in problems(family, 0, tuple(RESULTS)):
+        if isinstance(part.answer, (Expression, Matrix)):
+            values = configurations(problem.chain, part, domain_of(problem), 3, Stream("right"))
+            found = result(numbers(problem.chain, values), part)
+            due = evaluated(part, values)
+            assert abs(found - due.reshape(found.shape)).max() < 1e-9 * max(1.0, abs(due).max()), part.name
+
+
+def test_a_function_that_needs_numbers_is_diagnosed_by_its_values() -> None:
+    problem = asked("position", PLANAR)
+    called = asked_of(problem, domain_of(problem), "points")
+    at = dict(zip(called["symbols"], np.array(called["points"]).T, strict=True))
+    rows = [at["a1"] * wave(at["theta1"]) + at["a2"] * wave(at["theta2"]) for wave in (np.cos, np.sin)]
+    values = [[[value, 0.0] for value in row] for row in np.array(rows).T.tolist()]
+    table = TABLE + json.dumps({"shape": [2], "values": values})
+    found = diagnose(problem, problem.parts[0], table, "s", "points")
+    assert found is not None and found.mistakes == ("relative-angle",)
+
+
+@pytest.mark.parametrize("name", ["jacobian", "inverse-velocity", "link-velocity", "position-vectors"])
+def test_second_mistakes_give_what_they_give_when_all_is_worked_out_again(name: str) -> None:
+    (part,) = (problem := asked(name, PLANAR)).parts
+    w = numbers(problem.chain, configurations(problem.chain, part, domain_of(problem), 3, Stream("second mistakes")))
+    right = result(w, part)
+    late = late_mistakes(w.chain, part, (right.shape[0], right.shape[1]))
+    of_working: dict[bytes, set[bytes]] = {}
+    for first in wrong_answers(w, part):
+        if first.mistake.name in ON_THE_WAY and first.answer.shape == right.shape:
+            with np.errstate(all="ignore"):  # of a J that lost its rank
+                due = [as_bytes(result(first.working.but(slip.changes), part)) for _, slip in late]
+                made = [as_bytes(second.answer) for second in late_slips(first, part, late)]
+            assert set(due) == {*made, as_bytes(first.answer)} or set(due) == set(made)
+            known = of_working.setdefault(fingerprint(first.working, first.answer), set(due))
+            assert known == set(due), "one fingerprint of workings that go on differently"
+
+
+def as_bytes(answer: np.ndarray) -> bytes:
+    finite = np.where(np.isfinite(answer) & (np.abs(answer) < 1e9), answer, 1e9)  # a determinant of zero or 1e-17
+    return repr(answer.shape).encode() + (np.round(finite, 6) + 0.0).tobytes()

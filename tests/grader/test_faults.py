@@ -1,0 +1,442 @@
+"""Nothing is lost: whatever ends `qdot grade`, and whenever, a rerun goes on and gives what an undisturbed run gives.
+
+The faults are real: SIGKILL for the whole process group at drawn moments, SIGINT, SIGTERM, workers that are killed, a
+disk that is full (a tmpfs, for root), a limit on the size of files, a lock that another process holds.
+"""
+
+import csv
+import fcntl
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from exercises.assignment import Assignment, load_assignment
+from exercises.release import init_assignment, release
+from grader.attempt import grade_attempt, is_graded, read_attempts
+from grader.batch import grade_class
+from grader.certify import certificate_text
+from grader.copies import Copies
+from grader.demo import answered
+from grader.reports.tables import status
+from grader.sandbox import Limits, Run, Sandbox
+from grader.submission import Found, find_submissions
+from tests.support.problems import DeadlyAssignment, several
+
+TOML = """title = "T"
+key = "hw"
+[[problem]]
+family = "planar-2r"
+questions = ["position"]
+"""
+STUDENTS = [f"s{i:02d}" for i in range(8)]
+CUT_OFF = "s03: hw.ipynb is not a Jupyter notebook, or was cut off (line 7)\n"
+"""What an undisturbed run says on standard error."""
+REPORTS = ("results.jsonl", "grades.csv")
+pytestmark = pytest.mark.xdist_group("faults")  # the class is made and graded once
+needs_ps = pytest.mark.skipif(shutil.which("ps") is None, reason="needs ps")
+
+
+@pytest.fixture(scope="module")
+def handed_in(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A class of eight: most are right, some are wrong, one is cut off, one is missing."""
+    folder = tmp_path_factory.mktemp("class") / "hw"
+    init_assignment(folder, "T", "hw", secret="0123456789abcdef")
+    (folder / "assignment.toml").write_text(TOML)
+    (folder / "roster.csv").write_text("student\n" + "".join(f"{student}\n" for student in STUDENTS))
+    assignment = load_assignment(folder)
+    release(assignment, certificate_text, 1, lambda _: None)
+    for number, student in enumerate(STUDENTS[:-1]):
+        hand_in(folder, assignment, student, "a1" if number % 4 == 1 else "")
+    path = folder / "submitted" / "s03" / "hw.ipynb"
+    path.write_text(path.read_text()[:500])
+    return folder
+
+
+def hand_in(folder: Path, assignment: Assignment, student: str, answer: str = "") -> None:
+    text = (assignment.folder / "released" / student / "hw.ipynb").read_text()
+    path = folder / "submitted" / student / "hw.ipynb"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(answered(text, assignment.problems(student), lambda code, _: answer or code))
+    os.utime(path, (1_700_000_000, 1_700_000_000))
+
+
+def command(folder: Path, jobs: int = 2) -> list[str]:
+    return [sys.executable, "-m", "grader.cli", "grade", str(folder), "--jobs", str(jobs)]
+
+
+def started(folder: Path, jobs: int = 2) -> "subprocess.Popen[str]":
+    return subprocess.Popen(
+        command(folder, jobs), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+
+
+def finish(folder: Path, code: int = 0, jobs: int = 1) -> tuple[str, str]:
+    process = started(folder, jobs)
+    out, err = process.communicate(timeout=120)
+    assert process.returncode == code, err
+    return out, err
+
+
+def reports(folder: Path) -> dict[str, bytes]:
+    """Return what an instructor gets, byte for byte."""
+    graded = folder / "graded"
+    return {name: (graded / name).read_bytes() for name in REPORTS} | {
+        path.name: path.read_bytes() for path in (graded / "feedback").iterdir()
+    }
+
+
+@pytest.fixture(scope="module")
+def graded_once(handed_in: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The class graded by a run that nobody disturbed."""
+    folder = copied(handed_in, tmp_path_factory.mktemp("undisturbed") / "hw")
+    assert finish(folder, jobs=2)[1] == CUT_OFF
+    return folder
+
+
+@pytest.fixture(scope="module")
+def undisturbed(graded_once: Path) -> dict[str, bytes]:
+    found = reports(graded_once)
+    assert len(found) == len(STUDENTS) + len(REPORTS)
+    return found
+
+
+def copied(source: Path, target: Path) -> Path:
+    return Path(shutil.copytree(source, target))  # with the times of the files
+
+
+@pytest.fixture
+def folder(handed_in: Path, tmp_path: Path) -> Path:
+    return copied(handed_in, tmp_path / "hw")
+
+
+# --- what must hold at any moment ---
+
+
+def kept(folder: Path) -> dict[Path, int]:
+    """Return what has been graded, and when."""
+    return {path: path.stat().st_mtime_ns for path in (folder / "graded" / ".cache").glob("[!.]*.json")}
+
+
+def check_whole(folder: Path) -> None:
+    """No file that has its name holds half of what it should."""
+    graded = folder / "graded"
+    for path in kept(folder):
+        assert set(json.loads(path.read_text())) == {"key", "marked"}
+    if (graded / "results.jsonl").exists():
+        text = (graded / "results.jsonl").read_text()
+        assert text.endswith("\n")
+        assert [json.loads(line)["student"] for line in text.splitlines()] == STUDENTS
+    if (graded / "grades.csv").exists():
+        rows = list(csv.DictReader((graded / "grades.csv").read_text().splitlines()))
+        assert [row["student"] for row in rows] == STUDENTS
+    for path in (graded / "feedback").glob("[!.]*"):
+        assert path.read_text().endswith("</html>\n")
+    for path in (graded / "history").glob("[!.]*"):
+        assert path.read_text().endswith("\n")
+        for line in path.read_text().splitlines():
+            assert set(json.loads(line)) == {"replaced", "why", "result"}
+
+
+def check_done(folder: Path, undisturbed: dict[str, bytes]) -> None:
+    check_whole(folder)
+    assert reports(folder) == undisturbed
+    assert len(kept(folder)) == len(STUDENTS)
+    assert not list((folder / "graded").rglob("*.tmp"))
+
+
+def written(folder: Path) -> int:
+    return sum(1 for path in (folder / "graded").rglob("*") if path.is_file())
+
+
+def wait_for(moment: float, files: int, folder: Path, process: "subprocess.Popen[str]") -> None:
+    """Wait until a run has written so many more files, and then for some seconds."""
+    before, deadline = written(folder), time.monotonic() + 60
+    while process.poll() is None and written(folder) < before + files and time.monotonic() < deadline:
+        time.sleep(0.003)
+    time.sleep(moment)
+
+
+def drawn(rng: random.Random) -> tuple[float, int]:
+    """Return when a run is to be disturbed: at times any time since its start, mostly when it is writing."""
+    return (rng.uniform(0.0, 2.0), 0) if rng.random() < 0.2 else (rng.uniform(0.0, 0.05), rng.randint(1, 5))
+
+
+def kill(process: "subprocess.Popen[str]") -> bool:
+    """Kill a run with everything that it started; tell whether it was still at work."""
+    at_work = process.poll() is None
+    if at_work:
+        os.killpg(process.pid, signal.SIGKILL)
+    process.communicate(timeout=60)
+    return at_work
+
+
+# --- kill -9, many times ---
+
+
+@pytest.mark.parametrize(
+    ("seed", "is_graded_before"), several([(0, False), (2, True)], [(0, False), (1, False), (2, True), (3, True)])
+)
+def test_a_grader_that_is_killed_again_and_again_loses_nothing(
+    folder: Path, undisturbed: dict[str, bytes], graded_once: Path, seed: int, is_graded_before: bool
+) -> None:
+    """Where all is graded before, what is killed is the writing of reports."""
+
+    def begin() -> None:
+        shutil.rmtree(folder / "graded", ignore_errors=True)
+        if is_graded_before:
+            copied(graded_once / "graded" / ".cache", folder / "graded" / ".cache")
+
+    rng, kills = random.Random(seed), 0
+    begin()
+    while kills < several(2, 7):
+        before, process = kept(folder), started(folder, rng.choice((1, 1, 2)))
+        wait_for(*drawn(rng), folder, process)
+        kills += kill(process)
+        check_whole(folder)
+        assert before.items() <= kept(folder).items(), "a submission was graded twice"
+        if process.returncode == 0:
+            check_done(folder, undisturbed)
+            begin()
+    before = kept(folder)
+    finish(folder)
+    assert before.items() <= kept(folder).items(), "a submission was graded twice"
+    check_done(folder, undisturbed)
+
+
+def test_the_history_survives_kills_and_holds_everything_once(folder: Path, handed_in: Path, graded_once: Path) -> None:
+    copied(graded_once / "graded", folder / "graded")
+    earlier = (folder / "graded" / "results.jsonl").read_text().splitlines()
+    (folder / "overrides.csv").write_text("student,part,points,comment\ns00,p1.position,0.5,told\n")
+    hand_in(folder, load_assignment(handed_in), "s05")
+    whole = copied(folder, folder.parent / "whole")
+    finish(whole)
+    rng = random.Random(7)
+    for _ in range(several(2, 4)):
+        process = started(folder, 1)
+        wait_for(*drawn(rng), folder, process)
+        kill(process)
+        check_whole(folder)
+    finish(folder)
+    assert reports(folder) == reports(whole)
+    for student, why in (("s00", "override"), ("s05", "new submission")):
+        (line,) = (folder / "graded" / "history" / f"{student}.jsonl").read_text().splitlines()
+        assert json.loads(line)["why"] == why
+        assert json.loads(line)["result"] == json.loads(earlier[STUDENTS.index(student)])
+    assert len(list((folder / "graded" / "history").iterdir())) == 2
+
+
+# --- Ctrl-C, SIGTERM ---
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_grader_that_is_stopped_says_so_and_loses_nothing(
+    folder: Path, undisturbed: dict[str, bytes], number: signal.Signals
+) -> None:
+    rng = random.Random(number)
+    for _ in range(several(1, 2)):
+        before, process = kept(folder), started(folder)
+        wait_for(rng.uniform(0.0, 0.1), rng.randint(1, 4), folder, process)
+        os.killpg(process.pid, number)
+        _, err = process.communicate(timeout=60)
+        if process.returncode:
+            assert (process.returncode, err) == (128 + number, "qdot: stopped; run the same command again to go on\n")
+        check_whole(folder)
+        assert before.items() <= kept(folder).items()
+        assert not list((folder / "graded").rglob("*.tmp"))
+    finish(folder)
+    check_done(folder, undisturbed)
+
+
+# --- workers that die ---
+
+
+def workers(process: "subprocess.Popen[str]") -> list[int]:
+    """Return the processes that grade: children of the fork server, which is a child of the command."""
+    listed = subprocess.run(["ps", "-A", "-o", "pid=,ppid=,stat="], capture_output=True, text=True, check=True)
+    rows = [line.split() for line in listed.stdout.splitlines()]
+    parent = {int(pid): int(ppid) for pid, ppid, stat in rows if not stat.startswith("Z")}
+    return [pid for pid, above in parent.items() if parent.get(above) == process.pid]
+
+
+@needs_ps
+def test_workers_that_are_killed_cost_nobody_anything(folder: Path, undisturbed: dict[str, bytes]) -> None:
+    process = started(folder)
+    killed = 0
+    for files in (1, 2):
+        wait_for(0.0, files, folder, process)
+        for pid in workers(process)[:1]:
+            os.kill(pid, signal.SIGKILL)
+            killed += 1
+    _, err = process.communicate(timeout=120)
+    assert (process.returncode, err) == (0, CUT_OFF)
+    assert killed
+    check_done(folder, undisturbed)
+
+
+def deadly(folder: Path, times: int) -> Assignment:
+    """Return the assignment with a student, s05, who ends so many processes that come to the student's problems."""
+    assignment = load_assignment(folder)
+    own = {field.name: getattr(assignment, field.name) for field in fields(assignment)}
+    return DeadlyAssignment(**own, victim="s05", times=times)
+
+
+def graded(folder: Path, times: int) -> dict[str, dict[str, Any]]:
+    assignment = deadly(folder, times)
+    shutil.rmtree(folder / ".qdot")  # where problems are kept, nobody comes to them
+    found = find_submissions(assignment, folder / "submitted").found
+    results = grade_class(assignment, found, 2, Limits(), lambda _: None)
+    assert len(list(folder.glob("died.*"))) == min(times, 3)
+    return {result["student"]: result for result in results}
+
+
+def test_who_ends_every_process_is_ungraded_and_the_others_are_not(folder: Path, undisturbed: dict[str, bytes]) -> None:
+    lines = map(json.loads, undisturbed["results.jsonl"].decode().splitlines())
+    expected = {result["student"]: result for result in lines}
+    results = graded(folder, 9)
+    lost = results.pop("s05")
+    assert status(lost) == "ungraded"
+    assert (lost["score"], lost["max_score"]) == (0, 1)
+    assert "ended twice by the system" in lost["obstacle"]
+    assert results == {student: result for student, result in expected.items() if student != "s05"}
+    _, err = finish(folder)  # it is no mark, and not kept: the next run tries again
+    assert err == CUT_OFF
+    check_done(folder, undisturbed)
+
+
+def test_who_ends_a_process_once_is_graded(folder: Path, undisturbed: dict[str, bytes]) -> None:
+    lines = map(json.loads, undisturbed["results.jsonl"].decode().splitlines())
+    assert graded(folder, 2) == {result["student"]: result for result in lines}
+
+
+class LosingSandbox(Sandbox):
+    """A sandbox whose process is lost in some runs, as by the system's out-of-memory killer."""
+
+    def __init__(self, *ends: str) -> None:
+        super().__init__()
+        self.ends: Iterator[str] = iter(ends)
+
+    def run(self, *_: object) -> Run:
+        return Run(end=next(self.ends))
+
+
+@pytest.mark.parametrize(
+    ("ends", "said"),
+    [
+        (("lost", "done"), ""),
+        (("lost", "lost", "done"), "the notebook killed"),
+        (("unbegun", "unbegun", "unbegun", "done"), ""),
+        (("unbegun", "lost", "unbegun", "lost", "done"), "the notebook killed"),
+    ],
+)
+def test_a_notebook_answers_for_its_process_only_if_it_is_lost_twice(
+    handed_in: Path, ends: tuple[str, ...], said: str
+) -> None:
+    assignment = load_assignment(handed_in)
+    attempt = read_attempts(Found((handed_in / "submitted" / "s00" / "hw.ipynb",)), "hw")[0]
+    marked = grade_attempt(assignment, "s00", attempt, LosingSandbox(*ends), Copies(assignment))
+    assert is_graded(marked)
+    assert "".join(marked["notes"]).startswith(said)
+    assert bool(marked["notes"]) == bool(said)
+    for always in ("lost", "unbegun"):
+        with pytest.raises(RuntimeError, match="the process that runs notebooks ends by itself"):
+            grade_attempt(assignment, "s00", attempt, LosingSandbox(*[always] * 9), Copies(assignment))
+
+
+# --- disks ---
+
+
+def test_a_file_that_cannot_be_written_whole_is_one_message(folder: Path, undisturbed: dict[str, bytes]) -> None:
+    for blocks in (1, 8, 24):  # of 512 bytes: too few for a result, for a page
+        limited = ["sh", "-c", f'ulimit -f {blocks}; exec "$@"', "sh", *command(folder)]
+        done = subprocess.run(limited, capture_output=True, text=True, timeout=120)
+        assert done.returncode == 2, done.stderr
+        assert done.stdout == ""
+        *others, line = done.stderr.splitlines()
+        assert all("sandbox" in other for other in others)  # such a limit is one on what contains notebooks, too
+        assert line.startswith(f"qdot: {folder / 'graded'}")
+        assert line.endswith("can't be written: File too large")
+        check_whole(folder)
+        assert not list((folder / "graded").rglob("*.tmp"))
+    before = kept(folder)
+    assert before
+    finish(folder)
+    assert before.items() <= kept(folder).items()
+    check_done(folder, undisturbed)
+
+
+@pytest.fixture
+def tiny(folder: Path) -> Iterator[Path]:
+    """A disk of its own for what is graded, too small for it."""
+    disk = folder / "graded"
+    disk.mkdir()
+    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=28k", "tmpfs", str(disk)], capture_output=True)
+    if mounted.returncode:
+        pytest.skip("only root may mount a disk, and not everywhere")
+    yield disk
+    subprocess.run(["umount", "-l", str(disk)], check=True)
+
+
+@pytest.mark.skipif(shutil.which("mount") is None or os.geteuid() != 0, reason="only root may mount a disk")
+def test_a_full_disk_is_one_message_and_a_rerun_goes_on(
+    folder: Path, tiny: Path, undisturbed: dict[str, bytes]
+) -> None:
+    for size in ("28k", "120k"):
+        subprocess.run(["mount", "-o", f"remount,size={size}", str(tiny)], check=True)
+        before = kept(folder)
+        _, err = finish(folder, code=2)
+        (line,) = err.splitlines()
+        assert line.startswith(f"qdot: {tiny}")
+        assert line.endswith("can't be written: No space left on device")
+        check_whole(folder)
+        assert before.items() <= kept(folder).items()
+    subprocess.run(["mount", "-o", "remount,size=20m", str(tiny)], check=True)
+    finish(folder)
+    check_done(folder, undisturbed)
+
+
+def test_files_that_a_loss_of_power_emptied_or_tore_are_graded_again(
+    folder: Path, undisturbed: dict[str, bytes], graded_once: Path
+) -> None:
+    copied(graded_once / "graded", folder / "graded")
+    paths = sorted(kept(folder))
+    for path, content in zip(paths, (b"", b"\0" * 4096, b'{"key": "', b"[]", b"\xff", b"null", b"{}"), strict=False):
+        path.write_bytes(content)
+    emptied, torn, hollow = (folder / "graded" / "feedback" / f"s0{n}.html" for n in range(3))
+    emptied.write_bytes(b"")
+    torn.write_bytes(torn.read_bytes()[:-4096])
+    hollow.write_bytes(hollow.read_bytes()[:-4096] + bytes(4096))
+    finish(folder)
+    check_done(folder, undisturbed)
+
+
+# --- two graders ---
+
+
+def test_a_second_grader_says_so_and_leaves(folder: Path, undisturbed: dict[str, bytes]) -> None:
+    first = started(folder)
+    wait_for(0.0, 2, folder, first)
+    os.killpg(first.pid, signal.SIGSTOP)  # it holds what it holds until the second one has looked
+    try:
+        _, err = finish(folder, code=2)
+    finally:
+        os.killpg(first.pid, signal.SIGCONT)
+    assert err == f"qdot: {folder / 'graded'} is being graded by another 'qdot grade'; wait until it is done\n"
+    first.communicate(timeout=120)
+    assert first.returncode == 0
+    check_done(folder, undisturbed)
+    with (folder / "graded" / ".cache" / "lock").open("w") as lock:  # whatever holds it
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        before = {path: path.stat().st_mtime_ns for path in (folder / "graded").rglob("*")}
+        finish(folder, code=2)
+        assert before == {path: path.stat().st_mtime_ns for path in (folder / "graded").rglob("*")}

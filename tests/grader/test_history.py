@@ -1,0 +1,172 @@
+"""What earlier runs gave is kept when it is replaced, and `qdot grade --diff` says whose mark moved, and why."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from exercises.assignment import load_assignment
+from exercises.release import init_assignment
+from grader import history
+from grader.attempt import GRADER
+from grader.history import earlier_results, keep_earlier, moves, told
+from grader.reports.write import write_reports
+from tests.grader.test_settle import DUE, HOUR, RULE, STUDENTS, TOML, hand_in, released, run
+
+__all__ = ["released"]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    init_assignment(tmp_path / "hw", "T", "hw", STUDENTS, "0123456789abcdef")
+    (tmp_path / "hw" / "assignment.toml").write_text(TOML.format(""))
+    return tmp_path / "hw"
+
+
+def kept(folder: Path) -> dict[str, list[dict[str, Any]]]:
+    paths = sorted((folder / "graded" / "history").glob("*"))
+    return {path.stem: [json.loads(line) for line in path.read_text().splitlines()] for path in paths}
+
+
+def diff(folder: Path) -> list[str]:
+    """What --diff says, without the summary and with single spaces."""
+    return [" ".join(line.split()) for line in run(folder, "--diff")[1].splitlines()[:-1]]
+
+
+def test_whose_mark_moved_and_why(folder: Path, released: Path) -> None:
+    hand_in(folder, released, "s1/hw.ipynb", -1, position="blank")
+    hand_in(folder, released, "s2/hw.ipynb", 1)
+    first, said = run(folder, "--diff")
+    assert said.startswith("nothing to compare with: this is the first run\n")
+    assert kept(folder) == {}
+    assert diff(folder) == ["no mark moved since the last run"]
+    assert kept(folder) == {}
+
+    hand_in(folder, released, "s1/hw.ipynb", -1)
+    hand_in(folder, released, "s3/hw.ipynb", -1, determinant="blank")
+    assert diff(folder) == [
+        "s1 p1.position 0 → 2 new submission",
+        "s1 total 0.7 → 2.7 new submission",
+        "s3 p1.position 0 → 2 new submission",
+        "s3 total 0 → 2 new submission",
+        "2 students' marks moved since the last run; all points together 3.4 → 7.4 (+4)",
+    ]
+    (line,) = kept(folder)["s1"]
+    assert (line["why"], line["result"]) == ("new submission", first["s1"])
+    assert set(kept(folder)) == {"s1", "s3"}
+
+    (folder / "assignment.toml").write_text(TOML.format(RULE))
+    (folder / "overrides.csv").write_text("student,part,points,comment\ns3,p1.determinant,0.5,on paper\ns1,,1,copied\n")
+    assert diff(folder) == [
+        "s1 total 2.7 → 1 override",
+        "s2 total 2.7 → 2.43 late rule",
+        "s3 p1.determinant 0 → 0.5 override",
+        "s3 total 2 → 2.5 override",
+        "3 students' marks moved since the last run; all points together 7.4 → 5.93 (−1.47)",
+    ]
+    assert [len(lines) for lines in kept(folder).values()] == [2, 1, 2]
+
+    (folder / "overrides.csv").unlink()
+    (folder / "assignment.toml").write_text(TOML.format(RULE).replace("[2, 0.7]", "[1, 0.7]"))
+    last = folder / "graded" / "results.jsonl"
+    last.write_text(last.read_text().replace(f'"grader": {GRADER}', '"grader": 0'))
+    lines = diff(folder)
+    assert "s1 total 1 → 1.7 assignment changed, grader changed, override" in lines
+    assert "s2 p1.position 2 → 1 assignment changed, grader changed" in lines
+    (folder / "roster.csv").write_text("student\ns1\ns2\ns4\n")
+    lines = diff(folder)
+    assert "s4 total – → 0 new on the roster" in lines
+    assert "s3 total 1 → – no longer on the roster" in lines
+    assert kept(folder)["s3"][-1]["why"] == "no longer on the roster"
+
+
+def result(score: float, **others: Any) -> dict[str, Any]:
+    part = {"name": "position", "points": score, "override": None}
+    return {
+        "student": "s1", "score": score, "max_score": 2, "late": None, "override": None, "made_from": {},
+        "submission": {"file": "hw.ipynb", "sha256": "0", "received": DUE.isoformat()},
+        "problems": [{"slot": "p1", "parts": [part]}], **others,
+    }  # fmt: skip
+
+
+def why(was: dict[str, Any], now: dict[str, Any]) -> list[str]:
+    return [f"{move.part}: {move.why}" for move in moves({"s1": was}, [now])]
+
+
+def test_reasons_that_are_rare() -> None:
+    two = [{"file": "b.ipynb", "received": DUE.isoformat(), "score": None}]
+    another = {"file": "b.ipynb", "sha256": "1", "received": DUE.isoformat()}
+    assert why(result(1, attempts=two), result(2, submission=another)) == [
+        "p1.position: another attempt counts",
+        ": another attempt counts",
+    ]
+    assert why(result(1), result(0, submission=None)) == ["p1.position: submission gone", ": submission gone"]
+    assert why(result(1), result(2)) == ["p1.position: graded again", ": graded again"]
+    touched = {**result(1)["submission"], "received": (DUE + HOUR).isoformat()}
+    late = {**result(1), "submission": touched, "late": {"penalty": 0.1}, "score": 0.9}
+    assert why(result(1), late) == [": received at another time"]
+    failed = result(0)
+    failed["problems"][0]["parts"][0]["points"] = None
+    assert moves({"s1": failed}, [result(1)])[0].was == "ungraded"
+    assert told({"s1": result(1)}, [result(2)]).endswith("1 → 2 (+1)")
+
+
+def test_a_run_that_was_stopped_adds_nothing_twice(folder: Path) -> None:
+    """It was stopped after the history was written, before results.jsonl was."""
+    assignment = load_assignment(folder)
+    path = history.results_path(assignment)
+    path.parent.mkdir()
+    path.write_text(json.dumps(result(1)) + "\n")
+    for score in (2, 2, 1.5):
+        keep_earlier(assignment, [result(score)])
+        assert [line["result"]["score"] for line in kept(folder)["s1"]] == [1]
+    path.write_text(json.dumps(result(1.5)) + "\n")
+    keep_earlier(assignment, [result(1)])
+    path.write_text(json.dumps(result(1)) + "\n")
+    keep_earlier(assignment, [result(2)])
+    assert [line["result"]["score"] for line in kept(folder)["s1"]] == [1, 1.5, 1]
+
+
+def test_a_file_that_was_touched_is_no_change_unless_it_is_late(folder: Path, released: Path) -> None:
+    hand_in(folder, released, "s1/hw.ipynb", -2)
+    run(folder)
+    hand_in(folder, released, "s1/hw.ipynb", -1)
+    assert diff(folder) == ["no mark moved since the last run"]
+    assert kept(folder) == {}
+    hand_in(folder, released, "s1/hw.ipynb", 1)
+    results, _ = run(folder)
+    assert results["s1"]["late"]["seconds"] == 3600
+    assert [line["why"] for line in kept(folder)["s1"]] == ["received at another time"]
+
+
+def test_names_that_no_file_can_hold_are_no_change(folder: Path) -> None:
+    odd = result(1, student="s1", submission={"file": "\udcff.ipynb", "sha256": "0", "received": None})
+    odd |= {"obstacle": "none", "notes": ["\u2028"], "staff_notes": []}
+    odd["problems"] = [
+        {"slot": "p1", "parts": [{**odd["problems"][0]["parts"][0], "outcome": "wrong", "max_points": 2}]}
+    ]
+    assignment = load_assignment(folder)
+    for _ in range(2):
+        write_reports(assignment, [odd])
+    assert set(earlier_results(assignment)) == {"s1"}
+    assert kept(folder) == {}
+
+
+def test_what_is_damaged_is_left_out(folder: Path) -> None:
+    assignment = load_assignment(folder)
+    path = history.results_path(assignment)
+    path.parent.mkdir()
+    path.write_bytes(b"\xff")
+    assert earlier_results(assignment) == {}
+    path.write_text(
+        '{"student": "s0"\n[]\n{"student": "s2"}\n{"student": "s3", "score": 1, "problems": []}\n'
+        + json.dumps(result(1))
+        + "\n"
+    )
+    assert set(earlier_results(assignment)) == {"s1"}
+    log = folder / "graded" / "history" / "s1.jsonl"
+    log.parent.mkdir()
+    log.write_text("half a li")
+    keep_earlier(assignment, [result(2)])
+    assert [line.startswith("{") for line in log.read_text().splitlines()] == [False, True]

@@ -1,0 +1,78 @@
+"""What a wrong answer lacks is named link by link, where no mistake of the catalogue gives it."""
+
+import itertools
+
+import pytest
+import sympy as sp
+
+from exercises.generate import generate, sample_chain
+from exercises.mistakes.working import carried, formulas
+from exercises.problem import Matrix, Part, Problem, ProblemId
+from grader.diagnosis import diagnose
+from tests.support.problems import asked
+
+
+def answer_without(problem: Problem, part: Part, left_out: dict[int, tuple[int, ...]]) -> str:
+    """Return the Jacobian with the parts of some links left out of some columns."""
+    w = formulas(problem.chain)
+    assert isinstance(part.answer, Matrix)
+    found = part.answer.reference.as_mutable()
+    for column, links in left_out.items():
+        for row, name in enumerate(problem.chain.task):
+            if name.startswith("w"):
+                continue
+            found[row, column] -= sum(w["effects"][column][k]["xyz".index(name[1])][0] for k in links)
+    return str(found.tolist())
+
+
+@pytest.mark.parametrize("family", ["planar-3r", "elbow", "scorbot-wrist", "orthogonal-3r"])
+def test_links_left_out_of_several_columns_are_named(family: str) -> None:
+    problem = generate(ProblemId(family, 1, ("jacobian",)))
+    (part,) = problem.parts
+    w = formulas(problem.chain)
+    rows = ["xyz".index(name[1]) for name in problem.chain.task if name.startswith("v")]
+    moved = [
+        [k for k in carried(problem.chain) if any(w["effects"][column][k][row][0] != 0 for row in rows)]
+        for column in range(problem.chain.n)
+    ]
+    tried = 0
+    columns = [column for column in range(problem.chain.n) if len(moved[column]) > 1]
+    for first, second in itertools.combinations(columns, 2):
+        left_out = {first: (moved[first][-1],), second: tuple(moved[second][:-1])}
+        found = diagnose(problem, part, answer_without(problem, part, left_out), "seed")
+        assert found is not None, left_out
+        tried += 1
+        if found.mistakes == ("chain-rule",) and "; " in found.says:
+            assert f"olumn {first + 1} seems to lack" in found.says and f"olumn {second + 1}" in found.says
+    assert tried
+
+
+def test_three_columns_with_links_of_their_own() -> None:
+    problem = asked("jacobian", sample_chain(ProblemId("planar-3r", 1)))
+    found = diagnose(problem, problem.parts[0], answer_without(problem, problem.parts[0], {0: (0, 1), 1: (2,)}), "seed")
+    assert found is not None
+    assert found.says.startswith("Column 1 seems to lack the part that link 1 and link 2 add; column 2 seems to lack")
+
+
+def test_links_left_out_of_the_position_are_named() -> None:
+    problem = generate(ProblemId("planar-3r", 1, ("position",)))
+    w = formulas(problem.chain)
+    left = problem.parts[0].answer.reference - sp.Matrix(  # type: ignore[union-attr]
+        [sum(w["links"][k][row][0] for k in (0, 2)) for row in range(2)]
+    )
+    found = diagnose(problem, problem.parts[0], str(left.tolist()), "seed")
+    assert found is not None and found.says.startswith("The position seems to lack the part that link 1 and link 3 add")
+
+
+@pytest.mark.parametrize("family", ["planar-3r", "elbow"])
+def test_zeros_and_other_sums_are_not_blamed(family: str) -> None:
+    problem = generate(ProblemId(family, 1, ("jacobian",)))
+    (part,) = problem.parts
+    reference = part.answer.reference  # type: ignore[union-attr]
+    zero = reference.as_mutable()
+    zero[:, 0] = sp.zeros(reference.rows, 1)
+    named = diagnose(problem, part, str(zero.tolist()), "seed")
+    assert named is None or "lack" not in named.says
+    other = reference.as_mutable()
+    other[0, 0] += sp.Symbol("a3") * sp.sin(2 * sp.Symbol("theta1"))
+    assert diagnose(problem, part, str(other.tolist()), "seed") is None

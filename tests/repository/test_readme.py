@@ -1,0 +1,62 @@
+"""README is true: every qdot command in it runs, its example files are accepted, its targets exist."""
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from exercises.assignment import load_assignment
+from exercises.figure import figure_svg
+from exercises.generate import sample_chain
+from exercises.problem import ProblemId
+from grader.cli import app
+from tests.support import ROOT
+
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^( *)```toml\n(.*?)^ *```", README, re.MULTILINE | re.DOTALL)
+
+
+def commands() -> list[list[str]]:
+    lines = re.findall(r"^    (qdot [^#\n]*)", README, re.MULTILINE)
+    return [line.split()[1:] for line in lines]
+
+
+def toml_blocks() -> list[str]:
+    return [re.sub(rf"(?m)^{indent}", "", text) for indent, text in BLOCKS]
+
+
+def test_every_command_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "arm.toml").write_text(next(block for block in toml_blocks() if "[[joint]]" in block))
+    ran = []
+    for command in commands():
+        if command[0] == "grade":
+            shutil.copytree("homework/solutions", "homework/submitted", dirs_exist_ok=True)
+        if command[0] == "check":
+            shutil.copy("homework/solutions/s001/velocity.ipynb", "velocity.ipynb")
+        result = CliRunner().invoke(app, command)
+        assert result.exit_code == 0, f"{command}: {result.output}"
+        ran.append(command[0])
+    assert set(ran) == {"init", "generate", "grade", "show", "verify", "solve", "check", "doctor", "report", "export"}
+    assert "2 students: 2 graded; mean 100.0 %" in CliRunner().invoke(app, ["grade", "homework"]).output
+
+
+def test_the_assignment_in_it_is_accepted(tmp_path: Path) -> None:
+    assert CliRunner().invoke(app, ["init", str(tmp_path / "hw")]).exit_code == 0
+    (tmp_path / "hw" / "assignment.toml").write_text(next(block for block in toml_blocks() if "[[problem]]" in block))
+    assert load_assignment(tmp_path / "hw").slots[0].points == (1, 2, 1, 2, 2)
+
+
+def test_make_targets_and_links_exist() -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    for target in re.findall(r"^    make (\S+)", README, re.MULTILINE):
+        assert re.search(rf"^{target}:", makefile, re.MULTILINE)
+    for link in re.findall(r"\]\(([^)#]+)\)", README):
+        assert (ROOT / link).exists(), link
+
+
+def test_the_picture_is_what_qdot_draws() -> None:
+    drawn = figure_svg(sample_chain(ProblemId("planar-2r", 7)))
+    assert (ROOT / "docs" / "planar-2r.svg").read_text(encoding="utf-8") == drawn

@@ -1,0 +1,128 @@
+"""The house's rules that a machine can check: imports look one way, modules stay of a size, no text names a machine."""
+
+import ast
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.support import ROOT
+
+MODULES = sorted((*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py")))
+
+LAYERS = {
+    "exercises": """errors files input_file stream console parallel
+        formula.printing formula.names formula.trees formula.algebra formula.notation formula.expression formula.tape
+        formula.field formula.angles formula.exact formula.identity formula.constants formula.pieces formula.conditions
+        formula.claims
+        arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.axes arm.reach arm.appearance
+        arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
+        credit decimals lateness difficulty problem families questions mistakes quizzes
+        generate record verify writing.latex languages render writing figure
+        notebook show solve docs gradebook assignment store release exports.outlet exports.bank
+        exports.known_wrong exports.stack_parts exports exports.registry site.keys site.record site.bank
+        site.page site.chapter site.arms site.guide site.reference site.pages site.leftovers site.build site
+        commands""",
+    "grader": """verdict counterexample judge choices direction compare contained functions parts credit residuals
+        diagnosis follow marking prairielearn sandbox guarantees cells archives layouts roster submission
+        finding uncounted copies overrides attempt settle remote cluster batch single history certificates certify
+        check statistics similar variants reports nbgrader_cells demo commands pytest_plugin nbgrader_plugin
+        gradescope outlets site docs cli""",
+}
+"""From the bottom up: a module imports only from those before it; a folder stands for what is in it."""
+
+
+def name_of(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+def imports(path: Path) -> set[str]:
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found.add(node.module)
+            found.update(f"{node.module}.{alias.name}" for alias in node.names)
+    return found
+
+
+def layer(module: str, package: str) -> int | None:
+    """Return the place of the longest beginning of a module's name that is listed; None for another package's."""
+    parts = module.split(".")
+    for length in range(len(parts), 1, -1):
+        name = ".".join(parts[1:length])
+        if parts[0] == package and name in LAYERS[package].split():
+            return LAYERS[package].split().index(name)
+    return None
+
+
+def test_every_module_has_its_place_in_the_layers_and_on_the_map() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    for package, listed in LAYERS.items():
+        modules = [name_of(path) for path in MODULES if name_of(path).count(".") and name_of(path).startswith(package)]
+        folders = {"exercises.formula", "exercises.arm"}  # without code of their own
+        assert not [name for name in modules if layer(name, package) is None and name not in folders]
+        assert not [name for name in listed.split() if not any(f"{package}.{name}" in module for module in modules)]
+        for name in {module.split(".")[1] for module in modules}:
+            folder = "/" if (ROOT / package / name).is_dir() else ""
+            assert f"`{name}{folder}`" in text, f"CONTRIBUTING.md doesn't say what {package}/{name} is"
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_imports_look_one_way(path: Path) -> None:
+    module = name_of(path)
+    used = imports(path)
+    if module.startswith("exercises"):
+        assert not [name for name in used if name.split(".")[0] == "grader"]
+    for package in LAYERS:
+        own = layer(module, package)
+        if own is not None:
+            above = [name for name in used if (other := layer(name, package)) is not None and other > own]
+            assert not above
+
+
+def test_there_is_no_circle() -> None:
+    graph = {name_of(path): imports(path) for path in MODULES}
+    graph = {name: {other for other in used if other in graph and other != name} for name, used in graph.items()}
+    done: set[str] = set()
+    while graph:
+        free = {name for name, used in graph.items() if used <= done}
+        assert free, f"these import each other in a circle: {sorted(graph)}"
+        done |= free
+        graph = {name: used for name, used in graph.items() if name not in free}
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_a_module_opens_with_what_it_is_and_is_of_one_subject(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert ast.get_docstring(ast.parse(text))
+    assert len(text.splitlines()) <= 450
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_students_text_is_never_executed_outside_the_runner(path: Path) -> None:
+    if path.name == "runner.py":
+        return
+    calls = {
+        node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call)
+    }
+    assert not calls & {"eval", "exec", "parse_expr", "lambdify"}
+    assert "pickle" not in imports(path) or path == ROOT / "exercises" / "store.py"  # signed with the secret
+
+
+def test_no_tracked_text_names_a_machine_or_a_registry() -> None:
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
+    if listed.returncode:
+        return  # not a checkout
+    pattern = re.compile(
+        r"(?<![A-Za-z0-9_.~])/(?:work|farm|home|Users|root)/|index" + r"-url|registry" + r" *= *\"http"
+    )
+    for name in listed.stdout.splitlines():
+        path = ROOT / name
+        if path.is_file() and path.name != Path(__file__).name:
+            found = pattern.findall(path.read_text(encoding="utf-8", errors="replace"))
+            assert not found, f"{name}: {found}"

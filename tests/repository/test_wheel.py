@@ -1,0 +1,170 @@
+"""The built wheel, installed in a fresh environment with the dependencies that it declares and nothing else.
+
+A file that the wheel leaves out, or a library that only developers have, goes unnoticed in a checkout.
+"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+import venv
+import zipfile
+from importlib.metadata import distribution, distributions
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+
+from tests.support import ROOT
+
+# One worker of pytest-xdist builds the wheel and the environment for all of these.
+pytestmark = pytest.mark.xdist_group("wheel")
+
+
+def run(*command: str | Path, cwd: Path) -> str:
+    """Run a command without this environment's Python settings; its standard output, or a failure with both."""
+    env = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "VIRTUAL_ENV"))}
+    done = subprocess.run([str(word) for word in command], cwd=cwd, env=env, capture_output=True, encoding="utf-8")
+    if done.returncode != 0:
+        pytest.fail(f"{' '.join(map(str, command))}: exit code {done.returncode}\n{done.stdout}\n{done.stderr}")
+    return done.stdout
+
+
+def link(source: str, target: str) -> None:
+    """Give the file a second name where the file system can, and copy it elsewhere."""
+    try:
+        os.link(source, target)
+    except OSError:
+        shutil.copy2(source, target)
+
+
+def lend(requirements: list[str], site: Path) -> set[str]:
+    """Put the installed distributions that these requirements ask for, and what those ask for, into `site`."""
+    lent: set[str] = set()
+    waiting = [(Requirement(line), "") for line in requirements]
+    while waiting:
+        wanted, extra = waiting.pop()
+        if wanted.marker and not wanted.marker.evaluate({"extra": extra}):
+            continue
+        found = distribution(wanted.name)
+        waiting += [(Requirement(line), each) for line in found.requires or () for each in (wanted.extras or {""})]
+        if wanted.name in lent:
+            continue
+        lent.add(wanted.name)
+        assert wanted.specifier.contains(found.version, prereleases=True), f"{wanted}: {found.version} is installed"
+        for file in found.files or ():
+            if file.parts[0] != ".." and not (site / file).exists():
+                (site / file).parent.mkdir(parents=True, exist_ok=True)
+                link(str(file.locate()), str(site / file))
+    return lent
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel, built from the source distribution built from this checkout."""
+    folder = tmp_path_factory.mktemp("dist")
+    run(sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, ROOT, cwd=folder)
+    (path,) = folder.glob("qdot-*.whl")
+    return path
+
+
+@pytest.fixture(scope="module")
+def home(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A fresh environment that has the wheel and its dependencies."""
+    home = tmp_path_factory.mktemp("fresh")
+    venv.create(home, with_pip=True, symlinks=True)
+    python = home / "bin" / "python"
+    run(python, "-m", "pip", "--disable-pip-version-check", "install", "--no-index", "--no-deps", wheel, cwd=home)
+    (site,) = home.glob("lib/python3.*/site-packages")
+    (qdot,) = distributions(name="qdot", path=[str(site)])
+    assert {"sympy", "typer"} <= lend(qdot.requires or [], site)
+    return home
+
+
+def qdot(home: Path, *arguments: str | Path, cwd: Path) -> str:
+    """Standard output of the installed command."""
+    return run(home / "bin" / "qdot", *arguments, cwd=cwd)
+
+
+def test_the_wheel_carries_packages_and_templates_and_nothing_else(wheel: Path) -> None:
+    names = zipfile.ZipFile(wheel).namelist()
+    folders = {name.split("/")[0] for name in names}
+    assert {"exercises", "grader"} == {name for name in folders if not name.endswith(".dist-info")}
+    assert [name for name in names if name.endswith("licenses/LICENSE")]
+
+    templates = {path.relative_to(ROOT / "templates") for path in (ROOT / "templates").rglob("*")}
+    expected = {f"exercises/templates/{path}" for path in templates if (ROOT / "templates" / path).is_file()}
+    assert expected
+    assert expected == {name for name in names if name.startswith("exercises/templates/")}
+
+
+def test_every_module_of_the_checkout_is_in_the_wheel(wheel: Path) -> None:
+    names = {name for name in zipfile.ZipFile(wheel).namelist() if name.endswith(".py")}
+    modules = [*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py")]
+    assert names == {str(path.relative_to(ROOT)) for path in modules}
+
+
+def test_what_is_imported_comes_from_the_wheel(home: Path, tmp_path: Path) -> None:
+    program = "import exercises, grader, sympy; print(exercises.__file__, grader.__file__, sympy.__file__, sep='\\n')"
+    for line in run(home / "bin" / "python", "-c", program, cwd=tmp_path).splitlines():
+        assert Path(line).is_relative_to(home)
+
+
+def test_version(home: Path, wheel: Path, tmp_path: Path) -> None:
+    assert wheel.name.split("-")[1] in qdot(home, "--version", cwd=tmp_path)
+
+
+def test_families(home: Path, tmp_path: Path) -> None:
+    assert "planar-2r" in json.dumps(json.loads(qdot(home, "families", "--json", cwd=tmp_path)))
+
+
+def test_show(home: Path, tmp_path: Path) -> None:
+    shown = json.loads(qdot(home, "show", "planar-2r/7", "--solution", "--format", "json", cwd=tmp_path))
+    assert (shown["id"], shown["family"], shown["seed"]) == ("planar-2r/7", "planar-2r", 7)
+    assert shown["parts"]
+    assert all(part["reference"] for part in shown["parts"])
+
+
+def test_an_assignment_from_init_to_full_marks(home: Path, tmp_path: Path) -> None:
+    """The solution notebook, handed in by a student, gets every point."""
+    course = tmp_path / "course"
+    qdot(home, "init", course, cwd=tmp_path)
+    key = tomllib.loads((course / "assignment.toml").read_text(encoding="utf-8"))["key"]
+    (course / "roster.csv").write_text("student,name,email\nada,Ada Lovelace,ada@example.org\n", encoding="utf-8")
+
+    qdot(home, "generate", course, cwd=tmp_path)
+    notebook = f"{Path(key).stem}.ipynb"
+    assert (course / "released" / "ada" / notebook).is_file()
+
+    (course / "submitted" / "ada").mkdir(parents=True)
+    shutil.copy(course / "solutions" / "ada" / notebook, course / "submitted" / "ada" / notebook)
+    qdot(home, "grade", course, cwd=tmp_path)
+    (line,) = (course / "graded" / "results.jsonl").read_text(encoding="utf-8").splitlines()
+    result = json.loads(line)
+    assert result["student"] == "ada"
+    assert result["score"] == result["max_score"] > 0
+
+
+def test_it_carries_the_documentation_and_the_sites_scripts(wheel: Path) -> None:
+    names = set(zipfile.ZipFile(wheel).namelist())
+    pages = {f"exercises/site_docs/{path.name}" for path in (ROOT / "docs").glob("*.md")}
+    assert pages and pages <= names
+    dist = ROOT / "site" / "dist"
+    built = {f"exercises/site_dist/{p.relative_to(dist).as_posix()}" for p in dist.rglob("*") if p.is_file()}
+    assert built == {name for name in names if name.startswith("exercises/site_dist/")}
+
+
+@pytest.mark.skipif(not (ROOT / "site" / "dist").is_dir(), reason="the site's scripts are not built here: make site")
+def test_an_instructor_builds_the_site_without_node(home: Path, tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    environment = {"PATH": str(home / "bin"), "HOME": str(tmp_path)}  # no Node, no npm
+    command = [home / "bin" / "qdot", "site", "build", "--families", "polar-rp", "--variants", "1", "--out", site]
+    done = subprocess.run([*map(str, command)], env=environment, cwd=tmp_path, capture_output=True, encoding="utf-8")
+    assert done.returncode == 0, done.stderr
+    for name in ("index.html", "practice.html", "examples/6-3.html", "arms.html", "docs/instructors.html"):
+        page = (site / name).read_text(encoding="utf-8")
+        for address in re.findall(r'<(?:script|link)[^>]* (?:src|href)="([^"]+)"', page):
+            assert ((site / name).parent / address).is_file(), (name, address)

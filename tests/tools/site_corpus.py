@@ -1,0 +1,63 @@
+"""The checked answers of corpus.jsonl with keys, and what the grader says of them: site/tests/corpus.json.
+
+The site's own grader is held against it (site/tests/corpus.test.ts). `python -m tests.tools.site_corpus` writes it.
+"""
+
+import json
+from typing import Any
+
+from exercises.files import write_atomically
+from exercises.formula.expression import read
+from exercises.formula.identity import Domain, default_role
+from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.trees import Node, ReadError, as_matrix, names, node_text
+from exercises.site.keys import values_key
+from exercises.stream import Stream
+from grader.compare import compare
+from tests.support import ROOT
+
+TARGET = ROOT / "site" / "tests" / "corpus.json"
+
+
+def corpus_text() -> str:
+    """Return the file's text, a case a line."""
+    lines = (ROOT / "tests" / "data" / "corpus.jsonl").read_text(encoding="utf-8").splitlines()
+    cases = [json.dumps(_case(json.loads(line)), ensure_ascii=False) for line in lines]
+    return "[\n" + ",\n".join(cases) + "\n]\n"
+
+
+def _case(record: dict[str, Any]) -> dict[str, Any]:
+    kind, student, reference = record["type"], record["student"], record["reference"]
+    found = {
+        "id": record["id"],
+        "type": kind,
+        "student": student,
+        "outcome": compare(kind, student, reference, ()).outcome,
+    }
+    node = read(reference)
+    if kind == "angles":
+        return {**found, "right": [_angle(arg) for arg in node.args]}
+    rows = as_matrix(node)
+    texts = [entry for row in _texts(reference) for entry in row] if kind == "matrix" else [reference]
+    domain = Domain({name: default_role(name) for name in sorted({*names(node), *_names_of(student)})})
+    key = values_key(texts, (len(rows), len(rows[0])), domain, Stream(f"corpus/{record['id']}"))
+    return {**found, "key": key}
+
+
+def _names_of(student: str) -> set[str]:
+    try:
+        return {name for name in names(read(student)) if default_role(name) != "signed"}
+    except ReadError:
+        return set()
+
+
+def _texts(reference: str) -> list[list[str]]:
+    return [[node_text(entry) for entry in row] for row in as_matrix(read(reference))]
+
+
+def _angle(node: Node) -> float:
+    return float(evaluate(compile_tape([node]), {}, 1)[0][0, 0].real)
+
+
+if __name__ == "__main__":
+    write_atomically(TARGET, corpus_text())

@@ -1,0 +1,56 @@
+"""A part of `make fuzz` that needs no atheris: its checks on the students' texts and on some that were made of them."""
+
+import subprocess
+import sys
+
+import pytest
+
+from exercises.stream import Stream
+from tests.support import ROOT
+from tests.tools.fuzz import PLAIN, TARGETS, TOKENS, Find, as_bytes, as_text, changed, checked, seeds
+
+FINDS = [
+    "Matrix(0,0,[])", "atan2a1", "Lambda(x, " + "1+" * 1500 + "x)", "theta2 = a1" + "+a1" * 1500,
+    "1e-400+" * 1400 + "1", "a1-a1+" * 700 + "a1", "sin(9e399" + "*9e399" * 1500 + ")", "{" + "pi*(k+n)," * 1000 + "0}",
+]  # fmt: skip
+"""What `make fuzz` found, as short as it could be made."""
+
+
+@pytest.mark.parametrize("target", dict.fromkeys(TARGETS))
+@pytest.mark.parametrize("text", FINDS, ids=lambda text: text[:12])
+def test_what_was_found_is_found_no_more(target: str, text: str) -> None:
+    checked(target, text, slower=5)
+
+
+@pytest.mark.parametrize("target", ["printing", "judging"])
+def test_what_students_write_is_no_find(target: str) -> None:
+    for text in seeds()[::8]:
+        checked(target, text, slower=5)
+
+
+@pytest.mark.parametrize("target", ["reading", "printing", "judging"])
+def test_what_is_made_of_it_is_no_find(target: str) -> None:
+    rng, texts = Stream(f"test/{target}"), [text for text in seeds() if len(text) < 300]
+    for k in range(150):
+        text = rng.choice(texts)
+        for _ in range(3):
+            text = changed(text, rng, PLAIN if k % 2 else TOKENS, most=600)
+        checked(target, text, slower=5)
+
+
+def test_what_takes_long_is_a_find() -> None:
+    with pytest.raises(Find, match="takes"):
+        checked("judging", "a1*cos(theta1) + a2*cos(theta1 + theta2)", slower=1e-9)
+
+
+@pytest.mark.parametrize("text", ["θ₁ + ½", "\udc80\udcff", "a\x00b", "\U0001d7d9"])
+def test_a_text_is_bytes_and_back(text: str) -> None:
+    assert as_text(as_bytes(text)) == text
+
+
+def test_without_atheris_it_says_what_is_missing() -> None:
+    hidden = "import sys; sys.modules['atheris'] = None; sys.argv = ['fuzz']"
+    code = f"{hidden}; import tests.tools.fuzz; sys.exit(tests.tools.fuzz.main())"
+    told = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert told.returncode == 2
+    assert "pip install atheris" in told.stderr
