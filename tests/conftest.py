@@ -1,11 +1,12 @@
-"""Settings of every test: Hypothesis draws the same examples in CI, and new ones on a developer's machine.
+"""Settings of every test: what the suite takes and leaves out; and Hypothesis, which draws the same examples in CI.
 
-QDOT_SEEDS (default 6) is the number of problems that the tests draw from each family.
+The suites are those of tests/support/suites.py. A run says at its end what it left out.
 """
 
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +20,7 @@ from exercises.problem import Problem
 from grader.sandbox import Limits, Sandbox
 from tests.support import DATA
 from tests.support.problems import drawn as drawn_once
-from tests.support.problems import several
+from tests.support.suites import SUITE, changed_tests, families_for, grouped, several, told
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 """The arms of the chapter, of which more are tried than of the others."""
@@ -67,7 +68,7 @@ def textbook_arms() -> dict[str, TextbookArm]:
 @pytest.fixture(scope="session")
 def seeds() -> range:
     """The seeds of the problems to draw from each family."""
-    return range(int(os.environ.get("QDOT_SEEDS", "6")))
+    return range(6)
 
 
 @pytest.fixture(scope="session")
@@ -83,16 +84,81 @@ def sandbox() -> Iterator[Sandbox]:
         yield made
 
 
-# The tests of a family run in one process, so that its problems are generated once.
-@pytest.fixture(params=[pytest.param(name, marks=pytest.mark.xdist_group(name)) for name in FAMILIES])
-def family(request: pytest.FixtureRequest) -> str:
-    """Every family in turn."""
-    return str(request.param)
-
-
-@pytest.fixture(
-    params=[pytest.param(which, marks=pytest.mark.xdist_group(which[0]), id="{}/{}".format(*which)) for which in DRAWN]
-)
+@pytest.fixture
 def problem(request: pytest.FixtureRequest) -> Problem:
-    """The first problem of every family, and in `make whole` the second of two of the chapter."""
+    """The first problem of the families of a sweep, and in `make whole` the second of two of the chapter."""
     return drawn_once(*request.param)
+
+
+LEFT_OUT: Counter[str] = Counter()
+"""How many of what this process left out; those of the workers are added up by the process that started them."""
+WHOLE_ONLY, FAMILIES_LEFT = "left to make whole", "families left out of sweeps"
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Register the marks that suites know."""
+    config.addinivalue_line("markers", "families(names, every=False): a sweep over these families")
+    config.addinivalue_line("markers", "whole: in `make whole` only, as it takes long and something shorter holds it")
+    config.addinivalue_line("markers", "check: one example of something that exists; in `make check`, too")
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Give every sweep over families those that the suite wants of it."""
+    marker = metafunc.definition.get_closest_marker("families")
+    given = {name.strip() for one in metafunc.definition.iter_markers("parametrize") for name in _names(one.args[0])}
+    asked = {"family", "problem"} & set(metafunc.fixturenames) - given
+    if not asked:
+        return
+    among = marker.args[0] if marker else tuple(FAMILIES)
+    every = bool(marker and marker.kwargs.get("every"))
+    chosen = among if every else families_for(metafunc.definition.nodeid, among)
+    LEFT_OUT[FAMILIES_LEFT] += len(among) - len(chosen)
+    if "family" in asked:
+        metafunc.parametrize("family", grouped(chosen))
+    else:
+        drawn = [which for which in DRAWN if which[0] in chosen]
+        groups = [pytest.mark.xdist_group(family) for family, _ in drawn]
+        params = [
+            pytest.param(which, marks=group, id="{}/{}".format(*which))
+            for which, group in zip(drawn, groups, strict=True)
+        ]
+        metafunc.parametrize("problem", params, indirect=True)
+
+
+def _names(names: str | Sequence[str]) -> Sequence[str]:
+    return names.split(",") if isinstance(names, str) else names
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out what the suite leaves out, unless a test is asked for by its name."""
+    if SUITE == "whole" or any("::" in name for name in config.args):
+        return
+    kept = [item for item in items if _is_in_suite(item)]
+    LEFT_OUT[WHOLE_ONLY] += len(items) - len(kept)
+    items[:] = kept
+
+
+def _is_in_suite(item: pytest.Item) -> bool:
+    if item.get_closest_marker("whole"):
+        return False
+    return SUITE != "check" or item.get_closest_marker("check") is not None or item.path in changed_tests()
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Hand what a worker left out to the process that started it."""
+    output = getattr(session.config, "workeroutput", None)
+    if output is not None:
+        output["left_out"] = dict(LEFT_OUT)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    """Keep what a worker left out: all of them collect the same."""
+    LEFT_OUT.update({name: count - LEFT_OUT[name] for name, count in node.workeroutput.get("left_out", {}).items()})
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    """Say what was left out, and which command runs it."""
+    for line in told(LEFT_OUT[WHOLE_ONLY], LEFT_OUT[FAMILIES_LEFT]):
+        terminalreporter.write_line(line)

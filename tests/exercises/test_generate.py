@@ -1,7 +1,4 @@
-"""Generating: an id is enough, students do not depend on each other, and their answers differ.
-
-QDOT_STUDENTS (6, in `make whole` 30) is the size of the class whose answers are counted.
-"""
+"""Generating: an id is enough, students do not depend on each other, and their answers differ."""
 
 import hashlib
 import json
@@ -20,9 +17,9 @@ from exercises.generate import check_questions, generate, questions_of, student_
 from exercises.problem import LARGEST_SEED, Choice, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.record import digests
-from tests.support.problems import of_families, several
+from tests.support.suites import of_families, several
 
-STUDENTS = int(os.environ.get("QDOT_STUDENTS", several(6, 30)))
+STUDENTS = several(6, 30)
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 FIXED = [name for name, family in FAMILIES.items() if not family.varied]
 SECRET = "a secret for tests only"

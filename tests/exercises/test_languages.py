@@ -17,7 +17,7 @@ from exercises.render import catalogue, template_folder
 from exercises.site.bank import titles_text
 from exercises.site.record import site_record, translated_record, translated_solutions
 from exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
-from tests.support.problems import several
+from tests.support.suites import several
 
 LEFT = re.compile(
     r"\b(the|and|of|is|are|with|joints?|axis|axes|which|that|to|by|from|revolute|prismatic|or|as|row|column|arm's"

@@ -17,7 +17,8 @@ from exercises.generate import questions_of
 from exercises.notebook import notebook_text, solution_notebook, student_notebook
 from exercises.problem import Choice, ConditionSet, Direction, Expression, Matrix, Number, Part, Problem, variable
 from exercises.writing.answer_code import answer_code, placeholder_code
-from tests.support.problems import drawn, of_families
+from tests.support.problems import drawn
+from tests.support.suites import of_families
 
 TITLE = "Velocity kinematics"
 Slotted = list[tuple[str, Problem]]

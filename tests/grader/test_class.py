@@ -17,7 +17,7 @@ from grader.batch import grade_class
 from grader.reports.feedback import feedback_page
 from grader.sandbox import Limits
 from grader.submission import find_submissions
-from tests.support.problems import several
+from tests.support.suites import several
 from tests.tools.diagnoses import Made, answers_with
 
 TOML = """

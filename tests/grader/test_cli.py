@@ -19,7 +19,7 @@ from exercises.parallel import _stop_put_off
 from exercises.quizzes import ASKED
 from grader.cli import WORKERS, app
 from tests.support.command import fails, run, runner
-from tests.support.problems import several
+from tests.support.suites import several
 
 ELBOW = """name = "elbow"
 task = ["vx", "vy", "vz"]

@@ -33,7 +33,8 @@ from grader.contained.callables import TABLE
 from grader.diagnosis import diagnose
 from grader.functions import asked_of
 from grader.parts import domain_of
-from tests.support.problems import LONG_ARMS, asked, several
+from tests.support.problems import LONG_ARMS, asked
+from tests.support.suites import several
 from tests.tools.diagnoses import problems, sweep
 
 FAMILY_NAMES = list(FAMILIES)

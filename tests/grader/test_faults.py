@@ -31,7 +31,8 @@ from grader.demo import answered
 from grader.reports.tables import status
 from grader.sandbox import Limits, Run, Sandbox
 from grader.submission import Found, find_submissions
-from tests.support.problems import DeadlyAssignment, several
+from tests.support.problems import DeadlyAssignment
+from tests.support.suites import several
 
 TOML = """title = "T"
 key = "hw"

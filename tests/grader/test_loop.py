@@ -1,10 +1,9 @@
 """The whole loop, for some seeds of every family: generate, answer with the solution, run, grade: full marks for each.
 
 The solution is what the staff's notebook holds, run as a student's would be; and for every question the usual mistakes
-made in it are not right. QDOT_SEEDS sets another number of seeds, `make whole` takes three.
+made in it are not right.
 """
 
-import os
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -15,11 +14,12 @@ from exercises.writing.answer_code import answer_code
 from grader.marking import mark
 from grader.sandbox import Sandbox
 from grader.verdict import Outcome
-from tests.support.problems import several, some_parts
+from tests.support.problems import some_parts
+from tests.support.suites import several
 
 Draw = Callable[[str, int], Problem]
 
-SEEDS = int(os.environ.get("QDOT_SEEDS", several(1, 3)))
+SEEDS = several(1, 3)
 CHUNK = 3
 
 

@@ -1,51 +1,32 @@
-"""What tests of questions share: problems of one question for any chain, and problems with another reference.
-
-With QDOT_WHOLE set (`make whole`), tests that draw several problems of a family draw all that they may.
-"""
+"""What tests of questions share: problems of one question for any chain, and problems with another reference."""
 
 import os
 import signal
 from collections import Counter
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any, TypeVar
+from typing import Any
 
-import pytest
 import sympy as sp
 
 from exercises.arm.chain import Chain, Point
 from exercises.assignment import Assignment
 from exercises.families import FAMILIES
-from exercises.generate import generate, questions_of
+from exercises.generate import questions_of
 from exercises.problem import Answer, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.stream import Stream
-
-Some = TypeVar("Some")
-WHOLE = bool(os.environ.get("QDOT_WHOLE"))
-
+from tests.support.kept import kept
+from tests.support.suites import several
 
 LONG_ARMS = tuple(name for name in FAMILIES if name.endswith(("-6r", "-7r", "-560")))
 """Families of six and seven joints, whose problems take ten times as long as others."""
 
 
-def several(few: Some, all_of_them: Some) -> Some:
-    """Return how many problems of a family a test draws, or which: `few`, or all where the whole sweep is asked for."""
-    return all_of_them if WHOLE else few
-
-
 @cache
 def drawn(family: str, seed: int) -> Problem:
-    """Return the problem of a family and a seed with all its questions, generated once for all tests of a process."""
-    return generate(ProblemId(family, seed))
-
-
-def of_families(names: Iterable[str]) -> pytest.MarkDecorator:
-    """Ask a test of families, each in the process in which its problems are generated."""
-    return pytest.mark.parametrize(
-        "family", [pytest.param(name, marks=pytest.mark.xdist_group(name)) for name in names]
-    )
+    """Return the problem of a family and a seed with all its questions, generated once for the same code."""
+    return kept(ProblemId(family, seed))
 
 
 @cache

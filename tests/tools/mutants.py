@@ -172,17 +172,23 @@ def _shown(node: ast.AST) -> str:
     return ast.unparse(ast.fix_missing_locations(node)).split("\n")[0]
 
 
+def changes(tree: ast.Module) -> Iterator[tuple[ast.AST, ast.AST, Put]]:
+    """Every node that may be changed, another for its place, and what puts one there; the first has to be put back."""
+    for node, put, inside in list(_places(tree)):
+        for other in _others(node, inside):
+            yield node, ast.copy_location(other, node) if getattr(node, "lineno", 0) else other, put
+
+
 def mutants(source: str, name: str = "<mutant>") -> Iterator[Mutant]:
     """Every mutant of a module's text."""
     tree, number = ast.parse(source), 0
-    for node, put, inside in list(_places(tree)):
-        line = getattr(node, "lineno", 0)
-        for other in _others(node, inside):
-            put(ast.copy_location(other, node) if line else other)
-            with suppress(SyntaxError, ValueError):  # a line without the loop around it, and the like
-                yield Mutant(number, line, f"{_shown(node)} -> {_shown(other)}", _compiled(tree, name))
-                number += 1
-            put(node)
+    for node, other, put in changes(tree):
+        put(other)
+        with suppress(SyntaxError, ValueError):  # a line without the loop around it, and the like
+            change = f"{_shown(node)} -> {_shown(other)}"
+            yield Mutant(number, getattr(node, "lineno", 0), change, _compiled(tree, name))
+            number += 1
+        put(node)
 
 
 def _compiled(tree: ast.Module, name: str) -> CodeType:

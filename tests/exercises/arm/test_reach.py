@@ -24,7 +24,6 @@ def arms(family: str) -> list[tuple[NumericChain, list[int]]]:
     return list(zip(map(NumericChain, chains, lengths), rows, strict=True))
 
 
-@pytest.mark.parametrize("family", FAMILIES)
 def test_where_a_pose_has_the_point_it_is_reached(family: str) -> None:
     random = np.random.default_rng(6)
     for arm, task in arms(family):
@@ -34,7 +33,6 @@ def test_where_a_pose_has_the_point_it_is_reached(family: str) -> None:
         assert found.count(True) > 45
 
 
-@pytest.mark.parametrize("family", FAMILIES)
 def test_it_says_what_a_search_finds(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """At places well inside, well outside and in holes; the search takes a place beside the point of a pose."""
     random = np.random.default_rng(7)

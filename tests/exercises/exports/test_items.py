@@ -173,7 +173,6 @@ KINDS = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("family", [pytest.param(name, marks=pytest.mark.xdist_group(name)) for name in FAMILIES])
 def test_numbers_of_every_family_are_those_of_the_product_of_exponentials(family: str) -> None:
     from exercises.generate import questions_of
 

@@ -15,7 +15,7 @@ from exercises.families.base import centimetres, standing_in_plane, turned
 from exercises.generate import applicable, questions_of, sample_chain
 from exercises.problem import ProblemId
 from exercises.stream import Stream
-from tests.support.problems import of_families, several
+from tests.support.suites import of_families, several
 
 ARMS = 80
 DERIVED = several(6, ARMS)

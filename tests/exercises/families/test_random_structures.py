@@ -39,7 +39,8 @@ from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.stream import Stream
 from grader.certify import failures_of
-from tests.support.problems import as_table, several
+from tests.support.problems import as_table
+from tests.support.suites import several
 
 RANDOM = ("random-2", "random-3", "random-4")
 

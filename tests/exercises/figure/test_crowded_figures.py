@@ -6,13 +6,13 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from exercises.families import FAMILIES
 from exercises.figure import arm_figure
 from exercises.figure.plane import is_flat
 from exercises.figure.shapes import Figure, Pair, Polyline, Text
 from exercises.generate import sample_chain
 from exercises.problem import ProblemId
-from tests.support.problems import LONG_ARMS, drawn, several
+from tests.support.problems import LONG_ARMS, drawn
+from tests.support.suites import families_for, several
 
 Segment = tuple[Pair, ...]
 MOST_LED = 0.35
@@ -80,7 +80,7 @@ def of_problems(*identities: ProblemId) -> pytest.MarkDecorator:
     return pytest.mark.parametrize("identity", params)
 
 
-every_problem = of_problems(*(ProblemId(name, 0) for name in FAMILIES))
+every_problem = of_problems(*(ProblemId(name, 0) for name in families_for("crowded")))
 long_arms = of_problems(*(ProblemId(name, seed) for name in LONG_ARMS for seed in several((0,), (0, 3))))
 
 

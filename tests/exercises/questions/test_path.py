@@ -21,7 +21,8 @@ from exercises.writing.statement import prompt, worked_solution
 from exercises.writing.worked import three_digits
 from grader.certify import failures_of
 from grader.judge import judge_numbers
-from tests.support.problems import asked, several
+from tests.support.problems import asked
+from tests.support.suites import several
 
 pytestmark = pytest.mark.xdist_group("path")  # the problems of all arms are made once
 

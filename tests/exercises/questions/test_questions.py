@@ -24,7 +24,7 @@ from exercises.stream import Stream
 from exercises.writing.statement import prompt, worked_solution
 from grader.certify import failures_of
 from tests.support import SNAPSHOTS
-from tests.support.problems import several
+from tests.support.suites import several
 
 SEEDS = (0, 1, 2)
 SLOW = {

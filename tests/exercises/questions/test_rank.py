@@ -19,7 +19,8 @@ from exercises.questions import QUESTIONS
 from exercises.questions.geometry import at_values, branches, jacobian_at, precise_lost, regular_pose, singular_pose
 from exercises.stream import Stream
 from exercises.verify import certify
-from tests.support.problems import asked, detail, of_families, several, with_answer
+from tests.support.problems import asked, detail, with_answer
+from tests.support.suites import of_families, several
 
 DRAWS = several(16, 30)
 """Problems whose letters are counted."""

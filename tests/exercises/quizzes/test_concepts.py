@@ -13,7 +13,8 @@ from exercises.problem import Choice, Number, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.concepts import USES
 from exercises.verify import certify
-from tests.support.problems import asked, detail, of_families, several, with_answer
+from tests.support.problems import asked, detail, with_answer
+from tests.support.suites import of_families, several
 
 DRAWS = several(16, 30)
 """Problems whose letters are counted."""

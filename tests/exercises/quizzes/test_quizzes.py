@@ -38,7 +38,8 @@ from grader.parts import domain_of, judge
 from grader.verdict import Outcome
 from tests.exercises.writing.test_statement import _is_clean
 from tests.support import SNAPSHOTS
-from tests.support.problems import several, with_answer
+from tests.support.problems import with_answer
+from tests.support.suites import several
 
 QUIZ_SNAPSHOTS = SNAPSHOTS / "quizzes"
 SNAPPED = ("planar-2r", "elbow", "scara", "wrist-zyz")

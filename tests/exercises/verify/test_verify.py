@@ -28,7 +28,8 @@ from exercises.questions import QUESTIONS
 from exercises.quizzes import ASKED as EVERY_QUESTION
 from exercises.stream import Stream
 from exercises.verify import CHECKS, certify
-from tests.support.problems import several, with_answer
+from tests.support.problems import with_answer
+from tests.support.suites import several
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 

@@ -1,0 +1,154 @@
+"""The three suites, `make check`, `make test` and `make whole`: which families and how many problems each looks at.
+
+A sweep takes every family in `make whole`. In `make test` it takes one of each shape (`SHAPES`) and an eighth of the
+others, in `make check` one. Which ones those are changes from test to test and from day to day, so that in a week every
+test has seen every family. QDOT_ROTATION, which a run prints, repeats a draw; QDOT_SUITE is the suite.
+"""
+
+import os
+import subprocess
+from collections.abc import Iterable, Sequence
+from datetime import UTC, datetime
+from functools import cache
+from pathlib import Path
+from typing import TypeVar
+from zlib import crc32
+
+import pytest
+
+from exercises.arm.chain import Chain
+from exercises.families import FAMILIES
+from exercises.figure.plane import is_flat
+from tests.support import ROOT
+from tests.support.imports import imports, name_of
+
+Some = TypeVar("Some")
+
+SUITES = ("check", "test", "whole")
+SUITE = os.environ.get("QDOT_SUITE") or "test"
+assert SUITE in SUITES, f"QDOT_SUITE={SUITE}: it is one of {', '.join(SUITES)}"
+WHOLE = SUITE == "whole"
+# Set for the workers of a run, too, lest it changes at midnight.
+ROTATION = int(os.environ.setdefault("QDOT_ROTATION", str(datetime.now(UTC).toordinal())))
+SHARE = 8
+"""One in so many of the families that aren't always taken is taken by a sweep of `make test`."""
+
+SHAPES = {
+    "planar, square": "planar-2r", "planar, not square": "planar-3r", "planar, with slides": "polar-rp",
+    "spatial, square": "elbow-3r", "spatial, not square": "pan-tilt", "spatial, with slides": "scara",
+    "wrist": "wrist-zyz", "six joints": "stanford-6r", "seven joints": "lbr-7r", "random": "random-3",
+}  # fmt: skip
+"""A family of each shape, taken by every sweep."""
+
+
+def shape_of(chain: Chain, is_random: bool) -> str:
+    """Return the shape of a family's arm, in the words of SHAPES."""
+    if is_random:
+        return "random"
+    if chain.n >= 6:
+        return "six joints" if chain.n == 6 else "seven joints"
+    if all(row.startswith("w") for row in chain.task):
+        return "wrist"
+    where = "planar" if is_flat(chain) else "spatial"
+    if any(joint.kind == "P" for joint in chain.joints):
+        return f"{where}, with slides"
+    return f"{where}, square" if len(chain.task) == chain.n else f"{where}, not square"
+
+
+def several(few: Some, all_of_them: Some) -> Some:
+    """Return how many problems of a family a test draws, or which: `few`, or all in `make whole`."""
+    return all_of_them if WHOLE else few
+
+
+def _in_turn(test: str, name: str, each: int) -> bool:
+    """Whether it is a family's turn, which comes to every one of `each` days for a test."""
+    return (crc32(f"{test} {name}".encode()) + ROTATION) % each == 0
+
+
+def families_for(test: str, among: Iterable[str] = tuple(FAMILIES)) -> list[str]:
+    """Return those of some families that a test by this name looks at, at least one."""
+    names = list(among)
+    if WHOLE or not names:
+        return names
+    if SUITE == "check":
+        return [names[(crc32(test.encode()) + ROTATION) % len(names)]]
+    always = [name for name in names if name in SHAPES.values()]
+    others = [name for name in names if name not in always and _in_turn(test, name, SHARE)]
+    return [name for name in names if name in (*always, *others)] or names[:1]
+
+
+def of_families(names: Sequence[str]) -> pytest.MarkDecorator:
+    """Have a test, whose argument is `family`, look at these families, as many of them as the suite allows."""
+    return pytest.mark.families(tuple(names))
+
+
+every_family = pytest.mark.families(tuple(FAMILIES), every=True)
+"""Have a test look at every family in `make test`, too: what is quick, or holds everything."""
+
+
+def told(left: int, families: int) -> list[str]:
+    """Return the lines at the end of a run: what it left out, and which command runs it."""
+    if SUITE == "whole":
+        return ["make whole: nothing is left out but what is skipped above"]
+    repeats = f"QDOT_ROTATION={ROTATION} make {SUITE} repeats this draw"
+    lines = [
+        f"make {SUITE} left out {left} tests, and of sweeps over families {families} families ({repeats});",
+        "`make whole` runs them all, with more problems of each family",
+    ]
+    return [*lines, "`make test` runs every test that takes seconds"] if SUITE == "check" else lines
+
+
+def grouped(names: Iterable[str]) -> list[object]:
+    """Return families as parameters; the tests of one run in one process, which works its structures out once."""
+    return [pytest.param(name, marks=pytest.mark.xdist_group(name)) for name in names]
+
+
+# --- make check ---
+
+BESIDE = {
+    "templates/": ("exercises/writing/test_statement.py", "exercises/test_languages.py"),
+    "templates/exports/": ("exercises/exports",),
+    "templates/questions/": ("exercises/questions/test_questions.py", "exercises/writing/test_hints.py"),
+    "templates/feedback": ("grader/reports/test_feedback.py",),
+    "templates/site": ("exercises/site",),
+    "docs/": ("exercises/docs", "repository/test_schemas.py"),
+    "README.md": ("repository/test_readme.py",),
+    "pyproject.toml": ("repository/test_wheel.py",),
+}  # fmt: skip
+"""The tests of what is no module of Python, by how its path begins."""
+MOST_IMPORTERS = 6
+"""A module that more files of tests import is tested by those called like it only."""
+
+
+@cache
+def changed_tests() -> frozenset[Path]:
+    """Return the files of tests for what was changed: since QDOT_SINCE, else since the last commit, else in it."""
+    since = os.environ.get("QDOT_SINCE", "HEAD")
+    changed = _git("diff", "--name-only", since) + _git("ls-files", "--others", "--exclude-standard")
+    return frozenset(path for name in changed or _git("diff", "--name-only", "HEAD~1") for path in tests_of(name))
+
+
+def _git(*arguments: str) -> list[str]:
+    done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True)
+    return done.stdout.splitlines()
+
+
+@cache
+def _test_files() -> list[Path]:
+    return sorted((ROOT / "tests").rglob("test_*.py"))
+
+
+def tests_of(name: str) -> set[Path]:
+    """Return the files of tests for a file of the checkout: those called like it, and those that import it."""
+    path, tests = ROOT / name, ROOT / "tests"
+    if path in _test_files():
+        return {path}
+    if path.suffix == ".py" and path.is_file():
+        folder = tests / Path(name).parent
+        stems = {path.stem, path.parent.name} if path.stem == "__init__" else {path.stem}
+        like = {test for test in _test_files() if test.parent == folder and test.stem.removeprefix("test_") in stems}
+        by = {test for test in _test_files() if name_of(path) in imports(test)}
+        doctests = {path} if ">>>" in path.read_text(encoding="utf-8") else set()
+        return like | doctests | (by if len(by) <= MOST_IMPORTERS or not like else set())
+    beside = [tests / other for begin, others in BESIDE.items() if name.startswith(begin) for other in others]
+    return {test for test in _test_files() if any(test == other or other in test.parents for other in beside)}
