@@ -1,7 +1,7 @@
 """Problems that are generated once for all runs: kept on disk under a digest of the code that made them.
 
-In `.kept` at the top of the checkout, which may be removed at any time. A change of any module that `exercises.generate`
-imports, of Python or of SymPy has them generated anew. QDOT_KEPT=0 keeps nothing.
+In `.kept` at the top of the checkout, which may be removed at any time. A change of any module that
+`exercises.generate` imports, of Python or of SymPy has them generated anew. QDOT_KEPT=0 keeps nothing.
 """
 
 import hashlib

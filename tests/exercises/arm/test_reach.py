@@ -12,6 +12,7 @@ from exercises.arm.kinematics import NumericChain
 from exercises.arm.reach import reaches
 from exercises.generate import sample_chain
 from exercises.problem import ProblemId
+from tests.support.suites import of_families
 
 FAMILIES = ("planar-2r", "planar-3r", "polar-rp", "elbow-3r", "spherical", "spherical-offset")
 
@@ -24,6 +25,7 @@ def arms(family: str) -> list[tuple[NumericChain, list[int]]]:
     return list(zip(map(NumericChain, chains, lengths), rows, strict=True))
 
 
+@of_families(FAMILIES)
 def test_where_a_pose_has_the_point_it_is_reached(family: str) -> None:
     random = np.random.default_rng(6)
     for arm, task in arms(family):
@@ -33,6 +35,7 @@ def test_where_a_pose_has_the_point_it_is_reached(family: str) -> None:
         assert found.count(True) > 45
 
 
+@of_families(FAMILIES)
 def test_it_says_what_a_search_finds(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """At places well inside, well outside and in holes; the search takes a place beside the point of a pose."""
     random = np.random.default_rng(7)
