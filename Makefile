@@ -4,12 +4,13 @@ USABLE  = -c 'import sys; sys.exit(sys.version_info < (3, 11))'
 NAMES   = python3 python3.14 python3.13 python3.12 python3.11
 PYTHON ?= $(shell for p in $(NAMES); do if $$p $(USABLE) >/dev/null 2>&1; then command -v $$p; break; fi; done)
 VENV   ?= .venv
+export QDOT_SUITE ?= test
 PY      = $(VENV)/bin/python
 PIP     = $(PY) -m pip --disable-pip-version-check --quiet
 CODE    = exercises grader tests
 PYTEST  = $(PY) -m pytest -n auto --dist loadgroup
 
-.PHONY: help demo test lint unit whole site site-test docs test-all test-oldest pairs fuzz diagnoses mutants bench bench-peers format lock clean
+.PHONY: help demo check test whole lint unit site site-test docs test-all test-oldest pairs fuzz diagnoses mutants planted bench bench-peers format lock clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1 | \2/p' Makefile | awk -F'|' '{ printf "%-20s %s\n", $$1, $$2 }'
@@ -17,11 +18,17 @@ help:  ## this list
 demo: $(VENV)/.runtime  ## the whole loop on a simulated class
 	$(VENV)/bin/qdot demo
 
-# Side by side is what leaves a core idle by itself.
-test:  ## everything that must pass before a commit
+# Side by side is what leaves a core idle by itself. The suites are those of tests/support/suites.py.
+check: $(VENV)/.dev  ## while you work: lint, types, one example of everything, and the tests of what you changed
+	$(MAKE) -j2 QDOT_SUITE=check lint unit site-test
+
+test:  ## before a commit, and in CI: every property, on some families of each shape
 	$(MAKE) -j2 $(VENV)/.dev .venvs/readers/.installed
 	$(MAKE) -j2 lint site-test
 	$(MAKE) unit
+
+whole:  ## nightly and before a release: every property on every family, with every draw
+	$(MAKE) QDOT_SUITE=whole test
 
 lint: $(VENV)/.dev
 	$(VENV)/bin/ruff check $(CODE)
@@ -30,9 +37,6 @@ lint: $(VENV)/.dev
 
 unit: $(VENV)/.dev .venvs/readers/.installed
 	$(PYTEST)
-
-whole: $(VENV)/.dev .venvs/readers/.installed  ## the tests with every problem that a sweep over a family may draw (an hour)
-	QDOT_WHOLE=1 $(PYTEST)
 
 site: $(VENV)/.runtime site/dist/.vite/manifest.json  ## build the web site into qdot-site (needs Node and npm)
 	$(VENV)/bin/qdot site build
@@ -93,6 +97,11 @@ diagnoses: $(VENV)/.dev  ## every mistake made on every family and question, and
 mutants: $(VENV)/.dev  ## mistakes put into the modules that compare answers, and those that no test notices
 	$(PY) -m tests.tools.mutants
 
+planted: $(VENV)/.dev site/node_modules/.package-lock.json  ## sixty mistakes in modules of all kinds, and which tests find them (two hours)
+	$(PY) -m tests.tools.planted record --suite $(QDOT_SUITE)
+	$(PY) -m tests.tools.planted try --suite $(QDOT_SUITE)
+	$(PY) -m tests.tools.planted show --suite $(QDOT_SUITE)
+
 bench: $(VENV)/.dev  ## the benchmarks of tests/bench (an hour, or minutes with SIZES="30 100")
 	$(PY) -m tests.bench
 	$(PY) -m tests.bench.grading
@@ -130,7 +139,7 @@ lock: .venvs/lock/.uv  ## choose the versions in constraints.txt anew
 	  --fork-strategy fewest --generate-hashes --no-header --no-annotate --output-file constraints.txt
 
 clean:  ## remove environments, caches, the demonstration and what was built
-	rm -rf .venv .venvs build dist qdot-demo .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .venv .venvs .kept .planted build dist qdot-demo .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find $(CODE) -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # Environments. A hidden file says what is in one, and is older than what it was made from when it has to be made again.

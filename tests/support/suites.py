@@ -125,7 +125,7 @@ def changed_tests() -> frozenset[Path]:
     """Return the files of tests for what was changed: since QDOT_SINCE, else since the last commit, else in it."""
     since = os.environ.get("QDOT_SINCE", "HEAD")
     changed = _git("diff", "--name-only", since) + _git("ls-files", "--others", "--exclude-standard")
-    return frozenset(path for name in changed or _git("diff", "--name-only", "HEAD~1") for path in tests_of(name))
+    return frozenset(path for name in changed or _git("diff", "--name-only", "HEAD~1") for path in covering(name))
 
 
 def _git(*arguments: str) -> list[str]:
@@ -138,8 +138,11 @@ def _test_files() -> list[Path]:
     return sorted((ROOT / "tests").rglob("test_*.py"))
 
 
-def tests_of(name: str) -> set[Path]:
-    """Return the files of tests for a file of the checkout: those called like it, and those that import it."""
+def covering(name: str) -> set[Path]:
+    """Return the files of tests for a file of the checkout: those called like it, and those that import it.
+
+    Where there are none, as for a helper of other modules, all in the folder that mirrors its own.
+    """
     path, tests = ROOT / name, ROOT / "tests"
     if path in _test_files():
         return {path}
@@ -149,6 +152,7 @@ def tests_of(name: str) -> set[Path]:
         like = {test for test in _test_files() if test.parent == folder and test.stem.removeprefix("test_") in stems}
         by = {test for test in _test_files() if name_of(path) in imports(test)}
         doctests = {path} if ">>>" in path.read_text(encoding="utf-8") else set()
-        return like | doctests | (by if len(by) <= MOST_IMPORTERS or not like else set())
+        found = like | (by if len(by) <= MOST_IMPORTERS or not like else set())
+        return doctests | (found or {test for test in _test_files() if test.parent == folder})
     beside = [tests / other for begin, others in BESIDE.items() if name.startswith(begin) for other in others]
     return {test for test in _test_files() if any(test == other or other in test.parents for other in beside)}

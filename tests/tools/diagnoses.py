@@ -12,7 +12,6 @@ import time
 from collections import Counter
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
-from functools import cache
 from itertools import islice
 from typing import TypeVar
 
@@ -21,10 +20,9 @@ import sympy as sp
 
 from exercises.arm.trigonometry import textbook
 from exercises.families import FAMILIES
-from exercises.generate import generate
 from exercises.mistakes.arithmetic import determinant
 from exercises.mistakes.base import RESULT
-from exercises.mistakes.catalogue import Wrong, likely, made, taken
+from exercises.mistakes.catalogue import CATALOGUE, Wrong, likely, made, taken
 from exercises.mistakes.given import configurations
 from exercises.mistakes.results import RESULTS, result
 from exercises.mistakes.working import Working, as_formulas, formulas, numbers
@@ -37,7 +35,6 @@ from exercises.problem import (
     Number,
     Part,
     Problem,
-    ProblemId,
     Selection,
 )
 from exercises.questions import QUESTIONS
@@ -46,6 +43,7 @@ from exercises.stream import Stream
 from grader.diagnosis import diagnose, says_something
 from grader.parts import domain_of, judge
 from grader.verdict import Outcome
+from tests.support.problems import drawn
 
 LONGEST = 40_000
 
@@ -62,22 +60,20 @@ class Made:
 
 def problems(family: str, seed: int, questions: Collection[str] = tuple(QUESTIONS)) -> Iterator[tuple[Problem, Part]]:
     """Yield the parts of a problem in which a family is asked everything that applies, those that are named."""
-    problem = _problem(family, seed)
+    problem = drawn(family, seed)
     for part in problem.parts:
         if part.name in questions:
             yield problem, part
 
 
-@cache
-def _problem(family: str, seed: int) -> Problem:
-    return generate(ProblemId(family, seed))
-
-
-def answers_with(problem: Problem, part: Part, few: int | None = None) -> list[Made]:
-    """Return what mistakes make of an answer, `few` of them drawn; each is not right, nor zero or undefined."""
+def answers_with(
+    problem: Problem, part: Part, few: int | None = None, only: Collection[str] = tuple(CATALOGUE)
+) -> list[Made]:
+    """Return what mistakes make of an answer, `only` some, `few` of them drawn; none is right, zero or undefined."""
     told = [
         Made(problem, part, mistake.name, _told(replace(part, answer=slip.answer)))
         for mistake, slip in taken(problem.chain, part)
+        if mistake.name in only
     ]
     if part.kind in RESULTS and (part.kind != "lost-direction" or _is_numeric(part)):  # which is worked out in numbers
         values = configurations(problem.chain, part, domain_of(problem), 3, Stream("answers"))
@@ -86,6 +82,7 @@ def answers_with(problem: Problem, part: Part, few: int | None = None) -> list[M
         places = [
             (mistake, k)
             for mistake in likely(part)
+            if mistake.name in only
             for k, wrong in enumerate(made(mistake, rough, part))
             if _applies(wrong.answer, right, is_direction)
         ]

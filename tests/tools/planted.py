@@ -174,8 +174,11 @@ def selection(suite: str) -> dict[str, str]:
 def tried(mistake: Mistake, recorded: Recorded, tree: Path, suite: str) -> dict[str, object]:
     """Plant a mistake in a copy, run what may find it, and take it back; return what was seen."""
     path, start = tree / mistake.path, time.monotonic()
-    text = path.read_text(encoding="utf-8")
-    path.write_text(mistake.planted(text), encoding="utf-8")
+    try:
+        text = path.read_text(encoding="utf-8")
+        path.write_text(mistake.planted(text), encoding="utf-8")
+    except (OSError, ValueError) as error:
+        return {"number": mistake.number, "found": f"can't be planted any more: {error}", "seconds": 0}
     try:
         found = in_site(tree) if mistake.in_site else in_python(mistake, recorded, tree, suite)
     finally:

@@ -1,0 +1,65 @@
+"""The catalogue: every mistake is made by some arm, gives a wrong answer there, and is named behind it."""
+
+from functools import cache
+
+import pytest
+
+from exercises.docs import planar_2r
+from exercises.mistakes.catalogue import CATALOGUE
+from grader.diagnosis import diagnose
+from tests.support.problems import asked, drawn
+from tests.tools.diagnoses import Made, answers_with, verdict_on
+
+ASKED = {
+    "planar-2r": (
+        "velocity", "singularity-type", "condition-number", "singularity-meaning", "rank", "lost-motion",
+        "unreachable-velocity", "joint-torques", "manipulability", "path-rates",
+    ),
+    "cartesian": ("transform",), "planar-rpr": ("geometric-jacobian",), "pan-tilt": ("invertibility",),
+    "planar-3r": ("gram-determinant", "least-norm-rates"),
+    "elbow-3r": ("position-vectors", "rank", "singular-angles", "jacobian-size", "path-rates"),
+}  # fmt: skip
+"""Questions in which all mistakes can be made, those first whose answers are short."""
+IN_NUMBERS = {"direction-that-moves", "null-vector-of-jacobian"}
+"""Mistakes about a direction, which are worked out at a configuration, and tested by themselves below."""
+
+
+@cache
+def made() -> dict[str, Made]:
+    """Return an answer for every mistake, of the first arm and question that it applies to."""
+    found: dict[str, Made] = {}
+    for family, questions in ASKED.items():
+        problem = drawn(family, 0)
+        for part in problem.parts:
+            if part.name in questions:
+                for one in answers_with(problem, part, only=CATALOGUE.keys() - found.keys()):
+                    found.setdefault(one.mistake, one)
+    return found
+
+
+@pytest.mark.check
+def test_every_mistake_is_made_by_some_arm() -> None:
+    assert CATALOGUE.keys() - made().keys() == IN_NUMBERS
+
+
+@pytest.mark.check
+def test_every_mistake_is_wrong_and_named() -> None:
+    """By its name, or by that of another that gives the very same answer."""
+    verdicts = {name: verdict_on(one) for name, one in made().items()}
+    missed = {
+        name: (verdict, made()[name]) for name, verdict in verdicts.items() if verdict not in ("named", "same answer")
+    }
+    assert not missed
+    assert sum(verdict == "named" for verdict in verdicts.values()) > 0.8 * len(verdicts)
+
+
+@pytest.mark.check
+@pytest.mark.parametrize(
+    ("answer", "mistake"),
+    [("[-sin(theta1), cos(theta1)]", "direction-that-moves"), ("[a2, a1 - a2]", "null-vector-of-jacobian")],
+)
+def test_the_mistakes_about_a_direction_are_named(answer: str, mistake: str) -> None:
+    """Of the planar arm, folded back, the tip can't move along the arm."""
+    problem = asked("lost-direction", planar_2r())
+    found = diagnose(problem, problem.parts[0], answer, "catalogue")
+    assert found is not None and mistake in found.mistakes

@@ -1,0 +1,81 @@
+"""The suites: whatever is left out has its turn, a family of each shape never is, and a change finds its tests."""
+
+from pathlib import Path
+
+import pytest
+
+from exercises.families import FAMILIES
+from exercises.generate import sample_chain
+from exercises.problem import ProblemId
+from tests.support import ROOT, suites
+from tests.support.suites import SHAPES, SHARE, covering, families_for, shape_of, told
+
+DAYS = range(739_000, 739_000 + SHARE)
+
+
+def test_every_family_is_of_a_shape_of_which_one_is_always_taken() -> None:
+    shapes = {name: shape_of(sample_chain(ProblemId(name, 0)), FAMILIES[name].varied) for name in FAMILIES}
+    assert set(shapes.values()) == set(SHAPES)
+    assert all(shapes[name] == shape for shape, name in SHAPES.items())
+
+
+def test_a_sweep_takes_each_shape_every_day_and_each_family_in_its_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(suites, "WHOLE", False)
+    monkeypatch.setattr(suites, "SUITE", "test")
+    taken = []
+    for day in DAYS:
+        monkeypatch.setattr(suites, "ROTATION", day)
+        taken.append(families_for("a test"))
+        assert set(SHAPES.values()) <= set(taken[-1])
+    assert set().union(*taken) == set(FAMILIES)
+    assert max(map(len, taken)) < len(FAMILIES) * 2 / 3
+    assert [families_for(f"test {k}") for k in range(5)] != [families_for("test 0")] * 5
+    assert families_for("a test", ["ur-6r"]) == ["ur-6r"]
+
+
+def test_check_takes_one_family_and_whole_takes_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(suites, "WHOLE", False)
+    monkeypatch.setattr(suites, "SUITE", "check")
+    assert {len(families_for(f"test {k}")) for k in range(9)} == {1}
+    assert len({*(families_for(f"test {k}")[0] for k in range(200))}) == len(FAMILIES)
+    monkeypatch.setattr(suites, "WHOLE", True)
+    assert families_for("a test") == list(FAMILIES)
+
+
+@pytest.mark.parametrize(
+    ("changed", "found"),
+    [
+        ("exercises/formula/exact.py", "tests/exercises/formula/test_exact.py"),
+        ("grader/roster.py", "tests/grader/test_layouts.py"),
+        ("exercises/figure/__init__.py", "tests/exercises/figure/test_figure.py"),
+        ("tests/grader/test_judge.py", "tests/grader/test_judge.py"),
+        ("templates/exports/moodle.xml.j2", "tests/exercises/exports/test_platforms.py"),
+        ("docs/families.md", "tests/exercises/docs/test_docs.py"),
+        ("README.md", "tests/repository/test_readme.py"),
+        ("grader/statistics.py", "grader/statistics.py"),
+    ],
+)
+def test_a_change_finds_its_tests(changed: str, found: str) -> None:
+    assert ROOT / found in covering(changed)
+
+
+def test_every_module_has_tests_that_make_check_would_run() -> None:
+    modules = [*(ROOT / "exercises").rglob("*.py"), *(ROOT / "grader").rglob("*.py")]
+    assert len(modules) > 250
+    assert not [path for path in modules if not covering(path.relative_to(ROOT).as_posix())]
+
+
+def test_a_run_says_what_it_left_out_and_what_runs_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(suites, "SUITE", "test")
+    said = " ".join(told(3, 40))
+    assert "left out 3 tests" in said and "40 families" in said and "`make whole` runs" in said
+    assert f"QDOT_ROTATION={suites.ROTATION} make test" in said
+    monkeypatch.setattr(suites, "SUITE", "whole")
+    assert "nothing is left out" in told(0, 0)[0]
+
+
+def test_make_has_the_suites_and_the_nightly_workflow_runs_the_whole() -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    assert all(f"\n{suite}:" in makefile for suite in suites.SUITES)
+    workflow = Path(ROOT / ".github" / "workflows" / "whole.yml").read_text(encoding="utf-8")
+    assert "cron:" in workflow and "run: make whole" in workflow
