@@ -20,7 +20,7 @@ from exercises.problem import Problem
 from grader.sandbox import Limits, Sandbox
 from tests.support import DATA
 from tests.support.problems import drawn as drawn_once
-from tests.support.suites import SUITE, changed_tests, families_for, grouped, several, told
+from tests.support.suites import SUITE, families_for, grouped, in_check, several, told
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 """The arms of the chapter, of which more are tried than of the others."""
@@ -99,7 +99,6 @@ def pytest_configure(config: pytest.Config) -> None:
     """Register the marks that suites know."""
     config.addinivalue_line("markers", "families(names, every=False): a sweep over these families")
     config.addinivalue_line("markers", "whole: in `make whole` only, as it takes long and something shorter holds it")
-    config.addinivalue_line("markers", "check: one example of something that exists; in `make check`, too")
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
@@ -142,7 +141,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def _is_in_suite(item: pytest.Item) -> bool:
     if item.get_closest_marker("whole"):
         return False
-    return SUITE != "check" or item.get_closest_marker("check") is not None or item.path in changed_tests()
+    return SUITE != "check" or in_check(item.path, item.nodeid)
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:

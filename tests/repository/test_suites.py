@@ -42,6 +42,13 @@ def test_check_takes_one_family_and_whole_takes_all(monkeypatch: pytest.MonkeyPa
     assert families_for("a test") == list(FAMILIES)
 
 
+def test_what_check_always_runs_is_there() -> None:
+    for name in suites.ALWAYS:
+        file, _, begin = name.partition("::")
+        text = (ROOT / "tests" / file).read_text(encoding="utf-8")
+        assert f"\ndef {begin or 'test_'}" in text, name
+
+
 @pytest.mark.parametrize(
     ("changed", "found"),
     [

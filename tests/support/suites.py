@@ -105,6 +105,22 @@ def grouped(names: Iterable[str]) -> list[object]:
 
 # --- make check ---
 
+ALWAYS = (
+    "exercises/arm/test_derivation.py", "exercises/formula/test_identity.py", "exercises/mistakes/test_catalogue.py",
+    "exercises/questions/test_questions.py::test_what_an_id_regenerates_has_not_changed",
+    "exercises/questions/test_questions.py::test_answers_are_well_formed",
+    "exercises/quizzes/test_quizzes.py::test_what_an_id_is_asked_has_not_changed",
+    "exercises/verify/test_verify.py::test_every_reference_passes", "exercises/writing/test_statement.py",
+    "exercises/test_languages.py", "exercises/exports/test_exports.py::test_every_outlet_writes_the_same_files_twice",
+    "grader/test_judge.py", "grader/test_reasons.py", "grader/test_loop.py", "grader/reports/test_reports.py::test_junit",
+    "grader/reports/test_reports.py::test_classroom50", "grader/contained/test_sandbox.py::test_values_leave_as_text",
+    "grader/test_cli.py::test_help", "grader/test_cli.py::test_show_in_every_format",
+    "grader/test_cli.py::test_solve_prints_example_63", "grader/test_cli.py::test_generate_grade_and_check",
+    "repository/test_structure.py", "repository/test_suites.py",
+)  # fmt: skip
+"""What `make check` always runs, files or beginnings of tests: an example of every family, question, mistake and outlet,
+of every language and format, and of grading."""
+
 BESIDE = {
     "templates/": ("exercises/writing/test_statement.py", "exercises/test_languages.py"),
     "templates/exports/": ("exercises/exports",),
@@ -118,6 +134,11 @@ BESIDE = {
 """The tests of what is no module of Python, by how its path begins."""
 MOST_IMPORTERS = 6
 """A module that more files of tests import is tested by those called like it only."""
+
+
+def in_check(path: Path, nodeid: str) -> bool:
+    """Whether `make check` runs a test of a file."""
+    return path in changed_tests() or nodeid.removeprefix("tests/").startswith(ALWAYS)
 
 
 @cache

@@ -37,12 +37,10 @@ def made() -> dict[str, Made]:
     return found
 
 
-@pytest.mark.check
 def test_every_mistake_is_made_by_some_arm() -> None:
     assert CATALOGUE.keys() - made().keys() == IN_NUMBERS
 
 
-@pytest.mark.check
 def test_every_mistake_is_wrong_and_named() -> None:
     """By its name, or by that of another that gives the very same answer."""
     verdicts = {name: verdict_on(one) for name, one in made().items()}
@@ -53,7 +51,6 @@ def test_every_mistake_is_wrong_and_named() -> None:
     assert sum(verdict == "named" for verdict in verdicts.values()) > 0.8 * len(verdicts)
 
 
-@pytest.mark.check
 @pytest.mark.parametrize(
     ("answer", "mistake"),
     [("[-sin(theta1), cos(theta1)]", "direction-that-moves"), ("[a2, a1 - a2]", "null-vector-of-jacobian")],
