@@ -112,14 +112,15 @@ ALWAYS = (
     "exercises/quizzes/test_quizzes.py::test_what_an_id_is_asked_has_not_changed",
     "exercises/verify/test_verify.py::test_every_reference_passes", "exercises/writing/test_statement.py",
     "exercises/test_languages.py", "exercises/exports/test_exports.py::test_every_outlet_writes_the_same_files_twice",
-    "grader/test_judge.py", "grader/test_reasons.py", "grader/test_loop.py", "grader/reports/test_reports.py::test_junit",
+    "grader/test_judge.py", "grader/test_reasons.py", "grader/test_loop.py",
+    "grader/reports/test_reports.py::test_junit",
     "grader/reports/test_reports.py::test_classroom50", "grader/contained/test_sandbox.py::test_values_leave_as_text",
     "grader/test_cli.py::test_help", "grader/test_cli.py::test_show_in_every_format",
     "grader/test_cli.py::test_solve_prints_example_63", "grader/test_cli.py::test_generate_grade_and_check",
     "repository/test_structure.py", "repository/test_suites.py",
 )  # fmt: skip
-"""What `make check` always runs, files or beginnings of tests: an example of every family, question, mistake and outlet,
-of every language and format, and of grading."""
+"""What `make check` always runs, files or beginnings of tests: an example of every family, question, mistake, outlet,
+language and format, and of grading."""
 
 BESIDE = {
     "templates/": ("exercises/writing/test_statement.py", "exercises/test_languages.py"),
@@ -173,7 +174,7 @@ def covering(name: str) -> set[Path]:
         like = {test for test in _test_files() if test.parent == folder and test.stem.removeprefix("test_") in stems}
         by = {test for test in _test_files() if name_of(path) in imports(test)}
         doctests = {path} if ">>>" in path.read_text(encoding="utf-8") else set()
-        found = like | (by if len(by) <= MOST_IMPORTERS or not like else set())
+        found = like | (by if len(by) <= MOST_IMPORTERS else set())
         return doctests | (found or {test for test in _test_files() if test.parent == folder})
     beside = [tests / other for begin, others in BESIDE.items() if name.startswith(begin) for other in others]
     return {test for test in _test_files() if any(test == other or other in test.parents for other in beside)}
