@@ -8,6 +8,7 @@ import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -20,7 +21,7 @@ from exercises.problem import Problem
 from grader.sandbox import Limits, Sandbox
 from tests.support import DATA
 from tests.support.problems import drawn as drawn_once
-from tests.support.suites import SUITE, families_for, grouped, in_check, several, told
+from tests.support.suites import SUITE, families_for, file_in_check, grouped, in_check, several, told
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 """The arms of the chapter, of which more are tried than of the others."""
@@ -128,13 +129,24 @@ def _names(names: str | Sequence[str]) -> Sequence[str]:
     return names.split(",") if isinstance(names, str) else names
 
 
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Don't even read the files of which `make check` runs nothing, unless they are asked for."""
+    asked = config.invocation_params.args and any(str(name).endswith(".py") for name in config.args)
+    if SUITE != "check" or asked or collection_path.suffix != ".py" or collection_path.name == "conftest.py":
+        return None
+    return True if not file_in_check(collection_path) else None
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leave out what the suite leaves out, unless a test is asked for by its name."""
     if SUITE == "whole" or any("::" in name for name in config.args):
         return
-    kept = [item for item in items if _is_in_suite(item)]
-    LEFT_OUT[WHOLE_ONLY] += len(items) - len(kept)
+    kept, left = [], []
+    for item in items:
+        (kept if _is_in_suite(item) else left).append(item)
+    LEFT_OUT[WHOLE_ONLY] += len(left)
+    config.hook.pytest_deselected(items=left)
     items[:] = kept
 
 

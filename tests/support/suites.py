@@ -142,6 +142,11 @@ def in_check(path: Path, nodeid: str) -> bool:
     return path in changed_tests() or nodeid.removeprefix("tests/").startswith(ALWAYS)
 
 
+def file_in_check(path: Path) -> bool:
+    """Whether `make check` runs anything in a file."""
+    return path in changed_tests() or any(ROOT / "tests" / name.partition("::")[0] == path for name in ALWAYS)
+
+
 @cache
 def changed_tests() -> frozenset[Path]:
     """Return the files of tests for what was changed: since QDOT_SINCE, else since the last commit, else in it."""
