@@ -22,7 +22,7 @@ import sys
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -250,7 +250,7 @@ def try_all(checkout: Path, name: str, suite: str, only: Sequence[int], jobs: in
             free.append(tree)
 
     with ThreadPoolExecutor(jobs) as pool, (WORK / f"{name}.jsonl").open("a", encoding="utf-8") as file:
-        for row in pool.map(one, todo):
+        for row in (ended.result() for ended in as_completed([pool.submit(one, mistake) for mistake in todo])):
             file.write(json.dumps(row) + "\n")
             file.flush()
             yield row
