@@ -43,12 +43,16 @@ site: $(VENV)/.runtime site/dist/.vite/manifest.json  ## build the web site into
 
 site-test: $(VENV)/.runtime  ## the site's own tests: types, units, and a browser that uses it
 	@if command -v npm >/dev/null; then $(MAKE) site-checks; else \
-	  echo "make site-test: npm is not here; the site's own tests are left out" >&2; test -z "$$CI"; fi
+	  echo "make site-test: npm is not here: the site's own tests are left out (install Node 20.19 or later)" >&2; test -z "$$CI"; fi
 
 .PHONY: site-checks
 site-checks: site/node_modules/.package-lock.json
-	cd site && npm run --silent lint && npm test --silent && npm run --silent build
-	cd site && QDOT="$(abspath $(VENV))/bin/qdot" npm run --silent e2e
+	@if test "$$QDOT_SUITE" = check; then \
+	  cd site && npm run --silent types && npm run --silent units; \
+	else \
+	  cd site && npm run --silent lint && npm run --silent types && npm run --silent units && \
+	  npm run --silent bundle && QDOT="$(abspath $(VENV))/bin/qdot" npm run --silent e2e; \
+	fi
 
 SITE_SOURCES := $(shell find site/src -type f 2>/dev/null)
 

@@ -5,7 +5,11 @@ import { defineConfig } from "vitest/config";
 export default defineConfig({
   base: "./",
   plugins: [preact()],
-  test: { include: ["tests/**/*.test.ts"] }, // e2e/ is Node's own test runner's
+  test: {
+    include: ["tests/**/*.test.ts"], // e2e/ is Node's own test runner's
+    pool: "threads",
+    isolate: false, // files share modules, whose loading takes half of the time: what a test sets, it sets back
+  },
   build: {
     outDir: "dist",
     manifest: true, // by which Python knows the names of the files

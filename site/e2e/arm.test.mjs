@@ -2,7 +2,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { inChromium, opened } from "./opened.mjs";
+import { drawn, inChromium, opened, openedAnew, PHONE, WIDE } from "./opened.mjs";
+import { focused } from "./walk.mjs";
 
 const there = inChromium();
 
@@ -28,7 +29,7 @@ const withArm = async (path, options) => {
 };
 const POSITION = "practice.html?arm=planar-2r&question=position";
 test("the map is walked on by keys and by mouse, and the arm follows", async () => {
-  const { page, context, wrong } = await withArm(POSITION);
+  const { page, wrong } = await withArm(POSITION);
   await page.locator(".arm-map-frame").focus();
   const first = await pose(page);
   await page.keyboard.press("ArrowRight");
@@ -45,11 +46,10 @@ test("the map is walked on by keys and by mouse, and the arm follows", async () 
   const det = await page.locator(".arm-figures dd").first().innerText();
   await page.getByText(`Here: det J = ${det}`).waitFor();
   assert.deepEqual(wrong, []);
-  await context.close();
 });
 
 test("the map's lines are the singular configurations: walking onto one says so", async () => {
-  const { page, context } = await withArm(POSITION);
+  const { page } = await withArm(POSITION);
   await page.locator("polyline.arm-boundary").first().waitFor({ state: "attached" });
   await page.locator(".arm-map-frame").scrollIntoViewIfNeeded();
   const [x, y] = await page
@@ -62,12 +62,10 @@ test("the map's lines are the singular configurations: walking onto one says so"
   await page.mouse.click(x, y);
   await page.locator(".arm-singular-pose").waitFor();
   await page.locator(".arm-nearness", { hasText: "At the boundary of what the arm reaches." }).waitFor();
-  await context.close();
 });
 
 test("the map is walked on by finger", async () => {
-  const phone = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true };
-  const { page, context, wrong } = await withArm(POSITION, phone);
+  const { page, wrong } = await withArm(POSITION, PHONE);
   await page.locator(".arm-map-frame").waitFor();
   for (const [across, up] of [
     [0.3, 0.7],
@@ -78,11 +76,10 @@ test("the map is walked on by finger", async () => {
     assert.notDeepEqual(await pose(page), before);
   }
   assert.deepEqual(wrong, []);
-  await context.close();
 });
 
 test("the path is played, and the arm runs into its limits", async () => {
-  const { page, context, wrong } = await withArm(POSITION);
+  const { page, wrong } = await withArm(POSITION);
   await page.getByRole("button", { name: "Welding path" }).click();
   const place = page.getByLabel("Place on the path");
   const at = async () => Number(await place.inputValue());
@@ -94,7 +91,7 @@ test("the path is played, and the arm runs into its limits", async () => {
   await page.getByRole("button", { name: "Pause" }).click();
   const paused = await at();
   assert.notDeepEqual(await pose(page), before);
-  await page.waitForTimeout(200);
+  await drawn(page);
   assert.equal(await at(), paused);
   await place.focus();
   await page.keyboard.press("End");
@@ -102,24 +99,43 @@ test("the path is played, and the arm runs into its limits", async () => {
   await page.keyboard.press("Home");
   assert.equal(await at(), 0);
   assert.deepEqual(wrong, []);
-  await context.close();
 });
 
 test("the path goes by steps where the system asks for no motion", async () => {
-  const { page, context, wrong } = await withArm(POSITION, {
-    reducedMotion: "reduce",
-    viewport: { width: 390, height: 844 },
-    hasTouch: true,
-    isMobile: true,
-  });
+  const { page, wrong } = await withArm(POSITION, { ...PHONE, reducedMotion: "reduce" });
   await page.getByRole("button", { name: "Welding path" }).tap();
   assert.equal(await page.getByRole("button", { name: "Play" }).count(), 0);
   const place = page.getByLabel("Place on the path");
   await page.getByRole("button", { name: "Next step" }).tap();
   const once = Number(await place.inputValue());
   assert.ok(once > 0);
-  await page.waitForTimeout(200);
+  await drawn(page);
   assert.equal(Number(await place.inputValue()), once);
   assert.deepEqual(wrong, []);
-  await context.close();
 });
+
+for (const [name, options] of [
+  ["wide", WIDE],
+  ["on a phone", PHONE],
+]) {
+  test(`what has the focus stays in sight when the arm comes, ${name}`, async () => {
+    const { page, context } = await openedAnew(
+      there,
+      "practice.html?arm=planar-2r&question=jacobian",
+      options,
+    );
+    let release;
+    const held = new Promise((done) => (release = done));
+    const asked = page.waitForRequest(/panel[^/]*\.js$/);
+    await page.route(/panel[^/]*\.js$/, async (route) => (await held, route.continue()));
+    await page.locator("footer a").first().focus();
+    await asked;
+    assert.equal(await page.locator(".arm-box").count(), 0);
+    release();
+    await page.locator(".arm-zero").first().waitFor({ state: "attached" });
+    const { html, inside } = await page.evaluate(focused);
+    assert.match(html, /accessibility\.html/);
+    assert.ok(inside, "the arm pushed it away");
+    await context.close();
+  });
+}

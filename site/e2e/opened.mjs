@@ -7,35 +7,15 @@ import { after, before } from "node:test";
 import { builtSite, CHROMIUM, launched, served } from "../tools/browser.mjs";
 
 const require = createRequire(import.meta.url);
-export const AXE = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
+const AXE = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
 export const WIDE = { viewport: { width: 1280, height: 900 } };
 export const PHONE = { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true };
-/** One page of each kind. */
-export const KINDS = [
-  "index.html",
-  "practice.html?arm=planar-2r&question=jacobian",
-  "practice.html?arm=planar-2r&set=a&sheet=2&key=1",
-  "accessibility.html",
-  "examples/index.html",
-  "examples/6-2.html",
-  "examples/6-3.html",
-  "examples/errata.html",
-  "arms.html",
-  "docs/index.html",
-  "docs/students.html",
-  "docs/commands.html",
-];
 /** Milliseconds between two looks at whether a page still asks for something. */
-const LOOK = 60;
-
-if (!CHROMIUM && !process.env.CI) {
-  console.error("no Chromium: the site's pages are not tried in a browser (apt-get install chromium)");
-  process.exit(0);
-}
+const LOOK = 30;
 
 /** The site, its server and the browser, there before a file's tests and gone after them. */
 export function inChromium() {
-  const there = {};
+  const there = { tabs: new Map() };
   before(async () => {
     assert.ok(CHROMIUM, "no Chromium: apt-get install chromium");
     there.site = builtSite();
@@ -52,17 +32,36 @@ export function inChromium() {
 
 /**
  * A page that has come to rest, with what its console says of errors, refusals by its policy among them, and what it
- * asks other hosts for. In a `shared` context what an earlier page loaded is there already.
+ * asks other hosts for. It is opened in a tab that a file's tests use one after the other, one for all that want the
+ * same options: scripts are there already, and nothing is kept of what an earlier page has stored.
  */
-export async function opened({ browser, server }, path, options = WIDE, shared = null) {
-  const context = shared ?? (await browser.newContext({ serviceWorkers: "block", ...WIDE, ...options }));
+export async function opened(there, path, options = WIDE) {
+  const name = JSON.stringify({ ...WIDE, ...options });
+  const tab = there.tabs.get(name) ?? (await tabIn(await contextFor(there, options), there.server.root));
+  if (there.tabs.has(name)) await tab.page.evaluate(() => localStorage.clear());
+  there.tabs.set(name, tab);
+  return tab.at(path);
+}
+
+/** The same in a browser that has kept nothing, with its context: for tests that count, hold or cut off what is loaded. */
+export async function openedAnew(there, path, options = WIDE) {
+  const context = await contextFor(there, options);
+  const tab = await tabIn(context, there.server.root);
+  return { ...(await tab.at(path)), context };
+}
+
+const contextFor = ({ browser }, options) =>
+  browser.newContext({ serviceWorkers: "block", ...WIDE, ...options });
+
+/** A new tab, and how to open a page in it; what went wrong is told for each page by itself. */
+async function tabIn(context, root) {
   const page = await context.newPage();
-  const wrong = [];
+  let wrong = [];
   page.on("pageerror", (error) => wrong.push(String(error)));
   page.on("console", (said) => said.type() === "error" && wrong.push(said.text()));
   page.on("request", (request) => {
     const { protocol, origin } = new URL(request.url());
-    if (protocol.startsWith("http") && origin !== server.root) wrong.push(`asked for ${request.url()}`);
+    if (protocol.startsWith("http") && origin !== root) wrong.push(`asked for ${request.url()}`);
   });
   await page.addInitScript(() => {
     window.refused = [];
@@ -71,9 +70,13 @@ export async function opened({ browser, server }, path, options = WIDE, shared =
     );
   });
   const settled = watched(page);
-  await page.goto(`${server.root}/${path}`);
-  await settled();
-  return { page, context, wrong, settled };
+  const at = async (path) => {
+    wrong = [];
+    await page.goto(`${root}/${path}`);
+    await settled();
+    return { page, wrong };
+  };
+  return { page, at };
 }
 
 /**
@@ -81,20 +84,26 @@ export async function opened({ browser, server }, path, options = WIDE, shared =
  * "networkidle" takes half a second for.
  */
 function watched(page) {
+  const open = new Set();
   let asked = 0;
-  let open = 0;
-  page.on("request", () => ((asked += 1), (open += 1)));
-  page.on("requestfinished", () => (open -= 1));
-  page.on("requestfailed", () => (open -= 1));
+  page.on("request", (request) => (open.add(request), (asked += 1)));
+  page.on("requestfinished", (request) => open.delete(request));
+  page.on("requestfailed", (request) => open.delete(request));
   return async () => {
     for (let quiet = 0, before = -1; quiet < 2;) {
       await page.waitForTimeout(LOOK);
       await page.evaluate(() => new Promise((done) => requestIdleCallback(done)));
-      quiet = open === 0 && asked === before ? quiet + 1 : 0;
+      quiet = open.size === 0 && asked === before ? quiet + 1 : 0;
       before = asked;
     }
   };
 }
+
+/** Waits until the page has been drawn a few times: what moves by itself has moved then. */
+export const drawn = (page) =>
+  page.evaluate(async () => {
+    for (let i = 0; i < 6; i += 1) await new Promise((done) => requestAnimationFrame(done));
+  });
 
 /** Brings the arm of a page, which comes when it is near to the screen, with its map; nothing on a page without one. */
 export async function armOf(page) {
@@ -105,4 +114,26 @@ export async function armOf(page) {
   await page.locator(".arm-box").waitFor();
   if (await page.locator("[data-hero]").count()) await page.locator(".arm-joints").waitFor();
   else await page.locator(".arm-zero").first().waitFor({ state: "attached" });
+}
+
+/** Asserts that the axe checker finds nothing in a page, and that nothing is wider than the screen. */
+export async function assertAccessible(page) {
+  await page.evaluate(AXE);
+  const { violations } = await page.evaluate(() =>
+    window.axe.run({
+      runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"],
+      // axe takes MathML for nothing: headers that hold a formula seem empty to it
+      rules: {
+        "empty-table-header": { enabled: false },
+        "label-content-name-mismatch": { enabled: true },
+      },
+      resultTypes: ["violations"], // of what is in order it then tells less, which takes half the time
+    }),
+  );
+  assert.deepEqual(
+    violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html.slice(0, 120)).join(" | ")}`),
+    [],
+  );
+  const wider = await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
+  assert.ok(wider <= 0, `${wider} pixels wider than the screen`);
 }

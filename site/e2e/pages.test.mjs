@@ -1,11 +1,14 @@
-// Every page of the built site: it keeps to its policy, asks no other host, its links lead somewhere, it is small. What is
-// done on the practice page is tried in site.test.mjs, keyboards in keyboard.test.mjs, the axe checker in axe.test.mjs.
+// Every page of the built site: it keeps to its policy, asks no other host, its links lead somewhere, it is small; one of
+// each kind by the Tab key alone and by the axe checker, which phone.test.mjs asks, too. What is done on the practice page
+// is tried in site.test.mjs.
 import assert from "node:assert/strict";
 import { existsSync, readdirSync, readFileSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { test } from "node:test";
 
-import { inChromium, opened, WIDE } from "./opened.mjs";
+import { ON_WIDE } from "./kinds.mjs";
+import { armOf, assertAccessible, inChromium, opened, openedAnew, WIDE } from "./opened.mjs";
+import { assertWalked } from "./walk.mjs";
 
 /** What may be sent before the bank, gzip bodies, in bytes. */
 const MOST = 300_000;
@@ -21,27 +24,37 @@ function pages() {
     .sort();
 }
 
-/** Every page as it was found, by its path; each is opened once. */
-let found = null;
-const visited = () => (found ??= visitAll());
+/** Every page as it was found, by its path; each is opened once, those of ON_WIDE by their own tests. */
+const seen = new Map();
 
-async function visitAll() {
-  const shared = await there.browser.newContext({ serviceWorkers: "block", ...WIDE });
-  const seen = new Map();
-  for (const path of pages()) {
-    const { page, wrong } = await opened(there, path, WIDE, shared);
-    const told = await page.evaluate(() => ({
-      policy: document.querySelector('meta[http-equiv="Content-Security-Policy"]').getAttribute("content"),
-      refused: window.refused,
-      headings: document.querySelectorAll("h1").length,
-      anchors: [...document.querySelectorAll("[id]")].map(({ id }) => id),
-      links: [...document.querySelectorAll("a[href]")].map((link) => link.getAttribute("href")),
-    }));
-    seen.set(path, { ...told, wrong });
-    await page.close();
-  }
-  await shared.close();
+/** Opens a page with its arm, and notes what the tests of all pages ask about it. */
+async function visit(path) {
+  const { page, wrong } = await opened(there, path);
+  if (ON_WIDE.includes(path)) await armOf(page); // what is there is walked through, nothing comes meanwhile
+  const told = await page.evaluate(() => ({
+    policy: document.querySelector('meta[http-equiv="Content-Security-Policy"]').getAttribute("content"),
+    refused: window.refused,
+    headings: document.querySelectorAll("h1").length,
+    anchors: [...document.querySelectorAll("[id]")].map(({ id }) => id),
+    links: [...document.querySelectorAll("a[href]")].map((link) => link.getAttribute("href")),
+  }));
+  seen.set(path, { ...told, wrong });
+  return { page, wrong };
+}
+
+async function visited() {
+  for (const path of pages()) if (!seen.has(path)) await visit(path);
   return seen;
+}
+
+for (const path of ON_WIDE) {
+  test(`${path} is walked through by keyboard, every stop is seen, and it is accessible wide and light`, async () => {
+    const { page, wrong } = await visit(path);
+    await assertWalked(page);
+    await page.evaluate(() => (document.activeElement.blur(), scrollTo(0, 0)));
+    await assertAccessible(page);
+    assert.deepEqual(wrong, []);
+  });
 }
 
 test("every page has a strict policy, nothing in it is refused, and nothing comes from elsewhere", async () => {
@@ -90,7 +103,7 @@ test("every page can be reached from the first one", () => {
 test("the practice page opens with less than 300 kB before the bank", async () => {
   for (const path of ["index.html", "practice.html", "examples/6-1.html"]) {
     there.server.sent.clear();
-    const { context } = await opened(there, path);
+    const { context } = await openedAnew(there, path);
     const before = [...there.server.sent].filter(([name]) => !name.startsWith("/bank/"));
     const bytes = before.reduce((sum, [, size]) => sum + size, 0);
     assert.ok(before.length >= 3, `${path}: ${before.length} files`);
@@ -103,7 +116,7 @@ test("the practice page opens with less than 300 kB before the bank", async () =
 });
 
 test("what was read works offline, the arm beside an example, too", async () => {
-  const { page, context } = await opened(there, "index.html", { ...WIDE, serviceWorkers: "allow" });
+  const { page, context } = await openedAnew(there, "index.html", { ...WIDE, serviceWorkers: "allow" });
   await page.evaluate(() => navigator.serviceWorker.ready);
   await context.setOffline(true);
   for (const path of ["examples/6-1.html", "docs/students.html", "arms.html"]) {
@@ -116,7 +129,7 @@ test("what was read works offline, the arm beside an example, too", async () => 
 });
 
 test("the arm beside an example moves by keyboard", async () => {
-  const { page, context, wrong } = await opened(there, "examples/6-1.html");
+  const { page, wrong } = await opened(there, "examples/6-1.html");
   const slider = page.locator('.live input[type="range"]').first();
   await slider.waitFor();
   const numbers = page.locator(".live .arm-figures").first();
@@ -128,14 +141,12 @@ test("the arm beside an example moves by keyboard", async () => {
     before,
   );
   assert.deepEqual(wrong, []);
-  await context.close();
 });
 
 test("the gallery leads to practice with the arm chosen", async () => {
-  const { page, context } = await opened(there, "arms.html");
+  const { page } = await opened(there, "arms.html");
   await page.locator("#planar-2r .do a").click();
   const chosen = page.locator(".settings select").first();
   await chosen.waitFor();
   assert.equal(await chosen.inputValue(), "planar-2r");
-  await context.close();
 });

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { inChromium, opened } from "./opened.mjs";
+import { inChromium, opened, openedAnew } from "./opened.mjs";
 import { bankOf } from "./site.mjs";
 
 const there = inChromium();
@@ -33,11 +33,10 @@ const forms = {
 
 for (const [name, form] of Object.entries(forms)) {
   test(`a right Jacobian is right ${name}`, async () => {
-    const { page, context, wrong } = await ask("jacobian");
+    const { page, wrong } = await ask("jacobian");
     const { heading } = await answered(page, form(typed("jacobian")));
     assert.equal(heading, "Right");
     assert.deepEqual(wrong, []);
-    await context.close();
   });
 }
 
@@ -54,12 +53,11 @@ test("three mistakes are named", async () => {
   };
   answers["sign of all"] = `[[${negated(top)}], [${negated(bottom)}]]`;
   for (const [name, shown] of Object.entries(wrong)) {
-    const { page, context } = await ask("jacobian");
+    const { page } = await ask("jacobian");
     const { heading, text: told } = await answered(page, answers[name]);
     assert.notEqual(heading, "Right", name);
     assert.match(told, /It looks like this/, `${name}: ${told}`);
     assert.match(told, shown, name);
-    await context.close();
   }
 });
 
@@ -87,19 +85,17 @@ const negated = (row) =>
     .join(", ");
 
 test("singular configurations are judged by the arm itself", async () => {
-  const { page, context } = await ask("singular-angles");
+  const { page } = await ask("singular-angles");
   const { heading } = await answered(page, typed("singular-angles"));
   assert.equal(heading, "Right");
-  await context.close();
   const other = await ask("singular-angles");
   const { heading: wrong, text } = await answered(other.page, "theta1 = 0");
   assert.equal(wrong, "Not right");
   assert.match(text, /theta1 = 0/);
-  await other.context.close();
 });
 
 test("hints come one by one, then the solution; progress is kept over a reload", async () => {
-  const { page, context } = await ask("determinant");
+  const { page } = await ask("determinant");
   await answered(page, "0");
   for (const number of [1, 2, 3]) await page.getByRole("button", { name: `Show hint ${number}` }).click();
   assert.equal(await page.locator(".hint").count(), 3);
@@ -108,11 +104,10 @@ test("hints come one by one, then the solution; progress is kept over a reload",
   await page.reload();
   await page.getByText("Your progress").click();
   await page.getByText("0 right of 1 tried").waitFor();
-  await context.close();
 });
 
 test("the arm moves by keyboard, and its numbers follow", async () => {
-  const { page, context, wrong } = await ask("position");
+  const { page, wrong } = await ask("position");
   await page.locator("#arm").scrollIntoViewIfNeeded();
   const slider = page.locator('input[type="range"]').first();
   await slider.waitFor();
@@ -121,11 +116,10 @@ test("the arm moves by keyboard, and its numbers follow", async () => {
   for (let i = 0; i < 5; i += 1) await page.keyboard.press("ArrowRight");
   await page.waitForFunction((old) => document.querySelector("#arm")?.innerText !== old, before);
   assert.deepEqual(wrong, []);
-  await context.close();
 });
 
 test("the arm goes to the pose in which a wrong answer differs, once the verdict is there", async () => {
-  const { page, context, wrong } = await ask("position");
+  const { page, wrong } = await ask("position");
   await answered(page, "[a1*cos(theta1), a1*sin(theta1)]");
   await page.locator(".verdict a[href='#arm']").click();
   const told = await page.locator(".verdict").innerText();
@@ -135,7 +129,6 @@ test("the arm goes to the pose in which a wrong answer differs, once the verdict
   const turned = Number(await field.inputValue()) - due;
   assert.ok(Math.abs(turned - 360 * Math.round(turned / 360)) < 0.1, `${turned} degrees off`);
   assert.deepEqual(wrong, []);
-  await context.close();
 });
 
 test("where the arm or typesetting can't be loaded, the page says so or shows LaTeX, and grades all the same", async () => {
@@ -157,7 +150,7 @@ test("where the arm or typesetting can't be loaded, the page says so or shows La
 });
 
 test("a choice is made and checked by keyboard alone", async () => {
-  const { page, context } = await ask("singularity-type");
+  const { page } = await ask("singularity-type");
   await page.locator('input[type="radio"]').first().waitFor();
   for (let i = 0; i < 60; i += 1) {
     await page.keyboard.press("Tab");
@@ -166,11 +159,10 @@ test("a choice is made and checked by keyboard alone", async () => {
   await page.keyboard.press("Space");
   await page.keyboard.press("Enter");
   await page.locator(".verdict").waitFor();
-  await context.close();
 });
 
 test("another language is chosen and stays, with its decimal comma", async () => {
-  const { page, context, wrong } = await ask("jacobian");
+  const { page, wrong } = await ask("jacobian");
   await page.getByLabel("Language").selectOption("de");
   await page.getByText("Den Arm bewegen").waitFor();
   await page.getByRole("link", { name: "Üben" }).waitFor();
@@ -179,11 +171,10 @@ test("another language is chosen and stays, with its decimal comma", async () =>
   await page.getByRole("button", { name: "Prüfen" }).click();
   assert.match(await page.locator(".verdict").innerText(), /richtig wäre -?\d+,\d/);
   assert.deepEqual(wrong, []);
-  await context.close();
 });
 
 test("an answer is typed as mathematics", async () => {
-  const { page, context, wrong } = await ask("determinant");
+  const { page, wrong } = await ask("determinant");
   await page.getByRole("button", { name: "Mathematics keyboard" }).click();
   const field = page.locator("math-field");
   await field.waitFor();
@@ -196,11 +187,10 @@ test("an answer is typed as mathematics", async () => {
   await page.locator(".verdict").waitFor();
   assert.doesNotMatch(await page.locator(".verdict").innerText(), /can't be read/);
   assert.deepEqual(wrong, []);
-  await context.close();
 });
 
 test("signs are put where the cursor is, as text and as mathematics; what was typed stays in the other field", async () => {
-  const { page, context, wrong } = await ask("determinant");
+  const { page, wrong } = await ask("determinant");
   const field = page.getByLabel("Your answer");
   await field.fill("2*+1");
   await field.evaluate((input) => input.setSelectionRange(2, 2));
@@ -216,11 +206,10 @@ test("signs are put where the cursor is, as text and as mathematics; what was ty
   await page.getByRole("button", { name: "Plain text" }).click();
   assert.match(await page.getByLabel("Your answer").inputValue(), /theta_.?2/);
   assert.deepEqual(wrong, []);
-  await context.close();
 });
 
 test("a matrix typed as text is there by entry, and is right as mathematics", async () => {
-  const { page, context, wrong } = await ask("jacobian");
+  const { page, wrong } = await ask("jacobian");
   await page.getByRole("button", { name: "Type it as text" }).click();
   await page.getByLabel("Your answer").fill(typed("jacobian"));
   await page.getByRole("button", { name: "Type it by entry" }).click();
@@ -230,11 +219,10 @@ test("a matrix typed as text is there by entry, and is right as mathematics", as
   await page.getByRole("button", { name: "Check" }).click();
   assert.equal(await page.locator(".verdict h3").innerText(), "Right");
   assert.deepEqual(wrong, []);
-  await context.close();
 });
 
 test("a problem is told in German: its texts, a hint, the mistake behind an answer, what can't be read", async () => {
-  const { page, context, wrong } = await ask("determinant");
+  const { page, wrong } = await ask("determinant");
   await page.getByLabel("Language").selectOption("de");
   await page.getByRole("heading", { name: "Üben" }).waitFor();
   await page.getByText("Beschreibungen der Zeichnungen sind auf Englisch.").waitFor();
@@ -264,11 +252,10 @@ test("a problem is told in German: its texts, a hint, the mistake behind an answ
     .getByText(/erwartet wird „\)“, gefunden wurde das Ende/)
     .waitFor();
   assert.deepEqual(wrong, []);
-  await context.close();
 });
 
 test("where there is no translation a problem is in English, marked as such", async () => {
-  const { page, context } = await ask("determinant");
+  const { page, context } = await openedAnew(there, "practice.html?arm=planar-2r&question=determinant");
   await context.route(/\/bank\/.*\.de\.json$/, (route) => route.fulfill({ status: 404 }));
   await page.getByLabel("Language").selectOption("de");
   await page.getByText("Die Texte dieser Aufgabe sind auf Englisch.").waitFor();
@@ -279,16 +266,15 @@ test("where there is no translation a problem is in English, marked as such", as
 });
 
 test("the next problem begins at its beginning, for keyboards, too", async () => {
-  const { page, context } = await open("practice.html?arm=planar-2r&set=a");
+  const { page } = await open("practice.html?arm=planar-2r&set=a");
   await page.getByText(/^Problem 1 of \d+ of the set$/).waitFor();
   await page.getByRole("button", { name: "Skip" }).click();
   await page.getByText(/^Problem 2 of \d+ of the set$/).waitFor();
   await page.waitForFunction(() => document.activeElement?.matches("article.task"));
-  await context.close();
 });
 
 test("a sheet is printed without the page's controls, with a key on its last page", async () => {
-  const { page, context, wrong } = await open("practice.html?arm=planar-2r&set=a&sheet=3&key=1", {
+  const { page, wrong } = await open("practice.html?arm=planar-2r&set=a&sheet=3&key=1", {
     colorScheme: "dark",
   });
   await page.locator(".sheet-key li").nth(2).waitFor();
@@ -306,11 +292,10 @@ test("a sheet is printed without the page's controls, with a key on its last pag
   await page.getByLabel("with a key on a page of its own").uncheck();
   await page.locator(".sheet-key").waitFor({ state: "detached" });
   assert.deepEqual(wrong, []);
-  await context.close();
 });
 
 test("it works offline after the first visit", async () => {
-  const { page, context } = await open("practice.html?arm=planar-2r&question=position", {
+  const { page, context } = await openedAnew(there, "practice.html?arm=planar-2r&question=position", {
     serviceWorkers: "allow",
   });
   await page.evaluate(() => navigator.serviceWorker.ready);

@@ -5,7 +5,6 @@ import { createServer } from "node:http";
 import { tmpdir } from "node:os";
 import { extname, join, normalize } from "node:path";
 import { gzipSync } from "node:zlib";
-import { chromium } from "playwright-core";
 
 const TYPES = {
   ".html": "text/html",
@@ -45,15 +44,17 @@ export function builtSite() {
   return { folder, remove: () => rmSync(folder, { recursive: true, force: true }) };
 }
 
-/** Serves a folder on this machine, text compressed with gzip; `sent` counts the bytes of bodies by path. */
+/** Serves a folder on this machine, text compressed with gzip, once; `sent` counts the bytes of bodies by path. */
 export async function served(folder) {
   const sent = new Map();
+  const bodies = new Map();
   const server = createServer((request, answer) => {
     const path = normalize(decodeURIComponent(new URL(request.url, "http://x").pathname));
     const file = join(folder, path.endsWith("/") ? `${path}index.html` : path);
     if (!file.startsWith(folder) || !existsSync(file) || statSync(file).isDirectory())
       return void answer.writeHead(404).end();
-    const body = gzipSync(readFileSync(file));
+    const body = bodies.get(file) ?? gzipSync(readFileSync(file));
+    bodies.set(file, body);
     sent.set(path, body.length);
     answer
       .writeHead(200, {
@@ -72,4 +73,16 @@ export async function served(folder) {
   return { root: `http://127.0.0.1:${server.address().port}`, sent, close };
 }
 
-export const launched = () => chromium.launch({ executablePath: CHROMIUM, args: ARGUMENTS });
+const AS = { executablePath: CHROMIUM, args: ARGUMENTS };
+
+/** The browser that CHROMIUM_AT tells the address of, or one of one's own. */
+export async function launched() {
+  const { chromium } = await import("playwright-core");
+  return process.env.CHROMIUM_AT ? chromium.connect(process.env.CHROMIUM_AT) : chromium.launch(AS);
+}
+
+/** A browser that other processes use by its address: `wsEndpoint()`. */
+export async function shared() {
+  const { chromium } = await import("playwright-core");
+  return chromium.launchServer(AS);
+}

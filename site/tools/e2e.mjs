@@ -1,4 +1,7 @@
-// Runs the tests in the browser: the site is built once for all of them, and two files are at work at a time.
+// Runs the tests in the browser: the site is built once for all of them, one Chromium serves them, and two files are at
+// work at a time.
+//
+// QDOT_SUITE=whole looks at more pages.
 //
 //     QDOT=../.venv/bin/qdot npm run e2e        # or SITE=folder of a built site
 import { spawn } from "node:child_process";
@@ -6,28 +9,38 @@ import { readdirSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 
-import { builtSite } from "./browser.mjs";
+import { LEFT } from "../e2e/kinds.mjs";
+import { builtSite, CHROMIUM, shared } from "./browser.mjs";
 
 /** On two cores a second file runs while the first waits for its page; more only wait for each other. */
 const AT_ONCE = 2;
 
+if (!CHROMIUM) {
+  console.error("no Chromium: the site's pages are not tried in a browser (apt-get install chromium)");
+  process.exit(process.env.CI ? 1 : 0);
+}
 const folder = join(dirname(fileURLToPath(import.meta.url)), "../e2e");
 const wanted = process.argv.slice(2);
 const files = readdirSync(folder).filter((name) => name.endsWith(".test.mjs"));
 const chosen = wanted.length ? files.filter((name) => wanted.some((part) => name.includes(part))) : files;
 const site = builtSite();
+const browser = await shared();
 const tests = spawn(
   process.execPath,
   [
     "--experimental-websocket",
     "--test",
+    "--test-reporter=spec",
     `--test-concurrency=${AT_ONCE}`,
     ...chosen.map((name) => join(folder, name)),
   ],
-  { stdio: "inherit", env: { ...process.env, SITE: site.folder } },
+  { stdio: "inherit", env: { ...process.env, SITE: site.folder, CHROMIUM_AT: browser.wsEndpoint() } },
 );
 for (const signal of ["SIGINT", "SIGTERM"]) process.on(signal, () => tests.kill(signal));
-tests.on("exit", (code) => {
+tests.on("exit", async (code) => {
+  await browser.close();
   site.remove();
+  if (LEFT && !wanted.length)
+    console.log(`${LEFT} pages in the browser are left out: \`make whole\` looks at them`);
   process.exit(code ?? 1);
 });

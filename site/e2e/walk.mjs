@@ -1,0 +1,49 @@
+// A page walked through by the Tab key alone.
+import assert from "node:assert/strict";
+
+/** Asserts that the first stop leads to the content, that every stop is in sight with its ring, and that all are met. */
+export async function assertWalked(page) {
+  await page.evaluate(() => scrollTo(0, 0));
+  await page.keyboard.press("Tab");
+  assert.equal(await page.evaluate(() => document.activeElement.className), "skip", "the way to the content");
+  await page.keyboard.press("Enter");
+  assert.equal(await page.evaluate(() => document.activeElement.id), "main");
+  await page.evaluate(() => document.activeElement.blur());
+  const expected = await page.evaluate(stops);
+  const met = [];
+  for (let i = 0; i < expected + 50; i += 1) {
+    await page.keyboard.press("Tab");
+    const stop = await page.evaluate(focused);
+    if (stop === null) break;
+    met.push(stop);
+    if (stop.last) break;
+  }
+  assert.deepEqual(
+    met.filter(({ seen }) => !seen).map(({ html }) => html),
+    [],
+    "stops that show no focus",
+  );
+  assert.ok(met.at(-1)?.last, `the walk ends before the end of the page: ${met.at(-1)?.html}`);
+}
+
+/** How many things on the page can be focused. */
+function stops() {
+  return document.querySelectorAll("a[href], button, input, select, textarea, summary, [tabindex]").length;
+}
+
+/** Where the focus is: whether it shows, whether it is at the page's last link; null outside of the page. */
+export function focused() {
+  const element = document.activeElement;
+  if (!element || element === document.body) return null;
+  const style = getComputedStyle(element);
+  const box = element.getBoundingClientRect();
+  const ringed = style.outlineStyle !== "none" && parseFloat(style.outlineWidth) >= 2;
+  const inside = box.bottom > 0 && box.top < innerHeight && box.right > 0 && box.left < innerWidth;
+  const all = document.querySelectorAll("footer a[href]");
+  return {
+    html: element.outerHTML.slice(0, 160),
+    inside,
+    seen: (ringed || getComputedStyle(element, ":focus").boxShadow !== "none") && inside,
+    last: element === all[all.length - 1],
+  };
+}
