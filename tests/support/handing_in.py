@@ -1,16 +1,20 @@
 """A class that hands in: an assignment of three parts, right notebooks made by hand, and everybody graded."""
 
+import atexit
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 from exercises.assignment import Assignment, Student, load_assignment
 from exercises.problem import variable
 from exercises.release import init_assignment
 from exercises.writing.answer_code import answer_code
 from grader.batch import grade_class
-from grader.sandbox import Limits
+from grader.sandbox import Limits, Sandbox
 from grader.submission import Looked, find_submissions, opened
 
 TOML = """title = "T"
@@ -30,6 +34,25 @@ def a_class(folder: Path, students: Sequence[Student]) -> Assignment:
     init_assignment(folder, "T", "hw", students, secret="0123456789abcdef")
     (folder / "assignment.toml").write_text(TOML)
     return load_assignment(folder)
+
+
+def uncertified(assignment: Assignment, *_: object) -> str:
+    """Stand for a certificate where nobody reads it: to prove the problems takes ten times as long as all else."""
+    return json.dumps({"edition": assignment.edition})
+
+
+@contextmanager
+def one_sandbox() -> Iterator[None]:
+    """Have what is graded in this process run in one sandbox, kept open: to start one takes longer than a notebook."""
+    with patch("grader.batch.Sandbox", _sandbox), patch("grader.batch._Desk.close", lambda _: None):
+        yield
+
+
+@cache
+def _sandbox(limits: Limits, strict: bool) -> Sandbox:
+    made = Sandbox(limits, strict=strict)
+    atexit.register(made.close)
+    return made
 
 
 def code(source: str, part: str | None = None) -> dict[str, Any]:
@@ -77,9 +100,9 @@ def grade(
     assignment: Assignment, submissions: Path | None = None, seconds: float = 20
 ) -> tuple[dict[str, Result], Looked]:
     """Return everybody's result, and what was found."""
-    with opened(submissions or assignment.folder / "submitted") as root:
+    with opened(submissions or assignment.folder / "submitted") as root, one_sandbox():
         looked = find_submissions(assignment, root)
-        results = grade_class(assignment, looked.found, 1, Limits(seconds=seconds, cell_seconds=4), lambda _: None)
+        results = grade_class(assignment, looked.found, 0, Limits(seconds=seconds, cell_seconds=4), lambda _: None)
     return {result["student"]: result for result in results}, looked
 
 

@@ -98,8 +98,6 @@ def test_a_cell_that_raises_costs_itself_only(sandbox: Sandbox) -> None:
 @pytest.mark.parametrize(
     ("cell", "said"),
     [
-        ("while True: pass", "longer than"),
-        ("import time; time.sleep(60)", "longer than"),
         ("def f(): f()\nf()", "RecursionError"),
         ("x = [0] * 10**11", "MemoryError"),
         ("exit()", "exit"),

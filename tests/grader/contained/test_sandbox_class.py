@@ -14,7 +14,6 @@ from exercises.assignment import Assignment, load_assignment
 from exercises.console import printable
 from exercises.release import init_assignment, release
 from grader.batch import grade_class
-from grader.certify import certificate_text
 from grader.cli import app
 from grader.demo import answered
 from grader.reports.feedback import feedback_page
@@ -22,6 +21,7 @@ from grader.reports.tables import grades_csv, results_jsonl
 from grader.reports.write import write_reports
 from grader.sandbox import Limits
 from grader.submission import find_submissions
+from tests.support.handing_in import uncertified
 
 TOML = 'title = "T"\nkey = "hw"\n[[problem]]\nfamily = "planar-2r"\nquestions = ["position", "determinant"]\n'
 HONEST = [f"s{i:02d}" for i in (1, 8, 15, 22, 30)]
@@ -61,7 +61,7 @@ def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     init_assignment(folder, "T", "hw", secret="CANARY0123456789abcdef")
     (folder / "assignment.toml").write_text(TOML)
     (folder / "roster.csv").write_text("student,name\n" + "".join(f"{s},\u202e\x1b[2J {s}\n" for s in STUDENTS))
-    release(load_assignment(folder), certificate_text, 2, lambda _: None)
+    release(load_assignment(folder), uncertified, 0, lambda _: None)
     return load_assignment(folder)
 
 

@@ -21,6 +21,7 @@ import pytest
 
 from grader.guarantees import KERNEL, MISSING, PROMISES, PYTHON, Findings, probe
 from grader.sandbox import Limits, Run, Sandbox
+from tests.support.suites import several
 
 pytestmark = pytest.mark.xdist_group("hostile")  # each sandbox is tried once
 
@@ -35,6 +36,9 @@ VARIANTS = {
     "namespaces only": {"watch", "landlock", "seccomp"},
     "rlimits only": {"watch", "namespaces", "landlock", "seccomp"},
 }
+
+WITHOUT_ONE = ("no Landlock", "no seccomp")
+"""Left to `make whole`: what is left in them is tried by itself, or beside one other measure, in the others."""
 
 
 def hook_only() -> set[str]:
@@ -116,7 +120,8 @@ def idle_of(sandbox: Sandbox) -> set[int]:
 
 def attacked(sandbox: Sandbox, cell: str) -> Run:
     """Run an attack between two answers, then an honest notebook; see that nothing is left of the attack."""
-    assert sandbox.run(["import os"], []).end == "done"
+    if not running(sandbox):
+        assert sandbox.run(["import os"], []).end == "done"
     idle = idle_of(sandbox)
     run = sandbox.run(["import os\na = 1", cell, "b = 2"], NAMES)
     assert "CANARY" not in repr(run)
@@ -191,8 +196,9 @@ ENDS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ENDS)
+@pytest.mark.parametrize("name", several([name for name in ENDS if "signals ignored" not in name], list(ENDS)))
 def test_an_attack_that_ends_the_notebook_keeps_the_answers_before(name: str, machine: Machine) -> None:
+    """What ignores signals is in `make test`, too: in test_sandbox.py."""
     cell, ends = ENDS[name]
     run = attacked(sandbox_of(), cell)
     assert run.end in ends, run
@@ -277,9 +283,10 @@ def test_nothing_of_another_student_is_in_the_memory_that_a_notebook_starts_with
         assert found.answers == {"b": "0", "c": "0"}, found
         for pid in idle_of(sandbox):
             with contextlib.suppress(PermissionError):  # an ordinary user may not look
-                memory = memory_of(pid)
-                assert b"LONGEST_REPORT" in memory or b"die_with_parent" in memory
-                assert marker.encode() not in memory
+                known = (b"LONGEST_REPORT", b"die_with_parent", marker.encode())
+                seen = {word for region in memory_of(pid) for word in known if word in region}
+                assert seen & set(known[:2])
+                assert marker.encode() not in seen
 
 
 def test_a_process_that_dies_while_it_waits_for_a_notebook_costs_nobody_an_answer() -> None:
@@ -305,9 +312,8 @@ def test_a_process_that_can_not_be_made_ahead_costs_nobody_an_answer() -> None:
         assert runs[-1].answers == {"h": "2*sin(x)*cos(x)"}
 
 
-def memory_of(pid: int) -> bytes:
-    """The writable memory of a process, where this one may read it."""
-    found = b""
+def memory_of(pid: int) -> Iterator[bytes]:
+    """The regions of a process's writable memory, where this one may read it."""
     with Path(f"/proc/{pid}/mem").open("rb", 0) as memory:
         for line in Path(f"/proc/{pid}/maps").read_text().splitlines():
             span, rights, *_ = line.split()
@@ -315,8 +321,7 @@ def memory_of(pid: int) -> bytes:
             if rights.startswith("rw") and "[v" not in line:
                 with contextlib.suppress(OSError, OverflowError):
                     memory.seek(first)
-                    found += memory.read(end - first)
-    return found
+                    yield memory.read(end - first)
 
 
 # --- attacks past the audit hook, on what is left of the measures ---
@@ -370,7 +375,7 @@ def native(machine: Machine) -> dict[str, tuple[str, str]]:
     }
 
 
-@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("variant", several([name for name in VARIANTS if name not in WITHOUT_ONE], list(VARIANTS)))
 def test_what_the_kernel_guarantees_holds_without_the_hook(variant: str, machine: Machine) -> None:
     without = frozenset(VARIANTS[variant])
     by = {guarantee.name: guarantee.by for guarantee in findings_of(without).guarantees}

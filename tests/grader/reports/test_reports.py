@@ -13,12 +13,13 @@ from markdown_it import MarkdownIt
 
 from exercises.assignment import Assignment, Student
 from exercises.errors import QdotError
+from grader.attempt import ungraded as nothing_graded
 from grader.reports.classroom50 import of_environment, shared_out
 from grader.reports.formats import FORMATS
 from grader.reports.github import LARGEST_SUMMARY, annotations, summary
 from grader.reports.gradescope import results_json
 from grader.reports.junit import junit_xml
-from grader.settle import Result
+from grader.settle import Graded, Result, settle
 from tests.support.command import fails, run
 from tests.support.handing_in import Cells, a_class, code, grade, hand_in, right
 
@@ -167,7 +168,7 @@ def test_every_part_is_a_test_of_pytest(assignment: Assignment, pytester: pytest
     """Results come from graded/.cache where the tests before have graded already."""
     pytester.makepyfile("def test_of_the_course(): pass")
     given = ("--qdot", str(assignment.folder), "-p", "no:randomly")
-    done = pytester.runpytest_subprocess(*given, "-rf")
+    done = pytester.runpytest_inprocess(*given, "-rf")
     done.assert_outcomes(passed=1 + 3 + 1, failed=2 + 3)
     done.stdout.fnmatch_lines(["*bo::p1.jacobian*", "Jacobian by differentiation: * of 2 points, partial"])
     done.stdout.no_fnmatch_line("*Traceback*")
@@ -177,28 +178,22 @@ def test_every_part_is_a_test_of_pytest(assignment: Assignment, pytester: pytest
 
 
 def test_what_qdot_fails_on_is_an_error_and_a_wrong_folder_a_line(
-    assignment: Assignment, pytester: pytest.Pytester
+    assignment: Assignment, pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytester.makeconftest(
-        """
-        from grader import single
-        from grader.attempt import ungraded
-        from grader.settle import Graded, settle
+    def fails(assignment: Assignment, student: Student, *_: object) -> Result:
+        return settle(
+            assignment, student, [Graded(marked=nothing_graded(assignment, student.id, None, "no memory"))], {}
+        )
 
-        def fails(assignment, student, found, limits):
-            return settle(assignment, student, [Graded(marked=ungraded(assignment, student.id, None, "no memory"))], {})
-
-        single.grade_one = fails
-        """
-    )
-    done = pytester.runpytest_subprocess("--qdot", str(assignment.folder), "-k", "cy")
+    monkeypatch.setattr("grader.single.grade_one", fails)
+    done = pytester.runpytest_inprocess("--qdot", str(assignment.folder), "-k", "cy")
     done.assert_outcomes(errors=3)
     done.stdout.fnmatch_lines(["*qdot itself failed on this notebook (no memory)*"])
-    wrong = pytester.runpytest_subprocess("--qdot", str(pytester.path / "nowhere"))
+    wrong = pytester.runpytest_inprocess("--qdot", str(pytester.path / "nowhere"))
     assert wrong.ret == pytest.ExitCode.USAGE_ERROR
     wrong.stderr.fnmatch_lines(["*there is no assignment.toml in it"])
     broken = pytester.mkdir("broken")
     (broken / "assignment.toml").write_text("title = 1\n")
-    told = pytester.runpytest_subprocess("--qdot", str(broken))
+    told = pytester.runpytest_inprocess("--qdot", str(broken))
     told.assert_outcomes(errors=1)
     told.stdout.no_fnmatch_line("*Traceback*")
