@@ -1,0 +1,13 @@
+"""How many terms a result has, by which a question is refused that would be too long by hand."""
+
+import pytest
+
+from exercises.arm.derivation import structure
+from exercises.generate import sample_chain
+from exercises.problem import ProblemId
+from exercises.questions.transforms import _last_pose, _terms
+
+
+@pytest.mark.parametrize(("family", "terms"), [("planar-2r", 11), ("cartesian", 6)])
+def test_zeros_and_ones_are_no_terms_of_a_transform(family: str, terms: int) -> None:
+    assert _terms(structure(sample_chain(ProblemId(family, 0))).chain, _last_pose) == terms
