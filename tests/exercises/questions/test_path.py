@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import islice
 from math import acos, atan2, cos, hypot, sin
 from typing import Any
 
@@ -12,7 +13,7 @@ from exercises.arm.chain import Chain
 from exercises.arm.path import Line
 from exercises.arm.precise import PRECISE
 from exercises.families import FAMILIES
-from exercises.generate import sample_chain
+from exercises.generate import questions_of, sample_chain
 from exercises.problem import Number, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.path import Seam
@@ -22,7 +23,7 @@ from exercises.writing.worked import three_digits
 from grader.certify import failures_of
 from grader.judge import judge_numbers
 from tests.support.problems import asked
-from tests.support.suites import several
+from tests.support.suites import families_for, several
 
 pytestmark = pytest.mark.xdist_group("path")  # the problems of all arms are made once
 
@@ -30,10 +31,13 @@ NAMES = ("path-rates", "path-limit")
 TEXTBOOK = ("planar_2R", "planar_RP", "planar_PR", "spherical_RRP", "elbow_RRR", "orthogonal_3R")
 
 
+ASKED = families_for("path", [family for family in FAMILIES if set(NAMES) & set(questions_of(family))])
+
+
 def arms(name: str, textbook_arms: dict[str, Any]) -> Iterator[Chain]:
     yield from (textbook_arms[arm].chain for arm in TEXTBOOK)
-    for family in FAMILIES.values():
-        chain = sample_chain(ProblemId(family.name, 1)) if not family.varied else None
+    for family in ASKED:
+        chain = sample_chain(ProblemId(family, 1)) if not FAMILIES[family].varied else None
         if chain is not None and QUESTIONS[name].refusal(chain) is None:
             yield chain
 
@@ -121,13 +125,14 @@ def test_references_pass_everything(name: str, textbook_arms: dict[str, Any], se
     for chain in arms(name, textbook_arms):
         for seed in seeds[: several(1, 2)]:
             problem = asked(name, chain, seed)
-            assert certify(problem).passed, (chain.name, seed, certify(problem).failures)
-            assert not failures_of(problem)
+            certificate = certify(problem)
+            assert certificate.passed, (chain.name, seed, certificate.failures)
+            assert not failures_of(problem, certificate)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_wrong_numbers_are_found(name: str, textbook_arms: dict[str, Any]) -> None:
-    for chain in arms(name, textbook_arms):
+    for chain in islice(arms(name, textbook_arms), 0, None, several(3, 1)):
         problem = asked(name, chain)
         (part,) = problem.parts
         assert isinstance(part.answer, Number)
