@@ -49,6 +49,15 @@ for line in sys.stdin:
 """
 
 
+FOUND_ELSEWHERE = several(("planar-2r", "planar-3r", "wrist-zyz", "random-3"), tuple(FAMILIES))
+"""Families generated in another process; snapshots, which other processes wrote, hold all of them in `make test`."""
+FOUND_WITH_LARGE_SEEDS = several(("planar-2r", "random-3"), (*CHAPTER, "scara", "puma-560", "random-3"))
+ASKED_ALONE = several(("planar-2r", "planar-3r", "polar-rp", "wrist-zyz", "stanford-6r"), tuple(FIXED))
+"""In `make test`, families that can be asked every question between them."""
+ASKED_OF_A_CLASS = several(("planar-2r", "polar-rp", "cylindrical"),
+                           (*CHAPTER, "elbow", "spherical-offset", "cylindrical"))  # fmt: skip
+
+
 @pytest.fixture(scope="session")
 def elsewhere() -> Iterator[Callable[[str, int], list[object]]]:
     """Return what fingerprint and digests a problem has in another process, with other hashes and other arithmetic.
@@ -71,6 +80,7 @@ def elsewhere() -> Iterator[Callable[[str, int], list[object]]]:
         ask.close()
 
 
+@of_families(FOUND_ELSEWHERE)
 def test_an_id_gives_the_same_problem_in_another_process_and_on_another_machine(
     family: str, drawn: Callable[[str, int], Problem], elsewhere: Callable[[str, int], list[object]]
 ) -> None:
@@ -80,14 +90,14 @@ def test_an_id_gives_the_same_problem_in_another_process_and_on_another_machine(
     assert made == fingerprint(problem)
 
 
-@of_families([*CHAPTER, "scara", "puma-560", "random-3"])
+@of_families(FOUND_WITH_LARGE_SEEDS)
 def test_a_large_seed_gives_the_same_problem_in_another_process(
     family: str, elsewhere: Callable[[str, int], list[object]]
 ) -> None:
     assert elsewhere(family, 1 << 62)[0] == fingerprint(generate(ProblemId(family, 1 << 62)))
 
 
-@of_families(FIXED)
+@of_families(ASKED_ALONE)
 def test_a_part_is_the_same_whatever_else_is_asked(
     family: str, seeds: range, drawn: Callable[[str, int], Problem]
 ) -> None:
@@ -102,6 +112,10 @@ def test_a_part_is_the_same_whatever_else_is_asked(
             assert alone.needs == ()
         backwards = generate(ProblemId(family, seed, tuple(reversed(whole))))
         assert {part.name: asked(part) for part in backwards.parts} == whole
+
+
+def test_between_them_some_families_are_asked_every_question() -> None:
+    assert set().union(*map(questions_of, ASKED_ALONE)) == set(QUESTIONS)
 
 
 @of_families(FIXED)
@@ -196,7 +210,7 @@ def test_a_students_problem_depends_on_that_student_and_the_secret_alone() -> No
     assert student_problem_id(SECRET, "a", "p1", "planar-2r", ["position"]).questions == ("position",)
 
 
-@of_families([*CHAPTER, "elbow", "spherical-offset", "cylindrical"])
+@of_families(ASKED_OF_A_CLASS)
 def test_a_class_has_different_answers(family: str) -> None:
     """No two students share all answers; each question has many answers; the right option has any letter.
 
