@@ -5,6 +5,7 @@ import copy
 import io
 import json
 import re
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -17,7 +18,7 @@ from exercises.generate import questions_of
 from exercises.notebook import notebook_text, solution_notebook, student_notebook
 from exercises.problem import Choice, ConditionSet, Direction, Expression, Matrix, Number, Part, Problem, variable
 from exercises.writing.answer_code import answer_code, placeholder_code
-from tests.support.problems import drawn
+from tests.support.problems import drawn, parts_in_turn
 from tests.support.suites import of_families
 
 TITLE = "Velocity kinematics"
@@ -26,8 +27,14 @@ Slotted = list[tuple[str, Problem]]
 
 @cache
 def _problems(family: str) -> Slotted:
+    """Return the first problem of a family and another one, with their parts in turn and those that are checked."""
     beside = "cartesian" if family == "pan-tilt" else "pan-tilt"
-    return [("p1", drawn(family, 0)), ("p2", drawn(beside, 0))]
+    return [("p1", _in_turn(drawn(family, 0))), ("p2", _in_turn(drawn(beside, 0)))]
+
+
+def _in_turn(problem: Problem) -> Problem:
+    names = {"position", "jacobian", *(part.name for part in parts_in_turn(problem))}
+    return replace(problem, parts=tuple(part for part in problem.parts if part.name in names))
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from exercises.problem import Answer, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.stream import Stream
 from tests.support.kept import kept
-from tests.support.suites import several
+from tests.support.suites import SHAPES, WHOLE, several
 
 LONG_ARMS = tuple(name for name in FAMILIES if name.endswith(("-6r", "-7r", "-560")))
 """Families of six and seven joints, whose problems take ten times as long as others."""
@@ -85,6 +85,29 @@ def some_parts(problem: Problem) -> list[Part]:
     each = several(6, 3) if problem.id.family in LONG_ARMS else 3
     first = (list(FAMILIES).index(problem.id.family) + problem.id.seed) % each
     return [part for i, part in enumerate(problem.parts) if i % each == first or part.name in seldom_asked()]
+
+
+@cache
+def _turns() -> dict[str, frozenset[str]]:
+    """Give every question to two of the families that every sweep takes, to those with the fewest so far."""
+    given: dict[str, list[str]] = {family: [] for family in SHAPES.values()}
+    rarest = sorted(QUESTIONS, key=lambda name: sum(name in questions_of(family) for family in given))
+    for name in rarest:
+        can = [family for family in given if name in questions_of(family) and not FAMILIES[family].varied]
+        for family in sorted(can, key=lambda family: len(given[family]) * (3 if family in LONG_ARMS else 1))[:2]:
+            given[family].append(name)
+    return {family: frozenset(names) for family, names in given.items()}
+
+
+def parts_in_turn(problem: Problem) -> list[Part]:
+    """Return the parts that a sweep looks at where each takes long; in `make whole` all of them.
+
+    In `make test` every question is among those of two of the families that every sweep takes.
+    """
+    if WHOLE:
+        return list(problem.parts)
+    names = _turns().get(problem.id.family, frozenset())
+    return [part for part in problem.parts if part.name in names] or some_parts(problem)
 
 
 @dataclass(frozen=True)

@@ -2,13 +2,15 @@
 
 import re
 from collections import Counter
+from functools import cache
 
 import pytest
 
-from exercises.problem import Problem
+from exercises.problem import Problem, ProblemId
 from exercises.writing.fit import fitted, width
 from exercises.writing.markup import PAPER, SCREEN, to_html, to_latex
 from exercises.writing.statement import prompt, worked_solution
+from tests.support.problems import drawn, parts_in_turn
 
 SMALLEST = 0.8
 """The size of formulas that can't be broken enough."""
@@ -18,9 +20,11 @@ ROW = r"\begin{bmatrix} " + " & ".join(["-0.1"] * 4) + r" \end{bmatrix}"
 WIDE = rf"J = {ROW}, \qquad J J^T = {ROW}"
 
 
-def formulas(problem: Problem) -> set[str]:
-    """All formulas on lines of their own in a problem with its solution."""
-    texts = [write(problem, part) for part in problem.parts for write in (prompt, worked_solution)]
+@cache
+def formulas(identity: ProblemId) -> set[str]:
+    """Formulas on lines of their own in a problem with its solution, in `make whole` all of them."""
+    problem = drawn(identity.family, identity.seed)
+    texts = [write(problem, part) for part in parts_in_turn(problem) for write in (prompt, worked_solution)]
     return {" ".join(found.split()) for text in texts for found in DISPLAY.findall(text)}
 
 
@@ -31,7 +35,7 @@ def symbols(latex: str) -> Counter[str]:
 
 @pytest.mark.parametrize("room", [SCREEN, PAPER])
 def test_every_formula_fits(problem: Problem, room: float) -> None:
-    for latex in formulas(problem):
+    for latex in formulas(problem.id):
         shown = fitted(latex, room)
         assert width(shown) <= room / SMALLEST, shown
         assert symbols(shown) == symbols(latex)

@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -12,7 +13,9 @@ import pytest
 import sympy as sp
 
 from exercises.errors import QdotError
+from exercises.families import FAMILIES
 from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part, Problem
+from exercises.questions import QUESTIONS
 from exercises.quizzes import ASKED
 from exercises.render import template_folder
 from exercises.show import FORMATS, problem_json, show
@@ -21,14 +24,22 @@ from exercises.writing.latex import tex
 from exercises.writing.markup import to_html, to_latex, to_text
 from exercises.writing.statement import prompt, statement, worked_solution
 from exercises.writing.worked import Worked
+from tests.support.problems import parts_in_turn
+from tests.support.suites import SHAPES, of_families, several
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
+of_shapes = of_families(several([*SHAPES.values()], [*FAMILIES]))
 Draw = Callable[[str, int], Problem]
 
 
 def test_every_question_has_its_templates() -> None:
     there = {path.name.removesuffix(".md.j2") for path in (template_folder() / "questions").iterdir()}
     assert there == {question.template or name for name, question in ASKED.items()} | {"options"}
+
+
+def test_every_question_has_its_turn_in_sweeps_that_look_at_some(drawn: Draw) -> None:
+    looked_at = {part.name for family in SHAPES.values() for part in parts_in_turn(drawn(family, 0))}
+    assert looked_at == set(QUESTIONS)
 
 
 def test_prompts_ask_and_give_nothing_away(problem: Problem) -> None:
@@ -147,8 +158,10 @@ class _Balance(HTMLParser):
         assert self.open.pop() == tag
 
 
+@of_shapes
 @pytest.mark.parametrize("solution", [False, True])
 def test_pages_texts_and_documents(problem: Problem, solution: bool) -> None:
+    problem = replace(problem, parts=tuple(parts_in_turn(problem)))
     page = show(problem, solution, "html")
     checker = _Balance()
     checker.feed(page)
@@ -171,7 +184,9 @@ def test_latex_compiles(tmp_path: Path, drawn: Draw) -> None:
     assert done.returncode == 0
 
 
+@of_shapes
 def test_json_is_the_contract(problem: Problem) -> None:
+    problem = replace(problem, parts=tuple(parts_in_turn(problem)))
     plain, full = problem_json(problem, False), problem_json(problem, True, {"method": "exact"})
     assert {"id", "family", "seed", "engine", "robot", "symbols", "parts"} <= set(plain)
     assert "certificate" not in plain and full["certificate"] == {"method": "exact"}
