@@ -241,9 +241,9 @@ def one_point(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("one_point")
 def test_wrong_answers_are_accepted_as_often_as_their_degree_says() -> None:
-    """A product of 300 different linear factors has 300 zeros modulo each prime: just what the theorem allows."""
-    student = "*".join(f"(a1 - {k})" for k in range(1, 301))
-    rate, trials = sum(300 / (prime - 1) for prime in SMALL) / len(SMALL), 4000
+    """a1^720 - 1 has 720 zeros modulo each prime, as p - 1 is a multiple of 720: just what the theorem allows."""
+    student = "a1^720 - 1"
+    rate, trials = sum(720 / (prime - 1) for prime in SMALL) / len(SMALL), 4000
     found = accepted(student, trials)
     assert abs(found - rate) < 4 * (rate / trials) ** 0.5
     assert found <= predicted(student) + 4 * (rate / trials) ** 0.5
@@ -302,9 +302,8 @@ def test_every_point_but_the_first_has_a_field_of_its_own(monkeypatch: pytest.Mo
 
 @pytest.mark.usefixtures("one_point")
 def test_a_point_at_which_an_answer_is_undefined_does_not_make_it_wrong() -> None:
-    """Numerator and denominator have 300 zeros in common, which a point of a small field meets often."""
-    factors = "*".join(f"(a1 - {k})" for k in range(1, 301))
-    theirs, ours = compile_tape([read(f"a1*{factors}/({factors})")]), compile_tape([read("a1")])
+    """Numerator and denominator have 720 zeros in common, which a point of a small field meets often."""
+    theirs, ours = compile_tape([read("a1*(a1^720 - 1)/(a1^720 - 1)")]), compile_tape([read("a1")])
     found = [exact.compare(theirs, ours, {}, f"trial/{k}", small_field)[0] for k in range(300)]
     assert {one.equal for one in found} == {True}
 
