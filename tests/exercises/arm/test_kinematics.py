@@ -20,6 +20,7 @@ from exercises.formula.tape import compile_tape, evaluate
 from exercises.stream import Stream
 from exercises.verify.exponentials import exponential_jacobian
 from exercises.verify.ground import random_poses
+from tests.support.suites import several
 
 RIGHT = st.sampled_from([sp.S.Zero, sp.pi / 2, sp.pi, -sp.pi / 2])
 LENGTH = st.sampled_from([sp.S.Zero, sp.Rational(1, 2), sp.Rational(-3, 10), sp.Symbol("h")])
@@ -47,7 +48,7 @@ def values_of(matrix: sp.Matrix, chain: Chain, q: np.ndarray) -> np.ndarray:
     return found.reshape(matrix.shape)
 
 
-@settings(max_examples=60)
+@settings(max_examples=several(25, 60))
 @given(chains(), st.integers(0, 10**6))
 def test_all_routes_agree(chain: Chain, seed: int) -> None:
     q = np.random.default_rng(seed).uniform(-2, 2, chain.n)

@@ -15,10 +15,11 @@ from exercises.families.base import centimetres, standing_in_plane, turned
 from exercises.generate import applicable, questions_of, sample_chain
 from exercises.problem import ProblemId
 from exercises.stream import Stream
+from tests.support.problems import LONG_ARMS
 from tests.support.suites import of_families, several
 
 ARMS = 80
-DERIVED = several(6, ARMS)
+DERIVED = several(3, ARMS)
 """Arms of each family that are derived; what their tables say is looked at in all."""
 FIXED = [name for name, family in FAMILIES.items() if not family.varied]
 """Families whose arms are all of one kind; what random-N may differ in is tested with them."""
@@ -104,11 +105,12 @@ def test_the_point_of_interest_and_the_axes_differ(family: str) -> None:
 @pytest.mark.parametrize("family", [name for name in FAMILIES if name not in FIXED])
 def test_the_point_of_interest_differs_with_the_structure(family: str) -> None:
     """A structure without a last length has no other place for P than the last origin."""
-    held = [not sample_chain(ProblemId(family, seed)).point.is_origin for seed in range(40)]
-    assert 4 <= sum(held) <= 36
+    draws = several(16, 40)
+    held = [not sample_chain(ProblemId(family, seed)).point.is_origin for seed in range(draws)]
+    assert draws // 10 <= sum(held) <= draws - draws // 10
 
 
-@of_families(FIXED)
+@of_families(several([name for name in FIXED if name not in LONG_ARMS], FIXED))
 def test_answers_differ(family: str) -> None:
     """No Jacobian is that of more than a tenth of the class."""
     looked_at = several(20, 60)

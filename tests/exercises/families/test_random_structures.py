@@ -40,6 +40,7 @@ from exercises.questions import QUESTIONS
 from exercises.stream import Stream
 from grader.certify import failures_of
 from tests.support.problems import as_table
+from tests.support.problems import drawn as drawn_once
 from tests.support.suites import several
 
 RANDOM = ("random-2", "random-3", "random-4")
@@ -56,7 +57,7 @@ def test_the_table_holds_all_clean_structures(n: int) -> None:
     assert tuple(find_clean(n)) == clean_structures()[n]
 
 
-@pytest.mark.parametrize(("n", "each"), several([(3, 4), (4, 50)], [(4, 25)]))
+@pytest.mark.parametrize(("n", "each"), several([(3, 8)], [(4, 25)]))
 def test_the_table_holds_the_clean_ones_of_a_sample(n: int, each: int) -> None:
     known = {(structure.rows, structure.task) for structure in clean_structures()[n]}
     forms = regular_forms(n)
@@ -88,7 +89,7 @@ def drawn(chain: Chain) -> tuple[tuple[Row, ...], tuple[str, ...]]:
 
 
 def test_an_arm_is_of_the_structure_that_is_drawn_first() -> None:
-    for seed in range(several(60, 900)):
+    for seed in range(several(30, 900)):
         first = order(list(clean_classes(2)), Stream(f"reached/{seed}"))[0]
         assert drawn(FAMILIES["random-2"].sample(Stream(f"reached/{seed}"))) == (first.rows, first.task)
 
@@ -104,15 +105,18 @@ def test_every_clean_structure_of_two_joints_is_reached_and_all_classes_as_often
 
 @pytest.mark.parametrize("n", [3, 4])
 def test_numbers_are_found_for_every_class(n: int) -> None:
-    """One structure of each class: the first draw of numbers gives an arm, which is clean."""
-    for alike in clean_classes(n):
+    """One structure of each class: the first draw of numbers gives an arm, which is clean.
+
+    In `make test`, of each third class of three joints, and of each eighth of four.
+    """
+    for alike in islice(clean_classes(n), 0, None, several({3: 3, 4: 8}[n], 1)):
         chain = arm_of(alike[0], Stream("numbers"))
         assert chain is not None and is_clean(chain), alike[0]
         assert key(*drawn(chain)) == key(alike[0].rows, alike[0].task)
 
 
 def test_mirror_images_and_mountings_are_drawn() -> None:
-    chains = [FAMILIES["random-3"].sample(Stream(f"mirrored/{seed}")) for seed in range(40)]
+    chains = [FAMILIES["random-3"].sample(Stream(f"mirrored/{seed}")) for seed in range(several(24, 40))]
     assert {joint.alpha for chain in chains for joint in chain.joints} == {0, sp.pi / 2, -sp.pi / 2}
     assert {chain.base.tilt for chain in chains} == {0, sp.pi, sp.pi / 2, -sp.pi / 2}
     assert all(chain.base.position[2] == 0 for chain in chains if chain.is_planar)
@@ -165,7 +169,7 @@ def test_structures_of_a_class_lose_rank_alike(n: int) -> None:
     for rows in tables(n, True):
         regular.setdefault(key(rows), set()).add(len({key(rows, task) for task in regular_tasks(rows)}))
     assert all(len(found) == 1 for found in regular.values())
-    for alike in clean_classes(n):
+    for alike in islice(clean_classes(n), 0, None, several(2, 1)):
         assert len({conditions_of(structure) for structure in alike}) == 1, alike
 
 
@@ -192,8 +196,8 @@ def test_every_arm_is_clean_and_all_its_conditions_can_hold(family: str, seeds: 
 
 @pytest.mark.parametrize("family", RANDOM)
 def test_problems_pass_their_certificate(family: str, seeds: range) -> None:
-    for seed in seeds[: several(2, 4)]:
-        assert failures_of(generate(ProblemId(family, seed))) == []
+    for seed in seeds[: several(1, 4)]:
+        assert failures_of(drawn_once(family, seed)) == []
 
 
 @pytest.mark.parametrize("band", [(0, 0), (1, 2)])

@@ -12,12 +12,12 @@ import sympy as sp
 from exercises.arm.chain import Base, Chain, Joint, Point
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import singular_set
-from exercises.families import FAMILIES
 from exercises.figure import alt_text, arm_figure, figure_svg, fixed, singular_panel, singular_svg, thumbnail_svg
 from exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Text
 from exercises.figure.small import PANEL, Panel
 from exercises.generate import sample_chain
 from exercises.problem import ProblemId
+from tests.support.suites import families_for
 
 SVG = "{http://www.w3.org/2000/svg}"
 PI = sp.pi
@@ -83,7 +83,7 @@ ARMS = {
 
 REPORTED = ("pan-tilt/2", "elbow/1", "puma-560/3", "ur-6r/2", "random-3/3", "random-3/4")
 """Problems whose figures were once hard to read."""
-SAMPLED = (*(f"{name}/1" for name in FAMILIES), *REPORTED)
+SAMPLED = (*(f"{name}/1" for name in families_for("figures")), *REPORTED)
 
 
 @cache
