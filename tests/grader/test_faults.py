@@ -27,13 +27,13 @@ from exercises.assignment import Assignment, load_assignment
 from exercises.release import init_assignment, release
 from grader.attempt import grade_attempt, is_graded, read_attempts
 from grader.batch import grade_class
-from grader.certify import certificate_text
 from grader.cli import app
 from grader.copies import Copies
 from grader.demo import answered
 from grader.reports.tables import status
 from grader.sandbox import Limits, Run, Sandbox
 from grader.submission import Found, find_submissions
+from tests.support.handing_in import uncertified
 from tests.support.problems import DeadlyAssignment
 from tests.support.suites import several
 
@@ -59,7 +59,7 @@ def handed_in(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "assignment.toml").write_text(TOML)
     (folder / "roster.csv").write_text("student\n" + "".join(f"{student}\n" for student in STUDENTS))
     assignment = load_assignment(folder)
-    release(assignment, certificate_text, 1, lambda _: None)
+    release(assignment, uncertified, 1, lambda _: None)
     for number, student in enumerate(STUDENTS[:-1]):
         hand_in(folder, assignment, student, "a1" if number % 4 == 1 else "")
     path = folder / "submitted" / "s03" / "hw.ipynb"
@@ -279,7 +279,7 @@ def workers(process: "subprocess.Popen[str]") -> list[int]:
 def test_workers_that_are_killed_cost_nobody_anything(folder: Path, undisturbed: dict[str, bytes]) -> None:
     process = started(folder)
     killed = 0
-    for files in several((1,), (1, 2)):
+    for files in several((2,), (1, 2)):  # the first is the lock
         wait_for(0.0, files, folder, process)
         for pid in workers(process)[:1]:
             os.kill(pid, signal.SIGKILL)
