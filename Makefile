@@ -8,7 +8,7 @@ export QDOT_SUITE ?= test
 PY      = $(VENV)/bin/python
 PIP     = $(PY) -m pip --disable-pip-version-check --quiet
 CODE    = exercises grader tests
-PYTEST  = $(PY) -m pytest -n auto --dist loadgroup
+PYTEST  = $(PY) -m pytest -n auto --dist loadgroup --durations=5
 
 .PHONY: help demo check test whole lint unit site site-test docs test-all test-oldest pairs fuzz diagnoses mutants planted bench bench-peers format lock clean
 

@@ -142,7 +142,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """Leave out what the suite leaves out, unless a test is asked for by its name."""
     if SUITE == "whole" or any("::" in name for name in config.args):
         return
-    kept, left = [], []
+    kept: list[pytest.Item] = []
+    left: list[pytest.Item] = []
     for item in items:
         (kept if _is_in_suite(item) else left).append(item)
     LEFT_OUT[WHOLE_ONLY] += len(left)
