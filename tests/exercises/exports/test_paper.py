@@ -1,7 +1,6 @@
 """Paper: sheets as HTML, PDF and LaTeX, read by what reads them; every family's formulas in Typst and in words."""
 
 import re
-import shutil
 import stat
 import subprocess
 from dataclasses import replace
@@ -31,6 +30,8 @@ from grader.certify import failures_of
 from tests.grader.reports.test_feedback import Page
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class
+from tests.support.programs import LATEX, POPPLER, needs
+from tests.support.suites import several
 
 TOML = """title = 'Rates & "poses" #1'
 key = "hw"
@@ -41,7 +42,6 @@ questions = ["position", "jacobian", "joint-rates", "singular-angles", "singular
 points = [1, 2, 1, 2.5, 1]
 """
 CLASS = [Student("ada", "Ada Lovelace <b>"), Student("zoë", "Zoë_Ångström $5")]
-POPPLER = pytest.mark.skipif(shutil.which("pdftotext") is None, reason="needs poppler-utils")
 DOCUMENT = """#set document(title: "All", date: none)
 #set text(font: "New Computer Modern", size: 10.5pt, lang: "en")
 #let formula(words, it) = math.equation(alt: words, it.body)
@@ -68,6 +68,7 @@ def files(order: Order, outlet: str) -> dict[str, File]:
 
 def text_of(content: str | bytes, folder: Path) -> str:
     """Return what Poppler reads in a PDF."""
+    needs("pdftotext", POPPLER)
     assert isinstance(content, bytes)
     (folder / "it.pdf").write_bytes(content)
     return subprocess.run(["pdftotext", "-layout", "it.pdf", "-"], cwd=folder, capture_output=True, text=True).stdout
@@ -116,7 +117,7 @@ def test_every_answer_has_a_box_and_a_short_form(problem: Problem) -> None:
 
 def test_figures_are_drawn_by_latex_as_in_svg(problem: Problem) -> None:
     drawn = [figure_svg(problem.chain)]
-    for part in problem.parts[-6:]:
+    for part in problem.parts[-several(3, 6) :]:
         drawn += [part_svg(problem.chain, part, "p"), solution_figure(problem, part, "s")]
     for svg in filter(None, drawn):
         picture = tikz(svg)
@@ -140,7 +141,6 @@ def test_text_is_never_markup() -> None:
     assert typst_math("(a)_{1}") == r"\( a \)_(1)"
 
 
-@POPPLER
 def test_punctuation_comes_out_as_it_went_in(tmp_path: Path) -> None:
     hostile = "a_*b* #eval $x$ <l> @r = - + / [d] \\ ~ 1. // /* & % {f}"
     assert hostile in text_of(compile_pdf(DOCUMENT + typst_escaped(hostile)), tmp_path)
@@ -210,7 +210,6 @@ def test_pages_are_whole_and_can_be_heard(order: Order) -> None:
             assert "Ada Lovelace &lt;b&gt;" in file.content or "zoë" in file.content
 
 
-@POPPLER
 def test_a_pdf_as_a_reader_sees_it(order: Order, tmp_path: Path) -> None:
     exam = replace(order, sheet="exam")
     made = files(exam, "pdf")
@@ -228,7 +227,6 @@ def test_a_pdf_as_a_reader_sees_it(order: Order, tmp_path: Path) -> None:
     assert len(pages) >= 3 and all(min(page.read_bytes()[20:]) < 100 for page in pages)
 
 
-@POPPLER
 def test_the_sheets_of_a_class_begin_on_the_front_of_a_leaf(order: Order, tmp_path: Path) -> None:
     made = files(replace(order, sheet="exam", page="letter"), "pdf")
     pages = text_of(made["exam-all.pdf"].content, tmp_path).split("\f")
@@ -241,7 +239,6 @@ def test_the_sheets_of_a_class_begin_on_the_front_of_a_leaf(order: Order, tmp_pa
     assert f"page {last[0]} of {last[0]}" in pages[last[0] - 1]
 
 
-@POPPLER
 def test_a_key_lists_everybody_by_question(order: Order, tmp_path: Path) -> None:
     made = files(replace(order, sheet="key"), "pdf")
     assert list(made) == ["key/ada.pdf", "key/zoë.pdf", "key-all.pdf"]
@@ -279,7 +276,7 @@ def test_without_typst_it_is_said_how_to_get_it(order: Order, monkeypatch: pytes
         OUTLETS["pdf"].files(order)
 
 
-def test_latex_is_whole_and_compiles_where_there_is_latex(order: Order, tmp_path: Path) -> None:
+def test_latex_is_whole(order: Order) -> None:
     for given in (replace(order, sheet="exam"), replace(order, solutions=True), replace(order, sheet="key")):
         for file in files(given, "latex").values():
             source = str(file.content)
@@ -287,9 +284,16 @@ def test_latex_is_whole_and_compiles_where_there_is_latex(order: Order, tmp_path
             assert sorted(begun) == sorted(ended) and begun.count("document") == 1
             assert not re.search(r"\\includegraphics|\\input\b|\\write18", source)
             assert r"Rates \& " in source
-    if shutil.which("pdflatex"):
-        (tmp_path / "it.tex").write_text(source, encoding="utf-8")
-        done = subprocess.run(["pdflatex", "-interaction=nonstopmode", "it"], cwd=tmp_path, capture_output=True)
+
+
+def test_latex_compiles(order: Order, tmp_path: Path) -> None:
+    """Of a class, one handout with the solutions, which has all that the others have, and a key."""
+    program = needs("pdflatex", LATEX, in_ci=False)
+    for kind, given in (("solved", replace(order, solutions=True)), ("key", replace(order, sheet="key"))):
+        file = next(iter(files(given, "latex").values()))
+        (tmp_path / f"{kind}.tex").write_text(str(file.content), encoding="utf-8")
+        command = [program, "-interaction=nonstopmode", kind]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True)
         assert done.returncode == 0, done.stdout[-3000:]
 
 

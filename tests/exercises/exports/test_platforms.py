@@ -24,11 +24,10 @@ from exercises.exports import canvas, jupyterquiz, moodle, qti
 from exercises.exports.items import Choose, Item, Match, Numeric, Option, Wrong, items
 from exercises.exports.outlet import Order
 from tests.exercises.exports.test_items import an_order
-from tests.support import ROOT
+from tests.support.programs import reader
 
 pytestmark = pytest.mark.xdist_group("platforms")  # exported once
 
-READERS = ROOT / ".venvs" / "readers" / "bin"
 TOML = """title = "Arms & <signs> / more"
 key = "hw"
 hints = true
@@ -68,13 +67,6 @@ def unzipped(content: bytes) -> dict[str, bytes]:
     with zipfile.ZipFile(io.BytesIO(content)) as package:
         assert {info.date_time for info in package.infolist()} == {(1980, 1, 1, 0, 0, 0)}
         return {name: package.read(name) for name in package.namelist()}
-
-
-def reader(name: str) -> str:
-    path = READERS / name
-    if not path.exists():
-        pytest.skip(f"{name} is not installed: make .venvs/readers/.installed")
-    return str(path)
 
 
 # --- Moodle ---
@@ -389,7 +381,7 @@ def test_qti_holds_to_its_schema(order: Order, asked: list[Item], tmp_path: Path
         if name == "test.xml" or name.startswith("items/"):
             paths.append(tmp_path / name.replace("/", "-"))
             paths[-1].write_bytes(content)
-    command = [reader("python"), "-c", VALIDATE, os.environ["QDOT_QTI"]]
+    command = [reader("python", "lxml"), "-c", VALIDATE, os.environ["QDOT_QTI"]]
     done = subprocess.run([*command, *map(str, paths)], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     broken = next(path for path in paths if path.name.startswith("items-"))
@@ -501,7 +493,7 @@ def test_jupyterquiz_takes_three_digits_and_names_mistakes(order: Order, asked: 
 
 
 def test_jupyterquiz_reads_the_files(order: Order, asked: list[Item], tmp_path: Path) -> None:
-    python = reader("python")
+    python = reader("python", "jupyterquiz")
     for file in file_of(jupyterquiz.jupyterquiz_files, order, asked):
         (tmp_path / file.path).write_text(file.content)
     command = [python, "-W", "ignore", "-c", FOUND]

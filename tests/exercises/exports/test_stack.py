@@ -6,7 +6,6 @@ under the GPL, and no part of qdot); without it an equality of our own does, wit
 
 import os
 import re
-import shutil
 import subprocess
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
@@ -32,6 +31,7 @@ from grader.diagnosis import diagnose
 from grader.parts import judge
 from grader.verdict import Outcome
 from tests.support.handing_in import a_class
+from tests.support.programs import MAXIMA, needs
 
 TOML = """title = "Velocity kinematics/1"
 key = "hw"
@@ -172,16 +172,12 @@ def test_notes_of_nodes_are_unique_and_every_note_is_reached_by_a_test(quiz: ET.
 
 
 def maxima(script: str, folder: Path) -> list[str]:
-    """Return the lines that a script prints. Outside of CI the test is skipped where there is no Maxima."""
-    if shutil.which("maxima") is None:
-        assert "CI" not in os.environ, "CI installs Maxima (.ci/run)"
-        pytest.skip(
-            "MAXIMA IS NOT INSTALLED: exported STACK questions are NOT tested; apt-get install maxima maxima-share"
-        )
+    """Return the lines that a script prints."""
+    program = needs("maxima", MAXIMA)
     path = folder / "tests.mac"
     path.write_text(script)
     done = subprocess.run(
-        ["maxima", "--very-quiet", "--batch-string", f'batchload("{path}")$'],
+        [program, "--very-quiet", "--batch-string", f'batchload("{path}")$'],
         capture_output=True,
         text=True,
         timeout=400,
