@@ -13,6 +13,7 @@ from exercises.generate import sample_chain
 from exercises.problem import ProblemId
 from grader.cli import app
 from tests.support import ROOT
+from tests.support.suites import WHOLE
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^( *)```toml\n(.*?)^ *```", README, re.MULTILINE | re.DOTALL)
@@ -36,8 +37,12 @@ def test_every_command_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
             shutil.copytree("homework/solutions", "homework/submitted", dirs_exist_ok=True)
         if command[0] == "check":
             shutil.copy("homework/solutions/s001/velocity.ipynb", "velocity.ipynb")
-        result = CliRunner().invoke(app, command)
+        alone = ["--jobs", "1"] if command[0] in ("generate", "grade", "verify", "export") and not WHOLE else []
+        result = CliRunner().invoke(app, [*command, *alone])
         assert result.exit_code == 0, f"{command}: {result.output}"
+        if command[0] == "init" and not WHOLE:  # all problems that it writes are graded in test_wheel.py
+            toml = Path("homework/assignment.toml")
+            toml.write_text("\n[[problem]]".join(toml.read_text().split("\n[[problem]]")[:2]))
         ran.append(command[0])
     assert set(ran) == {"init", "generate", "grade", "show", "verify", "solve", "check", "doctor", "report", "export"}
     assert "2 students: 2 graded; mean 100.0 %" in CliRunner().invoke(app, ["grade", "homework"]).output

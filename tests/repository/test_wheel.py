@@ -75,9 +75,10 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def home(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A fresh environment that has the wheel and its dependencies."""
     home = tmp_path_factory.mktemp("fresh")
-    venv.create(home, with_pip=True, symlinks=True)
+    venv.create(home, with_pip=False, symlinks=True)
     python = home / "bin" / "python"
-    run(python, "-m", "pip", "--disable-pip-version-check", "install", "--no-index", "--no-deps", wheel, cwd=home)
+    pip = (sys.executable, "-m", "pip", "--python", python, "--disable-pip-version-check")
+    run(*pip, "install", "--no-index", "--no-deps", "--no-compile", wheel, cwd=home)
     (site,) = home.glob("lib/python3.*/site-packages")
     (qdot,) = distributions(name="qdot", path=[str(site)])
     assert {"sympy", "typer"} <= lend(qdot.requires or [], site)
@@ -107,24 +108,50 @@ def test_every_module_of_the_checkout_is_in_the_wheel(wheel: Path) -> None:
     assert names == {str(path.relative_to(ROOT)) for path in modules}
 
 
-def test_what_is_imported_comes_from_the_wheel(home: Path, tmp_path: Path) -> None:
-    program = "import exercises, grader, sympy; print(exercises.__file__, grader.__file__, sympy.__file__, sep='\\n')"
-    for line in run(home / "bin" / "python", "-c", program, cwd=tmp_path).splitlines():
-        assert Path(line).is_relative_to(home)
+def test_every_data_file_of_the_checkout_is_in_the_wheel(wheel: Path) -> None:
+    names = set(zipfile.ZipFile(wheel).namelist())
+    data = [path for kind in ("txt", "json") for path in (ROOT / "exercises").rglob(f"*.{kind}")]
+    assert data and {str(path.relative_to(ROOT)) for path in data} <= names
 
 
-def test_version(home: Path, wheel: Path, tmp_path: Path) -> None:
-    assert wheel.name.split("-")[1] in qdot(home, "--version", cwd=tmp_path)
+PROGRAM = """
+import exercises, grader, sympy
+from grader.cli import app
+print(exercises.__file__, grader.__file__, sympy.__file__, sep="\\n")
+for arguments in (["--version"], ["families", "--json"],
+                  ["show", "planar-2r/7", "--questions", "position,jacobian", "--solution", "--format", "json"]):
+    print("=====")
+    try:
+        app(arguments)
+    except SystemExit as left:
+        assert not left.code
+"""
 
 
-def test_families(home: Path, tmp_path: Path) -> None:
-    assert "planar-2r" in json.dumps(json.loads(qdot(home, "families", "--json", cwd=tmp_path)))
+@pytest.fixture(scope="module")
+def told(home: Path, tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """What one process with the wheel prints: whence it imports, and what some commands say."""
+    return run(home / "bin" / "python", "-c", PROGRAM, cwd=tmp_path_factory.mktemp("elsewhere")).split("=====\n")
 
 
-def test_show(home: Path, tmp_path: Path) -> None:
-    shown = json.loads(qdot(home, "show", "planar-2r/7", "--solution", "--format", "json", cwd=tmp_path))
+def test_what_is_imported_comes_from_the_wheel(told: list[str], home: Path) -> None:
+    places = told[0].splitlines()
+    assert len(places) == 3
+    assert all(Path(place).is_relative_to(home) for place in places)
+
+
+def test_version(told: list[str], wheel: Path) -> None:
+    assert wheel.name.split("-")[1] in told[1]
+
+
+def test_families(told: list[str]) -> None:
+    assert "planar-2r" in json.dumps(json.loads(told[2]))
+
+
+def test_show(told: list[str]) -> None:
+    shown = json.loads(told[3])
     assert (shown["id"], shown["family"], shown["seed"]) == ("planar-2r/7", "planar-2r", 7)
-    assert shown["parts"]
+    assert len(shown["parts"]) == 2
     assert all(part["reference"] for part in shown["parts"])
 
 

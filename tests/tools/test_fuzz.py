@@ -7,6 +7,7 @@ import pytest
 
 from exercises.stream import Stream
 from tests.support import ROOT
+from tests.support.suites import several
 from tests.tools.fuzz import PLAIN, TARGETS, TOKENS, Find, as_bytes, as_text, changed, checked, seeds
 
 FINDS = [
@@ -31,7 +32,7 @@ def test_what_students_write_is_no_find(target: str) -> None:
 @pytest.mark.parametrize("target", ["reading", "printing", "judging"])
 def test_what_is_made_of_it_is_no_find(target: str) -> None:
     rng, texts = Stream(f"test/{target}"), [text for text in seeds() if len(text) < 300]
-    for k in range(150):
+    for k in range(several(75, 150)):
         text = rng.choice(texts)
         for _ in range(3):
             text = changed(text, rng, PLAIN if k % 2 else TOKENS, most=600)

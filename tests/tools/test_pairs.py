@@ -8,6 +8,7 @@ from exercises.formula.expression import read
 from exercises.formula.identity import Domain
 from exercises.formula.trees import node_text
 from exercises.stream import Stream
+from tests.support.suites import several
 from tests.tools.pairs import MUTATIONS, REWRITINGS, Rule, at, changed, differs, put, verdicts
 
 DOMAIN = Domain({"theta1": "angle", "theta2": "angle", "a1": "length", "a2": "length"})
@@ -16,11 +17,11 @@ POSITION = read("3*a1*cos(theta1) + cos(theta1 + theta2)*sin(theta2)*(a1 - a2)")
 
 def test_no_verdict_is_wrong() -> None:
     seen: Counter[tuple[str, bool]] = Counter()
-    for source, kind, due, verdict, answer in verdicts(1500):
+    for source, kind, due, verdict, answer in verdicts(several(700, 1500)):
         assert verdict == due, (source, kind, answer)
         seen[kind, due] += 1
-    assert seen["rewritten", True] > 500
-    assert seen["changed", False] > 400
+    assert seen["rewritten", True] > several(230, 500)
+    assert seen["changed", False] > several(180, 400)
 
 
 def name_of(rule: Rule) -> str:

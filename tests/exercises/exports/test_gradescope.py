@@ -55,9 +55,8 @@ def test_set_up_and_run_by_its_own_scripts(assignment: Assignment, tmp_path: Pat
     assert "setup.sh" in {path.name for path in (root / "source").iterdir()}
     machine = Machine(tmp_path / "machine")
     given = {"AUTOGRADER": str(root), "QDOT_HOME": str(tmp_path / "opt")}
-    setup = (
-        (root / "source" / "setup.sh").read_text().replace('"$home/python/bin/qdot" doctor\n', "")
-    )  # needs libraries
+    setup = (root / "source" / "setup.sh").read_text()
+    setup = setup.replace('"$home/python/bin/qdot" doctor\n', "")  # needs libraries, which are lent afterwards
     done = subprocess.run(["bash"], input=setup, env={**machine.variables, **given}, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert stat.S_IMODE((root / "source" / "assignment").stat().st_mode) == 0o700

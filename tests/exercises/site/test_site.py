@@ -64,14 +64,13 @@ def test_a_site_is_built_and_a_rerun_keeps_the_bank(assets: Assets, tmp_path: Pa
     assert json.loads((site / "bank" / "index.de.json").read_text())["families"]["polar-rp"].startswith("Ebener")
     before = {path: path.stat().st_mtime_ns for path in site.glob("bank/polar-rp/*")}
     first = {path.relative_to(site): path.read_bytes() for path in site.rglob("*") if path.is_file()}
+    # A bank of before there were translations gets them; what lacks nothing is not made again.
+    (site / "bank" / "polar-rp" / "001.de.json").unlink()
     run(*arguments)
-    assert before == {path: path.stat().st_mtime_ns for path in site.glob("bank/polar-rp/*")}
+    after = {path: path.stat().st_mtime_ns for path in site.glob("bank/polar-rp/*")}
+    assert after.keys() == before.keys()
+    assert {path.name for path in after if after[path] == before[path]} >= {"001-quiz.json", "001-quiz.de.json"}
     assert first == {path.relative_to(site): path.read_bytes() for path in site.rglob("*") if path.is_file()}
-    lost = site / "bank" / "polar-rp" / "001.de.json"
-    text = lost.read_bytes()
-    lost.unlink()
-    run(*arguments)
-    assert lost.read_bytes() == text  # a bank of before there were translations gets them
     _links_lead_somewhere(site)
     practice = (site / "practice.html").read_text()
     assert '<link rel="modulepreload" href="assets/shared.js">' in practice  # loaded at once, not one after another
