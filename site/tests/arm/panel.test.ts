@@ -64,6 +64,42 @@ describe("the panel", () => {
     expect(numbers()).toEqual(["2", "57.3"]);
   });
 
+  it("moves P by the arrows, each way as far", () => {
+    let pose: NamedPose = { theta1: 0.3, theta2: 1 };
+    const point = (): [number, number] => [
+      0.5 * Math.cos(pose.theta1!) + 0.4 * Math.cos(pose.theta1! + pose.theta2!),
+      0.5 * Math.sin(pose.theta1!) + 0.4 * Math.sin(pose.theta1! + pose.theta2!),
+    ];
+    const onPose = (next: NamedPose): void => void (pose = next);
+    show({ pose, onPose });
+    const press = (key: string): [number, number] => {
+      const [x, y] = point();
+      void act(() => {
+        document
+          .querySelector(".arm-box")!
+          .dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
+      });
+      return [point()[0] - x, point()[1] - y];
+    };
+    press("p");
+    const right = press("ArrowRight");
+    const up = press("ArrowUp");
+    expect(right[0]).toBeGreaterThan(0.001);
+    expect(right[1]).toBeCloseTo(0, 4);
+    expect(up[0]).toBeCloseTo(0, 4);
+    expect(up[1]).toBeCloseTo(right[0], 4);
+  });
+
+  it("shows the pose on the map where its axes say", () => {
+    const of = (selector: string, name: string): number =>
+      Number(document.querySelector(selector)!.getAttribute(name));
+    const [across, up] = [Math.PI / 2, -Math.PI / 4];
+    show({ pose: { theta1: across, theta2: up } });
+    const box = ["x", "y", "width", "height"].map((name) => of(".arm-map-edge", name));
+    expect(of(".arm-here", "cx")).toBeCloseTo(box[0]! + (across / (2 * Math.PI) + 0.5) * box[2]!);
+    expect(of(".arm-here", "cy")).toBeCloseTo(box[1]! + (0.5 - up / (2 * Math.PI)) * box[3]!);
+  });
+
   it("labels everything that can be used", () => {
     show({});
     for (const input of document.querySelectorAll("input, select")) {
