@@ -45,4 +45,13 @@ describe("the corpus", () => {
       expect(sameAngles(read(student, new Set()).args, right ?? [])).toBe(outcome === "correct");
     },
   );
+
+  test.each([
+    ["[1.1 + 2.2]", [3.3], true], // a unit of the last place off, as doubles are added
+    ["[3.3000000001]", [3.3], false],
+    ["[3.14159]", [Math.PI], false],
+    ["[pi, 0]", [0, -Math.PI], true],
+  ])("decimals of angles mean what they say: %s", (typed, right, same) => {
+    expect(sameAngles(read(typed, new Set()).args, right)).toBe(same);
+  });
 });
