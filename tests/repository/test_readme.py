@@ -28,6 +28,12 @@ def toml_blocks() -> list[str]:
     return [re.sub(rf"(?m)^{indent}", "", text) for indent, text in BLOCKS]
 
 
+def shorter(command: list[str]) -> list[str]:
+    """Return a command that does the same in less time: without processes beside this one, with one problem of five."""
+    given = ["1" if before == "--count" else word for before, word in zip(["", *command], command, strict=False)]
+    return [*given, "--jobs", "1"] if command[0] in ("generate", "grade", "verify", "export") else given
+
+
 def test_every_command_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "arm.toml").write_text(next(block for block in toml_blocks() if "[[joint]]" in block))
@@ -37,10 +43,10 @@ def test_every_command_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
             shutil.copytree("homework/solutions", "homework/submitted", dirs_exist_ok=True)
         if command[0] == "check":
             shutil.copy("homework/solutions/s001/velocity.ipynb", "velocity.ipynb")
-        alone = ["--jobs", "1"] if command[0] in ("generate", "grade", "verify", "export") and not WHOLE else []
-        result = CliRunner().invoke(app, [*command, *alone])
+        result = CliRunner().invoke(app, command if WHOLE else shorter(command))
         assert result.exit_code == 0, f"{command}: {result.output}"
-        if command[0] == "init" and not WHOLE:  # all problems that it writes are graded in test_wheel.py
+        if command[0] == "init" and not WHOLE:  # the last ones of its problems are graded in test_wheel.py
+            assert len(load_assignment(Path("homework")).slots) == 4
             toml = Path("homework/assignment.toml")
             toml.write_text("\n[[problem]]".join(toml.read_text().split("\n[[problem]]")[:2]))
         ran.append(command[0])

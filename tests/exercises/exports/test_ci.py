@@ -130,17 +130,31 @@ def test_a_fresh_clone_on_gitlab_grades_by_the_jobs_own_commands(
     assert (clone / job["artifacts"]["reports"]["junit"]).read_text(encoding="utf-8").startswith("<testsuites")
 
 
-@pytest.mark.parametrize("platform", ["github", "gitlab"])
+def checks(clone: Path, platform: str) -> list[str]:
+    """Return the commands by which a student's repository checks itself."""
+    if platform == "github":
+        return [command for command, _ in github_steps(clone / ".github" / "workflows" / "check.yml", {})]
+    commands: list[str] = read_yaml(clone / ".gitlab-ci.yml")["check"]["script"]
+    return commands
+
+
+def test_a_students_repository_on_gitlab_checks_itself_as_on_github(assignment: Assignment) -> None:
+    on_github, on_gitlab = (checks(exported(assignment, name) / "students" / "ada", name) for name in CHECKS)
+    assert on_gitlab == [on_github[0], on_github[1].removesuffix(' --report github="$GITHUB_STEP_SUMMARY"')]
+    for name in (".qdot", "hw.ipynb"):
+        there, here = (exported(assignment, platform) / "students" / "ada" / name for platform in CHECKS)
+        paths = [there, *there.rglob("*")]
+        same = [path.read_bytes() == (here / path.relative_to(there)).read_bytes() for path in paths if path.is_file()]
+        assert same and all(same)
+
+
+@pytest.mark.parametrize("platform", ["github", pytest.param("gitlab", marks=pytest.mark.whole)])
 def test_a_students_repository_checks_itself_without_any_secret(
     platform: str, assignment: Assignment, machine: Machine, tmp_path: Path
 ) -> None:
     clone = tmp_path / "clone"
     git("clone", "--quiet", hosted(_students(assignment, platform, tmp_path), tmp_path / "server", "ada"), clone)
-    if platform == "github":
-        commands = [command for command, _ in github_steps(clone / ".github" / "workflows" / "check.yml", {})]
-    else:
-        commands = read_yaml(clone / ".gitlab-ci.yml")["check"]["script"]
-    install, check = commands
+    install, check = checks(clone, platform)
     machine.run(install, clone)
     done = machine.run(check, clone, GITHUB_STEP_SUMMARY=str(tmp_path / "summary.md"))
     assert done.returncode == 1, done.stderr  # nothing is answered yet
