@@ -4,6 +4,7 @@ import { describe, expect, test } from "vitest";
 import type { ValuesKey } from "../src/bank.js";
 import { judgeValues } from "../src/grade/values.js";
 import { sameAngles } from "../src/grade/sets.js";
+import { evaluate } from "../src/read/evaluate.js";
 import { read } from "../src/read/reader.js";
 import corpus from "./corpus.json" with { type: "json" };
 
@@ -53,5 +54,16 @@ describe("the corpus", () => {
     ["[pi, 0]", [0, -Math.PI], true],
   ])("decimals of angles mean what they say: %s", (typed, right, same) => {
     expect(sameAngles(read(typed, new Set()).args, right)).toBe(same);
+  });
+
+  test.each([
+    ["sin(th12)", Math.sin(1.1)],
+    ["cos(theta_1 + th2)", Math.cos(1.1)],
+    ["c12", Math.cos(1.1)],
+    ["s2", Math.sin(0.8)],
+    ["th1", 0.3],
+  ])("short names are read as the angles that they stand for: %s", (typed, value) => {
+    const values = { theta1: 0.3, theta2: 0.8 };
+    expect(evaluate(read(typed, new Set(Object.keys(values))), values).re).toBeCloseTo(value, 12);
   });
 });
