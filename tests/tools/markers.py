@@ -60,6 +60,17 @@ def replayed(made: Callable[..., Any]) -> Callable[..., Any]:
     return asked
 
 
+def pytest_configure(config: Any) -> None:
+    """Have the problems that tests share marked for each of them, not for the first one only."""
+    if FILE in os.environ:
+        from tests.support import problems
+
+        problems.drawn = replayed(problems.drawn.__wrapped__)  # type: ignore[assignment]
+        for plugin in config.pluginmanager.get_plugins():
+            if hasattr(plugin, "drawn_once"):
+                plugin.drawn_once = problems.drawn
+
+
 def _hung(number: int, frame: object) -> None:
     sys.__stderr__ and sys.__stderr__.write(f"hung: {_test}\n")
     os._exit(HUNG)

@@ -38,6 +38,8 @@ MINUTES = 5
 """How long tests are run for one mistake."""
 LONGEST = 60
 """Seconds more than ten times what the longest of the tests takes: then a test hangs."""
+ROTATION = "21"
+"""The draw of families that a sweep takes, the same at recording as at trying."""
 MOST = 1500
 """How many tests are run for one mistake, at most."""
 
@@ -162,13 +164,14 @@ def record(checkout: Path, name: str, suite: str) -> None:
         (tree / path).write_text(marked(text, {one.number: one.line for one in here}), encoding="utf-8")
     lines = WORK / f"{name}.marks"
     lines.unlink(missing_ok=True)
-    ended = pytest(tree, "-n", "auto", "--dist", "loadgroup", variables={markers.FILE: str(lines), **selection(suite)})
+    variables = {markers.FILE: str(lines), "QDOT_KEPT": "0", **selection(suite)}
+    ended = pytest(tree, "-n", "auto", "--dist", "loadgroup", "--durations=25", variables=variables)
     sys.stdout.write(ended.stdout[-2000:])
 
 
 def selection(suite: str) -> dict[str, str]:
     """Return the environment variables that choose a suite."""
-    return {"QDOT_SUITE": suite} if suite else {}
+    return {"QDOT_SUITE": suite, "QDOT_ROTATION": ROTATION} if suite else {}
 
 
 def tried(mistake: Mistake, recorded: Recorded, tree: Path, suite: str) -> dict[str, object]:
