@@ -3,7 +3,7 @@ import { describe, expect, test } from "vitest";
 
 import { judgeValues } from "../src/grade/values.js";
 import { read } from "../src/read/reader.js";
-import { ReadError } from "../src/read/tree.js";
+import { asMatrix, ReadError } from "../src/read/tree.js";
 import { de } from "../src/text/de.js";
 import { en, type TextKey } from "../src/text/en.js";
 import { ENGLISH, inDigits, message, said } from "../src/text/text.js";
@@ -92,4 +92,13 @@ describe("what can't be read", () => {
       /^Das lässt sich nicht als Antwort lesen: erwartet wird eine Zahl/,
     );
   });
+});
+
+test("a matrix has the rows that were typed, one is enough, and an empty list is told as such", () => {
+  const shape = (text: string): number[] => asMatrix(read(text, new Set())).map((row) => row.length);
+  expect(shape("[[1, 2]]")).toEqual([2]);
+  expect(shape("[5]")).toEqual([1]);
+  expect(shape("[1, 2]")).toEqual([1, 1]);
+  expect(shape("[[1, 2], [3, 4]]")).toEqual([2, 2]);
+  expect(() => shape("[]")).toThrow("the list is empty");
 });
