@@ -24,6 +24,8 @@ from tests.support import ROOT
 from tests.support.suites import of_families
 
 DOCS = ROOT / "docs"
+together = pytest.mark.xdist_group("docs")
+"""In one process, which makes the pages once; families have groups of their own."""
 STRUCTURES = (DOCS / "structures.md").read_text(encoding="utf-8")
 
 
@@ -38,6 +40,7 @@ def _kept() -> Iterator[None]:
     documents.cache_clear()
 
 
+@together
 def test_pages_are_up_to_date() -> None:
     """Where this fails, run: python -m exercises.docs"""
     stale = [
@@ -94,6 +97,7 @@ def test_no_page_is_left_of_a_family_that_is_gone() -> None:
     assert {path.stem for path in (DOCS / "families").iterdir()} == set(FAMILIES)
 
 
+@together
 def test_every_family_has_its_place_with_thumbnail_and_questions() -> None:
     page = documents()["families.md"]
     sections = dict(re.findall(r"^## (\S+)\n(.*?)(?=^## |\Z)", page, re.MULTILINE | re.DOTALL))
@@ -104,23 +108,27 @@ def test_every_family_has_its_place_with_thumbnail_and_questions() -> None:
         assert told == (set(QUESTIONS) - asked if "all but" in text or "): all." in text else asked)
 
 
+@together
 def test_every_question_has_its_row() -> None:
     rows = re.findall(r"^\| `([a-z-]+)` \|", documents()["questions.md"], re.MULTILINE)
     assert rows == list(ASKED)
 
 
+@together
 def test_links_lead_somewhere() -> None:
     for page in ("families.md", "examples.md", "questions.md"):
         for target in re.findall(r"\]\(([^)#]+)\)|src=\"([^\"]+)\"", documents()[page]):
             assert "".join(target) in documents()
 
 
+@together
 def test_drawings_are_well_formed() -> None:
     for name, text in documents().items():
         if name.endswith(".svg"):
             assert ET.fromstring(text).get("role") == "img"
 
 
+@together
 def test_examples_have_the_chapters_results() -> None:
     page = documents()["examples.md"]
     for formula in (
@@ -139,6 +147,7 @@ def of(where: str) -> list[float]:
     return [float(text) for text in texts]
 
 
+@together
 def test_printed_formulas_fail_where_the_right_ones_hold() -> None:
     printed, right = of("of $T$")
     assert printed != right == 1
@@ -150,6 +159,7 @@ def test_printed_formulas_fail_where_the_right_ones_hold() -> None:
     assert right == pytest.approx(difference, rel=1e-3) and abs(printed - right) > 0.01
 
 
+@together
 def test_printed_claims_on_singularities_fail() -> None:
     rank_straight, det_straight, rank_shoulder, det_shoulder = of("Example 6.3, singular")
     assert rank_straight == 3 and det_straight != 0 and rank_shoulder == 2 and det_shoulder == 0
@@ -163,6 +173,7 @@ def test_printed_claims_on_singularities_fail() -> None:
     assert [value for _, value in equal.values] == ["internal", "boundary"]
 
 
+@together
 def test_pages_can_be_written_anywhere(tmp_path: Path) -> None:
     written = write(tmp_path)
     assert {str(path.relative_to(tmp_path)) for path in written} == set(documents())
