@@ -21,7 +21,7 @@ from exercises.problem import Problem
 from grader.sandbox import Limits, Sandbox
 from tests.support import DATA
 from tests.support.problems import drawn as drawn_once
-from tests.support.suites import SUITE, families_for, file_in_check, grouped, in_check, several, told
+from tests.support.suites import SUITE, families_for, few_for, file_in_check, grouped, in_check, several, told
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 """The arms of the chapter, of which more are tried than of the others."""
@@ -96,9 +96,14 @@ LEFT_OUT: Counter[str] = Counter()
 WHOLE_ONLY, FAMILIES_LEFT = "left to make whole", "families left out of sweeps"
 
 
+def pytest_xdist_auto_num_workers() -> int:
+    """Return one more than there are cores: many tests wait for processes that they started."""
+    return (os.cpu_count() or 1) + 1
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """Register the marks that suites know."""
-    config.addinivalue_line("markers", "families(names, every=False): a sweep over these families")
+    config.addinivalue_line("markers", "families(names, every=False, most=N): a sweep over these families")
     config.addinivalue_line("markers", "whole: in `make whole` only, as it takes long and something shorter holds it")
 
 
@@ -110,8 +115,12 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     if not asked:
         return
     among = marker.args[0] if marker else tuple(FAMILIES)
-    every = bool(marker and marker.kwargs.get("every"))
-    chosen = among if every else families_for(metafunc.definition.nodeid, among)
+    asks = marker.kwargs if marker else {}
+    name = metafunc.definition.nodeid
+    if asks.get("every"):
+        chosen = list(among)
+    else:
+        chosen = few_for(name, among, asks["most"]) if "most" in asks else families_for(name, among)
     LEFT_OUT[FAMILIES_LEFT] += len(among) - len(chosen)
     if "family" in asked:
         metafunc.parametrize("family", grouped(chosen))

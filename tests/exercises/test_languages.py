@@ -19,7 +19,7 @@ from exercises.site.bank import titles_text
 from exercises.site.record import site_record, translated_record, translated_solutions
 from exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
 from tests.support.problems import parts_in_turn
-from tests.support.suites import several
+from tests.support.suites import few_families, several
 
 LEFT = re.compile(
     r"\b(the|and|of|is|are|with|joints?|axis|axes|which|that|to|by|from|revolute|prismatic|or|as|row|column|arm's"
@@ -57,6 +57,7 @@ def options_of(part: Part) -> int:
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
+@few_families
 def test_the_texts_of_a_family_hold_the_same_formulas_and_no_english(
     language: str, family: str, drawn: Callable[[str, int], Problem]
 ) -> None:

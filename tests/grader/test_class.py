@@ -33,7 +33,7 @@ questions = ["position", "jacobian", "singular-angles", "singularity-type"]
 family = "polar-rp"
 questions = ["joint-axes", "position-vectors", "geometric-jacobian", "twist", "joint-rates"]
 """
-STUDENTS = [Student(f"s{k:02d}", f"Name {k}") for k in range(several(12, 30))]
+STUDENTS = [Student(f"s{k:02d}", f"Name {k}") for k in range(several(6, 30))]
 
 
 def planted(assignment: Assignment) -> dict[str, tuple[str, Made]]:

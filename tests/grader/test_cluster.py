@@ -142,6 +142,7 @@ def test_threads_give_what_a_run_on_one_process_gives(folder: Path, undisturbed:
     assert not remote._desks
 
 
+@pytest.mark.whole  # as a Dask cluster does, which sends the same orders to processes
 def test_processes_give_it_without_the_problems_that_were_kept(folder: Path, undisturbed: dict[str, bytes]) -> None:
     shutil.rmtree(folder / ".qdot")
     with ProcessPoolExecutor(several(1, 2), get_context("spawn")) as executor:

@@ -34,7 +34,7 @@ from grader.diagnosis import diagnose
 from grader.functions import asked_of
 from grader.parts import domain_of
 from tests.support.problems import LONG_ARMS, asked
-from tests.support.suites import several
+from tests.support.suites import few_families, several
 from tests.tools.diagnoses import problems, sweep
 
 FAMILY_NAMES = list(FAMILIES)
@@ -58,6 +58,7 @@ def questions_for(family: str) -> tuple[str, ...]:
     )
 
 
+@few_families
 def test_mistakes_are_named_and_random_answers_blamed_on_none(family: str) -> None:
     counts, missed = sweep([family], (0,), questions_for(family), few=2, at_random=2)
     wrong = counts["named"] + counts["same answer"] + counts["nothing"]

@@ -245,7 +245,7 @@ def test_the_history_survives_kills_and_holds_everything_once(folder: Path, hand
 # --- Ctrl-C, SIGTERM ---
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", several([signal.SIGTERM], [signal.SIGINT, signal.SIGTERM]))
 def test_a_grader_that_is_stopped_says_so_and_loses_nothing(
     folder: Path, undisturbed: dict[str, bytes], number: signal.Signals
 ) -> None:

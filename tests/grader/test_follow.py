@@ -7,6 +7,7 @@ import pytest
 
 from exercises.arm.chain import Chain
 from exercises.docs import planar_2r, scorbot_arm
+from exercises.families import FAMILIES
 from exercises.mistakes.catalogue import CATALOGUE, made
 from exercises.mistakes.results import RESULTS, result
 from exercises.mistakes.working import Working, as_formulas, formulas
@@ -140,6 +141,7 @@ def test_nothing_is_earned_by_making_a_later_part_easier(game: str) -> None:
 EARLY = ("relative-angle", "sine-for-cosine", "link-subtracted", "chain-rule", "term-sign")
 
 
+@pytest.mark.families(tuple(FAMILIES), most=4)
 def test_what_follows_from_a_mistake_is_followed_on_every_family(
     family: str, drawn: Draw, monkeypatch: pytest.MonkeyPatch
 ) -> None:

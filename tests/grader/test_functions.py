@@ -14,6 +14,7 @@ from grader.parts import domain_of
 from grader.sandbox import Limits, Sandbox
 from grader.verdict import Outcome
 from tests.support.problems import some_parts
+from tests.support.suites import few_families
 
 Draw = Callable[[str, int], Problem]
 IMPORTS = "import math\nfrom math import cos, sin\nimport numpy as np\nimport sympy as sp"
@@ -131,6 +132,7 @@ WAYS = {
 }
 
 
+@few_families
 def test_functions_of_every_question_get_what_their_formulas_would(
     problem: Problem, sandbox: Sandbox, monkeypatch: pytest.MonkeyPatch
 ) -> None:

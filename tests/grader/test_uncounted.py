@@ -10,6 +10,7 @@ from grader.cells import Cell, read_cells
 from grader.sandbox import Limits, Sandbox
 from grader.uncounted import without_self_checks
 from tests.support.problems import drawn
+from tests.support.suites import few_families
 
 
 def slotted(family: str) -> Problems:
@@ -26,6 +27,7 @@ def code(cells: Sequence[Cell]) -> list[str]:
     return [cell.source for cell in cells if cell.is_code]
 
 
+@few_families
 def test_only_calls_are_left_out(family: str) -> None:
     problems = slotted(family)
     cells = cells_of(problems)

@@ -33,6 +33,19 @@ def test_a_sweep_takes_each_shape_every_day_and_each_family_in_its_turn(monkeypa
     assert families_for("a test", ["ur-6r"]) == ["ur-6r"]
 
 
+def test_what_takes_long_looks_at_five_families_and_at_all_in_a_week(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(suites, "WHOLE", False)
+    monkeypatch.setattr(suites, "SUITE", "test")
+    taken = []
+    for day in DAYS[:7]:
+        monkeypatch.setattr(suites, "ROTATION", day)
+        taken.append(suites.few_for("a test", FAMILIES, 5))
+    assert {len(set(some)) for some in taken} == {5}
+    assert set().union(*taken) == set(FAMILIES)
+    monkeypatch.setattr(suites, "WHOLE", True)
+    assert set(suites.few_for("a test", FAMILIES, 5)) == set(FAMILIES)
+
+
 def test_check_takes_one_family_and_whole_takes_all(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(suites, "WHOLE", False)
     monkeypatch.setattr(suites, "SUITE", "check")

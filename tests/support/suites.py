@@ -77,6 +77,13 @@ def families_for(test: str, among: Iterable[str] = tuple(FAMILIES)) -> list[str]
     return [name for name in names if name in (*always, *others)] or names[:1]
 
 
+def few_for(test: str, among: Iterable[str], most: int) -> list[str]:
+    """Return so many of some families, the next ones of them each day; in `make whole` all, in `make check` one."""
+    names = sorted(among, key=lambda name: crc32(name.encode()))
+    count, first = 1 if SUITE == "check" else most, crc32(test.encode()) + ROTATION * most
+    return names if WHOLE else [names[(first + k) % len(names)] for k in range(min(count, len(names)))]
+
+
 def of_families(names: Sequence[str]) -> pytest.MarkDecorator:
     """Have a test, whose argument is `family`, look at these families, as many of them as the suite allows."""
     return pytest.mark.families(tuple(names))
@@ -96,6 +103,10 @@ def told(left: int, families: int) -> list[str]:
         "`make whole` runs them all, with more problems of each family",
     ]
     return [*lines, "`make test` runs every test that takes seconds"] if SUITE == "check" else lines
+
+
+few_families = pytest.mark.families(tuple(FAMILIES), most=5)
+"""Have a test look at five families in `make test`, others each day: what takes long, and is the same for all arms."""
 
 
 def grouped(names: Iterable[str]) -> list[object]:

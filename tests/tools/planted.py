@@ -97,6 +97,11 @@ class Recorded:
                 made.tests[int(first)].add(test)
         return made
 
+    def only(self, names: set[str]) -> "Recorded":
+        """Return what was recorded of some tests."""
+        tests = {number: there & names for number, there in self.tests.items()}
+        return Recorded(tests, {name: took for name, took in self.seconds.items() if name in names})
+
     def chosen(self, mistake: Mistake) -> list[str]:
         """Return the tests to run: those called like the module, the others that come to the place, shortest first, and
         last the rest of their files, where a fixture may have come there for all of them.
@@ -167,6 +172,11 @@ def record(checkout: Path, name: str, suite: str) -> None:
     variables = {markers.FILE: str(lines), "QDOT_KEPT": "0", **selection(suite)}
     ended = pytest(tree, "-n", "auto", "--dist", "loadgroup", "--durations=25", variables=variables)
     sys.stdout.write(ended.stdout[-2000:])
+
+
+def collected(tree: Path, suite: str) -> set[str]:
+    """Return the tests of a suite as they are now: what was recorded may have been left to `make whole` since."""
+    return set(pytest(tree, "--collect-only", "-n", "0", variables=selection(suite)).stdout.splitlines())
 
 
 def selection(suite: str) -> dict[str, str]:
@@ -243,6 +253,8 @@ def try_all(checkout: Path, name: str, suite: str, only: Sequence[int], jobs: in
     done, recorded = results(name), Recorded.of(WORK / f"{name}.marks")
     todo = [one for one in mistakes() if (one.number in only) or (not only and one.number not in done)]
     trees = [copied(checkout, WORK / f"{name}-{job}") for job in range(jobs)]
+    if suite and not all(mistake.in_site for mistake in todo):
+        recorded = recorded.only(collected(trees[0], suite))
     free = list(trees)
 
     def one(mistake: Mistake) -> dict[str, object]:

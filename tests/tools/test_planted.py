@@ -66,6 +66,8 @@ def test_tests_are_chosen_by_name_then_by_time_and_then_by_file(tmp_path: Path) 
     assert [test.split("/")[-1] for test in chosen] == [
         "test_exact.py::one", "test_b.py::quick", "test_b.py::slow", "test_b.py::other",
     ]  # fmt: skip
+    left = recorded.only({"tests/a/test_b.py::slow"}).chosen(Mistake(3, "exercises/formula/exact.py", 1, "", "", ""))
+    assert left == ["tests/a/test_b.py::slow"]
 
 
 def test_what_is_drawn_can_be_compiled_and_is_spread() -> None:

@@ -21,7 +21,6 @@ from exercises.generate import find_out, questions_of
 from exercises.questions import QUESTIONS
 from exercises.quizzes import ASKED
 from tests.support import ROOT
-from tests.support.suites import of_families
 
 DOCS = ROOT / "docs"
 together = pytest.mark.xdist_group("docs")
@@ -55,7 +54,7 @@ def test_pages_are_up_to_date() -> None:
 SLOW = ("lbr-7r", "random-2", "random-3", "random-4")
 
 
-@of_families([name for name in FAMILIES if name not in SLOW])
+@pytest.mark.families(tuple(name for name in FAMILIES if name not in SLOW), most=5)
 def test_what_is_listed_of_a_family_is_what_its_arms_show(family: str) -> None:
     """Where this fails, run: python -m exercises.docs"""
     assert listing()[family] == find_out(FAMILIES[family])

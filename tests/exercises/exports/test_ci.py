@@ -106,6 +106,7 @@ def _copy(assignment: Assignment, platform: str, place: Path) -> Path:
     return Path(shutil.copytree(exported(assignment, platform) / "grading", place / "grading"))
 
 
+@pytest.mark.whole  # as on GitHub, by the same commands but for where they stand
 def test_a_fresh_clone_on_gitlab_grades_by_the_jobs_own_commands(
     assignment: Assignment, machine: Machine, tmp_path: Path
 ) -> None:

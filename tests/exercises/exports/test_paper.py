@@ -31,7 +31,7 @@ from tests.grader.reports.test_feedback import Page
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class
 from tests.support.programs import LATEX, POPPLER, needs
-from tests.support.suites import several
+from tests.support.suites import few_families, several
 
 TOML = """title = 'Rates & "poses" #1'
 key = "hw"
@@ -79,6 +79,7 @@ def text_of(content: str | bytes, folder: Path) -> str:
 _SEEN: set[str] = set()
 
 
+@few_families
 def test_every_formula_compiles_and_fits_and_has_words(problem: Problem) -> None:
     """Formulas that differ in their numbers only are compiled once in a process."""
     texts = [statement(problem, "")]
@@ -115,6 +116,7 @@ def test_every_answer_has_a_box_and_a_short_form(problem: Problem) -> None:
         assert len(box.units) in (0, box.rows)
 
 
+@few_families
 def test_figures_are_drawn_by_latex_as_in_svg(problem: Problem) -> None:
     drawn = [figure_svg(problem.chain)]
     for part in problem.parts[-several(3, 6) :]:

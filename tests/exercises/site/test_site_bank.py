@@ -16,11 +16,12 @@ from exercises.record import reference_json
 from exercises.site.keys import key_of, weight
 from exercises.site.record import site_record, solutions_record, typed_names
 from exercises.writing.statement import prompt
-from tests.support.suites import WHOLE
+from tests.support.suites import WHOLE, few_families
 
 Drawn = Callable[[str, int], Problem]
 
 
+@few_families
 def test_keys_hold_what_the_derivation_in_numbers_gives(family: str, drawn: Drawn) -> None:
     problem = drawn(family, 0)
     # What mistakes give in numbers takes seconds for six joints, and nothing but their form is looked at here.
