@@ -82,7 +82,7 @@ OLDEST ?= $(shell for p in python3.11 python3 "$${PYENV_ROOT:-$$HOME/.pyenv}"/ve
 
 # Old libraries warn of what newer ones mended: here warnings are shown, and are not errors.
 .PHONY: oldest
-oldest: $(VENV)/.oldest
+oldest: $(VENV)/.oldest .venvs/readers/.installed
 	$(PYTEST) -o filterwarnings=default
 
 docs: $(VENV)/.dev  ## write the pages of docs/ that are made from the code

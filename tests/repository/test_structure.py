@@ -8,6 +8,7 @@ from pathlib import Path
 
 from tests.support import ROOT
 from tests.support.imports import imports, name_of
+from tests.support.programs import GIT, needs
 
 MODULES = sorted((*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py")))
 
@@ -119,6 +120,7 @@ def test_students_text_is_never_executed_outside_the_runner() -> None:
 
 
 def test_no_tracked_text_names_a_machine_or_a_registry() -> None:
+    needs("git", GIT)
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
     if listed.returncode:
         return  # not a checkout

@@ -12,10 +12,14 @@ from typing import Any
 
 from ruamel.yaml import YAML
 
+from tests.support.programs import GIT as GIT_FROM
+from tests.support.programs import needs
+
 GIT = ["git", "-c", "user.name=t", "-c", "user.email=t@example.org", "-c", "init.defaultBranch=main"]
 
 
 def git(*arguments: str | Path, cwd: Path | None = None) -> str:
+    needs("git", GIT_FROM)
     done = subprocess.run([*GIT, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, check=True)
     return done.stdout
 

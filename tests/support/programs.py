@@ -11,6 +11,7 @@ from tests.support import ROOT
 READERS = ROOT / ".venvs" / "readers"
 """An environment of its own for programs that read exports."""
 MAXIMA = "apt-get install maxima maxima-share, or brew install maxima"
+GIT = "apt-get install git, or brew install git"
 POPPLER = "apt-get install poppler-utils, or brew install poppler"
 LATEX = "apt-get install texlive-pictures texlive-latex-extra"
 READER = "make .venvs/readers/.installed"

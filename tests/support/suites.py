@@ -6,6 +6,7 @@ test has seen every family. QDOT_ROTATION, which a run prints, repeats a draw; Q
 """
 
 import os
+import shutil
 import subprocess
 from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
@@ -167,6 +168,8 @@ def changed_tests() -> frozenset[Path]:
 
 
 def _git(*arguments: str) -> list[str]:
+    if shutil.which("git") is None:
+        return []
     done = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True)
     return done.stdout.splitlines()
 

@@ -1,7 +1,6 @@
 """Wording: every prompt and worked solution of every family and question, in every markup."""
 
 import re
-import shutil
 import subprocess
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
@@ -25,6 +24,7 @@ from exercises.writing.markup import to_html, to_latex, to_text
 from exercises.writing.statement import prompt, statement, worked_solution
 from exercises.writing.worked import Worked
 from tests.support.problems import parts_in_turn
+from tests.support.programs import LATEX, needs
 from tests.support.suites import SHAPES, of_families, several
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
@@ -177,8 +177,8 @@ def test_pages_texts_and_documents(problem: Problem, solution: bool) -> None:
         assert (max(answer.splitlines(), key=len) in text) == solution or answer == "-1"
 
 
-@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no LaTeX on this machine")
 def test_latex_compiles(tmp_path: Path, drawn: Draw) -> None:
+    needs("pdflatex", LATEX, in_ci=False)
     (tmp_path / "x.tex").write_text(show(drawn("planar-2r", 0), True, "latex"), encoding="utf-8")
     done = subprocess.run(["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "x.tex"], cwd=tmp_path)
     assert done.returncode == 0
