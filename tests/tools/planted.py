@@ -23,6 +23,7 @@ import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -154,6 +155,8 @@ def pytest(
             os.killpg(process.pid, 9)
             out, _ = process.communicate()
             return subprocess.CompletedProcess(command, -9, out)
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(process.pid, 9)  # what a mistake left running
     return subprocess.CompletedProcess(command, process.returncode, out)
 
 
