@@ -1,0 +1,22 @@
+"""Poses of short questions: clearly regular, or singular, whatever the shape of the Jacobian."""
+
+import pytest
+import sympy as sp
+
+from exercises.arm.chain import Chain, Joint
+from exercises.quizzes.places import posed
+
+LONG = Chain("3R", tuple(Joint("R", sp.Symbol(f"theta{i}"), 0, 1, 0) for i in (1, 2, 3)), ("vx", "vy"))
+SQUARE = Chain("2R", LONG.joints[:2], ("vx", "vy"))
+HIGH = Chain("2R", LONG.joints[:2], ("vx", "vy", "wz"))
+
+
+@pytest.mark.parametrize("chain", [LONG, SQUARE, HIGH], ids=["more joints", "square", "more rows"])
+    "chain", [LONG, SQUARE, HIGH], ids=["more joints than rows", "square", "more rows than joints"]
+)
+def test_a_bent_arm_is_regular_and_a_stretched_one_is_not(chain: Chain) -> None:
+    bent = dict.fromkeys(chain.q, sp.pi / 3)
+    assert posed(chain, bent) is not None
+    stretched = {q: sp.Integer(0) for q in chain.q}
+    assert (posed(chain, stretched) is None) == (chain is not HIGH)  # its angular velocity tells its joints apart
+    assert posed(chain, {**bent, chain.q[0]: sp.Symbol("x")}) is None
