@@ -104,18 +104,18 @@ class Recorded:
         return Recorded(tests, {name: took for name, took in self.seconds.items() if name in names})
 
     def chosen(self, mistake: Mistake) -> list[str]:
-        """Return the tests to run: those called like the module, the others that come to the place, shortest first, and
-        last the rest of their files, where a fixture may have come there for all of them.
-
-        Where no test was seen there, as no mark gets out of the sandbox, those of the folders and files called like it.
+        """Return the tests to run: those called like the module, the others that come to the place, shortest first; then,
+        as a mark may be lost where something is kept or in the sandbox, those called like it that were not seen there,
+        and last the rest of the files of all, where a fixture may have come there.
         """
         words = set(Path(mistake.path).with_suffix("").parts) - {"exercises", "grader"}
         words |= {"sandbox"} if "contained" in words else set()
         alike = {test for test in self.seconds if words & set(re.split(r"\W|test_|_", test.split("::")[0]))}
         here = self.tests.get(mistake.number, set()) & self.seconds.keys()
         files = {test.split("::")[0] for test in here}
-        rest = {test for test in self.seconds if test.split("::")[0] in files} if here else alike
-        places = {test: 0 if test in here & alike else 1 if test in here else 2 for test in here | rest}
+        rest = {test for test in self.seconds if test.split("::")[0] in files}
+        places = {**dict.fromkeys(rest, 3), **dict.fromkeys(alike, 2), **dict.fromkeys(here, 1)}
+        places |= dict.fromkeys(here & alike, 0)
         return sorted(places, key=lambda test: (places[test], self.seconds.get(test, 0.0), test))
 
 

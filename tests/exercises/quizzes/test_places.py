@@ -12,8 +12,6 @@ HIGH = Chain("2R", LONG.joints[:2], ("vx", "vy", "wz"))
 
 
 @pytest.mark.parametrize("chain", [LONG, SQUARE, HIGH], ids=["more joints", "square", "more rows"])
-    "chain", [LONG, SQUARE, HIGH], ids=["more joints than rows", "square", "more rows than joints"]
-)
 def test_a_bent_arm_is_regular_and_a_stretched_one_is_not(chain: Chain) -> None:
     bent = dict.fromkeys(chain.q, sp.pi / 3)
     assert posed(chain, bent) is not None
