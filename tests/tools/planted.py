@@ -104,9 +104,10 @@ class Recorded:
         return Recorded(tests, {name: took for name, took in self.seconds.items() if name in names})
 
     def chosen(self, mistake: Mistake) -> list[str]:
-        """Return the tests to run: those called like the module, the others that come to the place, shortest first; then,
-        as a mark may be lost where something is kept or in the sandbox, those called like it that were not seen there,
-        and last the rest of the files of all, where a fixture may have come there.
+        """Return the tests to run: those called like the module, the others that come to the place, shortest first.
+
+        Then those called like it that were not seen there, as a mark may be lost where something is kept or in the
+        sandbox, and last the rest of the files of all, where a fixture may have come there.
         """
         words = set(Path(mistake.path).with_suffix("").parts) - {"exercises", "grader"}
         words |= {"sandbox"} if "contained" in words else set()
