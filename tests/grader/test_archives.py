@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from grader import archives
-from grader.archives import Unreadable
+from grader.cells import Unreadable
 
 
 def test_a_class_may_have_as_many_files_as_are_allowed_and_no_more(
