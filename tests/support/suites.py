@@ -1,7 +1,7 @@
 """The three suites, `make check`, `make test` and `make whole`: which families and how many problems each looks at.
 
-A sweep takes every family in `make whole`. In `make test` it takes one of each shape (`SHAPES`) and an eighth of the
-others, in `make check` one. Which ones those are changes from test to test and from day to day, so that in a week every
+A sweep takes every family in `make whole`. In `make test` it takes one of each shape (`SHAPES`) and a sixteenth of
+the others, in `make check` one. Which ones those are changes from test to test and from day to day, so that in two weeks every
 test has seen every family. QDOT_ROTATION, which a run prints, repeats a draw; QDOT_SUITE is the suite.
 """
 
@@ -31,7 +31,7 @@ assert SUITE in SUITES, f"QDOT_SUITE={SUITE}: it is one of {', '.join(SUITES)}"
 WHOLE = SUITE == "whole"
 # Set for the workers of a run, too, lest it changes at midnight.
 ROTATION = int(os.environ.setdefault("QDOT_ROTATION", str(datetime.now(UTC).toordinal())))
-SHARE = 8
+SHARE = 16
 """One in so many of the families that aren't always taken is taken by a sweep of `make test`."""
 
 SHAPES = {
