@@ -1,8 +1,8 @@
 """The three suites, `make check`, `make test` and `make whole`: which families and how many problems each looks at.
 
-A sweep takes every family in `make whole`. In `make test` it takes one of each shape (`SHAPES`) and a sixteenth of
-the others, in `make check` one. Which ones those are changes from test to test and from day to day, so that in two weeks every
-test has seen every family. QDOT_ROTATION, which a run prints, repeats a draw; QDOT_SUITE is the suite.
+A sweep takes every family in `make whole`. In `make test` it takes one of each shape (`SHAPES`) and a sixteenth of the
+others, in `make check` one. Which ones those are changes from test to test and from day to day, so that in sixteen days
+every test has seen every family. QDOT_ROTATION, which a run prints, repeats a draw; QDOT_SUITE is the suite.
 """
 
 import os
