@@ -19,6 +19,7 @@ from exercises.parallel import _stop_put_off
 from exercises.quizzes import ASKED
 from grader.cli import WORKERS, app
 from tests.support.command import fails, run, runner
+from tests.support.handing_in import TOML
 from tests.support.suites import several
 
 ELBOW = """name = "elbow"
@@ -318,6 +319,14 @@ def test_a_terminal_without_unicode_is_no_failure() -> None:
 AT_WORK = "at work"
 
 
+def of_thousands(folder: Path) -> Path:
+    """Make an assignment of few questions for more students than are generated before it is stopped."""
+    run("init", folder)
+    (folder / "roster.csv").write_text("student\n" + "".join(f"s{i}\n" for i in range(2000)))
+    (folder / "assignment.toml").write_text(TOML)
+    return folder
+
+
 def wait_for(when: float | str, folder: Path) -> None:
     """Wait some seconds, or until the first notebook is written."""
     if isinstance(when, float | int):
@@ -347,9 +356,7 @@ def all_gone(group: int) -> None:
 @pytest.mark.skipif(shutil.which("ps") is None, reason="needs ps")
 @pytest.mark.parametrize("when", several([0.3, AT_WORK], [0.3, 1.2, 4, AT_WORK]))
 def test_ctrl_c_ends_everything_at_once_in_one_line(tmp_path: Path, when: float | str) -> None:
-    made = tmp_path / "hw"
-    run("init", made)
-    (made / "roster.csv").write_text("student\n" + "".join(f"s{i}\n" for i in range(2000)))
+    made = of_thousands(tmp_path / "hw")
     process = subprocess.Popen(
         [sys.executable, "-m", "grader.cli", "generate", str(made), "--jobs", "2"],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
@@ -380,9 +387,7 @@ STOPPED_TOO: list[tuple[str, str, str, float | str]] = [
 def test_sigterm_ends_everything_at_once_in_one_line(
     tmp_path: Path, command: str, whom: str, said: str, when: float | str
 ) -> None:
-    made = tmp_path / "hw"
-    run("init", made)
-    (made / "roster.csv").write_text("student\n" + "".join(f"s{i}\n" for i in range(2000)))
+    made = of_thousands(tmp_path / "hw")
     what = [str(made)] if command == "generate" else ["--family", "elbow-3r", "--count", "2000"]
     process = subprocess.Popen(
         [sys.executable, "-m", "grader.cli", command, *what, "--jobs", "2"],

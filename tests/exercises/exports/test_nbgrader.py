@@ -8,7 +8,7 @@ import copy
 import json
 import os
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,15 +32,15 @@ pytestmark = pytest.mark.xdist_group("nbgrader")
 NAMES = ("p1-position", "p1-jacobian", "p1-determinant")
 POINTS = dict(zip(("p1.position", "p1.jacobian", "p1.determinant"), (1.0, 2.0, 1.0), strict=True))
 Cells = dict[str, dict[str, Any]]
-GRADE = """
+STEPS = """
 import json
+import sys
 from nbgrader.apps import NbGrader, NbGraderAPI
 app = NbGrader()
 app.initialize([])
 api = NbGraderAPI(app.coursedir, parent=app)  # what the formgrader does; one process is enough for all of it
-for step in (lambda: api.generate_assignment("hw"), lambda: api.autograde("hw", "*"),
-             lambda: api.generate_feedback("hw", "wrong")):
-    done = step()
+for step, *given in json.loads(sys.argv[1]):
+    done = getattr(api, step)("hw", *given)
     assert done["success"], done
 with api.gradebook as book:
     for one in book.assignment_submissions("hw"):
@@ -50,13 +50,14 @@ with api.gradebook as book:
 """
 
 
-STUDENTS = ("late", "wrong", "blank", "meddles", "dies", "loops")
+STUDENTS = ("late", "wrong", "meddles", "blank", "dies", "loops")
+SCORES = {"late": 2.7, "wrong": 2.5, "meddles": 3, "blank": 0}
 
 
 @pytest.fixture(scope="module")
 def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     folder = tmp_path_factory.mktemp("course") / "hw"
-    a_class(folder, [Student(name) for name in several(STUDENTS[:-1], STUDENTS)])
+    a_class(folder, [Student(name) for name in several(STUDENTS[:3], STUDENTS)])
     late = "due = 2027-01-10T00:00:00Z\nlate = {per_day = 0.1}\n[[problem]]"
     (folder / "assignment.toml").write_text(TOML.replace("[[problem]]", late))
     run("export", folder, "--to", "nbgrader", "--jobs", "1")
@@ -108,24 +109,45 @@ def dies(_: list[Any], cells: Cells) -> None:
     cells["p1-jacobian"]["source"] += "\nimport os; os._exit(0)"
 
 
-CHANGES = {"late": None, "wrong": wrong, "dies": dies, "loops": loops, "meddles": meddles}
+def leaves_one(_: list[Any], cells: Cells) -> None:
+    cells["p1-determinant"]["source"] = "p1_determinant = blank"
 
 
-def graded(python: str, place: Path) -> list[Any]:
-    """Have nbgrader mark everybody in the course; return the lines that GRADE prints."""
+CHANGES = {"late": leaves_one, "wrong": wrong, "dies": dies, "loops": loops, "meddles": meddles}
+
+
+def stepped(python: str, place: Path, *steps: Sequence[str]) -> list[Any]:
+    """Have nbgrader take these steps; return the lines that STEPS prints, one for everybody who was marked."""
     variables = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "QDOT"))}
     variables["PATH"] = f"{Path(python).parent}{os.pathsep}{variables['PATH']}"  # nbgrader starts alembic by its name
-    command = [python, "-c", GRADE]
+    command = [python, "-c", STEPS, json.dumps(steps)]
     done = subprocess.run(command, cwd=place, env=variables, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr[-3000:]
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
-def test_nbgrader_gives_what_qdot_gives_and_says_why(assignment: Assignment) -> None:
-    python = reader("python", "nbgrader")
-    place = course(assignment)
-    with (place / "nbgrader_config.py").open("a") as file:
+@pytest.fixture(scope="module")
+def generated(assignment: Assignment) -> Path:
+    """The course, from whose source nbgrader has made what it would hand out."""
+    with (course(assignment) / "nbgrader_config.py").open("a") as file:
         file.write("c.Mark.seconds = 12\n")
+    stepped(reader("python", "nbgrader"), course(assignment), ["generate_assignment"])
+    return course(assignment)
+
+
+def test_what_was_written_without_nbgrader_is_what_nbgrader_writes(assignment: Assignment, generated: Path) -> None:
+    """Its own digest of a cell that nobody may change."""
+    released = nbformat.read(generated / "release" / "hw" / "hw.ipynb", as_version=4)
+    about = {cell.metadata.nbgrader.grade_id: cell.metadata for cell in released.cells if "nbgrader" in cell.metadata}
+    ours = {cell["id"]: cell["metadata"] for cell in handout(assignment, "late")["cells"]}
+    for name in NAMES:
+        theirs = json.loads(json.dumps(about[name]))
+        theirs["nbgrader"].pop("cell_type", None)
+        assert ours[f"{name}-marks"] == theirs
+
+
+def test_nbgrader_gives_what_qdot_gives_and_says_why(assignment: Assignment, generated: Path) -> None:
+    place = generated
     for student in (one.id for one in assignment.roster):
         blank = json.dumps(handout(assignment, student))
         text = answered(assignment, student, CHANGES[student]) if student in CHANGES else blank
@@ -137,15 +159,8 @@ def test_nbgrader_gives_what_qdot_gives_and_says_why(assignment: Assignment) -> 
                 os.utime(target / "hw.ipynb", (seconds, seconds))
         if student == "late":
             (place / "submitted" / student / "hw" / "timestamp.txt").write_text("2027-01-11 00:00:00 UTC")
-    lines = graded(python, place)
-    # What was written without nbgrader is what nbgrader writes: its own digest of a cell that nobody may change.
-    released = nbformat.read(place / "release" / "hw" / "hw.ipynb", as_version=4)
-    about = {cell.metadata.nbgrader.grade_id: cell.metadata for cell in released.cells if "nbgrader" in cell.metadata}
-    ours = {cell["id"]: cell["metadata"] for cell in handout(assignment, "late")["cells"]}
-    for name in NAMES:
-        theirs = json.loads(json.dumps(about[name]))
-        theirs["nbgrader"].pop("cell_type", None)
-        assert ours[f"{name}-marks"] == theirs
+    python = reader("python", "nbgrader")
+    lines = stepped(python, place, ["autograde", "*"], ["generate_feedback", "wrong"])
     results, _ = grade(assignment)
     assert {line[0] for line in lines} == set(results)
     for student, score, worth, found in lines:
@@ -153,9 +168,9 @@ def test_nbgrader_gives_what_qdot_gives_and_says_why(assignment: Assignment) -> 
         assert (score, worth) == (pytest.approx(results[student]["score"]), 4), student
         assert {name: found[name] for name in NAMES} == parts, student
         answers = {found[f"{name}-answer"] for name in NAMES if f"{name}-answer" in found}
-        assert answers == ({"No response."} if student == "blank" else {None}), student
-    scores = {line[0]: line[1] for line in lines}
-    assert scores | {"late": 3.6, "wrong": 2.5, "blank": 0, "meddles": 3} == scores
+        unanswered = {"blank": {"No response."}, "late": {"No response.", None}}
+        assert answers == unanswered.get(student, {None}), student
+    assert all(line[1] == pytest.approx(SCORES.get(line[0], line[1])) for line in lines)
     page = (place / "feedback" / "wrong" / "hw" / "hw.html").read_text()
     reason = next(part["reason"] for part in results["wrong"]["problems"][0]["parts"] if part["name"] == "jacobian")
     assert reason.split(";")[0].split("(")[0].strip() in page
