@@ -15,10 +15,10 @@ from nbformat.v4 import new_notebook
 
 from exercises import ENGINE
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
+from exercises.formula.code import WIDTH, python_text
 from exercises.problem import Part, Problem, variable
 from exercises.quizzes import ASKED
 from exercises.render import render
-from exercises.writing.answer_code import WIDTH, answer_code, placeholder_code, python_text
 from exercises.writing.latex import natural
 from exercises.writing.statement import hints, prompt, statement, worked_solution
 
@@ -86,7 +86,7 @@ def _problem_cells(kind: str, number: int, slot: str, problem: Problem, hinted: 
         label = f"{number}.{index}"
         yield _markdown(f"{slot}-{part.name}-question", _prompt(label, slot, problem, part, hinted))
         start = f"{variable(slot, part.name)} = "
-        source = start + (placeholder_code if kind == "student" else answer_code)(part, len(start))
+        source = start + (part.answer.placeholder if kind == "student" else part.answer.code)(len(start))
         yield _code(f"{slot}-{part.name}", source, {"qdot": {"part": f"{slot}.{part.name}"}})
         if kind == "solution":
             svg = solution_figure(problem, part, f"{slot}-{part.name}")

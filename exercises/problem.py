@@ -4,15 +4,18 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import TypeVar
 
 import sympy as sp
 
 from exercises import ENGINE
+from exercises.answers import Answer
 from exercises.arm.chain import Chain
-from exercises.arm.singularity import Component
 from exercises.credit import Credit
 from exercises.errors import QdotError
 from exercises.formula.identity import Domain, Rounding
+
+Kind = TypeVar("Kind", bound=Answer)
 
 LARGEST_SEED = (1 << 63) - 1
 
@@ -46,109 +49,6 @@ class ProblemId:
 
 
 @dataclass(frozen=True)
-class Expression:
-    """One formula."""
-
-    reference: sp.Expr
-
-
-@dataclass(frozen=True)
-class Matrix:
-    """A matrix or (one column) a vector, marked by entry."""
-
-    reference: sp.Matrix
-
-
-@dataclass(frozen=True)
-class ConditionSet:
-    """A set of configurations, as conditions on the joints."""
-
-    components: tuple[Component, ...]
-
-    def pieces(self) -> list[str]:
-        """Return every piece as text, in the form of cli.md's `singular`."""
-        return [piece for component in self.components for piece in component.pieces()]
-
-
-@dataclass(frozen=True)
-class Number:
-    """Numbers with a unit each, right within `tolerance` (relative; `floor` is an absolute least allowance)."""
-
-    reference: sp.Matrix
-    units: tuple[str, ...]
-    tolerance: float
-    floor: float
-
-
-@dataclass(frozen=True)
-class Direction:
-    """A vector that counts up to a factor other than zero; `tolerance` is relative, None where it is a formula."""
-
-    reference: sp.Matrix
-    tolerance: float | None = None
-
-
-@dataclass(frozen=True)
-class Choice:
-    """One right option out of several; options are shown in this order under the letters A, B, C …"""
-
-    options: tuple[str, ...]
-    correct: int
-
-    @property
-    def letter(self) -> str:
-        """The letter of the right option."""
-        return LETTERS[self.correct]
-
-
-@dataclass(frozen=True)
-class Selection:
-    """All right options, one or more, out of several."""
-
-    options: tuple[str, ...]
-    correct: tuple[int, ...]
-
-    @property
-    def letters(self) -> str:
-        """The letters of the right options, as in "ACD"."""
-        return "".join(LETTERS[index] for index in self.correct)
-
-
-@dataclass(frozen=True)
-class Matching:
-    """An option for each item; no option belongs to two items, and some may belong to none."""
-
-    items: tuple[str, ...]
-    options: tuple[str, ...]
-    correct: tuple[int, ...]
-
-    @property
-    def letters(self) -> str:
-        """The letters of the right options in the order of the items, as in "BAC"."""
-        return "".join(LETTERS[index] for index in self.correct)
-
-
-TRUE_FALSE = ("true", "false")
-"""The options of a statement that is true or false."""
-
-LETTERS = "ABCDEFGH"
-"""Under which options are shown."""
-
-Answer = Expression | Matrix | ConditionSet | Number | Direction | Choice | Selection | Matching
-
-TYPES = {
-    Expression: "expression",
-    Matrix: "matrix",
-    ConditionSet: "singular",
-    Number: "number",
-    Direction: "direction",
-    Choice: "choice",
-    Selection: "selection",
-    Matching: "matching",
-}
-
-
-@dataclass(frozen=True)
 class SymbolInfo:
     """What a symbol of a problem stands for: role (joint, rate, velocity, force, length, angle), unit, given value."""
 
@@ -177,6 +77,12 @@ class Part:
     rounding: Rounding | None = None
     credit: Credit | None = None
 
+    def of(self, kind: type[Kind]) -> Kind:
+        """Return the answer, which is of this type. Raises TypeError where it is of another."""
+        if not isinstance(self.answer, kind):
+            raise TypeError(f"the answer to {self.kind!r} is of type {self.type}, not {kind.type}")
+        return self.answer
+
     @property
     def precision(self) -> str:
         """How exactly numbers are wanted: as the assignment says, else to three digits."""
@@ -185,12 +91,12 @@ class Part:
     @property
     def type(self) -> str:
         """The type in cli.md: expression, matrix, singular, number, direction, choice, selection or matching."""
-        return TYPES[type(self.answer)]
+        return self.answer.type
 
     @property
     def shape(self) -> tuple[int, int] | None:
         """Rows and columns of a matrix, of numbers or of a direction, else None."""
-        return self.answer.reference.shape if isinstance(self.answer, (Matrix, Number, Direction)) else None
+        return self.answer.shape
 
     @property
     def symbols(self) -> Mapping[str, SymbolInfo]:

@@ -6,28 +6,15 @@ sentence may be mended without making another problem of it.
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from functools import lru_cache
 from typing import Any
 
 import sympy as sp
 
 from exercises.arm.chain import Chain
-from exercises.formula.printing import Printer
-from exercises.problem import (
-    Choice,
-    ConditionSet,
-    Direction,
-    Expression,
-    Matching,
-    Matrix,
-    Number,
-    Part,
-    Problem,
-    Selection,
-    SymbolInfo,
-)
+from exercises.formula.text import text_of
+from exercises.problem import Part, Problem, SymbolInfo
 
 Json = dict[str, Any]
 
@@ -56,83 +43,6 @@ def symbol_json(info: SymbolInfo) -> Json:
     return found
 
 
-@lru_cache(maxsize=1024, typed=True)
-def text_of(expression: sp.Expr) -> str:
-    """Return an expression as text; kept, for each is wanted by the record, its digest, the tests and the grader."""
-    return _known.get((type(expression), expression)) or Printer().doprint(expression)
-
-
-_known: dict[tuple[type[sp.Expr], sp.Expr], str] = {}
-_MOST_KNOWN = 8192
-
-
-def know_texts(texts: Iterable[tuple[sp.Expr, str]]) -> None:
-    """Take the texts of expressions that were kept: SymPy takes half as long to print references as marking does."""
-    if len(_known) > _MOST_KNOWN:
-        _known.clear()
-    _known.update(((type(expression), expression), text) for expression, text in texts)
-
-
-def entries_of(part: Part) -> list[sp.Expr]:
-    """Return the expressions of a reference that are compared as text."""
-    answer = part.answer
-    if isinstance(answer, Expression):
-        return [answer.reference]
-    return list(answer.reference) if isinstance(answer, (Matrix, Direction)) else []
-
-
-class ByText:
-    """The end of a key for sorting: an expression's text, the same on every machine, made only where it decides."""
-
-    __slots__ = ("expression",)
-
-    def __init__(self, expression: sp.Expr) -> None:
-        self.expression = expression
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, ByText) and bool(self.expression == other.expression)
-
-    def __hash__(self) -> int:
-        return hash(self.expression)
-
-    def __lt__(self, other: "ByText") -> bool:
-        return text_of(self.expression) < text_of(other.expression)
-
-
-def reference_json(part: Part) -> str | list[Any]:
-    """Return a reference: a string, a list for a vector or a set of conditions, a list of rows for a matrix."""
-    answer = part.answer
-    if isinstance(answer, Expression):
-        return text_of(answer.reference)
-    if isinstance(answer, ConditionSet):
-        return answer.pieces()
-    if isinstance(answer, Choice):
-        return answer.letter
-    if isinstance(answer, (Selection, Matching)):
-        return list(answer.letters)
-    if isinstance(answer, Number):
-        return [f"{float(value):.10g}" if value.is_number else str(value) for value in answer.reference]
-    assert isinstance(answer, (Matrix, Direction))
-    return matrix_json(answer.reference)
-
-
-def options_json(part: Part) -> Json:
-    """Return the options of a part that has some, and the items that they are matched to."""
-    found: Json = {}
-    if isinstance(part.answer, (Choice, Selection, Matching)):
-        found["options"] = list(part.answer.options)
-    if isinstance(part.answer, Matching):
-        found["items"] = list(part.answer.items)
-    return found
-
-
-def matrix_json(matrix: sp.Matrix) -> list[Any]:
-    """Return a matrix as a list of rows of text, a column as a plain list."""
-    if matrix.cols == 1:
-        return [text_of(entry) for entry in matrix]
-    return [[text_of(entry) for entry in row] for row in matrix.tolist()]
-
-
 def plain(value: object) -> Any:
     """Return what JSON can hold of the details of a part; SymPy as text."""
     if is_dataclass(value) and not isinstance(value, type):
@@ -157,8 +67,8 @@ def digests(problem: Problem) -> Json:
 
 
 def _part(part: Part) -> Json:
-    given = {"kind": part.kind, "reference": reference_json(part), "options": None, "details": plain(part.details)}
-    return given | options_json(part)
+    given = {"kind": part.kind, "reference": part.answer.as_json(), "options": None, "details": plain(part.details)}
+    return given | part.answer.options_json()
 
 
 def _digest(content: Any) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from exercises.answers import Number
 from exercises.errors import unknown
 from exercises.figure import alt_text, figure_svg, part_svg
 from exercises.notebook import (
@@ -15,11 +16,10 @@ from exercises.notebook import (
     solution_notebook,
     student_notebook,
 )
-from exercises.problem import Number, Part, Problem
+from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
-from exercises.record import Json, options_json, reference_json, robot_json, symbol_json
+from exercises.record import Json, robot_json, symbol_json
 from exercises.render import render
-from exercises.writing.answer_code import answer_code
 from exercises.writing.markup import latex_escaped, to_html, to_latex, to_text
 from exercises.writing.statement import hints, prompt, statement, worked_solution
 
@@ -73,7 +73,7 @@ def _pieces(
             convert(prompt(problem, part)),
             [convert(lead.format(i) + hint) for i, hint in enumerate(hints(problem, part), 1)] if hinted else [],
             convert(worked_solution(problem, part)) if solution else "",
-            answer_code(part) if solution else "",
+            part.answer.code() if solution else "",
             part_svg(problem.chain, part, part.name),
             solution_figure(problem, part, f"{part.name}-solution") if solution else "",
         )
@@ -161,11 +161,11 @@ def _part_json(problem: Problem, part: Part, solution: bool) -> Json:
         "needs": list(part.needs),
         "hints": list(hints(problem, part)),
     }
-    found |= options_json(part)
+    found |= part.answer.options_json()
     if isinstance(part.answer, Number):
         found |= {"units": list(part.answer.units), "tolerance": part.answer.tolerance, "floor": part.answer.floor}
     if solution:
-        found["reference"] = reference_json(part)
+        found["reference"] = part.answer.as_json()
         found["solution"] = worked_solution(problem, part)
     return found
 

@@ -10,10 +10,10 @@ from exercises.arm.chain import Chain
 from exercises.arm.classification import kind_is_sure
 from exercises.arm.derivation import TooLong, derive
 from exercises.arm.robot_file import read_robot
+from exercises.formula.text import matrix_json
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.base import BY_HAND
-from exercises.record import matrix_json
 from exercises.render import render
 from exercises.stream import Stream
 from exercises.writing.latex import tex

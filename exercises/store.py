@@ -25,8 +25,8 @@ from exercises.assignment import Assignment
 from exercises.errors import QdotError
 from exercises.figure import figure_svg, part_svg
 from exercises.files import write_atomically
+from exercises.formula.text import know_texts, text_of
 from exercises.problem import Problem
-from exercises.record import entries_of, know_texts, text_of
 from exercises.render import template_folder
 
 FOLDER = ".qdot"
@@ -58,7 +58,8 @@ def keep(assignment: Assignment, student: str, problems: list[tuple[str, Problem
         figures[slot] = figure_svg(problem.chain, slot)
         drawn = {f"{slot}-{part.name}": part_svg(problem.chain, part, f"{slot}-{part.name}") for part in problem.parts}
         figures.update({name: svg for name, svg in drawn.items() if svg})
-    texts = [(entry, text_of(entry)) for _, problem in problems for part in problem.parts for entry in entries_of(part)]
+    answers = [part.answer for _, problem in problems for part in problem.parts]
+    texts = [(entry, text_of(entry)) for answer in answers for entry in answer.entries()]
     minors = [_minors(problem) for _, problem in problems]
     payload = zlib.compress(_pickled((problems, figures, texts, minors)), 1)
     text = f"{_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"

@@ -19,8 +19,8 @@ from exercises.errors import QdotError
 from exercises.families import Family
 from exercises.generate import generate
 from exercises.parallel import ordered_map
-from exercises.problem import Choice, ConditionSet, Expression, Matching, Part, Problem, ProblemId, Selection
-from exercises.record import digests, text_of
+from exercises.problem import Problem, ProblemId
+from exercises.record import digests
 from exercises.release import certificate_path, notebook_path
 from exercises.verify import FULL_RANK, ProblemCertificate, certify
 from grader.certificates import (
@@ -58,27 +58,12 @@ class Task:
         return f"{self.owner + ': ' if self.owner else ''}{self.identity} ({asked})"
 
 
-def reference_text(part: Part) -> str:
-    """Return the reference as a student would have to type it."""
-    answer = part.answer
-    if isinstance(answer, Choice):
-        return answer.letter
-    if isinstance(answer, (Selection, Matching)):
-        return answer.letters
-    if isinstance(answer, ConditionSet):
-        return "[" + ", ".join(piece for piece in answer.pieces()) + "]"
-    if isinstance(answer, Expression):
-        return text_of(answer.reference)
-    rows = [", ".join(map(text_of, row)) for row in answer.reference.tolist()]
-    return f"[{', '.join(f'[{row}]' for row in rows)}]"
-
-
 def failures_of(problem: Problem, certificate: ProblemCertificate | None = None) -> list[str]:
     """Return what is wrong with a problem: failed checks, and references that do not get full marks."""
     checked = certificate or certify(problem)
     failed = [f"{check.name}: {check.detail}" for check in checked.failures]
     for part in problem.parts:
-        judgement = judge(problem, part, reference_text(part), f"certify/{problem.id}/{part.name}")
+        judgement = judge(problem, part, part.answer.as_typed(), f"certify/{problem.id}/{part.name}")
         if judgement.outcome is not Outcome.CORRECT:
             failed.append(f"{part.name}: the reference itself is judged {judgement.outcome}: {judgement.reason}")
     return failed

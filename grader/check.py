@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from exercises.answers import TRUE_FALSE
 from exercises.errors import QdotError
 from exercises.formula.expression import read
 from exercises.formula.trees import Node, ReadError, as_matrix, has_blank
-from exercises.problem import TRUE_FALSE, variable
+from exercises.problem import variable
 from exercises.quizzes import ASKED
 from grader.cells import Unreadable
 from grader.finding import asked_in, find_answers

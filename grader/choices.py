@@ -5,8 +5,8 @@ import unicodedata
 from collections.abc import Sequence
 from fractions import Fraction
 
+from exercises.answers import LETTERS, TRUE_FALSE
 from exercises.formula.identity import Certificate
-from exercises.problem import LETTERS, TRUE_FALSE
 from grader.verdict import Judgement, correct, graded, missing, wrong
 
 

@@ -125,7 +125,9 @@ def _stop(number: int, _: object) -> NoReturn:
 
 def main() -> None:
     """Run the command line: 0 done, 1 something is not as it should be, 2 bad input or our own failure."""
-    usual = signal.signal(signal.SIGINT, _stop_at_once)  # nothing has been begun yet
+    usual = signal.getsignal(signal.SIGINT)
+    if usual is not signal.SIG_IGN:  # who started this in the background wants no Ctrl-C to end it
+        signal.signal(signal.SIGINT, _stop_at_once)  # nothing has been begun yet
     signal.signal(signal.SIGTERM, _stop_at_once)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):

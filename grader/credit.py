@@ -7,14 +7,15 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
+from exercises.answers import Expression, Matrix
 from exercises.credit import OWN
 from exercises.formula.algebra import number, times
 from exercises.formula.expression import read
 from exercises.formula.identity import READABLE, Domain, compare_entries
 from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.text import text_of
 from exercises.formula.trees import Node, ReadError, names
-from exercises.problem import Expression, Matrix, Part, Problem
-from exercises.record import text_of
+from exercises.problem import Part, Problem
 from exercises.stream import Stream
 from grader.functions import is_table
 from grader.parts import domain_of

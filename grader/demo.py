@@ -6,11 +6,12 @@ from pathlib import Path
 
 import nbformat
 
+from exercises.answers import Choice, ConditionSet, Matching, Number, Selection
 from exercises.assignment import Assignment, Student, load_assignment
 from exercises.console import note, progress, say
 from exercises.errors import QdotError
 from exercises.files import write_atomically
-from exercises.problem import Choice, ConditionSet, Matching, Number, Part, Problem, Selection
+from exercises.problem import Part, Problem
 from exercises.release import init_assignment, release
 from grader.batch import alone, grade_class
 from grader.certify import certificate_text
@@ -214,13 +215,11 @@ def hand_in(assignment: Assignment, student: str, kind: str) -> None:
 
 def answered(text: str, problems: Sequence[tuple[str, Problem]], edit: Edit) -> str:
     """Return the student's notebook with every answer cell filled in from the reference, through `edit`."""
-    from exercises.writing.answer_code import answer_code
-
     parts: Mapping[str, Part] = {f"{slot}.{part.name}": part for slot, problem in problems for part in problem.parts}
     notebook = nbformat.reads(text, as_version=4)
     for cell in notebook.cells:
         name = cell.metadata.get("qdot", {}).get("part")
         if name in parts:
             left = cell.source.split("=", 1)[0]
-            cell.source = f"{left}= {edit(answer_code(parts[name]), parts[name])}"
+            cell.source = f"{left}= {edit(parts[name].answer.code(), parts[name])}"
     return json.dumps(notebook, indent=1, sort_keys=True, ensure_ascii=False) + "\n"

@@ -12,6 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
+from exercises.answers import Choice, Direction, Matching, Number, Selection
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
 from exercises.formula.tape import compile_tape, evaluate
@@ -28,7 +29,7 @@ from exercises.mistakes.catalogue import (
 from exercises.mistakes.given import Values, configurations
 from exercises.mistakes.results import RESULTS, result
 from exercises.mistakes.working import Working, numbers
-from exercises.problem import Choice, Direction, Matching, Number, Part, Problem, Selection
+from exercises.problem import Part, Problem
 from exercises.questions.concepts import option_numbers
 from exercises.quizzes.options import blames_of
 from exercises.stream import Stream

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from exercises.answers import ConditionSet, Expression, Matrix, Number
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
 from exercises.formula.algebra import ZERO, adjugate, cross, derivative, determinant, over, product, transposed
@@ -19,10 +20,10 @@ from exercises.formula.algebra import Matrix as Rows
 from exercises.formula.expression import read
 from exercises.formula.identity import READABLE
 from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.text import text_of
 from exercises.formula.trees import Node, ReadError, as_matrix, has_blank, names, node_text, size_of
 from exercises.mistakes.given import configurations
-from exercises.problem import ConditionSet, Expression, Matrix, Number, Part, Problem
-from exercises.record import text_of
+from exercises.problem import Part, Problem
 from exercises.stream import Stream
 from grader.functions import is_table
 from grader.judge import judge_expression, judge_matrix, judge_numbers, judge_singular

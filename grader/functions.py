@@ -12,12 +12,13 @@ from typing import Any
 
 import numpy as np
 
+from exercises.answers import Direction, Expression, Matrix
 from exercises.formula.expression import read
 from exercises.formula.identity import Certificate, Comparison, Domain, Rounding, missed, number
 from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.text import text_of
 from exercises.formula.trees import names
-from exercises.problem import Direction, Expression, Matrix, Part, Problem
-from exercises.record import text_of
+from exercises.problem import Part, Problem
 from exercises.stream import Stream
 from grader.contained.callables import TABLE
 from grader.judge import matrix_judgement

@@ -1,19 +1,9 @@
 """Judge the answer to one part of a problem, whatever its type, against its reference."""
 
+from exercises.answers import Choice, ConditionSet, Direction, Expression, Matching, Matrix, Number, Selection
 from exercises.formula.identity import Domain
-from exercises.problem import (
-    Choice,
-    ConditionSet,
-    Direction,
-    Expression,
-    Matching,
-    Matrix,
-    Number,
-    Part,
-    Problem,
-    Selection,
-)
-from exercises.record import text_of
+from exercises.formula.text import text_of
+from exercises.problem import Part, Problem
 from grader.choices import judge_choice, judge_matching, judge_selection
 from grader.direction import judge_direction
 from grader.functions import asked_of, constant_text, is_table, judge_function

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from exercises import ENGINE
+from exercises.answers import Choice, ConditionSet, Expression, Matching, Number, Selection
 from exercises.assignment import Slot, load_assignment
 from exercises.errors import QdotError
 from exercises.exports.prairielearn import BANK_FILE
@@ -17,9 +18,8 @@ from exercises.figure import figure_svg, part_svg
 from exercises.formula.expression import read
 from exercises.formula.trees import ReadError
 from exercises.notebook import points_text, solution_figure
-from exercises.problem import Choice, ConditionSet, Expression, Matching, Number, Part, Problem, Selection, variable
+from exercises.problem import Part, Problem, variable
 from exercises.quizzes import ASKED
-from exercises.writing.answer_code import placeholder_code
 from exercises.writing.markup import to_html_for_mathjax
 from exercises.writing.statement import hints, prompt, statement, worked_solution
 from grader.marking import mark
@@ -127,7 +127,7 @@ def _placeholder(part: Part) -> str:
         return "a list of conditions"
     if isinstance(part.answer, (Choice, Selection, Matching)):
         return "letters, or true or false"
-    shape = placeholder_code(part).removeprefix("Matrix(").removesuffix(")")
+    shape = part.answer.placeholder().removeprefix("Matrix(").removesuffix(")")
     return "" if shape == "blank" else " ".join(shape.split()).replace("blank", "…")
 
 

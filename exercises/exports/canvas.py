@@ -3,6 +3,7 @@
 from collections.abc import Generator, Sequence
 from typing import Any
 
+from exercises.answers import LETTERS
 from exercises.exports.items import Choose, Item, Match, Numeric, items
 from exercises.exports.markup import (
     archive,
@@ -16,7 +17,6 @@ from exercises.exports.markup import (
     svg_file,
 )
 from exercises.exports.outlet import File, Order
-from exercises.problem import LETTERS
 from exercises.render import render
 
 IMAGES = "%24IMS-CC-FILEBASE%24"

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from exercises.answers import LETTERS, TRUE_FALSE, Choice, ConditionSet, Matching, Number, Selection
 from exercises.arm.chain import TASK_ROWS
 from exercises.errors import QdotError
 from exercises.exports.bank import Variant, bank
@@ -17,7 +18,7 @@ from exercises.exports.numbers import InNumbers, in_numbers
 from exercises.exports.outlet import Order
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg
 from exercises.notebook import solution_figure
-from exercises.problem import LETTERS, TRUE_FALSE, Choice, ConditionSet, Matching, Number, Part, Problem, Selection
+from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
 from exercises.quizzes.options import blames_of
 from exercises.render import render

@@ -14,20 +14,21 @@ import numpy as np
 import sympy as sp
 from sympy.polys.polyerrors import BasePolynomialError
 
+from exercises.answers import ConditionSet, Expression, Matrix, Number
 from exercises.arm import classification
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive, structure
 from exercises.arm.singularity import Component
 from exercises.formula.expression import read
 from exercises.formula.identity import READABLE, Domain, compare_entries
+from exercises.formula.text import text_of
 from exercises.mistakes.base import RESULT, Mistake
 from exercises.mistakes.catalogue import Wrong, taken, wrong_answers
 from exercises.mistakes.given import configurations
 from exercises.mistakes.results import RESULTS, result
 from exercises.mistakes.working import Change, as_formulas, formulas, numbers
-from exercises.problem import ConditionSet, Expression, Matrix, Number, Part, Problem
+from exercises.problem import Part, Problem
 from exercises.quizzes.wrong import MOST_JOINTS, NO_NUMBER, differ, in_formulas, tidied
-from exercises.record import text_of
 from exercises.stream import Stream
 
 POINTS = 5
@@ -183,7 +184,7 @@ def _numbers(problem: Problem, part: Part, most: int) -> Iterator[Known]:
     values = configurations(problem.chain, part, domain_of(problem), POINTS, Stream(f"known/{problem.id}/{part.name}"))
     w = numbers(problem.chain, values)
     wrongs = _that_differ(result(w, part), wrong_answers(w, part))
-    due = [float(value) for value in part.answer.reference]  # type: ignore[union-attr]
+    due = [float(value) for value in part.answer.as_matrix()]
     room = room_of(part)
     seen = [due]
     for wrong in wrongs:
@@ -212,8 +213,8 @@ def room_of(part: Part) -> list[float]:
 
 def _sets(problem: Problem, part: Part) -> Iterator[Known]:
     """Yield wrong sets, of which no two list the same conditions."""
-    assert isinstance(part.answer, ConditionSet)
-    seen, mistakes = [_conditions(part.answer)], set[str]()
+    answer = part.of(ConditionSet)
+    seen, mistakes = [_conditions(answer)], set[str]()
     for mistake, slip in taken(problem.chain, part):
         if isinstance(slip.answer, ConditionSet) and mistake.name not in mistakes:
             conditions = _conditions(slip.answer)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from exercises.answers import Number
 from exercises.arm.chain import Chain
 from exercises.arm.classification import domain_of
 from exercises.arm.precise import numeric, ten_digits
@@ -20,7 +21,7 @@ from exercises.mistakes.catalogue import BEHIND_J, ONE_NUMBER, Wrong, likely, ma
 from exercises.mistakes.given import Values, configurations
 from exercises.mistakes.results import RESULTS, result
 from exercises.mistakes.working import Working, numbers
-from exercises.problem import Direction, Expression, Matrix, Number, Part, Problem
+from exercises.problem import Part, Problem
 from exercises.questions.geometry import distinct_lengths
 from exercises.questions.inversion import THREE_DIGITS, conditioning, draw_pose, well_conditioned
 from exercises.stream import Stream
@@ -73,14 +74,14 @@ def in_numbers(problem: Problem, part: Part) -> InNumbers | None:
     Raises QdotError where the two ways to the numbers do not agree.
     """
     answer = part.answer
-    if isinstance(answer, Number):
+    if answer.is_in_numbers and not answer.counts_up_to_a_factor:
         return _of_numbers(problem, part)
-    if isinstance(answer, Direction) and answer.tolerance is not None:
-        return _scaled(_of_numbers(problem, replace(part, answer=_as_number(part, answer.reference)), direction=True))
-    if isinstance(answer, (Expression, Matrix, Direction)) and part.kind in RESULTS:
-        found = _of_formulas(problem, part)
-        return _scaled(found) if isinstance(answer, Direction) and found is not None else found
-    return None
+    if answer.is_in_numbers:
+        return _scaled(_of_numbers(problem, replace(part, answer=_as_number(part, answer.as_matrix())), direction=True))
+    if not answer.entries() or part.kind not in RESULTS:
+        return None
+    found = _of_formulas(problem, part)
+    return _scaled(found) if answer.counts_up_to_a_factor and found is not None else found
 
 
 def _as_number(part: Part, values: sp.Matrix) -> Number:
@@ -90,8 +91,8 @@ def _as_number(part: Part, values: sp.Matrix) -> Number:
 
 
 def _of_numbers(problem: Problem, part: Part, direction: bool = False) -> InNumbers:
-    assert isinstance(part.answer, Number)
-    right = np.array(part.answer.reference.tolist(), dtype=float)
+    answer = part.of(Number)
+    right = np.array(answer.reference.tolist(), dtype=float)
     wrong = [
         (mistake.title, mistake.sentence(slip.words), np.array(slip.answer.reference.tolist(), dtype=float))
         for mistake, slip in taken(problem.chain, part)
@@ -133,7 +134,7 @@ def _mistakes(w: Working, part: Part) -> list[Wrong]:
 def _of_formulas(problem: Problem, part: Part) -> InNumbers | None:
     """Return a part with its formulas evaluated at the best of some configurations."""
     chain, stream = problem.chain, Stream(f"qdot/{problem.id.engine}/{problem.id}/{part.name}/in numbers")
-    reference = sp.Matrix([part.answer.reference])  # type: ignore[union-attr]
+    reference = part.answer.as_matrix()
     drawn = list(_configurations(chain, part, stream))
     values = _columns(chain, part, drawn)
     as_number = replace(part, answer=_as_number(part, sp.ones(*reference.shape)))
@@ -146,7 +147,7 @@ def _of_formulas(problem: Problem, part: Part) -> InNumbers | None:
     exact = _precise(reference, _exact(part, drawn[best]))
     as_number = replace(part, answer=_as_number(part, exact))
     found = np.array(exact.tolist(), dtype=float)
-    _hold(problem, part, found, right[..., best], isinstance(part.answer, Direction))
+    _hold(problem, part, found, right[..., best], part.answer.counts_up_to_a_factor)
     wrong = tuple(_told(one, one.answer[..., best]) for one in mistakes)
     return InNumbers(as_number, found, _given(chain, part, drawn[best], reference), wrong)
 

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Generator
 
+from exercises.answers import LETTERS
 from exercises.exports.items import Choose, Field, Item, Match, Numeric, Picture, items
 from exercises.exports.markup import (
     allowance,
@@ -16,7 +17,6 @@ from exercises.exports.markup import (
     svg_file,
 )
 from exercises.exports.outlet import File, Order
-from exercises.problem import LETTERS
 from exercises.render import render
 from exercises.writing.mathml import plain_mathml
 

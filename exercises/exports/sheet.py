@@ -5,6 +5,7 @@ from collections.abc import Generator
 from contextlib import closing
 from dataclasses import dataclass, replace
 
+from exercises.answers import TRUE_FALSE, Choice, ConditionSet, Direction, Matching, Number, Selection
 from exercises.assignment import Assignment
 from exercises.errors import QdotError
 from exercises.exports.bank import bank
@@ -12,7 +13,7 @@ from exercises.exports.outlet import Failures, Order
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg
 from exercises.notebook import points_text, solution_figure
 from exercises.parallel import ordered_map
-from exercises.problem import TRUE_FALSE, Choice, ConditionSet, Direction, Matching, Number, Part, Problem, Selection
+from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
 from exercises.show import problem_title
 from exercises.writing.on_paper import on_paper

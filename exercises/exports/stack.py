@@ -10,13 +10,14 @@ from collections.abc import Generator, Iterable
 from dataclasses import dataclass, replace
 from itertools import zip_longest
 
+from exercises.answers import Choice, ConditionSet
 from exercises.errors import QdotError
 from exercises.exports.bank import Variant, bank
 from exercises.exports.outlet import File, Order
 from exercises.exports.stack_parts import FUNCTIONS, Asked, Case, asked, without_rounding
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg
 from exercises.notebook import solution_figure
-from exercises.problem import Choice, ConditionSet, Part, Problem
+from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
 from exercises.render import render
 from exercises.writing.markup import to_html_for_mathjax

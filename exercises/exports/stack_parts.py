@@ -10,10 +10,11 @@ from fractions import Fraction
 
 import sympy as sp
 
+from exercises.answers import LETTERS, Choice, ConditionSet, Direction, Expression, Matrix, Number
 from exercises.arm.singularity import Component
 from exercises.credit import OWN
 from exercises.exports.known_wrong import Known, known_wrong, room_of, same_entries
-from exercises.problem import LETTERS, Choice, ConditionSet, Direction, Expression, Matrix, Number, Part, Problem
+from exercises.problem import Part, Problem
 from exercises.quizzes.options import blames_of
 from exercises.writing.maxima import maxima_matrix, maxima_text
 
@@ -245,8 +246,8 @@ def _unusual(problem: Problem, reference: sp.Matrix) -> sp.Matrix | None:
 
 def _direction(part: Part, number: int) -> Asked:
     """Compare cross products with an entry of the reference that is not zero, and take the zero vector for none."""
-    assert isinstance(part.answer, Direction)
-    reference, k = part.answer.reference, number
+    answer = part.of(Direction)
+    reference, k = answer.reference, number
     pivot = next(i for i, entry in enumerate(reference, 1) if entry != 0)
     n = len(reference)
     marking = (

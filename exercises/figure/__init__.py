@@ -13,6 +13,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
+from exercises.answers import LETTERS
 from exercises.arm.chain import Chain
 from exercises.figure import frames
 from exercises.figure.arm import joint_angle, scene, slide
@@ -25,7 +26,6 @@ from exercises.figure.shapes import Figure, fixed, path
 from exercises.figure.small import PANEL, cells, posed, singular_panel, thumbnail
 from exercises.figure.view import Part, View
 from exercises.figure.words import alt_text, panels_text, title_text
-from exercises.problem import LETTERS
 from exercises.problem import Part as Asked
 from exercises.quizzes.places import options_drawn
 from exercises.render import render

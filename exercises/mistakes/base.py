@@ -3,9 +3,10 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
+from exercises.answers import Answer
 from exercises.arm.chain import Chain
 from exercises.mistakes.working import Change
-from exercises.problem import Answer, Part
+from exercises.problem import Part
 
 RESULT = "result"
 """The stage behind all others: the answer as it is written down, (rows, columns, …)."""

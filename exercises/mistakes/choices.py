@@ -6,16 +6,17 @@ from typing import Any
 
 import sympy as sp
 
+from exercises.answers import Choice, Number
 from exercises.arm.chain import Chain
 from exercises.mistakes.base import Mistake, Taken, Takes
-from exercises.problem import Choice, Number, Part
+from exercises.problem import Part
 from exercises.questions.concepts import USES
 from exercises.questions.singular import OPTIONS
 
 
 def _option(part: Part, index: int, **words: object) -> Taken:
-    assert isinstance(part.answer, Choice)
-    return Taken(replace(part.answer, correct=index), words)
+    answer = part.of(Choice)
+    return Taken(replace(answer, correct=index), words)
 
 
 def _by_meaning(kind: str, texts: Mapping[str, str], pairs: set[tuple[str, str]]) -> Takes:
@@ -69,8 +70,8 @@ def _asked(part: Part) -> Any:
 
 
 def _right(part: Part) -> int:
-    assert isinstance(part.answer, Choice)
-    return part.answer.correct
+    answer = part.of(Choice)
+    return answer.correct
 
 
 def _every_wrong(kind: str) -> Takes:
@@ -127,8 +128,8 @@ def _rank_of_columns(chain: Chain, part: Part) -> Iterator[list[int]]:
 
 
 def _less_by_one(chain: Chain, part: Part) -> Iterator[list[int]]:
-    assert isinstance(part.answer, Number)
-    right = int(part.answer.reference[0])
+    answer = part.of(Number)
+    right = int(answer.reference[0])
     if right == min(len(chain.task), chain.n):
         yield [right - 1]
 

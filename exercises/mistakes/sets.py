@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import sympy as sp
 
+from exercises.answers import ConditionSet
 from exercises.arm.chain import Chain
 from exercises.arm.singularity import Component
 from exercises.mistakes.base import Mistake, Taken
-from exercises.problem import ConditionSet, Part
+from exercises.problem import Part
 
 Components = tuple[Component, ...]
 

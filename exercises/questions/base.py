@@ -6,9 +6,9 @@ from functools import lru_cache
 
 import sympy as sp
 
+from exercises.answers import Answer
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import TooLong, derive, structure
-from exercises.problem import Answer
 from exercises.stream import Stream
 
 BY_HAND = 3

@@ -9,12 +9,12 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
+from exercises.answers import Choice, Number
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.directions import lost_direction
 from exercises.arm.precise import determinant, four_digits, numeric, shown
 from exercises.arm.singularity import singular_set
-from exercises.problem import Choice, Number
 from exercises.questions.base import Asked, Question
 from exercises.questions.geometry import (
     Pose,

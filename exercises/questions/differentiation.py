@@ -2,9 +2,9 @@
 
 import sympy as sp
 
+from exercises.answers import Expression, Matrix
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
-from exercises.problem import Expression, Matrix
 from exercises.questions.base import Asked, Question, by_hand, square
 from exercises.stream import Stream
 

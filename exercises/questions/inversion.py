@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
+from exercises.answers import Matrix, Number
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive, task_velocity
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.precise import PreciseArm, Vector, numeric, solved, ten_digits
-from exercises.problem import Matrix, Number
 from exercises.questions.base import BY_HAND, Asked, Question, invertible_by_hand, square
 from exercises.stream import Stream
 

@@ -10,11 +10,11 @@ from typing import Any
 
 import sympy as sp
 
+from exercises.answers import Number
 from exercises.arm.chain import Chain
 from exercises.arm.path import Line, Station
 from exercises.arm.precise import DOUBLE, PRECISE, PreciseArm, Vector, determinant, four_digits, shown, ten_digits
 from exercises.arm.singularity import singular_set
-from exercises.problem import Number
 from exercises.questions.base import Asked, Question, square
 from exercises.questions.inversion import THREE_DIGITS, conditioning, draw_lengths, draw_pose
 from exercises.questions.redundancy import angles

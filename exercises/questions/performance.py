@@ -7,9 +7,9 @@ largest of them over the smallest. Both compare or multiply entries of J, and ar
 import numpy as np
 import sympy as sp
 
+from exercises.answers import Number
 from exercises.arm.chain import Chain
 from exercises.arm.precise import PRECISE, Vector, determinant, four_digits, gram, shown, ten_digits
-from exercises.problem import Number
 from exercises.questions.base import Asked, Question
 from exercises.questions.inversion import THREE_DIGITS, Situation, draw_situation, jacobian_at
 from exercises.questions.redundancy import NOTHING, angles, one_kind_of_joint, pose_of, somewhere

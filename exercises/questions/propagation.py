@@ -1,8 +1,8 @@
 """Axes, position vectors, columns and twists by velocity propagation (6.9 to 6.13; Example 6.4)."""
 
+from exercises.answers import Matrix
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
-from exercises.problem import Matrix
 from exercises.questions.base import Asked, Question, by_hand
 from exercises.stream import Stream
 

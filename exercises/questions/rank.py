@@ -8,6 +8,7 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
+from exercises.answers import Choice, Direction, Number
 from exercises.arm.chain import Chain
 from exercises.arm.classification import kind_at, kind_is_sure
 from exercises.arm.derivation import derive, structure
@@ -20,7 +21,6 @@ from exercises.arm.directions import (
 )
 from exercises.arm.meanings import Meaning, Reading, one_kind, read_meanings
 from exercises.arm.singularity import Component, singular_set
-from exercises.problem import Choice, Direction, Number
 from exercises.questions.base import Asked, Question
 from exercises.questions.geometry import (
     Branch,

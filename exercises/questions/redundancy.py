@@ -9,11 +9,11 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
+from exercises.answers import Direction, Expression, Number
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive, structure
 from exercises.arm.precise import DOUBLE, PreciseArm, Vector, gram, shown, solved, ten_digits
 from exercises.arm.trigonometry import Factored, factored
-from exercises.problem import Direction, Expression, Number
 from exercises.questions.base import Asked, Question
 from exercises.questions.inversion import THREE_DIGITS, Situation, draw_situation, jacobian_at
 from exercises.stream import Stream

@@ -7,13 +7,13 @@ from itertools import product
 import numpy as np
 import sympy as sp
 
+from exercises.answers import Choice, ConditionSet
 from exercises.arm.axes import Sample
 from exercises.arm.chain import Chain
 from exercises.arm.classification import classify_pieces, kind_at, kind_is_sure
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import Component, singular_set
-from exercises.problem import Choice, ConditionSet
 from exercises.questions.base import Asked, Question
 from exercises.questions.inversion import conditioning, draw_lengths, draw_pose, well_conditioned
 from exercises.stream import Stream

@@ -2,9 +2,10 @@
 
 import sympy as sp
 
+from exercises.answers import Matrix
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
-from exercises.problem import Matrix, SymbolInfo
+from exercises.problem import SymbolInfo
 from exercises.questions.base import Asked, Question, by_hand
 from exercises.stream import Stream
 

@@ -6,11 +6,11 @@ from functools import lru_cache
 
 import sympy as sp
 
+from exercises.answers import Matrix
 from exercises.arm.chain import Chain, Joint
 from exercises.arm.derivation import Derivation, derive, structure
 from exercises.arm.kinematics import Z, frame_behind, frames_and_point
 from exercises.arm.trigonometry import textbook
-from exercises.problem import Matrix
 from exercises.questions.base import MOST_TERMS, Asked, Question
 from exercises.stream import Stream
 

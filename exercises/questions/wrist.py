@@ -9,12 +9,12 @@ from functools import lru_cache
 
 import sympy as sp
 
+from exercises.answers import Matrix
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.classification import wrist_centre
 from exercises.arm.derivation import derive, structure
 from exercises.arm.kinematics import Z, frame_behind, frames_and_point, joint_rotation
 from exercises.arm.trigonometry import Factored, factored, same, substitute, textbook
-from exercises.problem import Matrix
 from exercises.questions.base import MOST_TERMS, Asked, Question, square
 from exercises.stream import Stream
 

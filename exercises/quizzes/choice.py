@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 import sympy as sp
 
+from exercises.answers import Expression, Matrix
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
-from exercises.problem import Expression, Matrix
 from exercises.questions import QUESTIONS
 from exercises.questions.base import Asked, Question
 from exercises.questions.statics import load

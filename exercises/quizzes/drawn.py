@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 
+from exercises.answers import TRUE_FALSE, Choice
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.singularity import singular_set
-from exercises.problem import TRUE_FALSE, Choice
 from exercises.questions.base import Asked
 from exercises.questions.geometry import Pose, precise, regular_pose, singular_pose
 from exercises.quizzes.asking import short_question

@@ -2,9 +2,9 @@
 
 from functools import lru_cache
 
+from exercises.answers import Matching
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
-from exercises.problem import Matching
 from exercises.questions.base import Asked
 from exercises.quizzes.asking import short_question
 from exercises.quizzes.options import Offered

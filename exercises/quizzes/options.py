@@ -6,9 +6,10 @@ from typing import Any, TypeAlias
 
 import sympy as sp
 
+from exercises.answers import Choice
 from exercises.mistakes.base import Mistake
 from exercises.mistakes.catalogue import CATALOGUE
-from exercises.problem import Choice, Part
+from exercises.problem import Part
 from exercises.stream import Stream
 
 Formula: TypeAlias = Any

@@ -6,11 +6,12 @@ from typing import Any
 
 import sympy as sp
 
+from exercises.answers import ConditionSet
 from exercises.arm.chain import Base, Chain, Joint
 from exercises.arm.directions import clear_rank
 from exercises.arm.singularity import Component, singular_set
 from exercises.mistakes.catalogue import taken
-from exercises.problem import ConditionSet, Part
+from exercises.problem import Part
 from exercises.questions.geometry import (
     Pose,
     distinct_lengths,

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from exercises.answers import Selection
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive, structure
-from exercises.problem import Selection
 from exercises.questions.base import Asked, square
 from exercises.quizzes.asking import short_question
 from exercises.quizzes.options import Offered

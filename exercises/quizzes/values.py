@@ -3,10 +3,10 @@
 import mpmath
 import sympy as sp
 
+from exercises.answers import Number
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
 from exercises.arm.precise import determinant, numeric, ten_digits
-from exercises.problem import Number
 from exercises.questions.base import Asked
 from exercises.questions.geometry import DIGITS, Pose, precise, regular_pose
 from exercises.questions.inversion import THREE_DIGITS

@@ -14,6 +14,7 @@ import numpy as np
 import sympy as sp
 from sympy.polys.polyerrors import BasePolynomialError
 
+from exercises.answers import Expression, Matrix
 from exercises.arm.chain import Chain
 from exercises.arm.classification import domain_of
 from exercises.arm.derivation import derive, structure
@@ -24,7 +25,7 @@ from exercises.formula.tape import compile_tape, evaluate
 from exercises.mistakes.catalogue import Wrong, wrong_answers
 from exercises.mistakes.results import result
 from exercises.mistakes.working import Change, Working, as_formulas, formulas, numbers
-from exercises.problem import Expression, Matrix, Part
+from exercises.problem import Part
 from exercises.questions import QUESTIONS
 from exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, Offered, rank_of_key
 from exercises.stream import Stream

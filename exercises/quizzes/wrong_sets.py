@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from functools import lru_cache
 from itertools import combinations, islice
 
+from exercises.answers import ConditionSet
 from exercises.arm.chain import Chain
 from exercises.arm.classification import domain_of
 from exercises.arm.singularity import Component, singular_set
@@ -11,7 +12,7 @@ from exercises.formula.conditions import Space, compare_sets
 from exercises.formula.expression import read
 from exercises.formula.pieces import Piece, pieces
 from exercises.mistakes.catalogue import taken
-from exercises.problem import ConditionSet, Part
+from exercises.problem import Part
 from exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, Offered, rank_of_key
 from exercises.stream import Stream
 

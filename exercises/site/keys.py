@@ -20,30 +20,21 @@ from typing import Any
 import mpmath
 import numpy as np
 
+from exercises.answers import Choice, ConditionSet, Direction, Expression, Matching, Matrix, Number, Selection
 from exercises.formula.conditions import Space
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
 from exercises.formula.pieces import pieces
 from exercises.formula.tape import Tape, compile_tape, evaluate_precisely
+from exercises.formula.text import text_of
 from exercises.formula.trees import names
 from exercises.mistakes.catalogue import Wrong, taken, wrong_answers
 from exercises.mistakes.given import Values, configurations
 from exercises.mistakes.results import RESULTS, result
 from exercises.mistakes.working import numbers
-from exercises.problem import (
-    Choice,
-    ConditionSet,
-    Direction,
-    Expression,
-    Matching,
-    Matrix,
-    Number,
-    Part,
-    Problem,
-    Selection,
-)
+from exercises.problem import Part, Problem
 from exercises.quizzes.options import blames_of
-from exercises.record import Json, text_of
+from exercises.record import Json
 from exercises.stream import Stream
 
 POINTS, DRAWN = 16, 24

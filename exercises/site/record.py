@@ -8,6 +8,7 @@ be ten times as long. Solutions are a record of their own, loaded when asked for
 import html
 from typing import Any
 
+from exercises.answers import Choice, Matching, Selection
 from exercises.arm.chain import Chain
 from exercises.difficulty import step
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg
@@ -15,13 +16,12 @@ from exercises.figure.pose import DEFAULT_LENGTH, symbol_values
 from exercises.languages import ENGLISH, Catalogue
 from exercises.mistakes.catalogue import CATALOGUE
 from exercises.notebook import solution_figure
-from exercises.problem import Choice, Matching, Part, Problem, Selection
+from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
 from exercises.record import Json, robot_json
 from exercises.render import catalogue
 from exercises.show import problem_title
 from exercises.site.keys import key_of
-from exercises.writing.answer_code import answer_code
 from exercises.writing.latex import symbol_latex
 from exercises.writing.markup import to_html
 from exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
@@ -102,7 +102,7 @@ def solutions_record(problem: Problem) -> Json:
                 "name": part.name,
                 "solution": page(worked_solution(problem, part)),
                 "figure": solution_figure(problem, part, f"{part.name}-solution"),
-                "typed": answer_code(part),
+                "typed": part.answer.code(),
             }
             for part in problem.parts
         ],

@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from exercises.answers import Choice, ConditionSet, Matching, Selection
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.formula.expression import read
 from exercises.formula.trees import Node, ReadError, names
-from exercises.problem import Choice, ConditionSet, Matching, Part, Problem, ProblemId, Selection
+from exercises.problem import Part, Problem, ProblemId
 from exercises.record import digests
 from exercises.verify import (
     concepts,
@@ -120,7 +121,7 @@ def _trees(ground: Ground, part: Part) -> list[Node]:
     return (
         []
         if isinstance(answer, (Choice, Selection, Matching))
-        else [ground.tree(entry) for entry in formulas.reference(part)]
+        else [ground.tree(entry) for entry in part.answer.as_matrix()]
     )
 
 

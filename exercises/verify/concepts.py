@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from exercises.answers import Choice
 from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS
-from exercises.problem import Choice, Part
+from exercises.problem import Part
 from exercises.questions.concepts import USES
-from exercises.verify.formulas import EXACT, agree, reference
+from exercises.verify.formulas import EXACT, agree
 from exercises.verify.ground import Check, Ground
 from exercises.verify.rank import at_place, exponential_at, rank_of
 
@@ -21,7 +22,7 @@ def _size(ground: Ground, part: Part) -> Iterator[Check]:
     task: Any = part.details["task"]
     counted = ground.differenced_jacobian[:, [TASK_ROWS.index(row) for row in task]]
     expected = np.array([[float(counted.shape[1])], [float(counted.shape[2])]])
-    yield agree("size", np.array(reference(part).tolist(), float)[None], expected[None], EXACT)
+    yield agree("size", np.array(part.answer.as_matrix().tolist(), float)[None], expected[None], EXACT)
     empty = [row for row, values in zip(task, counted.swapaxes(0, 1), strict=True) if np.abs(values).max() < 1e-6]
     yield Check("rows that move", not empty and task != ground.chain.task, f"always zero: {', '.join(empty) or 'none'}")
 
@@ -32,12 +33,12 @@ def _numbers(text: str) -> np.ndarray:
 
 def _effect(ground: Ground, part: Part) -> Iterator[Check]:
     effect: Any = part.details["effect"]
-    assert isinstance(part.answer, Choice)
+    answer = part.of(Choice)
     moved = _by_difference(at_place(ground, effect.place), effect.joint - 1)
     expected = moved[[TASK_ROWS.index(row) for row in effect.rows]]
-    errors = [float(np.abs(_numbers(option) - expected).max()) for option in part.answer.options]
+    errors = [float(np.abs(_numbers(option) - expected).max()) for option in answer.options]
     right = [error < ROUNDED for error in errors]
-    wanted = [index == part.answer.correct for index in range(len(right))]
+    wanted = [index == answer.correct for index in range(len(right))]
     yield Check("finite differences", right == wanted, f"errors {', '.join(f'{error:.3f}' for error in errors)}")
     yield Check("clearly different", sum(error < 0.01 for error in errors) == 1, "one option is near the right one")
 
@@ -53,31 +54,31 @@ def _by_difference(sample: Sample, joint: int) -> np.ndarray:
 
 def _use(ground: Ground, part: Part) -> Iterator[Check]:
     task: Any = part.details["task"]
-    assert isinstance(part.answer, Choice)
+    answer = part.of(Choice)
     jacobian = exponential_at(ground, part.details["place"])[[TASK_ROWS.index(row) for row in task]]
     rank, clear = rank_of(jacobian)
     m, n = jacobian.shape
     found = ("regular" if rank == n else "singular") if m == n else "redundant" if m < n else "few"
     yield Check("clear", clear and (m == n or rank == min(m, n)), f"{m} x {n}, rank {rank}")
-    options = part.answer.options
-    said = options[part.answer.correct] == USES[found] and sorted(options) == sorted(USES.values())
-    yield Check("use", said and part.details["use"] == found, f"{part.answer.letter} is {options[part.answer.correct]}")
+    options = answer.options
+    said = options[answer.correct] == USES[found] and sorted(options) == sorted(USES.values())
+    yield Check("use", said and part.details["use"] == found, f"{answer.letter} is {options[answer.correct]}")
 
 
 def _cost(ground: Ground, part: Part) -> Iterator[Check]:
     """Solve J qd = v by least squares for each option, and look at what is left."""
     cost: Any = part.details["cost"]
-    assert isinstance(part.answer, Choice)
+    answer = part.of(Choice)
     jacobian = exponential_at(ground, cost.place)[ground.task]
     rank, clear = rank_of(jacobian)
     yield Check("one direction lost", clear and rank == len(ground.task) - 1, f"rank {rank}")
     left = []
-    for option in part.answer.options:
+    for option in answer.options:
         velocity = _numbers(option)
         rates = np.linalg.pinv(jacobian, rcond=1e-8) @ velocity
         left.append(float(np.linalg.norm(velocity - jacobian @ rates) / np.linalg.norm(velocity)))
     produced = [share < 0.02 for share in left]
-    wanted = [(index == part.answer.correct) == cost.possible for index in range(len(left))]
+    wanted = [(index == answer.correct) == cost.possible for index in range(len(left))]
     detail = f"left of the velocities: {', '.join(f'{share:.3f}' for share in left)}"
     yield Check("least squares", produced == wanted and all(share < 0.02 or share > 0.4 for share in left), detail)
 

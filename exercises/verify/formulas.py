@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from exercises.answers import Number
 from exercises.arm.kinematics import NumericChain
-from exercises.problem import Direction, Expression, Matrix, Number, Part
+from exercises.problem import Part
 from exercises.questions.differentiation import moving_rows
 from exercises.questions.inversion import well_conditioned
 from exercises.verify.ground import Check, Ground
@@ -33,14 +34,6 @@ def agree(name: str, found: np.ndarray, expected: np.ndarray, allowed: float) ->
     return Check(name, False, f"entry ({row}, {column}): {found[worst]:.6g}, expected {expected[worst]:.6g}")
 
 
-def reference(part: Part) -> sp.Matrix:
-    """Return the reference of a part as a matrix, of one entry for an expression."""
-    if isinstance(part.answer, Expression):
-        return sp.Matrix([part.answer.reference])
-    assert isinstance(part.answer, (Matrix, Number, Direction))
-    return sp.Matrix(part.answer.reference)
-
-
 Expected = Callable[[Ground, Part], dict[str, tuple[np.ndarray, float]]]
 
 
@@ -48,7 +41,7 @@ def formula(expected: Expected) -> Callable[[Ground, Part], Iterator[Check]]:
     """Return the check that a symbolic reference has the values expected, by each way of finding them."""
 
     def check(ground: Ground, part: Part) -> Iterator[Check]:
-        found = ground.read(reference(part))
+        found = ground.read(part.answer.as_matrix())
         for name, (values, allowed) in expected(ground, part).items():
             yield agree(name, found, values, allowed)
 
@@ -121,7 +114,7 @@ def _rate_law(ground: Ground, part: Part) -> Iterator[Check]:
 
 
 def _undone(ground: Ground, part: Part, expected: np.ndarray) -> Check:
-    found = ground.read(reference(part))
+    found = ground.read(part.answer.as_matrix())
     if found.shape != expected.shape:
         return agree("J times it", found, expected, EXACT)
     size = (np.abs(ground.task_jacobian) @ np.abs(found)).max(axis=(1, 2), keepdims=True)
@@ -135,14 +128,14 @@ def _joint_rates(ground: Ground, part: Part) -> Iterator[Check]:
     jacobian = arm.jacobian(np.array([float(situation.joints[q]) for q in ground.chain.q]))[ground.task]
     velocity = np.array([float(situation.velocity[sp.Symbol(row)]) for row in ground.chain.task])
     expected = np.linalg.solve(jacobian, velocity)
-    found = np.array(reference(part).tolist(), dtype=float)
+    found = np.array(part.answer.as_matrix().tolist(), dtype=float)
     yield agree("linear solve", found[None], expected[None, :, None], 1e-8)
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     detail = f"sigma_min/sigma_max = {sigma[-1] / sigma[0]:.3f}"
     enough = WELL_CONDITIONED * well_conditioned(ground.chain)
     yield Check("well conditioned", bool(sigma[-1] / sigma[0] > enough), detail)
-    assert isinstance(part.answer, Number)
-    allowed = np.maximum(part.answer.tolerance * np.abs(expected), part.answer.floor)
+    answer = part.of(Number)
+    allowed = np.maximum(answer.tolerance * np.abs(expected), answer.floor)
     rounded = np.array([float(f"{value:.2e}") for value in expected])
     yield Check("three digits", bool(np.all(np.abs(rounded - expected) <= allowed)), "rounding keeps it right")
 

@@ -12,9 +12,9 @@ from exercises.arm.classification import domain_of
 from exercises.arm.kinematics import NumericChain
 from exercises.formula.expression import read
 from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.text import text_of
 from exercises.formula.trees import Node
 from exercises.problem import Problem
-from exercises.record import text_of
 from exercises.stream import Stream
 from exercises.verify.exponentials import exponential_jacobian
 

@@ -5,8 +5,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import sympy as sp
 
+from exercises.answers import Number
 from exercises.arm.kinematics import NumericChain
-from exercises.problem import Number, Part
+from exercises.problem import Part
 from exercises.questions.path import LESS_REGULAR, Seam
 from exercises.verify.formulas import WELL_CONDITIONED, agree
 from exercises.verify.ground import Check, Ground
@@ -101,7 +102,7 @@ def _one_branch(line: Followed, joints: np.ndarray, s: float, least: float) -> C
 
 def _path_limit(ground: Ground, part: Part) -> Iterator[Check]:
     """Follow the line past the place: the speed is the limit there, less before it and more behind it."""
-    assert isinstance(part.answer, Number)
+    answer = part.of(Number)
     line, found = Followed(ground, _seam_of(part)), numbers(part)
     if found.shape != (1, 1, 1) or not 0 < float(found[0, 0, 0]) < line.length:
         yield Check("on the line", False, f"{found.ravel()} is no distance on {line.length:.3f} m")
@@ -113,7 +114,7 @@ def _path_limit(ground: Ground, part: Part) -> Iterator[Check]:
     yield agree("differences along the line", np.full((1, 1, 1), abs(differenced)), np.full((1, 1, 1), limit), 1e-3)
     speeds = np.array([abs(line.rates(q)[joint]) for q in joints[:-1]])
     yield Check("first time", bool(speeds.max() < limit), f"at most {speeds.max():.3f} before it, limit {limit:g}")
-    slack = part.answer.tolerance * s
+    slack = answer.tolerance * s
     behind, ahead = (abs(line.rates(line.placed(joints[-1], s + side * slack))[joint]) for side in (-1, 1))
     detail = f"{behind:.4f} and {ahead:.4f} at the ends of what is accepted"
     yield Check("clear crossing", bool(behind < 0.995 * limit and 1.005 * limit < ahead), detail)

@@ -4,8 +4,9 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from exercises.answers import Number
 from exercises.arm.kinematics import NumericChain
-from exercises.problem import Number, Part
+from exercises.problem import Part
 from exercises.verify.exponentials import exponential_jacobian
 from exercises.verify.formulas import EXACT, agree
 from exercises.verify.ground import Check, Ground
@@ -33,7 +34,7 @@ def _measured(measure: Callable[[np.ndarray], float]) -> Callable[[Ground, Part]
 
 def _unit(part: Part, arm: NumericChain, q: np.ndarray, ground: Ground) -> Check:
     """Measure the same arm in half metres: w grows by 2^k where its unit is m^k."""
-    assert isinstance(part.answer, Number)
+    answer = part.of(Number)
     scale = np.ones((len(ground.task), 1))
     scale[[row < 3 for row in ground.task]] = 2.0
     columns = np.array([1.0 if kind == "R" else 0.5 for kind in arm.kinds])
@@ -42,7 +43,7 @@ def _unit(part: Part, arm: NumericChain, q: np.ndarray, ground: Ground) -> Check
     power = round(float(np.log2(grown)))
     said = {0: "", 1: "m"}.get(power, f"m^{power}")
     exact = abs(grown - 2.0**power) < EXACT * grown
-    return Check("unit", bool(exact and part.answer.units == (said,)), f"{said or 'a plain number'}")
+    return Check("unit", bool(exact and answer.units == (said,)), f"{said or 'a plain number'}")
 
 
 def _volume(jacobian: np.ndarray) -> float:

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from exercises.answers import Choice, ConditionSet, Expression, Matching, Matrix, Number, Selection
 from exercises.arm.chain import TASK_ROWS
-from exercises.problem import Choice, ConditionSet, Expression, Matching, Matrix, Number, Part, Selection
+from exercises.problem import Part
 from exercises.questions import QUESTIONS
 from exercises.quizzes.choice import CHOICES
 from exercises.quizzes.options import Offered
@@ -64,10 +65,10 @@ def _offered(part: Part) -> tuple[Offered, ...]:
 
 
 def _one_right(part: Part, passed: Sequence[bool]) -> Check:
-    assert isinstance(part.answer, Choice)
+    answer = part.of(Choice)
     right = [index for index, held in enumerate(passed) if held]
     said = ", ".join(map(str, right)) or "none"
-    return Check("one right option", right == [part.answer.correct], f"options that pass, from 0: {said}")
+    return Check("one right option", right == [answer.correct], f"options that pass, from 0: {said}")
 
 
 def _different(ground: Ground, options: Sequence[sp.Matrix]) -> Check:
@@ -152,19 +153,19 @@ def _forms(ground: Ground, part: Part) -> Iterator[Check]:
 
 def _dependence(ground: Ground, part: Part) -> Iterator[Check]:
     """Move one joint at a time, and look whether the values of what is asked about change."""
-    assert isinstance(part.answer, Selection)
+    answer = part.of(Selection)
     here = _quantity(ground, part)
     found = tuple(
         index for index in range(ground.chain.n) if np.abs(_quantity(ground, part, index) - here).max() > EXACT
     )
-    yield Check("moving one joint", found == part.answer.correct, f"it changes with joints, from 0: {found}")
+    yield Check("moving one joint", found == answer.correct, f"it changes with joints, from 0: {found}")
 
 
 # --- columns to joints ---
 
 
 def _columns(ground: Ground, part: Part) -> Iterator[Check]:
-    assert isinstance(part.answer, Matching)
+    answer = part.of(Matching)
     offered = _offered(part)
     jacobian = ground.exponential_jacobian[:, ground.task]
     read = [ground.read(sp.Matrix(option.shown)) for option in offered]
@@ -172,7 +173,7 @@ def _columns(ground: Ground, part: Part) -> Iterator[Check]:
     for joint in range(ground.chain.n):
         same = [k for k, value in enumerate(read) if agree("", value, jacobian[:, :, [joint]], EXACT).passed]
         found.append(same[0] if len(same) == 1 else -1)
-    yield Check("columns", tuple(found) == part.answer.correct, f"options of the joints, from 0: {found}")
+    yield Check("columns", tuple(found) == answer.correct, f"options of the joints, from 0: {found}")
     yield _different(ground, [sp.Matrix(option.shown) for option in offered])
 
 
@@ -180,11 +181,11 @@ def _columns(ground: Ground, part: Part) -> Iterator[Check]:
 
 
 def _value(part: Part, expected: float) -> Iterator[Check]:
-    assert isinstance(part.answer, Number)
-    found = float(part.answer.reference[0])
+    answer = part.of(Number)
+    found = float(answer.reference[0])
     yield agree("in numbers", np.array([[[found]]]), np.array([[[expected]]]), 1e-8)
     rounded = abs(float(f"{expected:.2e}") - expected)
-    enough = rounded <= max(part.answer.tolerance * abs(expected), part.answer.floor)
+    enough = rounded <= max(answer.tolerance * abs(expected), answer.floor)
     yield Check("three digits", enough, "rounding keeps it right")
 
 
@@ -199,7 +200,7 @@ def _speed(ground: Ground, part: Part) -> Iterator[Check]:
 
 
 def _statement(ground: Ground, part: Part) -> Iterator[Check]:
-    assert isinstance(part.answer, Choice)
+    answer = part.of(Choice)
     jacobian = exponential_at(ground, part.details["place"])
     said: Any = part.details
     if said["said"] == "singular":
@@ -209,7 +210,7 @@ def _statement(ground: Ground, part: Part) -> Iterator[Check]:
         component = float(jacobian[TASK_ROWS.index(said["row"]), said["joint"] - 1])
         true, clear = (component > 0) == said["positive"], abs(component) > 0.01
     yield Check("clear", clear, "it is clearly true or clearly false")
-    yield Check("statement", part.answer.options[part.answer.correct] == str(true).lower(), f"it is {true}")
+    yield Check("statement", answer.options[answer.correct] == str(true).lower(), f"it is {true}")
 
 
 CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {

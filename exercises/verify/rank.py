@@ -6,14 +6,15 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from exercises.answers import Choice, Direction, Number
 from exercises.arm.axes import Sample
 from exercises.arm.chain import Chain
 from exercises.arm.classification import kind_at, samples_on
 from exercises.arm.directions import directions
 from exercises.arm.kinematics import NumericChain
-from exercises.problem import Choice, Direction, Number, Part
+from exercises.problem import Part
 from exercises.verify.exponentials import exponential_jacobian
-from exercises.verify.formulas import EXACT, agree, reference
+from exercises.verify.formulas import EXACT, agree
 from exercises.verify.ground import POSES, Check, Ground, apart, random_poses
 
 GONE, THERE = 1e-9, 0.02
@@ -44,9 +45,9 @@ def rank_of(jacobian: np.ndarray) -> tuple[int, bool]:
 
 
 def _rank(ground: Ground, part: Part) -> Iterator[Check]:
-    assert isinstance(part.answer, Number)
+    part.of(Number)
     found, clear = rank_of(exponential_at(ground, part.details["place"])[ground.task])
-    yield agree("rank", np.array(reference(part).tolist(), float)[None], np.array([[[float(found)]]]), EXACT)
+    yield agree("rank", np.array(part.answer.as_matrix().tolist(), float)[None], np.array([[[float(found)]]]), EXACT)
     yield Check("clear", clear, "every singular value is clearly zero or clearly not")
 
 
@@ -54,24 +55,24 @@ def _rank(ground: Ground, part: Part) -> Iterator[Check]:
 
 
 def _direction(ground: Ground, part: Part) -> Iterator[Check]:
-    assert isinstance(part.answer, Direction)
+    answer = part.of(Direction)
     m = len(ground.task)
-    if part.answer.reference.shape != (m, 1):
-        yield Check("shape", False, f"the reference is {part.answer.reference.shape}, expected ({m}, 1)")
+    if answer.reference.shape != (m, 1):
+        yield Check("shape", False, f"the reference is {answer.reference.shape}, expected ({m}, 1)")
         return
     yield _written(part)
     if "lost" in part.details:
         yield from _formula(ground, part)
         return
     jacobian = exponential_at(ground, part.details["place"])[ground.task]
-    found = np.array(reference(part).tolist(), float)
+    found = np.array(part.answer.as_matrix().tolist(), float)
     yield Check("unit length", bool(abs(np.linalg.norm(found) - 1) < 1e-8), f"length {np.linalg.norm(found):.10f}")
     yield _perpendicular(found[None], jacobian[None])
 
 
 def _written(part: Part) -> Check:
     """Look for a sign that all entries share, and for coefficients that nobody would write."""
-    entries = [entry for entry in reference(part) if entry != 0]
+    entries = [entry for entry in part.answer.as_matrix() if entry != 0]
     signed = bool(entries) and all(entry.could_extract_minus_sign() for entry in entries)
     terms = [term for entry in entries for term in sp.Add.make_args(sp.expand(entry))]
     numbers = [term.as_coeff_Mul()[0] for term in terms]
@@ -83,7 +84,7 @@ def _formula(ground: Ground, part: Part) -> Iterator[Check]:
     """Put the joint values in at random places, and multiply."""
     lost: Any = part.details["lost"]
     fixed = {q for q, _ in lost.values}
-    left = reference(part).free_symbols & fixed
+    left = part.answer.as_matrix().free_symbols & fixed
     yield Check("free joints only", not left, f"{', '.join(sorted(map(str, left)))} occurs" if left else "no other")
     jacobians = []
     for index, (arm, lengths) in enumerate(zip(ground.arms, ground.lengths, strict=True)):
@@ -93,7 +94,7 @@ def _formula(ground: Ground, part: Part) -> Iterator[Check]:
         for symbol, value in lost.values:
             q[:, ground.chain.q.index(symbol)] = float(sp.N(value.xreplace(numbers)))
         jacobians.append(exponential_jacobian(arm, q)[:, ground.task])
-    yield _perpendicular(ground.read(reference(part)), np.concatenate(jacobians))
+    yield _perpendicular(ground.read(part.answer.as_matrix()), np.concatenate(jacobians))
 
 
 def _perpendicular(found: np.ndarray, jacobians: np.ndarray) -> Check:
@@ -142,9 +143,9 @@ def _more_arms(chain: Chain, ground: Ground) -> Iterator[tuple[NumericChain, Map
 def _motion(ground: Ground, part: Part) -> Iterator[Check]:
     """Find the component of every possible velocity along each line: none along the right one, some along others."""
     asked: Any = part.details["asked"]
-    assert isinstance(part.answer, Choice)
+    answer = part.of(Choice)
     texts = tuple(line.words for line in asked.lines)
-    yield Check("options", texts == part.answer.options and len(set(texts)) == len(texts), f"{len(texts)} options")
+    yield Check("options", texts == answer.options and len(set(texts)) == len(texts), f"{len(texts)} options")
     samples = samples_at(ground, asked.where.values, asked.where.condition)
     moving = [_possible(sample, ground.task, asked.moving, asked.held) for sample in samples]
     along = directions(asked.lines, samples)
@@ -152,7 +153,7 @@ def _motion(ground: Ground, part: Part) -> Iterator[Check]:
     scale = np.array([float(np.abs(v).max()) for v in moving])
     shares = sizes / np.maximum(scale, 1e-12)
     for index, (text, found) in enumerate(zip(texts, shares, strict=True)):
-        if index == part.answer.correct:
+        if index == answer.correct:
             yield Check("nothing along it", bool(len(found) and found.max() < 1e-7), f"{text}: {found.max():.1e}")
         else:
             yield Check("something along it", bool(np.mean(found > ALONG) >= MOST), f"{text}: {np.median(found):.2f}")
@@ -176,12 +177,12 @@ def _possible(sample: Sample, task: Sequence[int], moving: str, held: bool) -> n
 
 def _meaning(ground: Ground, part: Part) -> Iterator[Check]:
     asked: Any = part.details["asked"]
-    assert isinstance(part.answer, Choice)
+    answer = part.of(Choice)
     values = asked.values
     samples = samples_at(ground, values, asked.condition)
-    right = part.answer.correct
-    told = [all(text.startswith(m.words) for text, (m, _) in zip(part.answer.options, asked.offered, strict=True))]
-    yield Check("options", all(told) and len(set(part.answer.options)) == len(part.answer.options), "as offered")
+    right = answer.correct
+    told = [all(text.startswith(m.words) for text, (m, _) in zip(answer.options, asked.offered, strict=True))]
+    yield Check("options", all(told) and len(set(answer.options)) == len(answer.options), "as offered")
     true = [bool(samples) and all(_is_so(meaning, sample) for sample in samples) for meaning, _ in asked.offered]
     kinds = {str(kind_at(ground.chain, sample)) for sample in samples}
     holds = [t and (kind is None or kinds == {kind}) for t, (_, kind) in zip(true, asked.offered, strict=True)]

@@ -4,10 +4,11 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from exercises.answers import Direction, Number
 from exercises.arm.kinematics import NumericChain
-from exercises.problem import Direction, Number, Part
+from exercises.problem import Part
 from exercises.questions.inversion import Situation, well_conditioned
-from exercises.verify.formulas import EXACT, WELL_CONDITIONED, agree, each_way, formula, reference
+from exercises.verify.formulas import EXACT, WELL_CONDITIONED, agree, each_way, formula
 from exercises.verify.ground import Check, Ground
 
 NUMBERS = 1e-8
@@ -29,7 +30,7 @@ def situation_of(part: Part) -> Situation:
 
 def numbers(part: Part) -> np.ndarray:
     """Return a reference of numbers as (1, rows, columns)."""
-    return np.array(reference(part).tolist(), dtype=float)[None]
+    return np.array(part.answer.as_matrix().tolist(), dtype=float)[None]
 
 
 def stays_small(ground: Ground, jacobian: np.ndarray) -> Check:
@@ -42,8 +43,8 @@ def stays_small(ground: Ground, jacobian: np.ndarray) -> Check:
 
 def three_digits(part: Part, expected: np.ndarray) -> Check:
     """Return the check that a student who rounds the right numbers to three digits is right."""
-    assert isinstance(part.answer, Number)
-    allowed = np.maximum(part.answer.tolerance * np.abs(expected), part.answer.floor)
+    answer = part.of(Number)
+    allowed = np.maximum(answer.tolerance * np.abs(expected), answer.floor)
     rounded = np.array([float(f"{value:.2e}") for value in expected])
     return Check("three digits", bool(np.all(np.abs(rounded - expected) <= allowed)), "rounding keeps it right")
 
@@ -72,9 +73,9 @@ def _least_norm(ground: Ground, part: Part) -> Iterator[Check]:
 
 def _self_motion(ground: Ground, part: Part) -> Iterator[Check]:
     """Multiply the Jacobian by the motion; the result is zero, and the motion is not."""
-    assert isinstance(part.answer, Direction)
-    formulas = part.answer.tolerance is None
-    found = ground.read(reference(part)) if formulas else numbers(part)
+    answer = part.of(Direction)
+    formulas = answer.tolerance is None
+    found = ground.read(part.answer.as_matrix()) if formulas else numbers(part)
     jacobian = ground.task_jacobian if formulas else jacobian_at(ground, situation_of(part))[None]
     size = np.linalg.norm(found, axis=1, keepdims=True) if np.all(np.isfinite(found)) else np.zeros(1)
     if found.shape[1:] != (ground.chain.n, 1) or not np.all(size > EXACT):

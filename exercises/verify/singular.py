@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from exercises.answers import Choice, ConditionSet
 from exercises.arm.axes import Sample
 from exercises.arm.chain import Chain
 from exercises.arm.classification import REGULAR, domain_of, kind_at, samples_on
@@ -13,7 +14,7 @@ from exercises.arm.kinematics import NumericChain
 from exercises.formula.conditions import Space
 from exercises.formula.expression import read
 from exercises.formula.pieces import pieces
-from exercises.problem import Choice, ConditionSet, Part
+from exercises.problem import Part
 from exercises.questions.singular import OPTIONS, Place
 from exercises.verify.ground import ARMS, Check, Ground, random_lengths, random_poses
 
@@ -34,9 +35,9 @@ lost in rounding farther away: what counts is where the searches from around a f
 
 
 def _singular(ground: Ground, part: Part) -> Iterator[Check]:
-    assert isinstance(part.answer, ConditionSet)
+    answer = part.of(ConditionSet)
     joints = [q.name for q in ground.chain.q]
-    texts = part.answer.pieces()
+    texts = answer.pieces()
     claimed = [piece for text in texts for piece in pieces(read(text, ground.known), joints)]
     yield from _sound(ground, texts, claimed, joints)
     yield _complete(ground, claimed, joints)
@@ -132,11 +133,11 @@ def singular_configurations(arm: NumericChain, starts: np.ndarray, task: Sequenc
 def _type(ground: Ground, part: Part) -> Iterator[Check]:
     """Find the kind again for lengths that the question has not tried."""
     kind, place = str(part.details["type"]), part.details["place"]
-    assert isinstance(part.answer, Choice)
+    answer = part.of(Choice)
     assert isinstance(place, Place)
-    options = part.answer.options
-    right = len(set(options)) == len(options) and options[part.answer.correct] == OPTIONS[kind]
-    yield Check("option", right, f"{part.answer.letter} is {options[part.answer.correct]}")
+    options = answer.options
+    right = len(set(options)) == len(options) and options[answer.correct] == OPTIONS[kind]
+    yield Check("option", right, f"{answer.letter} is {options[answer.correct]}")
     samples = _samples(ground, place)
     kinds = {str(kind_at(ground.chain, sample)) for sample in samples}
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations"

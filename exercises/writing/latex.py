@@ -13,7 +13,7 @@ from functools import cache, lru_cache
 import sympy as sp
 
 from exercises.arm.chain import Chain
-from exercises.record import ByText
+from exercises.formula.text import ByText
 
 Key = tuple[object, ...]
 

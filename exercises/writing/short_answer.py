@@ -3,7 +3,7 @@
 import re
 from typing import Any
 
-from exercises.problem import (
+from exercises.answers import (
     TRUE_FALSE,
     Choice,
     ConditionSet,
@@ -12,10 +12,9 @@ from exercises.problem import (
     Matching,
     Matrix,
     Number,
-    Part,
-    Problem,
     Selection,
 )
+from exercises.problem import Part, Problem
 from exercises.render import render
 from exercises.writing.statement import option_text, with_meanings, worked_steps
 from exercises.writing.worked import three_digits

@@ -7,20 +7,11 @@ import re
 from functools import lru_cache
 from typing import Any
 
+from exercises.answers import LETTERS, Choice, ConditionSet, Expression, Matching, Matrix, Selection
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
 from exercises.languages import ENGLISH
-from exercises.problem import (
-    LETTERS,
-    Choice,
-    ConditionSet,
-    Expression,
-    Matching,
-    Matrix,
-    Part,
-    Problem,
-    Selection,
-)
+from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
 from exercises.render import catalogue, environment
 from exercises.writing.latex import tex

@@ -364,7 +364,7 @@ class Worked:
 
     def three_digits(self, part: Part) -> list[str]:
         """Return the numbers of an answer to three significant digits."""
-        return [three_digits(value) for value in part.answer.reference]  # type: ignore[union-attr]
+        return [three_digits(value) for value in part.answer.as_matrix()]
 
 
 def link_angles(chain: Chain) -> list[sp.Expr]:

@@ -7,20 +7,10 @@ deep to be set, can't be read, or is no formula (a function, a letter without an
 import re
 from dataclasses import dataclass
 
+from exercises.answers import LETTERS, TRUE_FALSE, Choice, ConditionSet, Expression, Matching, Number, Selection
 from exercises.formula.expression import read
 from exercises.formula.trees import Node, ReadError, size_of
-from exercises.problem import (
-    LETTERS,
-    TRUE_FALSE,
-    Choice,
-    ConditionSet,
-    Expression,
-    Matching,
-    Number,
-    Part,
-    Problem,
-    Selection,
-)
+from exercises.problem import Part, Problem
 from exercises.writing.fit import fitted, width
 from exercises.writing.markup import to_html
 from exercises.writing.mathml import mathml

@@ -10,7 +10,6 @@ from exercises.problem import Problem
 from exercises.quizzes import ASKED
 from exercises.render import render
 from exercises.store import kept
-from exercises.writing.answer_code import answer_code
 from grader import statistics
 from grader.functions import SHOWN
 from grader.reports import charts
@@ -248,7 +247,7 @@ def _unusual(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -
 
 
 def _reference(work: Work) -> Written | None:
-    return written(work.problem, answer_code(_own(work)))
+    return written(work.problem, _own(work).answer.code())
 
 
 def _answer(work: Work) -> dict[str, Any]:
@@ -269,7 +268,7 @@ def _similar(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -
                 continue
             own = written(work.problem, work.result["answer"])
             if own is not None:
-                wrong.append(Wrong(work.student, work.result["answer"], own, answer_code(part)))
+                wrong.append(Wrong(work.student, work.result["answer"], own, part.answer.code()))
         found += [(name, pair) for pair in nearly_the_same(wrong, usual=max(3, len(every) // 20))]
     pairs = [
         {

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from exercises.problem import Direction, Number, Part, Problem
+from exercises.answers import Direction, Number
+from exercises.problem import Part, Problem
 from exercises.writing.latex import symbol_latex
 from exercises.writing.mathml import mathml
 from grader.counterexample import entry_name

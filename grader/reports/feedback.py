@@ -11,9 +11,10 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
+from exercises.answers import Number
 from exercises.assignment import Assignment, Student
 from exercises.lateness import in_words
-from exercises.problem import Number, Part, Problem
+from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
 from exercises.render import render
 from exercises.store import kept

@@ -22,8 +22,9 @@ from typing import Any
 import nbformat
 from nbformat.v4 import new_code_cell
 
+from exercises.answers import Expression, Matrix
 from exercises.assignment import Assignment, Student, load_assignment
-from exercises.problem import Expression, Matrix, variable
+from exercises.problem import variable
 from exercises.release import init_assignment, release
 from exercises.store import kept
 from grader.certify import certificate_text

@@ -6,12 +6,13 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
+from exercises.answers import ConditionSet, Matrix, Number
 from exercises.assignment import load_assignment
 from exercises.decimals import read_decimals
 from exercises.errors import QdotError
 from exercises.formula.identity import Rounding
 from exercises.generate import generate
-from exercises.problem import ConditionSet, Matrix, Number, Part, Problem, ProblemId
+from exercises.problem import Part, Problem, ProblemId
 from exercises.release import init_assignment
 from exercises.writing.statement import prompt
 from grader.parts import judge

@@ -11,10 +11,11 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from exercises import ENGINE
+from exercises.answers import Choice
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
 from exercises.generate import check_questions, generate, questions_of, student_problem_id
-from exercises.problem import LARGEST_SEED, Choice, Part, Problem, ProblemId
+from exercises.problem import LARGEST_SEED, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.record import digests
 from tests.support.suites import of_families, several

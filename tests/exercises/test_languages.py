@@ -8,11 +8,12 @@ from dataclasses import replace
 
 import pytest
 
+from exercises.answers import Choice, Matching, Selection
 from exercises.families import FAMILIES
 from exercises.generate import generate, short_quiz
 from exercises.languages import LANGUAGES, pattern
 from exercises.mistakes.catalogue import CATALOGUE
-from exercises.problem import Choice, Matching, Part, Problem, ProblemId, Selection
+from exercises.problem import Part, Problem, ProblemId
 from exercises.quizzes import ASKED
 from exercises.render import catalogue, template_folder
 from exercises.site.bank import titles_text

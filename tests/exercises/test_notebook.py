@@ -13,11 +13,11 @@ import nbformat
 import pytest
 import sympy as sp
 
+from exercises.answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from exercises.families import FAMILIES
 from exercises.generate import questions_of
 from exercises.notebook import notebook_text, solution_notebook, student_notebook
-from exercises.problem import Choice, ConditionSet, Direction, Expression, Matrix, Number, Part, Problem, variable
-from exercises.writing.answer_code import answer_code, placeholder_code
+from exercises.problem import Part, Problem, variable
 from tests.support.problems import drawn, parts_in_turn
 from tests.support.suites import of_families
 
@@ -109,10 +109,10 @@ def test_students_notebook_holds_no_answer(student: Any, problems: Slotted) -> N
     sources = "\n".join(cell.source for cell in student.cells)
     for slot, part in _parts(problems):
         start = f"{variable(slot, part.name)} = "
-        answers = (answer_code(part), answer_code(part, len(start)))
+        answers = (part.answer.code(), part.answer.code(len(start)))
         if min(map(len, answers)) > 8:  # a determinant of -1 is no telling text
             assert not any(answer in sources for answer in answers), start
-        assert start + placeholder_code(part, len(start)) in sources
+        assert start + part.answer.placeholder(len(start)) in sources
 
 
 def test_untouched_notebook_runs_and_self_check_waits(student: Any, problems: Slotted) -> None:
@@ -169,14 +169,14 @@ def test_long_answers_are_broken_before_signs() -> None:
     a1, angle = sp.Symbol("a1"), sp.Symbol("theta1") + sp.Symbol("theta2") + sp.pi / 6
     entry = a1 * sp.cos(angle) + sp.Rational(47, 100) * sp.sin(angle) + sp.Rational(3, 500)
     column = Part("x", "position", Matrix(sp.Matrix([entry, 0])))
-    assert answer_code(column, 20) == (
+    assert column.answer.code(20) == (
         "Matrix([\n    a1*cos(theta1 + theta2 + pi/6) + 47*sin(theta1 + theta2 + pi/6)/100\n"
         "        + Rational(3, 500),\n    0,\n])"
     )
-    assert placeholder_code(column) == "Matrix([blank, blank])"
+    assert column.answer.placeholder() == "Matrix([blank, blank])"
     square = Part("x", "jacobian", Matrix(sp.Matrix([[a1, 0], [1, 2]])))
-    assert answer_code(square) == "Matrix([[a1, 0], [1, 2]])"
-    assert placeholder_code(square) == "Matrix([[blank, blank], [blank, blank]])"
+    assert square.answer.code() == "Matrix([[a1, 0], [1, 2]])"
+    assert square.answer.placeholder() == "Matrix([[blank, blank], [blank, blank]])"
 
 
 def test_self_check_of_the_reference_agrees(staffs_run: tuple[dict[str, Any], str], problems: Slotted) -> None:

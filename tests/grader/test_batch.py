@@ -14,7 +14,6 @@ from exercises.errors import QdotError
 from exercises.problem import Part
 from exercises.release import init_assignment, release
 from exercises.store import kept
-from exercises.writing.answer_code import answer_code
 from grader import parts as judging
 from grader.batch import WritePage, alone, grade_class
 from grader.demo import answered
@@ -239,7 +238,7 @@ def test_two_graders_do_not_work_in_one_folder(assignment: Assignment) -> None:
 
 def test_nothing_follows_from_answers_that_are_right_for_somebody_else(assignment: Assignment) -> None:
     """s02 writes the answers of s01 into the own notebook; s03 makes one mistake and goes on from there."""
-    others = {part.name: answer_code(part) for _, problem in assignment.problems("s01") for part in problem.parts}
+    others = {part.name: part.answer.code() for _, problem in assignment.problems("s01") for part in problem.parts}
     hand_in(assignment, "s02/hw.ipynb", right(assignment, "s02", lambda _, part: others[part.name]))
     forgotten = {
         "position": "Matrix({}) * 0.5", "jacobian": "Matrix({}) * 0.5", "determinant": "({}) * 0.25",

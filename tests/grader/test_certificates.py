@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from exercises import ENGINE
+from exercises.answers import Matrix
 from exercises.assignment import load_assignment
 from exercises.errors import QdotError
 from exercises.generate import generate
@@ -209,7 +210,7 @@ def test_all_of_a_folder_are_certified_whatever_their_certificates_are(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shutil.rmtree(folder / "certificates")
-    monkeypatch.setattr(certifying, "reference_text", lambda part: "theta1")
+    monkeypatch.setattr(Matrix, "as_typed", lambda answer: "theta1")
     code, output = verified(folder)
     assert code == 1
     assert "the reference itself is judged" in output

@@ -12,7 +12,6 @@ import nbformat
 from exercises.assignment import Assignment, Student, load_assignment
 from exercises.problem import variable
 from exercises.release import init_assignment
-from exercises.writing.answer_code import answer_code
 from grader.batch import grade_class
 from grader.reports.feedback import feedback_page
 from grader.sandbox import Limits
@@ -60,7 +59,7 @@ def hand_in(assignment: Assignment, student: str, slot: str, one: Made) -> None:
     for name, problem in problems:
         for part in problem.parts:
             is_wrong = (name, part.name) == (slot, one.part.name)
-            cells.append(f"{variable(name, part.name)} = {repr(one.text) if is_wrong else answer_code(part)}")
+            cells.append(f"{variable(name, part.name)} = {repr(one.text) if is_wrong else part.answer.code()}")
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
     target = assignment.folder / "submitted" / student / "hw.ipynb"
     target.parent.mkdir(parents=True)

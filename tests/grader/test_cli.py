@@ -8,12 +8,14 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from exercises.answers import Matrix
 from exercises.families import FAMILIES
 from exercises.parallel import _stop_put_off
 from exercises.quizzes import ASKED
@@ -203,7 +205,7 @@ def test_verify_problems_and_folders(tmp_path: Path) -> None:
 
 
 def test_a_sweep_begins_at_any_seed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("grader.certify.reference_text", lambda part: "theta1")
+    monkeypatch.setattr(Matrix, "as_typed", lambda answer: "theta1")
     said = run("verify", "--family", "planar-2r", "--count", "2", "--from", "40", "--jobs", "1", code=1)
     assert {line.split()[0].rstrip(":") for line in said.splitlines()[:-1]} == {"planar-2r/40", "planar-2r/41"}
 
@@ -234,7 +236,7 @@ def test_ctrl_c_says_what_is_true_of_the_command(
 
 
 def test_verify_says_what_failed_and_leaves_with_1(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("grader.certify.reference_text", lambda part: "theta1")
+    monkeypatch.setattr(Matrix, "as_typed", lambda answer: "theta1")
     said = run("verify", "planar-2r/7", "--jobs", "1", code=1)
     assert "planar-2r/7" in said
     assert "the reference itself is judged wrong" in said
@@ -319,6 +321,24 @@ def test_a_terminal_without_unicode_is_no_failure() -> None:
 AT_WORK = "at work"
 
 
+@pytest.fixture
+def ctrl_c() -> Iterator[None]:
+    """Have Ctrl-C end what is started in a test, also where it doesn't end the tests, as behind nohup."""
+    usual = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, usual)
+
+
+def ended(process: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
+    """Return what a process that was stopped has printed; where it goes on, it is killed with all that it started."""
+    try:
+        return process.communicate(timeout=60)
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.communicate()
+
+
 def of_thousands(folder: Path) -> Path:
     """Make an assignment of few questions for more students than are generated before it is stopped."""
     run("init", folder)
@@ -355,6 +375,7 @@ def all_gone(group: int) -> None:
 
 @pytest.mark.skipif(shutil.which("ps") is None, reason="needs ps")
 @pytest.mark.parametrize("when", several([0.3, AT_WORK], [0.3, 1.2, 4, AT_WORK]))
+@pytest.mark.usefixtures("ctrl_c")
 def test_ctrl_c_ends_everything_at_once_in_one_line(tmp_path: Path, when: float | str) -> None:
     made = of_thousands(tmp_path / "hw")
     process = subprocess.Popen(
@@ -363,7 +384,7 @@ def test_ctrl_c_ends_everything_at_once_in_one_line(tmp_path: Path, when: float 
     )  # fmt: skip
     wait_for(when, made)
     os.killpg(process.pid, signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
+    _, errors = ended(process)
     assert errors == b"qdot: stopped; run the same command again to go on\n"
     assert process.returncode == 130
     all_gone(process.pid)
@@ -395,7 +416,7 @@ def test_sigterm_ends_everything_at_once_in_one_line(
     )  # fmt: skip
     wait_for(when, made)
     (os.kill if whom == "parent" else os.killpg)(process.pid, signal.SIGTERM)
-    output, errors = process.communicate(timeout=60)
+    output, errors = ended(process)
     assert output == b""
     assert errors.decode().startswith(f"qdot: stopped; {said}")
     assert errors.count(b"\n") == 1

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
+from exercises.answers import Expression
 from exercises.arm.chain import Chain
 from exercises.assignment import load_assignment
 from exercises.credit import OWN, WAYS, Credit, read_credit
 from exercises.docs import planar_2r, scorbot_arm
 from exercises.errors import QdotError
-from exercises.problem import Expression
-from exercises.record import text_of
+from exercises.formula.text import text_of
 from exercises.release import init_assignment
 from grader.credit import credited
 from grader.parts import judge

@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from exercises.answers import Expression, Matrix
 from exercises.arm.chain import Chain
 from exercises.docs import planar_2r, scorbot_arm
 from exercises.families import FAMILIES
 from exercises.formula.expression import read
 from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.text import text_of
 from exercises.generate import questions_of
 from exercises.mistakes.catalogue import (
     CATALOGUE,
@@ -26,8 +28,7 @@ from exercises.mistakes.catalogue import (
 from exercises.mistakes.given import Values, configurations
 from exercises.mistakes.results import RESULTS, result
 from exercises.mistakes.working import as_formulas, formulas, numbers
-from exercises.problem import Expression, Matrix, Part
-from exercises.record import text_of
+from exercises.problem import Part
 from exercises.stream import Stream
 from grader.contained.callables import TABLE
 from grader.diagnosis import diagnose
@@ -44,9 +45,7 @@ ASKED_OF_EACH, ASKED_OF_LONG = 4, several(2, 4)
 
 def evaluated(part: Part, values: Values) -> np.ndarray:
     """Return the entries of a reference at configurations, (entries, N)."""
-    answer = part.answer
-    entries = [answer.reference] if isinstance(answer, Expression) else list(answer.reference)  # type: ignore[union-attr]
-    nodes = [read(text_of(entry), frozenset(values)) for entry in entries]
+    nodes = [read(text_of(entry), frozenset(values)) for entry in part.answer.as_matrix()]
     return evaluate(compile_tape(nodes), values, len(next(iter(values.values()))))[0]
 
 

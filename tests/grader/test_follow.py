@@ -5,15 +5,16 @@ from fractions import Fraction
 
 import pytest
 
+from exercises.answers import Expression
 from exercises.arm.chain import Chain
 from exercises.docs import planar_2r, scorbot_arm
 from exercises.families import FAMILIES
+from exercises.formula.text import text_of
 from exercises.mistakes.catalogue import CATALOGUE, made
 from exercises.mistakes.results import RESULTS, result
 from exercises.mistakes.working import Working, as_formulas, formulas
-from exercises.problem import Expression, Part, Problem, ProblemId, variable
+from exercises.problem import Part, Problem, ProblemId, variable
 from exercises.questions import QUESTIONS
-from exercises.record import text_of
 from exercises.stream import Stream
 from grader.follow import STEPS
 from grader.marking import mark, points_of, total

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import pytest
 import sympy as sp
 
-from exercises.problem import Expression, Matrix, Part, Problem, variable
-from exercises.writing.answer_code import answer_code
+from exercises.answers import Expression, Matrix
+from exercises.problem import Part, Problem, variable
 from grader.contained.callables import TABLE
 from grader.functions import asked_of, judge_function
 from grader.marking import mark
@@ -149,7 +149,7 @@ def test_functions_of_every_question_get_what_their_formulas_would(
         for part in parts:
             said = body.format(names=", ".join(names), first=first)
             cells.append(
-                f"f = lambdify([{', '.join(names)}], {answer_code(part)}, 'numpy')\n"
+                f"f = lambdify([{', '.join(names)}], {part.answer.code()}, 'numpy')\n"
                 f"def {variable('p1', part.name)}({', '.join(names)}, f=f):\n    {said}"
             )
         wanted = [variable("p1", part.name) for part in parts]

@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import pytest
 
-from exercises.problem import ConditionSet, Direction, Expression, Matrix, Number, Part, Problem, variable
-from exercises.writing.answer_code import answer_code
+from exercises.answers import ConditionSet, Direction, Expression, Matrix, Number
+from exercises.problem import Part, Problem, variable
 from grader.marking import mark
 from grader.sandbox import Sandbox
 from grader.verdict import Outcome
@@ -36,7 +36,7 @@ def values(sandbox: Sandbox, problem: Problem, codes: dict[str, str]) -> dict[st
 def test_the_solution_earns_full_marks(family: str, start: int, sandbox: Sandbox, drawn: Draw) -> None:
     for seed in range(start, min(start + CHUNK, SEEDS)):
         problem = drawn(family, seed)
-        answers = values(sandbox, problem, {variable("p1", part.name): answer_code(part) for part in problem.parts})
+        answers = values(sandbox, problem, {variable("p1", part.name): part.answer.code() for part in problem.parts})
         for verdict in mark(problem, "p1", answers, {}, "secret"):
             assert verdict.judgement.outcome is Outcome.CORRECT, (
                 f"{problem.id} {verdict.part}: {verdict.judgement.reason}"
@@ -86,7 +86,7 @@ def mistakes(part: Part, right: str) -> dict[str, str]:
         columns = reference.cols
         found["dropped column"] = f"{right}*diag(*[0]*1, *[1]*{columns - 1})" if columns > 1 else f"{right}*0"
         found["number for a matrix"] = "1"
-    code = changed = answer_code(part)
+    code = changed = part.answer.code()
     for absolute, wrong in relative.items():
         changed = changed.replace(absolute, wrong)
     if changed != code:
@@ -99,7 +99,7 @@ def test_the_usual_mistakes_fail(problem: Problem, sandbox: Sandbox, monkeypatch
     """Which mistake it is isn't looked for: it changes no mark, takes most of the time, and has test_diagnosis.py."""
     monkeypatch.setattr("grader.marking.diagnose", lambda *_: None)
     parts = some_parts(problem)
-    right = {f"right{i}": answer_code(part) for i, part in enumerate(parts)}
+    right = {f"right{i}": part.answer.code() for i, part in enumerate(parts)}
     tried = [(part, *item) for part, name in zip(parts, right, strict=True) for item in mistakes(part, name).items()]
     answers = values(sandbox, problem, right | {f"tried{i}": code for i, (_, _, code) in enumerate(tried)})
     for i, (part, mistake, code) in enumerate(tried):

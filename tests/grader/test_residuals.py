@@ -5,9 +5,10 @@ import itertools
 import pytest
 import sympy as sp
 
+from exercises.answers import Matrix
 from exercises.generate import generate, sample_chain
 from exercises.mistakes.working import carried, formulas
-from exercises.problem import Matrix, Part, Problem, ProblemId
+from exercises.problem import Part, Problem, ProblemId
 from grader.diagnosis import diagnose
 from tests.support.problems import asked
 
@@ -57,7 +58,7 @@ def test_three_columns_with_links_of_their_own() -> None:
 def test_links_left_out_of_the_position_are_named() -> None:
     problem = generate(ProblemId("planar-3r", 1, ("position",)))
     w = formulas(problem.chain)
-    left = problem.parts[0].answer.reference - sp.Matrix(  # type: ignore[union-attr]
+    left = problem.parts[0].answer.as_matrix() - sp.Matrix(
         [sum(w["links"][k][row][0] for k in (0, 2)) for row in range(2)]
     )
     found = diagnose(problem, problem.parts[0], str(left.tolist()), "seed")
@@ -68,7 +69,7 @@ def test_links_left_out_of_the_position_are_named() -> None:
 def test_zeros_and_other_sums_are_not_blamed(family: str) -> None:
     problem = generate(ProblemId(family, 1, ("jacobian",)))
     (part,) = problem.parts
-    reference = part.answer.reference  # type: ignore[union-attr]
+    reference = part.answer.as_matrix()
     zero = reference.as_mutable()
     zero[:, 0] = sp.zeros(reference.rows, 1)
     named = diagnose(problem, part, str(zero.tolist()), "seed")

@@ -14,12 +14,12 @@ MODULES = sorted((*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py"))
 
 LAYERS = {
     "exercises": """errors files input_file stream console parallel
-        formula.printing formula.names formula.trees formula.algebra formula.notation formula.expression formula.tape
-        formula.field formula.angles formula.exact formula.identity formula.constants formula.pieces formula.conditions
-        formula.claims
+        formula.printing formula.text formula.code formula.names formula.trees formula.algebra formula.notation
+        formula.expression formula.tape formula.field formula.angles formula.exact formula.identity formula.constants
+        formula.pieces formula.conditions formula.claims
         arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.axes arm.reach arm.appearance
         arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
-        credit decimals lateness difficulty problem families questions mistakes quizzes
+        credit decimals lateness difficulty answers problem families questions mistakes quizzes
         generate record verify writing.latex languages render writing figure
         notebook show solve docs gradebook assignment store release exports.outlet exports.bank
         exports.known_wrong exports.stack_parts exports exports.registry site.keys site.record site.bank

@@ -12,7 +12,6 @@ from unittest.mock import patch
 from exercises.assignment import Assignment, Student, load_assignment
 from exercises.problem import variable
 from exercises.release import init_assignment
-from exercises.writing.answer_code import answer_code
 from grader.batch import grade_class
 from grader.sandbox import Limits, Sandbox
 from grader.submission import Looked, find_submissions, opened
@@ -72,7 +71,7 @@ def right_cells(assignment: Assignment, student: str) -> Cells:
         text("# T"),
         code(f"from sympy import *\n{', '.join(names)} = symbols({' '.join(names)!r})\nblank = Symbol('blank')"),
     ]
-    cells += [code(f"{variable(slot, p.name)} = {answer_code(p)}", f"{slot}.{p.name}") for p in problem.parts]
+    cells += [code(f"{variable(slot, p.name)} = {p.answer.code()}", f"{slot}.{p.name}") for p in problem.parts]
     return cells
 
 

@@ -9,11 +9,12 @@ from typing import Any
 
 import sympy as sp
 
+from exercises.answers import Answer
 from exercises.arm.chain import Chain, Point
 from exercises.assignment import Assignment
 from exercises.families import FAMILIES
 from exercises.generate import questions_of
-from exercises.problem import Answer, Part, Problem, ProblemId
+from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.stream import Stream
 from tests.support.kept import kept

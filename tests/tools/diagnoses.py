@@ -18,27 +18,18 @@ from typing import TypeVar
 import numpy as np
 import sympy as sp
 
+from exercises.answers import Choice, ConditionSet, Direction, Expression, Matching, Number, Selection
 from exercises.arm.trigonometry import textbook
 from exercises.families import FAMILIES
+from exercises.formula.text import text_of
 from exercises.mistakes.arithmetic import determinant
 from exercises.mistakes.base import RESULT
 from exercises.mistakes.catalogue import CATALOGUE, Wrong, likely, made, taken
 from exercises.mistakes.given import configurations
 from exercises.mistakes.results import RESULTS, result
 from exercises.mistakes.working import Working, as_formulas, formulas, numbers
-from exercises.problem import (
-    Choice,
-    ConditionSet,
-    Direction,
-    Expression,
-    Matching,
-    Number,
-    Part,
-    Problem,
-    Selection,
-)
+from exercises.problem import Part, Problem
 from exercises.questions import QUESTIONS
-from exercises.record import text_of
 from exercises.stream import Stream
 from grader.diagnosis import diagnose, says_something
 from grader.parts import domain_of, judge
@@ -192,7 +183,7 @@ def random_answers(problem: Problem, part: Part, count: int) -> Iterator[str]:
         elif isinstance(answer, (ConditionSet, Choice, Selection, Matching)):
             return
         else:
-            rows = [[text_of(entry) for entry in row] for row in answer.reference.tolist()]
+            rows = [[text_of(entry) for entry in row] for row in answer.as_matrix().tolist()]
             for _ in range(rng.randint(1, 3)):
                 i, j = rng.randrange(len(rows)), rng.randrange(len(rows[0]))
                 rows[i][j] = rng.choice((f"({rows[i][j]}) + {noise()}", noise()))

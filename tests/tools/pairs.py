@@ -16,14 +16,15 @@ from fractions import Fraction
 
 import numpy as np
 
+from exercises.answers import Expression, Matrix
 from exercises.families import FAMILIES
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
 from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.text import text_of
 from exercises.formula.trees import Node, names, node_text
 from exercises.generate import generate, questions_of
-from exercises.problem import Expression, Matrix, ProblemId
-from exercises.record import text_of
+from exercises.problem import ProblemId
 from exercises.stream import Stream
 from grader.judge import judge_expression
 from grader.parts import domain_of

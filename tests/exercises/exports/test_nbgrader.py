@@ -20,7 +20,6 @@ from exercises.errors import QdotError
 from exercises.exports.nbgrader import SIGN, checksum, nbgrader
 from exercises.exports.outlet import Order
 from exercises.problem import variable
-from exercises.writing.answer_code import answer_code
 from grader.nbgrader_cells import fill_in, made_whole, outputs
 from grader.reports.rows import Row
 from tests.support.command import run
@@ -79,7 +78,7 @@ def answered(of: Assignment, student: str, change: Callable[[list[Any], Cells], 
     cells = {cell["id"]: cell for cell in notebook["cells"]}
     ((slot, problem),) = of.problems(student)
     for part in problem.parts:
-        cells[f"{slot}-{part.name}"]["source"] = f"{variable(slot, part.name)} = {answer_code(part)}"
+        cells[f"{slot}-{part.name}"]["source"] = f"{variable(slot, part.name)} = {part.answer.code()}"
     if change:
         change(notebook["cells"], cells)
     return json.dumps(notebook)

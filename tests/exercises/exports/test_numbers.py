@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from exercises.answers import Number
 from exercises.exports.numbers import in_numbers
 from exercises.mistakes.results import RESULTS
-from exercises.problem import Number
 from tests.support.problems import drawn
 
 

@@ -18,14 +18,15 @@ import chevron
 import jsonschema
 import pytest
 
+from exercises.answers import Expression, Matrix
 from exercises.assignment import Student, load_assignment
 from exercises.errors import QdotError
 from exercises.exports.bank import bank
 from exercises.exports.outlet import Order
 from exercises.exports.registry import OUTLETS
 from exercises.mistakes.catalogue import CATALOGUE
-from exercises.problem import Expression, Matrix, Problem
-from grader.certify import failures_of, reference_text
+from exercises.problem import Problem
+from grader.certify import failures_of
 from grader.prairielearn import LONGEST
 from tests.support.handing_in import a_class
 
@@ -224,14 +225,14 @@ def test_a_variant_is_one_of_the_bank_by_its_seed_and_shows_no_solution(
     shown = json.dumps(one.data["params"])
     for part in problem.parts:
         if isinstance(part.answer, (Expression, Matrix)) and part.name != "position":
-            assert reference_text(part) not in shown
+            assert part.answer.as_typed() not in shown
 
 
 @pytest.mark.parametrize("slot", ["p1", "p2", "p3"])
 def test_references_earn_everything(course: Path, problems: dict[str, list[Problem]], slot: str) -> None:
     question = Question(course, f"hw-{slot}", 1)
     problem = problem_of(question, problems[slot])
-    question.submit({part.name: reference_text(part) for part in problem.parts})
+    question.submit({part.name: part.answer.as_typed() for part in problem.parts})
     assert question.data["format_errors"] == {}
     assert question.data["score"] == 1
     assert {name: one["score"] for name, one in question.data["partial_scores"].items()} == {
@@ -266,7 +267,7 @@ def test_numbers_that_are_wrong_are_not_told(course: Path, problems: dict[str, l
     problem = problem_of(question, problems["p1"])
     question.submit({"joint-rates": "[17, 23]", "singular-angles": "{theta1: [0]}"})
     said = json.dumps(question.data["feedback"])
-    right = problem.parts[3].answer.reference  # type: ignore[union-attr]
+    right = problem.parts[3].answer.as_matrix()
     assert not [value for value in right if f"{float(value):.2f}" in said]
     assert "theta2" not in said
 

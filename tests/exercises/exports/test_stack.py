@@ -15,15 +15,16 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
+from exercises.answers import Expression, Matrix
 from exercises.assignment import Assignment, Student, load_assignment
 from exercises.exports.bank import bank
 from exercises.exports.known_wrong import known_wrong, same_entries
 from exercises.exports.outlet import Order
 from exercises.exports.registry import OUTLETS
 from exercises.exports.stack_parts import asked, share_of
+from exercises.formula.text import text_of
 from exercises.generate import generate
-from exercises.problem import Expression, Matrix, Problem, ProblemId
-from exercises.record import text_of
+from exercises.problem import Problem, ProblemId
 from exercises.writing.maxima import maxima_text
 from grader.certify import failures_of
 from grader.credit import credited

@@ -9,12 +9,13 @@ from typing import Any
 import pytest
 import sympy as sp
 
+from exercises.answers import Number
 from exercises.arm.chain import Chain
 from exercises.arm.path import Line
 from exercises.arm.precise import PRECISE
 from exercises.families import FAMILIES
 from exercises.generate import questions_of, sample_chain
-from exercises.problem import Number, Problem, ProblemId
+from exercises.problem import Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.path import Seam
 from exercises.verify import certify

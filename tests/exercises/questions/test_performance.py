@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from exercises.answers import Number
 from exercises.arm.chain import Chain
 from exercises.families import FAMILIES
 from exercises.generate import sample_chain
-from exercises.problem import Number, Problem, ProblemId
+from exercises.problem import Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.inversion import Situation
 from exercises.verify import certify

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from exercises.answers import Direction, Expression, Number
 from exercises.arm.chain import TASK_ROWS, Chain, Joint
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.precise import DOUBLE, PreciseArm, numeric, solved
 from exercises.arm.trigonometry import same
 from exercises.formula.identity import Domain
-from exercises.problem import Direction, Expression, Number
 from exercises.questions import QUESTIONS
 from exercises.questions.inversion import Situation
 from exercises.questions.redundancy import null_vector, self_motion

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from exercises.answers import Choice, Number
 from exercises.generate import generate
-from exercises.problem import Choice, Number, ProblemId
+from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.concepts import USES
 from exercises.verify import certify

@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from exercises.answers import TRUE_FALSE, Choice, Matching, Number, Selection
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
 from exercises.figure import part_alt, part_svg
@@ -25,13 +26,13 @@ from exercises.formula.identity import compare_entries
 from exercises.formula.trees import as_matrix
 from exercises.generate import applicable, generate, sample_chain, short_quiz
 from exercises.notebook import solution_notebook, student_notebook
-from exercises.problem import TRUE_FALSE, Choice, Matching, Number, Part, Problem, ProblemId, Selection
+from exercises.problem import Part, Problem, ProblemId
 from exercises.quizzes import ASKED, QUIZZES
 from exercises.quizzes.options import blames_of, rank_of_key
 from exercises.record import digests
 from exercises.verify import certify
 from exercises.writing.statement import hints, prompt, worked_solution
-from grader.certify import failures_of, reference_text
+from grader.certify import failures_of
 from grader.choices import judge_matching, judge_selection
 from grader.cli import app
 from grader.diagnosis import diagnose
@@ -99,7 +100,7 @@ def test_each_short_question_passes_its_certificate_and_is_marked(name: str) -> 
 def _is_certified_and_marked(problem: Problem) -> None:
     (part,) = problem.parts
     assert failures_of(problem) == [], part.name
-    assert judge(problem, part, reference_text(part), "seed").outcome is Outcome.CORRECT, part.name
+    assert judge(problem, part, part.answer.as_typed(), "seed").outcome is Outcome.CORRECT, part.name
     _is_clean(prompt(problem, part))
     _is_clean(worked_solution(problem, part))
     _hints_help_and_give_nothing_away(problem, part)

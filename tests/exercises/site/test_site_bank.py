@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from exercises.answers import Choice, Matching, Number, Selection
 from exercises.arm.kinematics import NumericChain
 from exercises.generate import generate
 from exercises.mistakes.results import RESULTS, result
 from exercises.mistakes.working import numbers
-from exercises.problem import Choice, Matching, Number, Part, Problem, ProblemId, Selection
-from exercises.record import reference_json
+from exercises.problem import Part, Problem, ProblemId
 from exercises.site.keys import key_of, weight
 from exercises.site.record import site_record, solutions_record, typed_names
 from exercises.writing.statement import prompt
@@ -42,7 +42,7 @@ def test_a_prompt_says_in_which_rates_velocities_and_forces_an_answer_is(family:
     spoken = {name for name, info in problem.symbols().items() if info.role in ("rate", "velocity", "force")}
     for part in problem.parts:
         if not isinstance(part.answer, (Choice, Selection, Matching)):
-            used = set(re.findall(r"\w+", json.dumps(reference_json(part)))) & spoken
+            used = set(re.findall(r"\w+", json.dumps(part.answer.as_json()))) & spoken
             assert used <= set(typed_names(problem, prompt(problem, part))), part.name
 
 

@@ -2,8 +2,9 @@
 
 import pytest
 
+from exercises.answers import Choice
 from exercises.generate import generate
-from exercises.problem import Choice, ProblemId
+from exercises.problem import ProblemId
 from exercises.verify import certify
 
 

@@ -7,23 +7,13 @@ from dataclasses import replace
 import pytest
 import sympy as sp
 
+from exercises.answers import Answer, Choice, ConditionSet, Direction, Expression, Matrix, Number
 from exercises.arm.chain import Chain, Joint
 from exercises.arm.singularity import Component
 from exercises.difficulty import difficulty, step
 from exercises.families import FAMILIES
 from exercises.generate import generate, questions_of
-from exercises.problem import (
-    Answer,
-    Choice,
-    ConditionSet,
-    Direction,
-    Expression,
-    Matrix,
-    Number,
-    Part,
-    Problem,
-    ProblemId,
-)
+from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.quizzes import ASKED as EVERY_QUESTION
 from exercises.stream import Stream

@@ -11,11 +11,12 @@ import pytest
 import sympy as sp
 from typer.testing import CliRunner
 
+from exercises.answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from exercises.arm.chain import Chain, Joint
 from exercises.arm.singularity import singular_set
 from exercises.assignment import load_assignment
 from exercises.notebook import notebook_text, solution_notebook, student_notebook
-from exercises.problem import Choice, ConditionSet, Direction, Expression, Matrix, Number, Part, Problem
+from exercises.problem import Part, Problem
 from exercises.questions import QUESTIONS
 from exercises.release import init_assignment, release_one
 from exercises.show import show

@@ -6,7 +6,8 @@ import re
 import pytest
 import sympy as sp
 
-from exercises.problem import Expression, Matrix, Problem
+from exercises.answers import Expression, Matrix
+from exercises.problem import Problem
 from exercises.writing.latex import LINE, AngleNames, angle_names, symbol_latex, tex, tex_angle, tex_length, tex_lines
 from exercises.writing.mathml import mathml
 from exercises.writing.unicode_math import unicode_math

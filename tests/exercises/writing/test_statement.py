@@ -11,14 +11,14 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
+from exercises.answers import Choice, ConditionSet, Expression, Matrix, Number
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
-from exercises.problem import Choice, ConditionSet, Expression, Matrix, Number, Part, Problem
+from exercises.problem import Part, Problem
 from exercises.questions import QUESTIONS
 from exercises.quizzes import ASKED
 from exercises.render import template_folder
 from exercises.show import FORMATS, problem_json, show
-from exercises.writing.answer_code import answer_code
 from exercises.writing.latex import tex
 from exercises.writing.markup import to_html, to_latex, to_text
 from exercises.writing.statement import prompt, statement, worked_solution
@@ -52,7 +52,7 @@ def _asks(part: Part, text: str) -> None:
     assert "**Answer:**" in text, part.name
     if part.shape is not None and isinstance(part.answer, Matrix):
         assert f"{part.shape[0]} × {part.shape[1]}" in text, part.name
-    code = answer_code(part)
+    code = part.answer.code()
     assert len(code) < 6 or code not in text or isinstance(part.answer, Choice), part.name
     if isinstance(part.answer, Number):
         assert all(unit.removesuffix("^2").removesuffix("^3") in text for unit in part.answer.units), part.name
@@ -173,7 +173,7 @@ def test_pages_texts_and_documents(problem: Problem, solution: bool) -> None:
     assert "$" not in text and "\\" not in text and not re.search(r"\*\*(?!\d)", text)
     latex = show(problem, solution, "latex")
     assert latex.count(r"\begin{") == latex.count(r"\end{") and latex.count("{") == latex.count("}")
-    for answer in [answer_code(part) for part in problem.parts if part.kind in ("jacobian", "determinant")]:
+    for answer in [part.answer.code() for part in problem.parts if part.kind in ("jacobian", "determinant")]:
         assert (max(answer.splitlines(), key=len) in text) == solution or answer == "-1"
 
 

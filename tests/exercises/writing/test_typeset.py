@@ -4,10 +4,10 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
+from exercises.answers import ConditionSet, Expression, Matrix
 from exercises.formula.expression import read
 from exercises.formula.trees import Node
-from exercises.problem import ConditionSet, Expression, Matrix, Problem
-from exercises.record import reference_json
+from exercises.problem import Problem
 from exercises.writing.mathml import mathml
 from exercises.writing.typeset import TooDeep, typeset
 from grader.parts import judge
@@ -102,7 +102,7 @@ def test_what_is_set_reads_as_the_same(problem: Problem) -> None:
     """The grader reads LaTeX too: the reference of every part, set and read again, is right."""
     for part in problem.parts:
         if isinstance(part.answer, (Expression, Matrix)):
-            text = str(reference_json(part)).replace("'", "")
+            text = str(part.answer.as_json()).replace("'", "")
             prismatic = tuple(q.name[1:] for q in problem.chain.q if q.name.startswith("d"))
             latex = typeset(read(text, problem.symbols()), prismatic)
             ET.fromstring(mathml(latex, True))

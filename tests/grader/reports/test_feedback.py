@@ -13,9 +13,9 @@ from typing import Any
 
 import pytest
 
+from exercises.answers import Choice, Matrix
 from exercises.assignment import Assignment, Student, load_assignment
-from exercises.problem import Choice, Matrix, Problem, variable
-from exercises.record import reference_json
+from exercises.problem import Problem, variable
 from exercises.release import init_assignment
 from exercises.render import template_folder
 from grader.contained.callables import TABLE
@@ -91,7 +91,7 @@ def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
 
 def right(problem: Problem, name: str) -> str:
     part = next(part for part in problem.parts if part.name == name)
-    found = reference_json(part)
+    found = part.answer.as_json()
     return str(found).replace("'", "") if part.type != "singular" else f"[{', '.join(found)}]"
 
 

@@ -18,7 +18,6 @@ from exercises.errors import QdotError
 from exercises.generate import sample_chain
 from exercises.problem import ProblemId
 from exercises.store import keep
-from exercises.writing.answer_code import answer_code
 from grader import statistics
 from grader.reports import charts
 from grader.reports.class_page import class_page
@@ -159,7 +158,7 @@ def a_graded_class(assignment: Assignment) -> list[dict[str, Any]]:
     answers = {}
     for student in ("s0", "s1", "s2", "s3"):
         ((_, problem),) = assignment.problems(student)
-        answers[student] = [answer_code(part) for part in problem.parts]
+        answers[student] = [part.answer.code() for part in problem.parts]
     odd = "(sin(theta1)*cos(theta2)*a1 - a1*cos(theta1)*sin(theta2))*(theta1 - theta1 + 1)/1"
     first = result(assignment, "s0", ["correct", "correct", "correct"], [*answers["s0"][:2], odd])
     hostile = "<img src=x onerror=alert(1)>"

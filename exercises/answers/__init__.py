@@ -1,0 +1,24 @@
+"""The types of answers: each is one class in a module of its own, with all that depends on its type."""
+
+from exercises.answers.base import Answer, Json
+from exercises.answers.choice import TRUE_FALSE, Choice
+from exercises.answers.conditions import ConditionSet
+from exercises.answers.direction import Direction
+from exercises.answers.expression import Expression
+from exercises.answers.forms import Forms
+from exercises.answers.letters import LETTERS, Letters
+from exercises.answers.matching import Matching
+from exercises.answers.matrix import Matrix
+from exercises.answers.number import Number
+from exercises.answers.selection import Selection
+
+TYPES: dict[str, type[Answer]] = {
+    kind.type: kind
+    for kind in (Expression, Matrix, ConditionSet, Number, Direction, Choice, Selection, Matching)
+}  # fmt: skip
+"""Every type of answer by its name."""
+
+__all__ = [
+    "LETTERS", "TRUE_FALSE", "TYPES", "Answer", "Choice", "ConditionSet", "Direction", "Expression", "Forms", "Json",
+    "Letters", "Matching", "Matrix", "Number", "Selection",
+]  # fmt: skip

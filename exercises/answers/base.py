@@ -1,0 +1,100 @@
+"""What every type of answer can be asked: its shape, its reference as text and as data, and what a notebook shows.
+
+A type is one class in a module of its own, and has its line in `exercises.answers.TYPES`. What is the same for most
+types stands here.
+"""
+
+from typing import Any, ClassVar
+
+import sympy as sp
+
+from exercises.answers.forms import Forms, T
+
+Json = dict[str, Any]
+
+
+class Answer:
+    """The answer to a part: a frozen dataclass of the reference, with what depends on its type."""
+
+    type: ClassVar[str]
+    """Its name in `qdot show --json` and in results."""
+    takes_symbols: ClassVar[bool] = True
+    """Whether the symbols of the problem may stand in it."""
+    counts_up_to_a_factor: ClassVar[bool] = False
+    """Whether every multiple other than zero is as good."""
+
+    def told_to(self, forms: Forms[T]) -> T:
+        """Return what is made of it by somebody who has a way of asking for each form of answer."""
+        raise NotImplementedError
+
+    @property
+    def shape(self) -> tuple[int, int] | None:
+        """Rows and columns of an answer that has entries, else None."""
+        return None
+
+    @property
+    def units_due(self) -> tuple[str, ...]:
+        """The unit of each number that is due; nothing where formulas are."""
+        return ()
+
+    @property
+    def offered(self) -> tuple[str, ...]:
+        """The options to choose from; nothing where an answer is worked out."""
+        return ()
+
+    @property
+    def is_one_line(self) -> bool:
+        """Whether a single expression or a few letters are typed."""
+        return False
+
+    @property
+    def typed_as(self) -> str:
+        """What is due, in words, where a placeholder does not show it."""
+        return ""
+
+    @property
+    def is_in_numbers(self) -> bool:
+        """Whether numbers are due, right within a tolerance."""
+        return False
+
+    @property
+    def is_formulas(self) -> bool:
+        """Whether formulas are due that are compared entry by entry."""
+        return False
+
+    def as_matrix(self) -> sp.Matrix:
+        """Return the reference as a matrix, of one entry for an expression. Raises TypeError where it is none."""
+        raise TypeError(f"the answer is of type {self.type}, and no matrix")
+
+    def entries(self) -> list[sp.Expr]:
+        """Return the formulas that are compared as such."""
+        return []
+
+    def formulas(self) -> list[str]:
+        """Return the texts of the reference that are read as a student's are; nothing where letters are due."""
+        raise NotImplementedError
+
+    def as_json(self) -> str | list[Any]:
+        """Return the reference as text, as a list (a vector, conditions, letters), or as a list of rows."""
+        raise NotImplementedError
+
+    def options_json(self) -> Json:
+        """Return the options of an answer that has some, and the items that they are matched to."""
+        return {}
+
+    def as_typed(self) -> str:
+        """Return the reference as a student would have to type it."""
+        raise NotImplementedError
+
+    def code(self, taken: int = 0) -> str:
+        """Return the reference as Python code, `taken` columns of whose first line are used already."""
+        raise NotImplementedError
+
+    def placeholder(self, taken: int = 0) -> str:
+        """Return what an unanswered cell assigns: `blank`, in the shape that is due."""
+        return "blank"
+
+
+def rows_typed(rows: list[list[str]]) -> str:
+    """Return rows of text as a matrix is typed."""
+    return "[" + ", ".join(f"[{', '.join(row)}]" for row in rows) + "]"

@@ -1,0 +1,64 @@
+"""A set of configurations, as conditions on the joints."""
+
+from dataclasses import dataclass
+
+from exercises.answers.base import Answer
+from exercises.answers.forms import Forms, T
+from exercises.arm.singularity import Component
+from exercises.formula.code import list_code, python_text
+
+
+@dataclass(frozen=True)
+class ConditionSet(Answer):
+    """A set of configurations, as conditions on the joints."""
+
+    components: tuple[Component, ...]
+
+    type = "singular"
+
+    def told_to(self, forms: Forms[T]) -> T:
+        """Return what is made of a set of conditions."""
+        return forms.conditions(self)
+
+    def pieces(self) -> list[str]:
+        """Return every piece as text."""
+        return [piece for component in self.components for piece in component.pieces()]
+
+    @property
+    def typed_as(self) -> str:
+        """A list."""
+        return "a list of conditions"
+
+    def formulas(self) -> list[str]:
+        """Return every piece as text."""
+        return self.pieces()
+
+    def as_json(self) -> list[str]:
+        """Return every piece as text."""
+        return self.pieces()
+
+    def as_typed(self) -> str:
+        """Return the pieces in brackets."""
+        return f"[{', '.join(self.pieces())}]"
+
+    def code(self, taken: int = 0) -> str:
+        """Return a list of `Eq` and `And`, one for each value or combination of values."""
+        return list_code([text for component in self.components for text in _alternatives(component)], taken)
+
+    def placeholder(self, taken: int = 0) -> str:
+        """Return a list."""
+        return "[blank]"
+
+
+def _alternatives(component: Component) -> list[str]:
+    """Return the conditions of a component, one text for each value or combination of values."""
+    if component.solutions is None:
+        return [_together([f"Eq({python_text(condition)}, 0)" for condition in component.conditions])]
+    combinations: list[list[str]] = [[]]
+    for joint, values in component.solutions:
+        combinations = [[*c, f"Eq({joint}, {python_text(value)})"] for c in combinations for value in values]
+    return [_together(equations) for equations in combinations]
+
+
+def _together(equations: list[str]) -> str:
+    return equations[0] if len(equations) == 1 else f"And({', '.join(equations)})"

@@ -1,0 +1,28 @@
+"""A vector that counts up to a factor other than zero."""
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from exercises.answers.forms import Forms, T
+from exercises.answers.rows import Rows
+
+
+@dataclass(frozen=True)
+class Direction(Rows):
+    """A vector that counts up to a factor other than zero; `tolerance` is relative, None where it is a formula."""
+
+    reference: sp.Matrix
+    tolerance: float | None = None
+
+    type = "direction"
+    counts_up_to_a_factor = True
+
+    def told_to(self, forms: Forms[T]) -> T:
+        """Return what is made of a direction."""
+        return forms.direction(self)
+
+    @property
+    def is_in_numbers(self) -> bool:
+        """Whether it is asked for at a configuration."""
+        return self.tolerance is not None

@@ -1,0 +1,66 @@
+"""What the types have in common whose answer is the letters of options."""
+
+from exercises.answers.base import Answer, Json
+
+LETTERS = "ABCDEFGH"
+"""Under which options are shown."""
+
+
+class Letters(Answer):
+    """An answer in letters: `options` are shown in their order under A, B, C …"""
+
+    options: tuple[str, ...]
+    takes_symbols = False
+
+    @property
+    def offered(self) -> tuple[str, ...]:
+        """The options."""
+        return self.options
+
+    @property
+    def is_one_line(self) -> bool:
+        """It is."""
+        return True
+
+    @property
+    def typed_as(self) -> str:
+        """What is typed."""
+        return "letters, or true or false"
+
+    @property
+    def letters(self) -> str:
+        """The letters of the right options."""
+        raise NotImplementedError
+
+    def formulas(self) -> list[str]:
+        """Return nothing: letters are no formula."""
+        return []
+
+    def as_json(self) -> str | list[str]:
+        """Return each letter."""
+        return list(self.letters)
+
+    def options_json(self) -> Json:
+        """Return the options."""
+        return {"options": list(self.options)}
+
+    def as_typed(self) -> str:
+        """Return the letters."""
+        return self.letters
+
+    def code(self, taken: int = 0) -> str:
+        """Return the letters in quotes."""
+        return f'"{self.letters}"'
+
+    def placeholder(self, taken: int = 0) -> str:
+        """Return a text, for a text is due."""
+        return '"blank"'
+
+
+def of_letters(indices: tuple[int, ...]) -> str:
+    """Return the letters under which options are shown.
+
+    >>> of_letters((1, 0, 2))
+    'BAC'
+    """
+    return "".join(LETTERS[index] for index in indices)

@@ -1,0 +1,25 @@
+"""All right options out of several."""
+
+from dataclasses import dataclass
+
+from exercises.answers.forms import Forms, T
+from exercises.answers.letters import Letters, of_letters
+
+
+@dataclass(frozen=True)
+class Selection(Letters):
+    """All right options, one or more, out of several."""
+
+    options: tuple[str, ...]
+    correct: tuple[int, ...]
+
+    type = "selection"
+
+    def told_to(self, forms: Forms[T]) -> T:
+        """Return what is made of all right options."""
+        return forms.some_of(self)
+
+    @property
+    def letters(self) -> str:
+        """The letters of the right options, as in "ACD"."""
+        return of_letters(self.correct)

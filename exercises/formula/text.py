@@ -1,0 +1,54 @@
+"""Expressions as text: what is compared, kept and sorted by; made once for each."""
+
+from collections.abc import Iterable
+from functools import lru_cache
+from typing import Any
+
+import sympy as sp
+
+from exercises.formula.printing import Printer
+
+
+@lru_cache(maxsize=1024, typed=True)
+def text_of(expression: sp.Expr) -> str:
+    """Return an expression as text; kept, for each is wanted by the record, its digest, the tests and the grader."""
+    return _known.get((type(expression), expression)) or Printer().doprint(expression)
+
+
+_known: dict[tuple[type[sp.Expr], sp.Expr], str] = {}
+_MOST_KNOWN = 8192
+
+
+def know_texts(texts: Iterable[tuple[sp.Expr, str]]) -> None:
+    """Take the texts of expressions that were kept: SymPy takes half as long to print references as marking does."""
+    if len(_known) > _MOST_KNOWN:
+        _known.clear()
+    _known.update(((type(expression), expression), text) for expression, text in texts)
+
+
+def rows_of_text(matrix: sp.Matrix) -> list[list[str]]:
+    """Return the entries of a matrix as text, row by row."""
+    return [[text_of(entry) for entry in row] for row in matrix.tolist()]
+
+
+def matrix_json(matrix: sp.Matrix) -> list[Any]:
+    """Return a matrix as a list of rows of text, a column as a plain list."""
+    return [text_of(entry) for entry in matrix] if matrix.cols == 1 else rows_of_text(matrix)
+
+
+class ByText:
+    """The end of a key for sorting: an expression's text, the same on every machine, made only where it decides."""
+
+    __slots__ = ("expression",)
+
+    def __init__(self, expression: sp.Expr) -> None:
+        self.expression = expression
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, ByText) and bool(self.expression == other.expression)
+
+    def __hash__(self) -> int:
+        return hash(self.expression)
+
+    def __lt__(self, other: "ByText") -> bool:
+        return text_of(self.expression) < text_of(other.expression)

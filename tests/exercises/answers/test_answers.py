@@ -1,0 +1,84 @@
+"""The types of answers: each is of one form, and all that is asked of a type holds for each."""
+
+from typing import Any
+
+import pytest
+import sympy as sp
+
+from exercises.answers import TYPES, Choice, Expression, Forms, Number
+from exercises.formula.expression import read
+from exercises.generate import generate
+from exercises.problem import Part, Problem, ProblemId
+from grader.parts import judge
+from grader.verdict import Outcome
+from tests.support.problems import drawn
+
+FORMS = ("formula", "matrix", "direction", "numbers", "conditions", "one_of", "some_of", "matching")
+
+
+class Named(Forms[str]):
+    """Tells the name of the form."""
+
+    def __getattribute__(self, name: str) -> Any:
+        return (lambda _: name) if name in FORMS else super().__getattribute__(name)
+
+
+class OfLettersOnly(Forms[str]):
+    """Knows letters, and a way for formulas."""
+
+    def letters(self, answer: Any) -> str:
+        return str(answer.letters)
+
+    def formulas(self, answer: Any) -> str:
+        return str(len(answer.entries()))
+
+
+def parts() -> dict[str, tuple[Problem, Part]]:
+    """Return a part of each type."""
+    problems = [
+        drawn("planar-2r", 0), generate(ProblemId("planar-3r", 1, ("match-columns",))),
+        generate(ProblemId("planar-2r", 1, ("singular-configurations",))),
+        generate(ProblemId("planar-2r", 1, ("lost-direction",))),
+    ]  # fmt: skip
+    return {part.type: (problem, part) for problem in problems for part in problem.parts}
+
+
+def test_every_type_is_asked_for_and_is_of_one_form() -> None:
+    found = parts()
+    assert found.keys() == TYPES.keys()
+    forms = {name: part.answer.told_to(Named()) for name, (_, part) in found.items()}
+    assert sorted(forms.values()) == sorted(FORMS)
+
+
+def test_what_is_typed_is_read_and_right(problem: Problem) -> None:
+    known = problem.symbols()
+    for part in problem.parts:
+        answer = part.answer
+        assert judge(problem, part, answer.as_typed(), "typed").outcome is Outcome.CORRECT, part.name
+        assert all(read(text, known) for text in answer.formulas())
+        assert bool(answer.formulas()) == (not answer.offered)
+        assert all(text in answer.as_typed() for text in answer.formulas())
+        if answer.shape is not None:
+            assert answer.as_matrix().shape == answer.shape
+            assert len(answer.formulas()) == answer.shape[0] * answer.shape[1]
+
+
+def test_a_placeholder_is_missing_and_not_wrong(problem: Problem) -> None:
+    for part in problem.parts:
+        blank = part.answer.placeholder().strip('"').removeprefix("Matrix(").removesuffix(")")
+        assert judge(problem, part, blank, "blank").outcome is Outcome.MISSING, part.name
+
+
+def test_a_way_that_is_not_written_is_that_of_a_wider_form() -> None:
+    choice, formula = Choice(("yes", "no"), 1), Expression(sp.Symbol("a1"))
+    assert choice.told_to(OfLettersOnly()) == "B"
+    assert formula.told_to(OfLettersOnly()) == "1"
+    with pytest.raises(TypeError, match="OfLettersOnly has no way for answers of type number"):
+        Number(sp.Matrix([1]), ("m",), 0.01, 0.0).told_to(OfLettersOnly())
+
+
+def test_an_answer_of_another_type_than_its_question_has_is_told() -> None:
+    with pytest.raises(TypeError, match="the answer to 'rank' is of type choice, not number"):
+        Part("rank", "rank", Choice(("1", "2"), 0)).of(Number)
+    with pytest.raises(TypeError, match="the answer is of type choice, and no matrix"):
+        Choice(("1", "2"), 0).as_matrix()
