@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from exercises.answers import Number
 from exercises.errors import unknown
 from exercises.figure import alt_text, figure_svg, part_svg
 from exercises.notebook import (
@@ -162,8 +161,7 @@ def _part_json(problem: Problem, part: Part, solution: bool) -> Json:
         "hints": list(hints(problem, part)),
     }
     found |= part.answer.options_json()
-    if isinstance(part.answer, Number):
-        found |= {"units": list(part.answer.units), "tolerance": part.answer.tolerance, "floor": part.answer.floor}
+    found |= part.answer.allowance_json()
     if solution:
         found["reference"] = part.answer.as_json()
         found["solution"] = worked_solution(problem, part)

@@ -3,9 +3,10 @@
 import re
 import unicodedata
 from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 
-from exercises.answers import LETTERS, TRUE_FALSE
+from exercises.answers import LETTERS, TRUE_FALSE, Answer, Choice, Forms, Letters
 from exercises.formula.identity import Certificate
 from grader.verdict import Judgement, correct, graded, missing, wrong
 
@@ -100,3 +101,23 @@ def chosen_option(student: str, options: Sequence[str]) -> int | None:
         said = lettered.group(1)
     meant = [index for index, option in enumerate(options) if len(said) > 3 and said in option.casefold()]
     return letters.index(said) if said in letters else meant[0] if len(meant) == 1 else None
+
+
+@dataclass(frozen=True)
+class Chosen(Forms[list[int]]):
+    """The options that a text means, counted from 0; nothing where it means none, or where none are offered."""
+
+    text: str
+
+    def one_of(self, answer: Choice) -> list[int]:
+        """Return the option, by its letter or its own text."""
+        one = chosen_option(self.text, answer.options)
+        return [] if one is None else [one]
+
+    def letters(self, answer: Letters) -> list[int]:
+        """Return the options by their letters."""
+        return chosen_letters(self.text, len(answer.options)) or []
+
+    def other(self, answer: Answer) -> list[int]:
+        """Return nothing."""
+        return []

@@ -7,7 +7,6 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
-from exercises.answers import Expression, Matrix
 from exercises.credit import OWN
 from exercises.formula.algebra import number, times
 from exercises.formula.expression import read
@@ -34,10 +33,11 @@ def credited(problem: Problem, part: Part, judgement: Judgement, answer: str, se
     policy = part.credit or OWN
     if policy.by == "whole":
         return _with_share(judgement, Fraction(0))
-    if policy.by == "columns" and isinstance(part.answer, Matrix) and part.answer.reference.cols > 1:
-        judgement = _by_columns(part.answer.reference, judgement)
-    elif policy.by in ("", "factors") and isinstance(part.answer, Expression) and "determinant" in part.kind:
-        judgement = _by_factors(problem, part.answer.reference, judgement, answer, seed)
+    if policy.by == "columns" and part.answer.is_formulas and (part.shape or (1, 1))[1] > 1:
+        judgement = _by_columns(part.answer.as_matrix(), judgement)
+    elif policy.by in ("", "factors") and "determinant" in part.kind and part.type == "expression":
+        (reference,) = part.answer.entries()
+        judgement = _by_factors(problem, reference, judgement, answer, seed)
     return _with_share(judgement, Fraction(judgement.share).limit_denominator(1000) * policy.worth)
 
 

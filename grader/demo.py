@@ -6,7 +6,6 @@ from pathlib import Path
 
 import nbformat
 
-from exercises.answers import Choice, ConditionSet, Matching, Number, Selection
 from exercises.assignment import Assignment, Student, load_assignment
 from exercises.console import note, progress, say
 from exercises.errors import QdotError
@@ -43,7 +42,7 @@ def _right(code: str, part: Part) -> str:  # noqa: ARG001 - an edit takes both
 
 
 def _symbolic(part: Part) -> bool:
-    return not isinstance(part.answer, (Choice, Selection, Matching, ConditionSet, Number))
+    return bool(part.answer.entries())
 
 
 def _mapped(code: str, function: str) -> str:
@@ -60,9 +59,9 @@ def _expanded(code: str, part: Part) -> str:
 
 
 def _sign(code: str, part: Part) -> str:
-    if isinstance(part.answer, (Choice, Selection, Matching)):
+    if part.answer.offered:
         return '"A"'
-    return code if isinstance(part.answer, ConditionSet) else f"-({code})"
+    return code if part.answer.is_a_set else f"-({code})"
 
 
 def _relative(code: str, part: Part) -> str:
@@ -83,16 +82,12 @@ def _dropped(code: str, part: Part) -> str:
 
 
 def _degrees(code: str, part: Part) -> str:
-    return f"180 / pi * {code}" if isinstance(part.answer, Number) else "{theta2: [0, 180]}" if _is_set(part) else code
-
-
-def _is_set(part: Part) -> bool:
-    return isinstance(part.answer, ConditionSet)
+    return f"180 / pi * {code}" if part.answer.units_due else "{theta2: [0, 180]}" if part.answer.is_a_set else code
 
 
 def _only_first(code: str, part: Part) -> str:
     """Find the first singular condition only, as who forgets pi, or the shoulder."""
-    return f"{code}[:1]" if _is_set(part) else code
+    return f"{code}[:1]" if part.answer.is_a_set else code
 
 
 def _half(code: str, part: Part) -> str:
@@ -100,7 +95,7 @@ def _half(code: str, part: Part) -> str:
 
 
 def _blank(part: Part) -> str:
-    return '"blank"' if isinstance(part.answer, (Choice, Selection, Matching)) else "blank"
+    return '"blank"' if part.answer.offered else "blank"
 
 
 def _raises(code: str, part: Part) -> str:

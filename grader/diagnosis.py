@@ -12,7 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
-from exercises.answers import Choice, Direction, Matching, Number, Selection
+from exercises.answers import Letters
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
 from exercises.formula.tape import compile_tape, evaluate
@@ -33,7 +33,7 @@ from exercises.problem import Part, Problem
 from exercises.questions.concepts import option_numbers
 from exercises.quizzes.options import blames_of
 from exercises.stream import Stream
-from grader.choices import chosen_letters, chosen_option
+from grader.choices import Chosen
 from grader.functions import asked_of, is_table, table_values
 from grader.parts import domain_of, judge
 from grader.residuals import missing_links
@@ -125,11 +125,11 @@ def _of_function(problem: Problem, part: Part, answer: str, points_seed: str) ->
     rows = (*shape, *(1,) * (2 - len(shape)))
     found = table[:POINTS].T.reshape(*rows, -1)
     room = (max(SAME, part.rounding.relative), part.rounding.absolute) if part.rounding else (SAME, 0.0)
-    return named(problem, part, values, Found(found, np.abs(found), room, isinstance(part.answer, Direction)))
+    return named(problem, part, values, Found(found, np.abs(found), room, part.answer.counts_up_to_a_factor))
 
 
 def _in_numbers(part: Part, answer: str, domain: Domain, values: Values) -> Found | None:
-    if isinstance(part.answer, Choice):
+    if part.answer.offered:
         return _option(part, answer)
     node = read(answer, domain.roles)
     rows = as_matrix(node.args[1] if node.kind == "eq" else node)
@@ -142,41 +142,30 @@ def _in_numbers(part: Part, answer: str, domain: Domain, values: Values) -> Foun
     found, size = evaluate(compile_tape(filled), values, count)
     found[blanks] = np.nan
     shape = (len(rows), len(rows[0]), count)
-    return Found(found.reshape(shape), size.reshape(shape), _room(part, filled), isinstance(part.answer, Direction))
+    return Found(found.reshape(shape), size.reshape(shape), _room(part, filled), part.answer.counts_up_to_a_factor)
 
 
 def _room(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
     """Return what an answer may be off: what is asked for in digits, or what was typed where that is more."""
     relative, absolute = (0.0, 0.0) if part.rounding is None else (part.rounding.relative, part.rounding.absolute)
-    in_numbers = isinstance(part.answer, Number) or (isinstance(part.answer, Direction) and part.answer.tolerance)
-    if not in_numbers:
+    if not part.answer.is_in_numbers:
         return max(SAME, relative), absolute
     digits = max(map(digits_of_decimals, entries))
     return max(min(relative or 5e-3, 0.6 * 10.0 ** (1 - max(digits, 3))), 1e-5), 0.0
 
 
 def _option(part: Part, answer: str) -> Found | None:
-    assert isinstance(part.answer, Choice)
-    chosen = chosen_option(answer, part.answer.options)
-    if chosen is None:
+    chosen = part.answer.told_to(Chosen(answer))
+    if not chosen:
         return None
-    values = np.array(option_numbers(part.answer.options[chosen]))[:, None, None]
+    values = np.array(option_numbers(part.answer.offered[chosen[0]]))[:, None, None]
     return Found(values, np.abs(values), (0.0, THREE_DECIMALS))
 
 
 def _behind_options(part: Part, answer: str) -> Diagnosis | None:
     """Return the mistakes behind the first wrong option that was chosen, as they were kept when it was made."""
-    if isinstance(part.answer, Choice):
-        one = chosen_option(answer, part.answer.options)
-        chosen = [] if one is None else [one]
-        right = {part.answer.correct}
-    elif isinstance(part.answer, (Selection, Matching)):
-        chosen = chosen_letters(answer, len(part.answer.options)) or []
-        right = set(part.answer.correct)
-    else:
-        return None
-    for index in chosen:
-        blames = [] if index in right else blames_of(part, index)
+    for index in part.answer.told_to(Chosen(answer)):
+        blames = [] if index in part.of(Letters).right else blames_of(part, index)
         if blames:
             sentences = dict.fromkeys(blame.sentence for blame in blames)
             return Diagnosis(tuple(dict.fromkeys(blame.mistake for blame in blames)), " ".join(sentences))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from exercises.answers import ConditionSet, Expression, Matrix, Number
+from exercises.answers import Number
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
 from exercises.formula.algebra import ZERO, adjugate, cross, derivative, determinant, over, product, transposed
@@ -115,8 +115,8 @@ class _Desk:
     def due(self, name: str) -> Rows | None:
         """Return the rows of a part's reference, whether or not it is asked in this problem."""
         part = self.parts.get(name)
-        if part is not None and isinstance(part.answer, (Expression, Matrix)):
-            rows = [[part.answer.reference]] if isinstance(part.answer, Expression) else part.answer.reference.tolist()
+        if part is not None and part.answer.is_formulas:
+            rows = part.answer.as_matrix().tolist()
         elif name == "jacobian":
             rows = derive(self.chain).jacobian.tolist()
         else:
@@ -214,26 +214,25 @@ class _Desk:
         if due is None or not self.as_hard(result, due):
             return None
         texts = [[node_text(entry) for entry in row] for row in result]
-        if isinstance(part.answer, ConditionSet):
+        if part.answer.is_a_set:
             joints = [q.name for q in self.chain.q]
             return judge_singular(answer, [f"{texts[0][0]} = 0"], joints, self.domain, self.seed, part.rounding)
-        if isinstance(part.answer, Expression):
+        if part.shape is None:
             return judge_expression(answer, texts[0][0], self.domain, self.seed, part.rounding)
         return judge_matrix(answer, texts, self.domain, self.seed, labels(self.problem, part), part.rounding)
 
     def _set_due(self, part: Part) -> Rows | None:
         square = len(self.chain.task) == self.chain.n <= MOST_ROWS
-        return self.due("jacobian") if isinstance(part.answer, ConditionSet) and square else None
+        return self.due("jacobian") if part.answer.is_a_set and square else None
 
     def _judged_numbers(self, part: Part, values: np.ndarray, answer: str) -> Judgement | None:
-        assert isinstance(part.answer, Number)
+        due = part.of(Number)
         largest = float(np.abs(values).max(initial=0.0))
         if not np.isfinite(values).all() or np.count_nonzero(np.abs(values) > 1e-6 * largest) < len(values):
             return None
-        tolerance = part.rounding.relative or part.answer.tolerance if part.rounding else part.answer.tolerance
+        tolerance = part.rounding.relative or due.tolerance if part.rounding else due.tolerance
         floor = 0.001 * largest
-        units = part.answer.units
-        return judge_numbers(answer, values.tolist(), units, tolerance, floor, labels(self.problem, part))
+        return judge_numbers(answer, values.tolist(), due.units, tolerance, floor, labels(self.problem, part))
 
     def at_given(self, part: Part, entries: Sequence[Node]) -> np.ndarray:
         """Return entries in numbers at the configuration that a part gives."""

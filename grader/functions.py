@@ -12,11 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from exercises.answers import Direction, Expression, Matrix
 from exercises.formula.expression import read
 from exercises.formula.identity import Certificate, Comparison, Domain, Rounding, missed, number
 from exercises.formula.tape import compile_tape, evaluate
-from exercises.formula.text import text_of
+from exercises.formula.text import rows_of_text
 from exercises.formula.trees import names
 from exercises.problem import Part, Problem
 from exercises.stream import Stream
@@ -58,13 +57,9 @@ def judge_function(
     part: Part, answer: str, asked: Mapping[str, Any], domain: Domain, rounding: Rounding | None
 ) -> Judgement:
     """Judge the values of a function at the points asked for. A table that is none is the student's own making."""
-    reference = part.answer
-    if isinstance(reference, Expression):
-        rows = [[text_of(reference.reference)]]
-    elif isinstance(reference, (Matrix, Direction)):
-        rows = [[text_of(entry) for entry in row] for row in reference.reference.tolist()]
-    else:
+    if not part.answer.entries():
         return wrong("a function of the configuration stands where no formula is due")
+    rows = rows_of_text(part.answer.as_matrix())
     due_shape = (len(rows), len(rows[0]))
     shape, values = table_values(answer)
     if shape is None or len(values) != POINTS:
@@ -75,7 +70,7 @@ def judge_function(
     at = dict(zip(asked["symbols"], np.array(asked["points"]).T, strict=True))
     nodes = [read(entry, domain.roles) for row in rows for entry in row]
     due, size = evaluate(compile_tape(nodes), at, POINTS)
-    found = _along(values.T, due) if isinstance(reference, Direction) else values.T
+    found = _along(values.T, due) if part.answer.counts_up_to_a_factor else values.T
     shown = set(asked["joints"]).union(*map(names, nodes))
     compared = _compared(found, due, size, {name: column for name, column in at.items() if name in shown}, rounding)
     return matrix_judgement(compared, [False] * len(nodes), rows)

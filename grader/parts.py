@@ -1,8 +1,10 @@
 """Judge the answer to one part of a problem, whatever its type, against its reference."""
 
-from exercises.answers import Choice, ConditionSet, Direction, Expression, Matching, Matrix, Number, Selection
+from dataclasses import dataclass
+
+from exercises.answers import Choice, ConditionSet, Direction, Expression, Forms, Matching, Matrix, Number, Selection
 from exercises.formula.identity import Domain
-from exercises.formula.text import text_of
+from exercises.formula.text import rows_of_text
 from exercises.problem import Part, Problem
 from grader.choices import judge_choice, judge_matching, judge_selection
 from grader.direction import judge_direction
@@ -27,36 +29,58 @@ def judge(problem: Problem, part: Part, answer: str, seed: str, points_seed: str
             return judge(problem, part, same, seed)
         domain = domain_of(problem)
         return judge_function(part, answer, asked_of(problem, domain, points_seed), domain, part.rounding)
-    reference = part.answer
-    if isinstance(reference, Choice):
-        return judge_choice(answer, reference.options, reference.correct)
-    if isinstance(reference, Selection):
-        return judge_selection(answer, len(reference.options), reference.correct)
-    if isinstance(reference, Matching):
-        return judge_matching(answer, reference.items, len(reference.options), reference.correct)
-    if isinstance(reference, Number):
-        values = [float(value) for value in reference.reference]
-        rates = labels(problem, part)
-        tolerance, floor = reference.tolerance, reference.floor
-        if part.rounding is not None:
-            # An allowance for values near zero belongs to the digits that are wanted.
-            tolerance = part.rounding.relative
-            floor = part.rounding.absolute + reference.floor * tolerance / reference.tolerance
-        return judge_numbers(answer, values, reference.units, tolerance, floor, rates)
-    domain = domain_of(problem)
-    if isinstance(reference, Expression):
-        return judge_expression(answer, text_of(reference.reference), domain, seed, part.rounding)
-    if isinstance(reference, Matrix):
-        rows = [[text_of(entry) for entry in row] for row in reference.reference.tolist()]
-        return judge_matrix(answer, rows, domain, seed, labels(problem, part), part.rounding)
-    if isinstance(reference, Direction):
-        entries = [text_of(entry) for entry in reference.reference]
-        apart = reference.tolerance
-        if apart is not None and part.rounding is not None:
-            apart = part.rounding.relative or part.rounding.absolute
-        return judge_direction(answer, entries, domain, seed, apart, labels(problem, part))
-    assert isinstance(reference, ConditionSet)
-    return judge_singular(answer, reference.pieces(), [q.name for q in problem.chain.q], domain, seed, part.rounding)
+    return part.answer.told_to(Judging(problem, part, answer, seed))
+
+
+@dataclass(frozen=True)
+class Judging(Forms[Judgement]):
+    """Judges a text by the form of the answer that is due."""
+
+    problem: Problem
+    part: Part
+    text: str
+    seed: str
+
+    def formula(self, answer: Expression) -> Judgement:
+        """Compare a formula."""
+        return judge_expression(self.text, answer.as_typed(), domain_of(self.problem), self.seed, self.part.rounding)
+
+    def matrix(self, answer: Matrix) -> Judgement:
+        """Compare entry by entry."""
+        rows, names = rows_of_text(answer.reference), labels(self.problem, self.part)
+        return judge_matrix(self.text, rows, domain_of(self.problem), self.seed, names, self.part.rounding)
+
+    def direction(self, answer: Direction) -> Judgement:
+        """Compare up to a factor."""
+        apart, rounding = answer.tolerance, self.part.rounding
+        if apart is not None and rounding is not None:
+            apart = rounding.relative or rounding.absolute
+        names = labels(self.problem, self.part)
+        return judge_direction(self.text, answer.formulas(), domain_of(self.problem), self.seed, apart, names)
+
+    def numbers(self, answer: Number) -> Judgement:
+        """Compare numbers, each within what it may be off."""
+        right = [float(value) for value in answer.reference]
+        allowed = answer.allowed(self.part.rounding)
+        return judge_numbers(self.text, right, answer.units, *allowed, labels(self.problem, self.part))
+
+    def conditions(self, answer: ConditionSet) -> Judgement:
+        """Compare sets of configurations."""
+        joints = [q.name for q in self.problem.chain.q]
+        domain, rounding = domain_of(self.problem), self.part.rounding
+        return judge_singular(self.text, answer.pieces(), joints, domain, self.seed, rounding)
+
+    def one_of(self, answer: Choice) -> Judgement:
+        """Look whether it is the right option."""
+        return judge_choice(self.text, answer.options, answer.correct)
+
+    def some_of(self, answer: Selection) -> Judgement:
+        """Count the right options."""
+        return judge_selection(self.text, len(answer.options), answer.correct)
+
+    def matching(self, answer: Matching) -> Judgement:
+        """Count the right pairs."""
+        return judge_matching(self.text, answer.items, len(answer.options), answer.correct)
 
 
 def labels(problem: Problem, part: Part) -> tuple[str, ...]:

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from exercises import ENGINE
-from exercises.answers import Choice, ConditionSet, Expression, Matching, Number, Selection
 from exercises.assignment import Slot, load_assignment
 from exercises.errors import QdotError
 from exercises.exports.prairielearn import BANK_FILE
@@ -104,9 +103,6 @@ def _problem(data: Data, folder: str, slot: str) -> Problem:
 
 
 def _shown(problem: Problem, part: Part, hinted: bool) -> Data:
-    answer = part.answer
-    several = not isinstance(answer, (Expression, Choice, Selection, Matching))
-    several = several and not (isinstance(answer, Number) and len(answer.reference) == 1)
     given = hints(problem, part) if hinted else ()
     return {
         "name": part.name,
@@ -115,7 +111,7 @@ def _shown(problem: Problem, part: Part, hinted: bool) -> Data:
         "prompt": to_html_for_mathjax(prompt(problem, part)),
         "figure": part_svg(problem.chain, part, part.name),
         "hints": [{"name": f"Hint {i}", "text": to_html_for_mathjax(hint)} for i, hint in enumerate(given, 1)],
-        "multiline": "true" if several else "false",
+        "multiline": "false" if part.answer.is_one_line else "true",
         "placeholder": _placeholder(part),
         "weight": max(1, round(part.points)),
     }
@@ -123,10 +119,8 @@ def _shown(problem: Problem, part: Part, hinted: bool) -> Data:
 
 def _placeholder(part: Part) -> str:
     """Return the form of an answer, for the box it is typed into."""
-    if isinstance(part.answer, ConditionSet):
-        return "a list of conditions"
-    if isinstance(part.answer, (Choice, Selection, Matching)):
-        return "letters, or true or false"
+    if part.answer.typed_as:
+        return part.answer.typed_as
     shape = part.answer.placeholder().removeprefix("Matrix(").removesuffix(")")
     return "" if shape == "blank" else " ".join(shape.split()).replace("blank", "…")
 
@@ -154,9 +148,9 @@ def _unreadable(problem: Problem, part: Part, typed: str) -> str:
         return f"an answer has at most {LONGEST} characters, and this has {len(typed)}"
     if not typed:
         return ""
-    if isinstance(part.answer, (Choice, Selection, Matching)):
+    if part.answer.offered:
         return "" if len(typed) <= 200 else "letters are due"
-    known: Mapping[str, object] = {} if isinstance(part.answer, Number) else domain_of(problem).roles
+    known: Mapping[str, object] = domain_of(problem).roles if part.answer.takes_symbols else {}
     try:
         read(typed, known)
     except ReadError as error:

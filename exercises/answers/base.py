@@ -22,6 +22,10 @@ class Answer:
     """Whether the symbols of the problem may stand in it."""
     counts_up_to_a_factor: ClassVar[bool] = False
     """Whether every multiple other than zero is as good."""
+    is_exact: ClassVar[bool] = False
+    """Whether decimals count as what they say, but for the rounding that an assignment allows."""
+    is_a_set: ClassVar[bool] = False
+    """Whether configurations are due, as conditions on the joints."""
 
     def told_to(self, forms: Forms[T]) -> T:
         """Return what is made of it by somebody who has a way of asking for each form of answer."""
@@ -37,9 +41,18 @@ class Answer:
         """The unit of each number that is due; nothing where formulas are."""
         return ()
 
+    def unit(self, entry: int) -> str:
+        """Return the unit of an entry, counted from 0; nothing where it has none."""
+        return self.units_due[entry] if self.units_due else ""
+
     @property
     def offered(self) -> tuple[str, ...]:
         """The options to choose from; nothing where an answer is worked out."""
+        return ()
+
+    @property
+    def matched(self) -> tuple[str, ...]:
+        """The items that options are matched to."""
         return ()
 
     @property
@@ -80,6 +93,10 @@ class Answer:
 
     def options_json(self) -> Json:
         """Return the options of an answer that has some, and the items that they are matched to."""
+        return {}
+
+    def allowance_json(self) -> Json:
+        """Return the units of numbers that are due, and what they may be off."""
         return {}
 
     def as_typed(self) -> str:

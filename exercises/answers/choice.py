@@ -28,9 +28,9 @@ class Choice(Letters):
         return LETTERS[self.correct]
 
     @property
-    def letters(self) -> str:
-        """The letter of the right option."""
-        return self.letter
+    def right(self) -> tuple[int, ...]:
+        """The right option alone."""
+        return (self.correct,)
 
     @property
     def word(self) -> str:

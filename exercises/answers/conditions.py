@@ -15,6 +15,8 @@ class ConditionSet(Answer):
     components: tuple[Component, ...]
 
     type = "singular"
+    is_exact = True
+    is_a_set = True
 
     def told_to(self, forms: Forms[T]) -> T:
         """Return what is made of a set of conditions."""

@@ -17,6 +17,7 @@ class Expression(Answer):
     reference: sp.Expr
 
     type = "expression"
+    is_exact = True
 
     def told_to(self, forms: Forms[T]) -> T:
         """Return what is made of a formula."""

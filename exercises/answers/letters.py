@@ -28,9 +28,14 @@ class Letters(Answer):
         return "letters, or true or false"
 
     @property
-    def letters(self) -> str:
-        """The letters of the right options."""
+    def right(self) -> tuple[int, ...]:
+        """The right options, counted from 0."""
         raise NotImplementedError
+
+    @property
+    def letters(self) -> str:
+        """The letters of the right options, in their order as in "ACD", or in that of the items as in "BAC"."""
+        return "".join(LETTERS[index] for index in self.right)
 
     def formulas(self) -> list[str]:
         """Return nothing: letters are no formula."""
@@ -55,12 +60,3 @@ class Letters(Answer):
     def placeholder(self, taken: int = 0) -> str:
         """Return a text, for a text is due."""
         return '"blank"'
-
-
-def of_letters(indices: tuple[int, ...]) -> str:
-    """Return the letters under which options are shown.
-
-    >>> of_letters((1, 0, 2))
-    'BAC'
-    """
-    return "".join(LETTERS[index] for index in indices)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from exercises.answers.base import Json
 from exercises.answers.forms import Forms, T
-from exercises.answers.letters import Letters, of_letters
+from exercises.answers.letters import Letters
 
 
 @dataclass(frozen=True)
@@ -22,9 +22,14 @@ class Matching(Letters):
         return forms.matching(self)
 
     @property
-    def letters(self) -> str:
-        """The letters of the right options in the order of the items, as in "BAC"."""
-        return of_letters(self.correct)
+    def matched(self) -> tuple[str, ...]:
+        """The items."""
+        return self.items
+
+    @property
+    def right(self) -> tuple[int, ...]:
+        """The right options, counted from 0, in the order of the items."""
+        return self.correct
 
     def options_json(self) -> Json:
         """Return the options and the items."""

@@ -15,6 +15,7 @@ class Matrix(Rows):
     reference: sp.Matrix
 
     type = "matrix"
+    is_exact = True
 
     def told_to(self, forms: Forms[T]) -> T:
         """Return what is made of a matrix."""

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from exercises.answers.base import Answer, rows_typed
+from exercises.answers.base import Answer, Json, rows_typed
 from exercises.answers.forms import Forms, T
 from exercises.formula.code import matrix_code, python_text
+from exercises.formula.identity import Rounding
 from exercises.formula.text import rows_of_text, text_of
 
 
@@ -40,6 +41,18 @@ class Number(Answer):
         """How many there are, and one column."""
         return (self.reference.rows, self.reference.cols)
 
+    def allowed(self, rounding: Rounding | None) -> tuple[float, float]:
+        """Return the relative tolerance and the absolute least allowance, as the assignment's rounding has them."""
+        if rounding is None:
+            return self.tolerance, self.floor
+        # An allowance for values near zero belongs to the digits that are wanted.
+        return rounding.relative, rounding.absolute + self.floor * rounding.relative / self.tolerance
+
+    def room(self, rounding: Rounding | None) -> list[float]:
+        """Return what each number may be off."""
+        tolerance, floor = self.allowed(rounding)
+        return [max(tolerance * abs(float(value)), floor) for value in self.reference]
+
     @property
     def units_due(self) -> tuple[str, ...]:
         """The unit of each."""
@@ -57,6 +70,10 @@ class Number(Answer):
     def as_json(self) -> list[str]:
         """Return each number with ten digits."""
         return [f"{float(value):.10g}" if value.is_number else str(value) for value in self.reference]
+
+    def allowance_json(self) -> Json:
+        """Return units, relative tolerance, and absolute least allowance."""
+        return {"units": list(self.units), "tolerance": self.tolerance, "floor": self.floor}
 
     def as_typed(self) -> str:
         """Return the numbers in brackets."""

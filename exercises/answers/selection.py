@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from exercises.answers.forms import Forms, T
-from exercises.answers.letters import Letters, of_letters
+from exercises.answers.letters import Letters
 
 
 @dataclass(frozen=True)
@@ -20,6 +20,6 @@ class Selection(Letters):
         return forms.some_of(self)
 
     @property
-    def letters(self) -> str:
-        """The letters of the right options, as in "ACD"."""
-        return of_letters(self.correct)
+    def right(self) -> tuple[int, ...]:
+        """The right options, counted from 0."""
+        return self.correct

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from exercises.answers import LETTERS, TRUE_FALSE, Choice, ConditionSet, Matching, Number, Selection
+from exercises.answers import LETTERS, TRUE_FALSE, Choice, Forms, Letters, Matching, Number, Selection
 from exercises.arm.chain import TASK_ROWS
 from exercises.errors import QdotError
 from exercises.exports.bank import Variant, bank
@@ -143,7 +143,7 @@ def items(order: Order) -> Generator[Item, None, None]:
 def item(order: Order, variant: Variant, part: Part) -> Item | None:
     """Return a part of a variant as an item, None where it can't be asked."""
     problem = variant.problem
-    if isinstance(part.answer, ConditionSet):
+    if part.answer.is_a_set:
         short = _in_short(problem, part, order)
         if short is None:
             return None
@@ -182,6 +182,39 @@ _TYPED = (
 
 
 @dataclass(frozen=True)
+class _Options(Forms[Choose | Match]):
+    """How a platform is told of options."""
+
+    problem: Problem
+    part: Part
+
+    def matching(self, answer: Matching) -> Match:
+        stems = tuple(option_text(self.problem, self.part, index) for index in range(len(answer.options)))
+        correct = [len(answer.items)] * len(stems)
+        for number, index in enumerate(answer.correct):
+            correct[index] = number
+        return Match(stems, (*answer.items, "no joint"), tuple(correct))
+
+    def some_of(self, answer: Selection) -> Choose:
+        return self._choose(answer, several=True)
+
+    def one_of(self, answer: Choice) -> Choose:
+        return self._choose(answer, several=False)
+
+    def _choose(self, answer: Letters, several: bool) -> Choose:
+        fixed = self.part.has_drawn_options or answer.options == TRUE_FALSE
+        options = []
+        for index in range(len(answer.options)):
+            text = option_text(self.problem, self.part, index)
+            if self.part.has_drawn_options:
+                text = f"{LETTERS[index]}: {text}"
+            is_right = index in answer.right
+            sentences = dict.fromkeys(blame.sentence for blame in blames_of(self.part, index))
+            options.append(Option(text, is_right, "" if is_right else " ".join(sentences)))
+        return Choose(tuple(options), several, fixed)
+
+
+@dataclass(frozen=True)
 class _Maker:
     """Makes the item of one part."""
 
@@ -193,10 +226,8 @@ class _Maker:
 
     def item(self) -> Item | None:
         answer = self.part.answer
-        if isinstance(answer, (Choice, Selection)):
-            return self._made(self._asked(), self._choose(answer))
-        if isinstance(answer, Matching):
-            return self._made(self._asked(), self._match(answer))
+        if answer.offered:
+            return self._made(self._asked(), answer.told_to(_Options(self.problem, self.part)))
         found = in_numbers(self.problem, self.part)
         if found is None:
             return None
@@ -241,26 +272,6 @@ class _Maker:
         """Return the prompt without options, and without how the answer is typed."""
         return _ANSWER.sub("", _OPTION.sub("", prompt(self.problem, self.part))).strip()
 
-    def _choose(self, answer: Choice | Selection) -> Choose:
-        several = isinstance(answer, Selection)
-        right = answer.correct if isinstance(answer, Selection) else (answer.correct,)
-        fixed = self.part.has_drawn_options or answer.options == TRUE_FALSE
-        options = []
-        for index in range(len(answer.options)):
-            text = option_text(self.problem, self.part, index)
-            if self.part.has_drawn_options:
-                text = f"{LETTERS[index]}: {text}"
-            sentences = dict.fromkeys(blame.sentence for blame in blames_of(self.part, index))
-            options.append(Option(text, index in right, "" if index in right else " ".join(sentences)))
-        return Choose(tuple(options), several, fixed)
-
-    def _match(self, answer: Matching) -> Match:
-        stems = tuple(option_text(self.problem, self.part, index) for index in range(len(answer.options)))
-        correct = [len(answer.items)] * len(stems)
-        for number, index in enumerate(answer.correct):
-            correct[index] = number
-        return Match(stems, (*answer.items, "no joint"), tuple(correct))
-
     # --- numbers ---
 
     def _numeric(self, found: InNumbers) -> Numeric:
@@ -278,8 +289,7 @@ class _Maker:
         return Numeric(tuple(tuple(row) for row in made))
 
     def _field(self, found: InNumbers, row: int, column: int, label: str) -> Field:
-        answer = found.part.answer
-        assert isinstance(answer, Number)
+        answer = found.part.of(Number)
         rows, columns = found.values.shape
         value = float(found.values[row, column])
         tolerance = self._tolerance(answer, value)

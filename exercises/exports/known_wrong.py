@@ -14,7 +14,7 @@ import numpy as np
 import sympy as sp
 from sympy.polys.polyerrors import BasePolynomialError
 
-from exercises.answers import ConditionSet, Expression, Matrix, Number
+from exercises.answers import ConditionSet, Number
 from exercises.arm import classification
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive, structure
@@ -57,13 +57,13 @@ class Known:
 
 def known_wrong(problem: Problem, part: Part, most: int) -> tuple[Known, ...]:
     """Return at most so many wrong answers to a part, the likely ones first, each by another mistake."""
-    if isinstance(part.answer, ConditionSet):
+    if part.answer.is_a_set:
         return tuple(_sets(problem, part))[:most]
     if part.kind not in RESULTS:
         return ()
-    if isinstance(part.answer, Number):
+    if part.answer.units_due:
         return tuple(_numbers(problem, part, most))
-    if not isinstance(part.answer, (Expression, Matrix)):
+    if not part.answer.is_formulas:
         return ()
     key = tuple((name, str(part.details[name])) for name in ("row", "frame") if name in part.details)
     subject = _Subject(structure(problem.chain).chain, part.kind, key, part)
@@ -172,9 +172,7 @@ def same_entries(problem: Problem, one: sp.Matrix, other: sp.Matrix) -> tuple[bo
 
 
 def _reference(part: Part) -> sp.Matrix:
-    assert isinstance(part.answer, (Expression, Matrix))
-    reference = part.answer.reference
-    return sp.Matrix([[reference]]) if isinstance(part.answer, Expression) else reference
+    return part.answer.as_matrix()
 
 
 # --- numbers and sets ---
@@ -202,13 +200,7 @@ def _is_off(found: list[float], other: list[float], room: list[float]) -> bool:
 
 def room_of(part: Part) -> list[float]:
     """Return what each number of an answer may be off, as grading allows."""
-    answer = part.answer
-    assert isinstance(answer, Number)
-    tolerance, floor = answer.tolerance, answer.floor
-    if part.rounding is not None:
-        tolerance = part.rounding.relative
-        floor = part.rounding.absolute + answer.floor * tolerance / answer.tolerance
-    return [max(tolerance * abs(float(value)), floor) for value in answer.reference]
+    return part.of(Number).room(part.rounding)
 
 
 def _sets(problem: Problem, part: Part) -> Iterator[Known]:

@@ -4,8 +4,21 @@ import math
 from collections.abc import Generator
 from contextlib import closing
 from dataclasses import dataclass, replace
+from typing import Any
 
-from exercises.answers import TRUE_FALSE, Choice, ConditionSet, Direction, Matching, Number, Selection
+from exercises.answers import (
+    TRUE_FALSE,
+    Answer,
+    Choice,
+    ConditionSet,
+    Direction,
+    Expression,
+    Forms,
+    Matching,
+    Matrix,
+    Number,
+    Selection,
+)
 from exercises.assignment import Assignment
 from exercises.errors import QdotError
 from exercises.exports.bank import bank
@@ -219,20 +232,39 @@ def _asked(state: _State, label: str, problem: Problem, part: Part) -> Asked:
 
 def box_of(part: Part) -> Box:
     """Return a box that the answer's form fits into: a cell an entry, a line for a formula, a box a letter."""
-    answer, working = part.answer, WORKING[part.type]
-    if isinstance(answer, Choice):
-        return Box(working, letters=answer.options != TRUE_FALSE)
-    if isinstance(answer, Selection):
-        return Box(working)
-    if isinstance(answer, Matching):
-        return Box(working, columns=len(answer.items), letters=True)
-    if isinstance(answer, ConditionSet):
-        return Box(working, rows=max(3, math.ceil(len(answer.components) / 3) * 3))
-    if part.shape is None:
-        return Box(working)
-    rows, columns = part.shape
-    working = min(MOST_WORKING, working + PER_ROW * max(0, rows - 2))
-    if isinstance(answer, (Number, Direction)):
-        units = answer.units if isinstance(answer, Number) else ()
-        return Box(working, rows, columns, units=tuple(unit.replace("^2", "²").replace("^3", "³") for unit in units))
-    return Box(working, rows, columns, height=WIDE_ROW if columns > 1 else ROW)
+    return part.answer.told_to(_Boxes())
+
+
+class _Boxes(Forms[Box]):
+    """The box of each form of answer."""
+
+    def formula(self, answer: Expression) -> Box:
+        return self._lines(answer)
+
+    def matrix(self, answer: Matrix) -> Box:
+        return self._cells(answer, height=WIDE_ROW if answer.shape[1] > 1 else ROW)
+
+    def direction(self, answer: Direction) -> Box:
+        return self._cells(answer)
+
+    def numbers(self, answer: Number) -> Box:
+        return self._cells(answer, units=tuple(unit.replace("^2", "²").replace("^3", "³") for unit in answer.units))
+
+    def conditions(self, answer: ConditionSet) -> Box:
+        return replace(self._lines(answer), rows=max(3, math.ceil(len(answer.components) / 3) * 3))
+
+    def one_of(self, answer: Choice) -> Box:
+        return replace(self._lines(answer), letters=answer.options != TRUE_FALSE)
+
+    def some_of(self, answer: Selection) -> Box:
+        return self._lines(answer)
+
+    def matching(self, answer: Matching) -> Box:
+        return replace(self._lines(answer), columns=len(answer.items), letters=True)
+
+    def _lines(self, answer: Answer) -> Box:
+        return Box(WORKING[answer.type])
+
+    def _cells(self, answer: Answer, **given: Any) -> Box:
+        rows, columns = answer.shape or (1, 1)
+        return Box(min(MOST_WORKING, WORKING[answer.type] + PER_ROW * max(0, rows - 2)), rows, columns, **given)

@@ -10,7 +10,6 @@ from collections.abc import Generator, Iterable
 from dataclasses import dataclass, replace
 from itertools import zip_longest
 
-from exercises.answers import Choice, ConditionSet
 from exercises.errors import QdotError
 from exercises.exports.bank import Variant, bank
 from exercises.exports.outlet import File, Order
@@ -149,7 +148,7 @@ def _shown(problem: Problem, one: Asked, hinted: bool) -> Shown:
 def _prompt(problem: Problem, part: Part) -> str:
     """Return what is asked, without how it would be typed in Python where that is another thing in STACK."""
     text = prompt(problem, part)
-    return text.split("**Answer:**")[0] if isinstance(part.answer, (Choice, ConditionSet)) else text
+    return text.split("**Answer:**")[0] if (part.answer.offered or part.answer.is_a_set) else text
 
 
 def _variables(problem: Problem, parts: Iterable[Asked]) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from fractions import Fraction
 
 import sympy as sp
 
-from exercises.answers import LETTERS, Choice, ConditionSet, Direction, Expression, Matrix, Number
+from exercises.answers import LETTERS, Answer, Choice, ConditionSet, Direction, Forms, Number
 from exercises.arm.singularity import Component
 from exercises.credit import OWN
 from exercises.exports.known_wrong import Known, known_wrong, room_of, same_entries
@@ -103,18 +103,34 @@ class Asked:
 
 def asked(problem: Problem, part: Part, number: int) -> Asked | str:
     """Return a part as STACK asks it, or why STACK can't."""
-    answer = part.answer
-    if isinstance(answer, (Expression, Matrix)):
-        return _formulas(problem, part, number)
-    if isinstance(answer, Number):
-        return _numbers(problem, part, number)
-    if isinstance(answer, Choice):
-        return _choice(part, number)
-    if isinstance(answer, ConditionSet):
-        return _values(problem, part, number)
-    if isinstance(answer, Direction):
-        return _direction(part, number) if answer.tolerance is None else "directions in numbers are not asked"
-    return "letters of several options are not asked; the outlets with quizzes ask them"
+    return part.answer.told_to(_Asking(problem, part, number))
+
+
+@dataclass(frozen=True)
+class _Asking(Forms["Asked | str"]):
+    """How STACK asks for each form of answer, or why it can't."""
+
+    problem: Problem
+    part: Part
+    number: int
+
+    def formulas(self, answer: Answer) -> "Asked | str":
+        return _formulas(self.problem, self.part, self.number)
+
+    def numbers(self, answer: Number) -> "Asked | str":
+        return _numbers(self.problem, self.part, self.number)
+
+    def conditions(self, answer: ConditionSet) -> "Asked | str":
+        return _values(self.problem, self.part, self.number)
+
+    def direction(self, answer: Direction) -> "Asked | str":
+        return "directions in numbers are not asked" if answer.is_in_numbers else _direction(self.part, self.number)
+
+    def one_of(self, answer: Choice) -> "Asked | str":
+        return _choice(self.part, self.number)
+
+    def letters(self, answer: Answer) -> "Asked | str":
+        return "letters of several options are not asked; the outlets with quizzes ask them"
 
 
 def share_of(part: Part, equal: Sequence[bool]) -> float:
@@ -126,13 +142,14 @@ def share_of(part: Part, equal: Sequence[bool]) -> float:
     if all(equal):
         return 1.0
     credit = part.credit or OWN
-    if not isinstance(part.answer, Matrix) or credit.by == "whole":
+    if part.shape is None or credit.by == "whole":
         return 0.0
-    counted, zeros = _counted(part.answer.reference)
-    columns = part.answer.reference.cols
+    reference = part.answer.as_matrix()
+    counted, zeros = _counted(reference)
+    columns = reference.cols
     right = {(k // columns + 1, k % columns + 1) for k, same in enumerate(equal) if same}
     if credit.by == "columns" and columns > 1:
-        groups = _columns(part.answer.reference)
+        groups = _columns(reference)
         whole = sum(set(group) <= right for group in groups)
         share = Fraction(whole if whole < len(groups) else whole - 1, len(groups))
     else:
@@ -169,10 +186,7 @@ def _listed(places: Sequence[object]) -> str:
 
 
 def _formulas(problem: Problem, part: Part, number: int) -> Asked:
-    answer, k = part.answer, number
-    assert isinstance(answer, (Expression, Matrix))
-    single = isinstance(answer, Expression)
-    reference = sp.Matrix([[answer.reference]]) if single else answer.reference
+    k, single, reference = number, part.shape is None, part.answer.as_matrix()
     model = _shown(reference, single)
     marking = [f"said{k}: qdot_exact(ans{k});"]
     score, otherwise = "0", ""
@@ -275,8 +289,7 @@ def _direction(part: Part, number: int) -> Asked:
 
 
 def _numbers(problem: Problem, part: Part, number: int) -> Asked:
-    answer, k = part.answer, number
-    assert isinstance(answer, Number)
+    answer, k = part.of(Number), number
     single, n = len(answer.reference) == 1, len(answer.reference)
     room = [sp.Rational(f"{allowed:.12g}") for allowed in room_of(part)]
     known = known_wrong(problem, part, MOST)
@@ -336,8 +349,7 @@ def _meets(values: sp.Matrix, wrong: Known, room: Sequence[sp.Expr]) -> bool:
 
 
 def _choice(part: Part, number: int) -> Asked:
-    answer, k = part.answer, number
-    assert isinstance(answer, Choice)
+    answer, k = part.of(Choice), number
     options = [
         f'[{i}, {"true" if i - 1 == answer.correct else "false"}, "{LETTERS[i - 1]}"]'
         for i in range(1, len(answer.options) + 1)
@@ -360,8 +372,7 @@ def _choice(part: Part, number: int) -> Asked:
 
 def _values(problem: Problem, part: Part, number: int) -> Asked | str:
     """Ask for a set of equations, a joint on the left and its value on the right."""
-    answer, k = part.answer, number
-    assert isinstance(answer, ConditionSet)
+    answer, k = part.of(ConditionSet), number
     if not all(_is_of_values(component) for component in answer.components):
         return "its singular configurations are no values of single joints, which STACK could judge fairly"
     joints = [q.name for q in problem.chain.q]
@@ -440,5 +451,4 @@ def _claims(components: tuple[Component, ...]) -> set[tuple[str, float]]:
 
 def without_rounding(part: Part) -> Part:
     """Return a part of formulas as STACK judges it: decimals mean what they say."""
-    formulas = isinstance(part.answer, (Expression, Matrix, ConditionSet))
-    return replace(part, rounding=None) if formulas else part
+    return replace(part, rounding=None) if part.answer.is_exact else part

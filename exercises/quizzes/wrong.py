@@ -14,7 +14,6 @@ import numpy as np
 import sympy as sp
 from sympy.polys.polyerrors import BasePolynomialError
 
-from exercises.answers import Expression, Matrix
 from exercises.arm.chain import Chain
 from exercises.arm.classification import domain_of
 from exercises.arm.derivation import derive, structure
@@ -173,9 +172,7 @@ def _is_short(generic: Chain, subject: Subject) -> bool:
     """Tell whether the right answer is short; found out from the reference, which takes less than the working."""
     if generic.n > MOST_JOINTS and ("determinant" in subject.base or subject.is_quotient):
         return False
-    answer = _base_part(generic, subject.base).answer
-    assert isinstance(answer, (Expression, Matrix))
-    whole = sp.Matrix([answer.reference]) if isinstance(answer, Expression) else answer.reference
+    whole = _base_part(generic, subject.base).answer.as_matrix()
     return _fits(sp.Matrix(subject.of(np.array(whole.tolist(), dtype=object))))
 
 

@@ -15,18 +15,18 @@ right values are worked out with many digits and written with 15, those of mista
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import mpmath
 import numpy as np
 
-from exercises.answers import Choice, ConditionSet, Direction, Expression, Matching, Matrix, Number, Selection
+from exercises.answers import Answer, ConditionSet, Direction, Forms, Letters, Number
 from exercises.formula.conditions import Space
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
 from exercises.formula.pieces import pieces
 from exercises.formula.tape import Tape, compile_tape, evaluate_precisely
-from exercises.formula.text import text_of
 from exercises.formula.trees import names
 from exercises.mistakes.catalogue import Wrong, taken, wrong_answers
 from exercises.mistakes.given import Values, configurations
@@ -61,47 +61,46 @@ def weight(index: int) -> float:
 
 def key_of(problem: Problem, part: Part) -> Json:
     """Return the key of a part."""
-    answer = part.answer
-    if isinstance(answer, Choice):
-        return _letters("choice", part, len(answer.options), 0, (answer.correct,))
-    if isinstance(answer, Selection):
-        return _letters("selection", part, len(answer.options), 0, answer.correct)
-    if isinstance(answer, Matching):
-        return _letters("matching", part, len(answer.options), len(answer.items), answer.correct)
-    if isinstance(answer, Number):
-        return _numbers(problem, part, answer)
-    if isinstance(answer, ConditionSet):
-        return _configurations(problem, part, answer)
-    return _values(problem, part)
+    return part.answer.told_to(_Keys(problem, part))
 
 
-# --- letters ---
+@dataclass(frozen=True)
+class _Keys(Forms[Json]):
+    """The key of each form of answer."""
 
+    problem: Problem
+    part: Part
 
-def _letters(kind: str, part: Part, options: int, items: int, right: Sequence[int]) -> Json:
-    told = [" ".join(dict.fromkeys(blame.sentence for blame in blames_of(part, i))) or None for i in range(options)]
-    return {"type": kind, "options": options, "items": items, "right": list(right), "told": told}
+    def formulas(self, answer: Answer) -> Json:
+        return _values(self.problem, self.part)
+
+    def direction(self, answer: Direction) -> Json:
+        return _values(self.problem, self.part) | {"type": "direction", "tolerance": answer.tolerance}
+
+    def numbers(self, answer: Number) -> Json:
+        return _numbers(self.problem, self.part, answer)
+
+    def conditions(self, answer: ConditionSet) -> Json:
+        return _configurations(self.problem, self.part, answer)
+
+    def letters(self, answer: Letters) -> Json:
+        options = range(len(answer.options))
+        blamed = [dict.fromkeys(blame.sentence for blame in blames_of(self.part, index)) for index in options]
+        return {
+            "type": answer.type, "options": len(answer.options), "items": len(answer.matched),
+            "right": list(answer.right), "told": [" ".join(sentences) or None for sentences in blamed],
+        }  # fmt: skip
 
 
 # --- formulas ---
 
 
-def _entries(part: Part) -> tuple[list[str], int, int]:
-    answer = part.answer
-    if isinstance(answer, Expression):
-        return [text_of(answer.reference)], 1, 1
-    assert isinstance(answer, (Matrix, Direction))
-    return [text_of(entry) for entry in answer.reference], *answer.reference.shape
-
-
 def _values(problem: Problem, part: Part) -> Json:
-    texts, rows, columns = _entries(part)
-    found = values_key(texts, (rows, columns), problem.domain(), _stream(problem, part))
+    rows, columns = part.shape or (1, 1)
+    found = values_key(part.answer.formulas(), (rows, columns), problem.domain(), _stream(problem, part))
     columns_of_points = zip(*found["points"], strict=True)
     points = {name: np.array(column) for name, column in zip(found["symbols"], columns_of_points, strict=True)}
     found["mistakes"] = list(_mistakes_in_formulas(problem, part, points, (rows, columns)))
-    if isinstance(part.answer, Direction):
-        found |= {"type": "direction", "tolerance": part.answer.tolerance}
     return found
 
 
@@ -138,7 +137,7 @@ def _mistakes_in_formulas(problem: Problem, part: Part, points: Values, shape: t
     if part.kind not in RESULTS:
         return
     few = {name: column[:PRINTED] for name, column in points.items()}
-    if isinstance(part.answer, Direction):
+    if part.answer.counts_up_to_a_factor:
         few = configurations(problem.chain, part, problem.domain(), PRINTED, _stream(problem, part))
     w = numbers(problem.chain, few)
     seen = {_print(result(w, part))}

@@ -8,7 +8,6 @@ be ten times as long. Solutions are a record of their own, loaded when asked for
 import html
 from typing import Any
 
-from exercises.answers import Choice, Matching, Selection
 from exercises.arm.chain import Chain
 from exercises.difficulty import step
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg
@@ -183,6 +182,5 @@ def _part(problem: Problem, part: Part, said: _Said) -> Json:
 
 
 def _options(problem: Problem, part: Part, language: str = ENGLISH) -> list[str] | None:
-    if not isinstance(part.answer, (Choice, Selection, Matching)):
-        return None
-    return [to_html(option_text(problem, part, index, language)) for index in range(len(part.answer.options))]
+    count = len(part.answer.offered)
+    return [to_html(option_text(problem, part, index, language)) for index in range(count)] or None

@@ -13,9 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from exercises.answers import Choice, ConditionSet, Matching, Selection
 from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.formula.expression import read
 from exercises.formula.trees import Node, ReadError, names
 from exercises.problem import Part, Problem, ProblemId
 from exercises.record import digests
@@ -115,19 +113,12 @@ def _full_rank(ground: Ground) -> Check:
 
 
 def _trees(ground: Ground, part: Part) -> list[Node]:
-    answer = part.answer
-    if isinstance(answer, ConditionSet):
-        return [read(text, ground.known) for text in answer.pieces()]
-    return (
-        []
-        if isinstance(answer, (Choice, Selection, Matching))
-        else [ground.tree(entry) for entry in part.answer.as_matrix()]
-    )
+    return [ground.tree(text) for text in part.answer.formulas()]
 
 
 def _usable(ground: Ground, part: Part) -> set[str]:
     """Return the symbols that a part may use: all of the problem's; joints and lengths in conditions on them."""
-    if isinstance(part.answer, ConditionSet):
+    if part.answer.is_a_set:
         return {symbol.name for symbol in (*ground.chain.q, *ground.chain.parameters)}
     return set(ground.known)
 

@@ -44,7 +44,7 @@ class Ground:
         self.problem, self.chain = problem, problem.chain
         self.stream = Stream(f"verify/{problem.id.engine}/{problem.id}")
         self.task = [TASK_ROWS.index(row) for row in self.chain.task]
-        self.known, self._trees = frozenset(problem.symbols()), dict[sp.Expr, Node]()
+        self.known, self._trees = frozenset(problem.symbols()), dict[str, Node]()
         self.lengths = [random_lengths(self.chain, self.stream) for _ in range(ARMS)]
         self.arms = [NumericChain(self.chain, lengths) for lengths in self.lengths]
         poses = [random_poses(self.chain, self.stream, POSES) for _ in self.arms]
@@ -89,15 +89,15 @@ class Ground:
         """Task velocities, (…, m, 1)."""
         return np.stack([self.values[row] for row in self.chain.task], axis=1)[:, :, None]
 
-    def tree(self, entry: sp.Expr) -> Node:
-        """Return the tree of an entry's text, read as an answer is. Raises ReadError."""
-        if entry not in self._trees:
-            self._trees[entry] = read(text_of(entry), self.known)
-        return self._trees[entry]
+    def tree(self, text: str) -> Node:
+        """Return the tree of a text, read as an answer is. Raises ReadError."""
+        if text not in self._trees:
+            self._trees[text] = read(text, self.known)
+        return self._trees[text]
 
     def read(self, entries: sp.Matrix) -> np.ndarray:
         """Return the values of symbolic entries by way of their text, (…, rows, columns); complex if one is."""
-        tape = compile_tape([self.tree(entry) for entry in entries])
+        tape = compile_tape([self.tree(text_of(entry)) for entry in entries])
         found = evaluate(tape, self.values, self.points)[0]
         real = found.real if np.all(np.abs(found.imag) <= 1e-12 * (1 + np.abs(found))) else found
         return real.T.reshape(self.points, *entries.shape)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from exercises.answers import Choice, ConditionSet, Expression, Matching, Matrix, Number, Selection
+from exercises.answers import Choice, ConditionSet, Expression, Letters, Matching, Matrix, Number, Selection
 from exercises.arm.chain import TASK_ROWS
 from exercises.problem import Part
 from exercises.questions import QUESTIONS
@@ -40,10 +40,9 @@ def _as_answer(ground: Ground, subject: Any, option: sp.Matrix) -> Part:
     """Return the question that options answer, with one of them put in its place in the whole answer."""
     answer, details = QUESTIONS[subject.base].ask(ground.chain, Stream("quiz"))
     part = Part(subject.base, subject.base, answer, details=details)
-    if isinstance(answer, Expression):
+    if answer.shape is None:
         return replace(part, answer=Expression(option[0]))
-    assert isinstance(answer, Matrix)
-    whole = answer.reference.as_mutable()
+    whole = answer.as_matrix().as_mutable()
     whole[subject.row or 0, subject.column or 0] = option
     return replace(part, answer=Matrix(sp.Matrix(whole)))
 
@@ -59,8 +58,7 @@ def _formula_choice(ground: Ground, part: Part) -> Iterator[Check]:
 
 def _offered(part: Part) -> tuple[Offered, ...]:
     offered: Any = part.details["offered"]
-    assert isinstance(part.answer, (Choice, Selection, Matching))
-    assert part.answer.options == tuple(option.text for option in offered)
+    assert part.answer.offered == tuple(option.text for option in offered)
     return tuple(offered)
 
 
@@ -101,12 +99,11 @@ def _ranks(ground: Ground, part: Part) -> list[tuple[int, bool]]:
 
 
 def _configurations(ground: Ground, part: Part) -> Iterator[Check]:
-    answer = part.answer
-    assert isinstance(answer, (Choice, Selection))
+    answer = part.of(Letters)
     full = min(len(ground.task), ground.chain.n)
     ranks = _ranks(ground, part)
     singular_ones = tuple(index for index, (rank, _) in enumerate(ranks) if rank < full)
-    wanted = (answer.correct,) if isinstance(answer, Choice) else answer.correct
+    wanted = answer.right
     yield Check("clear", all(clear for _, clear in ranks), f"ranks {', '.join(str(rank) for rank, _ in ranks)}")
     yield Check("singular ones", singular_ones == tuple(wanted), f"of rank less than {full}, from 0: {singular_ones}")
     yield Check("different options", len(set(answer.options)) == len(answer.options), "no two are the same")
@@ -138,8 +135,7 @@ def _quantity(ground: Ground, part: Part, moved: int | None = None) -> np.ndarra
 
 
 def _forms(ground: Ground, part: Part) -> Iterator[Check]:
-    answer, expected = part.answer, _quantity(ground, part)
-    assert isinstance(answer, Selection)
+    answer, expected = part.of(Selection), _quantity(ground, part)
     right = []
     for index, option in enumerate(_offered(part)):
         found = ground.read(sp.Matrix([option.shown]))

@@ -1,19 +1,10 @@
 """The answer to a part without the way to it, in Markdown with LaTeX, as a key shows it."""
 
 import re
+from dataclasses import dataclass
 from typing import Any
 
-from exercises.answers import (
-    TRUE_FALSE,
-    Choice,
-    ConditionSet,
-    Direction,
-    Expression,
-    Matching,
-    Matrix,
-    Number,
-    Selection,
-)
+from exercises.answers import TRUE_FALSE, Choice, ConditionSet, Direction, Expression, Forms, Letters, Matrix, Number
 from exercises.problem import Part, Problem
 from exercises.render import render
 from exercises.writing.statement import option_text, with_meanings, worked_steps
@@ -24,29 +15,46 @@ _WORDS = ("letters", "words", "remark")
 
 def short_answer(problem: Problem, part: Part) -> str:
     """Return the reference: a formula on lines of its own, numbers with their units, conditions, or letters."""
-    answer = part.answer
     given: dict[str, Any] = {"components": None, "formula": None, "values": []} | dict.fromkeys(_WORDS, "")
-    if isinstance(answer, ConditionSet):
-        given["components"] = answer.components
-    elif isinstance(answer, Choice):
-        plain = answer.options == TRUE_FALSE
-        given["letters"] = answer.options[answer.correct] if plain else answer.letter
-        tall = part.has_drawn_options or _is_tall(part, answer.correct)
-        given["words"] = "" if plain or tall else option_text(problem, part, answer.correct)
-    elif isinstance(answer, (Selection, Matching)):
-        given["letters"] = answer.letters
-    elif isinstance(answer, Number):
-        units = [_unit(unit) for unit in answer.units]
-        given["values"] = [_digits(v, answer.tolerance) + u for v, u in zip(answer.reference, units, strict=True)]
-    elif isinstance(answer, Direction) and answer.tolerance is not None:
-        given["values"] = [three_digits(value) for value in answer.reference]
-    else:
-        assert isinstance(answer, (Expression, Matrix, Direction))
-        given["formula"] = answer.reference
-    if isinstance(answer, Direction):
-        given["remark"] = "Any multiple other than zero is as good."
+    shown: dict[str, Any] = part.answer.told_to(_Given(problem, part))
+    given |= shown
     steps = worked_steps(problem.chain)
     return with_meanings(steps, render("short-answer.md.j2", chain=problem.chain, angles=steps.angles, **given))
+
+
+@dataclass(frozen=True)
+class _Given(Forms[dict[str, Any]]):
+    """What the template shows of each form of answer."""
+
+    problem: Problem
+    part: Part
+
+    def formula(self, answer: Expression) -> dict[str, Any]:
+        return {"formula": answer.reference}
+
+    def matrix(self, answer: Matrix) -> dict[str, Any]:
+        return {"formula": answer.reference}
+
+    def direction(self, answer: Direction) -> dict[str, Any]:
+        remark = {"remark": "Any multiple other than zero is as good."}
+        if answer.is_in_numbers:
+            return {"values": [three_digits(value) for value in answer.reference], **remark}
+        return {"formula": answer.reference, **remark}
+
+    def numbers(self, answer: Number) -> dict[str, Any]:
+        units = map(_unit, answer.units)
+        digits = (_digits(value, answer.tolerance) for value in answer.reference)
+        return {"values": [shown + unit for shown, unit in zip(digits, units, strict=True)]}
+
+    def conditions(self, answer: ConditionSet) -> dict[str, Any]:
+        return {"components": answer.components}
+
+    def one_of(self, answer: Choice) -> dict[str, Any]:
+        plain = answer.options == TRUE_FALSE or self.part.has_drawn_options or _is_tall(self.part, answer.correct)
+        return {"letters": answer.word, "words": "" if plain else option_text(self.problem, self.part, answer.correct)}
+
+    def letters(self, answer: Letters) -> dict[str, Any]:
+        return {"letters": answer.letters}
 
 
 def _digits(value: object, tolerance: float) -> str:

@@ -7,7 +7,7 @@ import re
 from functools import lru_cache
 from typing import Any
 
-from exercises.answers import LETTERS, Choice, ConditionSet, Expression, Matching, Matrix, Selection
+from exercises.answers import LETTERS
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
 from exercises.languages import ENGLISH
@@ -46,15 +46,14 @@ def statement(problem: Problem, title: str, figure: str = "", typed: bool = True
 def prompt(problem: Problem, part: Part, language: str = ENGLISH) -> str:
     """Return what is asked, in which frame and units, and the form of the answer; nothing of the answer itself."""
     text = str(_macros(part, language).prompt(part, problem.chain, Wording(problem.chain)))
-    if part.rounding is not None and isinstance(part.answer, (Expression, Matrix, ConditionSet)):
+    if part.rounding is not None and part.answer.is_exact:
         text += f"\n\n{_phrase(f'Decimals are accepted {part.rounding.words}.', language)}"
     return _put(_tidy(text), language)
 
 
 def option_text(problem: Problem, part: Part, index: int, language: str = ENGLISH) -> str:
     """Return what an option shows, in Markdown on one line: a formula, a set, a configuration, or its words."""
-    answer, details, chain = part.answer, part.details, problem.chain
-    assert isinstance(answer, (Choice, Selection, Matching))
+    details, chain = part.details, problem.chain
     macros: Any = environment(language)
     if "offered" in details:
         offered: Any = details["offered"]
@@ -65,7 +64,7 @@ def option_text(problem: Problem, part: Part, index: int, language: str = ENGLIS
         text = str(macros.get_template("questions/rank.md.j2").module.at(places[index], chain, Wording(chain)))
         return _put(text, language)
     line = re.search(rf"^- \*\*{LETTERS[index]}\.\*\* (.*)$", prompt(problem, part, language), re.MULTILINE)
-    return line[1] if line is not None else _phrase(answer.options[index], language)
+    return line[1] if line is not None else _phrase(part.answer.offered[index], language)
 
 
 def hints(problem: Problem, part: Part, language: str = ENGLISH) -> tuple[str, str, str]:

@@ -7,7 +7,7 @@ deep to be set, can't be read, or is no formula (a function, a letter without an
 import re
 from dataclasses import dataclass
 
-from exercises.answers import LETTERS, TRUE_FALSE, Choice, ConditionSet, Expression, Matching, Number, Selection
+from exercises.answers import LETTERS, TRUE_FALSE
 from exercises.formula.expression import read
 from exercises.formula.trees import Node, ReadError, size_of
 from exercises.problem import Part, Problem
@@ -16,7 +16,7 @@ from exercises.writing.markup import to_html
 from exercises.writing.mathml import mathml
 from exercises.writing.statement import option_text
 from exercises.writing.typeset import TooDeep, typeset
-from grader.choices import chosen_letters, chosen_option
+from grader.choices import Chosen
 from grader.functions import SHOWN
 from grader.judge import with_points
 
@@ -53,7 +53,7 @@ def answer_of(problem: Problem, part: Part, text: str) -> Answer:
     plain = visible(text if len(text) <= SHOWN_OF_TEXT else f"{text[:SHOWN_OF_TEXT]} …")
     if text == SHOWN:
         return Answer(plain, is_text=False)
-    if isinstance(part.answer, (Choice, Selection, Matching)):
+    if part.answer.offered:
         options = _options(problem, part, text)
         return Answer("" if options and len(text) == 1 else plain, options)
     if part.type not in FORMULAS or len(text) > LONGEST:
@@ -74,8 +74,7 @@ def _formula(problem: Problem, part: Part, text: str) -> str:
     if size_of(node) > LARGEST:
         raise TooDeep("the answer is too long to be set")
     prismatic = tuple(q.name[1:] for q in problem.chain.q if q.name.startswith("d"))
-    units = part.answer.units if isinstance(part.answer, Number) else ()
-    latex = fitted(typeset(node, prismatic, isinstance(part.answer, ConditionSet), units), ROOM)
+    latex = fitted(typeset(node, prismatic, part.answer.is_a_set, part.answer.units_due), ROOM)
     return _slim(mathml(latex, True, max(SMALLEST, min(100, int(100 * ROOM / max(width(latex), 1.0))))))
 
 
@@ -89,7 +88,7 @@ def _read(problem: Problem, part: Part, text: str) -> Node:
     """Return the tree that was judged: where one expression is due, 0,5 is a half and no list."""
     known = problem.symbols()
     node = read(text, known)
-    if isinstance(part.answer, Expression) and node.kind == "list" and (point := with_points(text)) != text:
+    if part.type == "expression" and node.kind == "list" and (point := with_points(text)) != text:
         return read(point, known)
     return node
 
@@ -97,17 +96,12 @@ def _read(problem: Problem, part: Part, text: str) -> Node:
 def _options(problem: Problem, part: Part, text: str) -> str:
     """Return the options that were chosen, each with its letter and, where items are matched, with its item."""
     answer = part.answer
-    assert isinstance(answer, (Choice, Selection, Matching))
-    if isinstance(answer, Choice):
-        one = chosen_option(text, answer.options)
-        chosen = [] if one is None else [one]
-    else:
-        chosen = chosen_letters(text, len(answer.options)) or []
-    if isinstance(answer, Matching) and len(chosen) == len(answer.items):
-        heads = [f"{item}: " for item in answer.items]
+    chosen, items = answer.told_to(Chosen(text)), answer.matched
+    if items and len(chosen) == len(items):
+        heads = [f"{item}: " for item in items]
     else:
         chosen, heads = list(dict.fromkeys(chosen)), [""] * len(chosen)
-    if answer.options == TRUE_FALSE:
-        return "".join(answer.options[index] for index in chosen)
+    if answer.offered == TRUE_FALSE:
+        return "".join(answer.offered[index] for index in chosen)
     lines = (f"{head}**{LETTERS[k]}.** {option_text(problem, part, k)}" for head, k in zip(heads, chosen, strict=False))
     return "".join(map(to_html, lines))

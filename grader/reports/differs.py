@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from exercises.answers import Direction, Number
 from exercises.problem import Part, Problem
 from exercises.writing.latex import symbol_latex
 from exercises.writing.mathml import mathml
@@ -76,16 +75,16 @@ def _what(part: Part, example: Mapping[str, Any]) -> str:
     rows, columns = part.shape or (1, 1)
     if rows * columns == 1:
         return ""
-    if isinstance(part.answer, Number):
+    if part.answer.units_due:
         return f"number {example['entry'] + 1}"
     return entry_name(int(example["entry"]), columns)
 
 
 def _results(part: Part, example: Mapping[str, Any]) -> tuple[Row, ...]:
-    unit = part.answer.units[example["entry"]] if isinstance(part.answer, Number) else ""
+    unit = part.answer.unit(example.get("entry", 0))
     yours, right = _values(example["yours"], example["expected"], unit)
     heads = "Your answer", "Right"
-    if isinstance(part.answer, Direction):
+    if part.answer.counts_up_to_a_factor:
         pivot = example.get("pivot")
         heads = heads[0], "Right" if pivot is None else f"Right for your entry {pivot + 1}"
     return Row(heads[0], (yours,)), Row(heads[1], (right,))

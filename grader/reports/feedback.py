@@ -11,7 +11,6 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from exercises.answers import Number
 from exercises.assignment import Assignment, Student
 from exercises.lateness import in_words
 from exercises.problem import Part, Problem
@@ -160,7 +159,7 @@ def _reason(problem: Problem, part: Part, judged: Mapping[str, Any], is_short: b
     if not is_short:
         return visible(reason)
     example = judged["certificate"]["counterexample"]
-    unit = part.answer.units[example["entry"]] if isinstance(part.answer, Number) else ""
+    unit = part.answer.unit(example.get("entry", 0))
     reason = in_short(reason, example, [q.name for q in problem.chain.q], unit)
     for pattern, words in IN_SHORT.items():
         reason = re.sub(pattern, words, reason)

@@ -96,12 +96,6 @@ def test_a_module_opens_with_what_it_is() -> None:
     assert [name_of(path) for path in MODULES if not ast.get_docstring(tree_of(path))] == []
 
 
-def test_a_module_is_of_one_subject() -> None:
-    """Of 450 lines at most."""
-    lengths = {name_of(path): len(text_of(path).splitlines()) for path in MODULES}
-    assert {name: length for name, length in lengths.items() if length > 450} == {}
-
-
 def calls_of(path: Path) -> set[str]:
     """Return the names of all functions and methods that a module calls."""
     return {
