@@ -59,7 +59,7 @@ def _image(svg: str, alternative: str) -> str:
 
 def solution_figure(problem: Problem, part: Part, name: str) -> str:
     """Return the drawing that belongs to a worked solution (SVG): the singular configurations; nothing for others."""
-    return singular_svg(problem.chain, name) if part.kind == "singular-angles" else ""
+    return singular_svg(problem.chain, name) if part.answer.is_a_set else ""
 
 
 def points_text(points: float) -> str:

@@ -6,14 +6,14 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from exercises.arm.chain import Chain
+from exercises.arm.stages import numbers
 from exercises.assignment import Assignment, Slot
 from exercises.formula.identity import Domain
 from exercises.formula.tape import compile_tape, evaluate
 from exercises.formula.trees import Node, names
 from exercises.generate import sample_chain
-from exercises.mistakes.results import RESULTS, result
-from exercises.mistakes.working import numbers
 from exercises.problem import Part, Problem
+from exercises.questions.results import is_derived, result
 from exercises.stream import Stream
 
 POINTS = 2
@@ -35,7 +35,7 @@ class Copies:
         self, problem: Problem, slot_name: str, part: Part, rows: Sequence[Sequence[Node]]
     ) -> bool:
         """Tell whether a wrong answer to a part is right for somebody else's problem in the same place."""
-        if part.kind not in RESULTS:
+        if not is_derived(part):
             return False
         slot = next(slot for slot in self._assignment.slots if slot.name == slot_name)
         key = (slot_name, part.kind)

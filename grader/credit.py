@@ -15,6 +15,7 @@ from exercises.formula.tape import compile_tape, evaluate
 from exercises.formula.text import text_of
 from exercises.formula.trees import Node, ReadError, names
 from exercises.problem import Part, Problem
+from exercises.questions.results import is_product
 from exercises.stream import Stream
 from grader.functions import is_table
 from grader.parts import domain_of
@@ -35,7 +36,7 @@ def credited(problem: Problem, part: Part, judgement: Judgement, answer: str, se
         return _with_share(judgement, Fraction(0))
     if policy.by == "columns" and part.answer.is_formulas and (part.shape or (1, 1))[1] > 1:
         judgement = _by_columns(part.answer.as_matrix(), judgement)
-    elif policy.by in ("", "factors") and "determinant" in part.kind and part.type == "expression":
+    elif policy.by in ("", "factors") and is_product(part):
         (reference,) = part.answer.entries()
         judgement = _by_factors(problem, reference, judgement, answer, seed)
     return _with_share(judgement, Fraction(judgement.share).limit_denominator(1000) * policy.worth)

@@ -13,6 +13,7 @@ from itertools import combinations
 import numpy as np
 
 from exercises.answers import Letters
+from exercises.arm.stages import Working, numbers
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
 from exercises.formula.tape import compile_tape, evaluate
@@ -27,10 +28,9 @@ from exercises.mistakes.catalogue import (
     wrong_answers,
 )
 from exercises.mistakes.given import Values, configurations
-from exercises.mistakes.results import RESULTS, result
-from exercises.mistakes.working import Working, numbers
 from exercises.problem import Part, Problem
 from exercises.questions.concepts import option_numbers
+from exercises.questions.results import is_derived, result
 from exercises.quizzes.options import blames_of
 from exercises.stream import Stream
 from grader.choices import Chosen
@@ -105,7 +105,7 @@ def diagnose(problem: Problem, part: Part, answer: str, seed: str, points_seed: 
     for mistake, slip in taken(problem.chain, part) if len(answer) <= LONGEST_SET else ():
         if judge(problem, replace(part, answer=slip.answer), answer, seed).outcome is Outcome.CORRECT:
             return Diagnosis((mistake.name,), mistake.sentence(slip.words))
-    if part.kind not in RESULTS:
+    if not is_derived(part):
         return None
     domain = domain_of(problem)
     values = configurations(problem.chain, part, domain, POINTS, Stream(f"{seed}/diagnosis"))
@@ -118,7 +118,7 @@ def diagnose(problem: Problem, part: Part, answer: str, seed: str, points_seed: 
 
 def _of_function(problem: Problem, part: Part, answer: str, points_seed: str) -> Diagnosis | None:
     shape, table = table_values(answer)
-    if shape is None or part.kind not in RESULTS or len(shape) > 2:
+    if shape is None or not is_derived(part) or len(shape) > 2:
         return None
     asked = asked_of(problem, domain_of(problem), points_seed)
     values = {name: column[:POINTS] for name, column in zip(asked["symbols"], np.array(asked["points"]).T, strict=True)}

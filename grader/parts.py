@@ -6,6 +6,7 @@ from exercises.answers import Choice, ConditionSet, Direction, Expression, Forms
 from exercises.formula.identity import Domain
 from exercises.formula.text import rows_of_text
 from exercises.problem import Part, Problem
+from exercises.quizzes import ASKED
 from grader.choices import judge_choice, judge_matching, judge_selection
 from grader.direction import judge_direction
 from grader.functions import asked_of, constant_text, is_table, judge_function
@@ -85,5 +86,4 @@ class Judging(Forms[Judgement]):
 
 def labels(problem: Problem, part: Part) -> tuple[str, ...]:
     """Return the names of a vector of joint rates, by which `solve` returns them; nothing for other answers."""
-    rates = part.kind in ("inverse-velocity", "joint-rates", "least-norm-rates", "self-motion", "path-rates")
-    return tuple(rate.name for rate in problem.chain.rates) if rates else ()
+    return ASKED[part.kind].labels(problem.chain)

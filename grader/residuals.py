@@ -9,7 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
-from exercises.mistakes.working import Working, carried
+from exercises.arm.stages import Working, carried
 from exercises.problem import Part
 from grader.verdict import Diagnosis
 

@@ -9,9 +9,9 @@ from collections.abc import Generator, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import sympy as sp
 
 from exercises.answers import LETTERS, TRUE_FALSE, Choice, Forms, Letters, Matching, Number, Selection
-from exercises.arm.chain import TASK_ROWS
 from exercises.errors import QdotError
 from exercises.exports.bank import Variant, bank
 from exercises.exports.numbers import InNumbers, in_numbers
@@ -23,7 +23,7 @@ from exercises.quizzes import ASKED
 from exercises.quizzes.options import blames_of
 from exercises.render import render
 from exercises.stream import Stream
-from exercises.writing.latex import symbol_latex, tex
+from exercises.writing.latex import tex
 from exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
 
 MOST_WRONG = 6
@@ -349,28 +349,10 @@ class _Maker:
 
     def _labels(self, shape: tuple[int, ...]) -> tuple[str, ...]:
         """Return LaTeX names of the entries of an answer, row by row."""
-        chain, kind, count = self.problem.chain, self.part.kind, int(np.prod(shape))
-        named = {
-            "position": [row[1] for row in chain.task if row[0] == "v"],
-            "velocity": [symbol_latex(row) for row in chain.task if row[0] == "v"],
-            "velocity-component": [f"v_{{{self.part.details.get('axis')}}}"],
-            "twist": [symbol_latex(row) for row in TASK_ROWS],
-            "link-velocity": [symbol_latex(row) for row in TASK_ROWS],
-            "lost-direction": [f"u_{{{row}}}" for row in range(1, count + 1)],
-            "joint-torques": [rf"\tau_{{{joint}}}" for joint in range(1, count + 1)],
-            "block-determinants": [r"\det J_{11}", r"\det J_{22}"],
-            "determinant": [r"\det J"],
-            "determinant-value": [r"\det J"],
-            "gram-determinant": [r"\det(J J^T)"],
-            "jacobian-size": [r"\text{rows}", r"\text{columns}"],
-            "rank": [r"\text{rank}"],
-            "manipulability": ["w"],
-            "condition-number": [r"\kappa"],
-            "path-limit": ["s"],
-            "speed": ["|v_P|"],
-        }.get(kind, [])
-        if kind in ("joint-rates", "path-rates", "least-norm-rates", "inverse-velocity", "self-motion"):
-            named = [tex(rate, chain) for rate in chain.rates]
+        chain, question, count = self.problem.chain, ASKED[self.part.kind], int(np.prod(shape))
+        named = question.entry_names(chain, self.part) or [
+            tex(sp.Symbol(name), chain) for name in question.labels(chain)
+        ]
         if len(named) == count:
             return tuple(named)
         return tuple(f"({index // shape[1] + 1}, {index % shape[1] + 1})" for index in range(count))

@@ -19,15 +19,16 @@ from exercises.arm import classification
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive, structure
 from exercises.arm.singularity import Component
+from exercises.arm.stages import RESULT, Change, as_formulas, formulas, numbers
 from exercises.formula.expression import read
 from exercises.formula.identity import READABLE, Domain, compare_entries
 from exercises.formula.text import text_of
-from exercises.mistakes.base import RESULT, Mistake
+from exercises.mistakes.base import Mistake
 from exercises.mistakes.catalogue import Wrong, taken, wrong_answers
 from exercises.mistakes.given import configurations
-from exercises.mistakes.results import RESULTS, result
-from exercises.mistakes.working import Change, as_formulas, formulas, numbers
 from exercises.problem import Part, Problem
+from exercises.questions import QUESTIONS
+from exercises.questions.results import is_derived, result
 from exercises.quizzes.wrong import MOST_JOINTS, NO_NUMBER, differ, in_formulas, tidied
 from exercises.stream import Stream
 
@@ -59,7 +60,7 @@ def known_wrong(problem: Problem, part: Part, most: int) -> tuple[Known, ...]:
     """Return at most so many wrong answers to a part, the likely ones first, each by another mistake."""
     if part.answer.is_a_set:
         return tuple(_sets(problem, part))[:most]
-    if part.kind not in RESULTS:
+    if not is_derived(part):
         return ()
     if part.answer.units_due:
         return tuple(_numbers(problem, part, most))
@@ -136,7 +137,7 @@ def _slip(subject: _Subject, index: int) -> _Slip | None:
     changes = wrong.working.changes
     if all(stage == RESULT for stage, _ in changes):
         return _Slip(wrong.mistake, wrong.sentence, None, tuple(change for _, change in changes))
-    if generic.n > MOST_JOINTS and ("determinant" in part.kind or "inverse" in part.kind):
+    if generic.n > MOST_JOINTS and QUESTIONS[part.kind].is_made_of_minors:
         return None  # it would take minutes
     found = as_formulas(result(in_formulas(generic).but(dict(changes)), part))
     if found.has(*NO_NUMBER) or len(str(found.tolist())) > LONGEST_RAW:

@@ -15,15 +15,15 @@ from exercises.answers import Number
 from exercises.arm.chain import Chain
 from exercises.arm.classification import domain_of
 from exercises.arm.precise import numeric, ten_digits
+from exercises.arm.stages import Working, numbers
 from exercises.errors import QdotError
 from exercises.formula.identity import Domain
-from exercises.mistakes.catalogue import BEHIND_J, ONE_NUMBER, Wrong, likely, made, taken, wrong_answers
+from exercises.mistakes.catalogue import ONE_NUMBER, Wrong, likely, made, taken, wrong_answers
 from exercises.mistakes.given import Values, configurations
-from exercises.mistakes.results import RESULTS, result
-from exercises.mistakes.working import Working, numbers
 from exercises.problem import Part, Problem
 from exercises.questions.geometry import distinct_lengths
 from exercises.questions.inversion import THREE_DIGITS, conditioning, draw_pose, well_conditioned
+from exercises.questions.results import is_derived, is_made_of_jacobian, result
 from exercises.stream import Stream
 from exercises.writing.latex import tex, tex_angle, tex_length
 from exercises.writing.wording import Wording
@@ -78,7 +78,7 @@ def in_numbers(problem: Problem, part: Part) -> InNumbers | None:
         return _of_numbers(problem, part)
     if answer.is_in_numbers:
         return _scaled(_of_numbers(problem, replace(part, answer=_as_number(part, answer.as_matrix())), direction=True))
-    if not answer.entries() or part.kind not in RESULTS:
+    if not answer.entries() or not is_derived(part):
         return None
     found = _of_formulas(problem, part)
     return _scaled(found) if answer.counts_up_to_a_factor and found is not None else found
@@ -98,7 +98,7 @@ def _of_numbers(problem: Problem, part: Part, direction: bool = False) -> InNumb
         for mistake, slip in taken(problem.chain, part)
         if isinstance(slip.answer, Number)
     ]
-    if part.kind in RESULTS:
+    if is_derived(part):
         domain = _domain(problem, part)
         where = configurations(problem.chain, part, domain, 1, Stream(f"{problem.id}/{part.name}/wrong"))
         w = numbers(problem.chain, where)
@@ -121,9 +121,9 @@ def _hold(problem: Problem, part: Part, one: np.ndarray, other: np.ndarray, dire
 
 def _mistakes(w: Working, part: Part) -> list[Wrong]:
     """Return what mistakes make of an answer; of long derivations only those that a single number shows."""
-    if part.kind not in RESULTS:
+    if not is_derived(part):
         return []
-    if w.n > MOST_JOINTS and part.kind in BEHIND_J:
+    if w.n > MOST_JOINTS and is_made_of_jacobian(part):
         return [wrong for mistake in likely(part) if mistake.name in ONE_NUMBER for wrong in made(mistake, w, part)]
     return list(wrong_answers(w, part))
 

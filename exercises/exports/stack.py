@@ -17,6 +17,7 @@ from exercises.exports.stack_parts import FUNCTIONS, Asked, Case, asked, without
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg
 from exercises.notebook import solution_figure
 from exercises.problem import Part, Problem
+from exercises.questions.results import is_product
 from exercises.quizzes import ASKED
 from exercises.render import render
 from exercises.writing.markup import to_html_for_mathjax
@@ -99,7 +100,7 @@ def _question(order: Order, variant: Variant, notes: dict[str, None]) -> Questio
             continue
         if part.rounding is not None and without_rounding(part) is not part:
             notes[f"{slot}: STACK takes no rounded decimals in {part.name!r}; qdot would, {part.rounding.words}"] = None
-        if "determinant" in part.kind and part.type == "expression":
+        if is_product(part):
             notes[f"{slot}: in STACK {part.name!r} is right or wrong; factors that are right earn nothing"] = None
         parts.append(one)
     if not parts:

@@ -136,6 +136,7 @@ class _Asking(Forms["Asked | str"]):
 def share_of(part: Part, equal: Sequence[bool]) -> float:
     """Return the share of a matrix some of whose entries are right, as `qdot grade` marks it.
 
+    >>> from exercises.answers import Matrix
     >>> share_of(Part("j", "jacobian", Matrix(sp.Matrix([[1, 0], [2, 3]]))), (True, False, True, True))
     0.6666666666666666
     """

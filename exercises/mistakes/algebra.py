@@ -6,11 +6,11 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
+from exercises.arm.arithmetic import applied, determinant, product, signs
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive, structure
-from exercises.mistakes.arithmetic import applied, determinant, product, signs
+from exercises.arm.stages import Change, Working, singular_vectors
 from exercises.mistakes.base import Mistake, Shape, Slip
-from exercises.mistakes.working import Change, Working, singular_vectors
 
 
 def _square(chain: Chain, least: int = 2, most: int = 6) -> bool:

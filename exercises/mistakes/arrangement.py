@@ -6,8 +6,8 @@ from itertools import combinations
 import numpy as np
 
 from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.mistakes.base import RESULT, Mistake, Shape, Slip
-from exercises.mistakes.working import Change, Working
+from exercises.arm.stages import RESULT, Change, Working
+from exercises.mistakes.base import Mistake, Shape, Slip
 
 
 def _exchanged(axis: int, i: int, j: int) -> Change:

@@ -5,11 +5,8 @@ from dataclasses import dataclass, field
 
 from exercises.answers import Answer
 from exercises.arm.chain import Chain
-from exercises.mistakes.working import Change
+from exercises.arm.stages import Change
 from exercises.problem import Part
-
-RESULT = "result"
-"""The stage behind all others: the answer as it is written down, (rows, columns, …)."""
 
 Shape = tuple[int, int]
 

@@ -7,11 +7,11 @@ from types import ModuleType
 import numpy as np
 
 from exercises.arm.chain import Chain
+from exercises.arm.stages import RESULT, Working, propagated
 from exercises.mistakes import algebra, arrangement, choices, columns, numeric, position, sets, table
-from exercises.mistakes.base import RESULT, Mistake, Shape, Slip, Taken
-from exercises.mistakes.results import RESULTS, result
-from exercises.mistakes.working import Working, propagated
+from exercises.mistakes.base import Mistake, Shape, Slip, Taken
 from exercises.problem import Part
+from exercises.questions.results import is_derived, is_made_of_jacobian, result
 
 SECTIONS: dict[str, ModuleType] = {
     "Adding up the links": position, "Columns of the Jacobian": columns, "What is made of the Jacobian": algebra,
@@ -23,12 +23,6 @@ _ALL: list[Mistake] = [mistake for module in SECTIONS.values() for mistake in mo
 
 CATALOGUE: dict[str, Mistake] = {mistake.name: mistake for mistake in sorted(_ALL, key=lambda mistake: mistake.rare)}
 """By name, the more likely ones first: where two give the same answer, the first is named."""
-
-BEHIND_J = frozenset(
-    {"determinant", "gram-determinant", "block-determinants", "inverse-jacobian", "inverse-velocity"}
-    | {"joint-torques", "joint-rates", "path-rates", "least-norm-rates", "self-motion", "lost-direction"}
-)
-"""Questions that are asked about a Jacobian that is there."""
 
 _LAST_STEPS = {mistake.name for module in (algebra, arrangement) for mistake in module.MISTAKES}
 
@@ -69,7 +63,7 @@ def likely(part: Part) -> list[Mistake]:
     What goes wrong in the last step comes before what went wrong on the way to J.
     """
     found = list(CATALOGUE.values())
-    if part.kind in BEHIND_J:
+    if is_made_of_jacobian(part):
         found = sorted(found, key=lambda mistake: (mistake.rare, mistake.name not in _LAST_STEPS))
     if part.type != "number":
         return [mistake for mistake in found if mistake.name not in _IN_NUMBERS]
@@ -78,7 +72,7 @@ def likely(part: Part) -> list[Mistake]:
 
 def wrong_answers(w: Working, part: Part) -> Iterator[Wrong]:
     """Yield what each mistake in the derivation makes of the answer to a part, those that change nothing included."""
-    if part.kind in RESULTS:
+    if is_derived(part):
         for mistake in likely(part):
             yield from made(mistake, w, part)
 

@@ -7,11 +7,11 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
+from exercises.arm.arithmetic import applied, cross
 from exercises.arm.chain import Chain
-from exercises.mistakes.arithmetic import applied, cross
+from exercises.arm.stages import Change, Table, Working, carried, propagated
 from exercises.mistakes.base import Mistake, Shape, Slip
 from exercises.mistakes.position import run_start
-from exercises.mistakes.working import Change, Table, Working, carried, propagated
 
 # --- differentiation ---
 

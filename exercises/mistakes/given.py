@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from exercises.arm.arithmetic import tape_of
 from exercises.arm.chain import Chain
 from exercises.arm.precise import PRECISE
 from exercises.formula.identity import READABLE, Domain
 from exercises.formula.tape import evaluate
-from exercises.mistakes.arithmetic import tape_of
 from exercises.problem import Part
 from exercises.questions.path import joints_on
 from exercises.stream import Stream

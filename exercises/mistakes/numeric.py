@@ -7,8 +7,8 @@ import numpy as np
 import sympy as sp
 
 from exercises.arm.chain import Chain
-from exercises.mistakes.base import RESULT, Mistake, Shape, Slip
-from exercises.mistakes.working import Table, Working
+from exercises.arm.stages import RESULT, Table, Working
+from exercises.mistakes.base import Mistake, Shape, Slip
 
 
 def _degrees_as_radians(chain: Chain, _: Shape) -> Iterator[Slip]:

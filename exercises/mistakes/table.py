@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from exercises.arm.arithmetic import applied, product
 from exercises.arm.chain import Chain
-from exercises.mistakes.arithmetic import applied, product
+from exercises.arm.stages import Row, Table, Working, turn_x, turn_z
 from exercises.mistakes.base import Mistake, Shape, Slip
-from exercises.mistakes.working import Row, Table, Working, turn_x, turn_z
 
 
 def _row(index: int, change: Callable[[Working, Row], dict[str, Any]], **words: object) -> Slip:

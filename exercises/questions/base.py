@@ -1,14 +1,17 @@
 """What a question kind is: how it is asked of an arm, when it applies, and what it builds on."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
+import numpy as np
 import sympy as sp
 
 from exercises.answers import Answer
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import TooLong, derive, structure
+from exercises.arm.stages import Working
+from exercises.problem import Part
 from exercises.stream import Stream
 
 BY_HAND = 3
@@ -64,6 +67,39 @@ def invertible_by_hand(chain: Chain) -> str | None:
     return by_hand("jacobian")(chain)
 
 
+Result = Callable[[Working, Part], np.ndarray]
+"""How an answer comes out of a derivation: (rows, columns, …), or (rows, …) of a vector."""
+
+
+def stage(name: str) -> Result:
+    """Return that an answer is a stage of the derivation."""
+    return lambda w, _: np.asarray(w[name])
+
+
+def number(name: str) -> Result:
+    """Return that an answer is a stage which is a single number."""
+    return lambda w, _: np.asarray(w[name][None])
+
+
+def no_names(chain: Chain, *_: object) -> tuple[str, ...]:
+    """Return no names: entries are told by row and column."""
+    return ()
+
+
+def joint_rates(chain: Chain) -> tuple[str, ...]:
+    """Return the names of the joint rates, as `solve` returns them: qd1, qd2, …"""
+    return tuple(rate.name for rate in chain.rates)
+
+
+def velocities(rows: Sequence[str]) -> list[str]:
+    r"""Return the LaTeX of components of a twist.
+
+    >>> velocities(["vx", "wz"])
+    ['v_{x}', '\\omega_{z}']
+    """
+    return [("v" if row[0] == "v" else r"\omega") + f"_{{{row[1]}}}" for row in rows]
+
+
 @dataclass(frozen=True)
 class Question:
     """A kind of question; `objection` tells why it makes no sense for an arm, `too_long` why it is too much by hand.
@@ -71,6 +107,12 @@ class Question:
     Both return nothing where it can be asked. A short question of a quiz has a `form`, and shows the answers to the
     questions named in `shows`, among other things: they are not asked beside it. The `template` is that of the name,
     if no other is told.
+
+    `result` tells how the answer comes out of a derivation, so that what goes wrong there shows in it: without one,
+    mistakes and what follows from them are not known, but for those that are made with the answer itself. The entries
+    of an answer can be given under `labels`, and are called `entry_names` in LaTeX; where it `is_made_of_jacobian`,
+    J is there already, and where it `is_made_of_minors`, it takes minutes to work out in formulas for many joints, and
+    a single formula is a product whose factors count.
     """
 
     name: str
@@ -84,6 +126,11 @@ class Question:
     form: str = ""
     shows: tuple[str, ...] = ()
     template: str = ""
+    result: Result | None = None
+    labels: Callable[[Chain], tuple[str, ...]] = no_names
+    entry_names: Callable[[Chain, Part], Sequence[str]] = no_names
+    is_made_of_jacobian: bool = False
+    is_made_of_minors: bool = False
 
     def refusal(self, chain: Chain) -> str | None:
         """Return why it is not asked of an arm, for one reason or the other."""

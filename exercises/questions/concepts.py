@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -15,6 +16,8 @@ from exercises.arm.derivation import derive
 from exercises.arm.directions import lost_direction
 from exercises.arm.precise import determinant, four_digits, numeric, shown
 from exercises.arm.singularity import singular_set
+from exercises.arm.stages import Working
+from exercises.problem import Part
 from exercises.questions.base import Asked, Question
 from exercises.questions.geometry import (
     Pose,
@@ -335,9 +338,43 @@ def _new(velocity: Numbers, chosen: list[Numbers]) -> bool:
     return all(_differ(velocity, other) and _differ(velocity, tuple(-v for v in other)) for other in chosen)
 
 
+# --- out of a derivation ---
+
+
+def _derived_effect(w: Working, part: Part) -> np.ndarray:
+    effect: Any = part.details["effect"]
+    return np.asarray(w["geometric"][[TASK_ROWS.index(row) for row in effect.rows], effect.joint - 1])
+
+
 QUESTIONS = (
-    Question("jacobian-size", "Size of the Jacobian", "6.4", _size, (), 0.5, _no_other_task),
-    Question("joint-effect", "What one joint does", "6.12", _effect, (), 1.0, _no_effect),
-    Question("invertibility", "When (6.7) can be used", "6.7", _use, (), 1.0),
-    Question("unreachable-velocity", "What a singularity costs", "6.8", _cost, (), 1.0, _no_cost),
+    Question(
+        name="jacobian-size",
+        title="Size of the Jacobian",
+        source="6.4",
+        ask=_size,
+        points=0.5,
+        objection=_no_other_task,
+        entry_names=lambda chain, _: [r"\text{rows}", r"\text{columns}"],
+    ),
+    Question(
+        name="joint-effect",
+        title="What one joint does",
+        source="6.12",
+        ask=_effect,
+        objection=_no_effect,
+        result=_derived_effect,
+    ),
+    Question(
+        name="invertibility",
+        title="When (6.7) can be used",
+        source="6.7",
+        ask=_use,
+    ),
+    Question(
+        name="unreachable-velocity",
+        title="What a singularity costs",
+        source="6.8",
+        ask=_cost,
+        objection=_no_cost,
+    ),
 )

@@ -1,11 +1,15 @@
 """Position, velocity and Jacobian by direct differentiation (6.1 to 6.4; Examples 6.1 and 6.3)."""
 
+import numpy as np
 import sympy as sp
 
 from exercises.answers import Expression, Matrix
+from exercises.arm.arithmetic import applied
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
-from exercises.questions.base import Asked, Question, by_hand, square
+from exercises.arm.stages import Working
+from exercises.problem import Part
+from exercises.questions.base import Asked, Question, by_hand, number, square, stage, velocities
 from exercises.stream import Stream
 
 
@@ -47,20 +51,68 @@ def _determinant(chain: Chain, rng: Stream) -> Asked:
     return Expression(derive(chain).determinant), {"task": chain.task}
 
 
+# --- out of a derivation ---
+
+
+def _derived_component(w: Working, part: Part) -> np.ndarray:
+    row = part.details["row"]
+    assert isinstance(row, int)
+    return np.asarray(applied(w["linear"][[row]], w["joint rates"]))
+
+
 QUESTIONS = (
     Question(
-        "position", "Position of the point", "6.1", _position, (), 1.0,
-        _has_linear_rows, by_hand("position"),
+        name="position",
+        title="Position of the point",
+        source="6.1",
+        ask=_position,
+        objection=_has_linear_rows,
+        too_long=by_hand("position"),
+        result=lambda w, _: w["point"][moving_rows(w.chain)],
+        entry_names=lambda chain, _: list(chain.linear_rows),
     ),
     Question(
-        "velocity", "Cartesian velocity", "6.2", _velocity, ("position",), 1.0, _has_linear_rows, by_hand("linear")
+        name="velocity",
+        title="Cartesian velocity",
+        source="6.2",
+        ask=_velocity,
+        needs=("position",),
+        objection=_has_linear_rows,
+        too_long=by_hand("linear"),
+        result=lambda w, _: applied(w["linear"][moving_rows(w.chain)], w["joint rates"]),
+        entry_names=lambda chain, _: velocities([row for row in chain.task if row[0] == "v"]),
     ),
     Question(
-        "velocity-component", "One velocity component", "6.2", _component, ("position",), 1.0,
-        _has_linear_rows, by_hand("linear"),
+        name="velocity-component",
+        title="One velocity component",
+        source="6.2",
+        ask=_component,
+        needs=("position",),
+        objection=_has_linear_rows,
+        too_long=by_hand("linear"),
+        result=_derived_component,
+        entry_names=lambda chain, part: [f"v_{{{part.details['axis']}}}"],
     ),
     Question(
-        "jacobian", "Jacobian by differentiation", "6.3", _jacobian, ("position",), 2.0, too_long=by_hand("jacobian")
+        name="jacobian",
+        title="Jacobian by differentiation",
+        source="6.3",
+        ask=_jacobian,
+        needs=("position",),
+        points=2.0,
+        too_long=by_hand("jacobian"),
+        result=stage("jacobian"),
     ),
-    Question("determinant", "Determinant of the Jacobian", "6.8", _determinant, ("jacobian",), 1.0, square),
+    Question(
+        name="determinant",
+        title="Determinant of the Jacobian",
+        source="6.8",
+        ask=_determinant,
+        needs=("jacobian",),
+        objection=square,
+        result=number("determinant"),
+        entry_names=lambda chain, _: [r"\det J"],
+        is_made_of_jacobian=True,
+        is_made_of_minors=True,
+    ),
 )  # fmt: skip

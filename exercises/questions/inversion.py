@@ -10,7 +10,7 @@ from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive, task_velocity
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.precise import PreciseArm, Vector, numeric, solved, ten_digits
-from exercises.questions.base import BY_HAND, Asked, Question, invertible_by_hand, square
+from exercises.questions.base import BY_HAND, Asked, Question, invertible_by_hand, joint_rates, square, stage
 from exercises.stream import Stream
 
 POSES = 2000
@@ -101,24 +101,41 @@ def _joint_rates(chain: Chain, rng: Stream) -> Asked:
 
 QUESTIONS = (
     Question(
-        "inverse-jacobian",
-        "Inverse Jacobian",
-        "appendix",
-        _inverse,
-        ("jacobian", "determinant"),
-        2.0,
-        square,
-        invertible_by_hand,
+        name="inverse-jacobian",
+        title="Inverse Jacobian",
+        source="appendix",
+        ask=_inverse,
+        needs=("jacobian", "determinant"),
+        points=2.0,
+        objection=square,
+        too_long=invertible_by_hand,
+        result=stage("inverse"),
+        is_made_of_jacobian=True,
+        is_made_of_minors=True,
     ),
     Question(
-        "inverse-velocity",
-        "Inverse velocity",
-        "6.7",
-        _rates,
-        ("jacobian", "inverse-jacobian"),
-        2.0,
-        square,
-        invertible_by_hand,
+        name="inverse-velocity",
+        title="Inverse velocity",
+        source="6.7",
+        ask=_rates,
+        needs=("jacobian", "inverse-jacobian"),
+        points=2.0,
+        objection=square,
+        too_long=invertible_by_hand,
+        result=stage("rates"),
+        labels=joint_rates,
+        is_made_of_jacobian=True,
+        is_made_of_minors=True,
     ),
-    Question("joint-rates", "Joint rates at a configuration", "6.7", _joint_rates, ("inverse-velocity",), 1.0, square),
+    Question(
+        name="joint-rates",
+        title="Joint rates at a configuration",
+        source="6.7",
+        ask=_joint_rates,
+        needs=("inverse-velocity",),
+        objection=square,
+        result=stage("rates"),
+        labels=joint_rates,
+        is_made_of_jacobian=True,
+    ),
 )

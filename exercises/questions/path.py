@@ -15,7 +15,7 @@ from exercises.arm.chain import Chain
 from exercises.arm.path import Line, Station
 from exercises.arm.precise import DOUBLE, PRECISE, PreciseArm, Vector, determinant, four_digits, shown, ten_digits
 from exercises.arm.singularity import singular_set
-from exercises.questions.base import Asked, Question, square
+from exercises.questions.base import Asked, Question, joint_rates, square, stage
 from exercises.questions.inversion import THREE_DIGITS, conditioning, draw_lengths, draw_pose
 from exercises.questions.redundancy import angles
 from exercises.stream import Stream
@@ -299,11 +299,25 @@ def _root(
 
 QUESTIONS = (
     Question(
-        "path-rates", "Joint rates along a path", "6.7 on a welding path", _path_rates, ("inverse-velocity",), 2.0,
-        _objection,
+        name="path-rates",
+        title="Joint rates along a path",
+        source="6.7 on a welding path",
+        ask=_path_rates,
+        needs=("inverse-velocity",),
+        points=2.0,
+        objection=_objection,
+        result=stage("rates"),
+        labels=joint_rates,
+        is_made_of_jacobian=True,
     ),
     Question(
-        "path-limit", "Where a joint rate exceeds its limit", "6.7 near a singularity", _path_limit, ("path-rates",),
-        2.0, _objection_to_limit,
+        name="path-limit",
+        title="Where a joint rate exceeds its limit",
+        source="6.7 near a singularity",
+        ask=_path_limit,
+        needs=("path-rates",),
+        points=2.0,
+        objection=_objection_to_limit,
+        entry_names=lambda chain, _: ["s"],
     ),
 )  # fmt: skip

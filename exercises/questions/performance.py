@@ -10,7 +10,7 @@ import sympy as sp
 from exercises.answers import Number
 from exercises.arm.chain import Chain
 from exercises.arm.precise import PRECISE, Vector, determinant, four_digits, gram, shown, ten_digits
-from exercises.questions.base import Asked, Question
+from exercises.questions.base import Asked, Question, number
 from exercises.questions.inversion import THREE_DIGITS, Situation, draw_situation, jacobian_at
 from exercises.questions.redundancy import NOTHING, angles, one_kind_of_joint, pose_of, somewhere
 from exercises.stream import Stream
@@ -80,11 +80,23 @@ def _condition(chain: Chain, rng: Stream) -> Asked:
 
 QUESTIONS = (
     Question(
-        "manipulability", "Manipulability at a configuration", "below 6.8", _manipulability, ("jacobian",), 1.0,
-        _objection,
+        name="manipulability",
+        title="Manipulability at a configuration",
+        source="below 6.8",
+        ask=_manipulability,
+        needs=("jacobian",),
+        objection=_objection,
+        result=number("manipulability"),
+        entry_names=lambda chain, _: ["w"],
     ),
     Question(
-        "condition-number", "Condition number at a configuration", "below 6.8", _condition, ("jacobian",), 1.0,
-        _objection_to_ratio,
+        name="condition-number",
+        title="Condition number at a configuration",
+        source="below 6.8",
+        ask=_condition,
+        needs=("jacobian",),
+        objection=_objection_to_ratio,
+        result=number("condition number"),
+        entry_names=lambda chain, _: [r"\kappa"],
     ),
 )  # fmt: skip

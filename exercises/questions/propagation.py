@@ -1,9 +1,14 @@
 """Axes, position vectors, columns and twists by velocity propagation (6.9 to 6.13; Example 6.4)."""
 
+import numpy as np
+
 from exercises.answers import Matrix
-from exercises.arm.chain import Chain
+from exercises.arm.arithmetic import applied
+from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
-from exercises.questions.base import Asked, Question, by_hand
+from exercises.arm.stages import Working
+from exercises.problem import Part
+from exercises.questions.base import Asked, Question, by_hand, stage, velocities
 from exercises.stream import Stream
 
 
@@ -38,19 +43,61 @@ def _has_inner_frame(chain: Chain) -> str | None:
     return None if chain.n > 1 else "it has one joint, so no frame between base and end"
 
 
+# --- out of a derivation ---
+
+
+def _derived_link_velocity(w: Working, part: Part) -> np.ndarray:
+    frame = part.details["frame"]
+    assert isinstance(frame, int)
+    return applied(w.up_to(frame)["geometric"], w["joint rates"][:frame])
+
+
 QUESTIONS = (
-    Question("joint-axes", "Joint axes", "below 6.10", _axes, too_long=by_hand("z")),
     Question(
-        "position-vectors", "Position vectors p*", "6.13", _vectors, (), 2.0,
-        _point_on_last_link, by_hand("p_star"),
+        name="joint-axes",
+        title="Joint axes",
+        source="below 6.10",
+        ask=_axes,
+        too_long=by_hand("z"),
+        result=lambda w, _: w["axes"][: w.n].swapaxes(0, 1),
     ),
     Question(
-        "geometric-jacobian", "Geometric Jacobian by propagation", "6.12", _geometric,
-        ("joint-axes", "position-vectors"), 2.0, too_long=by_hand("geometric"),
+        name="position-vectors",
+        title="Position vectors p*",
+        source="6.13",
+        ask=_vectors,
+        points=2.0,
+        objection=_point_on_last_link,
+        too_long=by_hand("p_star"),
+        result=lambda w, _: w["arms"][: w.n].swapaxes(0, 1),
     ),
     Question(
-        "twist", "Twist of the end effector", "6.9 and 6.10", _twist, ("geometric-jacobian",), 1.0,
+        name="geometric-jacobian",
+        title="Geometric Jacobian by propagation",
+        source="6.12",
+        ask=_geometric,
+        needs=("joint-axes", "position-vectors"),
+        points=2.0,
         too_long=by_hand("geometric"),
+        result=stage("geometric"),
     ),
-    Question("link-velocity", "Velocity of a link frame", "6.9 and 6.10", _link_velocity, (), 1.0, _has_inner_frame),
+    Question(
+        name="twist",
+        title="Twist of the end effector",
+        source="6.9 and 6.10",
+        ask=_twist,
+        needs=("geometric-jacobian",),
+        too_long=by_hand("geometric"),
+        result=lambda w, _: applied(w["geometric"], w["joint rates"]),
+        entry_names=lambda chain, _: velocities(TASK_ROWS),
+    ),
+    Question(
+        name="link-velocity",
+        title="Velocity of a link frame",
+        source="6.9 and 6.10",
+        ask=_link_velocity,
+        objection=_has_inner_frame,
+        result=_derived_link_velocity,
+        entry_names=lambda chain, _: velocities(TASK_ROWS),
+    ),
 )  # fmt: skip

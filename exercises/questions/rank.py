@@ -21,7 +21,7 @@ from exercises.arm.directions import (
 )
 from exercises.arm.meanings import Meaning, Reading, one_kind, read_meanings
 from exercises.arm.singularity import Component, singular_set
-from exercises.questions.base import Asked, Question
+from exercises.questions.base import Asked, Question, stage
 from exercises.questions.geometry import (
     Branch,
     Pose,
@@ -345,8 +345,38 @@ KIND_WORDS = {"boundary": "a boundary singularity", "internal": "an internal sin
 
 
 QUESTIONS = (
-    Question("singularity-meaning", "Meaning of a singularity", "below 6.7", _meaning, (), 1.0, _no_meaning),
-    Question("rank", "Rank of the Jacobian", "6.8", _rank, ("jacobian",), 1.0, _singular_somewhere),
-    Question("lost-direction", "Lost direction of motion", "6.8", _direction, ("jacobian",), 1.0, _no_vector),
-    Question("lost-motion", "Motion that is lost", "6.8", _motion, (), 1.0, _no_motion),
+    Question(
+        name="singularity-meaning",
+        title="Meaning of a singularity",
+        source="below 6.7",
+        ask=_meaning,
+        objection=_no_meaning,
+    ),
+    Question(
+        name="rank",
+        title="Rank of the Jacobian",
+        source="6.8",
+        ask=_rank,
+        needs=("jacobian",),
+        objection=_singular_somewhere,
+        entry_names=lambda chain, _: [r"\text{rank}"],
+    ),
+    Question(
+        name="lost-direction",
+        title="Lost direction of motion",
+        source="6.8",
+        ask=_direction,
+        needs=("jacobian",),
+        objection=_no_vector,
+        result=stage("lost direction"),
+        entry_names=lambda chain, _: [f"u_{{{row}}}" for row in range(1, len(chain.task) + 1)],
+        is_made_of_jacobian=True,
+    ),
+    Question(
+        name="lost-motion",
+        title="Motion that is lost",
+        source="6.8",
+        ask=_motion,
+        objection=_no_motion,
+    ),
 )

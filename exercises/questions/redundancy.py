@@ -10,11 +10,12 @@ import numpy as np
 import sympy as sp
 
 from exercises.answers import Direction, Expression, Number
+from exercises.arm.arithmetic import applied
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive, structure
 from exercises.arm.precise import DOUBLE, PreciseArm, Vector, gram, shown, solved, ten_digits
 from exercises.arm.trigonometry import Factored, factored
-from exercises.questions.base import Asked, Question
+from exercises.questions.base import Asked, Question, joint_rates, number, stage
 from exercises.questions.inversion import THREE_DIGITS, Situation, draw_situation, jacobian_at
 from exercises.stream import Stream
 
@@ -205,15 +206,39 @@ def self_motion(chain: Chain) -> sp.Matrix:
 
 QUESTIONS = (
     Question(
-        "gram-determinant", "det(J Jᵀ) of a redundant arm", "6.8 for m < n", _gram, ("jacobian",), 2.0,
-        _objection_to_gram, _too_long,
+        name="gram-determinant",
+        title="det(J Jᵀ) of a redundant arm",
+        source="6.8 for m < n",
+        ask=_gram,
+        needs=("jacobian",),
+        points=2.0,
+        objection=_objection_to_gram,
+        too_long=_too_long,
+        result=number("gram determinant"),
+        entry_names=lambda chain, _: [r"\det(J J^T)"],
+        is_made_of_jacobian=True,
+        is_made_of_minors=True,
     ),
     Question(
-        "least-norm-rates", "Joint rates of least norm", "6.7 for m < n", _least_norm, ("jacobian",), 1.0,
-        _objection_to_norm,
+        name="least-norm-rates",
+        title="Joint rates of least norm",
+        source="6.7 for m < n",
+        ask=_least_norm,
+        needs=("jacobian",),
+        objection=_objection_to_norm,
+        result=lambda w, _: applied(w["pseudo-inverse"], w["wanted velocity"]),
+        labels=joint_rates,
+        is_made_of_jacobian=True,
     ),
     Question(
-        "self-motion", "Self-motion of a redundant arm", "6.4 for m < n", _self_motion, ("jacobian",), 1.0,
-        _objection_to_motion,
+        name="self-motion",
+        title="Self-motion of a redundant arm",
+        source="6.4 for m < n",
+        ask=_self_motion,
+        needs=("jacobian",),
+        objection=_objection_to_motion,
+        result=stage("self-motion"),
+        labels=joint_rates,
+        is_made_of_jacobian=True,
     ),
 )  # fmt: skip

@@ -153,8 +153,19 @@ def _kinds(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> set[str | None]:
 
 QUESTIONS = (
     Question(
-        "singular-angles", "Singular configurations", "6.8", _conditions, ("determinant", "jacobian"), 2.0,
-        _has_singularities,
+        name="singular-angles",
+        title="Singular configurations",
+        source="6.8",
+        ask=_conditions,
+        needs=("determinant", "jacobian"),
+        points=2.0,
+        objection=_has_singularities,
     ),
-    Question("singularity-type", "Type of singularity", "below 6.7", _type, (), 1.0, _has_sure_kinds),
+    Question(
+        name="singularity-type",
+        title="Type of singularity",
+        source="below 6.7",
+        ask=_type,
+        objection=_has_sure_kinds,
+    ),
 )  # fmt: skip

@@ -3,6 +3,7 @@
 import sympy as sp
 
 from exercises.answers import Matrix
+from exercises.arm.arithmetic import applied
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
 from exercises.problem import SymbolInfo
@@ -30,12 +31,14 @@ def _torques(chain: Chain, rng: Stream) -> Asked:
 
 QUESTIONS = (
     Question(
-        "joint-torques",
-        "Static joint torques",
-        "dual of 6.4",
-        _torques,
-        ("jacobian",),
-        1.0,
+        name="joint-torques",
+        title="Static joint torques",
+        source="dual of 6.4",
+        ask=_torques,
+        needs=("jacobian",),
         too_long=by_hand("jacobian"),
+        result=lambda w, part: applied(w["transposed jacobian"], w.symbols(part.symbols)),
+        entry_names=lambda chain, _: [rf"\tau_{{{joint}}}" for joint in range(1, chain.n + 1)],
+        is_made_of_jacobian=True,
     ),
 )

@@ -4,13 +4,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
+import numpy as np
 import sympy as sp
 
 from exercises.answers import Matrix
+from exercises.arm.arithmetic import product
 from exercises.arm.chain import Chain, Joint
 from exercises.arm.derivation import Derivation, derive, structure
 from exercises.arm.kinematics import Z, frame_behind, frames_and_point
+from exercises.arm.stages import Working
 from exercises.arm.trigonometry import textbook
+from exercises.problem import Part
 from exercises.questions.base import MOST_TERMS, Asked, Question
 from exercises.stream import Stream
 
@@ -138,10 +142,39 @@ def _long_jacobian(chain: Chain) -> str | None:
     return _counted(chain, _in_tool_frame)
 
 
+# --- out of a derivation ---
+
+
+def _derived_transform(w: Working, part: Part) -> np.ndarray:
+    rotation, origin = w.arithmetic.value(w["rotations"][-1]), w["origins"][-1]
+    below = np.stack([0 * origin[0], 0 * origin[0], 0 * origin[0], 0 * origin[0] + 1])
+    return np.concatenate([np.concatenate([rotation, origin[:, None]], axis=1), below[None]])
+
+
+def _derived_tool_jacobian(w: Working, part: Part) -> np.ndarray:
+    turned = w.arithmetic.value(w["rotations"][-1]).swapaxes(0, 1)
+    return np.concatenate([product(turned, w["geometric"][:3]), product(turned, w["geometric"][3:])])
+
+
 QUESTIONS = (
-    Question("transform", "Transform of the last frame", "Example 6.1", _transform, (), 2.0, too_long=_long_pose),
     Question(
-        "tool-jacobian", "Jacobian in the tool frame", "6.12", _tool_jacobian, ("transform", "geometric-jacobian"), 2.0,
-        _point_on_last_link, _long_jacobian,
+        name="transform",
+        title="Transform of the last frame",
+        source="Example 6.1",
+        ask=_transform,
+        points=2.0,
+        too_long=_long_pose,
+        result=_derived_transform,
+    ),
+    Question(
+        name="tool-jacobian",
+        title="Jacobian in the tool frame",
+        source="6.12",
+        ask=_tool_jacobian,
+        needs=("transform", "geometric-jacobian"),
+        points=2.0,
+        objection=_point_on_last_link,
+        too_long=_long_jacobian,
+        result=_derived_tool_jacobian,
     ),
 )  # fmt: skip

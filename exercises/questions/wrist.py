@@ -7,14 +7,18 @@ part, and J is block triangular. J11 (3 x 3) is what the arm does to P, J22 what
 from dataclasses import dataclass
 from functools import lru_cache
 
+import numpy as np
 import sympy as sp
 
 from exercises.answers import Matrix
+from exercises.arm.arithmetic import applied, determinant
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.classification import wrist_centre
 from exercises.arm.derivation import derive, structure
 from exercises.arm.kinematics import Z, frame_behind, frames_and_point, joint_rotation
+from exercises.arm.stages import Working
 from exercises.arm.trigonometry import Factored, factored, same, substitute, textbook
+from exercises.problem import Part
 from exercises.questions.base import MOST_TERMS, Asked, Question, square
 from exercises.stream import Stream
 
@@ -150,11 +154,49 @@ def long_block(chain: Chain) -> str | None:
     return f"its arm block has {count} terms, too many to be worked out by hand" if count > MOST_TERMS else None
 
 
+# --- out of a derivation ---
+
+
+def _derived_wrist_block(w: Working, part: Part) -> np.ndarray:
+    turned = w.arithmetic.value(w["rotations"][3]).swapaxes(0, 1)
+    return np.stack([applied(turned, w["axes"][i]) for i in (3, 4, 5)], axis=1)
+
+
+def _derived_determinants(w: Working, part: Part) -> np.ndarray:
+    return np.stack([determinant(w["geometric"][:3, :3]), determinant(_derived_wrist_block(w, part))])
+
+
 QUESTIONS = (
-    Question("arm-block", "Arm block of the Jacobian", "6.12", _arm, (), 2.0, not_partitioned, long_block),
-    Question("wrist-block", "Wrist block of the Jacobian", "6.12", _wrist, (), 1.0, not_partitioned),
     Question(
-        "block-determinants", "Determinants of the blocks", "6.8", _both, ("arm-block", "wrist-block"), 2.0,
-        not_partitioned, long_block,
+        name="arm-block",
+        title="Arm block of the Jacobian",
+        source="6.12",
+        ask=_arm,
+        points=2.0,
+        objection=not_partitioned,
+        too_long=long_block,
+        result=lambda w, _: w["geometric"][:3, :3],
+    ),
+    Question(
+        name="wrist-block",
+        title="Wrist block of the Jacobian",
+        source="6.12",
+        ask=_wrist,
+        objection=not_partitioned,
+        result=_derived_wrist_block,
+    ),
+    Question(
+        name="block-determinants",
+        title="Determinants of the blocks",
+        source="6.8",
+        ask=_both,
+        needs=("arm-block", "wrist-block"),
+        points=2.0,
+        objection=not_partitioned,
+        too_long=long_block,
+        result=_derived_determinants,
+        entry_names=lambda chain, _: [r"\det J_{11}", r"\det J_{22}"],
+        is_made_of_jacobian=True,
+        is_made_of_minors=True,
     ),
 )  # fmt: skip

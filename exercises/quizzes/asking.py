@@ -1,12 +1,13 @@
 """How a short question is asked: of an arm for which it makes sense, and for which something is found to ask."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import structure
+from exercises.problem import Part
 from exercises.questions import QUESTIONS
-from exercises.questions.base import Asked, Question
+from exercises.questions.base import Asked, Question, no_names
 from exercises.stream import Stream
 
 Ask = Callable[[Chain, Stream], Asked | None]
@@ -25,6 +26,7 @@ def short_question(
     sense: Callable[[Chain], str | None] = lambda _: None,
     points: float = 0.5,
     template: str = "",
+    entry_names: Callable[[Chain, Part], Sequence[str]] = no_names,
 ) -> Question:
     """Return a short question about what the question `about` asks for, where that makes sense.
 
@@ -46,4 +48,7 @@ def short_question(
         refused = QUESTIONS[about].objects(chain) or sense(chain)
         return refused or (None if sure(structure(chain).chain) is not None else otherwise)
 
-    return Question(name, title, source, asked, (), points, objection, form=form, shows=shows, template=template)
+    return Question(
+        name=name, title=title, source=source, ask=asked, points=points, objection=objection, form=form, shows=shows,
+        template=template, entry_names=entry_names,
+    )  # fmt: skip

@@ -17,15 +17,15 @@ from sympy.polys.polyerrors import BasePolynomialError
 from exercises.arm.chain import Chain
 from exercises.arm.classification import domain_of
 from exercises.arm.derivation import derive, structure
+from exercises.arm.stages import Change, Working, as_formulas, formulas, numbers
 from exercises.arm.trigonometry import factored, textbook
 from exercises.formula.expression import read
 from exercises.formula.identity import READABLE, Domain
 from exercises.formula.tape import compile_tape, evaluate
 from exercises.mistakes.catalogue import Wrong, wrong_answers
-from exercises.mistakes.results import result
-from exercises.mistakes.working import Change, Working, as_formulas, formulas, numbers
 from exercises.problem import Part
 from exercises.questions import QUESTIONS
+from exercises.questions.results import result
 from exercises.quizzes.options import MOST_SPREAD, SHOWS_ITSELF, SPREAD, Blame, Offered, rank_of_key
 from exercises.stream import Stream
 
@@ -170,7 +170,7 @@ def _fits(option: sp.Matrix) -> bool:
 @lru_cache(maxsize=2048)
 def _is_short(generic: Chain, subject: Subject) -> bool:
     """Tell whether the right answer is short; found out from the reference, which takes less than the working."""
-    if generic.n > MOST_JOINTS and ("determinant" in subject.base or subject.is_quotient):
+    if generic.n > MOST_JOINTS and QUESTIONS[subject.base].is_made_of_minors:
         return False
     whole = _base_part(generic, subject.base).answer.as_matrix()
     return _fits(sp.Matrix(subject.of(np.array(whole.tolist(), dtype=object))))

@@ -22,6 +22,7 @@ import mpmath
 import numpy as np
 
 from exercises.answers import Answer, ConditionSet, Direction, Forms, Letters, Number
+from exercises.arm.stages import numbers
 from exercises.formula.conditions import Space
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
@@ -30,9 +31,8 @@ from exercises.formula.tape import Tape, compile_tape, evaluate_precisely
 from exercises.formula.trees import names
 from exercises.mistakes.catalogue import Wrong, taken, wrong_answers
 from exercises.mistakes.given import Values, configurations
-from exercises.mistakes.results import RESULTS, result
-from exercises.mistakes.working import numbers
 from exercises.problem import Part, Problem
+from exercises.questions.results import is_derived, result
 from exercises.quizzes.options import blames_of
 from exercises.record import Json
 from exercises.stream import Stream
@@ -134,7 +134,7 @@ def _at(tape: Tape, point: Mapping[str, float], used: Sequence[str]) -> list[Any
 
 
 def _mistakes_in_formulas(problem: Problem, part: Part, points: Values, shape: tuple[int, int]) -> Iterator[Json]:
-    if part.kind not in RESULTS:
+    if not is_derived(part):
         return
     few = {name: column[:PRINTED] for name, column in points.items()}
     if part.answer.counts_up_to_a_factor:
@@ -170,7 +170,7 @@ def _said(wrong: Wrong) -> Json:
 def _numbers(problem: Problem, part: Part, answer: Number) -> Json:
     right = [float(value) for value in answer.reference]
     found: list[Json] = []
-    if part.kind in RESULTS:
+    if is_derived(part):
         values = configurations(problem.chain, part, problem.domain(), 1, _stream(problem, part))
         seen = {tuple(f"{value:.3e}" for value in right)}
         for wrong in wrong_answers(numbers(problem.chain, values), part):

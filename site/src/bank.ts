@@ -91,6 +91,8 @@ export interface Part {
   readonly prompt: string;
   /** Rates, velocities and forces of which the prompt speaks. */
   readonly names: readonly string[];
+  /** Under which the entries of a vector may be given, as in {qd1: …, qd2: …}. */
+  readonly labels: readonly string[];
   readonly figure: string;
   readonly alt: string;
   readonly hints: readonly string[];

@@ -10,6 +10,7 @@ import sympy as sp
 
 from exercises.answers import Expression, Matrix
 from exercises.arm.chain import Chain
+from exercises.arm.stages import as_formulas, formulas, numbers
 from exercises.docs import planar_2r, scorbot_arm
 from exercises.families import FAMILIES
 from exercises.formula.expression import read
@@ -26,9 +27,9 @@ from exercises.mistakes.catalogue import (
     wrong_answers,
 )
 from exercises.mistakes.given import Values, configurations
-from exercises.mistakes.results import RESULTS, result
-from exercises.mistakes.working import as_formulas, formulas, numbers
 from exercises.problem import Part
+from exercises.questions import QUESTIONS
+from exercises.questions.results import is_derived, result
 from exercises.stream import Stream
 from grader.contained.callables import TABLE
 from grader.diagnosis import diagnose
@@ -198,7 +199,7 @@ def test_every_mistake_is_made_somewhere() -> None:
             break
         for problem, part in problems(family, 0):
             seen.update(mistake.name for mistake, _ in taken(problem.chain, part))
-            if part.kind in RESULTS:
+            if is_derived(part):
                 values = configurations(problem.chain, part, domain_of(problem), 2, Stream("seen"))
                 seen.update(wrong.mistake.name for wrong in wrong_answers(numbers(problem.chain, values), part))
     assert set(CATALOGUE) - set(seen) <= {"fixed-angle-forgotten"}
@@ -206,7 +207,7 @@ def test_every_mistake_is_made_somewhere() -> None:
 
 def test_the_right_answer_comes_out_of_every_working(family: str) -> None:
     """Numbers and formulas of `mistakes` are a third derivation: they must give the references."""
-    for problem, part in problems(family, 0, tuple(RESULTS)):
+    for problem, part in problems(family, 0, tuple(name for name, question in QUESTIONS.items() if question.result)):
         if isinstance(part.answer, (Expression, Matrix)):
             values = configurations(problem.chain, part, domain_of(problem), 3, Stream("right"))
             found = result(numbers(problem.chain, values), part)

@@ -7,14 +7,14 @@ import pytest
 
 from exercises.answers import Expression
 from exercises.arm.chain import Chain
+from exercises.arm.stages import Working, as_formulas, formulas
 from exercises.docs import planar_2r, scorbot_arm
 from exercises.families import FAMILIES
 from exercises.formula.text import text_of
 from exercises.mistakes.catalogue import CATALOGUE, made
-from exercises.mistakes.results import RESULTS, result
-from exercises.mistakes.working import Working, as_formulas, formulas
 from exercises.problem import Part, Problem, ProblemId, variable
 from exercises.questions import QUESTIONS
+from exercises.questions.results import is_derived, result
 from exercises.stream import Stream
 from grader.follow import STEPS
 from grader.marking import mark, points_of, total
@@ -78,7 +78,7 @@ def test_the_assignment_sets_the_credit_and_may_give_none() -> None:
 
 
 def test_a_part_is_never_worth_more_and_a_right_one_stays_right() -> None:
-    right = {part.name: written(part, formulas(PLANAR)) for part in problem_of(PLANAR).parts if part.kind in RESULTS}
+    right = {part.name: written(part, formulas(PLANAR)) for part in problem_of(PLANAR).parts if is_derived(part)}
     verdicts = marked(problem_of(PLANAR), {**RELATIVE, "jacobian": right["jacobian"]})
     assert verdicts["jacobian"].points == verdicts["jacobian"].max_points
     assert verdicts["determinant"].points == 0.0  # it follows from nothing that was handed in but a right answer
@@ -152,14 +152,14 @@ def test_what_follows_from_a_mistake_is_followed_on_every_family(
     """
     monkeypatch.setattr("grader.marking.diagnose", lambda *_: None)
     problem = drawn(family, 0)
-    later = [part for part in problem.parts if part.kind in STEPS and part.kind in RESULTS and _is_formula(part)]
+    later = [part for part in problem.parts if part.kind in STEPS and is_derived(part) and _is_formula(part)]
     if problem.chain.n > 3 or not later:
         return
     w = formulas(problem.chain)
     tried = followed = 0
     for mistake in EARLY:
         for wrong in list(made(CATALOGUE[mistake], w, later[0]))[:2]:
-            parts = [part for part in problem.parts if part.kind in RESULTS and _is_formula(part)]
+            parts = [part for part in problem.parts if is_derived(part) and _is_formula(part)]
             texts = {part.name: written(part, wrong.working) for part in parts}
             if any(len(text) > 4000 or "zoo" in text or "nan" in text for text in texts.values()):
                 continue

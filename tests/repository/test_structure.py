@@ -19,6 +19,7 @@ LAYERS = {
         formula.pieces formula.conditions formula.claims
         arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.axes arm.reach arm.appearance
         arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
+        arm.arithmetic arm.stages
         credit decimals lateness difficulty answers problem families questions mistakes quizzes
         generate record verify writing.latex languages render writing figure
         notebook show solve docs gradebook assignment store release exports.outlet exports.bank

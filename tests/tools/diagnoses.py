@@ -19,17 +19,16 @@ import numpy as np
 import sympy as sp
 
 from exercises.answers import Choice, ConditionSet, Direction, Expression, Matching, Number, Selection
+from exercises.arm.arithmetic import determinant
+from exercises.arm.stages import RESULT, Working, as_formulas, formulas, numbers
 from exercises.arm.trigonometry import textbook
 from exercises.families import FAMILIES
 from exercises.formula.text import text_of
-from exercises.mistakes.arithmetic import determinant
-from exercises.mistakes.base import RESULT
 from exercises.mistakes.catalogue import CATALOGUE, Wrong, likely, made, taken
 from exercises.mistakes.given import configurations
-from exercises.mistakes.results import RESULTS, result
-from exercises.mistakes.working import Working, as_formulas, formulas, numbers
 from exercises.problem import Part, Problem
 from exercises.questions import QUESTIONS
+from exercises.questions.results import is_derived, result
 from exercises.stream import Stream
 from grader.diagnosis import diagnose, says_something
 from grader.parts import domain_of, judge
@@ -66,7 +65,7 @@ def answers_with(
         for mistake, slip in taken(problem.chain, part)
         if mistake.name in only
     ]
-    if part.kind in RESULTS and (part.kind != "lost-direction" or _is_numeric(part)):  # which is worked out in numbers
+    if is_derived(part) and (part.kind != "lost-direction" or _is_numeric(part)):  # which is worked out in numbers
         values = configurations(problem.chain, part, domain_of(problem), 3, Stream("answers"))
         rough = numbers(problem.chain, values)
         right, is_direction = result(rough, part), isinstance(part.answer, Direction)

@@ -7,12 +7,9 @@ import { type IsSingular, judgeSet } from "./sets.js";
 import { judgeValues } from "./values.js";
 import type { Verdict } from "./verdict.js";
 
-const RATES = new Set(["inverse-velocity", "joint-rates", "least-norm-rates", "self-motion", "path-rates"]);
-
 /** Judge an answer; `isSingular` tells of poses of this problem's arm. */
 export function judge(problem: Problem, part: Part, answer: string, isSingular: IsSingular): Verdict {
-  const { key } = part;
-  const labels = RATES.has(part.kind) ? problem.robot.joints.map((_, i) => `qd${i + 1}`) : [];
+  const { key, labels } = part;
   switch (key.type) {
     case "values":
       return judgeValues(answer, key, labels);

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from exercises.arm.stages import numbers
 from exercises.mistakes.catalogue import CATALOGUE, made
 from exercises.mistakes.given import configurations
-from exercises.mistakes.working import numbers
 from exercises.stream import Stream
 from grader.parts import domain_of
 from tests.support.problems import drawn

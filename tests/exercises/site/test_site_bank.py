@@ -9,10 +9,10 @@ import numpy as np
 
 from exercises.answers import Choice, Matching, Number, Selection
 from exercises.arm.kinematics import NumericChain
+from exercises.arm.stages import numbers
 from exercises.generate import generate
-from exercises.mistakes.results import RESULTS, result
-from exercises.mistakes.working import numbers
 from exercises.problem import Part, Problem, ProblemId
+from exercises.questions.results import is_derived, result
 from exercises.site.keys import key_of, weight
 from exercises.site.record import site_record, solutions_record, typed_names
 from exercises.writing.statement import prompt
@@ -28,7 +28,7 @@ def test_keys_hold_what_the_derivation_in_numbers_gives(family: str, drawn: Draw
     for part in (part for part in problem.parts if WHOLE or problem.chain.n < 6 or not isinstance(part.answer, Number)):
         key = key_of(problem, part)
         json.dumps(key, allow_nan=False)
-        if key["type"] == "values" and part.kind in RESULTS:
+        if key["type"] == "values" and is_derived(part):
             _values_are_right(problem, part, key)
         if key["type"] == "configurations":
             _poses_are_singular(problem, key)

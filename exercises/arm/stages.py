@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.mistakes.arithmetic import (
+from exercises.arm.arithmetic import (
     Arithmetic,
     Formulas,
     Numbers,
@@ -24,6 +23,10 @@ from exercises.mistakes.arithmetic import (
     product,
     signs,
 )
+from exercises.arm.chain import TASK_ROWS, Chain
+
+RESULT = "result"
+"""The stage behind all others: the answer as it is written down, (rows, columns, …)."""
 
 
 @dataclass(frozen=True)

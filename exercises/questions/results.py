@@ -1,0 +1,38 @@
+"""Answers as they come out of a derivation, with whatever went wrong in it."""
+
+import numpy as np
+
+from exercises.arm.stages import RESULT, Working
+from exercises.problem import Part
+from exercises.questions import QUESTIONS
+
+
+def is_derived(part: Part) -> bool:
+    """Return whether the answer to a part comes out of a derivation."""
+    return part.kind in QUESTIONS and QUESTIONS[part.kind].result is not None
+
+
+def is_made_of_jacobian(part: Part) -> bool:
+    """Return whether the answer to a part is worked out from a Jacobian that is there."""
+    return part.kind in QUESTIONS and QUESTIONS[part.kind].is_made_of_jacobian
+
+
+def is_product(part: Part) -> bool:
+    """Return whether the answer to a part is a product whose factors count, as a determinant is."""
+    return part.kind in QUESTIONS and QUESTIONS[part.kind].is_made_of_minors and part.shape is None
+
+
+def result(w: Working, part: Part) -> np.ndarray:
+    """Return the answer to a part as it comes out of a working, (rows, columns, …), mistakes in writing it included.
+
+    Raises TypeError for a part whose answer comes out of none.
+    """
+    derived = QUESTIONS[part.kind].result
+    if derived is None:
+        raise TypeError(f"the answer to {part.kind!r} comes out of no derivation")
+    answer = derived(w, part)
+    answer = answer[:, None] if answer.ndim == 2 else answer
+    for name, change in w.changes:
+        if name == RESULT:
+            answer = change(w, answer)
+    return answer
