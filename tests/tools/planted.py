@@ -61,15 +61,23 @@ class Mistake:
         """Whether it is in the site's scripts, whose tests are their own."""
         return self.path.startswith("site/")
 
-    def planted(self, text: str) -> str:
-        """Return the file's text with the mistake, at the place nearest to where it was drawn.
+    def place(self, text: str) -> int:
+        """Return where in the file's text the lines stand, at the place nearest to where they were drawn.
 
         Raises ValueError where the text has changed, so that the mistake can't be planted any more.
         """
         places = [at for at in range(len(text)) if text.startswith(self.old, at)] if self.old in text else []
         if not places:
             raise ValueError(f"mistake {self.number}: {self.path} no longer holds the lines {self.old!r}")
-        at = min(places, key=lambda place: abs(text.count("\n", 0, place) + 1 - self.line))
+        return min(places, key=lambda place: abs(text.count("\n", 0, place) + 1 - self.line))
+
+    def row(self, text: str) -> int:
+        """Return the number of the row in which they begin. Raises ValueError as `place` does."""
+        return text.count("\n", 0, self.place(text)) + 1
+
+    def planted(self, text: str) -> str:
+        """Return the file's text with the mistake. Raises ValueError as `place` does."""
+        at = self.place(text)
         return text[:at] + self.new + text[at + len(self.old) :]
 
 
@@ -170,7 +178,13 @@ def record(checkout: Path, name: str, suite: str) -> None:
             of_file[mistake.path].append(mistake)
     for path, here in of_file.items():
         text = (tree / path).read_text(encoding="utf-8")
-        (tree / path).write_text(marked(text, {one.number: one.line for one in here}), encoding="utf-8")
+        rows = {}
+        for one in here:
+            try:
+                rows[one.number] = one.row(text)
+            except ValueError as error:
+                sys.stderr.write(f"{error}\n")
+        (tree / path).write_text(marked(text, rows), encoding="utf-8")
     lines = WORK / f"{name}.marks"
     lines.unlink(missing_ok=True)
     variables = {markers.FILE: str(lines), "QDOT_KEPT": "0", **selection(suite)}
