@@ -12,24 +12,29 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from exercises.answers import Number
+from exercises.answers import Direction, Number
+from exercises.arm.arithmetic import Trees, determinant
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
-from exercises.formula.algebra import ZERO, adjugate, cross, derivative, determinant, over, product, transposed
+from exercises.arm.stages import Change, Working, numbers, trees
 from exercises.formula.algebra import Matrix as Rows
 from exercises.formula.expression import read
 from exercises.formula.identity import READABLE
 from exercises.formula.tape import compile_tape, evaluate
 from exercises.formula.text import text_of
-from exercises.formula.trees import Node, ReadError, as_matrix, has_blank, names, node_text, size_of
+from exercises.formula.trees import ReadError, as_matrix, has_blank, names, node_text, size_of
 from exercises.mistakes.given import configurations
 from exercises.problem import Part, Problem
+from exercises.questions import QUESTIONS
 from exercises.stream import Stream
+from grader.direction import judge_direction
 from grader.functions import is_table
 from grader.judge import judge_expression, judge_matrix, judge_numbers, judge_singular
 from grader.parts import domain_of, labels
 from grader.verdict import Judgement
 
+MOST_ROWS = 4
+"""Rows of the largest matrix of which the determinant is written out."""
 LONGEST = 3000
 """Nodes of an answer from which something may follow, and 20 times that of what follows."""
 POINTS = 6
@@ -69,15 +74,15 @@ def follow(
     `answers` are the texts of all parts' answers by part, `wrong` the earlier parts that were answered wrongly.
     """
     answer = answers[part.name]
-    if is_table(answer) or part.kind not in STEPS:
+    if is_table(answer) or part.kind not in QUESTIONS:
         return None
     desk = _Desk(problem, answers, seed, is_copied)
     found: list[Followed] = []
-    for sources, step in STEPS[part.kind]:
+    for sources in QUESTIONS[part.kind].follows:
         own = desk.own(sources, wrong)
         if own is None:
             continue
-        result = step(desk, part, own)
+        result = desk.worked_out(part, own)
         judgement = None if result is None else desk.judged(part, result, answer)
         if judgement is not None and judgement.share > 0:
             found.append(Followed(judgement, next(name for name in sources if name in wrong)))
@@ -115,7 +120,7 @@ class _Desk:
     def due(self, name: str) -> Rows | None:
         """Return the rows of a part's reference, whether or not it is asked in this problem."""
         part = self.parts.get(name)
-        if part is not None and part.answer.is_formulas:
+        if part is not None and part.answer.entries() and not part.answer.is_in_numbers:
             rows = part.answer.as_matrix().tolist()
         elif name == "jacobian":
             rows = derive(self.chain).jacobian.tolist()
@@ -132,7 +137,7 @@ class _Desk:
             node = read(text, self.domain.roles)
             rows = as_matrix(node.args[1] if node.kind == "eq" else node)
             if len(due[0]) == 1 < len(due) and len(rows) == 1:
-                rows = transposed(rows)
+                rows = [[entry] for entry in rows[0]]
             entries = [entry for row in rows for entry in row]
             if (len(rows), len(rows[0])) != (len(due), len(due[0])) or sum(map(size_of, entries)) > LONGEST:
                 return None
@@ -179,7 +184,7 @@ class _Desk:
         """Tell whether a square matrix has a determinant as hard as that of the one that is due."""
         if not 1 < len(due) == len(due[0]) <= MOST_ROWS:
             return True
-        return self.as_hard([[determinant(rows)]], [[determinant(due)]])
+        return self.as_hard(_determinant(rows), _determinant(due))
 
     def traits(self, rows: Rows) -> "Traits":
         """Return what an answer is like, at random configurations."""
@@ -204,13 +209,29 @@ class _Desk:
             int(np.count_nonzero(np.abs(found).max(axis=1) > 1e-9 * size)),
         )
 
+    def worked_out(self, part: Part, own: Own) -> "Rows | np.ndarray | None":
+        """Return the answer that follows from earlier ones; None where that is too long, or there is none."""
+        question = QUESTIONS[part.kind]
+        derived = question.vanishes or question.result
+        if derived is None or (question.is_long and any(len(rows) > MOST_ROWS for rows in own.values())):
+            return None
+        try:
+            if part.answer.is_in_numbers:
+                values = configurations(self.chain, part, self.domain, 1, Stream(self.seed))
+                given = {name: _in_numbers(rows, values) for name, rows in own.items()}
+                return derived(_with(numbers(self.chain, values), given), part)[..., 0].ravel().astype(float)
+            given = {name: Trees.matrix(rows) for name, rows in own.items()}
+            return Trees.rows(derived(_with(trees(self.chain), given), part))
+        except ReadError:
+            return None
+
     def judged(self, part: Part, result: "Rows | np.ndarray", answer: str) -> Judgement | None:
         """Judge an answer against what follows; None where that is easier than what is due, or of no use."""
         if isinstance(result, np.ndarray):
             return self._judged_numbers(part, result, answer)
         if sum(size_of(entry) for row in result for entry in row) > 20 * LONGEST:
             return None
-        due = [[determinant(rows)]] if (rows := self._set_due(part)) is not None else self.due(part.name)
+        due = _determinant(rows) if (rows := self._set_due(part)) is not None else self.due(part.name)
         if due is None or not self.as_hard(result, due):
             return None
         texts = [[node_text(entry) for entry in row] for row in result]
@@ -219,6 +240,9 @@ class _Desk:
             return judge_singular(answer, [f"{texts[0][0]} = 0"], joints, self.domain, self.seed, part.rounding)
         if part.shape is None:
             return judge_expression(answer, texts[0][0], self.domain, self.seed, part.rounding)
+        if part.answer.counts_up_to_a_factor:
+            entries = [row[0] for row in texts]
+            return judge_direction(answer, entries, self.domain, self.seed, None, labels(self.problem, part))
         return judge_matrix(answer, texts, self.domain, self.seed, labels(self.problem, part), part.rounding)
 
     def _set_due(self, part: Part) -> Rows | None:
@@ -226,18 +250,37 @@ class _Desk:
         return self.due("jacobian") if part.answer.is_a_set and square else None
 
     def _judged_numbers(self, part: Part, values: np.ndarray, answer: str) -> Judgement | None:
-        due = part.of(Number)
         largest = float(np.abs(values).max(initial=0.0))
         if not np.isfinite(values).all() or np.count_nonzero(np.abs(values) > 1e-6 * largest) < len(values):
             return None
+        if part.answer.counts_up_to_a_factor:
+            entries, apart = [repr(float(value)) for value in values], part.of(Direction).apart(part.rounding)
+            return judge_direction(answer, entries, self.domain, self.seed, apart, labels(self.problem, part))
+        due = part.of(Number)
         tolerance = part.rounding.relative or due.tolerance if part.rounding else due.tolerance
         floor = 0.001 * largest
         return judge_numbers(answer, values.tolist(), due.units, tolerance, floor, labels(self.problem, part))
 
-    def at_given(self, part: Part, entries: Sequence[Node]) -> np.ndarray:
-        """Return entries in numbers at the configuration that a part gives."""
-        values = configurations(self.chain, part, self.domain, 1, Stream(self.seed))
-        return evaluate(compile_tape(list(entries)), values, 1)[0][:, 0].real
+
+def _with(w: Working, given: Mapping[str, np.ndarray]) -> Working:
+    """Return a working in which the answers to some questions are given, (rows, columns, …)."""
+    changes: dict[str, Change] = {}
+    for name, rows in given.items():
+        put = QUESTIONS[name].put
+        assert put is not None, name
+        changes.update(put(rows))
+    return w.but(changes)
+
+
+def _in_numbers(rows: Rows, values: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return rows of trees at a configuration, (rows, columns, 1)."""
+    found = evaluate(compile_tape([entry for row in rows for entry in row]), values, 1)[0]
+    return np.asarray(found.real.reshape(len(rows), -1, 1))
+
+
+def _determinant(rows: Rows) -> Rows:
+    """Return the determinant of a small matrix as the only entry."""
+    return Trees.rows(determinant(Trees.matrix(rows)))
 
 
 @dataclass(frozen=True)
@@ -254,140 +297,8 @@ class Traits:
     entries: int
 
 
-# --- steps ---
-
-MOST_ROWS = 4
-"""Rows of the largest matrix of which the determinant is written out."""
-
-Step = Callable[[_Desk, Part, Own], "Rows | np.ndarray | None"]
-
-
-def _symbols(some: Sequence[object]) -> list[list[Node]]:
-    return [[Node("name", value=str(symbol))] for symbol in some]
-
-
-def _differentiated(desk: _Desk, own: Own) -> list[list[Node]] | None:
-    rows = [[derivative(row[0], q.name) for q in desk.chain.q] for row in own["position"]]
-    known = [[entry for entry in row if entry is not None] for row in rows]
-    return known if all(len(row) == desk.chain.n for row in known) else None
-
-
-def _velocity(desk: _Desk, part: Part, own: Own) -> Rows | None:
-    rows = _differentiated(desk, own)
-    return None if rows is None else product(rows, _symbols(desk.chain.rates))
-
-
-def _component(desk: _Desk, part: Part, own: Own) -> Rows | None:
-    found = _velocity(desk, part, own)
-    return None if found is None else [found[desk.chain.linear_rows.index(str(part.details["axis"]))]]
-
-
-def _jacobian(desk: _Desk, part: Part, own: Own) -> Rows | None:
-    linear, right = _differentiated(desk, own), desk.due("jacobian")
-    if linear is None or right is None:
-        return None
-    rows = iter(linear)
-    return [next(rows) if name[0] == "v" else due for name, due in zip(desk.chain.task, right, strict=True)]
-
-
-def _small(rows: Rows) -> bool:
-    return len(rows) == len(rows[0]) <= MOST_ROWS
-
-
-def _determinant(desk: _Desk, part: Part, own: Own) -> Rows | None:
-    return [[determinant(own["jacobian"])]] if _small(own["jacobian"]) else None
-
-
-def _gram(desk: _Desk, part: Part, own: Own) -> Rows | None:
-    found = product(own["jacobian"], transposed(own["jacobian"]))
-    return [[determinant(found)]] if _small(found) else None
-
-
-def _inverse(desk: _Desk, part: Part, own: Own) -> Rows | None:
-    jacobian = own["jacobian"]
-    if not _small(jacobian):
-        return None
-    by = own["determinant"][0][0] if "determinant" in own else determinant(jacobian)
-    return [[over(entry, by) for entry in row] for row in adjugate(jacobian)]
-
-
-def _rates(desk: _Desk, part: Part, own: Own) -> Rows | None:
-    inverse = own["inverse-jacobian"] if "inverse-jacobian" in own else _inverse(desk, part, own)
-    return None if inverse is None else product(inverse, _symbols(desk.chain.task))
-
-
-def _torques(desk: _Desk, part: Part, own: Own) -> Rows | None:
-    return product(transposed(own["jacobian"]), _symbols(list(part.symbols)))
-
-
-def _geometric(desk: _Desk, part: Part, own: Own) -> Rows | None:
-    columns = []
-    axes, arms = transposed(own["joint-axes"]), transposed(own["position-vectors"])
-    for joint, z, p_star in zip(desk.chain.joints, axes, arms, strict=True):
-        zero = [ZERO] * 3
-        columns.append([*cross(z, p_star), *z] if joint.kind == "R" else [*z, *zero])
-    return transposed(columns)
-
-
-def _twist(desk: _Desk, part: Part, own: Own) -> Rows | None:
-    return product(own["geometric-jacobian"], _symbols(desk.chain.rates))
-
-
-def _tool(desk: _Desk, part: Part, own: Own) -> Rows | None:
-    turned = transposed([row[:3] for row in own["transform"][:3]])
-    return [*product(turned, own["geometric-jacobian"][:3]), *product(turned, own["geometric-jacobian"][3:])]
-
-
-def _blocks(desk: _Desk, part: Part, own: Own) -> Rows | None:
-    return [[determinant(own["arm-block"])], [determinant(own["wrist-block"])]]
-
-
-def _in_numbers(step: Step) -> Step:
-    def at_given(desk: _Desk, part: Part, own: Own) -> np.ndarray | None:
-        rows = step(desk, part, own)
-        return None if rows is None else desk.at_given(part, [row[0] for row in rows])
-
-    return at_given
-
-
-def _known_rates(desk: _Desk, part: Part, own: Own) -> Rows | None:
-    return own["inverse-velocity"]
-
-
-_RATES: tuple[tuple[tuple[str, ...], Step], ...] = (
-    (("inverse-jacobian",), _rates),
-    (("jacobian",), _rates),
-    (("jacobian", "determinant"), _rates),
-)
-
-STEPS: dict[str, tuple[tuple[tuple[str, ...], Step], ...]] = {
-    "velocity": ((("position",), _velocity),),
-    "velocity-component": ((("position",), _component),),
-    "jacobian": ((("position",), _jacobian),),
-    "geometric-jacobian": ((("joint-axes", "position-vectors"), _geometric),),
-    "twist": ((("geometric-jacobian",), _twist),),
-    "tool-jacobian": ((("transform", "geometric-jacobian"), _tool),),
-    "block-determinants": ((("arm-block", "wrist-block"), _blocks),),
-    "determinant": ((("jacobian",), _determinant),),
-    "gram-determinant": ((("jacobian",), _gram),),
-    "inverse-jacobian": ((("jacobian",), _inverse), (("jacobian", "determinant"), _inverse)),
-    "inverse-velocity": _RATES,
-    "joint-rates": tuple(
-        (sources, _in_numbers(step)) for sources, step in ((("inverse-velocity",), _known_rates), *_RATES)
-    ),
-    "path-rates": tuple(
-        (sources, _in_numbers(step)) for sources, step in ((("inverse-velocity",), _known_rates), *_RATES)
-    ),
-    "joint-torques": ((("jacobian",), _torques),),
-    "singular-angles": (
-        (("determinant",), lambda desk, part, own: own["determinant"]),
-        (("jacobian",), _determinant),
-    ),
-}
-"""What each question is worked out from, in the order in which it is tried, and how."""
-
-
 def earlier(part: Part) -> Iterator[str]:
     """Yield the parts on which a part may build."""
-    for sources, _ in STEPS.get(part.kind, ()):
-        yield from sources
+    if part.kind in QUESTIONS:
+        for sources in QUESTIONS[part.kind].follows:
+            yield from sources

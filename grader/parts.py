@@ -53,9 +53,7 @@ class Judging(Forms[Judgement]):
 
     def direction(self, answer: Direction) -> Judgement:
         """Compare up to a factor."""
-        apart, rounding = answer.tolerance, self.part.rounding
-        if apart is not None and rounding is not None:
-            apart = rounding.relative or rounding.absolute
+        apart = answer.apart(self.part.rounding)
         names = labels(self.problem, self.part)
         return judge_direction(self.text, answer.formulas(), domain_of(self.problem), self.seed, apart, names)
 

@@ -6,6 +6,7 @@ import sympy as sp
 
 from exercises.answers.forms import Forms, T
 from exercises.answers.rows import Rows
+from exercises.formula.identity import Rounding
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,12 @@ class Direction(Rows):
     def told_to(self, forms: Forms[T]) -> T:
         """Return what is made of a direction."""
         return forms.direction(self)
+
+    def apart(self, rounding: Rounding | None) -> float | None:
+        """Return by how much unit vectors may differ, as the assignment's rounding has it; None of formulas."""
+        if self.tolerance is None or rounding is None:
+            return self.tolerance
+        return rounding.relative or rounding.absolute
 
     @property
     def is_in_numbers(self) -> bool:

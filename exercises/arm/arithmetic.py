@@ -1,6 +1,6 @@
-"""What a derivation is worked out in: numbers at several configurations at once, or formulas.
+"""What a derivation is worked out in: numbers at several configurations at once, SymPy's formulas, or trees.
 
-Both give arrays whose last axes are the arithmetic's own; a derivation uses the axes before them only, so that it is
+Each gives arrays whose last axes are the arithmetic's own; a derivation uses the axes before them only, so that it is
 written once. A stepped value knows its derivatives with respect to the joint variables.
 """
 
@@ -11,8 +11,11 @@ from typing import Any, Protocol
 import numpy as np
 import sympy as sp
 
+from exercises.formula import algebra
 from exercises.formula.expression import read
 from exercises.formula.tape import Tape, compile_tape, evaluate
+from exercises.formula.text import text_of
+from exercises.formula.trees import Node, ReadError
 
 STEP = 1e-30
 """Step of a derivative into the complex plane, where nothing cancels: it is exact but for rounding."""
@@ -136,6 +139,94 @@ def _derivative(q: sp.Symbol, entry: sp.Expr) -> sp.Expr:
 
 def _each(function: Callable[[Any], Any]) -> Callable[[np.ndarray], np.ndarray]:
     return np.frompyfunc(function, 1, 1)
+
+
+class Term:
+    """A tree that can be added, multiplied and divided."""
+
+    __slots__ = ("node",)
+
+    def __init__(self, node: Node) -> None:
+        self.node = node
+
+    @classmethod
+    def of(cls, value: "Term | int") -> Node:
+        """Return the tree of a term or of a whole number."""
+        return value.node if isinstance(value, Term) else algebra.number(value)
+
+    def __add__(self, other: "Term | int") -> "Term":
+        return Term(algebra.plus(self.node, self.of(other)))
+
+    __radd__ = __add__
+
+    def __sub__(self, other: "Term | int") -> "Term":
+        return Term(algebra.minus(self.node, self.of(other)))
+
+    def __neg__(self) -> "Term":
+        return Term(algebra.negative(self.node))
+
+    def __mul__(self, other: "Term | int") -> "Term":
+        return -self if other == -1 else Term(algebra.times(self.node, self.of(other)))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: "Term | int") -> "Term":
+        return Term(algebra.over(self.node, self.of(other)))
+
+
+class Trees:
+    """Trees of formulas, as students' answers are read; arrays of terms that end in (1,)."""
+
+    def __init__(self, joints: Sequence[str]) -> None:
+        self._joints = list(joints)
+        self.sin, self.cos, self.sqrt = (_each(partial(_called, name)) for name in ("sin", "cos", "sqrt"))
+
+    def stepped(self, expression: sp.Expr) -> np.ndarray:
+        """Return an expression of the table."""
+        return self.number(expression)
+
+    def known(self, name: str) -> np.ndarray:
+        """Return a symbol."""
+        return self.entries([Node("name", value=name)])
+
+    def number(self, value: sp.Expr) -> np.ndarray:
+        """Return a constant, or any expression."""
+        return self.entries([read(text_of(sp.sympify(value)))])
+
+    @staticmethod
+    def entries(nodes: Sequence[Node]) -> np.ndarray:
+        """Return trees as an array."""
+        return np.array([Term(node) for node in nodes], dtype=object)
+
+    @staticmethod
+    def matrix(rows: Sequence[Sequence[Node]]) -> np.ndarray:
+        """Return rows of trees as an array, (rows, columns, 1)."""
+        return np.stack([Trees.entries(row) for row in rows])[:, :, None]
+
+    @staticmethod
+    def rows(array: np.ndarray) -> list[list[Node]]:
+        """Return a vector or matrix as rows of trees; a number of its own as the only entry."""
+        entries = array[..., 0]
+        return [[term.node for term in row] for row in entries.reshape(len(entries) if entries.ndim else 1, -1)]
+
+    def value(self, stepped: np.ndarray) -> np.ndarray:
+        """Return what it is given."""
+        return stepped
+
+    def slopes(self, stepped: np.ndarray) -> np.ndarray:
+        """Return the derivatives. Raises ReadError where something has none."""
+        return np.stack([_each(partial(_slope, name))(stepped) for name in self._joints])
+
+
+def _called(function: str, term: Term) -> Term:
+    return Term(algebra.call(function, term.node))
+
+
+def _slope(name: str, term: Term) -> Term:
+    slope = algebra.derivative(term.node, name)
+    if slope is None:
+        raise ReadError("it has no derivative")
+    return Term(slope)
 
 
 # --- vectors and matrices, along the first axes ---

@@ -16,6 +16,7 @@ from exercises.arm.arithmetic import (
     Arithmetic,
     Formulas,
     Numbers,
+    Trees,
     applied,
     cross,
     determinant,
@@ -134,6 +135,11 @@ class Working:
 def numbers(chain: Chain, values: Mapping[str, np.ndarray]) -> Working:
     """Return the right working at the configurations where symbols have these values."""
     return Working(chain, Numbers([q.name for q in chain.q], values))
+
+
+def trees(chain: Chain) -> Working:
+    """Return the right working in trees of formulas, as students' answers are read."""
+    return Working(chain, Trees([q.name for q in chain.q]))
 
 
 def formulas(chain: Chain) -> Working:
@@ -305,6 +311,12 @@ def _condition_number(w: Working) -> np.ndarray:
         return np.asarray(sigma[0] / sigma[-1])
 
 
+def _wrist_block(w: Working) -> np.ndarray:
+    """Return the axes of joints 4 to 6 in frame 3, (3, 3, …)."""
+    turned = w.arithmetic.value(w["rotations"][3]).swapaxes(0, 1)
+    return np.stack([applied(turned, w["axes"][i]) for i in (3, 4, 5)], axis=1)
+
+
 STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
     "table": (_table, ()),
     "base rotation": (_base_rotation, ("table",)),
@@ -321,6 +333,8 @@ STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
     "linear": (_linear, ("effects", "products", "axes", "kinds")),
     "angular": (_angular, ("axes", "kinds")),
     "geometric": (_geometric, ("linear", "angular")),
+    "arm block": (lambda w: w["geometric"][:3, :3], ("geometric",)),
+    "wrist block": (_wrist_block, ("rotations", "axes")),
     "jacobian": (_jacobian, ("geometric",)),
     "transposed jacobian": (lambda w: w["jacobian"].swapaxes(0, 1), ("jacobian",)),
     "gram matrix": (lambda w: product(w["jacobian"], w["transposed jacobian"]), ("transposed jacobian",)),

@@ -1,4 +1,4 @@
-"""Sums, products, matrices and derivatives of trees: what follows from formulas that were read, without SymPy."""
+"""Sums, products and derivatives of trees: what follows from formulas that were read, without SymPy."""
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
@@ -55,55 +55,6 @@ def power(a: Node, b: Node) -> Node:
 def call(function: str, a: Node) -> Node:
     """Return a function of a."""
     return Node("call", (a,), function)
-
-
-# --- matrices, as rows of entries ---
-
-
-def transposed(a: Matrix) -> list[list[Node]]:
-    """Return the transpose."""
-    return [list(column) for column in zip(*a, strict=True)]
-
-
-def product(a: Matrix, b: Matrix) -> list[list[Node]]:
-    """Return the product of two matrices."""
-    return [[dot(row, column) for column in transposed(b)] for row in a]
-
-
-def dot(a: Sequence[Node], b: Sequence[Node]) -> Node:
-    """Return the sum of the products of entries."""
-    total = ZERO
-    for x, y in zip(a, b, strict=True):
-        total = plus(total, times(x, y))
-    return total
-
-
-def determinant(a: Matrix) -> Node:
-    """Return the determinant by minors along the first row; 1 of a matrix without rows."""
-    if not a:
-        return ONE
-    total = ZERO
-    for k, entry in enumerate(a[0]):
-        if entry != ZERO:
-            term = times(entry, determinant([[*row[:k], *row[k + 1 :]] for row in a[1:]]))
-            total = minus(total, term) if k % 2 else plus(total, term)
-    return total
-
-
-def adjugate(a: Matrix) -> list[list[Node]]:
-    """Return the transpose of the cofactors: it is the inverse, times the determinant."""
-    n = len(a)
-
-    def cofactor(i: int, j: int) -> Node:
-        minor = determinant([[a[r][c] for c in range(n) if c != j] for r in range(n) if r != i])
-        return negative(minor) if (i + j) % 2 else minor
-
-    return [[cofactor(j, i) for j in range(n)] for i in range(n)]
-
-
-def cross(a: Sequence[Node], b: Sequence[Node]) -> list[Node]:
-    """Return a x b of vectors of three."""
-    return [minus(times(a[i], b[j]), times(a[j], b[i])) for i, j in ((1, 2), (2, 0), (0, 1))]
 
 
 # --- derivatives ---

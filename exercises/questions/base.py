@@ -1,7 +1,7 @@
 """What a question kind is: how it is asked of an arm, when it applies, and what it builds on."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
@@ -10,7 +10,7 @@ import sympy as sp
 from exercises.answers import Answer
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import TooLong, derive, structure
-from exercises.arm.stages import Working
+from exercises.arm.stages import Change, Working
 from exercises.problem import Part
 from exercises.stream import Stream
 
@@ -67,6 +67,9 @@ def invertible_by_hand(chain: Chain) -> str | None:
     return by_hand("jacobian")(chain)
 
 
+DUTIES = ("diagnosis", "follow-through", "platforms", "STACK")
+"""What is done with the answers to every question, or is told why it can't be (`Question.without`)."""
+
 Result = Callable[[Working, Part], np.ndarray]
 """How an answer comes out of a derivation: (rows, columns, …), or (rows, …) of a vector."""
 
@@ -79,6 +82,30 @@ def stage(name: str) -> Result:
 def number(name: str) -> Result:
     """Return that an answer is a stage which is a single number."""
     return lambda w, _: np.asarray(w[name][None])
+
+
+Put = Callable[[np.ndarray], Mapping[str, Change]]
+"""What becomes of a derivation whose answer to a question is given, (rows, columns, …): the stages that change."""
+
+
+def put(name: str) -> Put:
+    """Return that an answer is put in the place of a stage."""
+    return lambda rows: {name: lambda *_: rows}
+
+
+def put_vector(name: str) -> Put:
+    """Return that the only column of an answer is put in the place of a stage."""
+    return lambda rows: {name: lambda *_: rows[:, 0]}
+
+
+def put_number(name: str) -> Put:
+    """Return that the only entry of an answer is put in the place of a stage."""
+    return lambda rows: {name: lambda *_: rows[0, 0]}
+
+
+def put_columns(name: str, **also: Change) -> Put:
+    """Return that the columns of an answer are the first vectors of a stage, whose others stay; `also` changes, too."""
+    return lambda rows: {name: lambda _, right: np.concatenate([rows.swapaxes(0, 1), right[rows.shape[1] :]]), **also}
 
 
 def no_names(chain: Chain, *_: object) -> tuple[str, ...]:
@@ -113,6 +140,12 @@ class Question:
     of an answer can be given under `labels`, and are called `entry_names` in LaTeX; where it `is_made_of_jacobian`,
     J is there already, and where it `is_made_of_minors`, it takes minutes to work out in formulas for many joints, and
     a single formula is a product whose factors count.
+
+    Later parts are marked on a student's own earlier results: `put` tells which stages an answer stands for, `follows`
+    the questions from whose answers this one is worked out, in the order in which that is tried. The conditions of a
+    set are where the result that `vanishes` does.
+
+    `without` tells of DUTIES that are not done, why: of a question that does not say so, a test finds the gap.
     """
 
     name: str
@@ -131,6 +164,15 @@ class Question:
     entry_names: Callable[[Chain, Part], Sequence[str]] = no_names
     is_made_of_jacobian: bool = False
     is_made_of_minors: bool = False
+    put: Put | None = None
+    follows: tuple[tuple[str, ...], ...] = ()
+    vanishes: Result | None = None
+    without: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def is_long(self) -> bool:
+        """Whether the result is made of minors, which are too many in formulas for many joints."""
+        return self.is_made_of_minors or self.vanishes is not None
 
     def refusal(self, chain: Chain) -> str | None:
         """Return why it is not asked of an arm, for one reason or the other."""

@@ -7,9 +7,9 @@ from exercises.answers import Expression, Matrix
 from exercises.arm.arithmetic import applied
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
-from exercises.arm.stages import Working
+from exercises.arm.stages import Change, Working
 from exercises.problem import Part
-from exercises.questions.base import Asked, Question, by_hand, number, square, stage, velocities
+from exercises.questions.base import Asked, Question, by_hand, number, put, put_number, square, stage, velocities
 from exercises.stream import Stream
 
 
@@ -60,6 +60,18 @@ def _derived_component(w: Working, part: Part) -> np.ndarray:
     return np.asarray(applied(w["linear"][[row]], w["joint rates"]))
 
 
+def _put_position(rows: np.ndarray) -> dict[str, Change]:
+    """Differentiate a position, (rows, 1, …), with respect to each joint variable."""
+
+    def differentiated(w: Working, right: np.ndarray) -> np.ndarray:
+        slopes, linear = w.arithmetic.slopes(rows[:, 0]), right.copy()
+        for k, row in enumerate(moving_rows(w.chain)):
+            linear[row] = slopes[:, k]
+        return linear
+
+    return {"linear": differentiated}
+
+
 QUESTIONS = (
     Question(
         name="position",
@@ -70,6 +82,7 @@ QUESTIONS = (
         too_long=by_hand("position"),
         result=lambda w, _: w["point"][moving_rows(w.chain)],
         entry_names=lambda chain, _: list(chain.linear_rows),
+        put=_put_position,
     ),
     Question(
         name="velocity",
@@ -81,6 +94,7 @@ QUESTIONS = (
         too_long=by_hand("linear"),
         result=lambda w, _: applied(w["linear"][moving_rows(w.chain)], w["joint rates"]),
         entry_names=lambda chain, _: velocities([row for row in chain.task if row[0] == "v"]),
+        follows=(("position",),),
     ),
     Question(
         name="velocity-component",
@@ -92,6 +106,7 @@ QUESTIONS = (
         too_long=by_hand("linear"),
         result=_derived_component,
         entry_names=lambda chain, part: [f"v_{{{part.details['axis']}}}"],
+        follows=(("position",),),
     ),
     Question(
         name="jacobian",
@@ -102,6 +117,8 @@ QUESTIONS = (
         points=2.0,
         too_long=by_hand("jacobian"),
         result=stage("jacobian"),
+        put=put("jacobian"),
+        follows=(("position",),),
     ),
     Question(
         name="determinant",
@@ -114,5 +131,7 @@ QUESTIONS = (
         entry_names=lambda chain, _: [r"\det J"],
         is_made_of_jacobian=True,
         is_made_of_minors=True,
+        put=put_number("determinant"),
+        follows=(("jacobian",),),
     ),
 )  # fmt: skip

@@ -10,7 +10,17 @@ from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive, task_velocity
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.precise import PreciseArm, Vector, numeric, solved, ten_digits
-from exercises.questions.base import BY_HAND, Asked, Question, invertible_by_hand, joint_rates, square, stage
+from exercises.questions.base import (
+    BY_HAND,
+    Asked,
+    Question,
+    invertible_by_hand,
+    joint_rates,
+    put,
+    put_vector,
+    square,
+    stage,
+)
 from exercises.stream import Stream
 
 POSES = 2000
@@ -112,6 +122,8 @@ QUESTIONS = (
         result=stage("inverse"),
         is_made_of_jacobian=True,
         is_made_of_minors=True,
+        put=put("inverse"),
+        follows=(("jacobian",), ("jacobian", "determinant")),
     ),
     Question(
         name="inverse-velocity",
@@ -126,6 +138,8 @@ QUESTIONS = (
         labels=joint_rates,
         is_made_of_jacobian=True,
         is_made_of_minors=True,
+        put=put_vector("rates"),
+        follows=(("inverse-jacobian",), ("jacobian",), ("jacobian", "determinant")),
     ),
     Question(
         name="joint-rates",
@@ -137,5 +151,6 @@ QUESTIONS = (
         result=stage("rates"),
         labels=joint_rates,
         is_made_of_jacobian=True,
+        follows=(("inverse-velocity",), ("inverse-jacobian",), ("jacobian",), ("jacobian", "determinant")),
     ),
 )

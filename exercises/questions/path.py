@@ -309,6 +309,7 @@ QUESTIONS = (
         result=stage("rates"),
         labels=joint_rates,
         is_made_of_jacobian=True,
+        follows=(("inverse-velocity",), ("inverse-jacobian",), ("jacobian",), ("jacobian", "determinant")),
     ),
     Question(
         name="path-limit",
@@ -319,5 +320,9 @@ QUESTIONS = (
         points=2.0,
         objection=_objection_to_limit,
         entry_names=lambda chain, _: ["s"],
+        without={
+            "diagnosis": "a distance at which a limit is met does not tell one mistake from another",
+            "follow-through": "it is searched for along the line, and rates are asked for at one distance only",
+        },
     ),
 )  # fmt: skip

@@ -88,6 +88,7 @@ QUESTIONS = (
         objection=_objection,
         result=number("manipulability"),
         entry_names=lambda chain, _: ["w"],
+        follows=(("jacobian",),),
     ),
     Question(
         name="condition-number",
@@ -98,5 +99,6 @@ QUESTIONS = (
         objection=_objection_to_ratio,
         result=number("condition number"),
         entry_names=lambda chain, _: [r"\kappa"],
+        follows=(("jacobian",),),
     ),
 )  # fmt: skip

@@ -6,9 +6,9 @@ from exercises.answers import Matrix
 from exercises.arm.arithmetic import applied
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
-from exercises.arm.stages import Working
+from exercises.arm.stages import Working, propagated
 from exercises.problem import Part
-from exercises.questions.base import Asked, Question, by_hand, stage, velocities
+from exercises.questions.base import Asked, Question, by_hand, put, put_columns, stage, velocities
 from exercises.stream import Stream
 
 
@@ -60,6 +60,7 @@ QUESTIONS = (
         ask=_axes,
         too_long=by_hand("z"),
         result=lambda w, _: w["axes"][: w.n].swapaxes(0, 1),
+        put=put_columns("axes", linear=propagated),
     ),
     Question(
         name="position-vectors",
@@ -70,6 +71,7 @@ QUESTIONS = (
         objection=_point_on_last_link,
         too_long=by_hand("p_star"),
         result=lambda w, _: w["arms"][: w.n].swapaxes(0, 1),
+        put=put_columns("arms", linear=propagated),
     ),
     Question(
         name="geometric-jacobian",
@@ -80,6 +82,8 @@ QUESTIONS = (
         points=2.0,
         too_long=by_hand("geometric"),
         result=stage("geometric"),
+        put=put("geometric"),
+        follows=(("joint-axes", "position-vectors"),),
     ),
     Question(
         name="twist",
@@ -90,6 +94,7 @@ QUESTIONS = (
         too_long=by_hand("geometric"),
         result=lambda w, _: applied(w["geometric"], w["joint rates"]),
         entry_names=lambda chain, _: velocities(TASK_ROWS),
+        follows=(("geometric-jacobian",),),
     ),
     Question(
         name="link-velocity",

@@ -360,6 +360,7 @@ QUESTIONS = (
         needs=("jacobian",),
         objection=_singular_somewhere,
         entry_names=lambda chain, _: [r"\text{rank}"],
+        without={"follow-through": "a wrong Jacobian mostly has full rank where J has not"},
     ),
     Question(
         name="lost-direction",
@@ -371,6 +372,7 @@ QUESTIONS = (
         result=stage("lost direction"),
         entry_names=lambda chain, _: [f"u_{{{row}}}" for row in range(1, len(chain.task) + 1)],
         is_made_of_jacobian=True,
+        without={"follow-through": "a wrong Jacobian mostly loses no direction where J does"},
     ),
     Question(
         name="lost-motion",

@@ -218,6 +218,7 @@ QUESTIONS = (
         entry_names=lambda chain, _: [r"\det(J J^T)"],
         is_made_of_jacobian=True,
         is_made_of_minors=True,
+        follows=(("jacobian",),),
     ),
     Question(
         name="least-norm-rates",
@@ -229,6 +230,7 @@ QUESTIONS = (
         result=lambda w, _: applied(w["pseudo-inverse"], w["wanted velocity"]),
         labels=joint_rates,
         is_made_of_jacobian=True,
+        follows=(("jacobian",),),
     ),
     Question(
         name="self-motion",
@@ -240,5 +242,6 @@ QUESTIONS = (
         result=stage("self-motion"),
         labels=joint_rates,
         is_made_of_jacobian=True,
+        follows=(("jacobian",),),
     ),
 )  # fmt: skip

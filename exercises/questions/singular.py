@@ -14,7 +14,7 @@ from exercises.arm.classification import classify_pieces, kind_at, kind_is_sure
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import Component, singular_set
-from exercises.questions.base import Asked, Question
+from exercises.questions.base import Asked, Question, number
 from exercises.questions.inversion import conditioning, draw_lengths, draw_pose, well_conditioned
 from exercises.stream import Stream
 
@@ -160,6 +160,9 @@ QUESTIONS = (
         needs=("determinant", "jacobian"),
         points=2.0,
         objection=_has_singularities,
+        follows=(("determinant",), ("jacobian",)),
+        vanishes=number("determinant"),
+        without={"platforms": "conditions are asked as a choice of configurations there (`singular-configurations`)"},
     ),
     Question(
         name="singularity-type",

@@ -40,5 +40,6 @@ QUESTIONS = (
         result=lambda w, part: applied(w["transposed jacobian"], w.symbols(part.symbols)),
         entry_names=lambda chain, _: [rf"\tau_{{{joint}}}" for joint in range(1, chain.n + 1)],
         is_made_of_jacobian=True,
+        follows=(("jacobian",),),
     ),
 )

@@ -12,7 +12,7 @@ from exercises.arm.arithmetic import product
 from exercises.arm.chain import Chain, Joint
 from exercises.arm.derivation import Derivation, derive, structure
 from exercises.arm.kinematics import Z, frame_behind, frames_and_point
-from exercises.arm.stages import Working
+from exercises.arm.stages import Change, Working
 from exercises.arm.trigonometry import textbook
 from exercises.problem import Part
 from exercises.questions.base import MOST_TERMS, Asked, Question
@@ -156,6 +156,10 @@ def _derived_tool_jacobian(w: Working, part: Part) -> np.ndarray:
     return np.concatenate([product(turned, w["geometric"][:3]), product(turned, w["geometric"][3:])])
 
 
+def _put_transform(rows: np.ndarray) -> dict[str, Change]:
+    return {"rotations": lambda _, right: [*right[:-1], rows[:3, :3]]}
+
+
 QUESTIONS = (
     Question(
         name="transform",
@@ -165,6 +169,7 @@ QUESTIONS = (
         points=2.0,
         too_long=_long_pose,
         result=_derived_transform,
+        put=_put_transform,
     ),
     Question(
         name="tool-jacobian",
@@ -176,5 +181,6 @@ QUESTIONS = (
         objection=_point_on_last_link,
         too_long=_long_jacobian,
         result=_derived_tool_jacobian,
+        follows=(("transform", "geometric-jacobian"),),
     ),
 )  # fmt: skip

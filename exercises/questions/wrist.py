@@ -11,7 +11,7 @@ import numpy as np
 import sympy as sp
 
 from exercises.answers import Matrix
-from exercises.arm.arithmetic import applied, determinant
+from exercises.arm.arithmetic import determinant
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.classification import wrist_centre
 from exercises.arm.derivation import derive, structure
@@ -19,7 +19,7 @@ from exercises.arm.kinematics import Z, frame_behind, frames_and_point, joint_ro
 from exercises.arm.stages import Working
 from exercises.arm.trigonometry import Factored, factored, same, substitute, textbook
 from exercises.problem import Part
-from exercises.questions.base import MOST_TERMS, Asked, Question, square
+from exercises.questions.base import MOST_TERMS, Asked, Question, put, square, stage
 from exercises.stream import Stream
 
 
@@ -157,13 +157,8 @@ def long_block(chain: Chain) -> str | None:
 # --- out of a derivation ---
 
 
-def _derived_wrist_block(w: Working, part: Part) -> np.ndarray:
-    turned = w.arithmetic.value(w["rotations"][3]).swapaxes(0, 1)
-    return np.stack([applied(turned, w["axes"][i]) for i in (3, 4, 5)], axis=1)
-
-
 def _derived_determinants(w: Working, part: Part) -> np.ndarray:
-    return np.stack([determinant(w["geometric"][:3, :3]), determinant(_derived_wrist_block(w, part))])
+    return np.stack([determinant(w["arm block"]), determinant(w["wrist block"])])
 
 
 QUESTIONS = (
@@ -175,7 +170,8 @@ QUESTIONS = (
         points=2.0,
         objection=not_partitioned,
         too_long=long_block,
-        result=lambda w, _: w["geometric"][:3, :3],
+        result=stage("arm block"),
+        put=put("arm block"),
     ),
     Question(
         name="wrist-block",
@@ -183,7 +179,8 @@ QUESTIONS = (
         source="6.12",
         ask=_wrist,
         objection=not_partitioned,
-        result=_derived_wrist_block,
+        result=stage("wrist block"),
+        put=put("wrist block"),
     ),
     Question(
         name="block-determinants",
@@ -198,5 +195,6 @@ QUESTIONS = (
         entry_names=lambda chain, _: [r"\det J_{11}", r"\det J_{22}"],
         is_made_of_jacobian=True,
         is_made_of_minors=True,
+        follows=(("arm-block", "wrist-block"),),
     ),
 )  # fmt: skip

@@ -27,10 +27,12 @@ def short_question(
     points: float = 0.5,
     template: str = "",
     entry_names: Callable[[Chain, Part], Sequence[str]] = no_names,
+    undiagnosed: str = "",
 ) -> Question:
     """Return a short question about what the question `about` asks for, where that makes sense.
 
-    `otherwise` is the objection where nothing is found to ask, `sense` one of its own. It is looked once for all arms
+    `otherwise` is the objection where nothing is found to ask, `sense` one of its own, `undiagnosed` why no mistake is
+    named behind a wrong answer. It is looked once for all arms
     of a structure whether there is anything; where an arm's numbers leave nothing, another is drawn (`generate`).
     """
 
@@ -51,4 +53,8 @@ def short_question(
     return Question(
         name=name, title=title, source=source, ask=asked, points=points, objection=objection, form=form, shows=shows,
         template=template, entry_names=entry_names,
+        without={
+            **({"diagnosis": undiagnosed} if undiagnosed else {}),
+            **({"STACK": "STACK has no input for several letters"} if form in ("selection", "matching") else {}),
+        },
     )  # fmt: skip

@@ -75,6 +75,7 @@ DRAWN = (
     short_question(
         "true-or-false", "True or false?", "6.12", _true_or_false, "true or false", "jacobian",
         "nothing can be said of its configurations",
+        undiagnosed="one of two answers tells of no way to it",
     ),
     short_question(
         "singular-drawing", "Which drawing shows a singular configuration?", "6.8", _which_drawing, "choice",

@@ -143,6 +143,7 @@ SELECTIONS = (
     short_question(
         "dependence", "On which joints does it depend?", "6.4", _dependence, "selection",
         "jacobian", "what could be asked about depends on all joints, or on none",
+        undiagnosed="the letters of joints tell of no way to them",
     ),
     short_question(
         "equal-forms", "Which of these are the same?", "6.4", _forms, "selection",

@@ -3,7 +3,9 @@
 from collections.abc import Callable
 from fractions import Fraction
 
+import numpy as np
 import pytest
+import sympy as sp
 
 from exercises.answers import Expression
 from exercises.arm.chain import Chain
@@ -11,12 +13,14 @@ from exercises.arm.stages import Working, as_formulas, formulas
 from exercises.docs import planar_2r, scorbot_arm
 from exercises.families import FAMILIES
 from exercises.formula.text import text_of
+from exercises.generate import generate
 from exercises.mistakes.catalogue import CATALOGUE, made
+from exercises.mistakes.given import configurations
 from exercises.problem import Part, Problem, ProblemId, variable
 from exercises.questions import QUESTIONS
 from exercises.questions.results import is_derived, result
 from exercises.stream import Stream
-from grader.follow import STEPS
+from grader.follow import earlier
 from grader.marking import mark, points_of, total
 from grader.verdict import Outcome, Verdict
 
@@ -152,7 +156,7 @@ def test_what_follows_from_a_mistake_is_followed_on_every_family(
     """
     monkeypatch.setattr("grader.marking.diagnose", lambda *_: None)
     problem = drawn(family, 0)
-    later = [part for part in problem.parts if part.kind in STEPS and is_derived(part) and _is_formula(part)]
+    later = [part for part in problem.parts if any(earlier(part)) and is_derived(part) and _is_formula(part)]
     if problem.chain.n > 3 or not later:
         return
     w = formulas(problem.chain)
@@ -177,8 +181,8 @@ def _is_formula(part: Part) -> bool:
 
 
 def _sources_wrong(part: Part, verdicts: dict[str, Verdict]) -> bool:
-    sources = {name for names, _ in STEPS[part.kind] for name in names}
-    return any(name in verdicts and (verdicts[name].points or 0.0) < verdicts[name].max_points for name in sources)
+    wrong = {name for name, verdict in verdicts.items() if (verdict.points or 0.0) < verdict.max_points}
+    return bool(wrong & set(earlier(part)))
 
 
 def test_points_are_exact_and_add_up() -> None:
@@ -186,3 +190,46 @@ def test_points_are_exact_and_add_up() -> None:
     assert [points_of(3, k / 7) for k in range(8)] == [0.0, 0.4286, 0.8571, 1.2857, 1.7143, 2.1429, 2.5714, 3.0]
     assert str(total(points_of(0.7, 1 / 3) for _ in range(3))) == "0.6999"
     assert points_of(1.1, 1.0) == 1.1
+
+
+OWN: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
+    "joint-rates": np.linalg.solve,
+    "path-rates": np.linalg.solve,
+    "least-norm-rates": lambda jacobian, v: np.linalg.pinv(jacobian) @ v,
+    "manipulability": lambda jacobian, _: np.array([np.sqrt(np.linalg.det(jacobian @ jacobian.T))]),
+    "condition-number": lambda jacobian, _: np.array([np.linalg.cond(jacobian)]),
+}
+"""What NumPy makes of a Jacobian and a task velocity."""
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_numbers_are_marked_on_the_students_own_jacobian(name: str) -> None:
+    family = "planar-3r" if name == "least-norm-rates" else "planar-2r"
+    problem = generate(ProblemId(family, 1, ("jacobian", name)))
+    jacobian, part = problem.parts
+    wrong = jacobian.answer.as_matrix().as_mutable()
+    wrong[0, 0] = 2 * wrong[0, 0]
+    values = configurations(problem.chain, part, problem.domain(), 1, Stream("test"))
+    numbers = {symbol: float(values[symbol][0]) for symbol in values}
+    there = np.array(sp.Matrix(wrong).subs(numbers).evalf().tolist(), dtype=float)
+    rates = OWN[name](there, np.array([numbers[row] for row in problem.chain.task]))
+    answers = {"jacobian": str(wrong.tolist()), name: str([float(f"{rate:.5g}") for rate in rates])}
+    verdict = marked(problem, answers)[name]
+    assert verdict.followed_from == "jacobian", verdict
+    assert verdict.points == pytest.approx(0.8 * verdict.max_points)
+    off = {**answers, name: str([float(f"{1.3 * rate + 0.2:.5g}") for rate in rates])}
+    assert marked(problem, off)[name].followed_from is None
+
+
+def test_a_self_motion_is_marked_up_to_a_factor_on_the_students_own_jacobian() -> None:
+    problem = generate(ProblemId("planar-3r", 1, ("jacobian", "self-motion")))
+    jacobian, part = problem.parts
+    assert not part.answer.is_in_numbers
+    wrong = jacobian.answer.as_matrix().as_mutable()
+    wrong[0, 0] = 2 * wrong[0, 0]
+    motion = -3 * wrong.row(0).cross(wrong.row(1))
+    verdict = marked(problem, {"jacobian": str(wrong.tolist()), "self-motion": str(list(motion))})["self-motion"]
+    assert verdict.followed_from == "jacobian", verdict
+    motion[0] = motion[0] + 1
+    verdict = marked(problem, {"jacobian": str(wrong.tolist()), "self-motion": str(list(motion))})["self-motion"]
+    assert verdict.followed_from is None

@@ -1,0 +1,88 @@
+"""Every question is diagnosed, followed through, hinted at, asked by platforms and practised, or says why it is not."""
+
+from collections.abc import Callable
+from functools import cache
+
+import pytest
+
+from exercises.errors import QdotError
+from exercises.exports.numbers import in_numbers
+from exercises.exports.stack_parts import asked as asked_by_stack
+from exercises.exports.stack_parts import without_rounding
+from exercises.families import FAMILIES
+from exercises.generate import generate
+from exercises.mistakes.catalogue import taken
+from exercises.problem import Part, Problem, ProblemId
+from exercises.questions.base import DUTIES
+from exercises.questions.results import is_derived
+from exercises.quizzes import ASKED
+from exercises.quizzes.options import blames_of
+from exercises.site.keys import key_of
+from exercises.writing.statement import hints, prompt, worked_solution
+from grader.follow import earlier
+from grader.parts import labels
+
+
+@cache
+def problem_with(name: str) -> Problem:
+    """Return a problem of the first family that has an arm for a question."""
+    for family in FAMILIES:
+        try:
+            return generate(ProblemId(family, 1, (name,)))
+        except QdotError:
+            continue
+    raise AssertionError(f"no family can be asked {name}")
+
+
+def is_diagnosed(problem: Problem, part: Part) -> bool:
+    behind_options = any(blames_of(part, index) for index in range(len(part.answer.offered)))
+    return is_derived(part) or behind_options or next(taken(problem.chain, part), None) is not None
+
+
+def is_followed(problem: Problem, part: Part) -> bool:
+    return not ASKED[part.kind].needs or any(earlier(part))
+
+
+def is_asked_by_platforms(problem: Problem, part: Part) -> bool:
+    """Moodle, Canvas and others ask for letters or numbers."""
+    return bool(part.answer.offered) or in_numbers(problem, part) is not None
+
+
+def is_asked_by_stack(problem: Problem, part: Part) -> bool:
+    return not isinstance(asked_by_stack(problem, without_rounding(part), 1), str)
+
+
+WORKS: dict[str, Callable[[Problem, Part], bool]] = {
+    "diagnosis": is_diagnosed,
+    "follow-through": is_followed,
+    "platforms": is_asked_by_platforms,
+    "STACK": is_asked_by_stack,
+}
+
+
+def test_every_duty_is_looked_at() -> None:
+    assert set(WORKS) == set(DUTIES)
+
+
+@pytest.mark.parametrize("name", ASKED)
+def test_a_question_does_each_duty_or_says_why_not(name: str) -> None:
+    problem = problem_with(name)
+    part, without = problem.parts[-1], ASKED[name].without
+    assert set(without) <= set(DUTIES)
+    assert {duty: works(problem, part) for duty, works in WORKS.items()} == {
+        duty: duty not in without for duty in DUTIES
+    }, without
+    assert all(len(reason.split()) > 3 for reason in without.values())
+
+
+@pytest.mark.parametrize("name", ASKED)
+def test_a_question_is_asked_hinted_at_solved_and_practised(name: str) -> None:
+    problem = problem_with(name)
+    part = problem.parts[-1]
+    assert len(prompt(problem, part)) > 40
+    assert len(set(hints(problem, part))) == 3
+    assert worked_solution(problem, part)
+    assert key_of(problem, part)["type"]
+    named, shape = ASKED[name].entry_names(problem.chain, part), part.shape or (1, 1)
+    assert len(named) in (0, shape[0] * shape[1])
+    assert len(labels(problem, part)) in (0, shape[0])
