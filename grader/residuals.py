@@ -11,6 +11,7 @@ import numpy as np
 
 from exercises.arm.stages import Working, carried
 from exercises.problem import Part
+from exercises.questions import QUESTIONS
 from grader.verdict import Diagnosis
 
 SAME = 1e-9
@@ -20,14 +21,14 @@ MOST_LINKS = 8
 
 def missing_links(w: Working, part: Part, right: np.ndarray, found: np.ndarray) -> Diagnosis | None:
     """Return which links' parts an answer lacks, (rows, columns, N) as the right one, or nothing."""
-    if part.kind == "position":
-        rows = ["xyz".index(axis) for axis in w.chain.linear_rows]
-        links = np.stack([w.arithmetic.value(link) for link in w["links"]])[:, rows]
-        return _of_position(w, links, (right - found)[:, 0])
-    linear = _linear_rows(w, part, len(right))
+    question = QUESTIONS[part.kind]
+    linear = question.linear_rows(w.chain)
     if not linear or (right - found).shape[1] > w.n:
         return None
     answer_rows, axes = zip(*linear, strict=True)
+    if question.adds_up == "links":
+        links = np.stack([w.arithmetic.value(link) for link in w["links"]])[:, list(axes)]
+        return _of_position(w, links, (right - found)[:, 0])
     residual, size = right - found, float(np.abs(right).max())
     others = [row for row in range(len(right)) if row not in answer_rows]
     if np.isnan(found).any() or (others and np.abs(residual[others]).max() > SAME * size):
@@ -49,13 +50,6 @@ def missing_links(w: Working, part: Part, right: np.ndarray, found: np.ndarray) 
         ("chain-rule",),
         f"{text[0].upper()}{text[1:]}. A joint moves every link behind it, with all that they carry. See (6.3).",
     )
-
-
-def _linear_rows(w: Working, part: Part, rows: int) -> list[tuple[int, int]]:
-    """Return the rows of the answer that are linear, each with its axis; none for answers that hold no columns of J."""
-    if part.kind == "jacobian":
-        return [(index, "xyz".index(row[1])) for index, row in enumerate(w.chain.task) if row[0] == "v"]
-    return [(axis, axis) for axis in range(3)] if part.kind in ("geometric-jacobian", "arm-block") and rows >= 3 else []
 
 
 def _of_position(w: Working, links: np.ndarray, residual: np.ndarray) -> Diagnosis | None:

@@ -284,8 +284,8 @@ class _Maker:
             ]
             for r in range(rows)
         ]
-        if self.part.kind == "transform":
-            made[-1] = ["0", "0", "0", "1"]
+        if last_row := ASKED[self.part.kind].last_row:
+            made[-1] = list(last_row)
         return Numeric(tuple(tuple(row) for row in made))
 
     def _field(self, found: InNumbers, row: int, column: int, label: str) -> Field:

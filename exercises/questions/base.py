@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 import sympy as sp
@@ -113,6 +114,16 @@ def no_names(chain: Chain, *_: object) -> tuple[str, ...]:
     return ()
 
 
+def no_rows(chain: Chain) -> tuple[tuple[int, int], ...]:
+    """Return no rows."""
+    return ()
+
+
+def first_three(chain: Chain) -> list[tuple[int, int]]:
+    """Return the three linear rows of a Jacobian of six rows, each with its axis."""
+    return [(axis, axis) for axis in range(3)]
+
+
 def joint_rates(chain: Chain) -> tuple[str, ...]:
     """Return the names of the joint rates, as `solve` returns them: qd1, qd2, …"""
     return tuple(rate.name for rate in chain.rates)
@@ -141,6 +152,10 @@ class Question:
     J is there already, and where it `is_made_of_minors`, it takes minutes to work out in formulas for many joints, and
     a single formula is a product whose factors count.
 
+    What links add up to is looked at in the `linear_rows` of an answer, each with its axis (0 to 2): of a sum of the
+    links, or of columns that are one each. A `last_row` that is the same for all arms is shown, where a platform has
+    a box for each entry.
+
     Later parts are marked on a student's own earlier results: `put` tells which stages an answer stands for, `follows`
     the questions from whose answers this one is worked out, in the order in which that is tried. The conditions of a
     set are where the result that `vanishes` does.
@@ -164,6 +179,9 @@ class Question:
     entry_names: Callable[[Chain, Part], Sequence[str]] = no_names
     is_made_of_jacobian: bool = False
     is_made_of_minors: bool = False
+    adds_up: Literal["", "links", "columns of links"] = ""
+    linear_rows: Callable[[Chain], Sequence[tuple[int, int]]] = no_rows
+    last_row: tuple[str, ...] = ()
     put: Put | None = None
     follows: tuple[tuple[str, ...], ...] = ()
     vanishes: Result | None = None

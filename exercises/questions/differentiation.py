@@ -83,6 +83,8 @@ QUESTIONS = (
         result=lambda w, _: w["point"][moving_rows(w.chain)],
         entry_names=lambda chain, _: list(chain.linear_rows),
         put=_put_position,
+        adds_up="links",
+        linear_rows=lambda chain: list(enumerate(moving_rows(chain))),
     ),
     Question(
         name="velocity",
@@ -119,6 +121,8 @@ QUESTIONS = (
         result=stage("jacobian"),
         put=put("jacobian"),
         follows=(("position",),),
+        adds_up="columns of links",
+        linear_rows=lambda chain: [(k, "xyz".index(row[1])) for k, row in enumerate(chain.task) if row[0] == "v"],
     ),
     Question(
         name="determinant",

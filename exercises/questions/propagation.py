@@ -8,7 +8,7 @@ from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.stages import Working, propagated
 from exercises.problem import Part
-from exercises.questions.base import Asked, Question, by_hand, put, put_columns, stage, velocities
+from exercises.questions.base import Asked, Question, by_hand, first_three, put, put_columns, stage, velocities
 from exercises.stream import Stream
 
 
@@ -84,6 +84,8 @@ QUESTIONS = (
         result=stage("geometric"),
         put=put("geometric"),
         follows=(("joint-axes", "position-vectors"),),
+        adds_up="columns of links",
+        linear_rows=first_three,
     ),
     Question(
         name="twist",

@@ -170,6 +170,7 @@ QUESTIONS = (
         too_long=_long_pose,
         result=_derived_transform,
         put=_put_transform,
+        last_row=("0", "0", "0", "1"),
     ),
     Question(
         name="tool-jacobian",

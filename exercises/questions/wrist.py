@@ -19,7 +19,7 @@ from exercises.arm.kinematics import Z, frame_behind, frames_and_point, joint_ro
 from exercises.arm.stages import Working
 from exercises.arm.trigonometry import Factored, factored, same, substitute, textbook
 from exercises.problem import Part
-from exercises.questions.base import MOST_TERMS, Asked, Question, put, square, stage
+from exercises.questions.base import MOST_TERMS, Asked, Question, first_three, put, square, stage
 from exercises.stream import Stream
 
 
@@ -172,6 +172,8 @@ QUESTIONS = (
         too_long=long_block,
         result=stage("arm block"),
         put=put("arm block"),
+        adds_up="columns of links",
+        linear_rows=first_three,
     ),
     Question(
         name="wrist-block",
