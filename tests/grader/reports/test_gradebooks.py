@@ -236,6 +236,13 @@ def test_canvas_without_the_assignment_makes_a_new_one(make: Make) -> None:
     assert set(unknown.imported(canvas(assignment, three(assignment)))) == {"new: T"}
 
 
+def test_moodle_gets_names_and_keys_of_a_roster_that_canvas_wrote(make: Make) -> None:
+    assignment = make(CANVAS_EXPORT)
+    header, *rows = csv.reader(io.StringIO(moodle(assignment, three(assignment))))
+    assert header[0] == "Name"
+    assert [row[0] for row in rows] == [student.name for student in assignment.roster]
+
+
 def test_canvas_by_a_roster_of_ones_own(make: Make) -> None:
     assignment = make("student,name,email,sis user id,section\na,Ada Lovelace,,S-1,Mon\nb,=cmd|x,,S-2,\nc,Emmy,,,\n")
     text = canvas(assignment, three(assignment))
