@@ -202,9 +202,14 @@ OWN: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
 """What NumPy makes of a Jacobian and a task velocity."""
 
 
-@pytest.mark.parametrize("name", OWN)
-def test_numbers_are_marked_on_the_students_own_jacobian(name: str) -> None:
-    family = "planar-3r" if name == "least-norm-rates" else "planar-2r"
+@pytest.mark.parametrize(
+    ("name", "family"),
+    [
+        *((name, "planar-3r" if name == "least-norm-rates" else "planar-2r") for name in OWN),
+        ("joint-rates", "stanford-6r"),
+    ],
+)
+def test_numbers_are_marked_on_the_students_own_jacobian(name: str, family: str) -> None:
     problem = generate(ProblemId(family, 1, ("jacobian", name)))
     jacobian, part = problem.parts
     wrong = jacobian.answer.as_matrix().as_mutable()
