@@ -82,8 +82,8 @@ def grade_class(
             _grade_elsewhere(shelf, tasks, executor, room, settled)
         else:
             lost = partial(_lost, assignment) if jobs else None
-            desk = (shelf, overrides, write_page)
-            with contextlib.closing(ordered_map(_grade, tasks, jobs, _Desk, desk, lost)) as every:
+            context = (shelf, overrides, write_page)
+            with contextlib.closing(ordered_map(_grade, tasks, jobs, _Context, context, lost)) as every:
                 for place, handed_in in enumerate(every):
                     settled(place, handed_in)
     return [results[place] for place in range(len(tasks))]
@@ -167,8 +167,8 @@ class _Shelf:
         return hashlib.sha256(content.encode("utf-8", "replace")).hexdigest()
 
 
-class _Desk:
-    """What a process has on its desk while it grades: the assignment, a sandbox, the folder of what is graded."""
+class _Context:
+    """What a process has on its context while it grades: the assignment, a sandbox, the folder of what is graded."""
 
     def __init__(self, shelf: _Shelf, overrides: AllOverrides, write_page: WritePage | None) -> None:
         self.shelf, self.assignment = shelf, shelf.assignment
@@ -193,16 +193,16 @@ Entry = tuple[Attempt | None, bool]
 """A notebook of a student, None where nothing was handed in, and whether it may count."""
 
 
-def _grade(desk: _Desk, task: Task) -> list[Graded]:
+def _grade(context: _Context, task: Task) -> list[Graded]:
     """Return everything that a student handed in, in the order in which it was received; what counts is marked."""
     handed_in, is_new = [], False
-    for one, counts in _entries(desk.assignment, task):
-        marked = desk.shelf.taken(task.student, one) if counts else None
+    for one, counts in _entries(context.assignment, task):
+        marked = context.shelf.taken(task.student, one) if counts else None
         if counts and marked is None:
-            marked, is_new = _marked(desk, task.student, one), True
+            marked, is_new = _marked(context, task.student, one), True
         handed_in.append(_graded(one, marked))
     if is_new:  # a mark that was kept may be that of a process which its page has ended
-        desk.write_page(task.student, handed_in)
+        context.write_page(task.student, handed_in)
     return handed_in
 
 
@@ -267,15 +267,15 @@ def _counting(assignment: Assignment, attempts: list[Attempt]) -> list[Attempt]:
     return own if assignment.attempts == "best" else [max(own, key=lambda one: one.received)]
 
 
-def _marked(desk: _Desk, student: str, attempt: Attempt | None) -> Marked:
+def _marked(context: _Context, student: str, attempt: Attempt | None) -> Marked:
     """Return what the grader gives for a notebook, and keep it."""
     try:
-        marked = grade_attempt(desk.assignment, student, attempt, desk.sandbox, desk.copies)
+        marked = grade_attempt(context.assignment, student, attempt, context.sandbox, context.copies)
     except QdotError:
         raise
     except Exception as error:  # our own failure, whatever it is, must neither become a mark nor stop the class
-        return ungraded(desk.assignment, student, attempt, f"{type(error).__name__}: {str(error)[:300]}")
-    desk.shelf.put(student, attempt, marked)
+        return ungraded(context.assignment, student, attempt, f"{type(error).__name__}: {str(error)[:300]}")
+    context.shelf.put(student, attempt, marked)
     return marked
 
 

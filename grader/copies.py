@@ -9,7 +9,7 @@ from exercises.arm.chain import Chain
 from exercises.arm.stages import numbers
 from exercises.assignment import Assignment, Slot
 from exercises.formula.identity import Domain
-from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, names
 from exercises.generate import sample_chain
 from exercises.problem import Part, Problem
@@ -46,7 +46,7 @@ class Copies:
         symbols = problem.symbols().items()
         given = {name: float(info.value) for name, info in symbols if name in used and info.value is not None}
         values = self._values(used, given)
-        return _print(evaluate(compile_tape(entries), values, POINTS)[0].real) in self._known[key]
+        return _print(evaluate(compile_program(entries), values, POINTS)[0].real) in self._known[key]
 
     def _chains(self, slot: Slot) -> list[Chain]:
         secret, roster = self._assignment.secret, self._assignment.roster

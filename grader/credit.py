@@ -11,7 +11,7 @@ from exercises.credit import OWN
 from exercises.formula.algebra import number, times
 from exercises.formula.expression import read
 from exercises.formula.identity import READABLE, Domain, compare_entries
-from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.program import compile_program, evaluate
 from exercises.formula.text import text_of
 from exercises.formula.trees import Node, ReadError, names
 from exercises.problem import Part, Problem
@@ -98,7 +98,7 @@ def _kept(
     trees = [read(text_of(factor), domain.roles) for factor in factors]
     several = domain.sample(set(domain.roles), READABLE + POINTS, Stream(f"{seed}/factors"))
     values = {name: value[READABLE:] for name, value in several.items()}
-    found = evaluate(compile_tape([node, *trees]), values, POINTS)[0]
+    found = evaluate(compile_program([node, *trees]), values, POINTS)[0]
     due = complex(coefficient)
     for size in range(len(factors), 0, -1):
         for chosen in combinations(range(len(factors)), size):

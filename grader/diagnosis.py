@@ -16,7 +16,7 @@ from exercises.answers import Letters
 from exercises.arm.stages import Working, numbers
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
-from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, ReadError, as_matrix, digits_of_decimals, has_blank, names
 from exercises.mistakes.catalogue import (
     ON_THE_WAY,
@@ -139,7 +139,7 @@ def _in_numbers(part: Part, answer: str, domain: Domain, values: Values) -> Foun
         return None
     filled = [Node("name", value="pi") if blank else entry for entry, blank in zip(entries, blanks, strict=True)]
     count = len(next(iter(values.values())))
-    found, size = evaluate(compile_tape(filled), values, count)
+    found, size = evaluate(compile_program(filled), values, count)
     found[blanks] = np.nan
     shape = (len(rows), len(rows[0]), count)
     return Found(found.reshape(shape), size.reshape(shape), _room(part, filled), part.answer.counts_up_to_a_factor)

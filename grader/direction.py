@@ -7,7 +7,7 @@ import numpy as np
 
 from exercises.formula.expression import read
 from exercises.formula.identity import Certificate, Domain, compare_entries, number
-from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, ReadError, has_blank, names
 from grader.counterexample import at_words, number_words
 from grader.judge import answer_rows, unknown_symbols
@@ -74,7 +74,7 @@ def _for_own_pivot(certificate: Certificate, due: Node, pivot: int) -> Certifica
     if example is None or not all(isinstance(example[name], float) for name in ("yours", "expected")):
         return certificate
     at = {name: np.array([value]) for name, value in example["at"].items()}
-    scale = complex(evaluate(compile_tape([due]), at, 1)[0][0, 0])
+    scale = complex(evaluate(compile_program([due]), at, 1)[0][0, 0])
     values = {name: number(example[name] / scale) for name in ("yours", "expected")}
     return replace(certificate, counterexample={**example, **values, "pivot": pivot})
 
@@ -83,7 +83,7 @@ def _numeric(entries: Sequence[Node], due: Sequence[Node], tolerance: float) -> 
     symbols = set().union(*(names(entry) for entry in entries))
     if symbols:
         return wrong(f"numbers are due, and {', '.join(sorted(symbols)[:5])} is left in the answer")
-    found, right = (evaluate(compile_tape(list(nodes)), {}, 1)[0][:, 0] for nodes in (entries, due))
+    found, right = (evaluate(compile_program(list(nodes)), {}, 1)[0][:, 0] for nodes in (entries, due))
     if not np.all(np.isfinite(found)) or np.any(np.abs(found.imag) > ZERO * np.abs(found)):
         return wrong("an entry of the vector is not a finite real number")
     size = float(np.linalg.norm(found.real))

@@ -20,7 +20,7 @@ from exercises.arm.stages import Change, Working, numbers, trees
 from exercises.formula.algebra import Matrix as Rows
 from exercises.formula.expression import read
 from exercises.formula.identity import READABLE
-from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.program import compile_program, evaluate
 from exercises.formula.text import text_of
 from exercises.formula.trees import ReadError, as_matrix, has_blank, names, node_text, size_of
 from exercises.mistakes.given import configurations
@@ -76,20 +76,20 @@ def follow(
     answer = answers[part.name]
     if is_table(answer) or part.kind not in QUESTIONS:
         return None
-    desk = _Desk(problem, answers, seed, is_copied)
+    context = _Context(problem, answers, seed, is_copied)
     found: list[Followed] = []
     for sources in QUESTIONS[part.kind].follows:
-        own = desk.own(sources, wrong)
+        own = context.own(sources, wrong)
         if own is None:
             continue
-        result = desk.worked_out(part, own)
-        judgement = None if result is None else desk.judged(part, result, answer)
+        result = context.worked_out(part, own)
+        judgement = None if result is None else context.judged(part, result, answer)
         if judgement is not None and judgement.share > 0:
             found.append(Followed(judgement, next(name for name in sources if name in wrong)))
     return max(found, key=lambda one: one.judgement.share, default=None)
 
 
-class _Desk:
+class _Context:
     """A problem with a student's answers, read once."""
 
     def __init__(self, problem: Problem, answers: Mapping[str, str], seed: str, is_copied: IsCopied) -> None:
@@ -167,7 +167,7 @@ class _Desk:
             return None
 
     def _values(self, rows: Rows) -> np.ndarray:
-        return evaluate(compile_tape([entry for row in rows for entry in row]), self.values, POINTS)[0]
+        return evaluate(compile_program([entry for row in rows for entry in row]), self.values, POINTS)[0]
 
     def as_hard(self, rows: Rows, due: Rows) -> bool:
         """Tell whether rows depend on as many joints as those that are due, and have not clearly more zeros."""
@@ -189,13 +189,13 @@ class _Desk:
     def traits(self, rows: Rows) -> "Traits":
         """Return what an answer is like, at random configurations."""
         entries = [entry for row in rows for entry in row]
-        tape, roles = compile_tape(entries), self.domain.roles
-        found = evaluate(tape, self.values, POINTS)[0]
+        program, roles = compile_program(entries), self.domain.roles
+        found = evaluate(program, self.values, POINTS)[0]
         size = max(float(np.nanmax(np.abs(found), initial=0.0)), 1e-300)
 
         def differs(values: Mapping[str, np.ndarray], room: float) -> bool:
             with np.errstate(all="ignore"):
-                return not np.all(np.abs(evaluate(tape, values, POINTS)[0] - found) <= room * size)
+                return not np.all(np.abs(evaluate(program, values, POINTS)[0] - found) <= room * size)
 
         joints = {q.name for q in self.chain.q}
         used = {name for name in set().union(*map(names, entries)) if isinstance(roles[name], str)}
@@ -274,7 +274,7 @@ def _with(w: Working, given: Mapping[str, np.ndarray]) -> Working:
 
 def _in_numbers(rows: Rows, values: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return rows of trees at a configuration, (rows, columns, 1)."""
-    found = evaluate(compile_tape([entry for row in rows for entry in row]), values, 1)[0]
+    found = evaluate(compile_program([entry for row in rows for entry in row]), values, 1)[0]
     return np.asarray(found.real.reshape(len(rows), -1, 1))
 
 

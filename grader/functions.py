@@ -14,7 +14,7 @@ import numpy as np
 
 from exercises.formula.expression import read
 from exercises.formula.identity import Certificate, Comparison, Domain, Rounding, missed, number
-from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.program import compile_program, evaluate
 from exercises.formula.text import rows_of_text
 from exercises.formula.trees import names
 from exercises.problem import Part, Problem
@@ -69,7 +69,7 @@ def judge_function(
         return wrong(f"the function returns {returned}, and {due_shape[0]} x {due_shape[1]} is due")
     at = dict(zip(asked["symbols"], np.array(asked["points"]).T, strict=True))
     nodes = [read(entry, domain.roles) for row in rows for entry in row]
-    due, size = evaluate(compile_tape(nodes), at, POINTS)
+    due, size = evaluate(compile_program(nodes), at, POINTS)
     found = _along(values.T, due) if part.answer.counts_up_to_a_factor else values.T
     shown = set(asked["joints"]).union(*map(names, nodes))
     compared = _compared(found, due, size, {name: column for name, column in at.items() if name in shown}, rounding)

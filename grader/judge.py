@@ -12,7 +12,7 @@ from exercises.formula.conditions import SetComparison, Space, compare_sets
 from exercises.formula.expression import read
 from exercises.formula.identity import Certificate, Comparison, Domain, Rounding, compare_entries, missed, number
 from exercises.formula.pieces import Atom, Piece, pieces
-from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, ReadError, as_matrix, has_blank, names
 from grader.counterexample import at_words, entry_name, number_words, pose_words, values_words
 from grader.verdict import Judgement, correct, graded, missing, wrong
@@ -229,7 +229,7 @@ def judge_numbers(
             return wrong(f"numbers are due, and {', '.join(sorted(symbols)[:5])} is left in the answer")
         blanks = [has_blank(entry) for entry in entries]
         filled = [Node("name", value="E") if blank else entry for blank, entry in zip(blanks, entries, strict=True)]
-        values = evaluate(compile_tape(filled), {}, 1)[0][:, 0]
+        values = evaluate(compile_program(filled), {}, 1)[0][:, 0]
     except ReadError as error:
         return wrong(f"this can't be read as numbers: {error}")
     allowed = [max(tolerance * abs(due), floor) for due in reference]

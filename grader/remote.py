@@ -1,7 +1,7 @@
 """Notebooks graded by any executor, in processes that need share no disk with this one and may die at any moment.
 
 What is sent is an `Order`: one notebook as it was read, and the student's problems as they were kept. The assignment is
-sent to a worker that says it lacks it, once, and stays on its desk. A worker with other code than here grades nothing.
+sent to a worker that says it lacks it, once, and stays there. A worker with other code than here grades nothing.
 """
 
 import hashlib
@@ -211,7 +211,7 @@ def _broken(error: BaseException) -> QdotError:
 # --- in the process that does the work ---
 
 
-class _Desk:
+class _Context:
     """What a worker keeps of an assignment, and a sandbox."""
 
     def __init__(self, brief: Brief) -> None:
@@ -225,44 +225,48 @@ class _Desk:
         self.sandbox, self.copies = Sandbox(brief.limits, strict=strict), Copies(self.assignment)
 
 
-_desks: dict[str, _Desk] = {}
+_desks: dict[str, _Context] = {}
 _timers: list[threading.Timer] = []
 _one_at_a_time = threading.Lock()
 """A worker may have several threads, and mpmath has one precision for all of them."""
 
 
 def grade_order(order: Order) -> Reply:
-    """Grade a notebook in this process, with what lies on its desk."""
+    """Grade a notebook in this process, with what lies on its context."""
     worker = platform.node()
     if order.code != code():
         has = f"it has qdot {version('qdot')} on Python {platform.python_version()}"
         return Reply(refusal=f"its code or its libraries are not those of this machine ({has}); {SAME}", worker=worker)
     with _one_at_a_time:
         try:
-            desk = _desk(order)
+            context = _context(order)
             _put_away_when_idle()
-            return Reply() if desk is None else Reply(_marked(desk, order), warning=desk.warning, worker=worker)
+            return (
+                Reply() if context is None else Reply(_marked(context, order), warning=context.warning, worker=worker)
+            )
         except QdotError as error:
             return Reply(refusal=str(error), worker=worker)
 
 
-def _marked(desk: _Desk, order: Order) -> Marked:
+def _marked(context: _Context, order: Order) -> Marked:
     try:
-        return grade_attempt(desk.assignment, order.student, order.attempt, desk.sandbox, desk.copies, order.problems)
+        return grade_attempt(
+            context.assignment, order.student, order.attempt, context.sandbox, context.copies, order.problems
+        )
     except QdotError:
         raise
     except Exception as error:  # our own failure, whatever it is, must neither become a mark nor stop the class
         why = f"{type(error).__name__}: {str(error)[:300]}"
-        return ungraded(desk.assignment, order.student, order.attempt, why)
+        return ungraded(context.assignment, order.student, order.attempt, why)
 
 
-def _desk(order: Order) -> _Desk | None:
-    """Return the desk for an order's assignment, None where this process knows nothing of it. Raises QdotError."""
+def _context(order: Order) -> _Context | None:
+    """Return the context for an order's assignment, None where this process knows nothing of it. Raises QdotError."""
     if order.assignment not in _desks and order.brief is not None:
         _put_away_at_the_end()
         while len(_desks) >= MOST_DESKS:
             _desks.pop(next(iter(_desks))).sandbox.close()
-        _desks[order.assignment] = _Desk(order.brief)
+        _desks[order.assignment] = _Context(order.brief)
     return _desks.get(order.assignment)
 
 

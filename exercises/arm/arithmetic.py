@@ -13,7 +13,7 @@ import sympy as sp
 
 from exercises.formula import algebra
 from exercises.formula.expression import read
-from exercises.formula.tape import Tape, compile_tape, evaluate
+from exercises.formula.program import Program, compile_program, evaluate
 from exercises.formula.text import text_of
 from exercises.formula.trees import Node, ReadError
 
@@ -61,7 +61,7 @@ class Numbers:
         """Return an expression of the table and, behind it, where each joint is a step further, (N, n + 1)."""
         shape = (self.count, len(self._joints) + 1)
         values = {symbol.name: self._steps(symbol.name).ravel() for symbol in expression.free_symbols}
-        return evaluate(tape_of(expression), values, shape[0] * shape[1])[0][0].reshape(shape)
+        return evaluate(program_of(expression), values, shape[0] * shape[1])[0][0].reshape(shape)
 
     def _steps(self, name: str) -> np.ndarray:
         out = np.repeat(self._values[name].astype(complex)[:, None], len(self._joints) + 1, axis=1)
@@ -100,9 +100,9 @@ class Numbers:
 
 
 @lru_cache(maxsize=4096)
-def tape_of(expression: sp.Expr) -> Tape:
-    """Return the tape of one of our own expressions."""
-    return compile_tape([read(str(expression))])
+def program_of(expression: sp.Expr) -> Program:
+    """Return the program of one of our own expressions."""
+    return compile_program([read(str(expression))])
 
 
 class Formulas:

@@ -24,7 +24,7 @@ from exercises.families.base import Family, on_the_floor, sign, standing_in_plan
 from exercises.families.base import centimetres as cm
 from exercises.families.structures import Structure, chain_of, clean_classes, is_clean
 from exercises.formula.expression import read
-from exercises.formula.tape import Tape, compile_tape, evaluate
+from exercises.formula.program import Program, compile_program, evaluate
 from exercises.stream import Stream
 
 Band = tuple[int, int]
@@ -134,8 +134,8 @@ def _poses(kinds: str) -> np.ndarray:
 
 
 @lru_cache(maxsize=1024)
-def _tape(conditions: tuple[sp.Expr, ...]) -> Tape:
-    return compile_tape([read(str(condition)) for condition in conditions])
+def _program(conditions: tuple[sp.Expr, ...]) -> Program:
+    return compile_program([read(str(condition)) for condition in conditions])
 
 
 def _can_hold(conditions: tuple[sp.Expr, ...], chain: Chain, values: Values) -> bool:
@@ -145,7 +145,7 @@ def _can_hold(conditions: tuple[sp.Expr, ...], chain: Chain, values: Values) -> 
     poses = _poses("".join(joint.kind for joint in chain.joints))
     known = {q.name: column for q, column in zip(chain.q, poses.T, strict=True)}
     known |= {symbol.name: np.full(POSES, float(value)) for symbol, value in values.items()}
-    found = evaluate(_tape(conditions), known, POSES)[0].real
+    found = evaluate(_program(conditions), known, POSES)[0].real
     least = CLEARLY * np.abs(found).max(axis=1)
     return bool(np.all((found.min(axis=1) < -least) & (found.max(axis=1) > least)))
 

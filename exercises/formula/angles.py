@@ -1,4 +1,4 @@
-"""What stands inside a sine: sums of names and of pi with rational factors, found among the steps of a tape."""
+"""What stands inside a sine: sums of names and of pi with rational factors, found among the steps of a program."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from fractions import Fraction
 from typing import Any
 
 from exercises.formula.field import ORDER
-from exercises.formula.tape import Step
+from exercises.formula.program import Step
 
 PARTS = 8
 """An angle's w is exp(i theta / PARTS), so that halves, quarters and eighths of it are whole powers."""
@@ -43,7 +43,7 @@ def wave_of(angle: Angle) -> Wave | None:
 
 
 class Angles:
-    """The angles among the steps of a tape, with whether each is to be multiplied by i."""
+    """The angles among the steps of a program, with whether each is to be multiplied by i."""
 
     def __init__(self, steps: Sequence[Step]) -> None:
         self.steps = steps
@@ -52,7 +52,7 @@ class Angles:
     def at(self, index: int) -> tuple[Angle, bool] | None:
         """Return the angle that a step is; None where it is none."""
         todo = [index]
-        while todo:  # no recursion: a product of many factors is a deep tape
+        while todo:  # no recursion: a product of many factors is a deep program
             top = todo[-1]
             missing = [i for i in self.steps[top][1] if i not in self.found] if top not in self.found else []
             if missing:

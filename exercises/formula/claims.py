@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from exercises.formula.pieces import WHOLE, WHOLE_NUMBERS, Piece, is_tied, pieces
-from exercises.formula.tape import compile_tape
+from exercises.formula.program import compile_program
 from exercises.formula.trees import Node, ReadError, names, size_of
 
 _MOST_CASES, _MOST_WORK = 100_000, 6000
@@ -18,7 +18,7 @@ def claimed_pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
         raise ReadError("the conditions are too long, or there are too many whole numbers in them")
     found, work = pieces(node, joints), 0
     for piece in found:
-        took = _PIECE + sum(len(compile_tape([atom.zero]).steps) for atom in piece)
+        took = _PIECE + sum(len(compile_program([atom.zero]).steps) for atom in piece)
         searched = any(atom.joint is None or is_tied(atom, piece, joints) for atom in piece)
         work += took if searched else took // 10  # a value needs no search
         if work > _MOST_WORK:

@@ -14,7 +14,7 @@ import numpy as np
 from exercises.formula.constants import holds_at, room_of, same_value, value_of
 from exercises.formula.identity import FLOATS, Domain, Rounding
 from exercises.formula.pieces import Atom, Piece, is_tied
-from exercises.formula.tape import Tape, compile_tape, evaluate
+from exercises.formula.program import Program, compile_program, evaluate
 from exercises.formula.trees import Node, digits_of_decimals, names
 from exercises.stream import Stream
 
@@ -39,8 +39,8 @@ _VALUES = 5_000_000
 class _Ready:
     """A piece with its expressions compiled."""
 
-    values: list[tuple[str, Tape]] = field(default_factory=list)
-    zeros: Tape | None = None
+    values: list[tuple[str, Program]] = field(default_factory=list)
+    zeros: Program | None = None
     free: list[str] = field(default_factory=list)
 
 
@@ -52,18 +52,18 @@ def _ready(piece: Piece, joints: Sequence[str]) -> _Ready:
     given = [atom for atom in piece if atom.joint is not None]
     tied = [atom for atom in given if is_tied(atom, piece, joints)]
     plain = sorted((atom for atom in given if atom not in tied), key=lambda atom: bool(names(atom.zero) & set(joints)))
-    ready = _Ready([(str(atom.joint), compile_tape([atom.zero])) for atom in plain])
+    ready = _Ready([(str(atom.joint), compile_program([atom.zero])) for atom in plain])
     zeros = [atom.zero for atom in piece if atom.joint is None]
     zeros += [Node("-", (Node("name", value=atom.joint), atom.zero)) for atom in tied]
     fixed = {joint for joint, _ in ready.values}
     if zeros:
-        ready.zeros = compile_tape(zeros)
+        ready.zeros = compile_program(zeros)
         ready.free = [j for j in joints if j not in fixed and any(j in names(zero) for zero in zeros)]
     return ready
 
 
 def _nudged(values: Mapping[str, np.ndarray], count: int, nudges: Sequence[tuple[str, Any]]) -> dict[str, np.ndarray]:
-    """Return the configurations once for each nudge of a joint, one block after another: one walk through a tape."""
+    """Return the configurations once for each nudge of a joint, one block after another: one walk through a program."""
     out = {name: np.tile(column, len(nudges)) for name, column in values.items()}
     for i, (joint, nudge) in enumerate(nudges):
         block = slice(i * count, (i + 1) * count)
@@ -109,8 +109,8 @@ class Space:
 
     def _assign(self, ready: _Ready, values: dict[str, np.ndarray], count: int) -> np.ndarray:
         good = np.ones(count, dtype=bool)
-        for joint, tape in ready.values:
-            found = evaluate(tape, values, count)[0][0]
+        for joint, program in ready.values:
+            found = evaluate(program, values, count)[0][0]
             good &= np.isfinite(found) & (np.abs(found.imag) < MEMBER)
             values[joint] = np.where(good, found.real, 0.0)
         return good
@@ -238,7 +238,7 @@ class Space:
     def _holds(self, atom: Atom, values: Mapping[str, np.ndarray], count: int, tolerance: float) -> np.ndarray:
         if atom.joint is None:
             return self._vanishes(atom, values, count, tolerance)
-        found = evaluate(compile_tape([atom.zero]), values, count)[0][0]
+        found = evaluate(compile_program([atom.zero]), values, count)[0][0]
         gap = values[atom.joint] - found.real
         if self.domain.roles.get(atom.joint) == "angle":
             gap = np.angle(np.exp(1j * np.where(np.isfinite(gap), gap, np.nan)))

@@ -9,7 +9,7 @@ import numpy as np
 
 from exercises.formula.angles import Angles
 from exercises.formula.identity import SAME, allowed_for_decimals
-from exercises.formula.tape import compile_tape, evaluate, evaluate_precisely
+from exercises.formula.program import compile_program, evaluate, evaluate_precisely
 from exercises.formula.trees import Node, names
 
 DIGITS = 50
@@ -19,7 +19,7 @@ def value_of(node: Node) -> Any:
     """Return the real value of a tree without symbols, as an mpmath number; None where it has symbols or none."""
     if names(node):
         return None
-    found = evaluate_precisely(compile_tape([node]), {}, DIGITS)[0]
+    found = evaluate_precisely(compile_program([node]), {}, DIGITS)[0]
     return mpmath.re(found) if mpmath.isfinite(found) and abs(mpmath.im(found)) < SAME else None
 
 
@@ -34,10 +34,10 @@ def same_value(one: Any, other: Any, angles: bool, room: float) -> bool:
 
 def holds_at(zero: Node, at: Mapping[str, Any], symbols: Mapping[str, Any], room: float) -> bool:
     """Tell whether an expression vanishes at values of joints, for some values of the other symbols."""
-    tape = compile_tape([zero])
+    program = compile_program([zero])
     values = {**symbols, **at}
-    found = evaluate_precisely(tape, values, DIGITS)[0]
-    size = float(evaluate(tape, {name: np.array([float(value)]) for name, value in values.items()}, 1)[1][0, 0])
+    found = evaluate_precisely(program, values, DIGITS)[0]
+    size = float(evaluate(program, {name: np.array([float(value)]) for name, value in values.items()}, 1)[1][0, 0])
     return bool(mpmath.isfinite(found) and abs(found) <= max(room, SAME) * max(size, 1e-300))
 
 
@@ -52,8 +52,8 @@ def turns_of(node: Node) -> Fraction | None:
     >>> turns_of(Node("neg", (Node("name", value="pi"),)))
     Fraction(1, 1)
     """
-    tape = compile_tape([node])
-    angle = Angles(tape.steps).at(tape.outputs[0])
+    program = compile_program([node])
+    angle = Angles(program.steps).at(program.outputs[0])
     if angle is None or angle[1] or set(angle[0]) - {"pi", ""} or angle[0].get(""):
         return None
     return angle[0].get("pi", Fraction(0)) % 2

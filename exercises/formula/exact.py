@@ -27,7 +27,7 @@ from typing import Any
 
 from exercises.formula.angles import Angle, Angles, Wave, wave_of
 from exercises.formula.field import BITS, ORDER, PRIMES, Field, SharedField, below, draw_field
-from exercises.formula.tape import Step, Tape
+from exercises.formula.program import Program, Step
 from exercises.stream import Stream
 
 # --- sizes: degree and height of numerator and denominator ---
@@ -71,8 +71,8 @@ Op = tuple[str, tuple[int, ...], Any]
 
 
 @dataclass(frozen=True)
-class Program:
-    """The steps of a tape as they are done modulo a prime, None where that can't be; and the size of each."""
+class ModularProgram:
+    """The steps of a program as they are done modulo a prime, None where that can't be; and the size of each."""
 
     ops: tuple[Op | None, ...]
     sizes: tuple[Size, ...]
@@ -88,9 +88,9 @@ _LARGEST = 1e15
 """Degree or height beyond which nothing is evaluated."""
 
 
-def compile_program(tape: Tape, fixed: Mapping[str, Fraction | None]) -> Program:
-    """Return the program of a tape in which some names stand for numbers, None for those that are no fractions."""
-    steps = [_known(step, fixed) for step in tape.steps]
+def modular_program(program: Program, fixed: Mapping[str, Fraction | None]) -> ModularProgram:
+    """Return a program modulo a prime; some names stand for numbers, None for those that are no fractions."""
+    steps = [_known(step, fixed) for step in program.steps]
     angles = Angles(steps)
     ops: list[Op | None] = []
     sizes: list[Size] = []
@@ -107,7 +107,7 @@ def compile_program(tape: Tape, fixed: Mapping[str, Fraction | None]) -> Program
             made = None
         ops.append(None if made is None else made[0])
         sizes.append(_NO_SIZE if made is None else made[1])
-    return Program(tuple(ops), tuple(sizes), tape.outputs)
+    return ModularProgram(tuple(ops), tuple(sizes), program.outputs)
 
 
 def _plain_op(op: str, operands: tuple[int, ...], constant: Any, args: Sequence[Size]) -> tuple[Op, Size] | None:
@@ -226,7 +226,7 @@ def _inverse(value: int, prime: int) -> int:
     return pow(value, -1, prime)
 
 
-def run(program: Program, point: _Point) -> list[int | None]:
+def run(program: ModularProgram, point: _Point) -> list[int | None]:
     """Return the results modulo the prime; None where one is undefined there or can't be worked out so."""
     prime = point.field.prime
     values: list[int | None] = []
@@ -312,15 +312,15 @@ _SHARED = SharedField()
 
 
 def compare(
-    student: Tape, reference: Tape, fixed: Mapping[str, Fraction | None], seed: str,
+    student: Program, reference: Program, fixed: Mapping[str, Fraction | None], seed: str,
     draw: Callable[[Stream], Field] | None = None,
 ) -> list[Exact]:  # fmt: skip
-    """Compare two tapes result by result; `fixed` are the names that stand for numbers.
+    """Compare two programs result by result; `fixed` are the names that stand for numbers.
 
     A result that is undefined at every point is not the function that the reference is. Points are drawn from `seed`,
     and so are fields after the first: where one is not enough, the next must be independent of it.
     """
-    theirs, ours = compile_program(student, fixed), compile_program(reference, fixed)
+    theirs, ours = modular_program(student, fixed), modular_program(reference, fixed)
     stream = Stream(f"{seed}/exact")
     found = [_Entry(theirs, ours, k) for k in range(len(ours.outputs))]
     for trial in range(TRIES):
@@ -338,7 +338,7 @@ def compare(
 class _Entry:
     """One result of the two: what was seen of it at the points so far."""
 
-    def __init__(self, theirs: Program, ours: Program, number: int) -> None:
+    def __init__(self, theirs: ModularProgram, ours: ModularProgram, number: int) -> None:
         self.number = number
         self.able = theirs.supports(number) and ours.supports(number)
         self.sizes = theirs.sizes[theirs.outputs[number]], ours.sizes[ours.outputs[number]]

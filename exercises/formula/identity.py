@@ -23,7 +23,7 @@ import mpmath
 import numpy as np
 
 from exercises.formula import exact
-from exercises.formula.tape import Tape, compile_tape, evaluate_precisely, evaluate_steps, outputs, regions
+from exercises.formula.program import Program, compile_program, evaluate_precisely, evaluate_steps, outputs, regions
 from exercises.formula.trees import Node, digits_of, digits_of_decimals, names
 from exercises.stream import Stream
 
@@ -141,7 +141,7 @@ def compare_entries(
 
     Raises ReadError where an entry is no scalar.
     """
-    theirs, ours = compile_tape(student), compile_tape(reference)
+    theirs, ours = compile_program(student), compile_program(reference)
     given = domain.given()
     decided = exact.compare(theirs, ours, given, seed)
     doubles = {name for name, value in given.items() if value is None}
@@ -174,7 +174,7 @@ def missed(points: int, share: float = SHARE) -> float:
     return float((1.0 - share) ** points)
 
 
-def _count(theirs: Tape, certain: Sequence[bool]) -> int:
+def _count(theirs: Program, certain: Sequence[bool]) -> int:
     """Return the number of points: a few for a counterexample alone, many where a branch may differ somewhere."""
     if all(certain):
         return READABLE
@@ -194,7 +194,7 @@ def _allowed(node: Node, rounding: Rounding | None, doubles: AbstractSet[str]) -
 
 
 _VALUES = 10_000_000
-"""Numbers that one comparison may compute in double precision: a tape longer than 5,000 steps has fewer points."""
+"""Numbers that one comparison may compute in double precision: a program longer than 5,000 steps has fewer points."""
 
 _PRECISE_STEPS = 100_000
 """Steps of evaluation with many digits that one comparison may take (some seconds); a grader must not be stalled."""
@@ -207,12 +207,12 @@ _REGIONS, _SUSPECTS = 16, 3
 
 
 class _Trial:
-    """Two tapes at the same points: in double precision at all of them, with many digits where that decides."""
+    """Two programs at the same points: in double precision at all of them, with many digits where that decides."""
 
     def __init__(
         self,
-        theirs: Tape,
-        ours: Tape,
+        theirs: Program,
+        ours: Program,
         allowed: Sequence[tuple[float, float]],
         values: Mapping[str, np.ndarray],
         given: Mapping[str, Fraction | None],
@@ -299,7 +299,7 @@ class _Trial:
         return False
 
     def _precisely(self, point: int, digits: int) -> tuple[list[Any], list[Any]] | None:
-        """Return all results of both tapes at a point; None where that would take too long."""
+        """Return all results of both programs at a point; None where that would take too long."""
         if (point, digits) not in self.precise:
             if self.left <= 0:
                 return None

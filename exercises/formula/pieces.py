@@ -11,7 +11,7 @@ from fractions import Fraction
 from itertools import product
 
 from exercises.formula.constants import turns_of
-from exercises.formula.tape import compile_tape
+from exercises.formula.program import compile_program
 from exercises.formula.trees import Node, ReadError, names, replaced
 
 WHOLE_NUMBERS = ("k", "n", "m")
@@ -97,14 +97,14 @@ def _assigned(joint: Node, values: Node, joints: Sequence[str]) -> list[Piece]:
     found: list[Piece] = []
     for value in listed:
         for plain in _whole_number_cases(value):
-            compile_tape([plain])
+            compile_program([plain])
             found.append((Atom(plain, str(joint.value)),))
     return found
 
 
 def _vanishing(node: Node) -> list[Piece]:
     node = _bare(node)
-    compile_tape([node])
+    compile_program([node])
     return [(Atom(case),) for case in _whole_number_cases(node)]
 
 

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from exercises.arm.arithmetic import tape_of
+from exercises.arm.arithmetic import program_of
 from exercises.arm.chain import Chain
 from exercises.arm.precise import PRECISE
 from exercises.formula.identity import READABLE, Domain
-from exercises.formula.tape import evaluate
+from exercises.formula.program import evaluate
 from exercises.problem import Part
 from exercises.questions.path import joints_on
 from exercises.stream import Stream
@@ -42,7 +42,7 @@ def _fixed(drawn: Values, given: Mapping[str, float]) -> Values:
 
 
 def _at(value: sp.Expr, drawn: Values) -> np.ndarray:
-    return evaluate(tape_of(value), drawn, len(next(iter(drawn.values()))))[0][0].real
+    return evaluate(program_of(value), drawn, len(next(iter(drawn.values()))))[0][0].real
 
 
 def _on_path(chain: Chain, details: Mapping[str, Any]) -> dict[str, float]:

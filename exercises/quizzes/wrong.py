@@ -21,7 +21,7 @@ from exercises.arm.stages import Change, Working, as_formulas, formulas, numbers
 from exercises.arm.trigonometry import factored, textbook
 from exercises.formula.expression import read
 from exercises.formula.identity import READABLE, Domain
-from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.program import compile_program, evaluate
 from exercises.mistakes.catalogue import Wrong, wrong_answers
 from exercises.problem import Part
 from exercises.questions import QUESTIONS
@@ -235,11 +235,11 @@ def _sets(generic: Chain, subject: Subject, rng: Stream) -> Iterator[tuple[tuple
 
 def all_differ(chain: Chain, options: list[sp.Matrix]) -> bool:
     """Tell whether options are different functions on this arm, whose lengths may be given, and equal."""
-    tapes = compile_tape([read(str(entry)) for option in options for entry in option])
+    programs = compile_program([read(str(entry)) for option in options for entry in option])
     names = {symbol.name for option in options for symbol in option.free_symbols}
     drawn = Domain(domain_of(chain).roles).sample(names, READABLE + POINTS, Stream("quiz"))
     count = POINTS + READABLE
-    found = evaluate(tapes, drawn or {"one": np.ones(count)}, count)[0].reshape(len(options), -1, count)[
+    found = evaluate(programs, drawn or {"one": np.ones(count)}, count)[0].reshape(len(options), -1, count)[
         :, :, READABLE:
     ]
     return bool(np.isfinite(found).all()) and all(differ(a, b) for a, b in combinations(found, 2))

@@ -12,8 +12,8 @@ from exercises.files import make_folder, write_atomically
 from exercises.languages import LANGUAGES
 from exercises.record import Json
 from exercises.site.bank import ENDINGS, FOLDER, Wanted, index_text, titles_text, write_bank
-from exercises.site.leftovers import remove_leftovers
 from exercises.site.pages import Around, Assets, built_assets, favicon, page_text, pages, worker_text
+from exercises.site.stale_files import remove_stale_files
 
 NOT_BUILT = (
     "the site's scripts are not built: run `make site`, which needs Node and npm; an installed qdot has them already"
@@ -61,7 +61,7 @@ def build(order: Order, each: Callable[[], None]) -> Json:
     ).hexdigest()
     shell += ["icon.svg", f"{FOLDER}/index.json", *titles]
     write_atomically(order.folder / "sw.js", worker_text(shell, version[:16]))
-    remove_leftovers(order.folder, [*shell, *drawings, "sw.js"])
+    remove_stale_files(order.folder, [*shell, *drawings, "sw.js"])
     questions = sum(len(entry["questions"]) for entry in listed)
     return {"problems": len(listed), "questions": questions, "files": len(shell)}
 

@@ -27,7 +27,7 @@ from exercises.formula.conditions import Space
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
 from exercises.formula.pieces import pieces
-from exercises.formula.tape import Tape, compile_tape, evaluate_precisely
+from exercises.formula.program import Program, compile_program, evaluate_precisely
 from exercises.formula.trees import names
 from exercises.mistakes.catalogue import Wrong, taken, wrong_answers
 from exercises.mistakes.given import Values, configurations
@@ -110,13 +110,13 @@ def values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, str
     points = domain.sample(set(domain.roles), DRAWN, stream)
     symbols = sorted(points)
     given = {name for name, role in domain.roles.items() if not isinstance(role, str)}
-    tape = compile_tape(nodes)
+    program = compile_program(nodes)
     used = sorted(set().union(*map(names, nodes)) & set(points))
     rows_of_points: list[list[float]] = []
     right: list[list[float | None]] = []
     for k in range(DRAWN):
         row = [float(points[name][k]) if name in given else _short(points[name][k]) for name in symbols]
-        values = [_double(value) for value in _at(tape, dict(zip(symbols, row, strict=True)), used)]
+        values = [_double(value) for value in _at(program, dict(zip(symbols, row, strict=True)), used)]
         if len(right) < POINTS and all(value is not None and abs(value) < HUGE for value in values):
             rows_of_points.append(row)
             right.append(values)
@@ -128,9 +128,9 @@ def values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, str
     }  # fmt: skip
 
 
-def _at(tape: Tape, point: Mapping[str, float], used: Sequence[str]) -> list[Any]:
+def _at(program: Program, point: Mapping[str, float], used: Sequence[str]) -> list[Any]:
     """Return the entries at a configuration with many digits; its values are the decimals that are shown."""
-    return evaluate_precisely(tape, {name: mpmath.mpf(repr(point[name])) for name in used}, DIGITS)
+    return evaluate_precisely(program, {name: mpmath.mpf(repr(point[name])) for name in used}, DIGITS)
 
 
 def _mistakes_in_formulas(problem: Problem, part: Part, points: Values, shape: tuple[int, int]) -> Iterator[Json]:

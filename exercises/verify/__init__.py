@@ -30,7 +30,7 @@ from exercises.verify import (
     transforms,
     wrist,
 )
-from exercises.verify.ground import Check, Ground
+from exercises.verify.numeric_reference import Check, NumericReference
 
 
 @dataclass(frozen=True)
@@ -67,21 +67,21 @@ def certify(problem: Problem) -> ProblemCertificate:
     >>> certify(generate(ProblemId("planar-2r", 7, ("determinant",)))).passed
     True
     """
-    ground = Ground(problem)
-    checks = [_one_meaning(problem.chain), _full_rank(ground)]
+    numeric = NumericReference(problem)
+    checks = [_one_meaning(problem.chain), _full_rank(numeric)]
     for part in problem.parts:
-        checks.append(_readable(ground, part))
+        checks.append(_readable(numeric, part))
         if checks[-1].passed:
-            checks += [Check(f"{part.name}: {name}", held, detail) for name, held, detail in _checks_of(ground, part)]
+            checks += [Check(f"{part.name}: {name}", held, detail) for name, held, detail in _checks_of(numeric, part)]
     return ProblemCertificate(problem.id, problem.id.engine, tuple(checks), digests(problem))
 
 
-def _checks_of(ground: "Ground", part: Part) -> Iterator[Check]:
+def _checks_of(numeric: "NumericReference", part: Part) -> Iterator[Check]:
     known = CHECKS.get(part.kind)
     if known is None:
         yield Check("known", False, "nothing in exercises.verify.CHECKS tests this kind of question")
     else:
-        yield from known(ground, part)
+        yield from known(numeric, part)
 
 
 def _one_meaning(chain: Chain) -> Check:
@@ -102,32 +102,32 @@ FULL_RANK = "full rank"
 """The check that an arm fails whose task is not one for it."""
 
 
-def _full_rank(ground: Ground) -> Check:
+def _full_rank(numeric: NumericReference) -> Check:
     """Look for a place of full rank: without one, the arm is singular everywhere, and there is little to be asked."""
-    chain, jacobian = ground.chain, ground.exponential_jacobian
-    sigma = np.linalg.svd(jacobian[:, ground.task], compute_uv=False)
+    chain, jacobian = numeric.chain, numeric.exponential_jacobian
+    sigma = np.linalg.svd(jacobian[:, numeric.task], compute_uv=False)
     found = int((sigma > rank.GONE * np.linalg.norm(jacobian, axis=(1, 2))[:, None]).sum(axis=1).max())
     full = min(len(chain.task), chain.n)
     said = f"J for the task {', '.join(chain.task)} has rank {found}"
     return Check(FULL_RANK, found == full, said if found == full else f"{said} of {full}, whatever the configuration")
 
 
-def _trees(ground: Ground, part: Part) -> list[Node]:
-    return [ground.tree(text) for text in part.answer.formulas()]
+def _trees(numeric: NumericReference, part: Part) -> list[Node]:
+    return [numeric.tree(text) for text in part.answer.formulas()]
 
 
-def _usable(ground: Ground, part: Part) -> set[str]:
+def _usable(numeric: NumericReference, part: Part) -> set[str]:
     """Return the symbols that a part may use: all of the problem's; joints and lengths in conditions on them."""
     if part.answer.is_a_set:
-        return {symbol.name for symbol in (*ground.chain.q, *ground.chain.parameters)}
-    return set(ground.known)
+        return {symbol.name for symbol in (*numeric.chain.q, *numeric.chain.parameters)}
+    return set(numeric.known)
 
 
-def _readable(ground: Ground, part: Part) -> Check:
+def _readable(numeric: NumericReference, part: Part) -> Check:
     """Read every text of the reference as an answer is read, and look for symbols that the problem does not have."""
     name = f"{part.name}: readable"
     try:
-        strange = set[str]().union(*map(names, _trees(ground, part))) - _usable(ground, part)
+        strange = set[str]().union(*map(names, _trees(numeric, part))) - _usable(numeric, part)
     except ReadError as error:
         return Check(name, False, str(error))
     if strange:
@@ -135,7 +135,7 @@ def _readable(ground: Ground, part: Part) -> Check:
     return Check(name, True, "its text is understood, and holds the problem's symbols only")
 
 
-CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {
+CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
     kind: check
     for module in (
         formulas, singular, transforms, wrist, redundancy, path, rank, concepts, statics, performance,

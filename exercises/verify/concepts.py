@@ -11,30 +11,32 @@ from exercises.arm.chain import TASK_ROWS
 from exercises.problem import Part
 from exercises.questions.concepts import USES
 from exercises.verify.formulas import EXACT, agree
-from exercises.verify.ground import Check, Ground
+from exercises.verify.numeric_reference import Check, NumericReference
 from exercises.verify.rank import at_place, exponential_at, rank_of
 
 ROUNDED = 0.0006
 """Error of a number to three decimals."""
 
 
-def _size(ground: Ground, part: Part) -> Iterator[Check]:
+def _size(numeric: NumericReference, part: Part) -> Iterator[Check]:
     task: Any = part.details["task"]
-    counted = ground.differenced_jacobian[:, [TASK_ROWS.index(row) for row in task]]
+    counted = numeric.differenced_jacobian[:, [TASK_ROWS.index(row) for row in task]]
     expected = np.array([[float(counted.shape[1])], [float(counted.shape[2])]])
     yield agree("size", np.array(part.answer.as_matrix().tolist(), float)[None], expected[None], EXACT)
     empty = [row for row, values in zip(task, counted.swapaxes(0, 1), strict=True) if np.abs(values).max() < 1e-6]
-    yield Check("rows that move", not empty and task != ground.chain.task, f"always zero: {', '.join(empty) or 'none'}")
+    yield Check(
+        "rows that move", not empty and task != numeric.chain.task, f"always zero: {', '.join(empty) or 'none'}"
+    )
 
 
 def _numbers(text: str) -> np.ndarray:
     return np.array([float(value) for value in text.strip("()").split(",")])
 
 
-def _effect(ground: Ground, part: Part) -> Iterator[Check]:
+def _effect(numeric: NumericReference, part: Part) -> Iterator[Check]:
     effect: Any = part.details["effect"]
     answer = part.of(Choice)
-    moved = _by_difference(at_place(ground, effect.place), effect.joint - 1)
+    moved = _by_difference(at_place(numeric, effect.place), effect.joint - 1)
     expected = moved[[TASK_ROWS.index(row) for row in effect.rows]]
     errors = [float(np.abs(_numbers(option) - expected).max()) for option in answer.options]
     right = [error < ROUNDED for error in errors]
@@ -52,10 +54,10 @@ def _by_difference(sample: Sample, joint: int) -> np.ndarray:
     return np.array([*linear, spin[2, 1], spin[0, 2], spin[1, 0]])
 
 
-def _use(ground: Ground, part: Part) -> Iterator[Check]:
+def _use(numeric: NumericReference, part: Part) -> Iterator[Check]:
     task: Any = part.details["task"]
     answer = part.of(Choice)
-    jacobian = exponential_at(ground, part.details["place"])[[TASK_ROWS.index(row) for row in task]]
+    jacobian = exponential_at(numeric, part.details["place"])[[TASK_ROWS.index(row) for row in task]]
     rank, clear = rank_of(jacobian)
     m, n = jacobian.shape
     found = ("regular" if rank == n else "singular") if m == n else "redundant" if m < n else "few"
@@ -65,13 +67,13 @@ def _use(ground: Ground, part: Part) -> Iterator[Check]:
     yield Check("use", said and part.details["use"] == found, f"{answer.letter} is {options[answer.correct]}")
 
 
-def _cost(ground: Ground, part: Part) -> Iterator[Check]:
+def _cost(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Solve J qd = v by least squares for each option, and look at what is left."""
     cost: Any = part.details["cost"]
     answer = part.of(Choice)
-    jacobian = exponential_at(ground, cost.place)[ground.task]
+    jacobian = exponential_at(numeric, cost.place)[numeric.task]
     rank, clear = rank_of(jacobian)
-    yield Check("one direction lost", clear and rank == len(ground.task) - 1, f"rank {rank}")
+    yield Check("one direction lost", clear and rank == len(numeric.task) - 1, f"rank {rank}")
     left = []
     for option in answer.options:
         velocity = _numbers(option)
@@ -83,7 +85,7 @@ def _cost(ground: Ground, part: Part) -> Iterator[Check]:
     yield Check("least squares", produced == wanted and all(share < 0.02 or share > 0.4 for share in left), detail)
 
 
-CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {
+CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
     "jacobian-size": _size,
     "joint-effect": _effect,
     "invertibility": _use,

@@ -11,7 +11,7 @@ from exercises.arm.kinematics import NumericChain
 from exercises.problem import Part
 from exercises.questions.differentiation import moving_rows
 from exercises.questions.inversion import well_conditioned
-from exercises.verify.ground import Check, Ground
+from exercises.verify.numeric_reference import Check, NumericReference
 
 WELL_CONDITIONED = 0.7
 """Least sigma_min/sigma_max of a pose given in numbers, of what was asked for when it was drawn."""
@@ -34,15 +34,15 @@ def agree(name: str, found: np.ndarray, expected: np.ndarray, allowed: float) ->
     return Check(name, False, f"entry ({row}, {column}): {found[worst]:.6g}, expected {expected[worst]:.6g}")
 
 
-Expected = Callable[[Ground, Part], dict[str, tuple[np.ndarray, float]]]
+Expected = Callable[[NumericReference, Part], dict[str, tuple[np.ndarray, float]]]
 
 
-def formula(expected: Expected) -> Callable[[Ground, Part], Iterator[Check]]:
+def formula(expected: Expected) -> Callable[[NumericReference, Part], Iterator[Check]]:
     """Return the check that a symbolic reference has the values expected, by each way of finding them."""
 
-    def check(ground: Ground, part: Part) -> Iterator[Check]:
-        found = ground.read(part.answer.as_matrix())
-        for name, (values, allowed) in expected(ground, part).items():
+    def check(numeric: NumericReference, part: Part) -> Iterator[Check]:
+        found = numeric.read(part.answer.as_matrix())
+        for name, (values, allowed) in expected(numeric, part).items():
             yield agree(name, found, values, allowed)
 
     return check
@@ -53,86 +53,88 @@ def both(by_product: np.ndarray, by_difference: np.ndarray) -> dict[str, tuple[n
     return {"frames": (by_product, EXACT), "finite differences": (by_difference, DIFFERENCED)}
 
 
-def each_way(ground: Ground, take: Callable[[np.ndarray], np.ndarray]) -> dict[str, tuple[np.ndarray, float]]:
+def each_way(
+    numeric: NumericReference, take: Callable[[np.ndarray], np.ndarray]
+) -> dict[str, tuple[np.ndarray, float]]:
     """Return what `take` makes of the 6 x n Jacobian: by propagation, finite differences and exponentials."""
-    found = both(take(ground.jacobian), take(ground.differenced_jacobian))
-    return {**found, "product of exponentials": (take(ground.exponential_jacobian), EXACT)}
+    found = both(take(numeric.jacobian), take(numeric.differenced_jacobian))
+    return {**found, "product of exponentials": (take(numeric.exponential_jacobian), EXACT)}
 
 
-def _position(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return {"frames": (ground.point[:, moving_rows(ground.chain), None], EXACT)}
+def _position(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
+    return {"frames": (numeric.point[:, moving_rows(numeric.chain), None], EXACT)}
 
 
-def _velocity(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    rows = moving_rows(ground.chain)
-    return each_way(ground, lambda jacobian: jacobian[:, rows] @ ground.rates)
+def _velocity(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
+    rows = moving_rows(numeric.chain)
+    return each_way(numeric, lambda jacobian: jacobian[:, rows] @ numeric.rates)
 
 
-def _component(ground: Ground, part: Part) -> dict[str, tuple[np.ndarray, float]]:
+def _component(numeric: NumericReference, part: Part) -> dict[str, tuple[np.ndarray, float]]:
     row = "xyz".index(str(part.details["axis"]))
-    return each_way(ground, lambda jacobian: jacobian[:, [row]] @ ground.rates)
+    return each_way(numeric, lambda jacobian: jacobian[:, [row]] @ numeric.rates)
 
 
-def _jacobian(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return each_way(ground, lambda jacobian: jacobian[:, ground.task])
+def _jacobian(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
+    return each_way(numeric, lambda jacobian: jacobian[:, numeric.task])
 
 
-def _axes(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return {"frames": (ground.frames[:, :-1, :3, 2].transpose(0, 2, 1), EXACT)}
+def _axes(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
+    return {"frames": (numeric.frames[:, :-1, :3, 2].transpose(0, 2, 1), EXACT)}
 
 
-def _vectors(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return {"frames": ((ground.point[:, None] - ground.frames[:, :-1, :3, 3]).transpose(0, 2, 1), EXACT)}
+def _vectors(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
+    return {"frames": ((numeric.point[:, None] - numeric.frames[:, :-1, :3, 3]).transpose(0, 2, 1), EXACT)}
 
 
-def _geometric(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return each_way(ground, lambda jacobian: jacobian)
+def _geometric(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
+    return each_way(numeric, lambda jacobian: jacobian)
 
 
-def _twist(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return each_way(ground, lambda jacobian: jacobian @ ground.rates)
+def _twist(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
+    return each_way(numeric, lambda jacobian: jacobian @ numeric.rates)
 
 
-def _link_velocity(ground: Ground, part: Part) -> dict[str, tuple[np.ndarray, float]]:
+def _link_velocity(numeric: NumericReference, part: Part) -> dict[str, tuple[np.ndarray, float]]:
     frame = int(str(part.details["frame"]))
-    carried = ground.carried[:, :, frame].transpose(0, 2, 1)
-    return {"finite differences": (carried @ ground.rates, DIFFERENCED)}
+    carried = numeric.carried[:, :, frame].transpose(0, 2, 1)
+    return {"finite differences": (carried @ numeric.rates, DIFFERENCED)}
 
 
-def _determinant(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return {"LU decomposition": (np.linalg.det(ground.task_jacobian)[:, None, None], EXACT)}
+def _determinant(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
+    return {"LU decomposition": (np.linalg.det(numeric.task_jacobian)[:, None, None], EXACT)}
 
 
-def _inverse(ground: Ground, part: Part) -> Iterator[Check]:
+def _inverse(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Multiply the Jacobian by its inverse; the result is 1."""
-    yield _undone(ground, part, np.broadcast_to(np.eye(ground.chain.n), ground.task_jacobian.shape))
+    yield _undone(numeric, part, np.broadcast_to(np.eye(numeric.chain.n), numeric.task_jacobian.shape))
 
 
-def _rate_law(ground: Ground, part: Part) -> Iterator[Check]:
+def _rate_law(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Multiply the Jacobian by the rates; the result is the velocity asked for."""
-    yield _undone(ground, part, ground.velocity)
+    yield _undone(numeric, part, numeric.velocity)
 
 
-def _undone(ground: Ground, part: Part, expected: np.ndarray) -> Check:
-    found = ground.read(part.answer.as_matrix())
+def _undone(numeric: NumericReference, part: Part, expected: np.ndarray) -> Check:
+    found = numeric.read(part.answer.as_matrix())
     if found.shape != expected.shape:
         return agree("J times it", found, expected, EXACT)
-    size = (np.abs(ground.task_jacobian) @ np.abs(found)).max(axis=(1, 2), keepdims=True)
-    return agree("J times it", ground.task_jacobian @ found / size, expected / size, EXACT)
+    size = (np.abs(numeric.task_jacobian) @ np.abs(found)).max(axis=(1, 2), keepdims=True)
+    return agree("J times it", numeric.task_jacobian @ found / size, expected / size, EXACT)
 
 
-def _joint_rates(ground: Ground, part: Part) -> Iterator[Check]:
+def _joint_rates(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Solve J qd = v in floating point, at a pose where small errors stay small."""
     situation: Any = part.details["situation"]
-    arm = NumericChain(ground.chain, {symbol.name: float(value) for symbol, value in situation.lengths.items()})
-    jacobian = arm.jacobian(np.array([float(situation.joints[q]) for q in ground.chain.q]))[ground.task]
-    velocity = np.array([float(situation.velocity[sp.Symbol(row)]) for row in ground.chain.task])
+    arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in situation.lengths.items()})
+    jacobian = arm.jacobian(np.array([float(situation.joints[q]) for q in numeric.chain.q]))[numeric.task]
+    velocity = np.array([float(situation.velocity[sp.Symbol(row)]) for row in numeric.chain.task])
     expected = np.linalg.solve(jacobian, velocity)
     found = np.array(part.answer.as_matrix().tolist(), dtype=float)
     yield agree("linear solve", found[None], expected[None, :, None], 1e-8)
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     detail = f"sigma_min/sigma_max = {sigma[-1] / sigma[0]:.3f}"
-    enough = WELL_CONDITIONED * well_conditioned(ground.chain)
+    enough = WELL_CONDITIONED * well_conditioned(numeric.chain)
     yield Check("well conditioned", bool(sigma[-1] / sigma[0] > enough), detail)
     answer = part.of(Number)
     allowed = np.maximum(answer.tolerance * np.abs(expected), answer.floor)
@@ -140,7 +142,7 @@ def _joint_rates(ground: Ground, part: Part) -> Iterator[Check]:
     yield Check("three digits", bool(np.all(np.abs(rounded - expected) <= allowed)), "rounding keeps it right")
 
 
-CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {
+CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
     "position": formula(_position),
     "velocity": formula(_velocity),
     "velocity-component": formula(_component),

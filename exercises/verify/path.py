@@ -10,7 +10,7 @@ from exercises.arm.kinematics import NumericChain
 from exercises.problem import Part
 from exercises.questions.path import LESS_REGULAR, Seam
 from exercises.verify.formulas import WELL_CONDITIONED, agree
-from exercises.verify.ground import Check, Ground
+from exercises.verify.numeric_reference import Check, NumericReference
 from exercises.verify.redundancy import NUMBERS, numbers, three_digits
 
 STATIONS = 60
@@ -23,10 +23,10 @@ NEAR, NUDGE = 0.02, 1e-4
 class Followed:
     """A line followed in floating point, each place found from the one before it."""
 
-    def __init__(self, ground: Ground, seam: Seam) -> None:
-        self.arm = NumericChain(ground.chain, {symbol.name: float(value) for symbol, value in seam.lengths.items()})
-        self.task, self.speed = ground.task, float(seam.speed)
-        self.first = np.array([float(seam.joints[q]) for q in ground.chain.q])
+    def __init__(self, numeric: NumericReference, seam: Seam) -> None:
+        self.arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in seam.lengths.items()})
+        self.task, self.speed = numeric.task, float(seam.speed)
+        self.first = np.array([float(seam.joints[q]) for q in numeric.chain.q])
         self.origin = self.arm.point(self.first)[self.task]
         way = np.array([float(value) for value in seam.target.values()]) - self.origin
         self.length = float(np.linalg.norm(way))
@@ -79,9 +79,9 @@ def _number(part: Part, name: str) -> float:
     return float(sp.sympify(part.details[name]))
 
 
-def _path_rates(ground: Ground, part: Part) -> Iterator[Check]:
+def _path_rates(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Follow the line to the place asked for and solve for the rates there."""
-    line, s = Followed(ground, _seam_of(part)), _number(part, "distance")
+    line, s = Followed(numeric, _seam_of(part)), _number(part, "distance")
     joints = line.joints(np.linspace(0, s, STATIONS))
     expected = line.rates(joints[-1])
     yield agree("linear solve", numbers(part), expected[None, :, None], NUMBERS)
@@ -100,10 +100,10 @@ def _one_branch(line: Followed, joints: np.ndarray, s: float, least: float) -> C
     return Check("on one branch", ratio > least and jump < 0.2 and apart < 1e-6, detail)
 
 
-def _path_limit(ground: Ground, part: Part) -> Iterator[Check]:
+def _path_limit(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Follow the line past the place: the speed is the limit there, less before it and more behind it."""
     answer = part.of(Number)
-    line, found = Followed(ground, _seam_of(part)), numbers(part)
+    line, found = Followed(numeric, _seam_of(part)), numbers(part)
     if found.shape != (1, 1, 1) or not 0 < float(found[0, 0, 0]) < line.length:
         yield Check("on the line", False, f"{found.ravel()} is no distance on {line.length:.3f} m")
         return
@@ -122,7 +122,7 @@ def _path_limit(ground: Ground, part: Part) -> Iterator[Check]:
     yield three_digits(part, found.ravel())
 
 
-CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {
+CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
     "path-rates": _path_rates,
     "path-limit": _path_limit,
 }

@@ -9,36 +9,36 @@ from exercises.arm.kinematics import NumericChain
 from exercises.problem import Part
 from exercises.verify.exponentials import exponential_jacobian
 from exercises.verify.formulas import EXACT, agree
-from exercises.verify.ground import Check, Ground
+from exercises.verify.numeric_reference import Check, NumericReference
 from exercises.verify.redundancy import NUMBERS, jacobian_at, numbers, situation_of, stays_small, three_digits
 
 
-def _measured(measure: Callable[[np.ndarray], float]) -> Callable[[Ground, Part], Iterator[Check]]:
+def _measured(measure: Callable[[np.ndarray], float]) -> Callable[[NumericReference, Part], Iterator[Check]]:
     """Return the check that a number is what `measure` makes of the task Jacobian, found in two ways."""
 
-    def check(ground: Ground, part: Part) -> Iterator[Check]:
+    def check(numeric: NumericReference, part: Part) -> Iterator[Check]:
         situation = situation_of(part)
-        jacobian = jacobian_at(ground, situation)
-        arm = NumericChain(ground.chain, {symbol.name: float(value) for symbol, value in situation.lengths.items()})
-        q = np.array([float(situation.joints[symbol]) for symbol in ground.chain.q])
-        other = exponential_jacobian(arm, q)[ground.task]
+        jacobian = jacobian_at(numeric, situation)
+        arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in situation.lengths.items()})
+        q = np.array([float(situation.joints[symbol]) for symbol in numeric.chain.q])
+        other = exponential_jacobian(arm, q)[numeric.task]
         for name, rows in (("singular values", jacobian), ("product of exponentials", other)):
             yield agree(name, numbers(part), np.full((1, 1, 1), measure(rows)), NUMBERS)
-        yield stays_small(ground, jacobian)
+        yield stays_small(numeric, jacobian)
         yield three_digits(part, np.array([measure(jacobian)]))
         if part.kind == "manipulability":
-            yield _unit(part, arm, q, ground)
+            yield _unit(part, arm, q, numeric)
 
     return check
 
 
-def _unit(part: Part, arm: NumericChain, q: np.ndarray, ground: Ground) -> Check:
+def _unit(part: Part, arm: NumericChain, q: np.ndarray, numeric: NumericReference) -> Check:
     """Measure the same arm in half metres: w grows by 2^k where its unit is m^k."""
     answer = part.of(Number)
-    scale = np.ones((len(ground.task), 1))
-    scale[[row < 3 for row in ground.task]] = 2.0
+    scale = np.ones((len(numeric.task), 1))
+    scale[[row < 3 for row in numeric.task]] = 2.0
     columns = np.array([1.0 if kind == "R" else 0.5 for kind in arm.kinds])
-    jacobian = arm.jacobian(q)[ground.task]
+    jacobian = arm.jacobian(q)[numeric.task]
     grown = _volume(jacobian * scale * columns) / _volume(jacobian)
     power = round(float(np.log2(grown)))
     said = {0: "", 1: "m"}.get(power, f"m^{power}")
@@ -54,7 +54,7 @@ def _ratio(jacobian: np.ndarray) -> float:
     return float(np.linalg.cond(jacobian))
 
 
-CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {
+CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
     "manipulability": _measured(_volume),
     "condition-number": _measured(_ratio),
 }

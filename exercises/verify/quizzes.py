@@ -22,12 +22,12 @@ from exercises.stream import Stream
 from exercises.verify.exponentials import exponential_jacobian
 from exercises.verify.formulas import CHECKS as FORMULAS
 from exercises.verify.formulas import EXACT, agree
-from exercises.verify.ground import POSES, Check, Ground
+from exercises.verify.numeric_reference import POSES, Check, NumericReference
 from exercises.verify.rank import exponential_at, rank_of
 from exercises.verify.singular import CHECKS as SETS
 from exercises.verify.statics import CHECKS as TORQUES
 
-BASE_CHECKS: Mapping[str, Callable[[Ground, Part], Iterator[Check]]] = {**FORMULAS, **TORQUES}
+BASE_CHECKS: Mapping[str, Callable[[NumericReference, Part], Iterator[Check]]] = {**FORMULAS, **TORQUES}
 """The tests of the questions that options answer."""
 
 STEP = 0.7
@@ -36,9 +36,9 @@ APART = 1e-5
 """Share of their size by which two options differ somewhere, at least."""
 
 
-def _as_answer(ground: Ground, subject: Any, option: sp.Matrix) -> Part:
+def _as_answer(numeric: NumericReference, subject: Any, option: sp.Matrix) -> Part:
     """Return the question that options answer, with one of them put in its place in the whole answer."""
-    answer, details = QUESTIONS[subject.base].ask(ground.chain, Stream("quiz"))
+    answer, details = QUESTIONS[subject.base].ask(numeric.chain, Stream("quiz"))
     part = Part(subject.base, subject.base, answer, details=details)
     if answer.shape is None:
         return replace(part, answer=Expression(option[0]))
@@ -47,13 +47,13 @@ def _as_answer(ground: Ground, subject: Any, option: sp.Matrix) -> Part:
     return replace(part, answer=Matrix(sp.Matrix(whole)))
 
 
-def _formula_choice(ground: Ground, part: Part) -> Iterator[Check]:
+def _formula_choice(numeric: NumericReference, part: Part) -> Iterator[Check]:
     subject: Any = part.details["subject"]
     check = BASE_CHECKS[subject.base]
     offered = _offered(part)
-    passed = [all(one.passed for one in check(ground, _as_answer(ground, subject, o.shown))) for o in offered]
+    passed = [all(one.passed for one in check(numeric, _as_answer(numeric, subject, o.shown))) for o in offered]
     yield _one_right(part, passed)
-    yield _different(ground, [sp.Matrix(option.shown) for option in offered])
+    yield _different(numeric, [sp.Matrix(option.shown) for option in offered])
 
 
 def _offered(part: Part) -> tuple[Offered, ...]:
@@ -69,19 +69,19 @@ def _one_right(part: Part, passed: Sequence[bool]) -> Check:
     return Check("one right option", right == [answer.correct], f"options that pass, from 0: {said}")
 
 
-def _different(ground: Ground, options: Sequence[sp.Matrix]) -> Check:
-    values = [ground.read(option).reshape(ground.points, -1) for option in options]
+def _different(numeric: NumericReference, options: Sequence[sp.Matrix]) -> Check:
+    values = [numeric.read(option).reshape(numeric.points, -1) for option in options]
     for (i, a), (j, b) in combinations(enumerate(values), 2):
         if a.shape == b.shape and not np.abs(a - b).max() > APART * (np.abs(a).max() + np.abs(b).max()):
             return Check("different options", False, f"options {i} and {j}, from 0, are the same")
     return Check("different options", all(np.isfinite(value).all() for value in values), "no two have the same values")
 
 
-def _set_choice(ground: Ground, part: Part) -> Iterator[Check]:
+def _set_choice(numeric: NumericReference, part: Part) -> Iterator[Check]:
     passed = []
     for option in _offered(part):
         claimed = Part("singular-angles", "singular-angles", ConditionSet(option.shown))
-        passed.append(all(check.passed for check in SETS["singular-angles"](ground, claimed)))
+        passed.append(all(check.passed for check in SETS["singular-angles"](numeric, claimed)))
     yield _one_right(part, passed)
     texts = [option.text for option in _offered(part)]
     yield Check("different options", len(set(texts)) == len(texts), "no two are the same")
@@ -90,40 +90,40 @@ def _set_choice(ground: Ground, part: Part) -> Iterator[Check]:
 # --- configurations ---
 
 
-def _ranks(ground: Ground, part: Part) -> list[tuple[int, bool]]:
+def _ranks(numeric: NumericReference, part: Part) -> list[tuple[int, bool]]:
     """Return the rank of J at each of the places, by the product of exponentials, and whether it is clear."""
     places: Any = part.details["places"]
     lengths: Any = part.details["lengths"]
     given = [replace(place, lengths={**lengths, **place.lengths}) for place in places]
-    return [rank_of(exponential_at(ground, place)[ground.task]) for place in given]
+    return [rank_of(exponential_at(numeric, place)[numeric.task]) for place in given]
 
 
-def _configurations(ground: Ground, part: Part) -> Iterator[Check]:
+def _configurations(numeric: NumericReference, part: Part) -> Iterator[Check]:
     answer = part.of(Letters)
-    full = min(len(ground.task), ground.chain.n)
-    ranks = _ranks(ground, part)
+    full = min(len(numeric.task), numeric.chain.n)
+    ranks = _ranks(numeric, part)
     singular_ones = tuple(index for index, (rank, _) in enumerate(ranks) if rank < full)
     wanted = answer.right
     yield Check("clear", all(clear for _, clear in ranks), f"ranks {', '.join(str(rank) for rank, _ in ranks)}")
     yield Check("singular ones", singular_ones == tuple(wanted), f"of rank less than {full}, from 0: {singular_ones}")
     yield Check("different options", len(set(answer.options)) == len(answer.options), "no two are the same")
     lengths: Any = part.details["lengths"]
-    yield Check("lengths", not filled(ground.chain, lengths).parameters, "every length has a number")
+    yield Check("lengths", not filled(numeric.chain, lengths).parameters, "every length has a number")
 
 
 # --- several right ones ---
 
 
-def _quantity(ground: Ground, part: Part, moved: int | None = None) -> np.ndarray:
+def _quantity(numeric: NumericReference, part: Part, moved: int | None = None) -> np.ndarray:
     """Return the values of what is asked about, (places, entries), from the arm in numbers; with one joint moved."""
     asked: Any = part.details["quantity"]
-    poses = np.stack([ground.values[q.name] for q in ground.chain.q], axis=1)
+    poses = np.stack([numeric.values[q.name] for q in numeric.chain.q], axis=1)
     if moved is not None:
         poses[:, moved] += STEP
     found = []
-    for number, arm in enumerate(ground.arms):
+    for number, arm in enumerate(numeric.arms):
         q = poses[number * POSES : (number + 1) * POSES]
-        jacobian = exponential_jacobian(arm, q)[:, ground.task]
+        jacobian = exponential_jacobian(arm, q)[:, numeric.task]
         if asked.name == "determinant":
             found.append(np.linalg.det(jacobian)[:, None])
         elif asked.name == "position":
@@ -134,11 +134,11 @@ def _quantity(ground: Ground, part: Part, moved: int | None = None) -> np.ndarra
     return np.concatenate(found)
 
 
-def _forms(ground: Ground, part: Part) -> Iterator[Check]:
-    answer, expected = part.of(Selection), _quantity(ground, part)
+def _forms(numeric: NumericReference, part: Part) -> Iterator[Check]:
+    answer, expected = part.of(Selection), _quantity(numeric, part)
     right = []
     for index, option in enumerate(_offered(part)):
-        found = ground.read(sp.Matrix([option.shown]))
+        found = numeric.read(sp.Matrix([option.shown]))
         if agree("", found, expected[:, :, None], EXACT).passed:
             right.append(index)
         elif np.abs(found[:, :, 0] - expected).max() <= APART * np.abs(expected).max():
@@ -147,12 +147,12 @@ def _forms(ground: Ground, part: Part) -> Iterator[Check]:
     yield Check("different options", len(set(answer.options)) == len(answer.options), "no two are written the same")
 
 
-def _dependence(ground: Ground, part: Part) -> Iterator[Check]:
+def _dependence(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Move one joint at a time, and look whether the values of what is asked about change."""
     answer = part.of(Selection)
-    here = _quantity(ground, part)
+    here = _quantity(numeric, part)
     found = tuple(
-        index for index in range(ground.chain.n) if np.abs(_quantity(ground, part, index) - here).max() > EXACT
+        index for index in range(numeric.chain.n) if np.abs(_quantity(numeric, part, index) - here).max() > EXACT
     )
     yield Check("moving one joint", found == answer.correct, f"it changes with joints, from 0: {found}")
 
@@ -160,17 +160,17 @@ def _dependence(ground: Ground, part: Part) -> Iterator[Check]:
 # --- columns to joints ---
 
 
-def _columns(ground: Ground, part: Part) -> Iterator[Check]:
+def _columns(numeric: NumericReference, part: Part) -> Iterator[Check]:
     answer = part.of(Matching)
     offered = _offered(part)
-    jacobian = ground.exponential_jacobian[:, ground.task]
-    read = [ground.read(sp.Matrix(option.shown)) for option in offered]
+    jacobian = numeric.exponential_jacobian[:, numeric.task]
+    read = [numeric.read(sp.Matrix(option.shown)) for option in offered]
     found = []
-    for joint in range(ground.chain.n):
+    for joint in range(numeric.chain.n):
         same = [k for k, value in enumerate(read) if agree("", value, jacobian[:, :, [joint]], EXACT).passed]
         found.append(same[0] if len(same) == 1 else -1)
     yield Check("columns", tuple(found) == answer.correct, f"options of the joints, from 0: {found}")
-    yield _different(ground, [sp.Matrix(option.shown) for option in offered])
+    yield _different(numeric, [sp.Matrix(option.shown) for option in offered])
 
 
 # --- numbers and statements ---
@@ -185,23 +185,23 @@ def _value(part: Part, expected: float) -> Iterator[Check]:
     yield Check("three digits", enough, "rounding keeps it right")
 
 
-def _determinant_value(ground: Ground, part: Part) -> Iterator[Check]:
-    yield from _value(part, float(np.linalg.det(exponential_at(ground, part.details["place"])[ground.task])))
+def _determinant_value(numeric: NumericReference, part: Part) -> Iterator[Check]:
+    yield from _value(part, float(np.linalg.det(exponential_at(numeric, part.details["place"])[numeric.task])))
 
 
-def _speed(ground: Ground, part: Part) -> Iterator[Check]:
+def _speed(numeric: NumericReference, part: Part) -> Iterator[Check]:
     rates: Any = part.details["rates"]
-    velocity = exponential_at(ground, part.details["place"])[:3] @ np.array([float(rate) for rate in rates.values()])
+    velocity = exponential_at(numeric, part.details["place"])[:3] @ np.array([float(rate) for rate in rates.values()])
     yield from _value(part, float(np.linalg.norm(velocity)))
 
 
-def _statement(ground: Ground, part: Part) -> Iterator[Check]:
+def _statement(numeric: NumericReference, part: Part) -> Iterator[Check]:
     answer = part.of(Choice)
-    jacobian = exponential_at(ground, part.details["place"])
+    jacobian = exponential_at(numeric, part.details["place"])
     said: Any = part.details
     if said["said"] == "singular":
-        rank, clear = rank_of(jacobian[ground.task])
-        true = rank < min(len(ground.task), ground.chain.n)
+        rank, clear = rank_of(jacobian[numeric.task])
+        true = rank < min(len(numeric.task), numeric.chain.n)
     else:
         component = float(jacobian[TASK_ROWS.index(said["row"]), said["joint"] - 1])
         true, clear = (component > 0) == said["positive"], abs(component) > 0.01
@@ -209,7 +209,7 @@ def _statement(ground: Ground, part: Part) -> Iterator[Check]:
     yield Check("statement", answer.options[answer.correct] == str(true).lower(), f"it is {true}")
 
 
-CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {
+CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
     **{question.name: _formula_choice for question in CHOICES if question.template == "formula-choice"},
     "singular-angles-choice": _set_choice,
     "singular-configurations": _configurations,

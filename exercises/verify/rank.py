@@ -15,7 +15,7 @@ from exercises.arm.kinematics import NumericChain
 from exercises.problem import Part
 from exercises.verify.exponentials import exponential_jacobian
 from exercises.verify.formulas import EXACT, agree
-from exercises.verify.ground import POSES, Check, Ground, apart, random_poses
+from exercises.verify.numeric_reference import POSES, Check, NumericReference, apart, random_poses
 
 GONE, THERE = 1e-9, 0.02
 """Shares of the largest singular value below which one counts as zero, and above which it has to be."""
@@ -25,15 +25,15 @@ MOST, ALONG = 0.6, 0.01
 velocity that is possible along it there."""
 
 
-def at_place(ground: Ground, place: Any) -> Sample:
+def at_place(numeric: NumericReference, place: Any) -> Sample:
     """Return a pose given in numbers, in floating point."""
-    arm = NumericChain(ground.chain, {symbol.name: float(value) for symbol, value in place.lengths.items()})
-    return Sample(arm, np.array([float(sp.N(place.joints[q], 20)) for q in ground.chain.q]))
+    arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in place.lengths.items()})
+    return Sample(arm, np.array([float(sp.N(place.joints[q], 20)) for q in numeric.chain.q]))
 
 
-def exponential_at(ground: Ground, place: Any) -> np.ndarray:
+def exponential_at(numeric: NumericReference, place: Any) -> np.ndarray:
     """Return the 6 x n Jacobian at a pose by the product of exponentials."""
-    sample = at_place(ground, place)
+    sample = at_place(numeric, place)
     return np.asarray(exponential_jacobian(sample.arm, sample.q[None])[0])
 
 
@@ -44,9 +44,9 @@ def rank_of(jacobian: np.ndarray) -> tuple[int, bool]:
     return int(np.sum(share > GONE)), not bool(np.any((share > GONE) & (share < THERE)))
 
 
-def _rank(ground: Ground, part: Part) -> Iterator[Check]:
+def _rank(numeric: NumericReference, part: Part) -> Iterator[Check]:
     part.of(Number)
-    found, clear = rank_of(exponential_at(ground, part.details["place"])[ground.task])
+    found, clear = rank_of(exponential_at(numeric, part.details["place"])[numeric.task])
     yield agree("rank", np.array(part.answer.as_matrix().tolist(), float)[None], np.array([[[float(found)]]]), EXACT)
     yield Check("clear", clear, "every singular value is clearly zero or clearly not")
 
@@ -54,17 +54,17 @@ def _rank(ground: Ground, part: Part) -> Iterator[Check]:
 # --- lost direction ---
 
 
-def _direction(ground: Ground, part: Part) -> Iterator[Check]:
+def _direction(numeric: NumericReference, part: Part) -> Iterator[Check]:
     answer = part.of(Direction)
-    m = len(ground.task)
+    m = len(numeric.task)
     if answer.reference.shape != (m, 1):
         yield Check("shape", False, f"the reference is {answer.reference.shape}, expected ({m}, 1)")
         return
     yield _written(part)
     if "lost" in part.details:
-        yield from _formula(ground, part)
+        yield from _formula(numeric, part)
         return
-    jacobian = exponential_at(ground, part.details["place"])[ground.task]
+    jacobian = exponential_at(numeric, part.details["place"])[numeric.task]
     found = np.array(part.answer.as_matrix().tolist(), float)
     yield Check("unit length", bool(abs(np.linalg.norm(found) - 1) < 1e-8), f"length {np.linalg.norm(found):.10f}")
     yield _perpendicular(found[None], jacobian[None])
@@ -80,21 +80,21 @@ def _written(part: Part) -> Check:
     return Check("short", bool(entries) and not signed and not odd, f"{len(entries)} entries, {len(terms)} terms")
 
 
-def _formula(ground: Ground, part: Part) -> Iterator[Check]:
+def _formula(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Put the joint values in at random places, and multiply."""
     lost: Any = part.details["lost"]
     fixed = {q for q, _ in lost.values}
     left = part.answer.as_matrix().free_symbols & fixed
     yield Check("free joints only", not left, f"{', '.join(sorted(map(str, left)))} occurs" if left else "no other")
     jacobians = []
-    for index, (arm, lengths) in enumerate(zip(ground.arms, ground.lengths, strict=True)):
+    for index, (arm, lengths) in enumerate(zip(numeric.arms, numeric.lengths, strict=True)):
         rows = slice(index * POSES, (index + 1) * POSES)
-        q = np.stack([ground.values[symbol.name][rows] for symbol in ground.chain.q], axis=1)
+        q = np.stack([numeric.values[symbol.name][rows] for symbol in numeric.chain.q], axis=1)
         numbers = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
         for symbol, value in lost.values:
-            q[:, ground.chain.q.index(symbol)] = float(sp.N(value.xreplace(numbers)))
-        jacobians.append(exponential_jacobian(arm, q)[:, ground.task])
-    yield _perpendicular(ground.read(part.answer.as_matrix()), np.concatenate(jacobians))
+            q[:, numeric.chain.q.index(symbol)] = float(sp.N(value.xreplace(numbers)))
+        jacobians.append(exponential_jacobian(arm, q)[:, numeric.task])
+    yield _perpendicular(numeric.read(part.answer.as_matrix()), np.concatenate(jacobians))
 
 
 def _perpendicular(found: np.ndarray, jacobians: np.ndarray) -> Check:
@@ -113,41 +113,43 @@ def _perpendicular(found: np.ndarray, jacobians: np.ndarray) -> Check:
 
 
 def samples_at(
-    ground: Ground, values: Sequence[tuple[sp.Symbol, sp.Expr]], condition: sp.Expr | None, each: int = 2
+    numeric: NumericReference, values: Sequence[tuple[sp.Symbol, sp.Expr]], condition: sp.Expr | None, each: int = 2
 ) -> list[Sample]:
     """Return configurations at joint values, or where a condition holds, for other lengths."""
     if condition is not None:
-        return samples_on(ground.chain, f"{condition} = 0", f"verify/{ground.problem.id}", arms=4, each=each)
+        return samples_on(numeric.chain, f"{condition} = 0", f"verify/{numeric.problem.id}", arms=4, each=each)
     found = []
-    for arm, lengths in _more_arms(ground.chain, ground):
+    for arm, lengths in _more_arms(numeric.chain, numeric):
         numbers = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
-        put = {ground.chain.q.index(q): complex(sp.N(value.xreplace(numbers))) for q, value in values}
+        put = {numeric.chain.q.index(q): complex(sp.N(value.xreplace(numbers))) for q, value in values}
         if any(abs(value.imag) > 1e-12 for value in put.values()):
             continue
-        for q in random_poses(ground.chain, ground.stream, each):
+        for q in random_poses(numeric.chain, numeric.stream, each):
             q[list(put)] = [value.real for value in put.values()]
             found.append(Sample(arm, q))
     return found
 
 
-def _more_arms(chain: Chain, ground: Ground) -> Iterator[tuple[NumericChain, Mapping[str, float]]]:
-    yield from zip(ground.arms, ground.lengths, strict=True)
+def _more_arms(chain: Chain, numeric: NumericReference) -> Iterator[tuple[NumericChain, Mapping[str, float]]]:
+    yield from zip(numeric.arms, numeric.lengths, strict=True)
     for _ in range(3):
-        lengths = apart(chain, lambda: {n: v * 3 ** ground.stream.uniform(-1, 1) for n, v in ground.lengths[0].items()})
+        lengths = apart(
+            chain, lambda: {n: v * 3 ** numeric.stream.uniform(-1, 1) for n, v in numeric.lengths[0].items()}
+        )
         yield NumericChain(chain, lengths), lengths
 
 
 # --- lost motion ---
 
 
-def _motion(ground: Ground, part: Part) -> Iterator[Check]:
+def _motion(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Find the component of every possible velocity along each line: none along the right one, some along others."""
     asked: Any = part.details["asked"]
     answer = part.of(Choice)
     texts = tuple(line.words for line in asked.lines)
     yield Check("options", texts == answer.options and len(set(texts)) == len(texts), f"{len(texts)} options")
-    samples = samples_at(ground, asked.where.values, asked.where.condition)
-    moving = [_possible(sample, ground.task, asked.moving, asked.held) for sample in samples]
+    samples = samples_at(numeric, asked.where.values, asked.where.condition)
+    moving = [_possible(sample, numeric.task, asked.moving, asked.held) for sample in samples]
     along = directions(asked.lines, samples)
     sizes = np.array([[float(np.abs(d @ v).max()) for d, v in zip(vectors, moving, strict=True)] for vectors in along])
     scale = np.array([float(np.abs(v).max()) for v in moving])
@@ -175,21 +177,21 @@ def _possible(sample: Sample, task: Sequence[int], moving: str, held: bool) -> n
 # --- meaning ---
 
 
-def _meaning(ground: Ground, part: Part) -> Iterator[Check]:
+def _meaning(numeric: NumericReference, part: Part) -> Iterator[Check]:
     asked: Any = part.details["asked"]
     answer = part.of(Choice)
     values = asked.values
-    samples = samples_at(ground, values, asked.condition)
+    samples = samples_at(numeric, values, asked.condition)
     right = answer.correct
     told = [all(text.startswith(m.words) for text, (m, _) in zip(answer.options, asked.offered, strict=True))]
     yield Check("options", all(told) and len(set(answer.options)) == len(answer.options), "as offered")
     true = [bool(samples) and all(_is_so(meaning, sample) for sample in samples) for meaning, _ in asked.offered]
-    kinds = {str(kind_at(ground.chain, sample)) for sample in samples}
+    kinds = {str(kind_at(numeric.chain, sample)) for sample in samples}
     holds = [t and (kind is None or kinds == {kind}) for t, (_, kind) in zip(true, asked.offered, strict=True)]
     expected = [index == right for index in range(len(holds))]
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations; options that hold: {holds}"
     yield Check("only the right one holds", holds == expected, detail)
-    reasons = {meaning.kind for meaning, _ in asked.offered} <= _OF_AXES or bool(ground.chain.linear_rows)
+    reasons = {meaning.kind for meaning, _ in asked.offered} <= _OF_AXES or bool(numeric.chain.linear_rows)
     yield Check("a reason", reasons, "where P is, is no reason for a loss of turns; its task counts other rows too")
 
 
@@ -237,7 +239,7 @@ def _from_axis(sample: Sample, q: np.ndarray, joint: int) -> np.ndarray:
     return np.asarray(np.linalg.norm(between - (between * axis).sum(axis=1, keepdims=True) * axis, axis=1))
 
 
-CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {
+CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
     "rank": _rank,
     "lost-direction": _direction,
     "lost-motion": _motion,

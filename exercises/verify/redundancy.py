@@ -9,16 +9,16 @@ from exercises.arm.kinematics import NumericChain
 from exercises.problem import Part
 from exercises.questions.inversion import Situation, well_conditioned
 from exercises.verify.formulas import EXACT, WELL_CONDITIONED, agree, each_way, formula
-from exercises.verify.ground import Check, Ground
+from exercises.verify.numeric_reference import Check, NumericReference
 
 NUMBERS = 1e-8
 """Relative error allowed of numbers that are given to ten digits."""
 
 
-def jacobian_at(ground: Ground, situation: Situation) -> np.ndarray:
+def jacobian_at(numeric: NumericReference, situation: Situation) -> np.ndarray:
     """Return the task Jacobian of a situation (m x n), by products of 4 x 4 matrices."""
-    arm = NumericChain(ground.chain, {symbol.name: float(value) for symbol, value in situation.lengths.items()})
-    return np.asarray(arm.jacobian(np.array([float(situation.joints[q]) for q in ground.chain.q]))[ground.task])
+    arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in situation.lengths.items()})
+    return np.asarray(arm.jacobian(np.array([float(situation.joints[q]) for q in numeric.chain.q]))[numeric.task])
 
 
 def situation_of(part: Part) -> Situation:
@@ -33,11 +33,11 @@ def numbers(part: Part) -> np.ndarray:
     return np.array(part.answer.as_matrix().tolist(), dtype=float)[None]
 
 
-def stays_small(ground: Ground, jacobian: np.ndarray) -> Check:
+def stays_small(numeric: NumericReference, jacobian: np.ndarray) -> Check:
     """Return the check that small errors stay small."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     ratio = float(sigma[-1] / sigma[0])
-    least = WELL_CONDITIONED * well_conditioned(ground.chain)
+    least = WELL_CONDITIONED * well_conditioned(numeric.chain)
     return Check("well conditioned", ratio > least, f"sigma_min/sigma_max = {ratio:.3f}")
 
 
@@ -49,45 +49,45 @@ def three_digits(part: Part, expected: np.ndarray) -> Check:
     return Check("three digits", bool(np.all(np.abs(rounded - expected) <= allowed)), "rounding keeps it right")
 
 
-def _gram(ground: Ground, _: Part) -> dict[str, tuple[np.ndarray, float]]:
+def _gram(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
     def determinant(jacobian: np.ndarray) -> np.ndarray:
-        rows = jacobian[:, ground.task]
+        rows = jacobian[:, numeric.task]
         return np.asarray(np.linalg.det(rows @ rows.swapaxes(1, 2)))[:, None, None]
 
-    return each_way(ground, determinant)
+    return each_way(numeric, determinant)
 
 
-def _least_norm(ground: Ground, part: Part) -> Iterator[Check]:
+def _least_norm(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Find the rates by the singular value decomposition, and hold them against others with the same velocity."""
     situation = situation_of(part)
-    jacobian = jacobian_at(ground, situation)
+    jacobian = jacobian_at(numeric, situation)
     velocity = np.array([float(value) for value in situation.velocity.values()])
     expected = np.linalg.pinv(jacobian) @ velocity
     found = numbers(part)
     yield agree("pseudo-inverse", found, expected[None, :, None], NUMBERS)
-    if found.shape[1:] == (ground.chain.n, 1):
+    if found.shape[1:] == (numeric.chain.n, 1):
         yield agree("velocity", jacobian @ found, velocity[None, :, None], NUMBERS)
-    yield stays_small(ground, jacobian)
+    yield stays_small(numeric, jacobian)
     yield three_digits(part, expected)
 
 
-def _self_motion(ground: Ground, part: Part) -> Iterator[Check]:
+def _self_motion(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Multiply the Jacobian by the motion; the result is zero, and the motion is not."""
     answer = part.of(Direction)
     formulas = answer.tolerance is None
-    found = ground.read(part.answer.as_matrix()) if formulas else numbers(part)
-    jacobian = ground.task_jacobian if formulas else jacobian_at(ground, situation_of(part))[None]
+    found = numeric.read(part.answer.as_matrix()) if formulas else numbers(part)
+    jacobian = numeric.task_jacobian if formulas else jacobian_at(numeric, situation_of(part))[None]
     size = np.linalg.norm(found, axis=1, keepdims=True) if np.all(np.isfinite(found)) else np.zeros(1)
-    if found.shape[1:] != (ground.chain.n, 1) or not np.all(size > EXACT):
-        yield Check("motion", False, f"no motion of {ground.chain.n} joints at some place")
+    if found.shape[1:] != (numeric.chain.n, 1) or not np.all(size > EXACT):
+        yield Check("motion", False, f"no motion of {numeric.chain.n} joints at some place")
         return
-    yield agree("null space", jacobian @ (found / size), np.zeros((len(found), len(ground.task), 1)), NUMBERS)
+    yield agree("null space", jacobian @ (found / size), np.zeros((len(found), len(numeric.task), 1)), NUMBERS)
     if not formulas:
         yield agree("unit vector", size, np.ones((1, 1, 1)), NUMBERS)
-        yield stays_small(ground, jacobian[0])
+        yield stays_small(numeric, jacobian[0])
 
 
-CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {
+CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
     "gram-determinant": formula(_gram),
     "least-norm-rates": _least_norm,
     "self-motion": _self_motion,

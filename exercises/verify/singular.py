@@ -16,7 +16,7 @@ from exercises.formula.expression import read
 from exercises.formula.pieces import pieces
 from exercises.problem import Part
 from exercises.questions.singular import OPTIONS, Place
-from exercises.verify.ground import ARMS, Check, Ground, random_lengths, random_poses
+from exercises.verify.numeric_reference import ARMS, Check, NumericReference, random_lengths, random_poses
 
 STARTS, STARTS_REDUNDANT, STEPS, SINGULAR = 30, 150, 40, 1e-9
 """Searches for singular configurations on each arm, Newton steps of each, and sigma_min/sigma_max of a find.
@@ -27,43 +27,43 @@ STILL = 1e-12
 """A step by which nothing moves any more than that is the last one."""
 
 FURTHER_ARMS = 30
-"""Choices of lengths to look for a piece of the set in, where those of the ground do not have it."""
+"""Choices of lengths to look for a piece of the set in, where those of the numeric do not have it."""
 
 NEAR, AROUND = 1e-5, 0.003
 """How near to the claimed set a find has to be. Where components meet, sigma_min is a product of the distances and is
 lost in rounding farther away: what counts is where the searches from around a find end."""
 
 
-def _singular(ground: Ground, part: Part) -> Iterator[Check]:
+def _singular(numeric: NumericReference, part: Part) -> Iterator[Check]:
     answer = part.of(ConditionSet)
-    joints = [q.name for q in ground.chain.q]
+    joints = [q.name for q in numeric.chain.q]
     texts = answer.pieces()
-    claimed = [piece for text in texts for piece in pieces(read(text, ground.known), joints)]
-    yield from _sound(ground, texts, claimed, joints)
-    yield _complete(ground, claimed, joints)
+    claimed = [piece for text in texts for piece in pieces(read(text, numeric.known), joints)]
+    yield from _sound(numeric, texts, claimed, joints)
+    yield _complete(numeric, claimed, joints)
 
 
-def _sound(ground: Ground, texts: Sequence[str], claimed: list[Any], joints: list[str]) -> Iterator[Check]:
+def _sound(numeric: NumericReference, texts: Sequence[str], claimed: list[Any], joints: list[str]) -> Iterator[Check]:
     """Draw configurations on every piece: there are some, and the Jacobian has lost rank there."""
     for text, piece in zip(texts, claimed, strict=True):
-        on_arms = [_ratios_on(ground, piece, lengths, joints) for lengths in ground.lengths]
-        ratios = [ratio for found in on_arms for ratio in found] or _ratios_elsewhere(ground, piece, joints)
+        on_arms = [_ratios_on(numeric, piece, lengths, joints) for lengths in numeric.lengths]
+        ratios = [ratio for found in on_arms for ratio in found] or _ratios_elsewhere(numeric, piece, joints)
         detail = f"{len(ratios)} configurations, sigma_min/sigma_max at most {max(ratios, default=0.0):.1e}"
         yield Check(f"rank at {text}", bool(ratios) and max(ratios) < REGULAR, detail)
 
 
-def _ratios_on(ground: Ground, piece: Any, lengths: dict[str, float], joints: list[str]) -> list[float]:
+def _ratios_on(numeric: NumericReference, piece: Any, lengths: dict[str, float], joints: list[str]) -> list[float]:
     """Return sigma_min/sigma_max of J at configurations on the piece, for the arm of these lengths."""
-    space = Space(joints, domain_of(ground.chain, lengths))
-    values = space.on_piece(piece, space.names_of([[piece]]), ground.stream, count=8)
+    space = Space(joints, domain_of(numeric.chain, lengths))
+    values = space.on_piece(piece, space.names_of([[piece]]), numeric.stream, count=8)
     q = np.stack([values[joint] for joint in joints], axis=1)
-    return [float(ratio) for ratio in _ratios(NumericChain(ground.chain, lengths).jacobian(q)[:, ground.task])]
+    return [float(ratio) for ratio in _ratios(NumericChain(numeric.chain, lengths).jacobian(q)[:, numeric.task])]
 
 
-def _ratios_elsewhere(ground: Ground, piece: Any, joints: list[str]) -> list[float]:
+def _ratios_elsewhere(numeric: NumericReference, piece: Any, joints: list[str]) -> list[float]:
     """Do the same for further arms: a piece such as theta3 = acos(-a2/a3) is there only if the lengths allow it."""
     for _ in range(FURTHER_ARMS):
-        ratios = _ratios_on(ground, piece, random_lengths(ground.chain, ground.stream), joints)
+        ratios = _ratios_on(numeric, piece, random_lengths(numeric.chain, numeric.stream), joints)
         if ratios:
             return ratios
     return []
@@ -75,23 +75,23 @@ def _ratios(jacobians: np.ndarray) -> np.ndarray:
     return np.asarray(sigma[..., -1] / np.maximum(sigma[..., 0], 1e-6))
 
 
-def _complete(ground: Ground, claimed: list[Any], joints: list[str]) -> Check:
+def _complete(numeric: NumericReference, claimed: list[Any], joints: list[str]) -> Check:
     """Search for singular configurations from random poses, and look for each in the claimed set."""
-    found, redundant = 0, ground.chain.n > len(ground.task)
-    for lengths, arm in zip(ground.lengths, ground.arms, strict=True):
+    found, redundant = 0, numeric.chain.n > len(numeric.task)
+    for lengths, arm in zip(numeric.lengths, numeric.arms, strict=True):
 
         def outside(q: np.ndarray, lengths: dict[str, float] = lengths) -> np.ndarray:
             """Return the configurations that no condition covers."""
             values = dict(zip(joints, q.T, strict=True)) | {name: np.full(len(q), v) for name, v in lengths.items()}
-            space = Space(joints, domain_of(ground.chain, lengths))
+            space = Space(joints, domain_of(numeric.chain, lengths))
             return np.asarray(q[~space.contains(claimed, values, len(q), NEAR)])
 
-        starts = random_poses(ground.chain, ground.stream, STARTS_REDUNDANT if redundant else STARTS)
-        q = singular_configurations(arm, starts, ground.task)
+        starts = random_poses(numeric.chain, numeric.stream, STARTS_REDUNDANT if redundant else STARTS)
+        q = singular_configurations(arm, starts, numeric.task)
         found += len(q)
         for left in outside(q):
-            around = left + AROUND * random_poses(ground.chain, ground.stream, STARTS)
-            near = singular_configurations(arm, around, ground.task)
+            around = left + AROUND * random_poses(numeric.chain, numeric.stream, STARTS)
+            near = singular_configurations(arm, around, numeric.task)
             if 2 * len(outside(near)) >= len(near):
                 at = ", ".join(
                     f"{name} = {value:.4g}" for name, value in [*zip(joints, left, strict=True), *lengths.items()]
@@ -130,7 +130,7 @@ def singular_configurations(arm: NumericChain, starts: np.ndarray, task: Sequenc
     return np.asarray(q[_ratios(arm.jacobian(q)[:, task]) < SINGULAR])
 
 
-def _type(ground: Ground, part: Part) -> Iterator[Check]:
+def _type(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Find the kind again for lengths that the question has not tried."""
     kind, place = str(part.details["type"]), part.details["place"]
     answer = part.of(Choice)
@@ -138,29 +138,29 @@ def _type(ground: Ground, part: Part) -> Iterator[Check]:
     options = answer.options
     right = len(set(options)) == len(options) and options[answer.correct] == OPTIONS[kind]
     yield Check("option", right, f"{answer.letter} is {options[answer.correct]}")
-    samples = _samples(ground, place)
-    kinds = {str(kind_at(ground.chain, sample)) for sample in samples}
+    samples = _samples(numeric, place)
+    kinds = {str(kind_at(numeric.chain, sample)) for sample in samples}
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations"
     yield Check("kind", bool(samples) and kinds == {kind}, detail)
-    if kind == "regular" and place.condition is None and len(ground.task) == ground.chain.n:
-        yield _regular_throughout(ground, place)
+    if kind == "regular" and place.condition is None and len(numeric.task) == numeric.chain.n:
+        yield _regular_throughout(numeric, place)
 
 
-def _regular_throughout(ground: Ground, place: Place) -> Check:
+def _regular_throughout(numeric: NumericReference, place: Place) -> Check:
     """Look at the sign of det J for short and long lengths: where it stays, the pose is regular for all of them."""
     signs = set()
     for _ in range(40):
-        lengths = {name: value * 4 ** ground.stream.uniform(-1, 1) for name, value in ground.lengths[0].items()}
-        arm, q = NumericChain(ground.chain, lengths), _pose(ground.chain, place, lengths)
-        signs.add(float(np.sign(np.linalg.det(arm.jacobian(q)[ground.task]))))
+        lengths = {name: value * 4 ** numeric.stream.uniform(-1, 1) for name, value in numeric.lengths[0].items()}
+        arm, q = NumericChain(numeric.chain, lengths), _pose(numeric.chain, place, lengths)
+        signs.add(float(np.sign(np.linalg.det(arm.jacobian(q)[numeric.task]))))
     return Check("regular for all lengths", len(signs) == 1, f"signs of det J: {sorted(signs)}")
 
 
-def _samples(ground: Ground, place: Place) -> list[Sample]:
+def _samples(numeric: NumericReference, place: Place) -> list[Sample]:
     if place.condition is not None:
-        return samples_on(ground.chain, f"{place.condition} = 0", f"verify/{ground.problem.id}", arms=ARMS, each=1)
-    pairs = zip(ground.arms, ground.lengths, strict=True)
-    return [Sample(arm, _pose(ground.chain, place, lengths)) for arm, lengths in pairs]
+        return samples_on(numeric.chain, f"{place.condition} = 0", f"verify/{numeric.problem.id}", arms=ARMS, each=1)
+    pairs = zip(numeric.arms, numeric.lengths, strict=True)
+    return [Sample(arm, _pose(numeric.chain, place, lengths)) for arm, lengths in pairs]
 
 
 def _pose(chain: Chain, place: Place, lengths: dict[str, float]) -> np.ndarray:
@@ -168,7 +168,7 @@ def _pose(chain: Chain, place: Place, lengths: dict[str, float]) -> np.ndarray:
     return np.array([float(sp.N(place.joints[q].xreplace(numbers))) for q in chain.q])
 
 
-CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {
+CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
     "singular-angles": _singular,
     "singularity-type": _type,
 }

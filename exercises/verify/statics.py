@@ -6,17 +6,17 @@ import numpy as np
 
 from exercises.problem import Part
 from exercises.verify.formulas import each_way, formula
-from exercises.verify.ground import Check, Ground
+from exercises.verify.numeric_reference import Check, NumericReference
 
 
-def _torques(ground: Ground, part: Part) -> dict[str, tuple[np.ndarray, float]]:
-    force = np.stack([ground.values[name] for name in part.symbols], axis=1)
+def _torques(numeric: NumericReference, part: Part) -> dict[str, tuple[np.ndarray, float]]:
+    force = np.stack([numeric.values[name] for name in part.symbols], axis=1)
 
     def of_unit_rates(jacobian: np.ndarray) -> np.ndarray:
         """Return the power of the force for each joint's unit rate, which is that joint's torque."""
-        return np.einsum("pij,pi->pj", jacobian[:, ground.task], force)[:, :, None]
+        return np.einsum("pij,pi->pj", jacobian[:, numeric.task], force)[:, :, None]
 
-    return each_way(ground, of_unit_rates)
+    return each_way(numeric, of_unit_rates)
 
 
-CHECKS: dict[str, Callable[[Ground, Part], Iterator[Check]]] = {"joint-torques": formula(_torques)}
+CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {"joint-torques": formula(_torques)}

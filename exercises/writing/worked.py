@@ -21,7 +21,7 @@ from exercises.problem import Part
 from exercises.questions.inversion import Situation, jacobian_at
 from exercises.questions.singular import Place
 from exercises.questions.wrist import block_determinants, not_partitioned
-from exercises.writing.clues import Clues
+from exercises.writing.hint_context import HintContext
 from exercises.writing.latex import AngleNames, angle_names, joint_sum, tex
 from exercises.writing.wording import join
 
@@ -101,9 +101,9 @@ class Worked:
         return angle_names(link_angles(self.chain), *shown)
 
     @cached_property
-    def clues(self) -> Clues:
+    def hint_context(self) -> HintContext:
         """What hints tell of the arm and show of its results."""
-        return Clues(self.chain)
+        return HintContext(self.chain)
 
     @property
     def links(self) -> list[sp.Expr]:

@@ -14,7 +14,7 @@ from exercises.arm.stages import as_formulas, formulas, numbers
 from exercises.docs import planar_2r, scorbot_arm
 from exercises.families import FAMILIES
 from exercises.formula.expression import read
-from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.program import compile_program, evaluate
 from exercises.formula.text import text_of
 from exercises.generate import questions_of
 from exercises.mistakes.catalogue import (
@@ -47,7 +47,7 @@ ASKED_OF_EACH, ASKED_OF_LONG = 4, several(2, 4)
 def evaluated(part: Part, values: Values) -> np.ndarray:
     """Return the entries of a reference at configurations, (entries, N)."""
     nodes = [read(text_of(entry), frozenset(values)) for entry in part.answer.as_matrix()]
-    return evaluate(compile_tape(nodes), values, len(next(iter(values.values()))))[0]
+    return evaluate(compile_program(nodes), values, len(next(iter(values.values()))))[0]
 
 
 def questions_for(family: str) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ MODULES = sorted((*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py"))
 LAYERS = {
     "exercises": """errors files input_file stream console parallel
         formula.printing formula.text formula.code formula.names formula.trees formula.algebra formula.notation
-        formula.expression formula.tape formula.field formula.angles formula.exact formula.identity formula.constants
+        formula.expression formula.program formula.field formula.angles formula.exact formula.identity formula.constants
         formula.pieces formula.conditions formula.claims
         arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.axes arm.reach arm.appearance
         arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
@@ -24,7 +24,7 @@ LAYERS = {
         generate record verify writing.latex languages render writing figure
         notebook show solve docs gradebook assignment store release exports.outlet exports.bank
         exports.known_wrong exports.stack_parts exports exports.registry site.keys site.record site.bank
-        site.page site.chapter site.arms site.guide site.reference site.pages site.leftovers site.build site
+        site.page site.chapter site.arms site.guide site.reference site.pages site.stale_files site.build site
         commands""",
     "grader": """verdict counterexample judge choices direction compare contained functions parts credit residuals
         diagnosis follow marking prairielearn sandbox guarantees cells archives layouts roster submission

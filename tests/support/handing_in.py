@@ -43,7 +43,7 @@ def uncertified(assignment: Assignment, *_: object) -> str:
 @contextmanager
 def one_sandbox() -> Iterator[None]:
     """Have what is graded in this process run in one sandbox, kept open: to start one takes longer than a notebook."""
-    with patch("grader.batch.Sandbox", _sandbox), patch("grader.batch._Desk.close", lambda _: None):
+    with patch("grader.batch.Sandbox", _sandbox), patch("grader.batch._Context.close", lambda _: None):
         yield
 
 

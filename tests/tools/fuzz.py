@@ -39,14 +39,14 @@ from exercises.formula import (
     identity,
     names,
     notation,
-    tape,
+    program,
     trees,
 )
 from exercises.formula import pieces as pieces_module
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
 from exercises.formula.pieces import Atom, pieces
-from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, ReadError, as_matrix, node_text
 from exercises.stream import Stream
 from grader import compare, judge
@@ -235,7 +235,7 @@ def _is_plain(name: str) -> bool:
 
 def _scalar(tree: Node) -> bool:
     try:
-        compile_tape([tree])
+        compile_program([tree])
     except ReadError:
         return False
     return True
@@ -260,7 +260,7 @@ def _apart(one: Node, other: Node) -> bool:
     if used != trees.names(other):
         return True
     values = DOMAIN.sample(used, 12, Stream("fuzz/printing"))
-    (a, ma), (b, mb) = (evaluate(compile_tape([tree]), values, 12) for tree in (one, other))
+    (a, ma), (b, mb) = (evaluate(compile_program([tree]), values, 12) for tree in (one, other))
     with np.errstate(all="ignore"):
         return bool(np.any((np.isfinite(a) != np.isfinite(b)) | (np.abs(a - b) > 1e-9 * (ma + mb))))
 
@@ -303,7 +303,7 @@ def _like_python(text: str) -> None:
             if text.count("(") < expression.MAX_DEPTH and text.count("**") < expression.MAX_DEPTH:
                 raise Find("Python understands this")
             return
-        value, size = (column[0, 0] for column in evaluate(compile_tape([tree]), drawn, 1))
+        value, size = (column[0, 0] for column in evaluate(compile_program([tree]), drawn, 1))
         # On the cut of a power, -1 + 0j and -1 - 0j have different roots; Python has its own signs of zero.
         near = (abs(value - other) <= 1e-9 * max(size, abs(due), 1e-200) for other in (due, due.conjugate()))
         if cmath.isfinite(due) and abs(due) < 1e200 and not any(near):
@@ -453,7 +453,7 @@ def _escapes(text: str) -> bool:
 # --- atheris ---
 
 INSTRUMENTED: tuple[ModuleType, ...] = (
-    angles, claims, conditions, constants, exact, expression, identity, names, notation, pieces_module, tape, trees,
+    angles, claims, conditions, constants, exact, expression, identity, names, notation, pieces_module, program, trees,
     judge, compare,
 )  # fmt: skip
 

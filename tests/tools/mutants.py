@@ -35,7 +35,7 @@ MODULES = {
     "field": ("exact", "identity"), "angles": ("exact", "identity", "judge"),
     "conditions": ("sets", "space", "conditions", "reasons", "judge", "decimals"),
     "pieces": ("space", "conditions", "judge"),
-    "judge": ("judge", "reasons", "decimals"), "tape": ("tape", "identity", "conditions", "judge"),
+    "judge": ("judge", "reasons", "decimals"), "program": ("program", "identity", "conditions", "judge"),
     "constants": ("claims", "conditions", "judge"), "claims": ("claims", "conditions", "judge"),
 }  # fmt: skip
 """Modules, and the tests that are run on the mutants of each."""

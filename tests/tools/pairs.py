@@ -20,7 +20,7 @@ from exercises.answers import Expression, Matrix
 from exercises.families import FAMILIES
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
-from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.program import compile_program, evaluate
 from exercises.formula.text import text_of
 from exercises.formula.trees import Node, names, node_text
 from exercises.generate import generate, questions_of
@@ -267,7 +267,7 @@ def differs(one_: Node, other: Node, domain: Domain, rng: Stream) -> bool | None
     """Whether two trees clearly differ somewhere; None where that is not clear."""
     used = names(one_) | names(other)
     values = domain.sample(used, 200, rng)
-    (a, ma), (b, mb) = (evaluate(compile_tape([tree]), values, 200) for tree in (one_, other))
+    (a, ma), (b, mb) = (evaluate(compile_program([tree]), values, 200) for tree in (one_, other))
     good = np.isfinite(a) & np.isfinite(b) & np.isfinite(ma) & np.isfinite(mb)
     off = np.abs(a[good] - b[good]) / np.maximum(ma[good] + mb[good], 1e-300)
     if not len(off):

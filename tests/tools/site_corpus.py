@@ -9,7 +9,7 @@ from typing import Any
 from exercises.files import write_atomically
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain, default_role
-from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, ReadError, as_matrix, names, node_text
 from exercises.site.keys import values_key
 from exercises.stream import Stream
@@ -56,7 +56,7 @@ def _texts(reference: str) -> list[list[str]]:
 
 
 def _angle(node: Node) -> float:
-    return float(evaluate(compile_tape([node]), {}, 1)[0][0, 0].real)
+    return float(evaluate(compile_program([node]), {}, 1)[0][0, 0].real)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 // The value of a tree at a configuration, with the size of its terms: complex arithmetic by mathjs.
 //
 // The size says what rounding may have done to a value: a difference that is small beside the size of what was added
-// up may be no difference. It follows ../../../exercises/formula/tape.py. Where all is real, the numbers are the processor's
+// up may be no difference. It follows ../../../exercises/formula/program.py. Where all is real, the numbers are the processor's
 // own: they are the same, and mathjs takes ten times as long to find out what it was given.
 
 import { type Complex, create, type FactoryFunctionMap } from "mathjs";

@@ -16,10 +16,10 @@ from exercises.arm.kinematics import (
     propagated_rotations,
 )
 from exercises.formula.expression import read
-from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.program import compile_program, evaluate
 from exercises.stream import Stream
 from exercises.verify.exponentials import exponential_jacobian
-from exercises.verify.ground import random_poses
+from exercises.verify.numeric_reference import random_poses
 from tests.support.suites import several
 
 RIGHT = st.sampled_from([sp.S.Zero, sp.pi / 2, sp.pi, -sp.pi / 2])
@@ -44,7 +44,7 @@ def chains(draw: st.DrawFn) -> Chain:
 def values_of(matrix: sp.Matrix, chain: Chain, q: np.ndarray) -> np.ndarray:
     values = {joint.name: np.array([value]) for joint, value in zip(chain.q, q, strict=True)}
     values["h"] = np.array([0.37])
-    found = evaluate(compile_tape([read(str(entry)) for entry in matrix]), values, 1)[0].real
+    found = evaluate(compile_program([read(str(entry)) for entry in matrix]), values, 1)[0].real
     return found.reshape(matrix.shape)
 
 

@@ -9,15 +9,15 @@ import sympy as sp
 
 from exercises.formula import exact, field
 from exercises.formula.angles import MOST_BITS, Angles
-from exercises.formula.exact import Exact, chance, compile_program
+from exercises.formula.exact import Exact, chance, modular_program
 from exercises.formula.expression import read
 from exercises.formula.field import ANSWERS, BITS, ORDER, PRIMES, Field, SharedField, below, draw_field, is_prime
-from exercises.formula.tape import compile_tape
+from exercises.formula.program import compile_program
 from exercises.stream import Stream
 
 
 def compared(student: str, reference: str, seed: str = "seed", **given: Fraction) -> Exact:
-    return exact.compare(compile_tape([read(student)]), compile_tape([read(reference)]), given, seed)[0]
+    return exact.compare(compile_program([read(student)]), compile_program([read(reference)]), given, seed)[0]
 
 
 SAME = [
@@ -118,25 +118,25 @@ def test_what_is_no_rational_function_as_it_is_written_is_not_decided(text: str)
 @pytest.mark.parametrize("text", ["x*theta1", "theta1/x", "theta1*x/2 + theta1*x/2"])
 def test_an_angle_with_factors_of_too_many_digits_is_none(text: str) -> None:
     """A limit of memory: a factor of 10,000 bits is taken, one more is not."""
-    tape = compile_tape([read(text)])
+    program = compile_program([read(text)])
     for factor, taken in ((2**MOST_BITS - 1, True), (2**MOST_BITS + 1, False)):
-        steps = [("number", (), Fraction(factor)) if step[2] == "x" else step for step in tape.steps]
-        assert (Angles(steps).at(tape.outputs[0]) is not None) is taken
+        steps = [("number", (), Fraction(factor)) if step[2] == "x" else step for step in program.steps]
+        assert (Angles(steps).at(program.outputs[0]) is not None) is taken
     assert MOST_BITS == 10_000
 
 
 def test_a_sum_of_angles_with_too_many_digits_is_none() -> None:
-    tape = compile_tape([read("x*theta1 + theta1 - x*theta2")])
+    program = compile_program([read("x*theta1 + theta1 - x*theta2")])
     for factor, taken in ((2**MOST_BITS - 2, True), (2**MOST_BITS - 1, False)):
-        steps = [("number", (), Fraction(factor)) if step[2] == "x" else step for step in tape.steps]
-        assert (Angles(steps).at(tape.outputs[0]) is not None) is taken
+        steps = [("number", (), Fraction(factor)) if step[2] == "x" else step for step in program.steps]
+        assert (Angles(steps).at(program.outputs[0]) is not None) is taken
 
 
 def test_an_angle_is_none_if_one_of_its_factors_has_too_many_digits() -> None:
-    tape = compile_tape([read("(x*theta1 + theta2)*x")])
+    program = compile_program([read("(x*theta1 + theta2)*x")])
     for bits, taken in ((MOST_BITS // 2, True), (MOST_BITS // 2 + 1, False)):
-        steps = [("number", (), Fraction(2**bits - 1)) if step[2] == "x" else step for step in tape.steps]
-        assert (Angles(steps).at(tape.outputs[0]) is not None) is taken
+        steps = [("number", (), Fraction(2**bits - 1)) if step[2] == "x" else step for step in program.steps]
+        assert (Angles(steps).at(program.outputs[0]) is not None) is taken
 
 
 def test_one_difference_is_enough_and_a_reference_without_a_value_tells_none() -> None:
@@ -224,13 +224,13 @@ def small_field(stream: Stream) -> Field:
 
 def accepted(student: str, trials: int) -> float:
     """The part of trials at one point in which an answer other than zero is taken for zero."""
-    theirs, ours = compile_tape([read(student)]), compile_tape([read("0")])
+    theirs, ours = compile_program([read(student)]), compile_program([read("0")])
     seen = [exact.compare(theirs, ours, {}, f"trial/{k}", small_field)[0].equal for k in range(trials)]
     return seen.count(True) / trials
 
 
 def predicted(student: str) -> float:
-    program = compile_program(compile_tape([read(student)]), {})
+    program = modular_program(compile_program([read(student)]), {})
     return chance(program.sizes[program.outputs[0]], (0.0, 0.0, 0.0, 0.0), int(log2(min(SMALL))), len(SMALL))
 
 
@@ -303,7 +303,7 @@ def test_every_point_but_the_first_has_a_field_of_its_own(monkeypatch: pytest.Mo
 @pytest.mark.usefixtures("one_point")
 def test_a_point_at_which_an_answer_is_undefined_does_not_make_it_wrong() -> None:
     """Numerator and denominator have 720 zeros in common, which a point of a small field meets often."""
-    theirs, ours = compile_tape([read("a1*(a1^720 - 1)/(a1^720 - 1)")]), compile_tape([read("a1")])
+    theirs, ours = compile_program([read("a1*(a1^720 - 1)/(a1^720 - 1)")]), compile_program([read("a1")])
     found = [exact.compare(theirs, ours, {}, f"trial/{k}", small_field)[0] for k in range(300)]
     assert {one.equal for one in found} == {True}
 
@@ -316,7 +316,7 @@ def test_degree_and_height_are_no_less_than_those_of_the_polynomials() -> None:
     """Numerator and denominator worked out as the text says, nothing cancelled, against their bounds."""
     x, y = sp.symbols("a1 a2")
     for text in ("(a1 + 2*a2)^3/(a1 - a2) - 3/7*a1", "a1/(a2 + 1/a1) + 5*a2/3", "(a1 - 1/a2)^-2*(a1 + 10)"):
-        program = compile_program(compile_tape([read(text)]), {})
+        program = modular_program(compile_program([read(text)]), {})
         above, below = sp.fraction(sp.cancel(sp.sympify(text.replace("^", "**"), locals={"a1": x, "a2": y})))
         size = program.sizes[program.outputs[0]]
         assert size[0] >= sp.Poly(above, x, y).total_degree()
@@ -350,7 +350,7 @@ def test_sizes_are_those_of_the_text_as_it_is_written(
     text: str, degree: float, height: float, degree_below: float, height_below: float
 ) -> None:
     """A sine is (w^16 - 1) / (2 i w^8); a root of 2, 3 or 5 counts 3 bits, for at most eight powers of the root."""
-    program = compile_program(compile_tape([read(text)]), {})
+    program = modular_program(compile_program([read(text)]), {})
     assert program.sizes[program.outputs[0]] == pytest.approx((degree, height, degree_below, height_below), abs=1e-12)
 
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exercises.formula.expression import MAX_LENGTH, read
-from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, ReadError, as_matrix, digits_of_decimals, has_blank, names, node_text
 
 VALUES = {
@@ -19,8 +19,8 @@ VALUES = {
 
 
 def value(text: str, known: tuple[str, ...] = ()) -> complex:
-    tape = compile_tape([read(text, known)])
-    found, _ = evaluate(tape, {name: np.array([number]) for name, number in VALUES.items()}, 1)
+    program = compile_program([read(text, known)])
+    found, _ = evaluate(program, {name: np.array([number]) for name, number in VALUES.items()}, 1)
     return complex(found[0, 0])
 
 
@@ -188,8 +188,8 @@ HOSTILE = {
 def test_hostile_text_ends_soon(name: str) -> None:
     try:
         tree = read(HOSTILE[name])
-        tape = compile_tape([tree])
-        evaluate(tape, {used: np.full(4, 0.7) for used in names(tree)}, 4)
+        program = compile_program([tree])
+        evaluate(program, {used: np.full(4, 0.7) for used in names(tree)}, 4)
     except ReadError as error:
         assert len(str(error)) < 300, "a message is for reading"
 
@@ -212,8 +212,8 @@ PIECES = [
 def test_any_text_of_the_grammar_is_read_or_refused(text: str) -> None:
     try:
         tree = read(text)
-        tape = compile_tape([tree])
-        evaluate(tape, {used: np.full(2, 0.7) for used in names(tree)}, 2)
+        program = compile_program([tree])
+        evaluate(program, {used: np.full(2, 0.7) for used in names(tree)}, 2)
     except ReadError:
         pass
 

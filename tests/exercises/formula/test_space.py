@@ -20,7 +20,7 @@ from exercises.formula.conditions import (
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain, Rounding
 from exercises.formula.pieces import WHOLE, Piece, pieces
-from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import ReadError, node_text
 from exercises.stream import Stream
 
@@ -152,7 +152,7 @@ def test_poses_meet_the_conditions(text: str, residual: str) -> None:
     count = len(found["theta1"])
     assert 40 <= count <= SAMPLES
     assert set(found) >= set(JOINTS)
-    off = evaluate(compile_tape([read(residual)]), found, count)[0][0]
+    off = evaluate(compile_program([read(residual)]), found, count)[0][0]
     assert np.abs(off).max() < 1e-9
 
 
@@ -201,7 +201,7 @@ def test_zeros_without_a_slope_are_found(text: str, residual: str) -> None:
     """As of the square root of a determinant of J J^T; some of those that were drawn arrive."""
     found = poses(text)
     assert len(found["theta2"]) > 15
-    off = evaluate(compile_tape([read(residual)]), found, len(found["theta2"]))[0][0]
+    off = evaluate(compile_program([read(residual)]), found, len(found["theta2"]))[0][0]
     assert np.abs(off).max() < 1e-8
 
 
@@ -252,7 +252,7 @@ def test_poses_meet_conditions_that_are_tied(text: str, residuals: tuple[str, ..
     count = len(found["theta1"])
     assert count > 40
     for residual in residuals:
-        assert np.abs(evaluate(compile_tape([read(residual)]), found, count)[0][0]).max() < 1e-9
+        assert np.abs(evaluate(compile_program([read(residual)]), found, count)[0][0]).max() < 1e-9
 
 
 @pytest.mark.parametrize(

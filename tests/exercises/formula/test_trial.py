@@ -17,7 +17,7 @@ from exercises.formula.identity import (
     missed,
     number,
 )
-from exercises.formula.tape import compile_tape
+from exercises.formula.program import compile_program
 from exercises.formula.trees import names
 from exercises.stream import Stream
 
@@ -36,8 +36,8 @@ def trial(
     points = len(next(iter(values.values()))) if values else points
     at = Domain({name: default_role(name) for name in used}).sample(used, points, Stream("trial"))
     at |= {name: np.array(column) for name, column in values.items()}
-    tapes = compile_tape(theirs), compile_tape(ours)
-    return identity._Trial(*tapes, [allowed] * len(theirs), at, {}, points)
+    programs = compile_program(theirs), compile_program(ours)
+    return identity._Trial(*programs, [allowed] * len(theirs), at, {}, points)
 
 
 def compared(student: str | list[str], reference: str | list[str], rounding: Rounding | None = None) -> Comparison:
@@ -206,7 +206,7 @@ def test_long_answers_are_evaluated_less_often(monkeypatch: pytest.MonkeyPatch) 
 
 def test_long_answers_with_branches_are_tried_at_fewer_points(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(identity, "_VALUES", 600)
-    steps = len(compile_tape([read("sqrt(a1^2)")]).steps)
+    steps = len(compile_program([read("sqrt(a1^2)")]).steps)
     assert compared("sqrt(a1^2)", "a1").certificate.points == 600 // steps
     monkeypatch.setattr(identity, "_VALUES", 10)
     assert compared("sqrt(a1^2)", "a1").certificate.points == identity.POINTS

@@ -17,8 +17,8 @@ from exercises.docs import corrections
 from exercises.site import build as building
 from exercises.site.chapter import chapter_pages
 from exercises.site.guide import COMMANDS, OTHERS, OWN_PAGES, arranged
-from exercises.site.leftovers import LIST, remove_leftovers
 from exercises.site.pages import Assets, linked
+from exercises.site.stale_files import LIST, remove_stale_files
 from tests.support import ROOT
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class
@@ -99,7 +99,7 @@ def test_a_rebuild_removes_what_an_earlier_build_wrote_and_nothing_else(assets: 
         (site / name).parent.mkdir(exist_ok=True)
         (site / name).write_text(name)
     (tmp_path / "outside.html").write_text("outside")
-    remove_leftovers(site, ["old/page.html", "docs/gone.html", "docs/changed.html"])
+    remove_stale_files(site, ["old/page.html", "docs/gone.html", "docs/changed.html"])
     listed = json.loads((site / LIST).read_text())
     listed["files"]["../outside.html"] = hashlib.sha256(b"outside").hexdigest()
     (site / LIST).write_text(json.dumps(listed))
@@ -115,7 +115,7 @@ def test_a_rebuild_removes_what_an_earlier_build_wrote_and_nothing_else(assets: 
     assert {"index.html", "sw.js", "assets/pages.js"} <= now
     assert not now & {"docs/changed.html", "docs/foreign.html"}
     (site / LIST).write_text('["no list"]')  # nothing is known to be qdot's: nothing is removed
-    assert remove_leftovers(site, ["index.html"]) == []
+    assert remove_stale_files(site, ["index.html"]) == []
     assert (site / "practice.html").exists()
 
 

@@ -20,7 +20,7 @@ from exercises.problem import Part, Problem
 from exercises.questions import QUESTIONS
 from exercises.release import init_assignment, release_one
 from exercises.show import show
-from exercises.writing.clues import Clues, Entry
+from exercises.writing.hint_context import Entry, HintContext
 from exercises.writing.latex import AngleNames, tex, tex_angle
 from exercises.writing.statement import hints, prompt
 from exercises.writing.worked import Worked
@@ -197,7 +197,7 @@ def test_what_a_hint_shows_is_true(problem: Problem) -> None:
     chain, steps = problem.chain, Worked(problem.chain)
     values = {symbol: sp.Float(0.37 + 0.21 * i, 30) for i, symbol in enumerate((*chain.q, *chain.parameters))}
     shown = []  # pairs that are equal
-    if len(chain.task) == chain.n and (turned := steps.clues.turned_back):
+    if len(chain.task) == chain.n and (turned := steps.hint_context.turned_back):
         shown.append((turned[1], steps.d.jacobian.xreplace({chain.q[0]: turned[0]})))
         shown.append((sp.Matrix([turned[1].xreplace(values).det()]), sp.Matrix([steps.d.determinant])))
     if last := steps.last_way:
@@ -205,7 +205,7 @@ def test_what_a_hint_shows_is_true(problem: Problem) -> None:
     for component in singular_set(chain) or ():
         if component.solutions and chain.n <= 3:
             place = [(joint, found[0]) for joint, found in component.solutions]
-            if (there := steps.clues.jacobian_at(place)) is not None:
+            if (there := steps.hint_context.jacobian_at(place)) is not None:
                 shown.append((there, steps.d.jacobian.xreplace(dict(place))))
     for matrix, other in shown:
         assert all(abs(entry) < 1e-12 for entry in (matrix - other).xreplace(values).evalf(20))
@@ -222,15 +222,20 @@ def test_names_of_angles_are_explained_in_the_hint_that_uses_them(drawn: Draw) -
 
 def test_of_a_result_one_column_or_entry_is_shown_if_others_are_left() -> None:
     x, y = sp.symbols("x y")
-    assert Clues.column(sp.Matrix([[x, y], [1, 0]])) == 2
-    assert Clues.column(sp.Matrix([[x, 1], [y, 0]])) is None  # nothing but constants would be left
-    assert Clues.column(sp.Matrix([[x, -x]])) is None
-    assert Clues.entry(sp.Matrix([1, -y, x])) == Entry(2, 1, -y)
-    assert Clues.entry(sp.Matrix([x, -x, 3])) is None
-    assert Clues.minor([("columns 1, 2", sp.S.Zero), ("columns 1, 3", x), ("columns 2, 3", y)]) == ("columns 1, 3", x)
-    assert Clues.minor([("columns 1, 2", x), ("columns 1, 3", -x)]) is None
-    assert Clues.gives_away(sp.Matrix([x, 0.5012]), sp.Float(-0.5)) and Clues.gives_away(sp.Matrix([[y, -x]]), x)
-    assert not Clues.gives_away(sp.Matrix([x, 1, 0.51]), sp.Matrix([0.5, 1, y]))
+    assert HintContext.column(sp.Matrix([[x, y], [1, 0]])) == 2
+    assert HintContext.column(sp.Matrix([[x, 1], [y, 0]])) is None  # nothing but constants would be left
+    assert HintContext.column(sp.Matrix([[x, -x]])) is None
+    assert HintContext.entry(sp.Matrix([1, -y, x])) == Entry(2, 1, -y)
+    assert HintContext.entry(sp.Matrix([x, -x, 3])) is None
+    assert HintContext.minor([("columns 1, 2", sp.S.Zero), ("columns 1, 3", x), ("columns 2, 3", y)]) == (
+        "columns 1, 3",
+        x,
+    )
+    assert HintContext.minor([("columns 1, 2", x), ("columns 1, 3", -x)]) is None
+    assert HintContext.gives_away(sp.Matrix([x, 0.5012]), sp.Float(-0.5)) and HintContext.gives_away(
+        sp.Matrix([[y, -x]]), x
+    )
+    assert not HintContext.gives_away(sp.Matrix([x, 1, 0.51]), sp.Matrix([0.5, 1, y]))
 
 
 # --- where they are shown ---

@@ -1,4 +1,4 @@
-"""Tapes: values of every operation, magnitudes that bound rounding, and many digits without end."""
+"""Programs of expressions: values of every operation, magnitudes that bound rounding, and many digits without end."""
 
 from fractions import Fraction
 from itertools import product
@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exercises.formula.expression import read
-from exercises.formula.tape import compile_tape, evaluate, evaluate_precisely, evaluate_steps, regions
+from exercises.formula.program import compile_program, evaluate, evaluate_precisely, evaluate_steps, regions
 from exercises.formula.trees import Node, ReadError
 
 ONE_ARGUMENT = [
@@ -23,29 +23,29 @@ ONE_ARGUMENT = [
 @pytest.mark.parametrize("name", ONE_ARGUMENT)
 @pytest.mark.parametrize("x", [0.37, -0.62])
 def test_double_and_many_digits_agree(name: str, x: float) -> None:
-    tape = compile_tape([read(f"{name}(x)*2 - 1")])
-    coarse = evaluate(tape, {"x": np.array([x])}, 1)[0][0, 0]
-    fine = evaluate_precisely(tape, {"x": x}, 40)[0]
+    program = compile_program([read(f"{name}(x)*2 - 1")])
+    coarse = evaluate(program, {"x": np.array([x])}, 1)[0][0, 0]
+    fine = evaluate_precisely(program, {"x": x}, 40)[0]
     assert complex(coarse) == pytest.approx(complex(fine), rel=1e-13)
 
 
 @pytest.mark.parametrize(("y", "x"), [(0.5, 0.2), (0.5, -0.2), (-0.5, -0.2), (0.0, -1.0)])
 def test_the_quadrant_is_kept(y: float, x: float) -> None:
-    tape = compile_tape([read("atan2(y, x)")])
-    found = evaluate(tape, {"x": np.array([x]), "y": np.array([y])}, 1)[0][0, 0]
+    program = compile_program([read("atan2(y, x)")])
+    found = evaluate(program, {"x": np.array([x]), "y": np.array([y])}, 1)[0][0, 0]
     assert found == pytest.approx(np.arctan2(y, x))
-    assert float(evaluate_precisely(tape, {"x": x, "y": y}, 30)[0]) == pytest.approx(np.arctan2(y, x))
+    assert float(evaluate_precisely(program, {"x": x, "y": y}, 30)[0]) == pytest.approx(np.arctan2(y, x))
 
 
 def test_equal_parts_occur_once_and_equal_terms_are_counted() -> None:
-    assert len(compile_tape([read("sin(x)*cos(x) + sin(x)*cos(x)"), read("sin(x)")]).steps) == 5
-    assert len(compile_tape([read("x + y" + " + x - x" * 1000)]).steps) == 3
-    assert evaluate(compile_tape([read("x - (y - x) - -(x + y)")]), {"x": np.ones(1), "y": np.ones(1)}, 1)[0] == 3
+    assert len(compile_program([read("sin(x)*cos(x) + sin(x)*cos(x)"), read("sin(x)")]).steps) == 5
+    assert len(compile_program([read("x + y" + " + x - x" * 1000)]).steps) == 3
+    assert evaluate(compile_program([read("x - (y - x) - -(x + y)")]), {"x": np.ones(1), "y": np.ones(1)}, 1)[0] == 3
 
 
 def test_what_cancels_shows_in_the_magnitude() -> None:
-    tape = compile_tape([read("(x + 10**8) - y")])
-    value, magnitude = evaluate(tape, {"x": np.array([1.0]), "y": np.array([1e8])}, 1)
+    program = compile_program([read("(x + 10**8) - y")])
+    value, magnitude = evaluate(program, {"x": np.array([1.0]), "y": np.array([1e8])}, 1)
     assert value[0, 0] == 1
     assert magnitude[0, 0] >= 2e8
 
@@ -53,18 +53,18 @@ def test_what_cancels_shows_in_the_magnitude() -> None:
 @given(st.floats(-3, 3), st.floats(0.1, 2), st.floats(-3, 3))
 def test_the_magnitude_bounds_the_error(theta: float, a: float, phi: float) -> None:
     text = "(a*cos(t + p) - a*cos(t)*cos(p) + a*sin(t)*sin(p))*10**6 + sqrt(a)*sqrt(a) - a + tan(p/2)**2"
-    tape = compile_tape([read(text)])
+    program = compile_program([read(text)])
     values = {"a": a, "t": theta, "p": phi}
-    coarse, magnitude = evaluate(tape, {name: np.array([x]) for name, x in values.items()}, 1)
-    fine = evaluate_precisely(tape, values, 60)[0]
+    coarse, magnitude = evaluate(program, {name: np.array([x]) for name, x in values.items()}, 1)
+    fine = evaluate_precisely(program, values, 60)[0]
     assert abs(complex(coarse[0, 0]) - complex(fine)) <= 64 * np.finfo(float).eps * magnitude[0, 0]
 
 
 @pytest.mark.parametrize("text", ["1/0", "log(0)/log(0)", "0**-1", "1/(x - x)", "1/0 - 1/0", "0*(1/0)"])
 def test_what_is_undefined_is_not_a_number(text: str) -> None:
-    tape = compile_tape([read(text)])
-    assert not np.isfinite(evaluate(tape, {"x": np.ones(3)}, 3)[0]).any()
-    assert not mpmath.isfinite(evaluate_precisely(tape, {"x": 1.0}, 50)[0])
+    program = compile_program([read(text)])
+    assert not np.isfinite(evaluate(program, {"x": np.ones(3)}, 3)[0]).any()
+    assert not mpmath.isfinite(evaluate_precisely(program, {"x": 1.0}, 50)[0])
 
 
 @pytest.mark.parametrize(
@@ -73,26 +73,26 @@ def test_what_is_undefined_is_not_a_number(text: str) -> None:
      "tan(I*1e300)", "cosh(cosh(1e5))", "2**(1/3)**-9999999", "sqrt(exp(99999))**99", "(x**1000)**1000**1000"],
 )  # fmt: skip
 def test_many_digits_do_not_run_away(text: str) -> None:
-    (value,) = evaluate_precisely(compile_tape([read(text)]), {"x": 1.7}, 200)
+    (value,) = evaluate_precisely(compile_program([read(text)]), {"x": 1.7}, 200)
     assert mpmath.isfinite(value) or mpmath.isnan(value) or mpmath.isinf(value)
 
 
 @pytest.mark.parametrize("text", ["[x]", "{x}", "x = 1", "{x: 1}", "...", "x in {1}", "2*[x]", "x and x"])
 def test_what_is_no_scalar_is_refused(text: str) -> None:
     with pytest.raises(ReadError, match="where a single expression is due"):
-        compile_tape([read(text)])
+        compile_program([read(text)])
 
 
 def test_a_power_of_zero_has_a_magnitude() -> None:
-    value, magnitude = evaluate(compile_tape([read("(1 - x)**2"), read("x**0")]), {"x": np.array([1.0])}, 1)
+    value, magnitude = evaluate(compile_program([read("(1 - x)**2"), read("x**0")]), {"x": np.array([1.0])}, 1)
     assert value[:, 0].tolist() == [0, 1]
     assert np.isfinite(magnitude).all()
 
 
 def test_branches_are_known() -> None:
-    assert compile_tape([read("sqrt(x)")]).branches
-    assert compile_tape([read("x**(1/2)")]).branches
-    assert not compile_tape([read("sin(x)**2/cos(x) + exp(x)")]).branches
+    assert compile_program([read("sqrt(x)")]).branches
+    assert compile_program([read("x**(1/2)")]).branches
+    assert not compile_program([read("sin(x)**2/cos(x) + exp(x)")]).branches
 
 
 # --- steps ---
@@ -107,36 +107,36 @@ def test_branches_are_known() -> None:
     ],
 )  # fmt: skip
 def test_powers_with_whole_exponents_have_no_branches(text: str, op: str, exponent: int | None) -> None:
-    tape = compile_tape([read(text)])
-    assert (tape.steps[-1][0], tape.steps[-1][2]) == (op, exponent)
-    assert tape.branches is (op == "power")
+    program = compile_program([read(text)])
+    assert (program.steps[-1][0], program.steps[-1][2]) == (op, exponent)
+    assert program.branches is (op == "power")
     with np.errstate(all="ignore"):
-        evaluate(tape, {"x": np.array([1.5]), "y": np.array([0.5])}, 1)  # no matter what comes out
+        evaluate(program, {"x": np.array([1.5]), "y": np.array([0.5])}, 1)  # no matter what comes out
 
 
 def test_a_fraction_as_exponent_is_no_whole_one() -> None:
-    tape = compile_tape([Node("^", (Node("name", value="x"), Node("number", value=Fraction(1, 2))))])
-    assert tape.steps[-1][0] == "power"
-    assert evaluate(tape, {"x": np.array([4.0])}, 1)[0] == 2
+    program = compile_program([Node("^", (Node("name", value="x"), Node("number", value=Fraction(1, 2))))])
+    assert program.steps[-1][0] == "power"
+    assert evaluate(program, {"x": np.array([4.0])}, 1)[0] == 2
 
 
 # --- magnitudes ---
 
 
 def magnitude(text: str, **values: float) -> float:
-    return float(evaluate(compile_tape([read(text)]), {n: np.array([v]) for n, v in values.items()}, 1)[1][0, 0])
+    return float(evaluate(compile_program([read(text)]), {n: np.array([v]) for n, v in values.items()}, 1)[1][0, 0])
 
 
 def slope(text: str, name: str, **values: float) -> float:
     """How much a text changes with a name: its derivative, from many digits."""
-    tape, step = compile_tape([read(text)]), mpmath.mpf("1e-20")
+    program, step = compile_program([read(text)]), mpmath.mpf("1e-20")
     with mpmath.workdps(60):
-        ends = [evaluate_precisely(tape, {**values, name: values[name] + h}, 60)[0] for h in (step, -step)]
+        ends = [evaluate_precisely(program, {**values, name: values[name] + h}, 60)[0] for h in (step, -step)]
         return float(abs(ends[0] - ends[1]) / (2 * step))
 
 
 def size(text: str, **values: float) -> float:
-    return float(abs(evaluate_precisely(compile_tape([read(text)]), values, 30)[0]))
+    return float(abs(evaluate_precisely(compile_program([read(text)]), values, 30)[0]))
 
 
 @pytest.mark.parametrize("text", [f"{name}(u)" for name in ONE_ARGUMENT] + ["u**1", "u**3", "u**-1", "u**-3", "u**0"])
@@ -161,27 +161,29 @@ def test_magnitudes_of_functions_of_two(u: float, v: float) -> None:
 
 
 def test_powers_of_nothing() -> None:
-    value, found = evaluate(compile_tape([read("x**0"), read("x**1"), read("x**2")]), {"x": np.zeros(1)}, 1)
+    value, found = evaluate(compile_program([read("x**0"), read("x**1"), read("x**2")]), {"x": np.zeros(1)}, 1)
     assert value[:, 0].tolist() == [1, 0, 0]
     assert found[:, 0].tolist() == [1, 0, 0]
     assert magnitude("(x - x)**0", x=2.0) == 1
-    value, found = evaluate(compile_tape([read("(x - y)**y")]), {"x": np.full(1, 2.0), "y": np.full(1, 2.0)}, 1)
+    value, found = evaluate(compile_program([read("(x - y)**y")]), {"x": np.full(1, 2.0), "y": np.full(1, 2.0)}, 1)
     assert value[0, 0] == 0
 
 
 def test_signs() -> None:
-    tape = compile_tape([read("sign(x)")])
+    program = compile_program([read("sign(x)")])
     values = np.array([-3.0, -1.0, 0.0, 1.0, 2.5])
-    assert evaluate(tape, {"x": values}, 5)[0][0].tolist() == [-1, -1, 0, 1, 1]
-    assert [evaluate_precisely(tape, {"x": x}, 30)[0] for x in values] == [-1, -1, 0, 1, 1]
+    assert evaluate(program, {"x": values}, 5)[0][0].tolist() == [-1, -1, 0, 1, 1]
+    assert [evaluate_precisely(program, {"x": x}, 30)[0] for x in values] == [-1, -1, 0, 1, 1]
 
 
 # --- regions ---
 
 
 def regions_of(text: str, points: int, **values: list[Any]) -> list[int]:
-    tape = compile_tape([read(text)])
-    return list(regions([(tape, evaluate_steps(tape, {n: np.array(v) for n, v in values.items()}, points))], points))
+    program = compile_program([read(text)])
+    return list(
+        regions([(program, evaluate_steps(program, {n: np.array(v) for n, v in values.items()}, points))], points)
+    )
 
 
 def test_a_region_is_where_operands_have_the_same_signs() -> None:
@@ -198,9 +200,9 @@ def test_a_region_is_where_operands_have_the_same_signs() -> None:
 
 
 def test_regions_are_those_of_both_sides() -> None:
-    tapes = [compile_tape([read(text)]) for text in ("abs(x)", "abs(y)")]
+    programs = [compile_program([read(text)]) for text in ("abs(x)", "abs(y)")]
     at = {"x": np.array([1.0, 1.0, -1.0, -1.0, 2.0]), "y": np.array([1.0, -1.0, 1.0, -1.0, 3.0])}
-    found = list(regions([(tape, evaluate_steps(tape, at, 5)) for tape in tapes], 5))
+    found = list(regions([(program, evaluate_steps(program, at, 5)) for program in programs], 5))
     assert len(set(found[:4])) == 4
     assert found[4] == found[0]
 
@@ -218,7 +220,7 @@ def test_an_imaginary_part_that_is_rounding_has_no_sign() -> None:
 
 
 def precisely(text: str, digits: int = 30, **values: Any) -> Any:
-    return evaluate_precisely(compile_tape([read(text)]), values, digits)[0]
+    return evaluate_precisely(compile_program([read(text)]), values, digits)[0]
 
 
 @pytest.mark.parametrize(
@@ -256,16 +258,16 @@ def test_values_may_be_fractions_floats_and_numbers_of_many_digits() -> None:
 
 
 def test_the_angle_of_two_sides_is_one_of_real_sides() -> None:
-    tape = compile_tape([read("atan2(y, x + I*z)")])
+    program = compile_program([read("atan2(y, x + I*z)")])
     at = {"x": np.full(2, 0.5), "y": np.full(2, 0.25), "z": np.array([0.0, 1.0])}
-    assert np.isfinite(evaluate(tape, at, 2)[0][0]).tolist() == [True, False]
-    tape = compile_tape([read("atan2(y + I*z, x)")])
-    assert np.isfinite(evaluate(tape, at, 2)[0][0]).tolist() == [True, False]
+    assert np.isfinite(evaluate(program, at, 2)[0][0]).tolist() == [True, False]
+    program = compile_program([read("atan2(y + I*z, x)")])
+    assert np.isfinite(evaluate(program, at, 2)[0][0]).tolist() == [True, False]
 
 
 def test_a_number_beyond_all_doubles_is_infinite() -> None:
     text = "1" + "0" * 400
-    value, other = evaluate(compile_tape([read(text), read(f"1/{text}")]), {}, 1)[0][:, 0]
+    value, other = evaluate(compile_program([read(text), read(f"1/{text}")]), {}, 1)[0][:, 0]
     assert not np.isfinite(value)
     assert other == 0
     assert precisely(f"{text}/10**399") == 10

@@ -31,7 +31,7 @@ class Entry:
     value: sp.Expr
 
 
-class Clues:
+class HintContext:
     """What there is to tell and to show of one arm; templates read its properties."""
 
     def __init__(self, chain: Chain) -> None:

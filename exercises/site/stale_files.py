@@ -12,7 +12,7 @@ LIST = "written.json"
 """The list in the site's folder of what the last build wrote, each with the digest of its bytes."""
 
 
-def remove_leftovers(folder: Path, written: Iterable[str]) -> list[str]:
+def remove_stale_files(folder: Path, written: Iterable[str]) -> list[str]:
     """Remove what the list names and was not `written` again, then write the new list. Return what was removed.
 
     A file that somebody changed since is theirs, and stays; so does everything that no list names. Raises QdotError.

@@ -1,6 +1,6 @@
 """Evaluate expression trees at many points at once, with a bound on what rounding can have done.
 
-A tape is a list of steps in which equal sub-expressions occur once, and equal terms of a sum are counted, so that
+A program is a list of steps in which equal sub-expressions occur once, and equal terms of a sum are counted, so that
 a1 - a1 + a1 - a1 ... is one step. Every value comes with its *magnitude*, the size of the terms that were added to
 make it: rounding errors are of the order of 1e-16 times the magnitude, so that a difference can be judged against
 what cancels and not against what is left.
@@ -23,7 +23,7 @@ Step = tuple[str, tuple[int, ...], Any]
 
 
 @dataclass(frozen=True)
-class Tape:
+class Program:
     """Steps (operation, indices of its operands, value) and the indices of the results."""
 
     steps: tuple[Step, ...]
@@ -35,8 +35,8 @@ class Tape:
         return any(op in BRANCHING for op, _, _ in self.steps)
 
 
-def compile_tape(nodes: Sequence[Node]) -> Tape:
-    """Return one tape for several scalar trees. Raises ReadError where a tree holds a list, set or equation."""
+def compile_program(nodes: Sequence[Node]) -> Program:
+    """Return one program for several scalar trees. Raises ReadError where a tree holds a list, set or equation."""
     steps: list[Step] = []
     known: dict[Any, int] = {}
 
@@ -63,7 +63,7 @@ def compile_tape(nodes: Sequence[Node]) -> Tape:
                 stack.append((top, args, signs, True))
                 stack.extend((arg, *_parts(arg), False) for arg in reversed(args))
         outputs.append(done[0])
-    return Tape(tuple(steps), tuple(outputs))
+    return Program(tuple(steps), tuple(outputs))
 
 
 def _parts(node: Node) -> tuple[tuple[Node, ...], tuple[int, ...]]:
@@ -132,19 +132,19 @@ _SLOPES: dict[str, Callable[..., Any]] = {
 Steps = list[tuple[np.ndarray, np.ndarray]]
 
 
-def evaluate(tape: Tape, values: Mapping[str, np.ndarray], points: int) -> tuple[np.ndarray, np.ndarray]:
+def evaluate(program: Program, values: Mapping[str, np.ndarray], points: int) -> tuple[np.ndarray, np.ndarray]:
     """Return values (complex) and magnitudes, each of shape (outputs, points), in double precision.
 
     `values` gives every name at every point; a missing one is a KeyError. What overflows or is undefined is nan.
     """
-    return outputs(tape, evaluate_steps(tape, values, points))
+    return outputs(program, evaluate_steps(program, values, points))
 
 
-def evaluate_steps(tape: Tape, values: Mapping[str, np.ndarray], points: int) -> Steps:
-    """Return value and magnitude of every step of a tape, as `evaluate` does of the results."""
+def evaluate_steps(program: Program, values: Mapping[str, np.ndarray], points: int) -> Steps:
+    """Return value and magnitude of every step of a program, as `evaluate` does of the results."""
     out: Steps = []
     with np.errstate(all="ignore"):
-        for op, operands, constant in tape.steps:
+        for op, operands, constant in program.steps:
             args = [out[i] for i in operands]
             if op in BRANCHING:  # -1 as -1 - 0j lies below the cut, and its root would be -i
                 args = [(value + 0.0, size) for value, size in args]
@@ -152,16 +152,16 @@ def evaluate_steps(tape: Tape, values: Mapping[str, np.ndarray], points: int) ->
     return out
 
 
-def outputs(tape: Tape, steps: Steps) -> tuple[np.ndarray, np.ndarray]:
+def outputs(program: Program, steps: Steps) -> tuple[np.ndarray, np.ndarray]:
     """Return values and magnitudes of the results among the steps."""
-    return np.array([steps[i][0] for i in tape.outputs]), np.array([steps[i][1] for i in tape.outputs])
+    return np.array([steps[i][0] for i in program.outputs]), np.array([steps[i][1] for i in program.outputs])
 
 
-def regions(evaluated: Sequence[tuple[Tape, Steps]], points: int) -> np.ndarray:
+def regions(evaluated: Sequence[tuple[Program, Steps]], points: int) -> np.ndarray:
     """Return a number for each point: the same where operands of functions with branches have the same signs."""
     number = np.zeros(points, dtype=np.int64)
-    for tape, steps in evaluated:
-        for op, operands, _ in tape.steps:
+    for program, steps in evaluated:
+        for op, operands, _ in program.steps:
             if op in BRANCHING:
                 for value, _ in (steps[i] for i in operands):
                     with np.errstate(invalid="ignore"):
@@ -256,7 +256,7 @@ def _many_digits(value: Any) -> Any:
     return mpmath.mpf(value)
 
 
-def evaluate_precisely(tape: Tape, values: Mapping[str, Any], digits: int) -> list[Any]:
+def evaluate_precisely(program: Program, values: Mapping[str, Any], digits: int) -> list[Any]:
     """Return the results at one point with `digits` decimal digits, as mpmath numbers; nan where undefined.
 
     Values are floats, mpmath numbers or fractions.
@@ -264,7 +264,7 @@ def evaluate_precisely(tape: Tape, values: Mapping[str, Any], digits: int) -> li
     constants = {"pi": mpmath.pi, "E": mpmath.e, "I": mpmath.mpc(0, 1)}
     with mpmath.workdps(digits):
         out: list[Any] = []
-        for op, operands, constant in tape.steps:
+        for op, operands, constant in program.steps:
             try:
                 if op == "number":
                     out.append(mpmath.mpf(constant.numerator) / constant.denominator)
@@ -280,4 +280,4 @@ def evaluate_precisely(tape: Tape, values: Mapping[str, Any], digits: int) -> li
                     out.append(_MP[op](*(out[i] for i in operands)))
             except (ZeroDivisionError, ValueError, OverflowError):
                 out.append(mpmath.nan)
-        return [out[i] for i in tape.outputs]
+        return [out[i] for i in program.outputs]

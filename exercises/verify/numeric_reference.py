@@ -11,7 +11,7 @@ from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.classification import domain_of
 from exercises.arm.kinematics import NumericChain
 from exercises.formula.expression import read
-from exercises.formula.tape import compile_tape, evaluate
+from exercises.formula.program import compile_program, evaluate
 from exercises.formula.text import text_of
 from exercises.formula.trees import Node
 from exercises.problem import Problem
@@ -31,7 +31,7 @@ class Check(NamedTuple):
     detail: str
 
 
-class Ground:
+class NumericReference:
     """The arm in numbers at random places: ARMS choices of the open lengths, POSES poses of each.
 
     Arrays begin with the place: `frames` (…, n + 1, 4, 4), `point` (…, 3), `jacobian` (…, 6, n) by z x p, and
@@ -97,8 +97,8 @@ class Ground:
 
     def read(self, entries: sp.Matrix) -> np.ndarray:
         """Return the values of symbolic entries by way of their text, (…, rows, columns); complex if one is."""
-        tape = compile_tape([self.tree(text_of(entry)) for entry in entries])
-        found = evaluate(tape, self.values, self.points)[0]
+        program = compile_program([self.tree(text_of(entry)) for entry in entries])
+        found = evaluate(program, self.values, self.points)[0]
         real = found.real if np.all(np.abs(found.imag) <= 1e-12 * (1 + np.abs(found))) else found
         return real.T.reshape(self.points, *entries.shape)
 
