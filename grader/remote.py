@@ -36,7 +36,7 @@ MOST_CHARACTERS = 100_000_000
 IDLE = 300.0
 """Seconds after which a worker that was given nothing forgets what it was sent; it is sent it again."""
 
-MOST_DESKS = 3
+MOST_CONTEXTS = 3
 """Assignments that a worker keeps at hand, for as many graders that share it."""
 
 
@@ -225,7 +225,7 @@ class _Context:
         self.sandbox, self.copies = Sandbox(brief.limits, strict=strict), Copies(self.assignment)
 
 
-_desks: dict[str, _Context] = {}
+_contexts: dict[str, _Context] = {}
 _timers: list[threading.Timer] = []
 _one_at_a_time = threading.Lock()
 """A worker may have several threads, and mpmath has one precision for all of them."""
@@ -262,12 +262,12 @@ def _marked(context: _Context, order: Order) -> Marked:
 
 def _context(order: Order) -> _Context | None:
     """Return the context for an order's assignment, None where this process knows nothing of it. Raises QdotError."""
-    if order.assignment not in _desks and order.brief is not None:
+    if order.assignment not in _contexts and order.brief is not None:
         _put_away_at_the_end()
-        while len(_desks) >= MOST_DESKS:
-            _desks.pop(next(iter(_desks))).sandbox.close()
-        _desks[order.assignment] = _Context(order.brief)
-    return _desks.get(order.assignment)
+        while len(_contexts) >= MOST_CONTEXTS:
+            _contexts.pop(next(iter(_contexts))).sandbox.close()
+        _contexts[order.assignment] = _Context(order.brief)
+    return _contexts.get(order.assignment)
 
 
 def _put_away_when_idle() -> None:
@@ -296,8 +296,8 @@ def put_away() -> None:
     """End what this process keeps for grading."""
     for timer in _timers:
         timer.cancel()
-    while _desks:
-        _desks.popitem()[1].sandbox.close()
+    while _contexts:
+        _contexts.popitem()[1].sandbox.close()
 
 
 @cache

@@ -139,7 +139,7 @@ def folder(handed_in: Path, tmp_path: Path) -> Path:
 def test_threads_give_what_a_run_on_one_process_gives(folder: Path, undisturbed: dict[str, bytes]) -> None:
     with ThreadPoolExecutor(3) as executor:
         assert graded(folder, executor) == undisturbed
-    assert not remote._desks
+    assert not remote._contexts
 
 
 @pytest.mark.whole  # as a Dask cluster does, which sends the same orders to processes
