@@ -90,7 +90,7 @@ class Part:
 
     @property
     def type(self) -> str:
-        """The type in cli.md: expression, matrix, singular, number, direction, choice, selection or matching."""
+        """The type of the answer: expression, matrix, singular, number, direction, choice, selection or matching."""
         return self.answer.type
 
     @property

@@ -132,7 +132,7 @@ def _as_notebook(problem: Problem, solution: bool, hinted: bool) -> str:
 
 
 def problem_json(problem: Problem, solution: bool, certificate: Mapping[str, Any] | None = None) -> Json:
-    """Return the problem as plain data, in the form of cli.md's `show --format json`; each part has its `hints`."""
+    """Return the problem as plain data, in the form of docs/schemas/show.json; each part has its `hints`."""
     found: Json = {
         "id": str(problem.id),
         "family": problem.id.family,

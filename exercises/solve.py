@@ -74,7 +74,7 @@ def _singularities(chain: Chain) -> tuple[sp.Expr | None, tuple[Found, ...] | No
 
 
 def solution_json(solution: Solution) -> str:
-    """Return the results as JSON, in the form of cli.md's `solve --format json`."""
+    """Return the results as JSON, in the form of docs/schemas/solve.json."""
     return json.dumps(solution_data(solution), indent=2, ensure_ascii=False) + "\n"
 
 

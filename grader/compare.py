@@ -17,7 +17,7 @@ TYPES = ("expression", "matrix", "angles", "singular")
 
 
 def compare(kind: str, student: str, reference: Any, joints: Sequence[str] = ()) -> Judgement:
-    """Compare a student's text with a reference (text, or a list as in cli.md) of one of TYPES.
+    """Compare a student's text with a reference (text, or a list of texts, or of rows of them) of one of TYPES.
 
     Symbols have the roles of their names: theta* an angle, a*, d*, L* a length, others any number. Raises QdotError
     for a reference that can't be read or a type that is none.
@@ -73,7 +73,7 @@ def _domain(nodes: Sequence[Node], student: str, joints: Sequence[str]) -> Domai
 
 
 def compare_line(line: str, number: int) -> dict[str, Any]:
-    """Return the answer to one line of a batch, as in cli.md. Raises QdotError for a line that is no request."""
+    """Return the answer to one line of a batch, in the form of docs/schemas/compare.json. Raises QdotError for a line that is no request."""
     try:
         request = json.loads(line)
     except (ValueError, RecursionError) as error:

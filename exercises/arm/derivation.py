@@ -125,7 +125,7 @@ def _prove(chain: Chain, z: sp.Matrix, p_star: sp.Matrix, geometric: sp.Matrix) 
 
 
 def _laplace(matrix: sp.Matrix) -> sp.Expr:
-    """Return the determinant by expansion along rows, each minor worked out once (shared recipe, step 3)."""
+    """Return the determinant by expansion along rows, each minor worked out once."""
     names, back = _entry_symbols(matrix)
     ring_matrix = matrix.applyfunc(lambda e: sp.expand(e.xreplace(names)))
     memo: dict[tuple[int, ...], sp.Expr] = {(): sp.S.One}

@@ -131,7 +131,7 @@ def _solve_polynomial(condition: sp.Expr, joint: sp.Symbol) -> tuple[sp.Symbol, 
 
 
 def _solve_angle(condition: sp.Expr, joint: sp.Symbol) -> tuple[sp.Symbol, tuple[sp.Expr, ...]] | None:
-    """Solve A + B cos(phi) + C sin(phi) = 0, phi being the joint's angle with its offset (shared recipe, step 7)."""
+    """Solve A + B cos(phi) + C sin(phi) = 0, phi being the joint's angle with its offset."""
     arguments = {atom.args[0] for atom in condition.atoms(sp.sin, sp.cos)}
     phi = arguments.pop() if len(arguments) == 1 else joint
     offset = sp.expand(phi - joint)

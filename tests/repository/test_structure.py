@@ -114,6 +114,12 @@ def test_students_text_is_never_executed_outside_the_runner() -> None:
     assert [path for path in pickling if path != ROOT / "exercises" / "store.py"] == []  # signed with the secret
 
 
+def test_no_text_speaks_of_what_is_not_in_the_repository() -> None:
+    """Of documents that somebody had beside it."""
+    elsewhere = re.compile(r"shared recipe|\bcli\.md|\.\./shared")
+    assert [name_of(path) for path in MODULES if elsewhere.search(text_of(path))] == []
+
+
 def test_no_tracked_text_names_a_machine_or_a_registry() -> None:
     needs("git", GIT)
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False)
