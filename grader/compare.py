@@ -73,7 +73,10 @@ def _domain(nodes: Sequence[Node], student: str, joints: Sequence[str]) -> Domai
 
 
 def compare_line(line: str, number: int) -> dict[str, Any]:
-    """Return the answer to one line of a batch, in the form of docs/schemas/compare.json. Raises QdotError for a line that is no request."""
+    """Return the answer to one line of a batch, in the form of docs/schemas/compare.json.
+
+    Raises QdotError for a line that is no request.
+    """
     try:
         request = json.loads(line)
     except (ValueError, RecursionError) as error:
