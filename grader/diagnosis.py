@@ -12,7 +12,6 @@ from itertools import combinations
 
 import numpy as np
 
-from exercises.answers import Letters
 from exercises.arm.stages import Working, numbers
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
@@ -165,7 +164,7 @@ def _option(part: Part, answer: str) -> Found | None:
 def _behind_options(part: Part, answer: str) -> Diagnosis | None:
     """Return the mistakes behind the first wrong option that was chosen, as they were kept when it was made."""
     for index in part.answer.told_to(Chosen(answer)):
-        blames = [] if index in part.of(Letters).right else blames_of(part, index)
+        blames = [] if index in part.answer.right else blames_of(part, index)
         if blames:
             sentences = dict.fromkeys(blame.sentence for blame in blames)
             return Diagnosis(tuple(dict.fromkeys(blame.mistake for blame in blames)), " ".join(sentences))

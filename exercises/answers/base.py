@@ -4,6 +4,7 @@ A type is one class in a module of its own, and has its line in `exercises.answe
 types stands here.
 """
 
+from abc import ABC, abstractmethod
 from typing import Any, ClassVar
 
 import sympy as sp
@@ -13,7 +14,7 @@ from exercises.answers.forms import Forms, T
 Json = dict[str, Any]
 
 
-class Answer:
+class Answer(ABC):
     """The answer to a part: a frozen dataclass of the reference, with what depends on its type."""
 
     type: ClassVar[str]
@@ -27,9 +28,9 @@ class Answer:
     is_a_set: ClassVar[bool] = False
     """Whether configurations are due, as conditions on the joints."""
 
+    @abstractmethod
     def told_to(self, forms: Forms[T]) -> T:
         """Return what is made of it by somebody who has a way of asking for each form of answer."""
-        raise NotImplementedError
 
     @property
     def shape(self) -> tuple[int, int] | None:
@@ -48,6 +49,11 @@ class Answer:
     @property
     def offered(self) -> tuple[str, ...]:
         """The options to choose from; nothing where an answer is worked out."""
+        return ()
+
+    @property
+    def right(self) -> tuple[int, ...]:
+        """The right options, counted from 0."""
         return ()
 
     @property
@@ -83,13 +89,13 @@ class Answer:
         """Return the formulas that are compared as such."""
         return []
 
+    @abstractmethod
     def formulas(self) -> list[str]:
         """Return the texts of the reference that are read as a student's are; nothing where letters are due."""
-        raise NotImplementedError
 
+    @abstractmethod
     def as_json(self) -> str | list[Any]:
         """Return the reference as text, as a list (a vector, conditions, letters), or as a list of rows."""
-        raise NotImplementedError
 
     def options_json(self) -> Json:
         """Return the options of an answer that has some, and the items that they are matched to."""
@@ -99,13 +105,13 @@ class Answer:
         """Return the units of numbers that are due, and what they may be off."""
         return {}
 
+    @abstractmethod
     def as_typed(self) -> str:
         """Return the reference as a student would have to type it."""
-        raise NotImplementedError
 
+    @abstractmethod
     def code(self, taken: int = 0) -> str:
         """Return the reference as Python code, `taken` columns of whose first line are used already."""
-        raise NotImplementedError
 
     def placeholder(self, taken: int = 0) -> str:
         """Return what an unanswered cell assigns: `blank`, in the shape that is due."""

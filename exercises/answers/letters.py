@@ -1,5 +1,7 @@
 """What the types have in common whose answer is the letters of options."""
 
+from abc import abstractmethod
+
 from exercises.answers.base import Answer, Json
 
 LETTERS = "ABCDEFGH"
@@ -28,9 +30,9 @@ class Letters(Answer):
         return "letters, or true or false"
 
     @property
+    @abstractmethod
     def right(self) -> tuple[int, ...]:
         """The right options, counted from 0."""
-        raise NotImplementedError
 
     @property
     def letters(self) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from exercises.answers import Choice, ConditionSet, Expression, Letters, Matching, Matrix, Number, Selection
+from exercises.answers import Choice, ConditionSet, Expression, Matching, Matrix, Number, Selection
 from exercises.arm.chain import TASK_ROWS
 from exercises.problem import Part
 from exercises.questions import QUESTIONS
@@ -99,14 +99,14 @@ def _ranks(numeric: NumericReference, part: Part) -> list[tuple[int, bool]]:
 
 
 def _configurations(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    answer = part.of(Letters)
+    answer = part.answer
     full = min(len(numeric.task), numeric.chain.n)
     ranks = _ranks(numeric, part)
     singular_ones = tuple(index for index, (rank, _) in enumerate(ranks) if rank < full)
     wanted = answer.right
     yield Check("clear", all(clear for _, clear in ranks), f"ranks {', '.join(str(rank) for rank, _ in ranks)}")
     yield Check("singular ones", singular_ones == tuple(wanted), f"of rank less than {full}, from 0: {singular_ones}")
-    yield Check("different options", len(set(answer.options)) == len(answer.options), "no two are the same")
+    yield Check("different options", len(set(answer.offered)) == len(answer.offered), "no two are the same")
     lengths: Any = part.details["lengths"]
     yield Check("lengths", not filled(numeric.chain, lengths).parameters, "every length has a number")
 
