@@ -20,7 +20,7 @@ from exercises.errors import QdotError
 from exercises.families import Family
 from exercises.families.own import own_family
 from exercises.formula.identity import Rounding
-from exercises.generate import check_questions, family_named, generate, questions_of, short_quiz, student_problem_id
+from exercises.generation import check_questions, family_named, generate, questions_of, short_quiz, student_problem_id
 from exercises.gradebook import Gradebook, identifier_of, read_export
 from exercises.input_file import TomlFile, read_table, read_text, read_toml
 from exercises.lateness import LATE, LateRule, aware, read_late

@@ -12,15 +12,15 @@ from exercises.arm.robot_file import read_robot_file
 from exercises.console import note, one_of, say
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
-from exercises.generate import generate as make_problem
-from exercises.generate import listed, short_quiz
+from exercises.generation import generate as make_problem
+from exercises.generation import listed, short_quiz
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.quizzes import ASKED, QUIZZES
 from exercises.release import init_assignment
 from exercises.show import show as show_problem
-from exercises.solve import solution_json, solution_latex, solution_text
-from exercises.solve import solve as solve_chain
+from exercises.solving import solution_json, solution_latex, solution_text
+from exercises.solving import solve as solve_chain
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
 SOLVE_FORMATS = ("text", "latex", "json")

@@ -17,7 +17,7 @@ from exercises.assignment import Assignment
 from exercises.difficulty import difficulty
 from exercises.errors import QdotError
 from exercises.families import Family
-from exercises.generate import generate
+from exercises.generation import generate
 from exercises.parallel import ordered_map
 from exercises.problem import Problem, ProblemId
 from exercises.record import digests

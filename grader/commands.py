@@ -19,7 +19,7 @@ from exercises.console import note, progress, say
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
 from exercises.files import write_atomically
-from exercises.generate import family_named
+from exercises.generation import family_named
 from exercises.problem import ProblemId
 from exercises.release import CORES, Released, release
 from grader import guarantees

@@ -10,7 +10,7 @@ from exercises.errors import QdotError
 from exercises.formula.expression import MAX_DEPTH, read
 from exercises.formula.identity import Domain, default_role
 from exercises.formula.trees import Node, ReadError, as_matrix, names, node_text
-from grader.judge import judge_angles, judge_expression, judge_matrix, judge_singular
+from grader.formulas import judge_angles, judge_expression, judge_matrix, judge_singular
 from grader.verdict import Judgement, Outcome
 
 TYPES = ("expression", "matrix", "angles", "singular")

@@ -11,7 +11,7 @@ from exercises.assignment import Assignment, Slot
 from exercises.formula.identity import Domain
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, names
-from exercises.generate import sample_chain
+from exercises.generation import sample_chain
 from exercises.problem import Part, Problem
 from exercises.questions.results import is_derived, result
 from exercises.stream import Stream

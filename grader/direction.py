@@ -10,7 +10,7 @@ from exercises.formula.identity import Certificate, Domain, compare_entries, num
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, ReadError, has_blank, names
 from grader.counterexample import at_words, number_words
-from grader.judge import answer_rows, unknown_symbols
+from grader.formulas import answer_rows, unknown_symbols
 from grader.verdict import Judgement, correct, missing, wrong
 
 ZERO = 1e-12

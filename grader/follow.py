@@ -28,8 +28,8 @@ from exercises.problem import Part, Problem
 from exercises.questions import QUESTIONS
 from exercises.stream import Stream
 from grader.direction import judge_direction
+from grader.formulas import judge_expression, judge_matrix, judge_numbers, judge_singular
 from grader.functions import is_table
-from grader.judge import judge_expression, judge_matrix, judge_numbers, judge_singular
 from grader.parts import domain_of, labels
 from grader.verdict import Judgement
 

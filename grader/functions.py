@@ -20,7 +20,7 @@ from exercises.formula.trees import names
 from exercises.problem import Part, Problem
 from exercises.stream import Stream
 from grader.contained.callables import TABLE
-from grader.judge import matrix_judgement
+from grader.formulas import matrix_judgement
 from grader.verdict import Judgement, wrong
 
 POINTS = 50

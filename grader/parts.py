@@ -9,8 +9,8 @@ from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
 from grader.choices import judge_choice, judge_matching, judge_selection
 from grader.direction import judge_direction
+from grader.formulas import judge_expression, judge_matrix, judge_numbers, judge_singular
 from grader.functions import asked_of, constant_text, is_table, judge_function
-from grader.judge import judge_expression, judge_matrix, judge_numbers, judge_singular
 from grader.verdict import Judgement
 
 

@@ -12,7 +12,7 @@ from exercises.console import note, progress, say
 from exercises.exports.bank import bank
 from exercises.exports.outlet import Order as BankOrder
 from exercises.families import FAMILIES
-from exercises.generate import family_named
+from exercises.generation import family_named
 from exercises.release import CORES
 from exercises.site.bank import Wanted, of_families, of_variants
 from exercises.site.build import Order, build

@@ -21,7 +21,7 @@ from exercises.families import FAMILIES
 from exercises.families.listing import LISTING, Listed
 from exercises.figure import figure_svg, singular_svg, thumbnail_svg
 from exercises.files import write_atomically
-from exercises.generate import find_out, sample_chain
+from exercises.generation import find_out, sample_chain
 from exercises.mistakes.catalogue import SECTIONS
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS

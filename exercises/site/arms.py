@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from exercises.families import FAMILIES
 from exercises.families.listing import listing
-from exercises.generate import sample_chain
+from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.render import render

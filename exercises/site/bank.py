@@ -22,7 +22,7 @@ from exercises.exports.bank import Variant
 from exercises.exports.outlet import Failures
 from exercises.families import FAMILIES
 from exercises.files import write_atomically
-from exercises.generate import generate, short_quiz
+from exercises.generation import generate, short_quiz
 from exercises.languages import LANGUAGES
 from exercises.parallel import ordered_map
 from exercises.problem import Problem, ProblemId

@@ -63,7 +63,7 @@ class ProblemCertificate:
 def certify(problem: Problem) -> ProblemCertificate:
     """Test every reference of a problem; a question for which there is no test here fails, too.
 
-    >>> from exercises.generate import generate
+    >>> from exercises.generation import generate
     >>> certify(generate(ProblemId("planar-2r", 7, ("determinant",)))).passed
     True
     """

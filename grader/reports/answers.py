@@ -17,8 +17,8 @@ from exercises.writing.mathml import mathml
 from exercises.writing.statement import option_text
 from exercises.writing.typeset import TooDeep, typeset
 from grader.choices import Chosen
+from grader.formulas import with_points
 from grader.functions import SHOWN
-from grader.judge import with_points
 
 LONGEST, LARGEST = 4000, 2000
 """Characters of a text and nodes of a tree that are set as a formula; more would be no formula to look at."""

@@ -10,7 +10,7 @@ import sympy as sp
 from exercises.arm.chain import TASK_ROWS, Chain, Joint
 from exercises.arm.derivation import derive
 from exercises.families import FAMILIES
-from exercises.generate import generate, questions_of
+from exercises.generation import generate, questions_of
 from exercises.problem import ProblemId
 
 Row = tuple[sp.Expr, sp.Expr, sp.Expr]

@@ -11,7 +11,7 @@ from exercises.assignment import load_assignment
 from exercises.decimals import read_decimals
 from exercises.errors import QdotError
 from exercises.formula.identity import Rounding
-from exercises.generate import generate
+from exercises.generation import generate
 from exercises.problem import Part, Problem, ProblemId
 from exercises.release import init_assignment
 from exercises.writing.statement import prompt

@@ -10,7 +10,7 @@ import pytest
 
 from exercises.answers import Choice, Matching, Selection
 from exercises.families import FAMILIES
-from exercises.generate import generate, short_quiz
+from exercises.generation import generate, short_quiz
 from exercises.languages import LANGUAGES, pattern
 from exercises.mistakes.catalogue import CATALOGUE
 from exercises.problem import Part, Problem, ProblemId

@@ -15,7 +15,7 @@ import sympy as sp
 
 from exercises.answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from exercises.families import FAMILIES
-from exercises.generate import questions_of
+from exercises.generation import questions_of
 from exercises.notebook import notebook_text, solution_notebook, student_notebook
 from exercises.problem import Part, Problem, variable
 from tests.support.problems import drawn, parts_in_turn

@@ -13,7 +13,7 @@ from exercises import ENGINE
 from exercises.answers import Matrix
 from exercises.assignment import load_assignment
 from exercises.errors import QdotError
-from exercises.generate import generate
+from exercises.generation import generate
 from exercises.problem import Problem, ProblemId
 from exercises.record import digests
 from exercises.release import certificate_path, init_assignment, notebook_path, release

@@ -16,7 +16,7 @@ from exercises.families import FAMILIES
 from exercises.formula.expression import read
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.text import text_of
-from exercises.generate import questions_of
+from exercises.generation import questions_of
 from exercises.mistakes.catalogue import (
     CATALOGUE,
     ON_THE_WAY,

@@ -13,7 +13,7 @@ from exercises.arm.stages import Working, as_formulas, formulas
 from exercises.docs import planar_2r, scorbot_arm
 from exercises.families import FAMILIES
 from exercises.formula.text import text_of
-from exercises.generate import generate
+from exercises.generation import generate
 from exercises.mistakes.catalogue import CATALOGUE, made
 from exercises.mistakes.given import configurations
 from exercises.problem import Part, Problem, ProblemId, variable

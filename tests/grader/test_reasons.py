@@ -6,7 +6,7 @@ import pytest
 
 from exercises.formula.identity import Certificate, Domain, Rounding, missed
 from grader.choices import judge_choice
-from grader.judge import (
+from grader.formulas import (
     judge_angles,
     judge_expression,
     judge_matrix,

@@ -7,7 +7,7 @@ import sympy as sp
 
 from exercises.answers import Matrix
 from exercises.arm.stages import carried, formulas
-from exercises.generate import generate, sample_chain
+from exercises.generation import generate, sample_chain
 from exercises.problem import Part, Problem, ProblemId
 from grader.diagnosis import diagnose
 from tests.support.problems import asked

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from exercises.assignment import load_assignment
 from exercises.figure import figure_svg
-from exercises.generate import sample_chain
+from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from grader.cli import app
 from tests.support import ROOT

@@ -21,12 +21,12 @@ LAYERS = {
         arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
         arm.arithmetic arm.stages
         credit decimals lateness difficulty answers problem families questions mistakes quizzes
-        generate record verify writing.latex languages render writing figure
-        notebook show solve docs gradebook assignment store release exports.outlet exports.bank
+        generation record verify writing.latex languages render writing figure
+        notebook show solving docs gradebook assignment store release exports.outlet exports.bank
         exports.known_wrong exports.stack_parts exports exports.registry site.keys site.record site.bank
         site.page site.chapter site.arms site.guide site.reference site.pages site.stale_files site.build site
         commands""",
-    "grader": """verdict counterexample judge choices direction compare contained functions parts credit residuals
+    "grader": """verdict counterexample formulas choices direction compare contained functions parts credit residuals
         diagnosis follow marking prairielearn sandbox guarantees cells archives layouts roster submission
         finding uncounted copies overrides attempt settle remote cluster batch single history certificates certify
         check statistics similar variants reports nbgrader_cells demo commands pytest_plugin nbgrader_plugin

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from exercises.families import FAMILIES
-from exercises.generate import sample_chain
+from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from tests.support import ROOT, suites
 from tests.support.suites import SHAPES, SHARE, covering, families_for, shape_of, told
@@ -68,7 +68,7 @@ def test_what_check_always_runs_is_there() -> None:
         ("exercises/formula/exact.py", "tests/exercises/formula/test_exact.py"),
         ("grader/roster.py", "tests/grader/test_layouts.py"),
         ("exercises/figure/__init__.py", "tests/exercises/figure/test_figure.py"),
-        ("tests/grader/test_judge.py", "tests/grader/test_judge.py"),
+        ("tests/grader/test_formulas.py", "tests/grader/test_formulas.py"),
         ("templates/exports/moodle.xml.j2", "tests/exercises/exports/test_platforms.py"),
         ("docs/families.md", "tests/exercises/docs/test_docs.py"),
         ("README.md", "tests/repository/test_readme.py"),

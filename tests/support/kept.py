@@ -1,7 +1,7 @@
 """Problems that are generated once for all runs: kept on disk under a digest of the code that made them.
 
 In `.kept` at the top of the checkout, which may be removed at any time. A change of any module that
-`exercises.generate` imports, of Python or of SymPy has them generated anew. QDOT_KEPT=0 keeps nothing.
+`exercises.generation` imports, of Python or of SymPy has them generated anew. QDOT_KEPT=0 keeps nothing.
 """
 
 import hashlib
@@ -17,7 +17,7 @@ import numpy as np
 import sympy as sp
 
 from exercises.files import write_atomically
-from exercises.generate import generate
+from exercises.generation import generate
 from exercises.problem import Problem, ProblemId
 from tests.support import ROOT
 from tests.support.imports import reached
@@ -34,7 +34,7 @@ def folder() -> Path | None:
         return None
     digest = hashlib.sha256(repr((sys.version, sp.__version__, np.__version__, mpmath.__version__)).encode())
     data = (path for path in (ROOT / "exercises" / "families").iterdir() if path.suffix == ".txt")
-    for path in sorted({*reached(["exercises.generate"]), *data}):
+    for path in sorted({*reached(["exercises.generation"]), *data}):
         digest.update(path.read_bytes())
     made = KEPT / digest.hexdigest()[:20]
     made.mkdir(parents=True, exist_ok=True)

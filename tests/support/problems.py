@@ -13,7 +13,7 @@ from exercises.answers import Answer
 from exercises.arm.chain import Chain, Point
 from exercises.assignment import Assignment
 from exercises.families import FAMILIES
-from exercises.generate import questions_of
+from exercises.generation import questions_of
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.stream import Stream

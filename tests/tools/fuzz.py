@@ -51,7 +51,7 @@ from exercises.formula.trees import Node, ReadError, as_matrix, node_text
 from exercises.stream import Stream
 from grader import compare, judge
 from grader.compare import compare_line
-from grader.judge import judge_angles, judge_expression, judge_matrix, judge_singular
+from grader.formulas import judge_angles, judge_expression, judge_matrix, judge_singular
 from grader.verdict import Judgement, Outcome
 from tests.support import DATA
 

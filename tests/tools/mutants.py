@@ -31,12 +31,12 @@ import pytest
 from tests.support import ROOT
 
 MODULES = {
-    "exact": ("exact", "identity"), "identity": ("trial", "identity", "decimals", "judge"),
-    "field": ("exact", "identity"), "angles": ("exact", "identity", "judge"),
-    "conditions": ("sets", "space", "conditions", "reasons", "judge", "decimals"),
-    "pieces": ("space", "conditions", "judge"),
-    "judge": ("judge", "reasons", "decimals"), "program": ("program", "identity", "conditions", "judge"),
-    "constants": ("claims", "conditions", "judge"), "claims": ("claims", "conditions", "judge"),
+    "exact": ("exact", "identity"), "identity": ("trial", "identity", "decimals", "formulas"),
+    "field": ("exact", "identity"), "angles": ("exact", "identity", "formulas"),
+    "conditions": ("sets", "space", "conditions", "reasons", "formulas", "decimals"),
+    "pieces": ("space", "conditions", "formulas"),
+    "formulas": ("formulas", "reasons", "decimals"), "program": ("program", "identity", "conditions", "formulas"),
+    "constants": ("claims", "conditions", "formulas"), "claims": ("claims", "conditions", "formulas"),
 }  # fmt: skip
 """Modules, and the tests that are run on the mutants of each."""
 LEFT_OUT = ("as_often_as_their_degree", "stalls_the_comparison", "test_corpus", "h449")
@@ -233,7 +233,7 @@ def noticed(module: str, known: Prepared) -> int:
     """Run everything on the modules as they are imported now; return what failed, as a place in BY."""
     from exercises.formula.identity import Domain
     from grader.compare import compare_line
-    from grader.judge import judge_expression
+    from grader.formulas import judge_expression
     from grader.verdict import Outcome
 
     cases, made = known
@@ -258,7 +258,7 @@ def noticed(module: str, known: Prepared) -> int:
 
 def full_name(module: str) -> str:
     """The dotted name of one of MODULES."""
-    return f"grader.{module}" if module == "judge" else f"exercises.formula.{module}"
+    return f"grader.{module}" if module == "formulas" else f"exercises.formula.{module}"
 
 
 def path_of(module: str) -> str:

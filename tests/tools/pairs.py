@@ -23,10 +23,10 @@ from exercises.formula.identity import Domain
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.text import text_of
 from exercises.formula.trees import Node, names, node_text
-from exercises.generate import generate, questions_of
+from exercises.generation import generate, questions_of
 from exercises.problem import ProblemId
 from exercises.stream import Stream
-from grader.judge import judge_expression
+from grader.formulas import judge_expression
 from grader.parts import domain_of
 from grader.verdict import Outcome
 

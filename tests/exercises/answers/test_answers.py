@@ -7,7 +7,7 @@ import sympy as sp
 
 from exercises.answers import TYPES, Choice, Expression, Forms, Number
 from exercises.formula.expression import read
-from exercises.generate import generate
+from exercises.generation import generate
 from exercises.problem import Part, Problem, ProblemId
 from grader.parts import judge
 from grader.verdict import Outcome

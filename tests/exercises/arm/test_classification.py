@@ -13,7 +13,7 @@ from exercises.arm.chain import TASK_ROWS, Chain, Joint
 from exercises.arm.classification import classify, classify_pieces, domain_of, kind_at, kind_is_sure
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import singular_set
-from exercises.generate import sample_chain
+from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from tests.support import DATA
 from tests.support.suites import several

@@ -10,7 +10,7 @@ from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.reach import reaches
-from exercises.generate import sample_chain
+from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from tests.support.suites import of_families
 

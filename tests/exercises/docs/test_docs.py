@@ -17,7 +17,7 @@ from exercises.docs import corrections, documents, listing_text, structures, wri
 from exercises.families import FAMILIES
 from exercises.families.listing import LISTING, listing
 from exercises.families.structures import regular_forms
-from exercises.generate import find_out, questions_of
+from exercises.generation import find_out, questions_of
 from exercises.questions import QUESTIONS
 from exercises.quizzes import ASKED
 from tests.support import ROOT

@@ -17,7 +17,7 @@ from exercises.exports.markup import allowance, decimal
 from exercises.exports.numbers import InNumbers, in_numbers
 from exercises.exports.outlet import Order
 from exercises.families import FAMILIES
-from exercises.generate import generate
+from exercises.generation import generate
 from exercises.problem import Problem, ProblemId
 from exercises.verify.exponentials import exponential_jacobian
 from grader.certify import failures_of
@@ -174,7 +174,7 @@ KINDS = (
 
 
 def test_numbers_of_every_family_are_those_of_the_product_of_exponentials(family: str) -> None:
-    from exercises.generate import questions_of
+    from exercises.generation import questions_of
 
     can = [kind for kind in KINDS if kind in questions_of(family)]
     first = list(FAMILIES).index(family)

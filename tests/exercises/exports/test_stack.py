@@ -23,7 +23,7 @@ from exercises.exports.outlet import Order
 from exercises.exports.registry import OUTLETS
 from exercises.exports.stack_parts import asked, share_of
 from exercises.formula.text import text_of
-from exercises.generate import generate
+from exercises.generation import generate
 from exercises.problem import Problem, ProblemId
 from exercises.writing.maxima import maxima_text
 from grader.certify import failures_of

@@ -12,7 +12,7 @@ from exercises.arm.singularity import singular_set
 from exercises.difficulty import difficulty, step
 from exercises.families import FAMILIES
 from exercises.families.base import centimetres, standing_in_plane, turned
-from exercises.generate import applicable, questions_of, sample_chain
+from exercises.generation import applicable, questions_of, sample_chain
 from exercises.problem import ProblemId
 from exercises.stream import Stream
 from tests.support.problems import LONG_ARMS

@@ -34,7 +34,7 @@ from exercises.families.structures import (
     regular_tasks,
     tables,
 )
-from exercises.generate import generate, sample_chain
+from exercises.generation import generate, sample_chain
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.stream import Stream

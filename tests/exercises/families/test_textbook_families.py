@@ -19,7 +19,7 @@ from exercises.families import FAMILIES
 from exercises.formula.conditions import Space, compare_sets
 from exercises.formula.expression import read
 from exercises.formula.pieces import Piece, pieces
-from exercises.generate import sample_chain
+from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from exercises.stream import Stream
 from exercises.verify.singular import NEAR, singular_configurations

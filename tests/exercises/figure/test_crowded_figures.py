@@ -9,7 +9,7 @@ import pytest
 from exercises.figure import arm_figure
 from exercises.figure.plane import is_flat
 from exercises.figure.shapes import Figure, Pair, Polyline, Text
-from exercises.generate import sample_chain
+from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from tests.support.problems import LONG_ARMS, drawn
 from tests.support.suites import families_for, several

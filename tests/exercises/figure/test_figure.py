@@ -15,7 +15,7 @@ from exercises.arm.singularity import singular_set
 from exercises.figure import alt_text, arm_figure, figure_svg, fixed, singular_panel, singular_svg, thumbnail_svg
 from exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Text
 from exercises.figure.small import PANEL, Panel
-from exercises.generate import sample_chain
+from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from tests.support.suites import families_for
 

@@ -1,7 +1,7 @@
 """The pose in which an arm is drawn: which poses are tried."""
 
 from exercises.figure.pose import DEFAULT_LENGTH, candidates
-from exercises.generate import sample_chain
+from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 
 

@@ -10,7 +10,7 @@ from exercises.exports.numbers import in_numbers
 from exercises.exports.stack_parts import asked as asked_by_stack
 from exercises.exports.stack_parts import without_rounding
 from exercises.families import FAMILIES
-from exercises.generate import generate
+from exercises.generation import generate
 from exercises.mistakes.catalogue import taken
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions.base import DUTIES

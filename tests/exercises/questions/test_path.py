@@ -14,7 +14,7 @@ from exercises.arm.chain import Chain
 from exercises.arm.path import Line
 from exercises.arm.precise import PRECISE
 from exercises.families import FAMILIES
-from exercises.generate import questions_of, sample_chain
+from exercises.generation import questions_of, sample_chain
 from exercises.problem import Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.path import Seam
@@ -22,7 +22,7 @@ from exercises.verify import certify
 from exercises.writing.statement import prompt, worked_solution
 from exercises.writing.worked import three_digits
 from grader.certify import failures_of
-from grader.judge import judge_numbers
+from grader.formulas import judge_numbers
 from tests.support.problems import asked
 from tests.support.suites import families_for, several
 

@@ -11,7 +11,7 @@ import sympy as sp
 from exercises.answers import Number
 from exercises.arm.chain import Chain
 from exercises.families import FAMILIES
-from exercises.generate import sample_chain
+from exercises.generation import sample_chain
 from exercises.problem import Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.inversion import Situation

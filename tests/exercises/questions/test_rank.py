@@ -14,7 +14,7 @@ from exercises.arm.chain import Point
 from exercises.arm.derivation import structure
 from exercises.arm.directions import clear_rank, lost_direction, lost_formula, value_sets
 from exercises.arm.singularity import singular_set
-from exercises.generate import generate, questions_of
+from exercises.generation import generate, questions_of
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.geometry import at_values, branches, jacobian_at, precise_lost, regular_pose, singular_pose

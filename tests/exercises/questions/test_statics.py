@@ -8,7 +8,7 @@ import sympy as sp
 from exercises.answers import Matrix
 from exercises.arm.derivation import derive
 from exercises.families import FAMILIES
-from exercises.generate import generate, questions_of, sample_chain
+from exercises.generation import generate, questions_of, sample_chain
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.stream import Stream

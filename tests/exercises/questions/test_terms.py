@@ -3,7 +3,7 @@
 import pytest
 
 from exercises.arm.derivation import structure
-from exercises.generate import sample_chain
+from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from exercises.questions.transforms import _last_pose, _terms
 

@@ -11,7 +11,7 @@ from exercises.arm.chain import Chain, Joint
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import joint_rotation, link_vector
 from exercises.families import FAMILIES
-from exercises.generate import generate, questions_of, sample_chain
+from exercises.generation import generate, questions_of, sample_chain
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.transforms import AngleSum

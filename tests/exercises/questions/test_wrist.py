@@ -10,7 +10,7 @@ from exercises.answers import Matrix
 from exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
 from exercises.arm.derivation import derive
 from exercises.arm.trigonometry import same
-from exercises.generate import generate, sample_chain
+from exercises.generation import generate, sample_chain
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.wrist import blocks, not_partitioned

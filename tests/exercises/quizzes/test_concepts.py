@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 
 from exercises.answers import Choice, Number
-from exercises.generate import generate
+from exercises.generation import generate
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.concepts import USES

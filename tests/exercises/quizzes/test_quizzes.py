@@ -24,7 +24,7 @@ from exercises.figure import part_alt, part_svg
 from exercises.formula.expression import read
 from exercises.formula.identity import compare_entries
 from exercises.formula.trees import as_matrix
-from exercises.generate import applicable, generate, sample_chain, short_quiz
+from exercises.generation import applicable, generate, sample_chain, short_quiz
 from exercises.notebook import solution_notebook, student_notebook
 from exercises.problem import Part, Problem, ProblemId
 from exercises.quizzes import ASKED, QUIZZES

@@ -10,7 +10,7 @@ import numpy as np
 from exercises.answers import Choice, Matching, Number, Selection
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.stages import numbers
-from exercises.generate import generate
+from exercises.generation import generate
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions.results import is_derived, result
 from exercises.site.keys import key_of, weight

@@ -3,7 +3,7 @@
 import pytest
 
 from exercises.answers import Choice
-from exercises.generate import generate
+from exercises.generation import generate
 from exercises.problem import ProblemId
 from exercises.verify import certify
 

@@ -12,7 +12,7 @@ from exercises.arm.chain import Chain, Joint
 from exercises.arm.singularity import Component
 from exercises.difficulty import difficulty, step
 from exercises.families import FAMILIES
-from exercises.generate import generate, questions_of
+from exercises.generation import generate, questions_of
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.quizzes import ASKED as EVERY_QUESTION

@@ -7,7 +7,7 @@ import pytest
 from latex2mathml.converter import convert
 
 from exercises.formula.expression import read
-from exercises.generate import generate
+from exercises.generation import generate
 from exercises.problem import ProblemId
 from exercises.writing.direct import direct, element_width
 from exercises.writing.mathml import known

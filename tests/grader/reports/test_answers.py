@@ -2,7 +2,7 @@
 
 import xml.etree.ElementTree as ET
 
-from exercises.generate import generate
+from exercises.generation import generate
 from exercises.problem import ProblemId
 from grader.reports.answers import answer_of
 

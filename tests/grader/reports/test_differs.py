@@ -2,7 +2,7 @@
 
 import pytest
 
-from exercises.generate import generate
+from exercises.generation import generate
 from exercises.problem import ProblemId
 from grader.reports.differs import Table, table_of
 

@@ -15,7 +15,7 @@ import pytest
 
 from exercises.assignment import Assignment, Student, load_assignment
 from exercises.errors import QdotError
-from exercises.generate import sample_chain
+from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from exercises.store import keep
 from grader import statistics

@@ -22,7 +22,7 @@ from exercises.formula.conditions import Space, compare_sets
 from exercises.formula.expression import read
 from exercises.formula.pieces import pieces
 from exercises.questions import QUESTIONS
-from exercises.solve import Solution, read_robot, solution_data, solution_json, solution_latex, solution_text, solve
+from exercises.solving import Solution, read_robot, solution_data, solution_json, solution_latex, solution_text, solve
 from tests.support import DATA
 
 TRUTH = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))

@@ -14,7 +14,7 @@ from exercises import ENGINE
 from exercises.answers import Choice
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
-from exercises.generate import check_questions, generate, questions_of, student_problem_id
+from exercises.generation import check_questions, generate, questions_of, student_problem_id
 from exercises.problem import LARGEST_SEED, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.record import digests
@@ -41,7 +41,7 @@ def fingerprint(problem: Problem) -> str:
 
 ELSEWHERE = """
 import hashlib, json, sys
-from exercises.generate import generate
+from exercises.generation import generate
 from exercises.problem import ProblemId
 from exercises.record import digests
 for line in sys.stdin:
@@ -185,7 +185,7 @@ def test_what_is_listed_of_a_family_is_not_derived_again(monkeypatch: pytest.Mon
     def derived(*_: object) -> None:
         raise AnArmWasDrawnError
 
-    monkeypatch.setattr("exercises.generate.sample_chain", derived)
+    monkeypatch.setattr("exercises.generation.sample_chain", derived)
     check_questions("planar-2r", questions_of("planar-2r"))
     for family, questions, band in (
         ("planar-2r", ["column-choice"], None), ("planar-2r", ["position"], (1, 2)), ("random-3", ["position"], None),

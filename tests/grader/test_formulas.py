@@ -6,7 +6,7 @@ import pytest
 
 from exercises.formula.identity import Domain
 from grader.choices import judge_choice
-from grader.judge import judge_angles, judge_expression, judge_matrix, judge_numbers, judge_singular
+from grader.formulas import judge_angles, judge_expression, judge_matrix, judge_numbers, judge_singular
 from grader.verdict import Outcome
 
 DOMAIN = Domain(
