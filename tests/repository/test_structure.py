@@ -26,11 +26,11 @@ LAYERS = {
         exports.known_wrong exports.stack_parts exports exports.registry site.keys site.record site.bank
         site.page site.chapter site.arms site.guide site.reference site.pages site.stale_files site.build site
         commands""",
-    "grader": """verdict counterexample formulas choices direction compare contained functions parts credit residuals
-        diagnosis follow marking prairielearn sandbox guarantees cells archives layouts roster submission
-        finding uncounted copies overrides attempt settle remote cluster batch single history certificates certify
-        check statistics similar variants reports nbgrader_cells demo commands pytest_plugin nbgrader_plugin
-        gradescope outlets site docs cli""",
+    "grader": """verdict counterexample contained function_values answer formulas choices direction functions reading
+        parts compare credit residuals diagnosis follow marking prairielearn sandbox guarantees cells archives layouts
+        roster submission finding uncounted copies overrides attempt settle remote cluster batch single history
+        certificates certify check statistics similar variants reports nbgrader_cells demo commands
+        pytest_plugin nbgrader_plugin gradescope outlets site docs cli""",
 }
 """From the bottom up: a module imports only from those before it; a folder stands for what is in it."""
 
