@@ -96,8 +96,10 @@ def test_a_package_says_what_is_in_it(package: Path) -> None:
 def test_contributing_has_every_folder_on_its_map_and_is_short() -> None:
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     for package in PACKAGES:
-        name = package.parent.relative_to(ROOT).as_posix()
-        assert f"`{name}/`" in text, f"CONTRIBUTING.md doesn't say what {name}/ is"
+        folder = package.parent.relative_to(ROOT)
+        name = folder.as_posix()
+        # A folder in such a folder is on the map of that one's docstring.
+        assert len(folder.parts) > 2 or f"`{name}/`" in text, f"CONTRIBUTING.md doesn't say what {name}/ is"
     assert len(text.encode()) < 12_000, "it is to be read in five minutes: decisions go to docs/decisions/"
 
 
