@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeVar
 
@@ -15,6 +15,7 @@ from exercises.errors import QdotError
 from exercises.formula.identity import Domain, Rounding
 
 Kind = TypeVar("Kind", bound=Answer)
+About = TypeVar("About", bound="Details")
 
 ENGINE = 1
 """Version of the problem generator: any change of what an id regenerates raises it."""
@@ -59,15 +60,36 @@ class SymbolInfo:
     value: sp.Expr | None = None
 
 
+@dataclass(frozen=True, kw_only=True)
+class Details:
+    """What the wording and the tests of a part need beside its answer; each kind of question has a class of its own.
+
+    `symbols` may be used in answers beside those of the arm, `units` are those of formulas, in `pose` (joint's name ->
+    value) the arm is drawn under the prompt, and `drawn` options are drawings. What is left at its default is not put
+    on record: a digest knows nothing of it.
+    """
+
+    symbols: Mapping[str, SymbolInfo] | None = None
+    units: tuple[str, ...] | None = None
+    pose: Mapping[str, float] | None = None
+    drawn: bool = False
+
+    def given_values(self, chain: Chain) -> Mapping[str, float]:
+        """Return the lengths, joint values and velocities at which it is asked, none where it is asked in formulas."""
+        return {}
+
+    @property
+    def given_joints(self) -> Mapping[sp.Symbol, sp.Expr]:
+        """The joint values that are given to an answer in formulas, which may hold lengths."""
+        return {}
+
+
 @dataclass(frozen=True)
 class Part:
     """One question of a problem: what is asked, its answer, points, and the parts whose result it builds on.
 
-    `details` are the quantities that the wording needs (which component, which frame, the given configuration). Two
-    of them mean the same in every question: `symbols` (name -> SymbolInfo) may be used in answers beside those of the
-    arm, and `pose` (joint's name -> value) is drawn as a figure under the prompt. `rounding` is what the assignment
-    allows decimals to be off, None for formulas without rounding and numbers to three digits; `credit` is how it marks
-    an answer that is right in part, None for the question's own way.
+    `rounding` is what the assignment allows decimals to be off, None for formulas without rounding and numbers to three
+    digits; `credit` is how it marks an answer that is right in part, None for the question's own way.
     """
 
     name: str
@@ -75,7 +97,7 @@ class Part:
     answer: Answer
     points: float = 1.0
     needs: tuple[str, ...] = ()
-    details: Mapping[str, object] = field(default_factory=dict)
+    details: Details = Details()
     rounding: Rounding | None = None
     credit: Credit | None = None
 
@@ -88,6 +110,12 @@ class Part:
         if not isinstance(self.answer, kind):
             raise TypeError(f"the answer to {self.kind!r} is of type {self.type}, not {kind.type}")
         return self.answer
+
+    def about(self, kind: type[About]) -> About:
+        """Return the details, which are of this class. Raises TypeError where they are of another."""
+        if not isinstance(self.details, kind):
+            raise TypeError(f"the details of {self.kind!r} are {type(self.details).__name__}, not {kind.__name__}")
+        return self.details
 
     @property
     def precision(self) -> str:
@@ -107,17 +135,17 @@ class Part:
     @property
     def symbols(self) -> Mapping[str, SymbolInfo]:
         """The symbols that this part brings with it, as the forces of a static question."""
-        return self.details.get("symbols", {})  # type: ignore[return-value]
+        return self.details.symbols or {}
 
     @property
     def pose(self) -> Mapping[str, float] | None:
         """The joint values in which the arm is drawn under the prompt, or None."""
-        return self.details.get("pose")  # type: ignore[return-value]
+        return self.details.pose
 
     @property
     def has_drawn_options(self) -> bool:
-        """Whether options are configurations (`places`) that are drawn, with the letters under them."""
-        return "drawn" in self.details
+        """Whether options are configurations that are drawn, with the letters under them."""
+        return self.details.drawn
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import sympy as sp
 
 from exercises.arm.chain import Chain
 from exercises.formula.text import text_of
-from exercises.problem import Part, Problem, SymbolInfo
+from exercises.problem import Details, Part, Problem, SymbolInfo
 
 Json = dict[str, Any]
 
@@ -45,6 +45,9 @@ def symbol_json(info: SymbolInfo) -> Json:
 
 def plain(value: object) -> Any:
     """Return what JSON can hold of the details of a part; SymPy as text."""
+    if isinstance(value, Details):
+        told = ((field.name, getattr(value, field.name), field.default) for field in fields(value))
+        return plain({name: detail for name, detail, default in told if detail is not default})
     if is_dataclass(value) and not isinstance(value, type):
         return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, Mapping):

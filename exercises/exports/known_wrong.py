@@ -28,6 +28,7 @@ from exercises.mistakes.catalogue import Wrong, taken, wrong_answers
 from exercises.mistakes.given import configurations
 from exercises.problem import Part, Problem
 from exercises.questions import QUESTIONS
+from exercises.questions.base import OneOfSeveral
 from exercises.questions.results import is_derived, result
 from exercises.quizzes.wrong import MOST_JOINTS, NO_NUMBER, differ, in_formulas, tidied
 from exercises.stream import Stream
@@ -66,8 +67,8 @@ def known_wrong(problem: Problem, part: Part, most: int) -> tuple[Known, ...]:
         return tuple(_numbers(problem, part, most))
     if not part.answer.is_formulas:
         return ()
-    key = tuple((name, str(part.details[name])) for name in ("row", "frame") if name in part.details)
-    subject = _Subject(structure(problem.chain).chain, part.kind, key, part)
+    which = part.details if isinstance(part.details, OneOfSeveral) else None
+    subject = _Subject(structure(problem.chain).chain, part.kind, which, part)
     slips = (_slip(subject, index) for index in range(min(TRIED * most, len(_wrongs(subject)))))
     return tuple(islice(_filled(problem, part, filter(None, slips)), most))
 
@@ -101,11 +102,11 @@ def _that_differ(right: np.ndarray, wrongs: Iterable[Wrong]) -> Iterator[Wrong]:
 
 @dataclass(frozen=True)
 class _Subject:
-    """A question about a structure; `key` tells those apart whose details differ."""
+    """A question about a structure; `which` tells those apart that ask for another of its results."""
 
     generic: Chain
     kind: str
-    key: tuple[tuple[str, str], ...]
+    which: OneOfSeveral | None
     part: Part = field(compare=False)
 
 

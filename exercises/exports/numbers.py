@@ -86,8 +86,7 @@ def in_numbers(problem: Problem, part: Part) -> InNumbers | None:
 
 def _as_number(part: Part, values: sp.Matrix) -> Number:
     floor = LEAST * float(max(map(abs, values)))
-    units: Any = part.details.get("units") or ("",) * len(values)
-    return Number(values, tuple(units), THREE_DIGITS, floor)
+    return Number(values, part.details.units or ("",) * len(values), THREE_DIGITS, floor)
 
 
 def _of_numbers(problem: Problem, part: Part, direction: bool = False) -> InNumbers:
@@ -155,15 +154,9 @@ def _of_formulas(problem: Problem, part: Part) -> InNumbers | None:
 Drawn = dict[sp.Symbol, sp.Expr]
 
 
-def _lost(part: Part) -> Drawn:
-    """Return the joint values that the question gives."""
-    lost: Any = part.details.get("lost")
-    return {} if lost is None else dict(lost.values)
-
-
 def _configurations(chain: Chain, part: Part, stream: Stream) -> Iterator[Drawn]:
     """Yield numbers for every symbol; joints are where J is well conditioned, if that can be had."""
-    full = min(len(chain.task), chain.n) and not _lost(part)
+    full = min(len(chain.task), chain.n) and not part.details.given_joints
     for _ in range(DRAWS):
         for _ in range(30):
             lengths = {
@@ -190,7 +183,7 @@ def _some(stream: Stream, most: int) -> int:
 
 def _exact(part: Part, drawn: Drawn) -> Drawn:
     """Return a draw with the joint values that the question gives in it."""
-    return {**drawn, **{q: value.xreplace(drawn) for q, value in _lost(part).items()}}
+    return {**drawn, **{q: value.xreplace(drawn) for q, value in part.details.given_joints.items()}}
 
 
 def _columns(chain: Chain, part: Part, drawn: Sequence[Drawn]) -> Values:
@@ -237,7 +230,7 @@ def _scaled(found: InNumbers) -> InNumbers:
 def _given(chain: Chain, part: Part, drawn: Drawn, reference: sp.Matrix) -> Given:
     """Return what is told: all joints but those that the question gives, and what the formulas or mistakes need."""
     w, used = Wording(chain), reference.free_symbols
-    joints = tuple((tex(q), w.joint_value(q, drawn[q])) for q in chain.q if q not in _lost(part))
+    joints = tuple((tex(q), w.joint_value(q, drawn[q])) for q in chain.q if q not in part.details.given_joints)
     others: list[tuple[str, str]] = []
     if used & set(chain.rates):
         units = zip(chain.rates, w.rate_units, strict=True)

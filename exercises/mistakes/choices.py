@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from typing import Any
 
 import sympy as sp
 
@@ -10,7 +9,9 @@ from exercises.answers import Choice, Number
 from exercises.arm.chain import Chain
 from exercises.mistakes.base import Mistake, Taken, Takes
 from exercises.problem import Part
+from exercises.questions.base import ForTask
 from exercises.questions.concepts import USES
+from exercises.questions.rank import OfMeaning
 from exercises.questions.singular import OPTIONS
 
 
@@ -49,7 +50,7 @@ def _other_kind(chain: Chain, part: Part) -> Iterator[Taken]:
     """Take the right meaning with the wrong kind."""
     if part.kind != "singularity-meaning":
         return
-    offered = _asked(part).offered
+    offered = part.about(OfMeaning).asked.offered
     meaning, kind = offered[_right(part)]
     for index, (other, its_kind) in enumerate(offered):
         if other is meaning and its_kind != kind:
@@ -59,14 +60,10 @@ def _other_kind(chain: Chain, part: Part) -> Iterator[Taken]:
 def _other_meaning(chain: Chain, part: Part) -> Iterator[Taken]:
     if part.kind != "singularity-meaning":
         return
-    offered = _asked(part).offered
+    offered = part.about(OfMeaning).asked.offered
     for index, (other, _) in enumerate(offered):
         if other is not offered[_right(part)][0]:
             yield _option(part, index)
-
-
-def _asked(part: Part) -> Any:
-    return part.details["asked"]
 
 
 def _right(part: Part) -> int:
@@ -100,9 +97,7 @@ def _size_turned(chain: Chain, part: Part) -> Iterator[list[int]]:
 
 
 def _task_size(part: Part) -> int:
-    task = part.details["task"]
-    assert isinstance(task, tuple)
-    return len(task)
+    return len(part.about(ForTask).task)
 
 
 def _six_rows(chain: Chain, part: Part) -> Iterator[list[int]]:

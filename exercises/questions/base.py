@@ -12,14 +12,26 @@ from exercises.answers import Answer
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import TooLong, derive, structure
 from exercises.arm.stages import Change, Working
-from exercises.problem import Part
+from exercises.problem import Details, Part
 from exercises.stream import Stream
 
 BY_HAND = 3
 """Up to so many joints an inverse is written out."""
 
-Asked = tuple[Answer, dict[str, object]]
-"""The answer, and the quantities that the wording needs."""
+Asked = tuple[Answer, Details]
+"""The answer, and what the wording needs beside it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForTask(Details):
+    """About the Jacobian for a task, which need not be the arm's own."""
+
+    task: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class OneOfSeveral(Details):
+    """About one of several results that a question asks for: equal details are the same result of a structure."""
 
 
 def always(chain: Chain) -> str | None:

@@ -5,7 +5,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -17,9 +16,10 @@ from exercises.arm.directions import lost_direction
 from exercises.arm.precise import determinant, four_digits, numeric, shown
 from exercises.arm.singularity import singular_set
 from exercises.arm.stages import Working
-from exercises.problem import Part
-from exercises.questions.base import Asked, Question
+from exercises.problem import Details, Part
+from exercises.questions.base import Asked, ForTask, Question
 from exercises.questions.geometry import (
+    AtPose,
     Pose,
     distinct_lengths,
     jacobian_at,
@@ -54,7 +54,7 @@ def _size(chain: Chain, rng: Stream) -> Asked:
     tasks = _tasks(chain)
     size = rng.choice(sorted({len(task) for task in tasks}))
     task = rng.choice([task for task in tasks if len(task) == size])
-    return Number(sp.Matrix([size, chain.n]), ("", ""), 1e-9, 1e-9), {"task": task}
+    return Number(sp.Matrix([size, chain.n]), ("", ""), 1e-9, 1e-9), ForTask(task=task)
 
 
 def _no_other_task(chain: Chain) -> str | None:
@@ -71,6 +71,17 @@ class Effect:
     joint: int
     place: Pose
     rows: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class OfJoint(Details):
+    """About what one joint does."""
+
+    effect: Effect
+
+    def given_values(self, chain: Chain) -> dict[str, float]:
+        """Return the numbers of the pose."""
+        return self.effect.place.numbers
 
 
 def _shown_rows(chain: Chain) -> tuple[str, ...]:
@@ -111,7 +122,7 @@ def _effect(chain: Chain, rng: Stream) -> Asked:
         if len(wrong) >= 3:
             order = rng.shuffled([right, *wrong[:3]])
             answer = Choice(tuple(vector_words(vector) for vector in order), order.index(right))
-            return answer, {"effect": Effect(joint + 1, pose, rows), "pose": pose.figure}
+            return answer, OfJoint(effect=Effect(joint + 1, pose, rows), pose=pose.figure)
     raise RuntimeError(f"no pose of {chain} tells the effects of its joints apart; please report this")
 
 
@@ -184,6 +195,16 @@ USES = {
 }
 
 
+@dataclass(frozen=True, kw_only=True)
+class ForUse(AtPose):
+    """About the use of (6.7) for a task: which of USES it is, J in numbers, and its determinant where it is square."""
+
+    use: str
+    task: tuple[str, ...]
+    numbers: sp.Matrix
+    determinant: sp.Float | None = None
+
+
 def _use(chain: Chain, rng: Stream) -> Asked:
     """Draw the answer first, then a task and a pose that have it."""
     for use in rng.shuffled(tuple(USES)):
@@ -193,18 +214,16 @@ def _use(chain: Chain, rng: Stream) -> Asked:
             if pose is not None:
                 order = rng.shuffled(tuple(USES))
                 answer = Choice(tuple(USES[name] for name in order), order.index(use))
-                return answer, {"use": use, "task": task, "place": pose, "pose": pose.figure, **_shown(asked, pose)}
+                return answer, _details(asked, use, pose)
     raise RuntimeError(f"no task of {chain} could be asked about; please report this")
 
 
-def _shown(chain: Chain, pose: Pose) -> dict[str, object]:
-    """Return J at a pose, and its determinant where it is square, to four digits."""
+def _details(chain: Chain, use: str, pose: Pose) -> ForUse:
+    """Return the details for an arm with the task asked about; numbers to four digits."""
     jacobian = precise(chain, pose, derive(chain).jacobian)
     numbers = [[numeric(value) for value in row] for row in jacobian.tolist()]
-    found: dict[str, object] = {"numbers": shown(numbers)}
-    if jacobian.is_square:
-        found["determinant"] = four_digits(determinant(numbers))
-    return found
+    value = four_digits(determinant(numbers)) if jacobian.is_square else None
+    return ForUse(use=use, task=chain.task, place=pose, pose=pose.figure, numbers=shown(numbers), determinant=value)
 
 
 @lru_cache(maxsize=1024)
@@ -251,6 +270,13 @@ class Cost:
     products: tuple[tuple[str, sp.Rational], ...]
 
 
+@dataclass(frozen=True, kw_only=True)
+class OfCost(Details):
+    """About what a singularity costs."""
+
+    cost: Cost
+
+
 def _no_cost(chain: Chain) -> str | None:
     found = singular_set(chain)
     if found is None:
@@ -295,7 +321,7 @@ def _cost(chain: Chain, rng: Stream) -> Asked:
             shown = _rounded(precise_lost(chain, pose))
             products = [sum(a * b for a, b in zip(vector, shown, strict=True)) for vector in order]
             lettered = tuple((letter, _decimals(value, 2)) for letter, value in zip("ABCD", products, strict=True))
-            return answer, {"cost": Cost(pose, possible, shown, lettered), "pose": pose.figure}
+            return answer, OfCost(cost=Cost(pose, possible, shown, lettered), pose=pose.figure)
     raise RuntimeError(f"no singular configuration of {chain} could be asked about; please report this")
 
 
@@ -342,7 +368,7 @@ def _new(velocity: Numbers, chosen: list[Numbers]) -> bool:
 
 
 def _derived_effect(w: Working, part: Part) -> np.ndarray:
-    effect: Any = part.details["effect"]
+    effect = part.about(OfJoint).effect
     return np.asarray(w["geometric"][[TASK_ROWS.index(row) for row in effect.rows], effect.joint - 1])
 
 

@@ -1,5 +1,7 @@
 """Position, velocity and Jacobian by direct differentiation (6.1 to 6.4; Examples 6.1 and 6.3)."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import sympy as sp
 
@@ -8,8 +10,20 @@ from exercises.arm.arithmetic import applied
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
 from exercises.arm.stages import Change, Working
-from exercises.problem import Part
-from exercises.questions.base import Asked, Question, by_hand, number, put, put_number, square, stage, velocities
+from exercises.problem import Details, Part
+from exercises.questions.base import (
+    Asked,
+    ForTask,
+    OneOfSeveral,
+    Question,
+    by_hand,
+    number,
+    put,
+    put_number,
+    square,
+    stage,
+    velocities,
+)
 from exercises.stream import Stream
 
 
@@ -18,8 +32,23 @@ def moving_rows(chain: Chain) -> list[int]:
     return ["xyz".index(axis) for axis in chain.linear_rows]
 
 
+@dataclass(frozen=True, kw_only=True)
+class AlongAxes(Details):
+    """About the coordinates of the point that the task counts, some of "x", "y", "z"."""
+
+    axes: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class AlongAxis(OneOfSeveral):
+    """About one component of the velocity of the point: its axis, and the row (0 to 2) that it is in."""
+
+    axis: str
+    row: int
+
+
 def _position(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).position.extract(moving_rows(chain), [0])), {"axes": chain.linear_rows}
+    return Matrix(derive(chain).position.extract(moving_rows(chain), [0])), AlongAxes(axes=chain.linear_rows)
 
 
 def linear_velocity(chain: Chain) -> sp.Matrix:
@@ -29,14 +58,15 @@ def linear_velocity(chain: Chain) -> sp.Matrix:
 
 
 def _velocity(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(linear_velocity(chain)), {"axes": chain.linear_rows}
+    return Matrix(linear_velocity(chain)), AlongAxes(axes=chain.linear_rows)
 
 
 def _component(chain: Chain, rng: Stream) -> Asked:
     velocity = linear_velocity(chain)
     useful = [i for i, entry in enumerate(velocity) if len(entry.free_symbols & set(chain.rates)) > 1]
     chosen = rng.choice(useful or list(range(len(velocity))))
-    return Expression(velocity[chosen]), {"axis": chain.linear_rows[chosen], "row": moving_rows(chain)[chosen]}
+    details = AlongAxis(axis=chain.linear_rows[chosen], row=moving_rows(chain)[chosen])
+    return Expression(velocity[chosen]), details
 
 
 def _has_linear_rows(chain: Chain) -> str | None:
@@ -44,20 +74,18 @@ def _has_linear_rows(chain: Chain) -> str | None:
 
 
 def _jacobian(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).jacobian), {"task": chain.task}
+    return Matrix(derive(chain).jacobian), ForTask(task=chain.task)
 
 
 def _determinant(chain: Chain, rng: Stream) -> Asked:
-    return Expression(derive(chain).determinant), {"task": chain.task}
+    return Expression(derive(chain).determinant), ForTask(task=chain.task)
 
 
 # --- out of a derivation ---
 
 
 def _derived_component(w: Working, part: Part) -> np.ndarray:
-    row = part.details["row"]
-    assert isinstance(row, int)
-    return np.asarray(applied(w["linear"][[row]], w["joint rates"]))
+    return np.asarray(applied(w["linear"][[part.about(AlongAxis).row]], w["joint rates"]))
 
 
 def _put_position(rows: np.ndarray) -> dict[str, Change]:
@@ -107,7 +135,7 @@ QUESTIONS = (
         objection=_has_linear_rows,
         too_long=by_hand("linear"),
         result=_derived_component,
-        entry_names=lambda chain, part: [f"v_{{{part.details['axis']}}}"],
+        entry_names=lambda chain, part: [f"v_{{{part.about(AlongAxis).axis}}}"],
         follows=(("position",),),
     ),
     Question(

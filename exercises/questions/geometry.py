@@ -18,7 +18,8 @@ from exercises.arm.derivation import derive, structure
 from exercises.arm.directions import CLEAR, Values, clear_rank, task_rows, value_sets
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import Component, singular_set
-from exercises.questions.inversion import draw_pose
+from exercises.problem import Details
+from exercises.questions.inversion import Configuration, draw_pose
 from exercises.stream import Stream
 
 DIGITS, KEPT = 30, 40
@@ -26,25 +27,29 @@ TRIES = 12
 
 
 @dataclass(frozen=True)
-class Pose:
-    """A configuration in numbers: open lengths, exact joint values, and those that are shown rounded.
+class Pose(Configuration):
+    """A configuration with exact joint values, and those that are shown rounded.
 
     `about` holds degrees of an angle to two decimals, and metres of a slide to four.
     """
 
-    lengths: dict[sp.Symbol, sp.Rational]
-    joints: dict[sp.Symbol, sp.Expr]
     about: dict[sp.Symbol, sp.Rational] = field(default_factory=dict)
-
-    @property
-    def values(self) -> dict[sp.Symbol, sp.Expr]:
-        """All numbers together, for substitution."""
-        return {**self.lengths, **self.joints}
 
     @property
     def figure(self) -> dict[str, float]:
         """The joint values for a drawing."""
         return {q.name: float(sp.Float(sp.N(value, DIGITS), 10)) for q, value in self.joints.items()}
+
+
+@dataclass(frozen=True, kw_only=True)
+class AtPose(Details):
+    """Asked at a pose."""
+
+    place: Pose
+
+    def given_values(self, chain: Chain) -> dict[str, float]:
+        """Return the numbers of the pose."""
+        return self.place.numbers
 
 
 def pose_of(chain: Chain, lengths: Mapping[sp.Symbol, sp.Rational], joints: Mapping[sp.Symbol, sp.Expr]) -> Pose:

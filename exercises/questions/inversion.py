@@ -10,6 +10,7 @@ from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive, task_velocity
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.precise import PreciseArm, Vector, numeric, solved, ten_digits
+from exercises.problem import Details
 from exercises.questions.base import (
     BY_HAND,
     Asked,
@@ -31,25 +32,52 @@ THREE_DIGITS = 0.005
 
 
 def _inverse(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).inverse), {}
+    return Matrix(derive(chain).inverse), Details()
 
 
 def _rates(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).rate_law()), {}
+    return Matrix(derive(chain).rate_law()), Details()
 
 
 @dataclass(frozen=True)
-class Situation:
-    """A configuration in numbers that a person can work with: lengths, joint values, task velocity."""
+class Configuration:
+    """An arm in numbers: a value for each open length, and one for each joint."""
 
     lengths: dict[sp.Symbol, sp.Rational]
     joints: dict[sp.Symbol, sp.Expr]
+
+    @property
+    def values(self) -> dict[sp.Symbol, sp.Expr]:
+        """All numbers together, for substitution."""
+        return {**self.lengths, **self.joints}
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """All numbers by their names, in floating point."""
+        return {str(symbol): float(sp.N(value.xreplace(self.lengths))) for symbol, value in self.values.items()}
+
+
+@dataclass(frozen=True)
+class Situation(Configuration):
+    """A configuration that a person can work with, and the velocity of the task there."""
+
     velocity: dict[sp.Symbol, sp.Rational]
 
     @property
     def values(self) -> dict[sp.Symbol, sp.Expr]:
-        """All of them together, for substitution."""
-        return {**self.lengths, **self.joints, **self.velocity}
+        """All numbers together, for substitution."""
+        return {**super().values, **self.velocity}
+
+
+@dataclass(frozen=True, kw_only=True)
+class InSituation(Details):
+    """Asked in a situation."""
+
+    situation: Situation
+
+    def given_values(self, chain: Chain) -> dict[str, float]:
+        """Return the numbers of the situation."""
+        return self.situation.numbers
 
 
 def draw_pose(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Expr]:
@@ -106,7 +134,7 @@ def _joint_rates(chain: Chain, rng: Stream) -> Asked:
     numbers = sp.Matrix(list(map(ten_digits, solved(jacobian_at(chain, situation), velocity))))
     units = tuple("rad/s" if joint.kind == "R" else "m/s" for joint in chain.joints)
     floor = 0.001 * max(abs(float(value)) for value in numbers)
-    return Number(numbers, units, THREE_DIGITS, floor), {"situation": situation}
+    return Number(numbers, units, THREE_DIGITS, floor), InSituation(situation=situation)
 
 
 QUESTIONS = (

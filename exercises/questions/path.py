@@ -15,9 +15,10 @@ from exercises.arm.chain import Chain
 from exercises.arm.path import Line, Station
 from exercises.arm.precise import DOUBLE, PRECISE, PreciseArm, Vector, determinant, four_digits, shown, ten_digits
 from exercises.arm.singularity import singular_set
+from exercises.problem import Details
 from exercises.questions.base import Asked, Question, joint_rates, square, stage
-from exercises.questions.inversion import THREE_DIGITS, conditioning, draw_lengths, draw_pose
-from exercises.questions.redundancy import angles
+from exercises.questions.inversion import THREE_DIGITS, Configuration, conditioning, draw_lengths, draw_pose
+from exercises.questions.redundancy import angles, pose_of
 from exercises.stream import Stream
 
 STEP = 0.02
@@ -32,11 +33,9 @@ TRIES = 1000
 
 
 @dataclass(frozen=True)
-class Seam:
-    """A welding line: lengths, the configuration at A, the target B by axis (m), and the speed (m/s)."""
+class Seam(Configuration):
+    """A welding line: the configuration at A, the target B by axis (m), and the speed (m/s)."""
 
-    lengths: dict[sp.Symbol, sp.Rational]
-    joints: dict[sp.Symbol, sp.Expr]
     target: dict[str, sp.Rational]
     speed: sp.Rational
 
@@ -107,7 +106,29 @@ def _column(values: Vector) -> sp.Matrix:
     return shown([[value] for value in values])
 
 
+@dataclass(frozen=True, kw_only=True)
+class OnPath(Details):
+    """Asked on a welding line."""
+
+    seam: Seam
+
+
 # --- joint rates at a place ---
+
+
+@dataclass(frozen=True, kw_only=True)
+class AtDistance(OnPath):
+    """Asked on a welding line, at a distance from A (m)."""
+
+    distance: sp.Rational
+
+    def given_values(self, chain: Chain) -> dict[str, float]:
+        """Return the lengths, the joint values at the distance, and the velocity along the line."""
+        seam, line = self.seam, self.seam.line(chain, PRECISE)
+        joints = joints_on(line, seam.line(chain), self.distance)
+        found = {symbol.name: float(value) for symbol, value in seam.lengths.items()}
+        found |= {q.name: float(value) for q, value in zip(chain.q, joints, strict=True)}
+        return found | {row: float(u) * float(seam.speed) for row, u in zip(chain.task, line.unit, strict=True)}
 
 
 def _objection(chain: Chain) -> str | None:
@@ -144,12 +165,8 @@ def _rates_at(chain: Chain, seam: Seam, s: sp.Rational) -> Asked:
     rates = [slope * line.arm.number(seam.speed) for slope in line.slopes(q)]
     units = tuple("rad/s" if joint.kind == "R" else "m/s" for joint in chain.joints)
     floor = 0.001 * float(max(map(abs, rates)))
-    details = {"seam": seam, "distance": s, "pose": _pose(chain, seam)}
+    details = AtDistance(seam=seam, distance=s, pose=pose_of(seam, chain))
     return Number(sp.Matrix(list(map(ten_digits, rates))), units, THREE_DIGITS, floor), details
-
-
-def _pose(chain: Chain, seam: Seam) -> dict[str, float]:
-    return {q.name: float(seam.joints[q]) for q in chain.q}
 
 
 def _drawn(chain: Chain, rng: Stream, least: int, most: int, regular: float) -> Seam | None:
@@ -181,6 +198,14 @@ def _rounded(value: sp.Expr) -> int:
 # --- where a rate exceeds its limit ---
 
 
+@dataclass(frozen=True, kw_only=True)
+class ToLimit(OnPath):
+    """About the distance on a welding line at which the speed of a joint (from 1) exceeds its limit."""
+
+    joint: int
+    limit: sp.Rational
+
+
 @dataclass(frozen=True)
 class Crossing:
     """A joint (its index), its limit, and the stations between which its speed exceeds it for the first time."""
@@ -206,9 +231,8 @@ def _path_limit(chain: Chain, rng: Stream) -> Asked:
         if crossings:
             crossing = rng.choice(crossings)
             s = ten_digits(_exact_crossing(chain, seam, crossing))
-            details = {
-                "seam": seam, "joint": crossing.joint + 1, "limit": crossing.limit, "pose": _pose(chain, seam)
-            }  # fmt: skip
+            pose = pose_of(seam, chain)
+            details = ToLimit(seam=seam, joint=crossing.joint + 1, limit=crossing.limit, pose=pose)
             return Number(sp.Matrix([s]), ("m",), THREE_DIGITS, 1e-6), details
     raise RuntimeError(f"no line was found on which a rate of {chain} exceeds a limit; please report this")
 

@@ -4,6 +4,8 @@ w = sqrt(det(J J^T)), which is |det J| where J is square, is the product of the 
 largest of them over the smallest. Both compare or multiply entries of J, and are asked where these have units for that.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import sympy as sp
 
@@ -11,7 +13,7 @@ from exercises.answers import Number
 from exercises.arm.chain import Chain
 from exercises.arm.precise import PRECISE, Vector, determinant, four_digits, gram, shown, ten_digits
 from exercises.questions.base import Asked, Question, number
-from exercises.questions.inversion import THREE_DIGITS, Situation, draw_situation, jacobian_at
+from exercises.questions.inversion import THREE_DIGITS, InSituation, Situation, draw_situation, jacobian_at
 from exercises.questions.redundancy import NOTHING, angles, one_kind_of_joint, pose_of, somewhere
 from exercises.stream import Stream
 
@@ -50,19 +52,27 @@ def _manipulability(chain: Chain, rng: Stream) -> Asked:
     value = ten_digits(PRECISE.sqrt(determinant(gram(jacobian_at(chain, situation)))))
     power = unit_power(chain)
     unit = {0: "", 1: "m"}.get(power, f"m^{power}")
-    details = _details(chain, situation)
-    return Number(sp.Matrix([value]), (unit,), THREE_DIGITS, 1e-9), {**details, "power": power}
+    return Number(sp.Matrix([value]), (unit,), THREE_DIGITS, 1e-9), _details(chain, situation, power)
 
 
-def _details(chain: Chain, situation: Situation) -> dict[str, object]:
-    """Return the given configuration and, for the worked solution, J J^T and its eigenvalues, the largest first."""
+@dataclass(frozen=True, kw_only=True)
+class Measured(InSituation):
+    """About J J^T in a situation: its eigenvalues, the largest first, and k where w is in m^k."""
+
+    gram: sp.Matrix
+    eigenvalues: tuple[sp.Float, ...]
+    power: int | None = None
+
+
+def _details(chain: Chain, situation: Situation, power: int | None = None) -> Measured:
     found = sorted((value**2 for value in singular_values(chain, situation)), reverse=True)
-    return {
-        "situation": situation,
-        "gram": shown(gram(jacobian_at(chain, situation))),
-        "eigenvalues": tuple(map(four_digits, found)),
-        "pose": pose_of(situation, chain),
-    }
+    return Measured(
+        situation=situation,
+        gram=shown(gram(jacobian_at(chain, situation))),
+        eigenvalues=tuple(map(four_digits, found)),
+        power=power,
+        pose=pose_of(situation, chain),
+    )
 
 
 def singular_values(chain: Chain, situation: Situation) -> Vector:

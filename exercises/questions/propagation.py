@@ -1,5 +1,7 @@
 """Axes, position vectors, columns and twists by velocity propagation (6.9 to 6.13; Example 6.4)."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from exercises.answers import Matrix
@@ -7,17 +9,34 @@ from exercises.arm.arithmetic import applied
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.stages import Working, propagated
-from exercises.problem import Part
-from exercises.questions.base import Asked, Question, by_hand, first_three, put, put_columns, stage, velocities
+from exercises.problem import Details, Part
+from exercises.questions.base import (
+    Asked,
+    OneOfSeveral,
+    Question,
+    by_hand,
+    first_three,
+    put,
+    put_columns,
+    stage,
+    velocities,
+)
 from exercises.stream import Stream
 
 
+@dataclass(frozen=True, kw_only=True)
+class OfFrame(OneOfSeveral):
+    """About the frame of a link, by its number."""
+
+    frame: int
+
+
 def _axes(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).z), {}
+    return Matrix(derive(chain).z), Details()
 
 
 def _vectors(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).p_star), {}
+    return Matrix(derive(chain).p_star), Details()
 
 
 def _point_on_last_link(chain: Chain) -> str | None:
@@ -25,18 +44,18 @@ def _point_on_last_link(chain: Chain) -> str | None:
 
 
 def _geometric(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).geometric), {}
+    return Matrix(derive(chain).geometric), Details()
 
 
 def _twist(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(derive(chain).twist()), {}
+    return Matrix(derive(chain).twist()), Details()
 
 
 def _link_velocity(chain: Chain, rng: Stream) -> Asked:
     # Frame 1 moves alike on too many arms; frames beyond the third are too much work.
     k = rng.integer(min(2, chain.n - 1), min(chain.n - 1, 3))
     found = derive(chain)
-    return Matrix(found.twist(found.link_jacobian(k))), {"frame": k}
+    return Matrix(found.twist(found.link_jacobian(k))), OfFrame(frame=k)
 
 
 def _has_inner_frame(chain: Chain) -> str | None:
@@ -47,8 +66,7 @@ def _has_inner_frame(chain: Chain) -> str | None:
 
 
 def _derived_link_velocity(w: Working, part: Part) -> np.ndarray:
-    frame = part.details["frame"]
-    assert isinstance(frame, int)
+    frame = part.about(OfFrame).frame
     return applied(w.up_to(frame)["geometric"], w["joint rates"][:frame])
 
 

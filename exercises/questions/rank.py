@@ -21,8 +21,10 @@ from exercises.arm.directions import (
 )
 from exercises.arm.meanings import Meaning, Reading, one_kind, read_meanings
 from exercises.arm.singularity import Component, singular_set
+from exercises.problem import Details
 from exercises.questions.base import Asked, Question, stage
 from exercises.questions.geometry import (
+    AtPose,
     Branch,
     Pose,
     branches,
@@ -101,6 +103,13 @@ class RankFacts:
     vanishing: tuple[tuple[sp.Expr, ...], ...]
 
 
+@dataclass(frozen=True, kw_only=True)
+class OfRank(AtPose):
+    """About the rank at a pose, and what a solution shows of it."""
+
+    facts: RankFacts
+
+
 def _rank(chain: Chain, rng: Stream) -> Asked:
     """Draw how much of the rank is lost, none included, then a pose of that kind."""
     for draw in rng.shuffled((regular_pose, _single_pose, _deep_pose)):
@@ -110,7 +119,7 @@ def _rank(chain: Chain, rng: Stream) -> Asked:
             rank = clear_rank(jacobian)
             facts = RankFacts(_independent(jacobian), _vanishing(chain, pose))
             answer = Number(sp.Matrix([[rank]]), ("",), 1e-9, 1e-9)
-            return answer, {"place": pose, "facts": facts, "pose": pose.figure}
+            return answer, OfRank(place=pose, facts=facts, pose=pose.figure)
     raise RuntimeError(f"no configuration of {chain} has a clear rank; please report this")
 
 
@@ -182,6 +191,18 @@ class LostAt:
     columns: tuple[int, ...]
 
 
+@dataclass(frozen=True, kw_only=True)
+class LostInFormulas(Details):
+    """About a direction that is lost at joint values, whatever the others are."""
+
+    lost: LostAt
+
+    @property
+    def given_joints(self) -> dict[sp.Symbol, sp.Expr]:
+        """The joint values at which it is lost."""
+        return dict(self.lost.values)
+
+
 def _direction(chain: Chain, rng: Stream) -> Asked:
     """Ask for a formula where the component has joint values and the vector is short, else for numbers at a pose."""
     full = min(len(chain.task), chain.n)
@@ -191,11 +212,11 @@ def _direction(chain: Chain, rng: Stream) -> Asked:
             direction = formula.direction.applyfunc(derive(chain).fill)
             if all(entry == 0 or entry.could_extract_minus_sign() for entry in direction):
                 direction = -direction
-            return Direction(direction), {"lost": _lost_at(chain, branch.own, formula)}
+            return Direction(direction), LostInFormulas(lost=_lost_at(chain, branch.own, formula))
         pose = singular_pose(chain, (branch.own,), rng, full - 1)
         if pose is not None:
             numbers = precise_lost(chain, pose).applyfunc(lambda value: sp.Float(value, 10) if value else sp.S.Zero)
-            return Direction(numbers, THREE_DIGITS), {"place": pose, "pose": pose.figure}
+            return Direction(numbers, THREE_DIGITS), AtPose(place=pose, pose=pose.figure)
     raise RuntimeError(f"no singular configuration of {chain} loses one direction; please report this")
 
 
@@ -252,6 +273,13 @@ class MotionAsked:
     lines: tuple[Line, ...]
 
 
+@dataclass(frozen=True, kw_only=True)
+class OfMotion(Details):
+    """About a motion that is lost."""
+
+    asked: MotionAsked
+
+
 def _motion(chain: Chain, rng: Stream) -> Asked:
     where, branch, motion = rng.choice(_motions(chain))
     parallel = parallel_lines(structure(chain).chain, branch.generic)
@@ -261,7 +289,7 @@ def _motion(chain: Chain, rng: Stream) -> Asked:
             chosen.append(line)
     order = rng.shuffled(chosen)
     answer = Choice(tuple(line.words for line in order), order.index(chosen[0]))
-    return answer, {"asked": MotionAsked(where, motion.moving, motion.held, tuple(order))}
+    return answer, OfMotion(asked=MotionAsked(where, motion.moving, motion.held, tuple(order)))
 
 
 # --- what a singularity means ---
@@ -311,6 +339,13 @@ class MeaningAsked:
     offered: tuple[tuple[Meaning, str | None], ...]
 
 
+@dataclass(frozen=True, kw_only=True)
+class OfMeaning(Details):
+    """About what a singularity means."""
+
+    asked: MeaningAsked
+
+
 def _meaning(chain: Chain, rng: Stream) -> Asked:
     """Offer the right meaning and kind, the other kind with it, and meanings that do not hold there."""
     full = min(len(chain.task), chain.n)
@@ -331,7 +366,7 @@ def _meaning(chain: Chain, rng: Stream) -> Asked:
         values = () if tied else value_sets(branch.own)[0]
         condition = branch.own.conditions[0] if tied else None
         asked = MeaningAsked(values, pose if tied else None, condition, tuple(order))
-        return Choice(texts, order.index(offered[0])), {"asked": asked}
+        return Choice(texts, order.index(offered[0])), OfMeaning(asked=asked)
     raise RuntimeError(f"no singular configuration of {chain} has a clear meaning; please report this")
 
 

@@ -4,6 +4,7 @@ J is m x n. By Cauchy and Binet, det(J J^T) is the sum of the squares of the max
 J^T (J J^T)^-1 gives the joint rates of least norm; for n = m + 1 the minors with alternating signs span the null space.
 """
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -15,8 +16,9 @@ from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive, structure
 from exercises.arm.precise import DOUBLE, PreciseArm, Vector, gram, shown, solved, ten_digits
 from exercises.arm.trigonometry import Factored, factored
+from exercises.problem import Details
 from exercises.questions.base import Asked, Question, joint_rates, number, stage
-from exercises.questions.inversion import THREE_DIGITS, Situation, draw_situation, jacobian_at
+from exercises.questions.inversion import THREE_DIGITS, Configuration, InSituation, draw_situation, jacobian_at
 from exercises.stream import Stream
 
 TERMS = 12
@@ -75,12 +77,18 @@ def _too_long(chain: Chain) -> str | None:
     return None
 
 
+@dataclass(frozen=True, kw_only=True)
+class OfMinors(Details):
+    """About the maximal minors: the factors that all of them share, and the squares of what is left of each."""
+
+    shared: sp.Expr
+    squares: tuple[sp.Expr, ...]
+
+
 def _gram(chain: Chain, rng: Stream) -> Asked:
-    found = structure(chain)
-    return Expression(_generic_gram(found.chain).substituted(dict(found.values))), {
-        "shared": _shared(chain),
-        "squares": tuple(minor.substituted(dict(found.values)) ** 2 for minor in split(found.chain)[1]),
-    }
+    found, values = structure(chain), dict(structure(chain).values)
+    squares = tuple(minor.substituted(values) ** 2 for minor in split(found.chain)[1])
+    return Expression(_generic_gram(found.chain).substituted(values)), OfMinors(shared=_shared(chain), squares=squares)
 
 
 def _shared(chain: Chain) -> sp.Expr:
@@ -130,9 +138,17 @@ def _objection_to_norm(chain: Chain) -> str | None:
     return redundant(chain) or one_kind_of_joint(chain)
 
 
-def pose_of(situation: Situation, chain: Chain) -> dict[str, float]:
+def pose_of(configuration: Configuration, chain: Chain) -> dict[str, float]:
     """Return the joint values by name, for the figure."""
-    return {q.name: float(situation.joints[q]) for q in chain.q}
+    return {q.name: float(configuration.joints[q]) for q in chain.q}
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeastNorm(InSituation):
+    """About rates J^T w: J J^T, and the weights w that solve J J^T w = v."""
+
+    gram: sp.Matrix
+    weights: sp.Matrix
 
 
 def _least_norm(chain: Chain, rng: Stream) -> Asked:
@@ -143,12 +159,12 @@ def _least_norm(chain: Chain, rng: Stream) -> Asked:
     rates = [sum(row[i] * weight for row, weight in zip(jacobian, weights, strict=True)) for i in range(chain.n)]
     unit = "rad/s" if chain.joints[0].kind == "R" else "m/s"
     floor = 0.001 * float(max(map(abs, rates)))
-    details = {
-        "situation": situation,
-        "gram": shown(gram(jacobian)),
-        "weights": shown([[weight] for weight in weights]),
-        "pose": pose_of(situation, chain),
-    }
+    details = LeastNorm(
+        situation=situation,
+        gram=shown(gram(jacobian)),
+        weights=shown([[weight] for weight in weights]),
+        pose=pose_of(situation, chain),
+    )
     return Number(sp.Matrix(list(map(ten_digits, rates))), (unit,) * chain.n, THREE_DIGITS, floor), details
 
 
@@ -166,14 +182,21 @@ def _objection_to_motion(chain: Chain) -> str | None:
     return None
 
 
+@dataclass(frozen=True, kw_only=True)
+class InFormulas(Details):
+    """About minors in formulas, in no situation: the factors that all of them share."""
+
+    situation: None
+    shared: sp.Expr
+
+
 def _self_motion(chain: Chain, rng: Stream) -> Asked:
     if chain.n <= JOINTS and sum(map(_terms, split(structure(chain).chain)[1])) <= TERMS / 2:
-        return Direction(self_motion(chain)), {"situation": None, "shared": _shared(chain)}
+        return Direction(self_motion(chain)), InFormulas(situation=None, shared=_shared(chain))
     situation = draw_situation(chain, rng)
     jacobian = jacobian_at(chain, situation)
     numbers = sp.Matrix(list(map(ten_digits, null_vector(jacobian))))
-    details = {"situation": situation, "pose": pose_of(situation, chain)}
-    return Direction(numbers, THREE_DIGITS), details
+    return Direction(numbers, THREE_DIGITS), InSituation(situation=situation, pose=pose_of(situation, chain))
 
 
 def null_vector(jacobian: list[Vector]) -> Vector:

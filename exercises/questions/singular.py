@@ -14,6 +14,7 @@ from exercises.arm.classification import classify_pieces, kind_at, kind_is_sure
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import Component, singular_set
+from exercises.problem import Details
 from exercises.questions.base import Asked, Question, number
 from exercises.questions.inversion import conditioning, draw_lengths, draw_pose, well_conditioned
 from exercises.stream import Stream
@@ -26,7 +27,7 @@ OPTIONS = {
 
 
 def _conditions(chain: Chain, rng: Stream) -> Asked:
-    return ConditionSet(singular_set(chain) or ()), {}
+    return ConditionSet(singular_set(chain) or ()), Details()
 
 
 def _has_singularities(chain: Chain) -> str | None:
@@ -54,6 +55,14 @@ class Place:
     words: str = ""
 
 
+@dataclass(frozen=True, kw_only=True)
+class OfKind(Details):
+    """About the kind of a configuration: "boundary", "internal" or "regular"."""
+
+    place: Place
+    type: str
+
+
 def _type(chain: Chain, rng: Stream) -> Asked:
     """Draw the right answer first, then a place of that kind; the kind is established by computation."""
     components = singular_set(chain) or ()
@@ -61,7 +70,7 @@ def _type(chain: Chain, rng: Stream) -> Asked:
         place = _place(chain, components, kind, rng)
         if place is not None:
             order = rng.shuffled(tuple(OPTIONS))
-            return Choice(tuple(OPTIONS[k] for k in order), order.index(kind)), {"place": place, "type": kind}
+            return Choice(tuple(OPTIONS[k] for k in order), order.index(kind)), OfKind(place=place, type=kind)
     raise RuntimeError(f"no configuration of {chain} could be classified; please report this")
 
 

@@ -1,14 +1,23 @@
 """Static joint torques, the dual of the velocity problem: tau = J^T F, by virtual work."""
 
+from dataclasses import dataclass
+
 import sympy as sp
 
 from exercises.answers import Matrix
 from exercises.arm.arithmetic import applied
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
-from exercises.problem import SymbolInfo
+from exercises.problem import Details, SymbolInfo
 from exercises.questions.base import Asked, Question, by_hand
 from exercises.stream import Stream
+
+
+@dataclass(frozen=True, kw_only=True)
+class Loaded(Details):
+    """About an arm that exerts a force, which has the rows of the task."""
+
+    force: sp.Matrix
 
 
 def load(chain: Chain) -> dict[str, SymbolInfo]:
@@ -26,7 +35,7 @@ def _torques(chain: Chain, rng: Stream) -> Asked:
     force = sp.Matrix([sp.Symbol(name) for name in symbols])
     units = tuple("N m" if joint.kind == "R" else "N" for joint in chain.joints)
     torques = derive(chain).jacobian.T * force
-    return Matrix(torques), {"symbols": symbols, "force": force, "units": units}
+    return Matrix(torques), Loaded(symbols=symbols, force=force, units=units)
 
 
 QUESTIONS = (

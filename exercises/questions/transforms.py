@@ -14,7 +14,7 @@ from exercises.arm.derivation import Derivation, derive, structure
 from exercises.arm.kinematics import Z, frame_behind, frames_and_point
 from exercises.arm.stages import Change, Working
 from exercises.arm.trigonometry import textbook
-from exercises.problem import Part
+from exercises.problem import Details, Part
 from exercises.questions.base import MOST_TERMS, Asked, Question
 from exercises.stream import Stream
 
@@ -41,6 +41,21 @@ class Seen:
     z: sp.Matrix
     p_star: sp.Matrix
     cross: sp.Matrix
+
+
+@dataclass(frozen=True, kw_only=True)
+class ByTransforms(Details):
+    """About T_{w,n}: the transforms T_{w,0} ... T_{w,n} that lead to it, and where angles first add up in them."""
+
+    poses: tuple[sp.Matrix, ...]
+    sum: AngleSum | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class InToolFrame(Details):
+    """About the Jacobian in the last frame: what its columns are made of."""
+
+    columns: tuple[Seen, ...]
 
 
 @lru_cache(maxsize=1024)
@@ -97,7 +112,7 @@ def first_angle_sum(joints: tuple[Joint, ...], poses: tuple[sp.Matrix, ...]) -> 
 def _transform(chain: Chain, rng: Stream) -> Asked:
     found = derive(chain)
     poses = tuple(pose.applyfunc(found.fill) for pose in _poses(structure(chain).chain))
-    return Matrix(poses[-1]), {"poses": poses, "sum": first_angle_sum(chain.joints, poses)}
+    return Matrix(poses[-1]), ByTransforms(poses=poses, sum=first_angle_sum(chain.joints, poses))
 
 
 def _filled(seen: Seen, found: Derivation) -> Seen:
@@ -108,7 +123,7 @@ def _filled(seen: Seen, found: Derivation) -> Seen:
 def _tool_jacobian(chain: Chain, rng: Stream) -> Asked:
     found, generic = derive(chain), structure(chain).chain
     columns = tuple(_filled(seen, found) for seen in _seen_from_tool(generic))
-    return Matrix(_in_tool_frame(generic).applyfunc(found.fill)), {"columns": columns}
+    return Matrix(_in_tool_frame(generic).applyfunc(found.fill)), InToolFrame(columns=columns)
 
 
 def _point_on_last_link(chain: Chain) -> str | None:

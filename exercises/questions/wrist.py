@@ -18,7 +18,7 @@ from exercises.arm.derivation import derive, structure
 from exercises.arm.kinematics import Z, frame_behind, frames_and_point, joint_rotation
 from exercises.arm.stages import Working
 from exercises.arm.trigonometry import Factored, factored, same, substitute, textbook
-from exercises.problem import Part
+from exercises.problem import Details, Part
 from exercises.questions.base import MOST_TERMS, Asked, Question, first_three, put, square, stage
 from exercises.stream import Stream
 
@@ -89,6 +89,23 @@ class Blocks:
     in_line: bool
 
 
+@dataclass(frozen=True, kw_only=True)
+class ByBlocks(Details):
+    """About the determinants of the blocks, and what leads to them."""
+
+    blocks: Blocks
+
+
+@dataclass(frozen=True, kw_only=True)
+class WristAxes(Details):
+    """About J22: R_{3,4} and R_{4,5}, z_5 in frame 4 (`inner`), z_4 and z_5 in frame 3."""
+
+    rotations: tuple[sp.Matrix, ...]
+    inner: sp.Matrix
+    z_4: sp.Matrix
+    z_5: sp.Matrix
+
+
 def blocks(chain: Chain) -> Blocks:
     """Return the blocks of an arm that falls into them."""
     found, fill = structure(chain), derive(chain).fill
@@ -115,17 +132,17 @@ def _turned(angle: sp.Expr) -> sp.Expr:
 
 
 def _arm(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(arm_block(chain)), {}
+    return Matrix(arm_block(chain)), Details()
 
 
 def _wrist(chain: Chain, rng: Stream) -> Asked:
     turns = tuple(joint_rotation(joint) for joint in chain.joints[3:5])
     block = wrist_block(chain)
-    return Matrix(block), {"rotations": turns, "inner": turns[1][:, 2], "z_4": block[:, 1], "z_5": block[:, 2]}
+    return Matrix(block), WristAxes(rotations=turns, inner=turns[1][:, 2], z_4=block[:, 1], z_5=block[:, 2])
 
 
 def _both(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(block_determinants(chain)), {"blocks": blocks(chain)}
+    return Matrix(block_determinants(chain)), ByBlocks(blocks=blocks(chain))
 
 
 @lru_cache(maxsize=1024)

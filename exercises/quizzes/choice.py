@@ -1,6 +1,7 @@
 """One right option out of four: which is the position, the Jacobian, a column of it, its determinant, …"""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import sympy as sp
 
@@ -10,10 +11,18 @@ from exercises.questions import QUESTIONS
 from exercises.questions.base import Asked, Question
 from exercises.questions.statics import load
 from exercises.quizzes.asking import Ask, short_question
-from exercises.quizzes.options import Offered, choice_of
+from exercises.quizzes.options import Options, choice_of
 from exercises.quizzes.wrong import Subject, four_options
 from exercises.quizzes.wrong_sets import four_sets
 from exercises.stream import Stream
+
+
+@dataclass(frozen=True, kw_only=True)
+class AboutSubject(Options):
+    """Formulas that are offered for a subject."""
+
+    subject: Subject
+
 
 Subjects = Callable[[Chain], list[Subject]]
 """What a question could be about on an arm."""
@@ -53,20 +62,19 @@ def _asking(subjects: Subjects) -> Ask:
             options = four_options(chain, subject, rng)
             if options is not None:
                 symbols = load(chain) if subject.base == "joint-torques" else {}
-                return _choice(options, rng, subject=subject, symbols=symbols)
+                answer, offered = choice_of(options, rng)
+                return answer, AboutSubject(offered=offered, subject=subject, symbols=symbols)
         return None
 
     return ask
 
 
-def _choice(options: list[Offered], rng: Stream, **details: object) -> Asked:
-    answer, offered = choice_of(options, rng)
-    return answer, {"offered": offered, **details}
-
-
 def _sets(chain: Chain, rng: Stream) -> Asked | None:
     options = four_sets(chain, rng)
-    return None if options is None else _choice(options, rng)
+    if options is None:
+        return None
+    answer, offered = choice_of(options, rng)
+    return answer, Options(offered=offered)
 
 
 NO_FOUR = "there are no four options that are short and go together"

@@ -1,22 +1,38 @@
 """Questions about drawings: is what is said of this configuration true, and which of these is singular?"""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from exercises.answers import TRUE_FALSE, Choice
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.singularity import singular_set
 from exercises.questions.base import Asked
-from exercises.questions.geometry import Pose, precise, regular_pose, singular_pose
+from exercises.questions.geometry import AtPose, precise, regular_pose, singular_pose
 from exercises.quizzes.asking import short_question
+from exercises.quizzes.options import Places
 from exercises.quizzes.places import regular_poses, several, singular_poses, with_lengths, words
 from exercises.stream import Stream
 
 SEEN = 0.08
 """Least component of a velocity (m/s for a unit rate) whose sign is asked for: it is seen in the drawing."""
 
-Statement = tuple[str, Pose, bool, dict[str, object]]
-"""What is said ("singular", "moves"), where, whether it is true, and the words that it needs."""
+
+@dataclass(frozen=True, kw_only=True)
+class Said(AtPose):
+    """What is said of a pose: "singular", or "moves"."""
+
+    said: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class SaidOfJoint(Said):
+    """That a joint (from 1) moves the point to one side along an axis: `row` is the component of its velocity."""
+
+    joint: int
+    row: str
+    positive: bool
+
 
 # --- true or false ---
 
@@ -25,24 +41,22 @@ def _true_or_false(chain: Chain, rng: Stream) -> Asked | None:
     """Draw first whether it is true, then what is said."""
     truth = rng.choice((True, False))
     for _ in range(30):
-        for statement in _statements(chain, truth, rng):
-            said, pose, true, told = statement
-            answer = Choice(TRUE_FALSE, TRUE_FALSE.index("true" if true else "false"))
-            return answer, {"said": said, "place": pose, "pose": pose.figure, **told}
+        for said in _statements(chain, truth, rng):
+            return Choice(TRUE_FALSE, TRUE_FALSE.index("true" if truth else "false")), said
     return None
 
 
-def _statements(chain: Chain, truth: bool, rng: Stream) -> Iterator[Statement]:
+def _statements(chain: Chain, truth: bool, rng: Stream) -> Iterator[Said]:
     for kind in rng.shuffled(("singular", "moves")):
         if kind == "singular" and (found := singular_set(chain)):
             pose = singular_pose(chain, (rng.choice(found),), rng) if truth else regular_pose(chain, rng, 0.12)
             if pose is not None:
-                yield "singular", pose, truth, {}
+                yield Said(said="singular", place=pose, pose=pose.figure)
         if kind == "moves":
             yield from _motion(chain, truth, rng)
 
 
-def _motion(chain: Chain, truth: bool, rng: Stream) -> Iterator[Statement]:
+def _motion(chain: Chain, truth: bool, rng: Stream) -> Iterator[Said]:
     """Say of one joint which way it moves the point along one axis; what is false has the other sign."""
     pose = regular_pose(chain, rng, 0.05, slips=False)
     if pose is None:
@@ -52,7 +66,9 @@ def _motion(chain: Chain, truth: bool, rng: Stream) -> Iterator[Statement]:
     if seen:
         row, joint = rng.choice(seen)
         positive = bool(linear[row, joint] > 0) == truth
-        yield "moves", pose, truth, {"joint": joint + 1, "row": TASK_ROWS[row], "positive": positive}
+        yield SaidOfJoint(
+            said="moves", place=pose, pose=pose.figure, joint=joint + 1, row=TASK_ROWS[row], positive=positive
+        )
 
 
 # --- which drawing? ---
@@ -67,7 +83,7 @@ def _which_drawing(chain: Chain, rng: Stream) -> Asked | None:
             order = rng.shuffled([*right, *wrong])
             places, blames = (tuple(column) for column in zip(*order, strict=True))
             answer = Choice(tuple(words(pose) for pose in places), order.index(right[0]))
-            return answer, {"places": places, "lengths": lengths, "blames": blames, "drawn": True}
+            return answer, Places(places=places, lengths=lengths, blames=blames, drawn=True)
     return None
 
 

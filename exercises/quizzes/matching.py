@@ -7,7 +7,7 @@ from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
 from exercises.questions.base import Asked
 from exercises.quizzes.asking import short_question
-from exercises.quizzes.options import Offered
+from exercises.quizzes.options import Offered, Options
 from exercises.quizzes.wrong import Subject, all_differ, four_options
 from exercises.stream import Stream
 
@@ -28,7 +28,7 @@ def _columns(chain: Chain, rng: Stream) -> Asked | None:
         tuple(option.text for option in order),
         tuple(order.index(option) for option in offered),
     )
-    return answer, {"offered": order}
+    return answer, Options(offered=order)
 
 
 def _extra(chain: Chain, rng: Stream) -> Offered | None:

@@ -1,6 +1,6 @@
 """What a question with options offers: a formula or a set each, and the mistakes behind the wrong ones."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -9,7 +9,8 @@ import sympy as sp
 from exercises.answers import Choice
 from exercises.mistakes.base import Mistake
 from exercises.mistakes.catalogue import CATALOGUE
-from exercises.problem import Part
+from exercises.problem import Details, Part
+from exercises.questions.geometry import Pose
 from exercises.stream import Stream
 
 Formula: TypeAlias = Any
@@ -68,6 +69,22 @@ class Offered:
         return text_of(self.shown)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Options(Details):
+    """The formulas or sets that are offered."""
+
+    offered: tuple[Offered, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Places(Details):
+    """The configurations that are offered, the lengths of the arm, and by which mistake one is taken for singular."""
+
+    places: tuple[Pose, ...]
+    lengths: dict[sp.Symbol, sp.Rational]
+    blames: tuple[Blame | None, ...]
+
+
 def text_of(shown: Formula) -> str:
     """Return a formula or a set as plain text.
 
@@ -95,9 +112,7 @@ def choice_of(offered: Sequence[Offered], rng: Stream) -> tuple[Choice, tuple[Of
 
 def blames_of(part: Part, index: int) -> tuple[Blame, ...]:
     """Return the mistakes behind an option of a part, none behind a right one or where none is known."""
-    details: Mapping[str, Any] = part.details
-    if "offered" in details:
-        behind: tuple[Blame, ...] = details["offered"][index].behind
-        return behind
-    blame = details["blames"][index] if "blames" in details else None
+    if isinstance(part.details, Options):
+        return part.details.offered[index].behind
+    blame = part.details.blames[index] if isinstance(part.details, Places) else None
     return () if blame is None else (blame,)

@@ -1,8 +1,7 @@
 """Configurations to choose from: an arm with lengths, and poses of it in which it is singular or not."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any
 
 import sympy as sp
 
@@ -21,7 +20,7 @@ from exercises.questions.geometry import (
     singular_pose,
     turned_back,
 )
-from exercises.quizzes.options import SHOWS_ITSELF, Blame
+from exercises.quizzes.options import SHOWS_ITSELF, Blame, Places
 from exercises.stream import Stream
 
 CLEAR = 0.12
@@ -136,7 +135,7 @@ def _value(pose: Pose, q: sp.Symbol) -> str:
 
 def options_drawn(chain: Chain, part: Part) -> tuple[Chain, list[dict[str, float]]] | None:
     """Return the arm in numbers and the poses to draw where the options of a part are configurations drawn, or None."""
-    details: Mapping[str, Any] = part.details
     if not part.has_drawn_options:
         return None
-    return filled(chain, details["lengths"]), [place.figure for place in details["places"]]
+    details = part.about(Places)
+    return filled(chain, details.lengths), [place.figure for place in details.places]

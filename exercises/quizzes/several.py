@@ -7,9 +7,10 @@ import sympy as sp
 from exercises.answers import Selection
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive, structure
+from exercises.problem import Details
 from exercises.questions.base import Asked, square
 from exercises.quizzes.asking import short_question
-from exercises.quizzes.options import Offered
+from exercises.quizzes.options import Offered, Options, Places
 from exercises.quizzes.places import regular_poses, several, singular_poses, with_lengths, words
 from exercises.quizzes.wrong import LONGEST, Subject, all_differ, wrong_forms
 from exercises.stream import Stream
@@ -30,7 +31,7 @@ def _configurations(chain: Chain, rng: Stream) -> Asked | None:
             places, blames = (tuple(column) for column in zip(*order, strict=True))
             correct = tuple(index for index, one in enumerate(order) if one in right)
             answer = Selection(tuple(words(pose) for pose in places), correct)
-            return answer, {"places": places, "lengths": lengths, "blames": blames}
+            return answer, Places(places=places, lengths=lengths, blames=blames)
     return None
 
 
@@ -56,6 +57,20 @@ class Quantity:
         return column if self.row is None else sp.Matrix([column[self.row]])
 
 
+@dataclass(frozen=True, kw_only=True)
+class OfQuantity(Details):
+    """About a result of the derivation."""
+
+    quantity: Quantity
+
+
+@dataclass(frozen=True, kw_only=True)
+class Forms(Options):
+    """Ways to write a result of the derivation, right and wrong, that are offered."""
+
+    quantity: Quantity
+
+
 def quantities(chain: Chain) -> list[Quantity]:
     """Return what can be asked about on an arm."""
     found = [] if square(chain) else [Quantity("determinant")]
@@ -79,7 +94,7 @@ def _dependence(chain: Chain, rng: Stream) -> Asked | None:
     if not found:
         return None
     quantity = rng.choice(found)
-    return Selection(tuple(q.name for q in chain.q), joints_of(chain, quantity)), {"quantity": quantity}
+    return Selection(tuple(q.name for q in chain.q), joints_of(chain, quantity)), OfQuantity(quantity=quantity)
 
 
 # --- which of these are the same? ---
@@ -92,7 +107,7 @@ def _forms(chain: Chain, rng: Stream) -> Asked | None:
             order = tuple(rng.shuffled(offered))
             correct = tuple(index for index, option in enumerate(order) if not option.behind)
             answer = Selection(tuple(option.text for option in order), correct)
-            return answer, {"offered": order, "quantity": quantity}
+            return answer, Forms(offered=order, quantity=quantity)
     return None
 
 

@@ -1,5 +1,7 @@
 """Numbers with their unit: the determinant in a configuration, the speed of the point."""
 
+from dataclasses import dataclass
+
 import mpmath
 import sympy as sp
 
@@ -8,7 +10,7 @@ from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
 from exercises.arm.precise import determinant, numeric, ten_digits
 from exercises.questions.base import Asked
-from exercises.questions.geometry import DIGITS, Pose, precise, regular_pose
+from exercises.questions.geometry import DIGITS, AtPose, Pose, precise, regular_pose
 from exercises.questions.inversion import THREE_DIGITS
 from exercises.quizzes.asking import short_question
 from exercises.stream import Stream
@@ -30,12 +32,19 @@ def _determinant(chain: Chain, rng: Stream) -> Asked | None:
     turning = sum(joint.kind == "R" for joint in chain.joints)
     unit = {0: "", 1: "m"}.get(turning, f"m^{turning}")
     floor = THREE_DIGITS * abs(float(value)) / 5
-    return Number(sp.Matrix([value]), (unit,), THREE_DIGITS, floor), {"place": pose, "pose": pose.figure}
+    return Number(sp.Matrix([value]), (unit,), THREE_DIGITS, floor), AtPose(place=pose, pose=pose.figure)
 
 
 def _no_one_unit(chain: Chain) -> str | None:
     linear = all(row.startswith("v") for row in chain.task)
     return None if linear else "its Jacobian counts metres and radians together"
+
+
+@dataclass(frozen=True, kw_only=True)
+class AtRates(AtPose):
+    """Asked at a pose in which the joints move."""
+
+    rates: dict[sp.Symbol, sp.Rational]
 
 
 def _speed(chain: Chain, rng: Stream) -> Asked | None:
@@ -51,7 +60,7 @@ def _speed(chain: Chain, rng: Stream) -> Asked | None:
         if speed > SLOW:
             value = ten_digits(speed)
             answer = Number(sp.Matrix([value]), ("m/s",), THREE_DIGITS, THREE_DIGITS * float(value) / 5)
-            return answer, {"place": pose, "pose": pose.figure, "rates": rates}
+            return answer, AtRates(place=pose, pose=pose.figure, rates=rates)
     return None
 
 

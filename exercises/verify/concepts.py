@@ -1,7 +1,6 @@
 """Tests of the questions on concepts: by differences of poses and by least squares, at the pose of the question."""
 
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import numpy as np
 
@@ -9,7 +8,8 @@ from exercises.answers import Choice
 from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS
 from exercises.problem import Part
-from exercises.questions.concepts import USES
+from exercises.questions.base import ForTask
+from exercises.questions.concepts import USES, ForUse, OfCost, OfJoint
 from exercises.verify.formulas import EXACT, agree
 from exercises.verify.numeric_reference import Check, NumericReference
 from exercises.verify.rank import at_place, exponential_at, rank_of
@@ -19,7 +19,7 @@ ROUNDED = 0.0006
 
 
 def _size(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    task: Any = part.details["task"]
+    task = part.about(ForTask).task
     counted = numeric.differenced_jacobian[:, [TASK_ROWS.index(row) for row in task]]
     expected = np.array([[float(counted.shape[1])], [float(counted.shape[2])]])
     yield agree("size", np.array(part.answer.as_matrix().tolist(), float)[None], expected[None], EXACT)
@@ -34,8 +34,7 @@ def _numbers(text: str) -> np.ndarray:
 
 
 def _effect(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    effect: Any = part.details["effect"]
-    answer = part.of(Choice)
+    answer, effect = part.of(Choice), part.about(OfJoint).effect
     moved = _by_difference(at_place(numeric, effect.place), effect.joint - 1)
     expected = moved[[TASK_ROWS.index(row) for row in effect.rows]]
     errors = [float(np.abs(_numbers(option) - expected).max()) for option in answer.options]
@@ -55,22 +54,20 @@ def _by_difference(sample: Sample, joint: int) -> np.ndarray:
 
 
 def _use(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    task: Any = part.details["task"]
-    answer = part.of(Choice)
-    jacobian = exponential_at(numeric, part.details["place"])[[TASK_ROWS.index(row) for row in task]]
+    answer, asked = part.of(Choice), part.about(ForUse)
+    jacobian = exponential_at(numeric, asked.place)[[TASK_ROWS.index(row) for row in asked.task]]
     rank, clear = rank_of(jacobian)
     m, n = jacobian.shape
     found = ("regular" if rank == n else "singular") if m == n else "redundant" if m < n else "few"
     yield Check("clear", clear and (m == n or rank == min(m, n)), f"{m} x {n}, rank {rank}")
     options = answer.options
     said = options[answer.correct] == USES[found] and sorted(options) == sorted(USES.values())
-    yield Check("use", said and part.details["use"] == found, f"{answer.letter} is {options[answer.correct]}")
+    yield Check("use", said and asked.use == found, f"{answer.letter} is {options[answer.correct]}")
 
 
 def _cost(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Solve J qd = v by least squares for each option, and look at what is left."""
-    cost: Any = part.details["cost"]
-    answer = part.of(Choice)
+    answer, cost = part.of(Choice), part.about(OfCost).cost
     jacobian = exponential_at(numeric, cost.place)[numeric.task]
     rank, clear = rank_of(jacobian)
     yield Check("one direction lost", clear and rank == len(numeric.task) - 1, f"rank {rank}")

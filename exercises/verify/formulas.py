@@ -1,7 +1,6 @@
 """Tests of formulas and numbers: references evaluated at random places and held against the arm in numbers."""
 
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -9,8 +8,9 @@ import sympy as sp
 from exercises.answers import Number
 from exercises.arm.kinematics import NumericChain
 from exercises.problem import Part
-from exercises.questions.differentiation import moving_rows
-from exercises.questions.inversion import well_conditioned
+from exercises.questions.differentiation import AlongAxis, moving_rows
+from exercises.questions.inversion import InSituation, well_conditioned
+from exercises.questions.propagation import OfFrame
 from exercises.verify.numeric_reference import Check, NumericReference
 
 WELL_CONDITIONED = 0.7
@@ -71,7 +71,7 @@ def _velocity(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray,
 
 
 def _component(numeric: NumericReference, part: Part) -> dict[str, tuple[np.ndarray, float]]:
-    row = "xyz".index(str(part.details["axis"]))
+    row = part.about(AlongAxis).row
     return each_way(numeric, lambda jacobian: jacobian[:, [row]] @ numeric.rates)
 
 
@@ -96,7 +96,7 @@ def _twist(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, fl
 
 
 def _link_velocity(numeric: NumericReference, part: Part) -> dict[str, tuple[np.ndarray, float]]:
-    frame = int(str(part.details["frame"]))
+    frame = part.about(OfFrame).frame
     carried = numeric.carried[:, :, frame].transpose(0, 2, 1)
     return {"finite differences": (carried @ numeric.rates, DIFFERENCED)}
 
@@ -125,7 +125,7 @@ def _undone(numeric: NumericReference, part: Part, expected: np.ndarray) -> Chec
 
 def _joint_rates(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Solve J qd = v in floating point, at a pose where small errors stay small."""
-    situation: Any = part.details["situation"]
+    situation = part.about(InSituation).situation
     arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in situation.lengths.items()})
     jacobian = arm.jacobian(np.array([float(situation.joints[q]) for q in numeric.chain.q]))[numeric.task]
     velocity = np.array([float(situation.velocity[sp.Symbol(row)]) for row in numeric.chain.task])

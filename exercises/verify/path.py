@@ -3,12 +3,11 @@
 from collections.abc import Callable, Iterator
 
 import numpy as np
-import sympy as sp
 
 from exercises.answers import Number
 from exercises.arm.kinematics import NumericChain
 from exercises.problem import Part
-from exercises.questions.path import LESS_REGULAR, Seam
+from exercises.questions.path import LESS_REGULAR, AtDistance, Seam, ToLimit
 from exercises.verify.formulas import WELL_CONDITIONED, agree
 from exercises.verify.numeric_reference import Check, NumericReference
 from exercises.verify.redundancy import NUMBERS, numbers, three_digits
@@ -69,19 +68,10 @@ class Followed:
         return float((sigma[:, -1] / sigma[:, 0]).min())
 
 
-def _seam_of(part: Part) -> Seam:
-    seam = part.details["seam"]
-    assert isinstance(seam, Seam)
-    return seam
-
-
-def _number(part: Part, name: str) -> float:
-    return float(sp.sympify(part.details[name]))
-
-
 def _path_rates(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Follow the line to the place asked for and solve for the rates there."""
-    line, s = Followed(numeric, _seam_of(part)), _number(part, "distance")
+    details = part.about(AtDistance)
+    line, s = Followed(numeric, details.seam), float(details.distance)
     joints = line.joints(np.linspace(0, s, STATIONS))
     expected = line.rates(joints[-1])
     yield agree("linear solve", numbers(part), expected[None, :, None], NUMBERS)
@@ -102,12 +92,12 @@ def _one_branch(line: Followed, joints: np.ndarray, s: float, least: float) -> C
 
 def _path_limit(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Follow the line past the place: the speed is the limit there, less before it and more behind it."""
-    answer = part.of(Number)
-    line, found = Followed(numeric, _seam_of(part)), numbers(part)
+    answer, details = part.of(Number), part.about(ToLimit)
+    line, found = Followed(numeric, details.seam), numbers(part)
     if found.shape != (1, 1, 1) or not 0 < float(found[0, 0, 0]) < line.length:
         yield Check("on the line", False, f"{found.ravel()} is no distance on {line.length:.3f} m")
         return
-    s, joint, limit = float(found[0, 0, 0]), int(_number(part, "joint")) - 1, _number(part, "limit")
+    s, joint, limit = float(found[0, 0, 0]), details.joint - 1, float(details.limit)
     joints = line.joints(np.linspace(0, s, STATIONS))
     here, differenced = line.rates(joints[-1])[joint], line.differenced(joints[-1], s)[joint]
     yield agree("limit", np.full((1, 1, 1), abs(here)), np.full((1, 1, 1), limit), 1e-7)

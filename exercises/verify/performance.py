@@ -7,17 +7,18 @@ import numpy as np
 from exercises.answers import Number
 from exercises.arm.kinematics import NumericChain
 from exercises.problem import Part
+from exercises.questions.inversion import InSituation
 from exercises.verify.exponentials import exponential_jacobian
 from exercises.verify.formulas import EXACT, agree
 from exercises.verify.numeric_reference import Check, NumericReference
-from exercises.verify.redundancy import NUMBERS, jacobian_at, numbers, situation_of, stays_small, three_digits
+from exercises.verify.redundancy import NUMBERS, jacobian_at, numbers, stays_small, three_digits
 
 
 def _measured(measure: Callable[[np.ndarray], float]) -> Callable[[NumericReference, Part], Iterator[Check]]:
     """Return the check that a number is what `measure` makes of the task Jacobian, found in two ways."""
 
     def check(numeric: NumericReference, part: Part) -> Iterator[Check]:
-        situation = situation_of(part)
+        situation = part.about(InSituation).situation
         jacobian = jacobian_at(numeric, situation)
         arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in situation.lengths.items()})
         q = np.array([float(situation.joints[symbol]) for symbol in numeric.chain.q])

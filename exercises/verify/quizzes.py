@@ -6,7 +6,6 @@ Options are held against the arm in numbers, by the same ways as references are.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -15,9 +14,14 @@ from exercises.answers import Choice, ConditionSet, Expression, Matching, Matrix
 from exercises.arm.chain import TASK_ROWS
 from exercises.problem import Part
 from exercises.questions import QUESTIONS
-from exercises.quizzes.choice import CHOICES
-from exercises.quizzes.options import Offered
+from exercises.questions.geometry import AtPose
+from exercises.quizzes.choice import CHOICES, AboutSubject
+from exercises.quizzes.drawn import Said, SaidOfJoint
+from exercises.quizzes.options import Offered, Options, Places
 from exercises.quizzes.places import filled
+from exercises.quizzes.several import Forms, OfQuantity, Quantity
+from exercises.quizzes.values import AtRates
+from exercises.quizzes.wrong import Subject
 from exercises.stream import Stream
 from exercises.verify.exponentials import exponential_jacobian
 from exercises.verify.formulas import CHECKS as FORMULAS
@@ -36,7 +40,7 @@ APART = 1e-5
 """Share of their size by which two options differ somewhere, at least."""
 
 
-def _as_answer(numeric: NumericReference, subject: Any, option: sp.Matrix) -> Part:
+def _as_answer(numeric: NumericReference, subject: Subject, option: sp.Matrix) -> Part:
     """Return the question that options answer, with one of them put in its place in the whole answer."""
     answer, details = QUESTIONS[subject.base].ask(numeric.chain, Stream("quiz"))
     part = Part(subject.base, subject.base, answer, details=details)
@@ -48,7 +52,7 @@ def _as_answer(numeric: NumericReference, subject: Any, option: sp.Matrix) -> Pa
 
 
 def _formula_choice(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    subject: Any = part.details["subject"]
+    subject = part.about(AboutSubject).subject
     check = BASE_CHECKS[subject.base]
     offered = _offered(part)
     passed = [all(one.passed for one in check(numeric, _as_answer(numeric, subject, o.shown))) for o in offered]
@@ -57,9 +61,9 @@ def _formula_choice(numeric: NumericReference, part: Part) -> Iterator[Check]:
 
 
 def _offered(part: Part) -> tuple[Offered, ...]:
-    offered: Any = part.details["offered"]
+    offered = part.about(Options).offered
     assert part.answer.offered == tuple(option.text for option in offered)
-    return tuple(offered)
+    return offered
 
 
 def _one_right(part: Part, passed: Sequence[bool]) -> Check:
@@ -92,9 +96,8 @@ def _set_choice(numeric: NumericReference, part: Part) -> Iterator[Check]:
 
 def _ranks(numeric: NumericReference, part: Part) -> list[tuple[int, bool]]:
     """Return the rank of J at each of the places, by the product of exponentials, and whether it is clear."""
-    places: Any = part.details["places"]
-    lengths: Any = part.details["lengths"]
-    given = [replace(place, lengths={**lengths, **place.lengths}) for place in places]
+    details = part.about(Places)
+    given = [replace(place, lengths={**details.lengths, **place.lengths}) for place in details.places]
     return [rank_of(exponential_at(numeric, place)[numeric.task]) for place in given]
 
 
@@ -107,16 +110,15 @@ def _configurations(numeric: NumericReference, part: Part) -> Iterator[Check]:
     yield Check("clear", all(clear for _, clear in ranks), f"ranks {', '.join(str(rank) for rank, _ in ranks)}")
     yield Check("singular ones", singular_ones == tuple(wanted), f"of rank less than {full}, from 0: {singular_ones}")
     yield Check("different options", len(set(answer.offered)) == len(answer.offered), "no two are the same")
-    lengths: Any = part.details["lengths"]
-    yield Check("lengths", not filled(numeric.chain, lengths).parameters, "every length has a number")
+    arm = filled(numeric.chain, part.about(Places).lengths)
+    yield Check("lengths", not arm.parameters, "every length has a number")
 
 
 # --- several right ones ---
 
 
-def _quantity(numeric: NumericReference, part: Part, moved: int | None = None) -> np.ndarray:
+def _quantity(numeric: NumericReference, asked: Quantity, moved: int | None = None) -> np.ndarray:
     """Return the values of what is asked about, (places, entries), from the arm in numbers; with one joint moved."""
-    asked: Any = part.details["quantity"]
     poses = np.stack([numeric.values[q.name] for q in numeric.chain.q], axis=1)
     if moved is not None:
         poses[:, moved] += STEP
@@ -124,18 +126,18 @@ def _quantity(numeric: NumericReference, part: Part, moved: int | None = None) -
     for number, arm in enumerate(numeric.arms):
         q = poses[number * POSES : (number + 1) * POSES]
         jacobian = exponential_jacobian(arm, q)[:, numeric.task]
-        if asked.name == "determinant":
-            found.append(np.linalg.det(jacobian)[:, None])
-        elif asked.name == "position":
-            found.append(arm.point(q)[:, [asked.row]])
-        else:
+        if asked.column is not None:
             column = jacobian[:, :, asked.column]
             found.append(column if asked.row is None else column[:, [asked.row]])
+        elif asked.row is not None:
+            found.append(arm.point(q)[:, [asked.row]])
+        else:
+            found.append(np.linalg.det(jacobian)[:, None])
     return np.concatenate(found)
 
 
 def _forms(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    answer, expected = part.of(Selection), _quantity(numeric, part)
+    answer, expected = part.of(Selection), _quantity(numeric, part.about(Forms).quantity)
     right = []
     for index, option in enumerate(_offered(part)):
         found = numeric.read(sp.Matrix([option.shown]))
@@ -149,10 +151,10 @@ def _forms(numeric: NumericReference, part: Part) -> Iterator[Check]:
 
 def _dependence(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Move one joint at a time, and look whether the values of what is asked about change."""
-    answer = part.of(Selection)
-    here = _quantity(numeric, part)
+    answer, asked = part.of(Selection), part.about(OfQuantity).quantity
+    here = _quantity(numeric, asked)
     found = tuple(
-        index for index in range(numeric.chain.n) if np.abs(_quantity(numeric, part, index) - here).max() > EXACT
+        index for index in range(numeric.chain.n) if np.abs(_quantity(numeric, asked, index) - here).max() > EXACT
     )
     yield Check("moving one joint", found == answer.correct, f"it changes with joints, from 0: {found}")
 
@@ -186,25 +188,25 @@ def _value(part: Part, expected: float) -> Iterator[Check]:
 
 
 def _determinant_value(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    yield from _value(part, float(np.linalg.det(exponential_at(numeric, part.details["place"])[numeric.task])))
+    yield from _value(part, float(np.linalg.det(exponential_at(numeric, part.about(AtPose).place)[numeric.task])))
 
 
 def _speed(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    rates: Any = part.details["rates"]
-    velocity = exponential_at(numeric, part.details["place"])[:3] @ np.array([float(rate) for rate in rates.values()])
+    details = part.about(AtRates)
+    rates = np.array([float(rate) for rate in details.rates.values()])
+    velocity = exponential_at(numeric, details.place)[:3] @ rates
     yield from _value(part, float(np.linalg.norm(velocity)))
 
 
 def _statement(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    answer = part.of(Choice)
-    jacobian = exponential_at(numeric, part.details["place"])
-    said: Any = part.details
-    if said["said"] == "singular":
+    answer, said = part.of(Choice), part.about(Said)
+    jacobian = exponential_at(numeric, said.place)
+    if isinstance(said, SaidOfJoint):
+        component = float(jacobian[TASK_ROWS.index(said.row), said.joint - 1])
+        true, clear = (component > 0) == said.positive, abs(component) > 0.01
+    else:
         rank, clear = rank_of(jacobian[numeric.task])
         true = rank < min(len(numeric.task), numeric.chain.n)
-    else:
-        component = float(jacobian[TASK_ROWS.index(said["row"]), said["joint"] - 1])
-        true, clear = (component > 0) == said["positive"], abs(component) > 0.01
     yield Check("clear", clear, "it is clearly true or clearly false")
     yield Check("statement", answer.options[answer.correct] == str(true).lower(), f"it is {true}")
 

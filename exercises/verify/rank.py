@@ -1,7 +1,6 @@
 """Tests of rank, lost direction and meaning: by the product of exponentials, by differences, and at other places."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -12,7 +11,11 @@ from exercises.arm.chain import Chain
 from exercises.arm.classification import kind_at, samples_on
 from exercises.arm.directions import directions
 from exercises.arm.kinematics import NumericChain
+from exercises.arm.meanings import Meaning
 from exercises.problem import Part
+from exercises.questions.geometry import AtPose
+from exercises.questions.inversion import Configuration
+from exercises.questions.rank import LostAt, LostInFormulas, OfMeaning, OfMotion
 from exercises.verify.exponentials import exponential_jacobian
 from exercises.verify.formulas import EXACT, agree
 from exercises.verify.numeric_reference import POSES, Check, NumericReference, apart, random_poses
@@ -25,13 +28,13 @@ MOST, ALONG = 0.6, 0.01
 velocity that is possible along it there."""
 
 
-def at_place(numeric: NumericReference, place: Any) -> Sample:
+def at_place(numeric: NumericReference, place: Configuration) -> Sample:
     """Return a pose given in numbers, in floating point."""
     arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in place.lengths.items()})
     return Sample(arm, np.array([float(sp.N(place.joints[q], 20)) for q in numeric.chain.q]))
 
 
-def exponential_at(numeric: NumericReference, place: Any) -> np.ndarray:
+def exponential_at(numeric: NumericReference, place: Configuration) -> np.ndarray:
     """Return the 6 x n Jacobian at a pose by the product of exponentials."""
     sample = at_place(numeric, place)
     return np.asarray(exponential_jacobian(sample.arm, sample.q[None])[0])
@@ -46,7 +49,7 @@ def rank_of(jacobian: np.ndarray) -> tuple[int, bool]:
 
 def _rank(numeric: NumericReference, part: Part) -> Iterator[Check]:
     part.of(Number)
-    found, clear = rank_of(exponential_at(numeric, part.details["place"])[numeric.task])
+    found, clear = rank_of(exponential_at(numeric, part.about(AtPose).place)[numeric.task])
     yield agree("rank", np.array(part.answer.as_matrix().tolist(), float)[None], np.array([[[float(found)]]]), EXACT)
     yield Check("clear", clear, "every singular value is clearly zero or clearly not")
 
@@ -61,10 +64,10 @@ def _direction(numeric: NumericReference, part: Part) -> Iterator[Check]:
         yield Check("shape", False, f"the reference is {answer.reference.shape}, expected ({m}, 1)")
         return
     yield _written(part)
-    if "lost" in part.details:
-        yield from _formula(numeric, part)
+    if isinstance(part.details, LostInFormulas):
+        yield from _formula(numeric, part, part.details.lost)
         return
-    jacobian = exponential_at(numeric, part.details["place"])[numeric.task]
+    jacobian = exponential_at(numeric, part.about(AtPose).place)[numeric.task]
     found = np.array(part.answer.as_matrix().tolist(), float)
     yield Check("unit length", bool(abs(np.linalg.norm(found) - 1) < 1e-8), f"length {np.linalg.norm(found):.10f}")
     yield _perpendicular(found[None], jacobian[None])
@@ -80,9 +83,8 @@ def _written(part: Part) -> Check:
     return Check("short", bool(entries) and not signed and not odd, f"{len(entries)} entries, {len(terms)} terms")
 
 
-def _formula(numeric: NumericReference, part: Part) -> Iterator[Check]:
+def _formula(numeric: NumericReference, part: Part, lost: LostAt) -> Iterator[Check]:
     """Put the joint values in at random places, and multiply."""
-    lost: Any = part.details["lost"]
     fixed = {q for q, _ in lost.values}
     left = part.answer.as_matrix().free_symbols & fixed
     yield Check("free joints only", not left, f"{', '.join(sorted(map(str, left)))} occurs" if left else "no other")
@@ -144,8 +146,7 @@ def _more_arms(chain: Chain, numeric: NumericReference) -> Iterator[tuple[Numeri
 
 def _motion(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Find the component of every possible velocity along each line: none along the right one, some along others."""
-    asked: Any = part.details["asked"]
-    answer = part.of(Choice)
+    answer, asked = part.of(Choice), part.about(OfMotion).asked
     texts = tuple(line.words for line in asked.lines)
     yield Check("options", texts == answer.options and len(set(texts)) == len(texts), f"{len(texts)} options")
     samples = samples_at(numeric, asked.where.values, asked.where.condition)
@@ -178,10 +179,8 @@ def _possible(sample: Sample, task: Sequence[int], moving: str, held: bool) -> n
 
 
 def _meaning(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    asked: Any = part.details["asked"]
-    answer = part.of(Choice)
-    values = asked.values
-    samples = samples_at(numeric, values, asked.condition)
+    answer, asked = part.of(Choice), part.about(OfMeaning).asked
+    samples = samples_at(numeric, asked.values, asked.condition)
     right = answer.correct
     told = [all(text.startswith(m.words) for text, (m, _) in zip(answer.options, asked.offered, strict=True))]
     yield Check("options", all(told) and len(set(answer.options)) == len(answer.options), "as offered")
@@ -199,7 +198,7 @@ _OF_AXES = {"in line", "parallel", "one plane", "square"}
 """The statements that say how axes run: the only ones that tell why turns are lost."""
 
 
-def _is_so(meaning: Any, sample: Sample) -> bool:
+def _is_so(meaning: Meaning, sample: Sample) -> bool:
     """Tell whether a statement holds, by moving joints and comparing distances and lines."""
     first, last = meaning.joints[0] - 1, meaning.joints[-1] - 1
     frames = sample.arm.frames(sample.q)

@@ -7,7 +7,7 @@ import numpy as np
 from exercises.answers import Direction, Number
 from exercises.arm.kinematics import NumericChain
 from exercises.problem import Part
-from exercises.questions.inversion import Situation, well_conditioned
+from exercises.questions.inversion import InSituation, Situation, well_conditioned
 from exercises.verify.formulas import EXACT, WELL_CONDITIONED, agree, each_way, formula
 from exercises.verify.numeric_reference import Check, NumericReference
 
@@ -19,13 +19,6 @@ def jacobian_at(numeric: NumericReference, situation: Situation) -> np.ndarray:
     """Return the task Jacobian of a situation (m x n), by products of 4 x 4 matrices."""
     arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in situation.lengths.items()})
     return np.asarray(arm.jacobian(np.array([float(situation.joints[q]) for q in numeric.chain.q]))[numeric.task])
-
-
-def situation_of(part: Part) -> Situation:
-    """Return the configuration that a part gives."""
-    situation = part.details["situation"]
-    assert isinstance(situation, Situation)
-    return situation
 
 
 def numbers(part: Part) -> np.ndarray:
@@ -59,7 +52,7 @@ def _gram(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, flo
 
 def _least_norm(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Find the rates by the singular value decomposition, and hold them against others with the same velocity."""
-    situation = situation_of(part)
+    situation = part.about(InSituation).situation
     jacobian = jacobian_at(numeric, situation)
     velocity = np.array([float(value) for value in situation.velocity.values()])
     expected = np.linalg.pinv(jacobian) @ velocity
@@ -76,7 +69,8 @@ def _self_motion(numeric: NumericReference, part: Part) -> Iterator[Check]:
     answer = part.of(Direction)
     formulas = answer.tolerance is None
     found = numeric.read(part.answer.as_matrix()) if formulas else numbers(part)
-    jacobian = numeric.task_jacobian if formulas else jacobian_at(numeric, situation_of(part))[None]
+    given = None if formulas else part.about(InSituation).situation
+    jacobian = numeric.task_jacobian if given is None else jacobian_at(numeric, given)[None]
     size = np.linalg.norm(found, axis=1, keepdims=True) if np.all(np.isfinite(found)) else np.zeros(1)
     if found.shape[1:] != (numeric.chain.n, 1) or not np.all(size > EXACT):
         yield Check("motion", False, f"no motion of {numeric.chain.n} joints at some place")

@@ -15,7 +15,7 @@ from exercises.formula.conditions import Space
 from exercises.formula.expression import read
 from exercises.formula.pieces import pieces
 from exercises.problem import Part
-from exercises.questions.singular import OPTIONS, Place
+from exercises.questions.singular import OPTIONS, OfKind, Place
 from exercises.verify.numeric_reference import ARMS, Check, NumericReference, random_lengths, random_poses
 
 STARTS, STARTS_REDUNDANT, STEPS, SINGULAR = 30, 150, 40, 1e-9
@@ -132,9 +132,8 @@ def singular_configurations(arm: NumericChain, starts: np.ndarray, task: Sequenc
 
 def _type(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Find the kind again for lengths that the question has not tried."""
-    kind, place = str(part.details["type"]), part.details["place"]
-    answer = part.of(Choice)
-    assert isinstance(place, Place)
+    answer, details = part.of(Choice), part.about(OfKind)
+    kind, place = details.type, details.place
     options = answer.options
     right = len(set(options)) == len(options) and options[answer.correct] == OPTIONS[kind]
     yield Check("option", right, f"{answer.letter} is {options[answer.correct]}")

@@ -6,6 +6,7 @@ from typing import Any
 
 from exercises.answers import TRUE_FALSE, Choice, ConditionSet, Direction, Expression, Forms, Letters, Matrix, Number
 from exercises.problem import Part, Problem
+from exercises.quizzes.options import Options
 from exercises.render import render
 from exercises.writing.statement import option_text, with_meanings, worked_steps
 from exercises.writing.worked import three_digits
@@ -74,5 +75,4 @@ def _unit(unit: str) -> str:
 
 
 def _is_tall(part: Part, index: int) -> bool:
-    offered = part.details.get("offered")
-    return bool(offered and offered[index].is_tall)  # type: ignore[index]
+    return isinstance(part.details, Options) and part.details.offered[index].is_tall

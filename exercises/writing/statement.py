@@ -13,6 +13,7 @@ from exercises.arm.derivation import derive
 from exercises.languages import ENGLISH
 from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
+from exercises.quizzes.options import Options, Places
 from exercises.render import catalogue, environment
 from exercises.writing.latex import tex
 from exercises.writing.wording import Wording
@@ -55,13 +56,11 @@ def option_text(problem: Problem, part: Part, index: int, language: str = ENGLIS
     """Return what an option shows, in Markdown on one line: a formula, a set, a configuration, or its words."""
     details, chain = part.details, problem.chain
     macros: Any = environment(language)
-    if "offered" in details:
-        offered: Any = details["offered"]
-        text = str(macros.get_template("questions/options.md.j2").module.formula(offered[index], chain))
+    if isinstance(details, Options):
+        text = str(macros.get_template("questions/options.md.j2").module.formula(details.offered[index], chain))
         return _put(text, language)
-    if "places" in details:
-        places: Any = details["places"]
-        text = str(macros.get_template("questions/rank.md.j2").module.at(places[index], chain, Wording(chain)))
+    if isinstance(details, Places):
+        text = str(macros.get_template("questions/rank.md.j2").module.at(details.places[index], chain, Wording(chain)))
         return _put(text, language)
     line = re.search(rf"^- \*\*{LETTERS[index]}\.\*\* (.*)$", prompt(problem, part, language), re.MULTILINE)
     return line[1] if line is not None else _phrase(part.answer.offered[index], language)

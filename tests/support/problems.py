@@ -5,7 +5,6 @@ import signal
 from collections import Counter
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
 
 import sympy as sp
 
@@ -64,11 +63,6 @@ def with_answer(problem: Problem, answer: Answer) -> Problem:
     """Return the problem with another reference for its only part."""
     (part,) = problem.parts
     return replace(problem, parts=(replace(part, answer=answer),))
-
-
-def detail(part: Part, name: str) -> Any:
-    """What a question keeps beside its answer, of whichever type it is."""
-    return part.details[name]
 
 
 @cache

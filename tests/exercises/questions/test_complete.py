@@ -1,6 +1,7 @@
 """Every question is diagnosed, followed through, hinted at, asked by platforms and practised, or says why it is not."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import FrozenInstanceError, fields
 from functools import cache
 
 import pytest
@@ -12,7 +13,7 @@ from exercises.exports.stack_parts import without_rounding
 from exercises.families import FAMILIES
 from exercises.generation import generate
 from exercises.mistakes.catalogue import taken
-from exercises.problem import Part, Problem, ProblemId
+from exercises.problem import Details, Part, Problem, ProblemId
 from exercises.questions.base import DUTIES
 from exercises.questions.results import is_derived
 from exercises.quizzes import ASKED
@@ -49,6 +50,27 @@ def is_asked_by_platforms(problem: Problem, part: Part) -> bool:
 
 def is_asked_by_stack(problem: Problem, part: Part) -> bool:
     return not isinstance(asked_by_stack(problem, without_rounding(part), 1), str)
+
+
+def below(kind: type[Details]) -> Iterator[type[Details]]:
+    for other in kind.__subclasses__():
+        yield from (other, *below(other))
+
+
+@pytest.mark.parametrize("name", ASKED)
+def test_the_details_of_a_question_are_of_a_class_that_says_what_they_are(name: str) -> None:
+    (part,) = problem_with(name).parts
+    own = type(part.details)
+    assert own is Details or own in below(Details)
+    assert part.about(own) is part.details
+    assert [*vars(part.details)] == [field.name for field in fields(part.details)]
+    for detail in fields(part.details):
+        with pytest.raises(FrozenInstanceError):
+            setattr(part.details, detail.name, None)
+    for other in below(Details):
+        if not issubclass(own, other):
+            with pytest.raises(TypeError, match=f"the details of '{name}' are {own.__name__}, not {other.__name__}$"):
+                part.about(other)
 
 
 WORKS: dict[str, Callable[[Problem, Part], bool]] = {

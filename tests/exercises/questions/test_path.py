@@ -17,7 +17,7 @@ from exercises.families import FAMILIES
 from exercises.generation import questions_of, sample_chain
 from exercises.problem import Problem, ProblemId
 from exercises.questions import QUESTIONS
-from exercises.questions.path import Seam
+from exercises.questions.path import AtDistance, OnPath, Seam, ToLimit
 from exercises.verify import certify
 from exercises.writing.statement import prompt, worked_solution
 from exercises.writing.worked import three_digits
@@ -50,9 +50,7 @@ def numbers(problem: Problem) -> list[float]:
 
 
 def seam_of(problem: Problem) -> Seam:
-    seam = problem.parts[0].details["seam"]
-    assert isinstance(seam, Seam)
-    return seam
+    return problem.parts[0].about(OnPath).seam
 
 
 class Planar2R:
@@ -82,16 +80,15 @@ class Planar2R:
 def test_rates_of_the_chapters_arm_by_the_law_of_cosines(textbook_arms: dict[str, Any], seeds: range) -> None:
     for seed in seeds:
         problem = asked("path-rates", textbook_arms["planar_2R"].chain, seed)
-        place = float(sp.sympify(problem.parts[0].details["distance"]))
+        place = float(problem.parts[0].about(AtDistance).distance)
         assert numbers(problem) == pytest.approx(Planar2R(seam_of(problem)).rates(place), rel=1e-8, abs=1e-9)
 
 
 def test_limit_of_the_chapters_arm_by_the_law_of_cosines(textbook_arms: dict[str, Any], seeds: range) -> None:
     for seed in seeds:
         problem = asked("path-limit", textbook_arms["planar_2R"].chain, seed)
-        details, (s,) = problem.parts[0].details, numbers(problem)
-        arm, joint = Planar2R(seam_of(problem)), int(str(details["joint"])) - 1
-        limit = float(sp.sympify(details["limit"]))
+        details, (s,) = problem.parts[0].about(ToLimit), numbers(problem)
+        arm, joint, limit = Planar2R(details.seam), details.joint - 1, float(details.limit)
         assert abs(arm.rates(s)[joint]) == pytest.approx(limit, rel=1e-7)
         assert all(abs(arm.rates(s * k / 100)[joint]) < limit for k in range(100))
         assert abs(arm.rates(1.005 * s)[joint]) > 1.005 * limit
@@ -141,8 +138,8 @@ def test_wrong_numbers_are_found(name: str, textbook_arms: dict[str, Any]) -> No
         for wrong in (-right, right * sp.Float(1.0001), right + sp.ones(*right.shape) / 10**6, 2 * right):
             broken = replace(part, answer=replace(part.answer, reference=wrong))
             assert not certify(replace(problem, parts=(broken,))).passed
-        seam = seam_of(problem)
-        other = replace(part, details={**part.details, "seam": replace(seam, speed=seam.speed * 2)})
+        details = part.about(OnPath)
+        other = replace(part, details=replace(details, seam=replace(details.seam, speed=details.seam.speed * 2)))
         assert not certify(replace(problem, parts=(other,))).passed
 
 

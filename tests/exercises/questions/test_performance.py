@@ -14,7 +14,7 @@ from exercises.families import FAMILIES
 from exercises.generation import sample_chain
 from exercises.problem import Problem, ProblemId
 from exercises.questions import QUESTIONS
-from exercises.questions.inversion import Situation
+from exercises.questions.inversion import InSituation
 from exercises.verify import certify
 from exercises.writing.statement import prompt, worked_solution
 from grader.certify import failures_of
@@ -26,9 +26,8 @@ NAMES = ("manipulability", "condition-number")
 def found(problem: Problem) -> tuple[float, str, dict[str, float]]:
     """Return the number, its unit and all given values by name."""
     (part,) = problem.parts
-    situation = part.details["situation"]
+    situation = part.about(InSituation).situation
     assert isinstance(part.answer, Number)
-    assert isinstance(situation, Situation)
     given = {symbol.name: float(value) for symbol, value in (situation.lengths | situation.joints).items()}
     return float(part.answer.reference[0]), part.answer.units[0], given
 

@@ -18,9 +18,10 @@ from exercises.generation import generate, questions_of
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.geometry import at_values, branches, jacobian_at, precise_lost, regular_pose, singular_pose
+from exercises.questions.rank import OfMotion
 from exercises.stream import Stream
 from exercises.verify import certify
-from tests.support.problems import asked, detail, with_answer
+from tests.support.problems import asked, with_answer
 from tests.support.suites import of_families, several
 
 DRAWS = several(12, 30)
@@ -172,7 +173,7 @@ def test_the_stretched_elbow_can_not_move_along_itself(textbook_arms: dict[str, 
     for seed in range(12):
         (part,) = asked("lost-motion", chain, seed).parts
         assert isinstance(part.answer, Choice)
-        where = detail(part, "asked").where
+        where = part.about(OfMotion).asked.where
         words = part.answer.options[part.answer.correct]
         if where.condition is not None:
             assert words.split(",")[0] in {f"along $z_{i}$" for i in (1, 2)} | {f"along $z_{3}$"}

@@ -15,8 +15,8 @@ from exercises.arm.precise import DOUBLE, PreciseArm, numeric, solved
 from exercises.arm.trigonometry import same
 from exercises.formula.identity import Domain
 from exercises.questions import QUESTIONS
-from exercises.questions.inversion import Situation
-from exercises.questions.redundancy import null_vector, self_motion
+from exercises.questions.inversion import InSituation
+from exercises.questions.redundancy import OfMinors, null_vector, self_motion
 from exercises.verify import certify
 from exercises.writing.statement import prompt, worked_solution
 from grader.certify import failures_of
@@ -83,7 +83,7 @@ def test_gram_determinant_of_the_planar_arm(planar: Chain) -> None:
 def test_what_all_minors_share_stands_before_the_sum() -> None:
     (part,) = asked("gram-determinant", ARM_4R).parts
     reach = A2 * sp.cos(T2) + A3 * sp.cos(T2 + T3) + A4 * sp.cos(T2 + T3 + T4)
-    assert part.details["shared"] == reach
+    assert part.about(OfMinors).shared == reach
     assert isinstance(part.answer, Expression)
     assert part.answer.reference.is_Mul
     assert reach**2 in part.answer.reference.args
@@ -108,8 +108,7 @@ def test_null_vector() -> None:
 
 def test_a_long_self_motion_is_asked_in_numbers() -> None:
     (part,) = asked("self-motion", LBR).parts
-    situation = part.details["situation"]
-    assert isinstance(situation, Situation)
+    situation = part.about(InSituation).situation
     assert isinstance(part.answer, Direction)
     assert part.answer.tolerance == 0.005
     arm = PreciseArm(LBR, situation.lengths)
@@ -120,8 +119,7 @@ def test_a_long_self_motion_is_asked_in_numbers() -> None:
 
 def test_least_norm_is_that_of_the_pseudo_inverse_and_no_other_rates_are_shorter(planar: Chain) -> None:
     (part,) = asked("least-norm-rates", planar).parts
-    situation = part.details["situation"]
-    assert isinstance(situation, Situation)
+    situation = part.about(InSituation).situation
     assert isinstance(part.answer, Number)
     jacobian = np.array(derive(planar).jacobian.xreplace(situation.values).evalf().tolist(), dtype=float)
     velocity = np.array([float(v) for v in situation.velocity.values()])

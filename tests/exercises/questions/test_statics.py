@@ -11,6 +11,7 @@ from exercises.families import FAMILIES
 from exercises.generation import generate, questions_of, sample_chain
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
+from exercises.questions.statics import Loaded
 from exercises.stream import Stream
 from exercises.verify import certify
 from exercises.writing.statement import prompt, worked_solution
@@ -97,7 +98,7 @@ def test_the_reaction_and_the_untransposed_product_are_found() -> None:
     problem, part = asked("elbow-3r", 2)
     assert isinstance(part.answer, Matrix)
     assert certify(problem).passed
-    force = sp.Matrix(part.details["force"])
+    force = part.about(Loaded).force
     for wrong in (-part.answer.reference, derive(problem.chain).jacobian * force):
         assert not certify(replace(problem, parts=(replace(part, answer=Matrix(wrong)),))).passed
 

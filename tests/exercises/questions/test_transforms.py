@@ -14,7 +14,7 @@ from exercises.families import FAMILIES
 from exercises.generation import generate, questions_of, sample_chain
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
-from exercises.questions.transforms import AngleSum
+from exercises.questions.transforms import AngleSum, ByTransforms, InToolFrame
 from exercises.stream import Stream
 from exercises.verify import certify
 from exercises.writing.statement import worked_solution
@@ -48,8 +48,8 @@ def row_of_table(joint: Joint) -> sp.Matrix:
 @pytest.mark.parametrize("family", ARMS)
 def test_each_partial_product_is_the_one_before_times_a_row_of_the_table(family: str) -> None:
     problem, part = asked(family, 2, "transform")
-    poses = part.details["poses"]
-    assert isinstance(poses, tuple) and isinstance(part.answer, Matrix)
+    poses = part.about(ByTransforms).poses
+    assert isinstance(part.answer, Matrix)
     assert len(poses) == problem.chain.n + 1
     assert poses[-1] == part.answer.reference
     for before, joint, after in zip(poses, problem.chain.joints, poses[1:], strict=False):
@@ -61,7 +61,7 @@ def test_each_partial_product_is_the_one_before_times_a_row_of_the_table(family:
 def test_the_sum_of_angles_that_is_shown_is_an_identity_and_shorter(family: str) -> None:
     for seed in range(3):
         _, part = asked(family, seed, "transform")
-        found = part.details["sum"]
+        found = part.about(ByTransforms).sum
         assert isinstance(found, AngleSum)
         assert abs(numbers(sp.Matrix([found.product - found.result]))[0]) < 1e-12
         assert found.product.is_Add and not found.result.is_Add
@@ -70,7 +70,7 @@ def test_the_sum_of_angles_that_is_shown_is_an_identity_and_shorter(family: str)
 @pytest.mark.parametrize("family", ["wrist-zyz", "pan-tilt", "cartesian"])
 def test_no_sum_of_angles_is_claimed_where_no_axes_are_parallel(family: str) -> None:
     problem, part = asked(family, 1, "transform")
-    assert part.details["sum"] is None
+    assert part.about(ByTransforms).sum is None
     assert "angles add up" not in worked_solution(problem, part)
 
 
@@ -102,9 +102,7 @@ def test_the_tool_jacobian_is_the_other_one_turned(family: str) -> None:
     assert max(abs(entry) for entry in numbers(sp.Matrix(turn * found.geometric - part.answer.reference))) < 1e-12
     assert problem.chain.q[0] not in part.answer.reference.free_symbols
     assert not part.answer.reference.free_symbols & set().union(*(v.free_symbols for v in problem.chain.base.position))
-    columns = part.details["columns"]
-    assert isinstance(columns, tuple)
-    for i, seen in enumerate(columns):
+    for i, seen in enumerate(part.about(InToolFrame).columns):
         moved = seen.z.cross(seen.p_star) if seen.kind == "R" else seen.z
         assert max(abs(entry) for entry in numbers(sp.Matrix(moved - part.answer.reference[:3, i]))) < 1e-12
 

@@ -12,9 +12,10 @@ from exercises.answers import Choice, Number
 from exercises.generation import generate
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
-from exercises.questions.concepts import USES
+from exercises.questions.base import ForTask
+from exercises.questions.concepts import USES, ForUse, OfCost, OfJoint
 from exercises.verify import certify
-from tests.support.problems import asked, detail, with_answer
+from tests.support.problems import asked, with_answer
 from tests.support.suites import of_families, several
 
 DRAWS = several(12, 30)
@@ -63,7 +64,7 @@ def test_the_task_differs_from_the_statements_and_moves() -> None:
     sizes = set()
     for seed in range(12):
         problem = generate(ProblemId("planar-2r", seed, ("jacobian-size",)))
-        task = detail(problem.parts[0], "task")
+        task = problem.parts[0].about(ForTask).task
         assert task != problem.chain.task
         assert set(task) <= {"vx", "vy", "wz"}
         sizes.add(len(task))
@@ -77,7 +78,7 @@ def test_every_use_occurs_where_it_can(textbook_arms: dict[str, Any]) -> None:
     }  # fmt: skip
     for name, uses in possible.items():
         problems = [asked("invertibility", textbook_arms[name].chain, seed) for seed in range(24)]
-        found = Counter(str(problem.parts[0].details["use"]) for problem in problems)
+        found = Counter(problem.parts[0].about(ForUse).use for problem in problems)
         assert set(found) == uses, name
         assert max(found.values()) < 20
 
@@ -88,7 +89,7 @@ def test_velocities_at_the_stretched_arm(textbook_arms: dict[str, Any]) -> None:
     seen = set()
     for seed in range(10):
         (part,) = asked("unreachable-velocity", chain, seed).parts
-        cost, answer = detail(part, "cost"), part.answer
+        cost, answer = part.about(OfCost).cost, part.answer
         assert isinstance(answer, Choice)
         turn = float(cost.place.joints[sp.Symbol("theta1")])
         along = np.array([np.cos(turn), np.sin(turn)])
@@ -102,10 +103,10 @@ def test_velocities_at_the_stretched_arm(textbook_arms: dict[str, Any]) -> None:
 
 def test_a_joint_that_does_not_move_the_point_is_not_asked_about(textbook_arms: dict[str, Any]) -> None:
     chain = textbook_arms["PUMA560"].chain
-    joints = {detail(asked("joint-effect", chain, seed).parts[0], "effect").joint for seed in range(10)}
+    joints = {asked("joint-effect", chain, seed).parts[0].about(OfJoint).effect.joint for seed in range(10)}
     assert joints <= {1, 2, 3}
     wrist = asked("joint-effect", textbook_arms["ZYZ_wrist"].chain, 0).parts[0]
-    assert detail(wrist, "effect").rows == ("wx", "wy", "wz")
+    assert wrist.about(OfJoint).effect.rows == ("wx", "wy", "wz")
 
 
 def test_objections(textbook_arms: dict[str, Any]) -> None:

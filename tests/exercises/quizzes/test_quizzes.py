@@ -28,7 +28,7 @@ from exercises.generation import applicable, generate, sample_chain, short_quiz
 from exercises.notebook import solution_notebook, student_notebook
 from exercises.problem import Part, Problem, ProblemId
 from exercises.quizzes import ASKED, QUIZZES
-from exercises.quizzes.options import blames_of, rank_of_key
+from exercises.quizzes.options import Options, blames_of, rank_of_key
 from exercises.record import digests
 from exercises.verify import certify
 from exercises.writing.statement import hints, prompt, worked_solution
@@ -150,7 +150,7 @@ def test_options_are_told_apart_by_the_grader_too() -> None:
                 part = problem.parts[0]
                 assert isinstance(part.answer, Choice)
                 domain = problem.domain()
-                texts = [as_matrix(read(option.text, domain.roles)) for option in part.details["offered"]]  # type: ignore[attr-defined]
+                texts = [as_matrix(read(option.text, domain.roles)) for option in part.about(Options).offered]
                 trees = [[entry for row in rows for entry in row] for rows in texts]
                 for index, tree in enumerate(trees):
                     same = all(compare_entries(tree, trees[part.answer.correct], domain, "seed").equal)

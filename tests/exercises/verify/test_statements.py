@@ -5,6 +5,7 @@ import pytest
 from exercises.answers import Choice
 from exercises.generation import generate
 from exercises.problem import ProblemId
+from exercises.quizzes.drawn import Said
 from exercises.verify import certify
 
 
@@ -14,7 +15,7 @@ def test_that_a_pose_is_singular_is_true_or_false_as_its_rank_says(family: str) 
     for seed in range(40):
         problem = generate(ProblemId(family, seed, ("true-or-false",)))
         (part,) = problem.parts
-        if part.details["said"] == "singular":
+        if part.about(Said).said == "singular":
             assert isinstance(part.answer, Choice)
             assert certify(problem).passed
             answers.add(part.answer.options[part.answer.correct])

@@ -15,6 +15,7 @@ from exercises.families import FAMILIES
 from exercises.generation import generate, questions_of
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
+from exercises.questions.singular import OfKind
 from exercises.quizzes import ASKED as EVERY_QUESTION
 from exercises.stream import Stream
 from exercises.verify import CHECKS, certify
@@ -248,10 +249,9 @@ def test_a_wrong_kind_is_found() -> None:
         for number in range(3):
             other = part.answer.options[number]
             kind = "regular" if other.startswith("no ") else other.split()[1]
-            if kind != part.details["type"]:
-                wrong = replace(
-                    part, answer=Choice(part.answer.options, number), details={**part.details, "type": kind}
-                )
+            details = part.about(OfKind)
+            if kind != details.type:
+                wrong = replace(part, answer=Choice(part.answer.options, number), details=replace(details, type=kind))
                 assert not certify(replace(problem, parts=(wrong,))).passed
 
 
