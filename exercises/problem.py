@@ -84,6 +84,11 @@ class Details:
         return {}
 
 
+@dataclass(frozen=True, kw_only=True)
+class OneOfSeveral(Details):
+    """About one of several results that a question asks for: equal details are the same result of a structure."""
+
+
 @dataclass(frozen=True)
 class Part:
     """One question of a problem: what is asked, its answer, points, and the parts whose result it builds on.

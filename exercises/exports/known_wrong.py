@@ -26,9 +26,8 @@ from exercises.formula.text import text_of
 from exercises.mistakes.base import Mistake
 from exercises.mistakes.catalogue import Wrong, taken, wrong_answers
 from exercises.mistakes.given import configurations
-from exercises.problem import Part, Problem
+from exercises.problem import OneOfSeveral, Part, Problem
 from exercises.questions import QUESTIONS
-from exercises.questions.base import OneOfSeveral
 from exercises.questions.results import is_derived, result
 from exercises.quizzes.wrong import MOST_JOINTS, NO_NUMBER, differ, in_formulas, tidied
 from exercises.stream import Stream

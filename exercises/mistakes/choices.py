@@ -9,8 +9,8 @@ from exercises.answers import Choice, Number
 from exercises.arm.chain import Chain
 from exercises.mistakes.base import Mistake, Taken, Takes
 from exercises.problem import Part
-from exercises.questions.base import ForTask
 from exercises.questions.concepts import USES
+from exercises.questions.differentiation import ForTask
 from exercises.questions.rank import OfMeaning
 from exercises.questions.singular import OPTIONS
 

@@ -22,18 +22,6 @@ Asked = tuple[Answer, Details]
 """The answer, and what the wording needs beside it."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class ForTask(Details):
-    """About the Jacobian for a task, which need not be the arm's own."""
-
-    task: tuple[str, ...]
-
-
-@dataclass(frozen=True, kw_only=True)
-class OneOfSeveral(Details):
-    """About one of several results that a question asks for: equal details are the same result of a structure."""
-
-
 def always(chain: Chain) -> str | None:
     """Return no objection."""
     return None

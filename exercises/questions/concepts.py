@@ -17,7 +17,8 @@ from exercises.arm.precise import determinant, four_digits, numeric, shown
 from exercises.arm.singularity import singular_set
 from exercises.arm.stages import Working
 from exercises.problem import Details, Part
-from exercises.questions.base import Asked, ForTask, Question
+from exercises.questions.base import Asked, Question
+from exercises.questions.differentiation import ForTask
 from exercises.questions.geometry import (
     AtPose,
     Pose,

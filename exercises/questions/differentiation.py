@@ -10,26 +10,21 @@ from exercises.arm.arithmetic import applied
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
 from exercises.arm.stages import Change, Working
-from exercises.problem import Details, Part
-from exercises.questions.base import (
-    Asked,
-    ForTask,
-    OneOfSeveral,
-    Question,
-    by_hand,
-    number,
-    put,
-    put_number,
-    square,
-    stage,
-    velocities,
-)
+from exercises.problem import Details, OneOfSeveral, Part
+from exercises.questions.base import Asked, Question, by_hand, number, put, put_number, square, stage, velocities
 from exercises.stream import Stream
 
 
 def moving_rows(chain: Chain) -> list[int]:
     """Return the rows of x, y, z in which the task lets the point move."""
     return ["xyz".index(axis) for axis in chain.linear_rows]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForTask(Details):
+    """About the Jacobian for a task, which need not be the arm's own."""
+
+    task: tuple[str, ...]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,18 +9,8 @@ from exercises.arm.arithmetic import applied
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.stages import Working, propagated
-from exercises.problem import Details, Part
-from exercises.questions.base import (
-    Asked,
-    OneOfSeveral,
-    Question,
-    by_hand,
-    first_three,
-    put,
-    put_columns,
-    stage,
-    velocities,
-)
+from exercises.problem import Details, OneOfSeveral, Part
+from exercises.questions.base import Asked, Question, by_hand, first_three, put, put_columns, stage, velocities
 from exercises.stream import Stream
 
 

@@ -8,8 +8,8 @@ from exercises.answers import Choice
 from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS
 from exercises.problem import Part
-from exercises.questions.base import ForTask
 from exercises.questions.concepts import USES, ForUse, OfCost, OfJoint
+from exercises.questions.differentiation import ForTask
 from exercises.verify.formulas import EXACT, agree
 from exercises.verify.numeric_reference import Check, NumericReference
 from exercises.verify.rank import at_place, exponential_at, rank_of

@@ -12,8 +12,8 @@ from exercises.answers import Choice, Number
 from exercises.generation import generate
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
-from exercises.questions.base import ForTask
 from exercises.questions.concepts import USES, ForUse, OfCost, OfJoint
+from exercises.questions.differentiation import ForTask
 from exercises.verify import certify
 from tests.support.problems import asked, with_answer
 from tests.support.suites import of_families, several
