@@ -215,11 +215,11 @@ def judge_numbers(
 
     `labels` name them, as qd1, qd2, for those who answer with a dictionary or equations.
     """
-    node = _read(student, Domain({}))
+    node = _read(with_points(student) if len(reference) == 1 else student, Domain({}))
     if isinstance(node, Judgement):
         return node
     try:
-        rows = as_matrix(_unlabelled(node, labels))
+        rows = as_matrix(_unlabelled(_right_side(node, Domain({})), labels))
         rows = _as_column(rows, (len(reference), 1))
         if (len(rows), len(rows[0])) != (len(reference), 1):
             return wrong(_shape_reason((len(rows), len(rows[0])), (len(reference), 1)))
