@@ -16,9 +16,8 @@ from exercises.store import kept
 from grader.cells import Unreadable, plain
 from grader.copies import Copies
 from grader.finding import Answers, find_answers
-from grader.functions import asked_of
+from grader.function_values import asked_of
 from grader.marking import mark
-from grader.parts import domain_of
 from grader.sandbox import Run, Sandbox
 from grader.submission import Found, Note, Submission, oddities, read_submission, rivals, wrong_assignment
 from grader.uncounted import without_self_checks
@@ -127,7 +126,7 @@ def grade_attempt(
         return _marked(assignment, copies, student, problems, submission, nothing, obstacle, said)
     parts = [f"{slot}.{part.name}" for slot, problem in problems for part in problem.parts]
     seed = _points_seed(assignment, submission)
-    asked = {slot: asked_of(problem, domain_of(problem), seed) for slot, problem in problems}
+    asked = {slot: asked_of(problem, problem.domain(), seed) for slot, problem in problems}
     cells = without_self_checks(submission.cells, problems)
     found = find_answers(cells, parts, lambda cells, names: _run(sandbox, cells, names, asked))
     said += oddities(submission, assignment, student)

@@ -419,3 +419,9 @@ def _read(text: str, known: frozenset[str]) -> Node:
 @lru_cache(maxsize=128)
 def _read_short(text: str, known: frozenset[str]) -> Node:
     return _Parser(rows_of_semicolons(plain(text, known)), known).whole()
+
+
+@lru_cache(maxsize=2048)
+def tree_of_reference(text: str, known: frozenset[str]) -> Node:
+    """Return the tree of a formula of our own, which is wanted for every answer that is held against it."""
+    return read(text, known)

@@ -4,6 +4,11 @@ The references come from symbolic algebra on a structure (`derivation`). Here th
 an answer is, evaluated at random places and held against products of 4 x 4 matrices, finite differences of the poses
 and NumPy's linear algebra. A singular set is tested both ways: at every piece of it the rank is less, and every
 configuration of less rank that Newton's method finds lies in it.
+
+Beside the tests of questions, which stand in `CHECKS` below:
+
+    numeric_reference   the arm in numbers, by 4 x 4 products and finite differences
+    exponentials        the Jacobian by the product of exponentials
 """
 
 import re

@@ -15,8 +15,8 @@ from exercises.formula.identity import Domain
 from exercises.formula.notation import plain
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.vocabulary import VOCABULARY
-from grader.formulas import judge_expression, judge_numbers, judge_singular
 from grader.verdict import Outcome
+from tests.support.judging import judge_expression, judge_numbers, judge_singular
 
 TABLES = (
     "functions", "constants", "whole_numbers", "before_whole_numbers", "modules", "letters", "spelled", "undefined",

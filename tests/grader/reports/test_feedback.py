@@ -19,7 +19,7 @@ from exercises.problem import Problem, variable
 from exercises.release import init_assignment
 from exercises.render import template_folder
 from grader.contained.callables import TABLE
-from grader.functions import SHOWN
+from grader.function_values import SHOWN
 from grader.marking import mark, total
 from grader.reports.answers import answer_of
 from grader.reports.differs import decimal, table_of
