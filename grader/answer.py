@@ -72,7 +72,9 @@ def read_matrix(text: str, shape: tuple[int, int], domain: Domain, labels: Seque
 
 
 def read_numbers(text: str, count: int, labels: Sequence[str] = ()) -> Given:
-    """Read numbers, or formulas without symbols, that may be named by `labels`."""
+    """Read numbers, or formulas without symbols, that may be named by `labels`; where one is due, 0,5 is a half."""
+    if count == 1 and (point := with_points(text)) != text:
+        return replace(read_numbers(point, count, labels), text=text)
     given = _in_shape(_in_rows(_right_side(_read(text, Domain({})), Domain({})), labels, "numbers"), (count, 1))
     if given.refusal is None and given.symbols:
         return given.refused(f"numbers are due, and {', '.join(sorted(given.symbols)[:5])} is left in the answer")

@@ -3,6 +3,7 @@
 From the bottom up:
 
     printing, text, code                SymPy's expressions as text, fast, and as Python
+    vocabulary                          words, signs, units and habits of those who write: vocabulary.json
     names, trees                        what a name stands for; expressions as trees of plain nodes
     algebra                             trees added, multiplied and differentiated, without SymPy
     notation, expression                text to a tree by a grammar, in whatever notation it was written

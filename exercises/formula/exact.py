@@ -156,7 +156,10 @@ def _wave_op(op: str, angle: tuple[Angle, bool] | None) -> tuple[Op, Size] | Non
     wave = wave_of(angle[0])
     if wave is None:
         return None
-    degree = float(sum(abs(power) for _, power in wave.powers))
+    turns = sum(abs(power) for _, power in wave.powers)
+    if turns > _LARGEST:  # more than a double holds, it may be
+        return None
+    degree = float(turns)
     one, two = (degree, 0.0, degree, 0.0), (2 * degree, 1.0, degree, 1.0)
     size = {"exp": one, "sin": two, "cos": two, "sec": _inverted(two), "csc": _inverted(two)}.get(op)
     return (op, (), wave), size or (2 * degree, 1.0, 2 * degree, 1.0)

@@ -8,6 +8,7 @@ export const de: Catalogue = {
   "read.unreadable": "Das lässt sich nicht als Antwort lesen: {why}.",
   "read.shape": "Die Antwort hat {found} Einträge, verlangt sind {due} (Zeilen × Spalten).",
   "read.list": "Verlangt ist ein einzelner Ausdruck, dort steht eine Liste oder Matrix.",
+  "read.unknown": "In dieser Aufgabe gibt es kein {names}; ihre Größen sind {known}.",
   "read.numbers": "Verlangt sind Zahlen, in der Antwort steht noch {names}.",
   "read.empty-list": "die Liste ist leer",
   "read.ragged": "die Zeilen der Matrix sind verschieden lang: {lengths}",
@@ -22,6 +23,7 @@ export const de: Catalogue = {
   "read.function": "die Funktion „{name}“ ist unbekannt",
   "read.alone": "{joint} steht allein; schreibe, was es ist, etwa {joint} = pi/3",
   "read.no-joint": "dort steht ein Wert ohne Gelenk; schreibe ihn etwa als theta1 = pi/3",
+  "read.many-cases": "die Bedingungen sind zu lang, oder es sind zu viele ganze Zahlen darin",
   "read.cases": "die Bedingungen ergeben {count} Fälle; mehr als {most} werden nicht gelesen",
   "read.long": "die Antwort ist {length} Zeichen lang; mehr als {most} werden nicht gelesen",
   "read.at": "{what}, bei Zeichen {at}, nahe „{near}“",
@@ -51,6 +53,9 @@ export const de: Catalogue = {
   "verdict.decimals":
     "An {points} zufälligen Konfigurationen auf neun Stellen gleich. Deine Dezimalzahlen haben {digits} Stellen: qdot selbst " +
     "nimmt sie beim Wort und nicht für π oder eine Wurzel.",
+  "verdict.out-of-sight":
+    "An {points} zufälligen Konfigurationen auf neun Stellen gleich. Neben {number} sagen sie nicht alles: qdot selbst " +
+    "vergleicht exakt.",
   "verdict.entry":
     "Eintrag ({row}, {column}) weicht ab bei {at}: deiner ist {yours}, richtig wäre {expected}.",
   "verdict.differs": "Abweichung bei {at}: deine Antwort ist {yours}, richtig wäre {expected}.",
