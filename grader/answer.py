@@ -62,7 +62,10 @@ def read_formula(text: str, domain: Domain) -> Given:
     given = _in_rows(given, (), "an answer")
     if given.tree is not None and given.tree.kind in ("list", "set", "dict"):
         return given.refused("a list or matrix stands where a single expression is due")
-    return _of_scalars(given, "an answer")
+    given = _of_scalars(given, "an answer")
+    if given.refusal is None and any(given.blanks):
+        return given.refused("this can't be read as an answer: a blank stands where a single expression is due")
+    return given
 
 
 def read_matrix(text: str, shape: tuple[int, int], domain: Domain, labels: Sequence[str] = ()) -> Given:

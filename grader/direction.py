@@ -66,6 +66,8 @@ def _for_own_pivot(certificate: Certificate, due: Node, pivot: int) -> Certifica
         return certificate
     at = {name: np.array([value]) for name, value in example["at"].items()}
     scale = complex(evaluate(compile_program([due]), at, 1)[0][0, 0])
+    if not scale:  # as -sin(theta1) is at 0, which is among the readable configurations
+        return replace(certificate, counterexample=None)
     values = {name: number(example[name] / scale) for name in ("yours", "expected")}
     return replace(certificate, counterexample={**example, **values, "pivot": pivot})
 

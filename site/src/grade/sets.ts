@@ -57,10 +57,8 @@ export function judgeSet(
     const tree = read(answer, new Set(key.symbols));
     if (isBlank(tree)) return missing();
     const poses = posesOf(key, tree);
-    const claims = claimedPieces(
-      withoutBlanks(assigned(tree, poses, space, isSingular)),
-      new Set(key.joints),
-    );
+    const claimed = assigned(withoutBlanks(tree), poses, space, isSingular);
+    const claims = claimedPieces(claimed, new Set(key.joints));
     return compared(claims, poses, space, isSingular);
   } catch (error) {
     if (error instanceof ReadError) return unreadable(error.why);

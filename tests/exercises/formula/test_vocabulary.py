@@ -16,7 +16,7 @@ from exercises.formula.notation import plain
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.vocabulary import VOCABULARY
 from grader.verdict import Outcome
-from tests.support.judging import judge_expression, judge_numbers, judge_singular
+from tests.support.judging import judge_singular
 
 TABLES = (
     "functions", "constants", "whole_numbers", "before_whole_numbers", "modules", "letters", "spelled", "undefined",
@@ -102,14 +102,4 @@ def test_a_determinant_that_is_said_to_vanish_is_no_value_of_a_joint(text: str) 
     """It is true of every arm: theta2 = 0 was taken out of it."""
     domain = Domain({"theta1": "angle", "theta2": "angle"})
     judged = judge_singular(text, ["theta2 = 0", "theta2 = pi"], ["theta1", "theta2"], domain, "s")
-    assert judged.outcome is Outcome.WRONG
-
-
-@pytest.mark.parametrize("text", ["0.5", "0,5", "v = 0.5", "v = 0,5", "50 cm", "50,0 cm", "[0.5]", "1/2 m"])
-def test_one_number_may_be_written_as_a_formula_may(text: str) -> None:
-    assert judge_numbers(text, [0.5], ["m"], 0.005, 1e-6).outcome is Outcome.CORRECT
-
-
-def test_a_factor_that_no_double_holds_is_no_failure_of_ours() -> None:
-    judged = judge_expression("cos(9e399*theta1)", "cos(theta1)", Domain({"theta1": "angle"}), "s")
     assert judged.outcome is Outcome.WRONG
