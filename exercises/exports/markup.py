@@ -10,8 +10,7 @@ from decimal import Decimal
 
 from exercises.exports.items import Item, Picture
 from exercises.render import render
-from exercises.writing.fit import fitted
-from exercises.writing.markup import SCREEN, to_html
+from exercises.writing.markup import SCREEN, fitted_latex, to_html
 
 DIGITS = 10
 """Significant digits to which right values are given to platforms."""
@@ -31,7 +30,9 @@ def mathjax(latex: str, block: bool) -> str:
 
 def text_html(text: str, set_formula: SetFormula = mathjax) -> str:
     """Return Markdown as HTML for a platform."""
-    return to_html(text, lambda latex, block: set_formula(fitted(latex, SCREEN) if block else latex, block)).strip()
+    return to_html(
+        text, lambda latex, block: set_formula(fitted_latex(latex, SCREEN) if block else latex, block)
+    ).strip()
 
 
 def line_html(text: str, set_formula: SetFormula = mathjax) -> str:

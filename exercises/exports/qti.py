@@ -17,8 +17,9 @@ from exercises.exports.markup import (
     svg_file,
 )
 from exercises.exports.outlet import File, Order
+from exercises.formula.latex import parsed
+from exercises.formula.printers.mathml import plain_mathml
 from exercises.render import render
-from exercises.writing.mathml import plain_mathml
 
 MOST_FIELDS = 4
 """Fields of an item up to which a wrong number is told the mistake behind it; it is long otherwise."""
@@ -50,7 +51,7 @@ def qti_zip(order: Order) -> Generator[File, None, None]:
 
 
 def _mathml(latex: str, block: bool) -> str:
-    return plain_mathml(latex, block)
+    return plain_mathml(parsed(latex), block)
 
 
 def _source(picture: Picture) -> str:

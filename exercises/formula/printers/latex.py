@@ -1,0 +1,77 @@
+r"""Formulas as LaTeX: blanks between factors and around signs, none beside brackets, c_{1} (a_{1} + a_{2})."""
+
+from exercises.formula.latex import LETTERS, PRIMES, SIGNS
+from exercises.formula.layout import MINUS, PLUS, THIN, Layout, Pieces, is_binary
+
+_COMMANDS = {char: f"\\{name}" for known in (SIGNS, LETTERS) for name, char in reversed(known.items())} | {"−": "-"}
+_AROUND = frozenset(Layout("sign", sign) for sign in "=≠<>≤≥≈∈→⋅×±")
+_OPENS = frozenset(Layout("sign", sign) for sign in "([{/")
+_CLOSES = frozenset((*(Layout("sign", sign) for sign in ")]},;/."), THIN))
+
+
+def latex(formula: Layout) -> str:
+    r"""Return a formula as LaTeX.
+
+    >>> from exercises.formula.latex import parsed
+    >>> latex(parsed(r"-\frac a2\cos(x_{1}-1)"))
+    '-\\frac{a}{2} \\cos(x_{1} - 1)'
+    """
+    return _row(formula.inner) if formula.kind == "row" else _piece(formula)
+
+
+def _row(pieces: Pieces) -> str:
+    shown, before, joins = "", None, False  # joins: whether what is before is a plus or minus between two terms
+    for piece in pieces:
+        is_sum = piece in (MINUS, PLUS)
+        joined = is_sum and is_binary(before)
+        if before is not None and (joined or joins or not _touch(before, piece)):
+            shown += " "
+        shown += _piece(piece)
+        before, joins = piece, joined
+    return shown
+
+
+def _touch(before: Layout, piece: Layout) -> bool:
+    """Tell whether two pieces stand side by side without a blank."""
+    if before in _AROUND or piece in _AROUND:
+        return False
+    if before in _OPENS or piece in _CLOSES or before in (MINUS, PLUS):
+        return True
+    if before == THIN:
+        return piece.kind == "text"
+    is_bracket = piece.kind == "fenced" or piece.text == "("
+    return is_bracket and (before.inner[0] if before.kind == "script" else before).kind in ("word", "text")
+
+
+def _piece(one: Layout) -> str:
+    kind, text, inner = one
+    if kind in ("letter", "sign"):
+        return _COMMANDS.get(text, text)
+    if kind == "number":
+        return text.replace(",", "{,}")
+    if kind == "script":
+        return _script(*inner)
+    if kind == "row":
+        return f"{{{_row(inner)}}}"
+    if kind in ("word", "space"):
+        return f"\\{text}"
+    if kind == "text":
+        return rf"\text{{{text}}}"
+    if kind in ("fraction", "root", "dotted"):
+        return f"\\{text}{''.join(f'{{{latex(part)}}}' for part in inner)}"
+    if kind == "fenced":
+        left, right = (f"\\{bracket}" if bracket in "{}" else bracket for bracket in text)
+        return rf"\left{left}{latex(inner[0])}\right{right}"
+    name, between = ("bmatrix", r" \\ ") if kind == "matrix" else ("aligned", r" \\[6pt] " if text else r" \\ ")
+    rows = between.join(" & ".join(map(latex, cells.inner)) for cells in inner)
+    return rf"\begin{{{name}}} {rows} \end{{{name}}}"
+
+
+def _script(base: Layout, below: Layout, above: Layout) -> str:
+    parts = above.inner if above.kind == "row" else (above,)
+    primes = PRIMES.find(parts[0].text) + 1 if parts and parts[0].text else 0
+    above = Layout("row", "", parts[1:]) if primes else above
+    shown = f"{_piece(base)}{chr(39) * primes}"
+    for mark, part in (("_", below), ("^", above)):
+        shown += f"{mark}{_piece(part).replace(', ', ',')}" if part.inner or part.text else ""
+    return shown
