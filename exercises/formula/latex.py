@@ -17,7 +17,7 @@ LETTERS = {
 SIGNS = {
     "times": "×", "cdot": "⋅", "neq": "≠", "le": "≤", "leq": "≤", "ge": "≥", "geq": "≥", "approx": "≈",
     "partial": "∂", "sum": "∑", "pm": "±", "in": "∈", "to": "→", "cdots": "⋯", "dots": "…", "circ": "∘",
-    "{": "{", "}": "}", "%": "%", "|": "‖",
+    "{": "{", "}": "}", "%": "%",
 }  # fmt: skip
 PRIMES = "′″‴"
 _COMMANDS = {

@@ -91,6 +91,11 @@ def _has(pieces: Sequence[Layout], tall: frozenset[str]) -> bool:
     return any(one.kind in tall or one.text in tall or _has(one.inner, tall) for one in pieces)
 
 
+def base(piece: Layout) -> Layout:
+    """Return what an index or a power stands at; any other piece as it is."""
+    return piece.inner[0] if piece.kind == "script" else piece
+
+
 def is_binary(before: Layout | None) -> bool:
     """Tell whether a plus or minus behind a piece joins two terms; else it belongs to the number behind it."""
     return before is not None and before not in _OPENING
@@ -121,6 +126,5 @@ def split(pieces: Sequence[Layout], mark: Layout) -> list[Pieces]:
 
 def _deeper(piece: Layout) -> int:
     """Return by how much what follows a piece is deeper inside of brackets; the last one may have a power."""
-    while piece.kind == "script":
-        piece = piece.inner[0]
-    return {"(": 1, ")": -1}.get(piece.text, 0) if piece.kind == "sign" else 0
+    bracket = base(piece)
+    return {"(": 1, ")": -1}.get(bracket.text, 0) if bracket.kind == "sign" else 0

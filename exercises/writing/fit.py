@@ -16,6 +16,7 @@ from exercises.formula.layout import (
     SPACES,
     Layout,
     Pieces,
+    base,
     fraction,
     joined,
     matrix,
@@ -82,7 +83,8 @@ def fitted(formula: Layout, room: float) -> Layout:
     if width(formula) <= room:
         return formula
     lines = [line for left, right in _rows(formula, room) for line in _equation(left, right, room)]
-    return row(Layout("aligned", "apart" if len(lines) > 1 else "", tuple(row(row(*left), row(*right)) for left, right in lines)))
+    cells = tuple(row(row(*left), row(*right)) for left, right in lines)
+    return row(Layout("aligned", "apart" if len(lines) > 1 else "", cells))
 
 
 def _rows(formula: Layout, room: float) -> Rows:
@@ -147,8 +149,8 @@ def _matrices(part: Pieces) -> Lines:
 
 def _matrix_in(piece: Layout) -> Layout | None:
     """Return the matrix that a piece is, perhaps with a power."""
-    base = piece.inner[0] if piece.kind == "script" else piece
-    return base if base.kind == "matrix" else None
+    found = base(piece)
+    return found if found.kind == "matrix" else None
 
 
 def _fraction(part: Pieces, room: float) -> Lines:

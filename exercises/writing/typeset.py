@@ -20,6 +20,7 @@ from exercises.formula.layout import (
     THIN,
     Layout,
     Pieces,
+    base,
     bracketed,
     fenced,
     fraction,
@@ -221,14 +222,10 @@ class _Setter:
 
 def _between(before: Pieces, factor: Layout) -> Pieces:
     """Return what stands between factors: a dot before a number, room beside a name and behind brackets that grew."""
-    last, first, start = before[-1], _base(factor), _base(before[0])
+    last, first, start = before[-1], base(factor), base(before[0])
     if first.kind == "number" or (factor.kind == "fraction" and last.kind == "number"):
         return (_TIMES,)
     return (THIN,) if "text" in (start.kind, first.kind) or last.text == "()" else ()
-
-
-def _base(piece: Layout) -> Layout:
-    return piece.inner[0] if piece.kind == "script" else piece
 
 
 def _is_whole(pieces: Pieces) -> bool:

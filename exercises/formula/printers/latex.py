@@ -1,10 +1,14 @@
 r"""Formulas as LaTeX: blanks between factors and around signs, none beside brackets, c_{1} (a_{1} + a_{2})."""
 
+from itertools import pairwise
+from operator import add
+
 from exercises.formula.latex import LETTERS, PRIMES, SIGNS
-from exercises.formula.layout import MINUS, PLUS, THIN, Layout, Pieces, is_binary
+from exercises.formula.layout import EMPTY, MINUS, PLUS, THIN, Layout, Pieces, base, is_binary
 
 _COMMANDS = {char: f"\\{name}" for known in (SIGNS, LETTERS) for name, char in reversed(known.items())} | {"−": "-"}
 _AROUND = frozenset(Layout("sign", sign) for sign in "=≠<>≤≥≈∈→⋅×±")
+_STAR = Layout("sign", "*")
 _OPENS = frozenset(Layout("sign", sign) for sign in "([{/")
 _CLOSES = frozenset((*(Layout("sign", sign) for sign in ")]},;/."), THIN))
 
@@ -22,8 +26,7 @@ def latex(formula: Layout) -> str:
 def _row(pieces: Pieces) -> str:
     shown, before, joins = "", None, False  # joins: whether what is before is a plus or minus between two terms
     for piece in pieces:
-        is_sum = piece in (MINUS, PLUS)
-        joined = is_sum and is_binary(before)
+        joined = piece in (MINUS, PLUS) and is_binary(before)
         if before is not None and (joined or joins or not _touch(before, piece)):
             shown += " "
         shown += _piece(piece)
@@ -31,16 +34,25 @@ def _row(pieces: Pieces) -> str:
     return shown
 
 
+def _index(one: Layout) -> str:
+    """Return an index or a power, in which there are no blanks beside signs."""
+    if one.kind != "row":
+        return _piece(one)
+    between = ("" if "sign" in (before.kind, piece.kind) else " " for before, piece in pairwise(one.inner))
+    return f"{{{''.join(map(add, map(_piece, one.inner), (*between, '')))}}}"
+
+
 def _touch(before: Layout, piece: Layout) -> bool:
     """Tell whether two pieces stand side by side without a blank."""
     if before in _AROUND or piece in _AROUND:
         return False
-    if before in _OPENS or piece in _CLOSES or before in (MINUS, PLUS):
+    if before in _OPENS or base(piece) in _CLOSES or before in (MINUS, PLUS):
         return True
     if before == THIN:
         return piece.kind == "text"
-    is_bracket = piece.kind == "fenced" or piece.text == "("
-    return is_bracket and (before.inner[0] if before.kind == "script" else before).kind in ("word", "text")
+    if before.kind == "script" and before.inner[0] == EMPTY:  # {}^{0}z_{1}
+        return True
+    return (base(piece).kind == "fenced" or base(piece).text == "(") and base(before).kind in ("word", "text")
 
 
 def _piece(one: Layout) -> str:
@@ -72,6 +84,7 @@ def _script(base: Layout, below: Layout, above: Layout) -> str:
     primes = PRIMES.find(parts[0].text) + 1 if parts and parts[0].text else 0
     above = Layout("row", "", parts[1:]) if primes else above
     shown = f"{_piece(base)}{chr(39) * primes}"
-    for mark, part in (("_", below), ("^", above)):
-        shown += f"{mark}{_piece(part).replace(', ', ',')}" if part.inner or part.text else ""
+    marks = ("_", below), ("^", above)
+    for mark, part in reversed(marks) if above == _STAR else marks:  # p^*_{1}
+        shown += f"{mark}{_index(part)}" if part.inner or part.text else ""
     return shown

@@ -11,7 +11,7 @@ _NAMES = {char: name for name, char in LETTERS.items()} | {
 _SIGNS = {
     "+": "plus", "−": "minus", "=": "equals", "×": "times", "⋅": "times", "≠": "is not", "≤": "is at most",
     "≥": "is at least", "≈": "is about", "∂": "partial", "∑": "sum", "±": "plus or minus", "∈": "is in", "→": "to",
-    "⋯": "and so on", "…": "and so on", "∘": "degrees", "/": "over", "|": "bar", "‖": "double bar",
+    "⋯": "and so on", "…": "and so on", "∘": "degrees", "/": "over", "|": "bar",
     "*": "star", "%": "per cent", "<": "is less than", ">": "is greater than",
 }  # fmt: skip
 _POWERS = {"2": "squared", "3": "cubed", "T": "transposed", "minus 1": "inverse"}
