@@ -7,23 +7,8 @@ products go on behind a dot or a cross, sums before a sign, and matrices behind 
 from collections.abc import Callable, Sequence
 from functools import cache, lru_cache
 
-from exercises.formula.layout import (
-    EMPTY,
-    EQUALS,
-    MINUS,
-    QQUAD,
-    QUAD,
-    SPACES,
-    Layout,
-    Pieces,
-    base,
-    fraction,
-    joined,
-    matrix,
-    row,
-    split,
-    terms,
-)
+from exercises.formula import layout
+from exercises.formula.layout import Layout, Pieces, row
 
 Lines = list[Pieces]
 Rows = list[tuple[Pieces, Pieces]]
@@ -71,7 +56,7 @@ def _wide(pieces: Sequence[Layout], size: float = 1.0) -> float:
 @cache
 def _leaf_width(kind: str, text: str) -> float:
     if kind == "space":
-        return SPACES[text]
+        return layout.SPACES[text]
     if kind == "sign" or text in OPERATORS:
         return OPERATORS.get(text, 0.4)
     room = 0.17 if kind == "word" else 0.0
@@ -93,16 +78,16 @@ def _rows(formula: Layout, room: float) -> Rows:
     What stands beside each other in an aligned formula stays there where it fits.
     """
     if len(formula.inner) != 1 or formula.inner[0].kind != "aligned":
-        return [_sides(piece) for piece in split(formula.inner, QQUAD)]
+        return [_sides(piece) for piece in layout.split(formula.inner, layout.QQUAD)]
     found: Rows = []
     for line in formula.inner[0].inner:
         cells = [cell.inner for cell in line.inner]
         pairs = [(cells[k], cells[k + 1]) for k in range(0, len(cells) - 1, 2)] or [((), cells[0])]
         left, right = pairs[0]
-        if not left and right[:1] != (EQUALS,) and found:  # a sum goes on
-            found[-1] = (found[-1][0], (*found[-1][1], *(right[1:] if right[:1] == (QUAD,) else right)))
+        if not left and right[:1] != (layout.EQUALS,) and found:  # a sum goes on
+            found[-1] = (found[-1][0], (*found[-1][1], *(right[1:] if right[:1] == (layout.QUAD,) else right)))
             continue
-        beside = joined((QUAD,), [(*a, *b) for a, b in pairs])
+        beside = layout.joined((layout.QUAD,), [(*a, *b) for a, b in pairs])
         if len(pairs) > 1 and _wide(beside) <= room - 2.0:
             pairs = [(left, beside[len(left) :])]
         found += pairs
@@ -110,21 +95,21 @@ def _rows(formula: Layout, room: float) -> Rows:
 
 
 def _sides(equation: Pieces) -> tuple[Pieces, Pieces]:
-    left, *rest = split(equation, EQUALS)
-    return (left, (EQUALS, *joined((EQUALS,), rest))) if rest else ((), left)
+    left, *rest = layout.split(equation, layout.EQUALS)
+    return (left, (layout.EQUALS, *layout.joined((layout.EQUALS,), rest))) if rest else ((), left)
 
 
 def _equation(left: Pieces, right: Pieces, room: float) -> Rows:
     """Return the lines of one equation."""
     if _wide(left) + _wide(right) <= room - 1.0:
         return [(left, right)]
-    sign = right[:1] if right[:1] == (EQUALS,) else ()
+    sign = right[:1] if right[:1] == (layout.EQUALS,) else ()
     space = room - _wide(left) - 2.0 if left else room - 1.0
     lines: Rows = []
-    for number, part in enumerate(split(right[1:], EQUALS) if sign else [right]):
+    for number, part in enumerate(layout.split(right[1:], layout.EQUALS) if sign else [right]):
         shown = _broken(part, space)
         lines.append((() if number else left, (*sign, *shown[0])))
-        lines += [((), (QUAD, *line)) for line in shown[1:]]
+        lines += [((), (layout.QUAD, *line)) for line in shown[1:]]
     return lines
 
 
@@ -132,11 +117,11 @@ def _broken(part: Pieces, room: float) -> Lines:
     """Return one side of an equation in lines: between factors, before signs, inside matrices."""
     if _wide(part) <= room:
         return [part]
-    for factors, sign in ((split(part, _TIMES), _TIMES), (_matrices(part), _DOT)):
+    for factors, sign in ((layout.split(part, _TIMES), _TIMES), (_matrices(part), _DOT)):
         if len(factors) > 1:
             parts = [_broken(factor, room - 1.5) for factor in factors]
-            return [*parts[0], *(line for first, *rest in parts[1:] for line in ((EMPTY, sign, *first), *rest))]
-    found = terms(part)
+            return [*parts[0], *(line for first, *rest in parts[1:] for line in ((layout.EMPTY, sign, *first), *rest))]
+    found = layout.terms(part)
     return _filled(found, room) if len(found) > 1 else _fraction(part, room) or _columns(part, room)
 
 
@@ -149,21 +134,21 @@ def _matrices(part: Pieces) -> Lines:
 
 def _matrix_in(piece: Layout) -> Layout | None:
     """Return the matrix that a piece is, perhaps with a power."""
-    found = base(piece)
+    found = layout.base(piece)
     return found if found.kind == "matrix" else None
 
 
 def _fraction(part: Pieces, room: float) -> Lines:
     """Return a wide fraction as the fraction of one times what was above the line, in lines; nothing for others."""
-    sign, rest = (part[:1], part[1:]) if part[:1] == (MINUS,) else ((), part)
+    sign, rest = (part[:1], part[1:]) if part[:1] == (layout.MINUS,) else ((), part)
     if len(rest) != 1 or rest[0].text != "frac":
         return []
     above, below = (side.inner for side in rest[0].inner)
     factor = Layout("number", "1")
     if len(above) > 3 and above[0].kind == "number" and (above[1], above[-1]) == (_OPEN, _CLOSE):  # 0.5 (a + b)
         factor, above = above[0], above[2:-1]
-    first, *others = _filled(terms(above), room - _wide(below))
-    before = (*sign, fraction((factor,), below), _OPEN)
+    first, *others = _filled(layout.terms(above), room - _wide(below))
+    before = (*sign, layout.fraction((factor,), below), _OPEN)
     return [(*before, *first), *others[:-1], (*others[-1], _CLOSE)] if others else []
 
 
@@ -176,7 +161,7 @@ def _filled(parts: Sequence[Pieces], room: float) -> Lines:
             lines[-1] += part
             used += more
         else:
-            lines.append((EMPTY, *part))
+            lines.append((layout.EMPTY, *part))
             used = more
     return lines
 
@@ -196,9 +181,9 @@ def _columns(part: Pieces, room: float) -> Lines:
         return one if whole.kind == "matrix" else whole._replace(inner=(one, *whole.inner[1:]))
 
     if len(rows[0]) == 1:
-        entries = [_filled(terms(entry), room - 1.0) for (entry,) in rows]
-        shown = [[(QUAD, *line) if k else line] for entry in entries for k, line in enumerate(entry)]
-        return [(*part[:index], again(matrix(shown)), *part[index + 1 :])]
+        entries = [_filled(layout.terms(entry), room - 1.0) for (entry,) in rows]
+        shown = [[(layout.QUAD, *line) if k else line] for entry in entries for k, line in enumerate(entry)]
+        return [(*part[:index], again(layout.matrix(shown)), *part[index + 1 :])]
     groups = _groups(len(rows[0]), lambda group: width(_part(rows, group, True, True)) <= room)
     last = len(groups) - 1
     found = [_part(rows, group, k > 0, k < last) for k, group in enumerate(groups)]
@@ -221,4 +206,4 @@ def _groups(count: int, fits: Callable[[Sequence[int]], bool]) -> list[list[int]
 def _part(rows: Sequence[Sequence[Pieces]], columns: Sequence[int], before: bool, behind: bool) -> Layout:
     """Return some columns of a matrix, with dots in the place of those before and behind them."""
     dots = [(_DOTS,)]
-    return matrix([[*dots * before, *(cells[k] for k in columns), *dots * behind] for cells in rows])
+    return layout.matrix([[*dots * before, *(cells[k] for k in columns), *dots * behind] for cells in rows])

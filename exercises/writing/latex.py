@@ -13,27 +13,9 @@ from functools import cache, lru_cache
 import sympy as sp
 
 from exercises.arm.chain import Chain
+from exercises.formula import layout
 from exercises.formula.latex import parsed
-from exercises.formula.layout import (
-    COMMA,
-    DEGREE,
-    EMPTY,
-    MINUS,
-    PLUS,
-    QUAD,
-    THIN,
-    Layout,
-    Pieces,
-    bracketed,
-    fenced,
-    fraction,
-    joined,
-    matrix,
-    number,
-    row,
-    script,
-    terms,
-)
+from exercises.formula.layout import Layout, Pieces, number, row, script
 from exercises.formula.printers.latex import latex
 from exercises.formula.text import ByText
 
@@ -167,7 +149,7 @@ class _Signed:
 
 
 def _sum(signed: Sequence[_Signed]) -> Pieces:
-    shown = tuple(piece for term in signed for piece in (MINUS if term.negative else PLUS, *term.body))
+    shown = tuple(piece for term in signed for piece in (layout.MINUS if term.negative else layout.PLUS, *term.body))
     return shown if signed[0].negative else shown[1:]
 
 
@@ -215,7 +197,7 @@ class _Setter:
         shown = numerator or number("1")
         if not denominator:
             return _Signed(negative, shown)
-        return _Signed(negative, (fraction(shown, denominator, rest.is_number),))
+        return _Signed(negative, (layout.fraction(shown, denominator, rest.is_number),))
 
     def signs(self, factors: Sequence[sp.Expr], negative: bool) -> tuple[set[sp.Expr], bool]:
         """Choose the brackets whose signs are changed, and return them with the sign that is left outside."""
@@ -234,14 +216,14 @@ class _Setter:
         found: list[Layout] = []
         for k, factor in enumerate(factors):
             if k and _ends_in_angle(found) and any(map(_moves, factor.free_symbols)):
-                found.append(THIN)  # \cos\varphi_1 \dot\theta_1 is not the cosine of a product
+                found.append(layout.THIN)  # \cos\varphi_1 \dot\theta_1 is not the cosine of a product
             found += self.factor(factor, factor in flips, alone)
         return tuple(found)
 
     def factor(self, factor: sp.Expr, flip: bool = False, alone: bool = False) -> Pieces:
         if factor.is_Add:
             inside = _sum(self.terms(factor, flip))
-            return inside if alone else bracketed(inside, _TALL)
+            return inside if alone else layout.bracketed(inside, _TALL)
         if factor.is_Pow:
             return self.power(factor.base, factor.exp)
         if factor.is_Symbol:
@@ -249,9 +231,9 @@ class _Setter:
         if factor.is_number and factor.is_Rational:
             return self.number(factor).body
         if isinstance(factor, sp.Abs):
-            return (fenced("||", self.pieces(factor.args[0])),)
+            return (layout.fenced("||", self.pieces(factor.args[0])),)
         if factor.func in _FUNCTIONS:
-            return self.call(factor, EMPTY)
+            return self.call(factor, layout.EMPTY)
         return parsed(str(sp.latex(factor))).inner
 
     def power(self, base: sp.Expr, exponent: sp.Expr) -> Pieces:
@@ -264,19 +246,22 @@ class _Setter:
             return self.call(base, above)
         shown = self.factor(base)
         if not (base.is_Add or base.is_Symbol or (base.is_Integer and base > 0)):
-            shown = bracketed(shown, _TALL)
+            shown = layout.bracketed(shown, _TALL)
         return raised(shown, above)
 
     def call(self, expression: sp.Expr, above: Layout) -> Pieces:
         word, argument = _FUNCTIONS[expression.func], expression.args[0]
-        called = script(word, EMPTY, above) if above.inner else word
+        called = script(word, layout.EMPTY, above) if above.inner else word
         if isinstance(expression, (sp.sin, sp.cos)):
             short = joint_sum(argument)
             if short is not None:
                 return (script(Layout("letter", word.text[0]), row(*number(short)), above),)
             if _ANGLE.fullmatch(str(argument)):
                 return (called, *parsed(argument.name).inner)
-        return (called, *bracketed(joined((COMMA,), list(map(self.pieces, expression.args))), _TALL))
+        return (
+            called,
+            *layout.bracketed(layout.joined((layout.COMMA,), list(map(self.pieces, expression.args))), _TALL),
+        )
 
     def number(self, value: sp.Expr) -> _Signed:
         negative, size = bool(value.is_negative), abs(value)
@@ -289,7 +274,7 @@ class _Setter:
             return _Signed(negative, number(digits))
         inverse = decimal(1 / size)
         above, below = ("1", inverse) if inverse is not None and size > 1 else (str(size.p), str(size.q))
-        return _Signed(negative, (fraction(number(above), number(below), small=True),))
+        return _Signed(negative, (layout.fraction(number(above), number(below), small=True),))
 
     def coefficient(self, value: sp.Expr, rest: sp.Expr, is_fraction: bool) -> tuple[Pieces, Pieces]:
         """Return what a number contributes above and below the line: 0.35 for 7/20, below the line for 20/7."""
@@ -315,7 +300,7 @@ def _ends_in_angle(pieces: Sequence[Layout]) -> bool:
 def raised(pieces: Pieces, above: Layout) -> Pieces:
     """Return pieces with a power at the last of them."""
     last = pieces[-1]
-    base, below, before = last.inner if last.kind == "script" else (last, EMPTY, EMPTY)
+    base, below, before = last.inner if last.kind == "script" else (last, layout.EMPTY, layout.EMPTY)
     return (*pieces[:-1], script(base, below, row(*before.inner, *above.inner)))
 
 
@@ -330,7 +315,11 @@ def _float_digits(value: sp.Float) -> Pieces:
 
 def scientific(digits: str, power: int) -> Pieces:
     """Return a number with a power of ten."""
-    return (*number(digits), Layout("sign", "⋅"), script(Layout("number", "10"), above=row(*number(str(power)))))
+    return (
+        *number(digits),
+        Layout("sign", "⋅"),
+        script(Layout("number", "10"), above=row(*number(str(power)))),
+    )
 
 
 def joint_sum(angle: sp.Expr) -> str | None:
@@ -402,18 +391,18 @@ def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: Ang
     >>> tex(-a1 * sp.sin(t1) - sp.Rational(2, 5) * sp.cos(t1 + t2 + sp.pi / 6))
     '-a_{1} s_{1} - 0.4 \\cos(\\theta_{1} + \\theta_{2} + \\tfrac{\\pi}{6})'
     """
-    return latex(layout(expression, chain, angles))
+    return latex(laid_out(expression, chain, angles))
 
 
-def layout(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> Layout:
+def laid_out(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> Layout:
     """Return an expression or matrix laid out in the textbook's notation, with names for angles if given."""
     prismatic = () if chain is None else prismatic_joints(chain)
     expression = sp.sympify(expression)
     if angles is not None:
         expression = expression.xreplace(angles.waves)
     if not isinstance(expression, sp.MatrixBase):
-        return row(*_laid_out(expression, prismatic))
-    return row(matrix([[_laid_out(entry, prismatic) for entry in entries] for entries in expression.tolist()]))
+        return row(*_pieces_of(expression, prismatic))
+    return row(layout.matrix([[_pieces_of(entry, prismatic) for entry in entries] for entries in expression.tolist()]))
 
 
 def prismatic_joints(chain: Chain) -> tuple[str, ...]:
@@ -422,7 +411,7 @@ def prismatic_joints(chain: Chain) -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=1024)
-def _laid_out(expression: sp.Expr, prismatic: tuple[str, ...]) -> Pieces:
+def _pieces_of(expression: sp.Expr, prismatic: tuple[str, ...]) -> Pieces:
     """Lay out an expression; kept, for many are shown again: in a step, its result, and another part."""
     return _Setter(prismatic).pieces(expression)
 
@@ -435,10 +424,10 @@ def tex_lines(expression: sp.Expr, chain: Chain | None = None, angles: AngleName
     """Return the LaTeX of a sum for the right side of an aligned formula, broken between its terms where it is long."""
     lines: list[list[Layout]] = [[]]
     room = LINE
-    for term in terms(layout(expression, chain, angles).inner):
+    for term in layout.terms(laid_out(expression, chain, angles).inner):
         size = sum(map(_signs, term))
         if lines[-1] and size > room:
-            lines.append([QUAD])
+            lines.append([layout.QUAD])
             room = LINE
         lines[-1] += term
         room -= size
@@ -447,7 +436,7 @@ def tex_lines(expression: sp.Expr, chain: Chain | None = None, angles: AngleName
 
 def _signs(one: Layout) -> int:
     """Return how many signs a piece has; Greek letters and the names of functions do not count."""
-    counts = one.kind in ("number", "text", "fenced", "letter", "sign") and one != COMMA
+    counts = one.kind in ("number", "text", "fenced", "letter", "sign") and one != layout.COMMA
     return sum(sign.isascii() or sign in "−′" for sign in one.text if counts) + sum(map(_signs, one.inner))
 
 
@@ -476,12 +465,12 @@ def tex_angle(value: sp.Expr) -> str:
         return _with_unit(value, "rad" if constant.is_Rational else "")
     if constant == 0:
         return tex(rest)
-    size = script(Layout("number", shown), above=DEGREE)
+    size = script(Layout("number", shown), above=layout.DEGREE)
     if rest == 0:
-        return latex(row(MINUS, size) if degrees < 0 else size)
-    return latex(row(*layout(rest).inner, MINUS if degrees < 0 else PLUS, size))
+        return latex(row(layout.MINUS, size) if degrees < 0 else size)
+    return latex(row(*laid_out(rest).inner, layout.MINUS if degrees < 0 else layout.PLUS, size))
 
 
 def _with_unit(value: sp.Expr, unit: str) -> str:
-    behind = (THIN, Layout("text", unit)) if unit else ()
-    return latex(row(*layout(value).inner, *behind))
+    behind = (layout.THIN, Layout("text", unit)) if unit else ()
+    return latex(row(*laid_out(value).inner, *behind))

@@ -9,27 +9,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
+from exercises.formula import layout
 from exercises.formula.latex import parsed
-from exercises.formula.layout import (
-    COMMA,
-    EMPTY,
-    EQUALS,
-    MINUS,
-    PLUS,
-    QQUAD,
-    THIN,
-    Layout,
-    Pieces,
-    base,
-    bracketed,
-    fenced,
-    fraction,
-    joined,
-    matrix,
-    number,
-    row,
-    script,
-)
+from exercises.formula.layout import Layout, Pieces, number, row, script
 from exercises.formula.trees import Node, ReadError, as_matrix, node_text
 from exercises.writing.latex import raised, scientific, symbol_latex
 
@@ -47,7 +29,7 @@ _FUNCTIONS = {
 _CONSTANTS = {"pi": "π", "E": "e", "I": "i"}
 _TALL = frozenset(("fraction", "root", "matrix"))
 _TIMES, _IN = Layout("sign", "⋅"), Layout("sign", "∈")
-_AND, _OR = (Layout("text", " and "),), (Layout("text", " or "), QQUAD)
+_AND, _OR = (Layout("text", " and "),), (Layout("text", " or "), layout.QQUAD)
 _SYMBOL = re.compile(r"(?:theta|alpha|beta|qd|[a-zA-Z])\d*|[vwfm][xyz]")
 _ONE = Node("number", value=Fraction(1))
 _ANGLE = re.compile(r"theta(\d)")
@@ -66,7 +48,7 @@ class _Set:
 
     def at(self, level: int) -> Pieces:
         """Return the piece as an operand that must hold together so tightly, in brackets if it does not."""
-        return self.shown if self.level >= level else bracketed(self.shown, _TALL)
+        return self.shown if self.level >= level else layout.bracketed(self.shown, _TALL)
 
 
 def typeset(
@@ -90,15 +72,15 @@ class _Setter:
 
     def __init__(self, prismatic: tuple[str, ...], alternatives: bool, units: Sequence[str]) -> None:
         self.prismatic, self.units, self.depth = prismatic, units, 0
-        self.between = _OR if alternatives else (COMMA, QQUAD)
+        self.between = _OR if alternatives else (layout.COMMA, layout.QQUAD)
 
     def whole(self, node: Node) -> Pieces:
         rows = _rows(node) if node.kind in ("list", "set", "dict", "eq", "in", "and", "or") else [[node]]
         if not self.units or rows is None or len(rows) * len(rows[0]) != len(self.units):
             return self.set(node).shown
-        units = iter((THIN, Layout("text", unit)) if unit else () for unit in self.units)
+        units = iter((layout.THIN, Layout("text", unit)) if unit else () for unit in self.units)
         shown = [[(*self.set(entry).shown, *next(units)) for entry in entries] for entries in rows]
-        return shown[0][0] if len(self.units) == 1 else (matrix(shown),)
+        return shown[0][0] if len(self.units) == 1 else (layout.matrix(shown),)
 
     def set(self, node: Node) -> _Set:
         self.depth += 1
@@ -123,7 +105,7 @@ class _Setter:
         if kind == "^":
             return self.power(*node.args)
         if kind == "call":
-            return self.call(node, EMPTY)
+            return self.call(node, layout.EMPTY)
         if kind in ("list", "set", "dict"):
             return self.collection(node)
         return self.relation(node)
@@ -138,12 +120,12 @@ class _Setter:
 
     def sum(self, node: Node) -> _Set:
         if node.kind == "neg":
-            return _Set((MINUS, *self.set(node.args[0]).at(_PRODUCT)), _SUM)
+            return _Set((layout.MINUS, *self.set(node.args[0]).at(_PRODUCT)), _SUM)
         terms: list[Pieces] = []
         while node.kind in ("+", "-"):
-            terms.append((PLUS if node.kind == "+" else MINUS, *self.set(node.args[1]).at(_PRODUCT)))
+            terms.append((layout.PLUS if node.kind == "+" else layout.MINUS, *self.set(node.args[1]).at(_PRODUCT)))
             node = node.args[0]
-        return _Set(joined((), [self.set(node).at(_SUM), *reversed(terms)]), _SUM)
+        return _Set(layout.joined((), [self.set(node).at(_SUM), *reversed(terms)]), _SUM)
 
     def product(self, node: Node) -> _Set:
         above, below = _factors(node)
@@ -153,13 +135,12 @@ class _Setter:
         small = all(factor.value == "pi" for factor in rest) and _are_numbers(below)
         if not small and _are_numbers(below):  # 4*sin(theta1)/25 has its fraction before the sine
             counted = [factor for factor in above if factor.kind == "number"] or [_ONE]
-            return _Set((self.fraction(counted, below, small=True), THIN, *self.row(rest, alone=False)), _PRODUCT)
+            return _Set(
+                (self.fraction(counted, below, small=True), layout.THIN, *self.row(rest, alone=False)), _PRODUCT
+            )
         if len(above) > 1:  # (1/a1)*a2 is a2/a1
             above = [factor for factor in above if factor != _ONE] or above[:1]
-        return _Set((self.fraction(above, below, small),), _FACTOR)
-
-    def fraction(self, above: Sequence[Node], below: Sequence[Node], small: bool) -> Layout:
-        return fraction(self.row(above), self.row(below), small)
+        return _Set((layout.fraction(self.row(above), self.row(below), small),), _FACTOR)
 
     def row(self, factors: Sequence[Node], alone: bool = True) -> Pieces:
         """Return factors side by side; a single one that stands alone needs no brackets."""
@@ -179,7 +160,7 @@ class _Setter:
 
     def exponent(self, node: Node) -> Pieces:
         if node.kind == "/" and all(arg.kind == "number" for arg in node.args):
-            return joined((Layout("sign", "/"),), [self.set(arg).shown for arg in node.args])
+            return layout.joined((Layout("sign", "/"),), [self.set(arg).shown for arg in node.args])
         return self.set(node).shown
 
     def call(self, node: Node, above: Layout) -> _Set:
@@ -191,13 +172,13 @@ class _Setter:
         if word == "sqrt":
             return _Set((Layout("root", "sqrt", (row(*inside),)),), _FACTOR)
         if word == "abs":
-            return _Set((fenced("||", inside),), _ATOM)
+            return _Set((layout.fenced("||", inside),), _ATOM)
         called = _FUNCTIONS.get(word) or Layout("word", word)
-        called = script(called, EMPTY, above) if above.inner else called
-        return _Set((called, *bracketed(inside, _TALL)), _FACTOR)
+        called = script(called, layout.EMPTY, above) if above.inner else called
+        return _Set((called, *layout.bracketed(inside, _TALL)), _FACTOR)
 
-    def listed(self, nodes: Sequence[Node], between: Sequence[Layout] = (COMMA,)) -> Pieces:
-        return joined(between, [self.set(node).shown for node in nodes])
+    def listed(self, nodes: Sequence[Node], between: Sequence[Layout] = (layout.COMMA,)) -> Pieces:
+        return layout.joined(between, [self.set(node).shown for node in nodes])
 
     # --- lists and conditions ---
 
@@ -206,8 +187,8 @@ class _Setter:
             return _Set(self.listed(node.args, _AND if node.kind == "dict" else self.between), _RELATION)
         rows = _rows(node)
         if rows is not None:
-            return _Set((matrix([[self.set(entry).shown for entry in entries] for entries in rows]),), _ATOM)
-        return _Set((fenced("[]" if node.kind == "list" else "{}", self.listed(node.args)),), _ATOM)
+            return _Set((layout.matrix([[self.set(entry).shown for entry in entries] for entries in rows]),), _ATOM)
+        return _Set((layout.fenced("[]" if node.kind == "list" else "{}", self.listed(node.args)),), _ATOM)
 
     def relation(self, node: Node) -> _Set:
         if node.kind in ("and", "or"):
@@ -217,15 +198,15 @@ class _Setter:
             listed = right if right.kind == "name" else Node("set", right.args if right.kind == "list" else (right,))
             listed = right if right.kind == "set" else listed
             return _Set(self.listed((left, listed), (_IN,)), _RELATION)
-        return _Set(self.listed((left, right), (EQUALS,)), _RELATION)
+        return _Set(self.listed((left, right), (layout.EQUALS,)), _RELATION)
 
 
 def _between(before: Pieces, factor: Layout) -> Pieces:
     """Return what stands between factors: a dot before a number, room beside a name and behind brackets that grew."""
-    last, first, start = before[-1], base(factor), base(before[0])
+    last, first, start = before[-1], layout.base(factor), layout.base(before[0])
     if first.kind == "number" or (factor.kind == "fraction" and last.kind == "number"):
         return (_TIMES,)
-    return (THIN,) if "text" in (start.kind, first.kind) or last.text == "()" else ()
+    return (layout.THIN,) if "text" in (start.kind, first.kind) or last.text == "()" else ()
 
 
 def _is_whole(pieces: Pieces) -> bool:
@@ -280,7 +261,7 @@ def _rows(node: Node) -> list[list[Node]] | None:
 def _number(node: Node) -> _Set:
     value: Fraction = node.value
     if node.kind == "number" and value.denominator != 1:
-        small = fraction(number(str(value.numerator)), number(str(value.denominator)), small=True)
+        small = layout.fraction(number(str(value.numerator)), number(str(value.denominator)), small=True)
         return _Set((small,), _FACTOR)
     digits = node_text(node)
     size = abs(value)

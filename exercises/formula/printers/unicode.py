@@ -112,27 +112,18 @@ def _walk(one: Layout) -> _Box:
 
 
 def _scripts(base: Layout, below: Layout, above: Layout) -> _Box:
-    start = shown = _walk(base)
-    for part, able, table, mark in (
-        (below, _SUB_ABLE, _SUBSCRIPTS, "_"),
-        (above, _SUPER_ABLE, _SUPERSCRIPTS, "^"),
-    ):
-        if not (part.inner or part.text):
-            continue
+    shown = _walk(base)
+    scripts = (below, _SUB_ABLE, _SUBSCRIPTS, "_"), (above, _SUPER_ABLE, _SUPERSCRIPTS, "^")
+    for part, able, table, mark in scripts[::-1] if above.text == "*" else scripts:  # the star of p* before its index
         text = _walk(part).lines[0].replace(" ", "")
         if text == "∘":
             text = "°"
-        elif text and set(text) <= able:
+        elif set(text) <= able:
             text = text.translate(table)
         else:
             text = mark + (text if len(text) == 1 else f"({text})")
-        shown = _beside([shown, _flat(text)] if text != "*" else [start, _flat(text), *_after(shown, start)])
+        shown = _beside([shown, _flat(text)])
     return shown
-
-
-def _after(shown: _Box, base: _Box) -> list[_Box]:
-    """Return what stands behind the letter already: the star of p* comes before its index."""
-    return [_flat(shown.lines[0].removeprefix(base.lines[0]))]
 
 
 def _fraction(top: _Box, bottom: _Box) -> _Box:

@@ -33,7 +33,8 @@ def test_what_is_printed_reads_as_the_same(text: str) -> None:
         r"-a_{1} s_{12} + 0.35 c_{1} (a_{2} - 1)", r"\tfrac{1}{2}\, a_{1}", r"\cos^{2} \varphi'_{1}\, \dot{\theta}_{2}",
         r"\left(\theta_{1} + \frac{\pi}{6}\right)^{2}", r"\text{atan2}(a_{1}, -2)", r"90^\circ", "0{,}5",
         r"\theta_{2} \in \left\{0, \pi\right\}", r"\begin{bmatrix} a & -b \\ \sqrt{2} & 0 \end{bmatrix} = J^T",
-        r"{}^{2}z_{i-1} \times p^*_{i,j}", r"1.2 \cdot 10^{-6}\,\text{rad/s}", r"\begin{aligned} a & = {} - b \\[6pt] c & = d \end{aligned}",
+        r"{}^{2}z_{i-1} \times p^*_{i,j}",
+        r"1.2 \cdot 10^{-6}\,\text{rad/s}", r"\begin{aligned} a & = {} - b \\[6pt] c & = d \end{aligned}",
     ],
 )  # fmt: skip
 def test_it_is_printed_as_it_is_written(text: str) -> None:

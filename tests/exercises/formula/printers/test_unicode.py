@@ -6,7 +6,7 @@ from exercises.answers import Matrix
 from exercises.formula.latex import parsed
 from exercises.formula.printers.unicode import shown_width, unicode_math
 from exercises.problem import Problem
-from exercises.writing.latex import layout
+from exercises.writing.latex import laid_out
 
 
 @pytest.mark.parametrize(
@@ -38,6 +38,6 @@ def test_a_dot_over_a_letter_takes_no_column() -> None:
 def test_formulas_have_a_form_for_terminals(problem: Problem) -> None:
     for part in problem.parts:
         if isinstance(part.answer, Matrix):
-            text = unicode_math(layout(part.answer.reference, problem.chain))
+            text = unicode_math(laid_out(part.answer.reference, problem.chain))
             assert "\\" not in text and "{" not in text
             assert len(text.splitlines()) == part.answer.reference.rows
