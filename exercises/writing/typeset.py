@@ -135,9 +135,8 @@ class _Setter:
         small = all(factor.value == "pi" for factor in rest) and _are_numbers(below)
         if not small and _are_numbers(below):  # 4*sin(theta1)/25 has its fraction before the sine
             counted = [factor for factor in above if factor.kind == "number"] or [_ONE]
-            return _Set(
-                (self.fraction(counted, below, small=True), layout.THIN, *self.row(rest, alone=False)), _PRODUCT
-            )
+            coefficient = layout.fraction(self.row(counted), self.row(below), small=True)
+            return _Set((coefficient, layout.THIN, *self.row(rest, alone=False)), _PRODUCT)
         if len(above) > 1:  # (1/a1)*a2 is a2/a1
             above = [factor for factor in above if factor != _ONE] or above[:1]
         return _Set((layout.fraction(self.row(above), self.row(below), small),), _FACTOR)
