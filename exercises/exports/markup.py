@@ -1,7 +1,6 @@
 """What outlets for platforms share: texts with figures as HTML, numbers as text, archives of the same bytes."""
 
 import hashlib
-import html
 import io
 import math
 import zipfile
@@ -10,7 +9,7 @@ from decimal import Decimal
 
 from exercises.exports.items import Item, Picture
 from exercises.render import render
-from exercises.writing.markup import SCREEN, fitted_latex, to_html
+from exercises.writing.markup import mathjax, to_html_for_mathjax
 
 DIGITS = 10
 """Significant digits to which right values are given to platforms."""
@@ -18,21 +17,9 @@ DIGITS = 10
 SetFormula = Callable[[str, bool], str]
 
 
-def mathjax(latex: str, block: bool) -> str:
-    r"""Return a formula for a platform that sets LaTeX by MathJax.
-
-    >>> mathjax("a < b", False)
-    '\\(a &lt; b\\)'
-    """
-    left, right = (r"\[", r"\]") if block else (r"\(", r"\)")
-    return f"{left}{html.escape(latex, quote=False)}{right}"
-
-
 def text_html(text: str, set_formula: SetFormula = mathjax) -> str:
     """Return Markdown as HTML for a platform."""
-    return to_html(
-        text, lambda latex, block: set_formula(fitted_latex(latex, SCREEN) if block else latex, block)
-    ).strip()
+    return to_html_for_mathjax(text, set_formula).strip()
 
 
 def line_html(text: str, set_formula: SetFormula = mathjax) -> str:

@@ -26,6 +26,7 @@ _COMMANDS = {
     **{name: Layout("word", name) for name in WORDS},
     **{name: Layout("space", name) for name in SPACES},
 }
+_UNARY = {"sqrt": "root", "dot": "dotted"}
 _SCRIPTS = ("_", "^", "'")
 _NOT_ALONE = frozenset("&}$#%~\\")
 _TOKEN = re.compile(r"\\(?:text|begin|end)\{[^{}]*\}|\\[a-zA-Z]+|\\\\(?:\[\d+pt\])?|\\.|\d+(?:(?:\.|\{,\})\d+)?|\S")
@@ -121,10 +122,8 @@ class _Reader:
             return Layout("text", name[5:-1])
         if name in ("frac", "tfrac", "dfrac"):
             return Layout("fraction", name, (self.argument(), self.argument()))
-        if name in ("dot", "ddot"):
-            return Layout("dotted", name, (self.argument(),))
-        if name == "sqrt" and self.tokens[-1:] != ["["]:
-            return Layout("root", "sqrt", (self.argument(),))
+        if name in _UNARY and self.tokens[-1:] != ["["]:
+            return Layout(_UNARY[name], name, (self.argument(),))
         if name == "left":
             opening = self.take()
             inside = self.row((r"\right",))

@@ -24,7 +24,7 @@ class Layout(NamedTuple):
     letter, number, sign, word (a function's name), text: `text` is shown. space: `text` is a key of SPACES. row: pieces
     side by side; inside of a row, what stands in braces. script: base, what is below, what is above, these being EMPTY
     where there is nothing. fraction: above and below the line; `text` is frac, tfrac (small) or dfrac (large). root:
-    what is below. dotted: what is below; `text` is dot or ddot. fenced: what is between brackets that grow with it;
+    what is below. dotted: what is below the dot. fenced: what is between brackets that grow with it;
     `text` holds the two, "." for none. matrix: `text` holds two brackets, `inner` rows of cells, all of them rows.
     aligned: the same without brackets; `text` is "apart" where the lines stand further apart.
     """

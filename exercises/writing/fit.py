@@ -4,8 +4,9 @@ A formula in pieces between \qquad, or with several signs of equality, gets a li
 products go on behind a dot or a cross, sums before a sign, and matrices behind a \cdots, with their other columns.
 """
 
-from collections.abc import Callable, Sequence
-from functools import cache, lru_cache
+from collections.abc import Sequence
+from functools import lru_cache
+from itertools import zip_longest
 
 from exercises.formula import layout
 from exercises.formula.layout import Layout, Pieces, row
@@ -16,7 +17,7 @@ Rows = list[tuple[Pieces, Pieces]]
 OPERATORS = {"=": 1.05, "+": 0.95, "−": 0.95, "×": 0.95, "≠": 1.05, "≈": 1.05, ",": 0.45, "det": 1.2}
 """Widths of operators with the room around them, in em, as of all that follows."""
 LETTERS = {**dict.fromkeys("mwMWOθωφψ", 0.8), **dict.fromkeys("ijlt.'|()[]", 0.33), ",": 0.45}
-LETTER, SCRIPT, COLUMN = 0.54, 0.71, 0.85
+LETTER, SIGN, SCRIPT, COLUMN = 0.54, 0.4, 0.71, 0.85
 _TIMES, _DOT, _DOTS = Layout("sign", "×"), Layout("sign", "⋅"), Layout("sign", "⋯")
 _OPEN, _CLOSE = Layout("sign", "("), Layout("sign", ")")
 
@@ -39,13 +40,11 @@ def width(formula: Layout, size: float = 1.0) -> float:
     if kind == "dotted":
         return width(inner[0])
     if kind in ("matrix", "aligned"):
-        within = SCRIPT if kind == "matrix" else 1.0
-        rows = [[width(cell, within) for cell in cells.inner] for cells in inner]
-        columns = max(map(len, rows), default=0)
-        wide = sum(max((cells[k] for cells in rows if k < len(cells)), default=0.0) + COLUMN for k in range(columns))
-        return wide + sum(map(_leaf_width, ("sign",) * len(text), text)) if kind == "matrix" else wide
+        within, brackets = (SCRIPT, 2 * SIGN) if kind == "matrix" else (1.0, 0.0)
+        rows = ([width(cell, within) for cell in cells.inner] for cells in inner)
+        return brackets + sum(max(column) + COLUMN for column in zip_longest(*rows, fillvalue=0.0))
     if kind in ("root", "fenced"):
-        return width(inner[0], size) + (0.9 if kind == "root" else 0.4 * len(text.replace(".", "")))
+        return width(inner[0], size) + (0.9 if kind == "root" else SIGN * len(text.replace(".", "")))
     return _leaf_width(kind, text)
 
 
@@ -53,12 +52,12 @@ def _wide(pieces: Sequence[Layout], size: float = 1.0) -> float:
     return sum(width(piece, size) for piece in pieces)
 
 
-@cache
+@lru_cache(maxsize=2048)
 def _leaf_width(kind: str, text: str) -> float:
     if kind == "space":
         return layout.SPACES[text]
     if kind == "sign" or text in OPERATORS:
-        return OPERATORS.get(text, 0.4)
+        return OPERATORS.get(text, SIGN)
     room = 0.17 if kind == "word" else 0.0
     return room + sum(LETTERS.get(letter, LETTER) for letter in text)
 
@@ -184,23 +183,15 @@ def _columns(part: Pieces, room: float) -> Lines:
         entries = [_filled(layout.terms(entry), room - 1.0) for (entry,) in rows]
         shown = [[(layout.QUAD, *line) if k else line] for entry in entries for k, line in enumerate(entry)]
         return [(*part[:index], again(layout.matrix(shown)), *part[index + 1 :])]
-    groups = _groups(len(rows[0]), lambda group: width(_part(rows, group, True, True)) <= room)
-    last = len(groups) - 1
-    found = [_part(rows, group, k > 0, k < last) for k, group in enumerate(groups)]
-    lines: Lines = [(one,) for one in [*found[:-1], again(found[-1])]]
-    lines[0] = (*part[:index], *lines[0])
-    lines[-1] = (*lines[-1], *part[index + 1 :])
-    return lines
-
-
-def _groups(count: int, fits: Callable[[Sequence[int]], bool]) -> list[list[int]]:
-    """Return numbers of columns in groups that fit, of one at least."""
     groups: list[list[int]] = [[]]
-    for k in range(count):
-        if groups[-1] and not fits([*groups[-1], k]):
+    for k in range(len(rows[0])):
+        if groups[-1] and width(_part(rows, [*groups[-1], k], True, True)) > room:
             groups.append([])
         groups[-1].append(k)
-    return groups
+    last = len(groups) - 1
+    lines: Lines = [(_part(rows, group, k > 0, k < last),) for k, group in enumerate(groups)]
+    lines[-1] = (again(*lines[-1]), *part[index + 1 :])
+    return [(*part[:index], *lines[0]), *lines[1:]]
 
 
 def _part(rows: Sequence[Sequence[Pieces]], columns: Sequence[int], before: bool, behind: bool) -> Layout:

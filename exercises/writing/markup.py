@@ -68,15 +68,22 @@ def fitted_latex(latex: str, room: float) -> str:
     return latex if shown is laid_out else latex_of(shown)
 
 
-def to_html_for_mathjax(text: str) -> str:
-    r"""Return HTML for platforms that set mathematics themselves: formulas as LaTeX in `\(…\)` and `\[…\]`."""
-    return to_html(text, mathjax)
-
-
 def mathjax(latex: str, block: bool) -> str:
-    """Return a formula for MathJax, as text of a page."""
-    shown = escape(fitted_latex(latex, SCREEN) if block else latex, quote=False)
+    r"""Return a formula for a platform that sets LaTeX by MathJax.
+
+    >>> mathjax("a < b", False)
+    '\\(a &lt; b\\)'
+    """
+    shown = escape(latex, quote=False)
     return rf"\[{shown}\]" if block else rf"\({shown}\)"
+
+
+def to_html_for_mathjax(text: str, formula: Callable[[str, bool], str] = mathjax) -> str:
+    r"""Return HTML for platforms that set mathematics themselves: formulas as LaTeX in `\(…\)` and `\[…\]`.
+
+    With `formula`, that says what becomes of LaTeX, broken to fit, and of whether it stands on lines of its own.
+    """
+    return to_html(text, lambda latex, block: formula(fitted_latex(latex, SCREEN) if block else latex, block))
 
 
 # --- LaTeX ---

@@ -69,7 +69,7 @@ def _piece(one: Layout) -> str:
         return f"\\{text}"
     if kind == "text":
         return rf"\text{{{text}}}"
-    if kind in ("fraction", "root", "dotted"):
+    if kind in ("fraction", "root", "dotted"):  # their text is their command
         return f"\\{text}{''.join(f'{{{latex(part)}}}' for part in inner)}"
     if kind == "fenced":
         left, right = (f"\\{bracket}" if bracket in "{}" else bracket for bracket in text)

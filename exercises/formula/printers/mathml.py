@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from html import escape
 from itertools import cycle
 
-from exercises.formula.layout import COMMA, EQUALS, MINUS, PLUS, SPACES, Layout, Pieces
+from exercises.formula.layout import COMMA, EMPTY, EQUALS, MINUS, PLUS, SPACES, Layout, Pieces
 
 _CORNERS = ", ".join(
     f"linear-gradient(currentColor, currentColor) {x} {y} / 5px 1.5px" for x in ("0", "100%") for y in ("0", "100%")
@@ -25,8 +25,8 @@ _FENCE = '<mo stretchy="true" fence="true" form="{}fix"'
 _FIXED = frozenset("(){}[]|")
 """Brackets that do not grow with what is between them."""
 _CHARS = {"⋅": "·", "□": "◻"}
-_BARE = ("sin", "cos", "tan")
-_SET_APART = frozenset((*_BARE, *(f"arc{name}" for name in _BARE)))
+_BARE = tuple(Layout("word", name) for name in ("sin", "cos", "tan"))
+_SET_APART = (*_BARE, *(Layout("word", f"arc{one.text}") for one in _BARE))
 _BEFORE, _BEHIND = ("</mn>", "</mi>", "</msub>", "&#x00029;</mo>"), ("<mi>", "<msub>")
 """What a function's name stands apart from: a factor before it, and its argument where that is in no brackets."""
 _BEGINS_A_TERM = frozenset((Layout("sign", "("), COMMA, EQUALS, Layout("sign", ";")))
@@ -67,27 +67,12 @@ class _Writer:
         self.mends = mends
         self.kept: dict[Layout, str] = {}
 
-    def row(self, pieces: Pieces, opening: Layout | None = None) -> str:
+    def row(self, pieces: Pieces, opening: Layout = EMPTY) -> str:
         """Return pieces side by side, behind an `opening` bracket."""
         shown = [self.piece(one) for one in pieces]
         if self.mends and any(one.kind == "word" or one in (PLUS, MINUS) for one in pieces):
-            shown = self.mended((opening, *pieces), ["", *shown, ""])
+            shown = _mended((opening, *pieces, EMPTY), ["", *shown, ""])
         return "".join(shown)
-
-    def mended(self, pieces: Sequence[Layout | None], shown: Sequence[str]) -> list[str]:
-        """Return a row in which functions stand apart, and signs belong to what is behind them where a term begins."""
-        found: list[str] = []
-        for k, piece in enumerate(pieces):
-            text = shown[k]
-            if piece in (PLUS, MINUS) and k and pieces[k - 1] in _BEGINS_A_TERM:
-                text = text.replace("<mo>", '<mo form="prefix">')
-            elif piece is not None and piece.kind == "word" and piece.text in _SET_APART:
-                behind = pieces[k + 1] if k + 1 < len(pieces) else None
-                called = behind is not None and behind.kind == "word" and behind.text in _SET_APART
-                is_bare = piece.text in _BARE and shown[k + 1].startswith(_BEHIND) and not called
-                text = (_THIN if shown[k - 1].endswith(_BEFORE) else "") + text + (_THIN if is_bare else "")
-            found.append(text)
-        return found
 
     def grouped(self, one: Layout) -> str:
         """Return a row as one thing, anything else as it is."""
@@ -119,25 +104,24 @@ class _Writer:
         if kind == "space":
             return f'<mspace width="{SPACES[text]:g}em" />'
         if kind == "script":
-            return self.script(*map(self.grouped, inner))
+            return self.script(*inner)
         if kind == "fraction":
             shown = f"<mfrac>{''.join(map(self.grouped, inner))}</mfrac>"
             return shown if text == "frac" else f"{_SMALL if text == 'tfrac' else _LARGE}{shown}</mstyle>"
         if kind == "root":
             return f"<msqrt>{self.grouped(inner[0])}</msqrt>"
         if kind == "dotted":
-            return f"<mover>{self.grouped(inner[0])}<mo>&#x{'002D9' if text == 'dot' else '000A8'};</mo></mover>"
+            return f"<mover>{self.grouped(inner[0])}<mo>&#x002D9;</mo></mover>"
         if kind == "fenced":
             return self.fenced(text, inner[0])
         if kind == "matrix":
             return self.matrix(inner)
         return self.aligned(one) if kind == "aligned" else self.grouped(one)
 
-    @staticmethod
-    def script(base: str, below: str, above: str) -> str:
-        empty = "<mrow />"
-        tag = "msubsup" if empty not in (below, above) else "msup" if below == empty else "msub"
-        return f"<{tag}>{base}{below if below != empty else ''}{above if above != empty else ''}</{tag}>"
+    def script(self, base: Layout, *scripts: Layout) -> str:
+        below, above = ("" if one == EMPTY else self.grouped(one) for one in scripts)
+        tag = f"m{'sub' if below else ''}{'sup' if above else ''}"
+        return f"<{tag}>{self.grouped(base)}{below}{above}</{tag}>"
 
     def fenced(self, brackets: str, inside: Layout) -> str:
         left, right = (
@@ -165,6 +149,18 @@ class _Writer:
             cells = ("<mi />" * (k % 2) + self.row(cell.inner) for k, cell in enumerate(line.inner))
             shown += f"<mtr>{''.join(map(_cell, cycle(styles), cells))}</mtr>"
         return f"{_ALIGNED.format(spaces)}{shown}</mtable>"
+
+
+def _mended(pieces: Pieces, shown: Sequence[str]) -> list[str]:
+    """Return a row in which functions stand apart, and signs belong to what is behind them where a term begins."""
+    found = list(shown)
+    for k, piece in enumerate(pieces):
+        if piece in (PLUS, MINUS) and pieces[k - 1] in _BEGINS_A_TERM:
+            found[k] = shown[k].replace("<mo>", '<mo form="prefix">')
+        elif piece in _SET_APART:
+            is_bare = piece in _BARE and shown[k + 1].startswith(_BEHIND) and pieces[k + 1] not in _SET_APART
+            found[k] = f"{_THIN * shown[k - 1].endswith(_BEFORE)}{shown[k]}{_THIN * is_bare}"
+    return found
 
 
 def _cell(style: str, shown: str) -> str:
