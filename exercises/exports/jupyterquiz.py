@@ -15,7 +15,6 @@ from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 from exercises.exports.items import Choose, Field, Item, Match, Picture, items
 from exercises.exports.markup import body_html, by_category, decimal, limits, line_html, svg_file
 from exercises.exports.outlet import File, Order
-from exercises.formula.latex import parsed
 from exercises.formula.printers.mathml import mathml
 from exercises.notebook import KERNEL, notebook_text
 from exercises.render import render
@@ -62,21 +61,17 @@ def _source(picture: Picture) -> str:
     return f"data:image/svg+xml;base64,{base64.b64encode(svg_file(picture)).decode()}"
 
 
-def _mathml(latex: str, block: bool) -> str:
-    return mathml(parsed(latex), block)
-
-
 def _safe(shown: str) -> str:
     """Return HTML in which jupyterquiz finds no link of Markdown: brackets that meet are set apart."""
     return shown.replace("](", "] (")
 
 
 def _question(one: Item) -> Question:
-    form, asked = one.form, _safe(body_html(one.body, _source, _mathml))
+    form, asked = one.form, _safe(body_html(one.body, _source, mathml))
     if isinstance(form, Choose):
         answers = [
             {
-                "answer": _safe(line_html(option.text, _mathml)),
+                "answer": _safe(line_html(option.text, mathml)),
                 "correct": option.right,
                 "feedback": "Right." if option.right else escape(option.feedback, quote=False) or "Not this one.",
             }
@@ -94,7 +89,7 @@ def _one_of(form: Match, asked: str) -> Question:
     wanted = min(form.correct)
     answers = [
         {
-            "answer": _safe(line_html(stem, _mathml)),
+            "answer": _safe(line_html(stem, mathml)),
             "correct": index == wanted,
             "feedback": "Right." if index == wanted else "Not this one.",
         }

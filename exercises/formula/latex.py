@@ -7,7 +7,7 @@ students write in LaTeX is an answer, and is read for what it means (`notation`)
 import re
 from functools import lru_cache
 
-from exercises.formula.layout import EMPTY, SPACES, WORDS, Layout
+from exercises.formula.layout import EMPTY, SPACES, WORDS, Layout, parts
 
 LETTERS = {
     "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "theta": "θ", "kappa": "κ", "lambda": "λ", "mu": "μ",
@@ -89,8 +89,7 @@ class _Reader:
             raise self.unknown("'" * primes)
         if primes:
             prime = Layout("letter", PRIMES[primes - 1])
-            more = above.inner if above.kind == "row" else (above,)
-            above = Layout("row", "", (prime, *more)) if more else prime
+            above = Layout("row", "", (prime, *parts(above))) if above != EMPTY else prime
         return Layout("script", "", (base, below, above))
 
     def argument(self) -> Layout:

@@ -5,7 +5,7 @@ LaTeX of our templates (`formula/latex`). It says what stands where, and not wha
 index here.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 WORDS = (
@@ -37,7 +37,7 @@ class Layout(NamedTuple):
 Pieces = tuple[Layout, ...]
 EMPTY = Layout("row")
 DEGREE = Layout("sign", "∘")
-MINUS, PLUS, EQUALS, COMMA = (Layout("sign", sign) for sign in "−+=,")
+MINUS, PLUS, EQUALS, COMMA, TIMES = (Layout("sign", sign) for sign in "−+=,⋅")
 THIN, QUAD, QQUAD = (Layout("space", name) for name in (",", "quad", "qquad"))
 _OPENING = frozenset(Layout("sign", sign) for sign in "([{=≠<>≤≥≈∈,;")
 
@@ -72,12 +72,27 @@ def number(text: str) -> Pieces:
     return (MINUS, Layout("number", text[1:])) if text[0] == "-" else (Layout("number", text),)
 
 
-def joined(between: Sequence[Layout], parts: Sequence[Sequence[Layout]]) -> Pieces:
-    """Return parts with the same pieces between any two."""
-    found = list(parts[0]) if parts else []
-    for part in parts[1:]:
-        found += [*between, *part]
-    return tuple(found)
+def scientific(digits: str, power: int) -> Pieces:
+    """Return a number with a power of ten."""
+    return (*number(digits), TIMES, script(Layout("number", "10"), above=row(*number(str(power)))))
+
+
+def raised(pieces: Pieces, above: Layout) -> Pieces:
+    """Return pieces with a power at the last of them."""
+    last = pieces[-1]
+    foot, below, before = last.inner if last.kind == "script" else (last, EMPTY, EMPTY)
+    return (*pieces[:-1], script(foot, below, row(*parts(before), *parts(above))))
+
+
+def parts(piece: Layout) -> Pieces:
+    """Return the pieces of a row; of anything else, that alone."""
+    return piece.inner if piece.kind == "row" else (piece,)
+
+
+def joined(between: Sequence[Layout], listed: Iterable[Sequence[Layout]]) -> Pieces:
+    """Return what is listed with the same pieces between any two."""
+    found = [piece for one in listed for piece in (*between, *one)]
+    return tuple(found[len(between) :])
 
 
 def bracketed(inside: Sequence[Layout], tall: frozenset[str]) -> Pieces:

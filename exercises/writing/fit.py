@@ -18,8 +18,7 @@ OPERATORS = {"=": 1.05, "+": 0.95, "−": 0.95, "×": 0.95, "≠": 1.05, "≈": 
 """Widths of operators with the room around them, in em, as of all that follows."""
 LETTERS = {**dict.fromkeys("mwMWOθωφψ", 0.8), **dict.fromkeys("ijlt.'|()[]", 0.33), ",": 0.45}
 LETTER, SIGN, SCRIPT, COLUMN = 0.54, 0.4, 0.71, 0.85
-_TIMES, _DOT, _DOTS = Layout("sign", "×"), Layout("sign", "⋅"), Layout("sign", "⋯")
-_OPEN, _CLOSE = Layout("sign", "("), Layout("sign", ")")
+_CROSS, _DOTS, _OPEN, _CLOSE = (Layout("sign", sign) for sign in "×⋯()")
 
 
 @lru_cache(maxsize=2048)
@@ -116,7 +115,7 @@ def _broken(part: Pieces, room: float) -> Lines:
     """Return one side of an equation in lines: between factors, before signs, inside matrices."""
     if _wide(part) <= room:
         return [part]
-    for factors, sign in ((layout.split(part, _TIMES), _TIMES), (_matrices(part), _DOT)):
+    for factors, sign in ((layout.split(part, _CROSS), _CROSS), (_matrices(part), layout.TIMES)):
         if len(factors) > 1:
             parts = [_broken(factor, room - 1.5) for factor in factors]
             return [*parts[0], *(line for first, *rest in parts[1:] for line in ((layout.EMPTY, sign, *first), *rest))]

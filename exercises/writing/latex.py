@@ -247,7 +247,7 @@ class _Setter:
         shown = self.factor(base)
         if not (base.is_Add or base.is_Symbol or (base.is_Integer and base > 0)):
             shown = layout.bracketed(shown, _TALL)
-        return raised(shown, above)
+        return layout.raised(shown, above)
 
     def call(self, expression: sp.Expr, above: Layout) -> Pieces:
         word, argument = _FUNCTIONS[expression.func], expression.args[0]
@@ -258,10 +258,8 @@ class _Setter:
                 return (script(Layout("letter", word.text[0]), row(*number(short)), above),)
             if _ANGLE.fullmatch(str(argument)):
                 return (called, *parsed(argument.name).inner)
-        return (
-            called,
-            *layout.bracketed(layout.joined((layout.COMMA,), list(map(self.pieces, expression.args))), _TALL),
-        )
+        inside = layout.joined((layout.COMMA,), map(self.pieces, expression.args))
+        return (called, *layout.bracketed(inside, _TALL))
 
     def number(self, value: sp.Expr) -> _Signed:
         negative, size = bool(value.is_negative), abs(value)
@@ -297,29 +295,13 @@ def _ends_in_angle(pieces: Sequence[Layout]) -> bool:
     return pieces[-1].kind == "script" and pieces[-1].inner[0].text == "φ"
 
 
-def raised(pieces: Pieces, above: Layout) -> Pieces:
-    """Return pieces with a power at the last of them."""
-    last = pieces[-1]
-    base, below, before = last.inner if last.kind == "script" else (last, layout.EMPTY, layout.EMPTY)
-    return (*pieces[:-1], script(base, below, row(*before.inner, *above.inner)))
-
-
 def _roots(expression: sp.Expr) -> set[sp.Expr]:
     return {factor for factor in sp.Mul.make_args(expression) if factor.is_Pow and factor.is_number}
 
 
 def _float_digits(value: sp.Float) -> Pieces:
     digits, _, power = f"{float(value):.10g}".partition("e")
-    return scientific(digits, int(power)) if power else number(digits)
-
-
-def scientific(digits: str, power: int) -> Pieces:
-    """Return a number with a power of ten."""
-    return (
-        *number(digits),
-        Layout("sign", "⋅"),
-        script(Layout("number", "10"), above=row(*number(str(power)))),
-    )
+    return layout.scientific(digits, int(power)) if power else number(digits)
 
 
 def joint_sum(angle: sp.Expr) -> str | None:

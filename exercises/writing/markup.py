@@ -3,6 +3,7 @@
 Understood is what the templates use: headings, paragraphs, emphasis, code, lists, tables, `$…$` and `$$…$$`.
 """
 
+import math
 import re
 import textwrap
 from collections.abc import Callable, Sequence
@@ -13,6 +14,7 @@ from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
 from exercises.formula.latex import parsed
+from exercises.formula.layout import Layout
 from exercises.formula.printers.latex import latex as latex_of
 from exercises.formula.printers.mathml import mathml
 from exercises.formula.printers.unicode import shown_width, unicode_math
@@ -68,22 +70,19 @@ def fitted_latex(latex: str, room: float) -> str:
     return latex if shown is laid_out else latex_of(shown)
 
 
-def mathjax(latex: str, block: bool) -> str:
-    r"""Return a formula for a platform that sets LaTeX by MathJax.
+def to_html_for_mathjax(text: str) -> str:
+    r"""Return HTML for platforms that set mathematics themselves: formulas as LaTeX in `\(…\)` and `\[…\]`."""
 
-    >>> mathjax("a < b", False)
-    '\\(a &lt; b\\)'
-    """
-    shown = escape(latex, quote=False)
-    return rf"\[{shown}\]" if block else rf"\({shown}\)"
+    def formula(latex: str, block: bool) -> str:
+        shown = escape(fitted_latex(latex, SCREEN) if block else latex, quote=False)
+        return rf"\[{shown}\]" if block else rf"\({shown}\)"
+
+    return to_html(text, formula)
 
 
-def to_html_for_mathjax(text: str, formula: Callable[[str, bool], str] = mathjax) -> str:
-    r"""Return HTML for platforms that set mathematics themselves: formulas as LaTeX in `\(…\)` and `\[…\]`.
-
-    With `formula`, that says what becomes of LaTeX, broken to fit, and of whether it stands on lines of its own.
-    """
-    return to_html(text, lambda latex, block: formula(fitted_latex(latex, SCREEN) if block else latex, block))
+def to_html_with(text: str, printed: Callable[[Layout, bool], str]) -> str:
+    """Return HTML with formulas that fit as they are `printed`, told whether they stand on lines of their own."""
+    return to_html(text, lambda latex, block: printed(fitted(parsed(latex), SCREEN if block else math.inf), block))
 
 
 # --- LaTeX ---

@@ -13,7 +13,7 @@ from exercises.formula import layout
 from exercises.formula.latex import parsed
 from exercises.formula.layout import Layout, Pieces, number, row, script
 from exercises.formula.trees import Node, ReadError, as_matrix, node_text
-from exercises.writing.latex import raised, scientific, symbol_latex
+from exercises.writing.latex import symbol_latex
 
 DEEPEST = 30
 """Formulas that nest deeper are not set: nobody could read them."""
@@ -28,8 +28,7 @@ _FUNCTIONS = {
 }  # fmt: skip
 _CONSTANTS = {"pi": "π", "E": "e", "I": "i"}
 _TALL = frozenset(("fraction", "root", "matrix"))
-_TIMES, _IN = Layout("sign", "⋅"), Layout("sign", "∈")
-_AND, _OR = (Layout("text", " and "),), (Layout("text", " or "), layout.QQUAD)
+_IN, _AND, _OR = (Layout("sign", "∈"),), (Layout("text", " and "),), (Layout("text", " or "), layout.QQUAD)
 _SYMBOL = re.compile(r"(?:theta|alpha|beta|qd|[a-zA-Z])\d*|[vwfm][xyz]")
 _ONE = Node("number", value=Fraction(1))
 _ANGLE = re.compile(r"theta(\d)")
@@ -155,7 +154,7 @@ class _Setter:
         above = row(*self.exponent(exponent))
         if base.kind == "call" and base.value in ("sin", "cos", "tan") and _is_whole(above.inner):
             return self.call(base, above)
-        return _Set(raised(self.set(base).at(_ATOM), above), _FACTOR)
+        return _Set(layout.raised(self.set(base).at(_ATOM), above), _FACTOR)
 
     def exponent(self, node: Node) -> Pieces:
         if node.kind == "/" and all(arg.kind == "number" for arg in node.args):
@@ -177,7 +176,7 @@ class _Setter:
         return _Set((called, *layout.bracketed(inside, _TALL)), _FACTOR)
 
     def listed(self, nodes: Sequence[Node], between: Sequence[Layout] = (layout.COMMA,)) -> Pieces:
-        return layout.joined(between, [self.set(node).shown for node in nodes])
+        return layout.joined(between, (self.set(node).shown for node in nodes))
 
     # --- lists and conditions ---
 
@@ -196,7 +195,7 @@ class _Setter:
         if node.kind == "in" or right.kind in ("list", "set"):  # {theta2: [0, pi]} says that theta2 is one of them
             listed = right if right.kind == "name" else Node("set", right.args if right.kind == "list" else (right,))
             listed = right if right.kind == "set" else listed
-            return _Set(self.listed((left, listed), (_IN,)), _RELATION)
+            return _Set(self.listed((left, listed), _IN), _RELATION)
         return _Set(self.listed((left, right), (layout.EQUALS,)), _RELATION)
 
 
@@ -204,7 +203,7 @@ def _between(before: Pieces, factor: Layout) -> Pieces:
     """Return what stands between factors: a dot before a number, room beside a name and behind brackets that grew."""
     last, first, start = before[-1], layout.base(factor), layout.base(before[0])
     if first.kind == "number" or (factor.kind == "fraction" and last.kind == "number"):
-        return (_TIMES,)
+        return (layout.TIMES,)
     return (layout.THIN,) if "text" in (start.kind, first.kind) or last.text == "()" else ()
 
 
@@ -268,5 +267,5 @@ def _number(node: Node) -> _Set:
         significant = digits.replace(".", "").strip("0")
         whole, _, behind = digits.partition(".")
         power = len(whole) - 1 if whole.strip("0") else len(behind.lstrip("0")) - len(behind) - 1
-        return _Set(scientific(f"{significant[0]}.{significant[1:]}".rstrip("."), power), _PRODUCT)
+        return _Set(layout.scientific(f"{significant[0]}.{significant[1:]}".rstrip("."), power), _PRODUCT)
     return _Set(number(digits), _ATOM)

@@ -4,7 +4,7 @@ from itertools import pairwise
 from operator import add
 
 from exercises.formula.latex import LETTERS, PRIMES, SIGNS
-from exercises.formula.layout import EMPTY, MINUS, PLUS, THIN, Layout, Pieces, base, is_binary
+from exercises.formula.layout import EMPTY, MINUS, PLUS, THIN, Layout, Pieces, base, is_binary, parts, row
 
 _COMMANDS = {char: f"\\{name}" for known in (SIGNS, LETTERS) for name, char in reversed(known.items())} | {"−": "-"}
 _AROUND = frozenset(Layout("sign", sign) for sign in "=≠<>≤≥≈∈→⋅×±")
@@ -80,9 +80,9 @@ def _piece(one: Layout) -> str:
 
 
 def _script(base: Layout, below: Layout, above: Layout) -> str:
-    parts = above.inner if above.kind == "row" else (above,)
-    primes = PRIMES.find(parts[0].text) + 1 if parts and parts[0].text else 0
-    above = Layout("row", "", parts[1:]) if primes else above
+    first, *others = *parts(above), EMPTY
+    primes = PRIMES.find(first.text) + 1 if first.text else 0
+    above = row(*others[:-1]) if primes else above
     shown = f"{_piece(base)}{chr(39) * primes}"
     marks = ("_", below), ("^", above)
     for mark, part in reversed(marks) if above == _STAR else marks:  # p^*_{1}

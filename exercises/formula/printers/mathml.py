@@ -5,6 +5,7 @@ around a matrix are drawn as its border, and alignment is written as a style.
 """
 
 from collections.abc import Sequence
+from functools import cache
 from html import escape
 from itertools import cycle
 
@@ -18,6 +19,7 @@ _BRACKETS = (
     "background-repeat: no-repeat"
 )
 _ALIGNED = '<mtable displaystyle="true" rowspacing="3pt" columnspacing="{}">'
+_NAMESPACE = 'xmlns="http://www.w3.org/1998/Math/MathML"'
 _SMALL, _LARGE = (f'<mstyle displaystyle="{size}" scriptlevel="0">' for size in ("false", "true"))
 _BRACKET = '<mo stretchy="false">'
 _THIN = '<mspace width="0.17em" />'
@@ -42,17 +44,13 @@ def mathml(formula: Layout, block: bool = False, percent: int = 100) -> str:
     >>> mathml(parsed("a_{1}"))
     '<math xmlns="http://www.w3.org/1998/Math/MathML" display="inline"><mrow><msub>...</msub></mrow></math>'
     """
-    return _element(_FOR_BROWSERS, formula, block, f' style="font-size: {percent}%"' if percent < 100 else "")
+    style = f' style="font-size: {percent}%"' if percent < 100 else ""
+    return _writer(True, block).element(formula, style)
 
 
 def plain_mathml(formula: Layout, block: bool = False) -> str:
     """Return a formula as MathML without regard to what browsers make of it."""
-    return _element(_PLAIN, formula, block, "")
-
-
-def _element(writer: "_Writer", formula: Layout, block: bool, style: str) -> str:
-    head = f'<math{style} xmlns="http://www.w3.org/1998/Math/MathML" display="{"block" if block else "inline"}">'
-    return f"{head}{writer.grouped(formula)}</math>"
+    return _writer(False, block).element(formula)
 
 
 def _char(char: str) -> str:
@@ -61,11 +59,15 @@ def _char(char: str) -> str:
 
 
 class _Writer:
-    """Writes layouts; `mends` says whether for browsers. Small pieces, of which there are many, are kept."""
+    """Writes layouts, on lines of their own if in a `block`, for browsers if it `mends`; small pieces are kept."""
 
-    def __init__(self, mends: bool) -> None:
-        self.mends = mends
+    def __init__(self, mends: bool, block: bool) -> None:
+        self.mends, self.block = mends, block
         self.kept: dict[Layout, str] = {}
+
+    def element(self, formula: Layout, style: str = "") -> str:
+        display = "block" if self.block else "inline"
+        return f'<math{style} {_NAMESPACE} display="{display}">{self.grouped(formula)}</math>'
 
     def row(self, pieces: Pieces, opening: Layout = EMPTY) -> str:
         """Return pieces side by side, behind an `opening` bracket."""
@@ -102,7 +104,7 @@ class _Writer:
         if kind == "text":
             return f"<mtext>{escape(text, quote=False).replace(' ', '&#x000A0;')}</mtext>"
         if kind == "space":
-            return f'<mspace width="{SPACES[text]:g}em" />'
+            return f'<mspace width="{SPACES[text]:g}em" />' if text != " " else "<mtext>&#x000A0;</mtext>"
         if kind == "script":
             return self.script(*inner)
         if kind == "fraction":
@@ -120,7 +122,8 @@ class _Writer:
 
     def script(self, base: Layout, *scripts: Layout) -> str:
         below, above = ("" if one == EMPTY else self.grouped(one) for one in scripts)
-        tag = f"m{'sub' if below else ''}{'sup' if above else ''}"
+        names = ("under", "over") if self.block and base.text == "∑" else ("sub", "sup")
+        tag = f"m{names[0] if below else ''}{names[1] if above else ''}"
         return f"<{tag}>{self.grouped(base)}{below}{above}</{tag}>"
 
     def fenced(self, brackets: str, inside: Layout) -> str:
@@ -167,4 +170,4 @@ def _cell(style: str, shown: str) -> str:
     return f"<mtd{style}>{shown}</mtd>" if shown else f"<mtd{style} />"
 
 
-_FOR_BROWSERS, _PLAIN = _Writer(True), _Writer(False)
+_writer = cache(_Writer)
