@@ -37,9 +37,9 @@ class Layout(NamedTuple):
 Pieces = tuple[Layout, ...]
 EMPTY = Layout("row")
 DEGREE = Layout("sign", "∘")
-MINUS, PLUS, EQUALS, COMMA, TIMES = (Layout("sign", sign) for sign in "−+=,⋅")
+MINUS, PLUS, EQUALS, COMMA, DOT = (Layout("sign", sign) for sign in "−+=,⋅")
 THIN, QUAD, QQUAD = (Layout("space", name) for name in (",", "quad", "qquad"))
-_OPENING = frozenset(Layout("sign", sign) for sign in "([{=≠<>≤≥≈∈,;")
+_OPENING = frozenset(Layout("sign", sign) for sign in "([{=≠<>≤≥≈∈×⋅→/,;")
 
 
 def row(*pieces: Layout) -> Layout:
@@ -74,7 +74,7 @@ def number(text: str) -> Pieces:
 
 def scientific(digits: str, power: int) -> Pieces:
     """Return a number with a power of ten."""
-    return (*number(digits), TIMES, script(Layout("number", "10"), above=row(*number(str(power)))))
+    return (*number(digits), DOT, script(Layout("number", "10"), above=row(*number(str(power)))))
 
 
 def raised(pieces: Pieces, above: Layout) -> Pieces:
@@ -112,7 +112,7 @@ def base(piece: Layout) -> Layout:
 
 
 def is_binary(before: Layout | None) -> bool:
-    """Tell whether a plus or minus behind a piece joins two terms; else it belongs to the number behind it."""
+    """Return whether a plus or minus behind a piece joins two terms; if not, it belongs to the number behind it."""
     return before is not None and before not in _OPENING
 
 

@@ -115,7 +115,7 @@ def _broken(part: Pieces, room: float) -> Lines:
     """Return one side of an equation in lines: between factors, before signs, inside matrices."""
     if _wide(part) <= room:
         return [part]
-    for factors, sign in ((layout.split(part, _CROSS), _CROSS), (_matrices(part), layout.TIMES)):
+    for factors, sign in ((layout.split(part, _CROSS), _CROSS), (_matrices(part), layout.DOT)):
         if len(factors) > 1:
             parts = [_broken(factor, room - 1.5) for factor in factors]
             return [*parts[0], *(line for first, *rest in parts[1:] for line in ((layout.EMPTY, sign, *first), *rest))]

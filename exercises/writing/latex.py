@@ -291,7 +291,7 @@ class _Setter:
 
 
 def _ends_in_angle(pieces: Sequence[Layout]) -> bool:
-    """Tell whether pieces end in an angle that has a name, which stands behind a sine or cosine without brackets."""
+    """Return whether pieces end in an angle that has a name, which stands behind a sine or cosine without brackets."""
     return pieces[-1].kind == "script" and pieces[-1].inner[0].text == "φ"
 
 

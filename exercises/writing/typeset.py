@@ -203,7 +203,7 @@ def _between(before: Pieces, factor: Layout) -> Pieces:
     """Return what stands between factors: a dot before a number, room beside a name and behind brackets that grew."""
     last, first, start = before[-1], layout.base(factor), layout.base(before[0])
     if first.kind == "number" or (factor.kind == "fraction" and last.kind == "number"):
-        return (layout.TIMES,)
+        return (layout.DOT,)
     return (layout.THIN,) if "text" in (start.kind, first.kind) or last.text == "()" else ()
 
 

@@ -1,7 +1,6 @@
 r"""Formulas as LaTeX: blanks between factors and around signs, none beside brackets, c_{1} (a_{1} + a_{2})."""
 
 from itertools import pairwise
-from operator import add
 
 from exercises.formula.latex import LETTERS, PRIMES, SIGNS
 from exercises.formula.layout import EMPTY, MINUS, PLUS, THIN, Layout, Pieces, base, is_binary, parts, row
@@ -38,12 +37,14 @@ def _index(one: Layout) -> str:
     """Return an index or a power, in which there are no blanks beside signs."""
     if one.kind != "row":
         return _piece(one)
-    between = ("" if "sign" in (before.kind, piece.kind) else " " for before, piece in pairwise(one.inner))
-    return f"{{{''.join(map(add, map(_piece, one.inner), (*between, '')))}}}"
+    shown = _piece(one.inner[0])
+    for before, piece in pairwise(one.inner):
+        shown += ("" if "sign" in (before.kind, piece.kind) else " ") + _piece(piece)
+    return f"{{{shown}}}"
 
 
 def _touch(before: Layout, piece: Layout) -> bool:
-    """Tell whether two pieces stand side by side without a blank."""
+    """Return whether two pieces stand side by side without a blank."""
     if before in _AROUND or piece in _AROUND:
         return False
     if before in _OPENS or base(piece) in _CLOSES or before in (MINUS, PLUS):
@@ -79,11 +80,11 @@ def _piece(one: Layout) -> str:
     return rf"\begin{{{name}}} {rows} \end{{{name}}}"
 
 
-def _script(base: Layout, below: Layout, above: Layout) -> str:
+def _script(foot: Layout, below: Layout, above: Layout) -> str:
     first, *others = *parts(above), EMPTY
     primes = PRIMES.find(first.text) + 1 if first.text else 0
     above = row(*others[:-1]) if primes else above
-    shown = f"{_piece(base)}{chr(39) * primes}"
+    shown = f"{_piece(foot)}{chr(39) * primes}"
     marks = ("_", below), ("^", above)
     for mark, part in reversed(marks) if above == _STAR else marks:  # p^*_{1}
         shown += f"{mark}{_index(part)}" if part.inner or part.text else ""
