@@ -49,6 +49,10 @@ Found = tuple[str, str | tuple[str, ...], str | None]
 _QUOTED = r'"(?:[^"\\]|\\.)*"'
 _ENTRY = re.compile(rf'^  "(?P<key>[\w.-]+)":\s*(?P<text>{_QUOTED}(?:\s*\+\s*{_QUOTED})*),$', re.MULTILINE)
 _DATED = re.compile(r'^"(Project-Id|Report-Msgid|POT-|PO-|Last-|Language-Team|Generated-)[^"]*"\n', re.MULTILINE)
+
+SHOWN_FAULTS = 20
+"""Of what is left to translate, so many are named."""
+
 SENTENCE = 5
 """Words that make a text a sentence, of which no two languages have many alike."""
 
@@ -253,8 +257,11 @@ def main() -> None:
         write_atomically(SITE / f"{code}.ts", site_text(code, read(path)))
         print(f"{path.relative_to(_HERE.parent)}: {len(messages)} messages")
         others = {name: other for name, other in catalogs.items() if name != code}
-        for fault in faults(code, catalog, messages, others):
+        found = faults(code, catalog, messages, others)
+        for fault in found[:SHOWN_FAULTS]:
             print(f"  {fault}")
+        if len(found) > SHOWN_FAULTS:
+            print(f"  and {len(found) - SHOWN_FAULTS} more")
 
 
 if __name__ == "__main__":
