@@ -60,7 +60,7 @@ site-checks: site/node_modules/.package-lock.json
 
 SITE_SOURCES := $(shell find site/src -type f 2>/dev/null)
 
-site/dist/.vite/manifest.json: site/node_modules/.package-lock.json $(SITE_SOURCES) site/vite.config.ts
+site/dist/.vite/manifest.json: site/node_modules/.package-lock.json $(SITE_SOURCES) exercises/formula/vocabulary.json site/vite.config.ts
 	cd site && npm run --silent build
 
 site/node_modules/.package-lock.json: site/package.json site/package-lock.json

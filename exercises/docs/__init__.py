@@ -2,6 +2,9 @@
 chapter's examples.
 
 `python -m exercises.docs` writes them all; a test says when they are out of date.
+
+    errata              where the chapter is wrong as printed
+    structures          how many arms there are
 """
 
 import json

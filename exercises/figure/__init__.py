@@ -4,6 +4,13 @@ Planar arms are drawn flat, from +z_w; others in one fixed axonometric view, but
 may lie over one another, from the side from which they are seen apart, and with fewer names. What is drawn for joint i
 is the entry of the table, theta_i or d_i with its offset. Lengths are brought nearer to each other, so that small ones
 are seen.
+
+    shapes, view            plain shapes in pixels; from metres to pixels
+    plane, aspect, pose     which way an arm is looked at, in general and in a told pose; the pose in which it is drawn
+    arm, frames, body       links and joints; axes, origins and the base's place; an arm without lettering
+    ink, places, labels     the lines of a drawing as points; the places of one label; where all labels go
+    small                   thumbnails, and singular configurations beside a regular one
+    tikz, words             the drawing for LaTeX; what it shows, in words
 """
 
 import math

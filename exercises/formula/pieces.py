@@ -13,8 +13,9 @@ from itertools import product
 from exercises.formula.constants import turns_of
 from exercises.formula.program import compile_program
 from exercises.formula.trees import Node, ReadError, names, replaced
+from exercises.formula.vocabulary import VOCABULARY
 
-WHOLE_NUMBERS = ("k", "n", "m")
+WHOLE_NUMBERS: tuple[str, ...] = tuple(VOCABULARY["whole_numbers"])
 _SIX = tuple(Node("number", value=Fraction(k)) for k in range(7))
 WHOLE = (*(Node("neg", (k,)) for k in _SIX[:0:-1]), *_SIX)
 """The whole numbers from -6 to 6."""

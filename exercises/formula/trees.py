@@ -102,6 +102,25 @@ def has_blank(node: Node) -> bool:
     return False
 
 
+_SCALARS = {"number", "decimal", "name", "call", "neg", "+", "-", "*", "/", "^"}
+_SAID = {"list": "a list", "set": "a set", "dict": "a dictionary", "eq": "an equation", "blank": "a blank"}
+
+
+def refuse_statements(node: Node) -> None:
+    """Raise ReadError where a tree is no single expression: lists, conditions or blanks are in it."""
+    stack = [node]
+    while stack:
+        top = stack.pop()
+        if top.kind not in _SCALARS:
+            raise no_scalar(top)
+        stack.extend(top.args)
+
+
+def no_scalar(node: Node) -> ReadError:
+    """Return the error that a node is no part of a single expression."""
+    return ReadError(f"{_SAID.get(node.kind, node.kind)} stands where a single expression is due")
+
+
 def _is_column(node: Node) -> bool:
     """Tell whether a node is [[a], [b], …], a column vector as SymPy writes it."""
     one_each = all(item.kind == "list" and len(item.args) == 1 and item.args[0].kind != "list" for item in node.args)

@@ -11,7 +11,8 @@ from exercises.quizzes import ASKED
 from exercises.render import render
 from exercises.store import kept
 from grader import statistics
-from grader.functions import SHOWN
+from grader.function_values import SHOWN
+from grader.reading import read_answer
 from grader.reports import charts
 from grader.reports.answers import answer_of, visible
 from grader.reports.class_view import (
@@ -232,7 +233,7 @@ def _unusual(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -
             part = _own(work)
             if work.result["outcome"] != "correct" or part.type not in COMPARED:
                 continue
-            own, due = written(work.problem, work.result["answer"]), _reference(work)
+            own, due = _written(work, work.result["answer"]), _written(work, part.answer.code())
             if own is None or due is None:
                 continue
             alike = alikeness(own, due)
@@ -246,8 +247,8 @@ def _unusual(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -
     return shown
 
 
-def _reference(work: Work) -> Written | None:
-    return written(work.problem, _own(work).answer.code())
+def _written(work: Work, text: str) -> Written | None:
+    return written(read_answer(work.problem, _own(work), text))
 
 
 def _answer(work: Work) -> dict[str, Any]:
@@ -266,7 +267,7 @@ def _similar(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -
             unexplained = work.result["mistake"] is None and work.result["followed_from"] is None
             if work.result["outcome"] not in ("wrong", "partial") or part.type not in COMPARED or not unexplained:
                 continue
-            own = written(work.problem, work.result["answer"])
+            own = _written(work, work.result["answer"])
             if own is not None:
                 wrong.append(Wrong(work.student, work.result["answer"], own, part.answer.code()))
         found += [(name, pair) for pair in nearly_the_same(wrong, usual=max(3, len(every) // 20))]
