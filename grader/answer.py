@@ -62,7 +62,10 @@ def read_formula(text: str, domain: Domain) -> Given:
     given = _in_rows(given, (), "an answer")
     if given.tree is not None and given.tree.kind in ("list", "set", "dict"):
         return given.refused("a list or matrix stands where a single expression is due")
-    return _of_scalars(given, "an answer")
+    given = _of_scalars(given, "an answer")
+    if given.refusal is None and any(given.blanks):
+        return given.refused("this can't be read as an answer: a blank stands where a single expression is due")
+    return given
 
 
 def read_matrix(text: str, shape: tuple[int, int], domain: Domain, labels: Sequence[str] = ()) -> Given:
@@ -72,7 +75,9 @@ def read_matrix(text: str, shape: tuple[int, int], domain: Domain, labels: Seque
 
 
 def read_numbers(text: str, count: int, labels: Sequence[str] = ()) -> Given:
-    """Read numbers, or formulas without symbols, that may be named by `labels`."""
+    """Read numbers, or formulas without symbols, that may be named by `labels`; where one is due, 0,5 is a half."""
+    if count == 1 and (point := with_points(text)) != text:
+        return replace(read_numbers(point, count, labels), text=text)
     given = _in_shape(_in_rows(_right_side(_read(text, Domain({})), Domain({})), labels, "numbers"), (count, 1))
     if given.refusal is None and given.symbols:
         return given.refused(f"numbers are due, and {', '.join(sorted(given.symbols)[:5])} is left in the answer")
@@ -148,8 +153,8 @@ def _unlabelled(node: Node, labels: Sequence[str]) -> Node:
         node = node.args[0]
     if not labels or node.kind not in ("dict", "list") or not all(arg.kind in ("pair", "eq") for arg in node.args):
         return node
-    found = {arg.args[0].value: arg.args[1] for arg in node.args}
-    return Node("list", tuple(found[label] for label in labels)) if set(found) == set(labels) else node
+    named = {arg.args[0].value: arg.args[1] for arg in node.args}
+    return Node("list", tuple(named[label] for label in labels)) if set(named) == set(labels) else node
 
 
 def _in_shape(given: Given, due: tuple[int, int]) -> Given:
@@ -159,11 +164,11 @@ def _in_shape(given: Given, due: tuple[int, int]) -> Given:
     rows = given.rows
     if due[1] == 1 and len(rows) == 1 and len(rows[0]) == due[0]:
         rows = [[entry] for entry in rows[0]]
-    given, found = replace(given, rows=rows), (len(rows), len(rows[0]))
-    if found == due:
+    given, shape = replace(given, rows=rows), (len(rows), len(rows[0]))
+    if shape == due:
         return given
-    turned = " (transposed?)" if found == due[::-1] and due[0] != due[1] and 1 not in due else ""
-    return given.refused(f"the answer is {found[0]} x {found[1]}, and {due[0]} x {due[1]} is due{turned}")
+    turned = " (transposed?)" if shape == due[::-1] and due[0] != due[1] and 1 not in due else ""
+    return given.refused(f"the answer is {shape[0]} x {shape[1]}, and {due[0]} x {due[1]} is due{turned}")
 
 
 def _of_scalars(given: Given, what: str) -> Given:

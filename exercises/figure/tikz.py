@@ -5,13 +5,13 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
+from exercises.formula.latex import LETTERS
 from exercises.render import render
-from exercises.writing.latex_tree import LETTERS
 from exercises.writing.markup import latex_escaped
 
 POINTS = 0.565
 """How many points (1/72.27 inch) a pixel becomes."""
-_GREEK = {char: name for name, char in LETTERS.items() if name not in ("phi", "square")}
+_GREEK = {char: name for name, char in LETTERS.items() if name != "square"}
 _LOW = "₀₁₂₃₄₅₆₇₈₉"
 _DIGITS = str.maketrans(_LOW, "0123456789")
 _JOINS = {"stroke-linejoin": "line join", "stroke-linecap": "line cap"}
@@ -87,13 +87,13 @@ def _drawn(parent: ET.Element, frame: _Frame, inherited: Mapping[str, str]) -> I
 
 
 def _moved(frame: _Frame, transform: str) -> _Frame:
-    found = re.fullmatch(r"translate\(([-\d.]+) ([-\d.]+)\) scale\(([\d.]+)\)", transform)
-    if found is None:
+    match = re.fullmatch(r"translate\(([-\d.]+) ([-\d.]+)\) scale\(([\d.]+)\)", transform)
+    if match is None:
         if transform:
             raise ValueError(f"a figure with {transform!r}")
         return frame
-    x, y = frame.at(found[1], found[2])
-    return replace(frame, x=x, y=y, scale=frame.scale * float(found[3]))
+    x, y = frame.at(match[1], match[2])
+    return replace(frame, x=x, y=y, scale=frame.scale * float(match[3]))
 
 
 def _options(given: Mapping[str, str], frame: _Frame) -> tuple[str, ...]:

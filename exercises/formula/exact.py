@@ -156,7 +156,10 @@ def _wave_op(op: str, angle: tuple[Angle, bool] | None) -> tuple[Op, Size] | Non
     wave = wave_of(angle[0])
     if wave is None:
         return None
-    degree = float(sum(abs(power) for _, power in wave.powers))
+    turns = sum(abs(power) for _, power in wave.powers)
+    if turns > _LARGEST:  # more than a double holds, it may be
+        return None
+    degree = float(turns)
     one, two = (degree, 0.0, degree, 0.0), (2 * degree, 1.0, degree, 1.0)
     size = {"exp": one, "sin": two, "cos": two, "sec": _inverted(two), "csc": _inverted(two)}.get(op)
     return (op, (), wave), size or (2 * degree, 1.0, 2 * degree, 1.0)
@@ -323,9 +326,9 @@ def compare(
     """
     theirs, ours = modular_program(student, fixed), modular_program(reference, fixed)
     stream = Stream(f"{seed}/exact")
-    found = [_Entry(theirs, ours, k) for k in range(len(ours.outputs))]
+    entries = [_Entry(theirs, ours, k) for k in range(len(ours.outputs))]
     for trial in range(TRIES):
-        still = [entry for entry in found if entry.is_open]
+        still = [entry for entry in entries if entry.is_open]
         if not still:
             break
         field = _SHARED.get() if trial == 0 and draw is None else (draw or draw_field)(stream)
@@ -333,7 +336,7 @@ def compare(
         values = run(theirs, point), run(ours, point)
         for entry in still:
             entry.seen(values[0][entry.number], values[1][entry.number], point.field)
-    return [entry.verdict() for entry in found]
+    return [entry.verdict() for entry in entries]
 
 
 class _Entry:

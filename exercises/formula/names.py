@@ -5,28 +5,24 @@ import unicodedata
 from dataclasses import dataclass
 from functools import lru_cache
 
-FUNCTIONS = {
-    **{name: name for name in ("sin", "cos", "tan", "cot", "sec", "csc", "asin", "acos", "atan", "acot")},
-    **{name: name for name in ("sinh", "cosh", "tanh", "exp", "log", "sqrt", "atan2", "sign")},
-    **{"abs": "abs", "Abs": "abs", "ln": "log", "fabs": "abs"},
-    **{"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2"},
-    **{"deg2rad": "radians", "radians": "radians"},
-}
+from exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
+
+FUNCTIONS: dict[str, str] = VOCABULARY["functions"]
 """Every function that an expression may call, under each name that is understood for it."""
+ARITY: dict[str, int] = VOCABULARY["arity"]
+CONSTANTS = tuple(dict.fromkeys(VOCABULARY["constants"].values()))
 
-ARITY = {"atan2": 2}
-CONSTANTS = ("pi", "E", "I")
-
-LONGEST = 60
+LONGEST = LIMITS["name"]
 """No name of this field is longer."""
 
-_GREEK = {"θ": "theta", "ϑ": "theta", "α": "alpha", "β": "beta", "ω": "w", "π": "pi", "φ": "phi"}
-_MODULES = ("np.", "numpy.", "math.", "sp.", "sympy.", "sym.")
-_RATE = re.compile(
-    r"(?:theta|th|q|d)_?dot_?(\d)|(?:theta|th|q|d)_?(\d)_?dot|dot_?(?:theta|th|q|d)_?(\d)"
-    r"|d(?:theta|th|q)_?(\d)|(?:theta|th)d_?(\d)|(?:theta|th|q)_?(\d)_?d|qd_?(\d)"
-)
-_SHORT = re.compile(r"([csCS])_?\{?(\d{1,4})\}?")
+_SPELLED: dict[str, str] = VOCABULARY["constants"]
+_LETTERS = str.maketrans(VOCABULARY["letters"])
+_RATE, _SHORT = pattern("rate"), pattern("short")
+_JOINTS: dict[str, list[str]] = VOCABULARY["joints"]
+"""What q1, th1 and t1 may be, the first of them that is a symbol of the problem."""
+_JOINT = re.compile(f"({'|'.join(_JOINTS)})([0-9]{{1,4}})")
+_SUMS: list[str] = VOCABULARY["sums_of_angles"]
+_GLUED: str = VOCABULARY["patterns"]["short_without_space"]
 
 
 @dataclass(frozen=True)
@@ -40,10 +36,9 @@ class Piece:
 @lru_cache(maxsize=4096)
 def plain_name(name: str) -> str:
     """Return a name in the form that the symbol tables use: no module, no Greek, no underscore before digits."""
-    for module in _MODULES:
+    for module in VOCABULARY["modules"]:
         name = name.removeprefix(module)
-    name = "".join(_GREEK.get(ch, ch) for ch in unicodedata.normalize("NFKC", name))
-    return re.sub(r"_(?=\d)", "", name)
+    return re.sub("_(?=[0-9])", "", unicodedata.normalize("NFKC", name).translate(_LETTERS))
 
 
 @lru_cache(maxsize=4096)
@@ -75,20 +70,23 @@ def _one(name: str, known: frozenset[str]) -> Piece | None:
     if rate is not None:
         symbol = f"qd{next(filter(None, rate.groups()))}"
         return Piece("name", (symbol,)) if symbol in known or not known else None
-    if name in ("e", "i", "j"):
-        return Piece("name", ("E" if name == "e" else "I",))
+    if name in _SPELLED:
+        return Piece("name", (_SPELLED[name],))
     if not known:
         return None
-    together = re.sub(r"_", "", name).replace("omega", "w")
+    together = name.replace("_", "")
+    for spelled, letter in VOCABULARY["spelled"].items():
+        together = together.replace(spelled, letter)
     if together in known:
         return Piece("name", (together,))
-    joint = re.fullmatch(r"(?:q|th|t|theta)(\d{1,4})", together)
+    joint = _JOINT.fullmatch(together)
     if joint is None:
         return None
-    if len(joint.group(1)) == 1:
-        own = [symbol for symbol in (f"theta{joint.group(1)}", f"d{joint.group(1)}") if symbol in known]
-        return Piece("name", (own[0],)) if own and (own[0][0] == "t" or together[0] == "q") else None
-    angles = _angles(joint.group(1), known) if together.startswith("th") else ()
+    spelled, digits = joint.groups()
+    if len(digits) == 1:
+        own = (f"{symbol}{digits}" for symbol in _JOINTS[spelled])
+        return next((Piece("name", (symbol,)) for symbol in own if symbol in known), None)
+    angles = _angles(digits, known) if spelled in _SUMS else ()
     return Piece("sum", angles) if angles else None
 
 
@@ -101,14 +99,14 @@ def _angles(digits: str, known: frozenset[str]) -> tuple[str, ...]:
 @lru_cache(maxsize=256)
 def _words(known: frozenset[str]) -> re.Pattern[str]:
     words = sorted({*known, *FUNCTIONS, "pi"}, key=lambda word: (-len(word), word))
-    return re.compile("|".join([*map(re.escape, words), r"[csCS]\d{1,4}"]))
+    return re.compile("|".join([*map(re.escape, words), _GLUED]))
 
 
 def _split(name: str, known: frozenset[str]) -> tuple[Piece, ...]:
     """Return the pieces of names without a space between, as a1c12 or costheta1; nothing if a part means nothing."""
     if not known:
         return ()
-    found: list[Piece] = []
+    split: list[Piece] = []
     at = 0
     for match in _words(known).finditer(name):
         if match.start() != at:
@@ -118,5 +116,5 @@ def _split(name: str, known: frozenset[str]) -> tuple[Piece, ...]:
         piece = piece or (Piece("function", (FUNCTIONS[word],)) if word in FUNCTIONS else _one(word, known))
         if piece is None:
             return ()
-        found.append(piece)
-    return tuple(found) if at == len(name) and len(found) > 1 else ()
+        split.append(piece)
+    return tuple(split) if at == len(name) and len(split) > 1 else ()

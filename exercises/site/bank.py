@@ -23,12 +23,12 @@ from exercises.exports.outlet import Failures
 from exercises.families import FAMILIES
 from exercises.files import write_atomically
 from exercises.generation import generate, short_quiz
-from exercises.languages import LANGUAGES
+from exercises.languages import LANGUAGES, LOCALE, catalogue
 from exercises.parallel import ordered_map
 from exercises.problem import Problem, ProblemId
 from exercises.quizzes import ASKED
 from exercises.record import Json
-from exercises.render import catalogue, template_folder
+from exercises.render import template_folder
 from exercises.site.record import site_record, solutions_record, translated_record, translated_solutions
 from exercises.store import code
 
@@ -138,8 +138,10 @@ def _texts() -> str:
     """Return a digest of what the texts are made from; `code` has none of it, as wording decides no problem."""
     found = hashlib.sha256()
     folder = template_folder()
-    for path in sorted([*folder.rglob("*.md.j2"), *folder.rglob("*.toml")]):
+    for path in sorted(folder.rglob("*.md.j2")):
         found.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes())
+    for language in LANGUAGES:
+        found.update((LOCALE / f"{language}.po").read_bytes())
     return found.hexdigest()
 
 
@@ -169,7 +171,8 @@ def titles_text(language: str, titles: Sequence[tuple[str, str, str]]) -> str:
     """
     words = catalogue(language)
     ours = {name for name, title, _ in titles if name in FAMILIES and FAMILIES[name].title == title}
-    return _text({"families": {name: words.families[name] for name in sorted(ours)}, "questions": words.questions})
+    families = {name: words.family(FAMILIES[name].title) for name in sorted(ours)}
+    return _text({"families": families, "questions": {q.name: words.question(q.title) for q in ASKED.values()}})
 
 
 def _of(listed: Sequence[Json], family: str) -> Iterator[Json]:

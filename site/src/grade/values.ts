@@ -12,6 +12,7 @@ import {
   namesIn,
   type Node,
   node,
+  outOfSight,
   ReadError,
 } from "../read/tree.js";
 import { inDigits, message, type Message } from "../text/text.js";
@@ -30,8 +31,9 @@ export function judgeValues(answer: string, key: ValuesKey, labels: readonly str
   const known = new Set(key.symbols);
   if (!answer.trim()) return missing();
   try {
-    const tree = unlabelled(rightSide(read(answer, known), known), labels);
-    if (isBlank(tree)) return missing();
+    const typed = read(answer, known);
+    if (isBlank(typed)) return missing();
+    const tree = unlabelled(rightSide(typed, known), labels);
     const isSingle = key.rows * key.columns === 1;
     if (isSingle && tree.kind === "list" && withPoints(answer) !== answer)
       return judgeValues(withPoints(answer), key);
@@ -68,14 +70,15 @@ function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   const differing = entries.map((_, i) =>
     key.points.findIndex((_point, k) => !same(mine(k)[i] ?? null, key.right[i]?.[k] ?? null)),
   );
-  if (differing.every((k) => k < 0)) return agreed(entries, key.points.length);
+  if (differing.every((k) => k < 0))
+    return agreed(entries, message("verdict.values", { points: key.points.length }), key.points.length);
   const right = differing.map((k) => k < 0);
   const zeros = scales.map((scale) => scale === 0 && largest > 0);
   const share = Math.min(shareOf(right, zeros, blank), 0.99);
   const marks = rows.map((row, r) => row.map((_, c) => right[r * row.length + c] as boolean));
   const first = differing.findIndex((k) => k >= 0);
   const k = differing[first] as number;
-  const reason = difference(entries, first, mine(k)[first] ?? null, key, k);
+  const reason = unknownSymbols(names, key) ?? difference(entries, first, mine(k)[first] ?? null, key, k);
   const mistake = mistakeBehind(mine, key);
   return graded(share, [...counted(right, zeros), reason], {
     entries: marks,
@@ -91,7 +94,8 @@ function same(mine: Value | null, due: number | null): boolean {
   return Number.isFinite(mine.re) && Number.isFinite(mine.im) && Math.hypot(mine.re - due, mine.im) <= room;
 }
 
-function agreed(entries: readonly Node[], points: number): Verdict {
+/** What is said of entries that are right at all configurations, where these may not tell all. */
+export function agreed(entries: readonly Node[], sure: Message, points: number): Verdict {
   const functions = new Set<string>();
   for (const entry of entries)
     anyNode(entry, ({ text }) => {
@@ -100,7 +104,9 @@ function agreed(entries: readonly Node[], points: number): Verdict {
     });
   const digits = Math.max(...entries.map(digitsOfDecimals));
   if (digits > 8 && digits < 16) return correct(message("verdict.decimals", { points, digits }), false);
-  if (functions.size === 0) return correct(message("verdict.values", { points }));
+  const unseen = entries.map(outOfSight).find((number) => number !== null);
+  if (unseen) return correct(message("verdict.out-of-sight", { points, number: unseen }), false);
+  if (functions.size === 0) return correct(sure);
   return correct(message("verdict.branches", { points, functions: [...functions].sort().join(", ") }), false);
 }
 
@@ -158,7 +164,7 @@ export function weight(index: number): number {
 // --- configurations ---
 
 /** The values of all symbols at point k; a name that no one knows is any number. */
-function configuration(key: ValuesKey, k: number, names: ReadonlySet<string>): At {
+export function configuration(key: ValuesKey, k: number, names: ReadonlySet<string>): At {
   const found: Record<string, number> = {};
   for (const unknown of names) found[unknown] = anyNumber(unknown, k);
   key.symbols.forEach((symbol, i) => (found[symbol] = key.points[k]?.[i] ?? NaN));
@@ -167,7 +173,7 @@ function configuration(key: ValuesKey, k: number, names: ReadonlySet<string>): A
 
 const NOTHING: ReadonlySet<string> = new Set();
 
-function anyNumber(name: string, k: number): number {
+export function anyNumber(name: string, k: number): number {
   const turned = [...name].reduce((sum, sign) => (sum * 31 + (sign.codePointAt(0) ?? 0)) % 9973, 7 + k);
   return 0.3 + ((turned * GOLDEN) % 1.4);
 }
@@ -185,6 +191,13 @@ export function atText(at: At): string {
   return Object.entries(at)
     .map(([symbol, value]) => `${symbol} = ${inDigits(value)}`)
     .join(", ");
+}
+
+/** What is said of words in an answer that are no symbols of the problem; null where there are none. */
+export function unknownSymbols(names: ReadonlySet<string>, { symbols }: ValuesKey): Message | null {
+  const unknown = [...names].filter((each) => !symbols.includes(each)).sort();
+  if (unknown.length === 0) return null;
+  return message("read.unknown", { names: unknown.slice(0, 5).join(", "), known: symbols.join(", ") });
 }
 
 function numberText(value: number | null): string {

@@ -1,0 +1,182 @@
+"""Formulas as text for a terminal: Greek letters, subscripts, matrices drawn over several lines.
+
+A formula is laid out in boxes of characters. A fraction stays on one line, as (a + b)/c.
+"""
+
+import re
+import unicodedata
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+from exercises.formula.layout import Layout
+
+_SUBSCRIPTS = str.maketrans("0123456789+-−()aehijklmnoprstuv", "₀₁₂₃₄₅₆₇₈₉₊₋₋₍₎ₐₑₕᵢⱼₖₗₘₙₒₚᵣₛₜᵤᵥ")
+_SUPERSCRIPTS = str.maketrans("0123456789+-()*Tinjk−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻⁽⁾*ᵀⁱⁿʲᵏ⁻")
+_SUB_ABLE, _SUPER_ABLE = set("0123456789+-−()aehijklmnoprstuv"), set("0123456789+-()*Tinjk−")
+_BINARY = {"+", "-", "−", "=", "≠", "×", "⋅", "→", "±"}
+_OPENS = {"", "(", "[", "=", "+", "-", "−", ",", "×", "⋅", "≠"}
+_BRACKETS = {"[": "⎡⎢⎣", "]": "⎤⎥⎦", "(": "⎛⎜⎝", ")": "⎞⎟⎠"}
+
+
+@dataclass(frozen=True)
+class _Box:
+    """Lines of equal width; `middle` is the line that stands level with its neighbours."""
+
+    lines: tuple[str, ...]
+    middle: int = 0
+
+    @property
+    def width(self) -> int:
+        return shown_width(self.lines[0])
+
+    @property
+    def is_flat(self) -> bool:
+        return len(self.lines) == 1
+
+
+def shown_width(text: str) -> int:
+    """Return how many columns a text takes in a terminal: the dot over a letter takes none."""
+    return sum(not unicodedata.combining(ch) for ch in text)
+
+
+def _flat(text: str) -> _Box:
+    return _Box((text,))
+
+
+def _beside(boxes: Sequence[_Box]) -> _Box:
+    boxes = [box for box in boxes if box.lines[0]]
+    if not boxes:
+        return _flat("")
+    above = max(box.middle for box in boxes)
+    below = max(len(box.lines) - box.middle for box in boxes)
+    rows = []
+    for row in range(-above, below):
+        inside = (box.lines[box.middle + row] if 0 <= box.middle + row < len(box.lines) else None for box in boxes)
+        rows.append("".join(" " * box.width if t is None else t for t, box in zip(inside, boxes, strict=True)))
+    return _Box(tuple(rows), above)
+
+
+def _grid(rows: Sequence[Sequence[_Box]], aligned: bool) -> _Box:
+    """Lay out a matrix, or (aligned) a column of equations, whose cells join without a gap; matrices keep apart."""
+    columns = max(len(row) for row in rows)
+    widths = [max((row[c].width for row in rows if c < len(row)), default=0) for c in range(columns)]
+    lines: list[str] = []
+    before_is_flat = True
+    for row in rows:
+        padded = []
+        for c, box in enumerate(row):
+            free = widths[c] - box.width
+            left = free if aligned and c % 2 == 0 else 0
+            padded.append(_Box(tuple(" " * left + line + " " * (free - left) for line in box.lines), box.middle))
+            if c < columns - 1 and not (aligned and c % 2 == 0):
+                padded.append(_flat("  "))
+        shown = _beside(padded)
+        if aligned and lines and not (shown.is_flat and before_is_flat):
+            lines.append("")
+        lines += shown.lines
+        before_is_flat = shown.is_flat
+    width = max(map(shown_width, lines))
+    return _Box(tuple(line + " " * (width - shown_width(line)) for line in lines), (len(lines) - 1) // 2)
+
+
+def _grown(bracket: str, height: int) -> _Box:
+    if height == 1 or bracket not in _BRACKETS:
+        return _flat(bracket)
+    top, side, bottom = tuple(_BRACKETS[bracket])
+    return _Box((top, *[side] * (height - 2), bottom), (height - 1) // 2)
+
+
+def _walk(one: Layout) -> _Box:
+    kind, text, inner = one
+    if kind in ("letter", "number", "sign", "word", "text"):
+        return _flat(text)
+    if kind == "space":
+        return _flat(" ")
+    if kind == "script":
+        return _scripts(*inner)
+    if kind in ("aligned", "matrix"):
+        grid = _grid([[_row(cell.inner) for cell in row.inner] for row in inner], kind == "aligned")
+        height = len(grid.lines)
+        return grid if kind == "aligned" else _beside([_grown("[", height), grid, _grown("]", height)])
+    if kind == "dotted":
+        return _beside([_walk(inner[0]), _flat("\u0307")])
+    if kind == "fraction":
+        return _fraction(_walk(inner[0]), _walk(inner[1]))
+    if kind == "root":
+        return _beside([_flat("√("), _walk(inner[0]), _flat(")")])
+    if kind == "fenced":
+        opening, closing = (Layout("sign", sign.strip(".")) for sign in text)
+        return _row((opening, *inner, closing))
+    return _row(inner)
+
+
+def _scripts(base: Layout, below: Layout, above: Layout) -> _Box:
+    shown = _walk(base)
+    scripts = (below, _SUB_ABLE, _SUBSCRIPTS, "_"), (above, _SUPER_ABLE, _SUPERSCRIPTS, "^")
+    for part, able, table, mark in scripts[::-1] if above.text == "*" else scripts:  # the star of p* before its index
+        text = _walk(part).lines[0].replace(" ", "")
+        if text == "∘":
+            text = "°"
+        elif set(text) <= able:
+            text = text.translate(table)
+        else:
+            text = mark + (text if len(text) == 1 else f"({text})")
+        shown = _beside([shown, _flat(text)])
+    return shown
+
+
+def _fraction(top: _Box, bottom: _Box) -> _Box:
+    def one(box: _Box, tight: bool) -> str:
+        text = box.lines[0].strip()
+        return f"({text})" if re.search(r" [-+−] |^[-−]", text) or (tight and " " in text) else text
+
+    return _flat(f"{one(top, False)}/{one(bottom, True)}")
+
+
+def _row(pieces: Sequence[Layout]) -> _Box:
+    """Join the parts of a row: signs with spaces around them, factors with a space between, brackets grown."""
+    boxes: list[_Box] = []
+    before, called = "", False
+    parts = [_walk(piece) for piece in pieces]
+    for index, (piece, box) in enumerate(zip(pieces, parts, strict=True)):
+        text = box.lines[0]
+        is_sign = piece.kind == "sign"
+        apart = piece.kind != "matrix" and (not is_sign or (text == "(" and not called))
+        if boxes and apart and _needs_space(before, text):
+            boxes.append(_flat(" "))
+        boxes.append(_sign(parts, index, before) if is_sign else box)
+        called = re.fullmatch(r"[a-z]{3,}2?|[A-Z]_.|[A-Z][ₐ-ₜ]", text) is not None
+        before = "]" if len(box.lines) > 1 and not is_sign else text.strip()[-1:]
+    return _beside(boxes)
+
+
+def _sign(parts: Sequence[_Box], index: int, before: str) -> _Box:
+    """Return a sign or bracket as it stands in a row."""
+    text = parts[index].lines[0]
+    if text in _BRACKETS:
+        return _grown(text, _height_beside(parts, index, text))
+    if text in _BINARY and not (text in "-−+" and before in _OPENS):
+        return _flat(f" {text} ")
+    return _flat(", ") if text == "," and index < len(parts) - 1 else parts[index]
+
+
+def _height_beside(parts: Sequence[_Box], index: int, bracket: str) -> int:
+    """Return the height of what a bracket encloses directly."""
+    inside = index + 1 if bracket in "([" else index - 1
+    return len(parts[inside].lines) if 0 <= inside < len(parts) else 1
+
+
+def _needs_space(before: str, text: str) -> bool:
+    return bool(before) and before not in _OPENS | set(" √-|∂/") and not text.startswith(tuple(" )],'/:"))
+
+
+@lru_cache(maxsize=4096)
+def unicode_math(formula: Layout) -> str:
+    r"""Return a formula as text, over several lines where it holds a matrix.
+
+    >>> from exercises.formula.latex import parsed
+    >>> unicode_math(parsed(r"a_{1} c_{12} - \dot{\theta}_{2}"))
+    'a₁ c₁₂ − θ̇₂'
+    """
+    return "\n".join(line.rstrip() for line in _walk(formula).lines)
