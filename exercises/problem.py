@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TypeVar
 
@@ -93,8 +93,9 @@ class OneOfSeveral(Details):
 class Part:
     """One question of a problem: what is asked, its answer, points, and the parts whose result it builds on.
 
-    `rounding` is what the assignment allows decimals to be off, None for formulas without rounding and numbers to three
-    digits; `credit` is how it marks an answer that is right in part, None for the question's own way.
+    `details` are of a class of the question's own (`about`). `rounding` is what the assignment allows decimals to be
+    off, None for formulas without rounding and numbers to three digits; `credit` is how it marks an answer that is right
+    in part, None for the question's own way.
     """
 
     name: str
@@ -102,7 +103,7 @@ class Part:
     answer: Answer
     points: float = 1.0
     needs: tuple[str, ...] = ()
-    details: Details = Details()
+    details: Details = field(default_factory=Details)
     rounding: Rounding | None = None
     credit: Credit | None = None
 
