@@ -118,11 +118,11 @@ class Catalogue:
 
     def mistake_said(self, name: str, says: str, where: str, sentence: str) -> str:
         """Return the sentence on a mistake; `says` is the English pattern that was filled in for `sentence`."""
-        found = pattern(says + "{tail}").fullmatch(sentence)
-        if self.is_english or found is None:
+        match = pattern(says + "{tail}").fullmatch(sentence)
+        if self.is_english or match is None:
             return sentence
         place = where if is_formula(where) else self._of(SOURCE, where)
-        words = {key: self.phrase(word) for key, word in found.groupdict().items()}
+        words = {key: self.phrase(word) for key, word in match.groupdict().items()}
         see = self.gettext("See %(where)s.", where=place)
         return f"{self._of(mistake_context(name), says).format(**words)} {see}"
 
@@ -161,9 +161,9 @@ class Catalogue:
 def _first(rows: Iterable[Row], text: str, inner: Callable[[str], str] = str) -> str:
     """Return a text by the first row that fits, with `inner` of the words taken over; as it is where none fits."""
     for fits, own in rows:
-        found = fits.fullmatch(text)
-        if found is not None:
-            return own.format(**{key: inner(word) for key, word in found.groupdict().items()})
+        match = fits.fullmatch(text)
+        if match is not None:
+            return own.format(**{key: inner(word) for key, word in match.groupdict().items()})
     return text
 
 

@@ -174,20 +174,20 @@ def _flag(message: Message) -> None:
 
 def faults(code: str, catalog: Catalog, messages: Catalog, others: Mapping[str, Catalog]) -> list[str]:
     """Return what is wrong with the file of a language, a sentence each; `others` are those of other languages."""
-    found = []
+    said = []
     due, have = _by_key(messages), _by_key(catalog)
-    found += [f"not in {code}.po, run `make messages`: {_shown(due[key])}" for key in due if key not in have]
-    found += [f"no message any more, run `make messages`: {_shown(have[key])}" for key in have if key not in due]
-    found += [f"no message any more, run `make messages`: {_shown(message)}" for message in catalog.obsolete.values()]
+    said += [f"not in {code}.po, run `make messages`: {_shown(due[key])}" for key in due if key not in have]
+    said += [f"no message any more, run `make messages`: {_shown(have[key])}" for key in have if key not in due]
+    said += [f"no message any more, run `make messages`: {_shown(message)}" for message in catalog.obsolete.values()]
     if catalog.locale_identifier != code:
-        found.append(f"{code}.po says of itself that its language is {catalog.locale_identifier}")
+        said.append(f"{code}.po says of itself that its language is {catalog.locale_identifier}")
     for key in due:
         if key in have:
-            found += _faults_of(have[key], catalog.num_plurals)
+            said += _faults_of(have[key], catalog.num_plurals)
     english = {key: _texts(message.id)[0] for key, message in due.items()}
     for name, texts in {"en": english, **{name: _strings(other) for name, other in others.items()}}.items():
-        found += _copied(code, _strings(catalog), name, texts)
-    return found
+        said += _copied(code, _strings(catalog), name, texts)
+    return said
 
 
 def _faults_of(message: Message, forms: int) -> Iterator[str]:
@@ -257,11 +257,11 @@ def main() -> None:
         write_atomically(SITE / f"{code}.ts", site_text(code, read(path)))
         print(f"{path.relative_to(_HERE.parent)}: {len(messages)} messages")
         others = {name: other for name, other in catalogs.items() if name != code}
-        found = faults(code, catalog, messages, others)
-        for fault in found[:SHOWN_FAULTS]:
+        said = faults(code, catalog, messages, others)
+        for fault in said[:SHOWN_FAULTS]:
             print(f"  {fault}")
-        if len(found) > SHOWN_FAULTS:
-            print(f"  and {len(found) - SHOWN_FAULTS} more")
+        if len(said) > SHOWN_FAULTS:
+            print(f"  and {len(said) - SHOWN_FAULTS} more")
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ from exercises.writing.latex import tex
 from exercises.writing.markup import latex_escaped, to_latex, to_text
 from exercises.writing.statement import worked_solution
 from exercises.writing.wording import Wording
-from exercises.writing.worked import Found, Worked
+from exercises.writing.worked import SingularComponent, Worked
 
 SECTIONS = (
     "position", "jacobian", "velocity", "joint-axes", "position-vectors", "geometric-jacobian", "twist", "determinant",
@@ -49,7 +49,7 @@ class Solution:
     jacobian: sp.Matrix
     geometric: sp.Matrix
     determinant: sp.Expr | None
-    singular: tuple[Found, ...] | None
+    singular: tuple[SingularComponent, ...] | None
     note: str | None
 
     def __repr__(self) -> str:
@@ -72,7 +72,7 @@ def solve(chain: Chain) -> Solution:
     return Solution(chain, d.position, d.geometric[:3, :], d.geometric, determinant, singular, note)
 
 
-def _singularities(chain: Chain) -> tuple[sp.Expr | None, tuple[Found, ...] | None, str | None]:
+def _singularities(chain: Chain) -> tuple[sp.Expr | None, tuple[SingularComponent, ...] | None, str | None]:
     """Return determinant, singular set and what there is to say of them."""
     d = derive(chain)
     try:
@@ -93,25 +93,27 @@ def solution_json(solution: Solution) -> str:
 def solution_data(solution: Solution) -> dict[str, Any]:
     """Return the results as plain data."""
     sure = kind_is_sure(solution.chain)
-    found: dict[str, Any] = {
+    content: dict[str, Any] = {
         "name": solution.chain.title,
         "position": matrix_json(solution.position),
         "jacobian": _rows(solution.jacobian),
         "geometric_jacobian": _rows(solution.geometric),
         "task": list(solution.chain.task),
         "determinant": None if solution.determinant is None else str(solution.determinant),
-        "singular": None if solution.singular is None else [_found_json(found, sure) for found in solution.singular],
+        "singular": None
+        if solution.singular is None
+        else [_found_json(content, sure) for content in solution.singular],
     }
     if solution.note:
-        found["note"] = solution.note
-    return found
+        content["note"] = solution.note
+    return content
 
 
 def _rows(matrix: sp.Matrix) -> list[list[str]]:
     return [[str(entry) for entry in row] for row in matrix.tolist()]
 
 
-def _found_json(found: Found, sure: bool) -> dict[str, Any]:
+def _found_json(found: SingularComponent, sure: bool) -> dict[str, Any]:
     conditions = [str(condition) for condition in found.conditions]
     solved = found.solutions and {joint.name: [str(value) for value in values] for joint, values in found.solutions}
     return {
@@ -154,7 +156,7 @@ def _markdown(solution: Solution) -> str:
 
 def _sections(solution: Solution) -> list[tuple[str, str]]:
     chain = solution.chain
-    found = []
+    sections = []
     for name in SECTIONS:
         question = QUESTIONS[name]
         unreadable = chain.n > BY_HAND and name in ("inverse-jacobian", "inverse-velocity")
@@ -163,8 +165,8 @@ def _sections(solution: Solution) -> list[tuple[str, str]]:
         answer, details = question.ask(chain, Stream("solve"))
         part = Part(name, name, answer, details=details)
         problem = Problem(ProblemId("own", 0), chain, (part,))
-        found.append((name, worked_solution(problem, part)))
-    return found
+        sections.append((name, worked_solution(problem, part)))
+    return sections
 
 
 __all__ = ["Solution", "read_robot", "solution_data", "solution_json", "solution_latex", "solution_text", "solve"]

@@ -62,13 +62,13 @@ class Wanted:
 
 def of_families(names: Sequence[str], variants: int) -> list[Wanted]:
     """Return so many arms of each family, with all questions that apply; every second one also has short ones."""
-    found = []
+    problems = []
     for name in names:
         for seed in range(1, variants + 1):
-            found.append(Wanted(name, f"{seed:03d}", seed))
+            problems.append(Wanted(name, f"{seed:03d}", seed))
             if seed % 2 and not FAMILIES[name].varied:
-                found.append(Wanted(name, f"{seed:03d}-quiz", seed, (QUIZ,)))
-    return found
+                problems.append(Wanted(name, f"{seed:03d}-quiz", seed, (QUIZ,)))
+    return problems
 
 
 def of_variants(variants: Sequence[Variant]) -> list[Wanted]:
@@ -85,8 +85,8 @@ def write_bank(
     """
     listed = []
     with closing(ordered_map(_write, wanted, jobs, _both, (folder, failures))) as every:
-        for found in every:
-            listed.append(found)
+        for record in every:
+            listed.append(record)
             each()
     return listed
 
@@ -127,22 +127,22 @@ def _kept(path: Path, made_from: str) -> Json | None:
     """Return what is listed of a problem that is there already, made by this very code."""
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
-        found: Json | None = record["listed"] if record["made_from"] == made_from else None
+        listed: Json | None = record["listed"] if record["made_from"] == made_from else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    return found if all(path.with_suffix(ending).is_file() for ending in ENDINGS) else None
+    return listed if all(path.with_suffix(ending).is_file() for ending in ENDINGS) else None
 
 
 @cache
 def _texts() -> str:
     """Return a digest of what the texts are made from; `code` has none of it, as wording decides no problem."""
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     folder = template_folder()
     for path in sorted(folder.rglob("*.md.j2")):
-        found.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes())
+        digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes())
     for language in LANGUAGES:
-        found.update((LOCALE / f"{language}.po").read_bytes())
-    return found.hexdigest()
+        digest.update((LOCALE / f"{language}.po").read_bytes())
+    return digest.hexdigest()
 
 
 def index_text(listed: Sequence[Json], titles: Sequence[tuple[str, str, str]]) -> str:

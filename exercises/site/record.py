@@ -121,12 +121,12 @@ def _tex(latex: str, block: bool) -> str:
 
 def _symbols(problem: Problem) -> Json:
     prismatic = tuple(str(i) for i, joint in enumerate(problem.chain.joints, 1) if joint.kind == "P")
-    found: Json = {}
+    symbols: Json = {}
     for name, info in problem.symbols().items():
-        found[name] = {"role": info.role, "unit": info.unit, "latex": symbol_latex(name, prismatic)}
+        symbols[name] = {"role": info.role, "unit": info.unit, "latex": symbol_latex(name, prismatic)}
         if info.value is not None:
-            found[name]["value"] = float(info.value)
-    return found
+            symbols[name]["value"] = float(info.value)
+    return symbols
 
 
 def typed_names(problem: Problem, asked: str) -> list[str]:
