@@ -94,8 +94,8 @@ class Part:
     """One question of a problem: what is asked, its answer, points, and the parts whose result it builds on.
 
     `details` are of a class of the question's own (`about`). `rounding` is what the assignment allows decimals to be
-    off, None for formulas without rounding and numbers to three digits; `credit` is how it marks an answer that is right
-    in part, None for the question's own way.
+    off, None for formulas without rounding and numbers to three digits; `credit` is how it marks an answer that is
+    right in part, None for the question's own way.
     """
 
     name: str
