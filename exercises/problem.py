@@ -65,8 +65,8 @@ class Details:
     """What the wording and the tests of a part need beside its answer; each kind of question has a class of its own.
 
     `symbols` may be used in answers beside those of the arm, `units` are those of formulas, in `pose` (joint's name ->
-    value) the arm is drawn under the prompt, and `drawn` options are drawings. What is left at its default is not put
-    on record: a digest knows nothing of it.
+    value) the arm is drawn under the prompt, and with `drawn` its options are drawings. What is left at its default is
+    not put on record, so that no digest knows of it.
     """
 
     symbols: Mapping[str, SymbolInfo] | None = None

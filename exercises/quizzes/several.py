@@ -65,7 +65,7 @@ class OfQuantity(Details):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Forms(Options):
+class EqualForms(Options):
     """Ways to write a result of the derivation, right and wrong, that are offered."""
 
     quantity: Quantity
@@ -107,7 +107,7 @@ def _forms(chain: Chain, rng: Stream) -> Asked | None:
             order = tuple(rng.shuffled(offered))
             correct = tuple(index for index, option in enumerate(order) if not option.behind)
             answer = Selection(tuple(option.text for option in order), correct)
-            return answer, Forms(offered=order, quantity=quantity)
+            return answer, EqualForms(offered=order, quantity=quantity)
     return None
 
 

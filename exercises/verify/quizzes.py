@@ -19,7 +19,7 @@ from exercises.quizzes.choice import CHOICES, AboutSubject
 from exercises.quizzes.drawn import Said, SaidOfJoint
 from exercises.quizzes.options import Offered, Options, Places
 from exercises.quizzes.places import filled
-from exercises.quizzes.several import Forms, OfQuantity, Quantity
+from exercises.quizzes.several import EqualForms, OfQuantity, Quantity
 from exercises.quizzes.values import AtRates
 from exercises.quizzes.wrong import Subject
 from exercises.stream import Stream
@@ -137,7 +137,7 @@ def _quantity(numeric: NumericReference, asked: Quantity, moved: int | None = No
 
 
 def _forms(numeric: NumericReference, part: Part) -> Iterator[Check]:
-    answer, expected = part.of(Selection), _quantity(numeric, part.about(Forms).quantity)
+    answer, expected = part.of(Selection), _quantity(numeric, part.about(EqualForms).quantity)
     right = []
     for index, option in enumerate(_offered(part)):
         found = numeric.read(sp.Matrix([option.shown]))
