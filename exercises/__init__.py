@@ -22,7 +22,7 @@ its own in its `__init__`.
     languages, render               the words of other languages; the templates filled in
     writing/                        statements, hints, solutions; formulas as LaTeX, MathML, Typst, Maxima, text
     figure/                         the drawing of an arm, as SVG and as TikZ, and its description in words
-    notebook, show, solving         notebooks; one problem in every format; your own arm (`qdot solve`)
+    notebook, showing, solving      notebooks; one problem in every format; your own arm (`qdot solve`)
     docs/                           the pages of docs/ that are made from the code (`make docs`)
     gradebook                       Canvas's and Moodle's own exports as rosters
     assignment                      an instructor's folder, read and checked
@@ -30,9 +30,65 @@ its own in its `__init__`.
     exports/                        every other form in which an assignment is handed out (`qdot export`)
     site/                           the web site: pages, and problems that a browser can grade
     commands                        the commands about what is asked
+
+What a library or a notebook needs stands in this package itself (`__all__`), and is loaded when it is asked for:
+
+>>> from exercises import generate, show
+>>> problem = generate("planar-2r/7", ["jacobian"])
+>>> problem
+Problem(planar-2r/7: jacobian)
+>>> problem["jacobian"].answer.as_matrix().shape
+(2, 2)
 """
 
-ENGINE = 1
-"""Version of the problem generator: any change of what an id regenerates raises it."""
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["ENGINE"]
+if TYPE_CHECKING:
+    from exercises.answers import Answer as Answer
+    from exercises.arm.chain import Base as Base
+    from exercises.arm.chain import Chain as Chain
+    from exercises.arm.chain import Joint as Joint
+    from exercises.arm.chain import Point as Point
+    from exercises.arm.robot_file import read_robot as read_robot
+    from exercises.assignment import Assignment as Assignment
+    from exercises.assignment import load_assignment as load_assignment
+    from exercises.errors import QdotError as QdotError
+    from exercises.families import FAMILIES as FAMILIES
+    from exercises.generation import generate as generate
+    from exercises.problem import ENGINE as ENGINE
+    from exercises.problem import Part as Part
+    from exercises.problem import Problem as Problem
+    from exercises.problem import ProblemId as ProblemId
+    from exercises.quizzes import ASKED as ASKED
+    from exercises.showing import show as show
+    from exercises.solving import Solution as Solution
+    from exercises.solving import solve as solve
+    from exercises.verify import ProblemCertificate as ProblemCertificate
+    from exercises.verify import certify as certify
+
+_HOMES = {
+    "answers": ("Answer",), "arm.chain": ("Base", "Chain", "Joint", "Point"), "arm.robot_file": ("read_robot",),
+    "assignment": ("Assignment", "load_assignment"), "errors": ("QdotError",), "families": ("FAMILIES",),
+    "generation": ("generate",), "problem": ("ENGINE", "Part", "Problem", "ProblemId"), "quizzes": ("ASKED",),
+    "showing": ("show",), "solving": ("Solution", "solve"), "verify": ("ProblemCertificate", "certify"),
+}  # fmt: skip
+"""Where what is offered here is made: SymPy is loaded for who asks for it, and not for who asks for the version."""
+
+__all__ = [
+    "ASKED", "ENGINE", "FAMILIES", "Answer", "Assignment", "Base", "Chain", "Joint", "Part", "Point", "Problem",
+    "ProblemCertificate", "ProblemId", "QdotError", "Solution", "certify", "generate", "load_assignment",
+    "read_robot", "show", "solve",
+]  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    from importlib import import_module
+
+    for home, names in _HOMES.items():
+        if name in names:
+            return getattr(import_module(f"exercises.{home}"), name)
+    raise AttributeError(f"module 'exercises' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

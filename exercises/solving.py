@@ -52,9 +52,21 @@ class Solution:
     singular: tuple[Found, ...] | None
     note: str | None
 
+    def __repr__(self) -> str:
+        return f"Solution({self.chain.name}: J {len(self.chain.task)} x {self.chain.n}, det J = {self.determinant})"
+
 
 def solve(chain: Chain) -> Solution:
-    """Return what the chapter would derive for `chain`; base frame, metres, radians."""
+    """Return what the chapter would derive for `chain`; base frame, metres, radians.
+
+    The position is 3 x 1, the Jacobian of the point 3 x n, the geometric one 6 x n (linear rows first, (6.6)). What
+    would be too long is left out, as `note` then says.
+
+    >>> from exercises import Chain, Joint
+    >>> arm = Chain("mine", (Joint("R", "theta1", 0, "a1", 0), Joint("R", "theta2", 0, "a2", 0)), ("vx", "vy"))
+    >>> solve(arm)
+    Solution(mine: J 2 x 2, det J = a1*a2*sin(theta2))
+    """
     d = derive(chain)
     determinant, singular, note = _singularities(chain)
     return Solution(chain, d.position, d.geometric[:3, :], d.geometric, determinant, singular, note)

@@ -9,9 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from exercises import ENGINE
 from exercises.assignment import Assignment
-from exercises.problem import Problem, variable
+from exercises.problem import ENGINE, Problem
 from exercises.store import kept
 from grader.cells import Unreadable, plain
 from grader.copies import Copies
@@ -161,13 +160,12 @@ def _marked(
     of_another = submission is not None and submission.claims.get("student") not in (None, student)
     credit = Fraction(0) if of_another else assignment.follow_through
     for slot, problem in problems:
-        reasons = {}
-        for part in problem.parts:
-            name = variable(slot, part.name)
-            reasons[name] = obstacle or found.reasons.get(name, "")
-        seed = _points_seed(assignment, submission)
-        is_copied = partial(copies.is_right_for_another, problem, slot)
-        verdicts = mark(problem, slot, found.run.answers, reasons, assignment.secret, seed, credit, is_copied)
+        reasons = {part.name: obstacle or found.reason(slot, part.name) for part in problem.parts}
+        verdicts = mark(
+            problem, found.of(slot, problem), reasons, secret=assignment.secret,
+            points_seed=_points_seed(assignment, submission), credit=credit,
+            is_copied=partial(copies.is_right_for_another, problem, slot),
+        )  # fmt: skip
         marked.append({"id": str(problem.id), "slot": slot, "parts": [verdict.as_json() for verdict in verdicts]})
     return {
         "sha256": None if submission is None else submission.sha256,

@@ -12,14 +12,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from exercises import ENGINE
 from exercises.assignment import Assignment
 from exercises.difficulty import difficulty
 from exercises.errors import QdotError
 from exercises.families import Family
 from exercises.generation import generate
 from exercises.parallel import ordered_map
-from exercises.problem import Problem, ProblemId
+from exercises.problem import ENGINE, Problem, ProblemId
 from exercises.record import digests
 from exercises.release import certificate_path, notebook_path
 from exercises.verify import FULL_RANK, ProblemCertificate, certify
@@ -203,7 +202,7 @@ def _failures(_: None, task: Task) -> list[Failure]:
         )
         return [*_found(Kind.OTHER_ENGINE, task, [said]), *task.against]
     try:
-        problem = generate(task.identity, None, task.family)
+        problem = generate(task.identity, family=task.family)
         changes = _changes(task, problem, record) if record is not None else []
         found = [*changes, *_found(Kind.UNSOUND, task, failures_of(problem))]
     except (RuntimeError, QdotError) as error:

@@ -41,7 +41,15 @@ class Checked:
 
 
 def check_notebook(path: Path) -> Checked:
-    """Run a notebook and tell for each answer cell what the grader would read. Raises QdotError for no notebook."""
+    r"""Run a notebook and tell for each answer cell what the grader would read. Raises QdotError for no notebook.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "mine.md"
+    ...     _ = path.write_text("```python\np1_determinant = 'a1*a2*sin(theta2'\n```")
+    ...     check_notebook(path).rows[0].said
+    "this can't be read as an answer: expected ')', found 'the end', at character 17, near '1*a2*sin(theta2'"
+    """
     try:
         submission = read_submission(path)
     except Unreadable as error:

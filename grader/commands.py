@@ -152,7 +152,7 @@ def check(
 
     For students: no marks are given, and no key is needed. Leaves with code 1 if an answer is blank or can't be read.
     """
-    from grader.check import check_notebook
+    from grader import check_notebook
 
     form, _, summary = report.partition("=")
     if report and (form != "github" or not summary):

@@ -89,8 +89,18 @@ def _unit(vector: np.ndarray) -> np.ndarray:
     return np.asarray(vector / np.where(length > SAME, length, np.nan))
 
 
-def diagnose(problem: Problem, part: Part, given: Given, seed: str) -> Diagnosis | None:
-    """Return the mistake that gives a wrong answer, or nothing where none in the catalogue does."""
+def diagnose(problem: Problem, part: Part, given: Given, seed: str = "") -> Diagnosis | None:
+    """Return the mistake that gives a wrong answer, or nothing where none in the catalogue does.
+
+    `seed` draws the configurations at which it is compared with what mistakes give.
+
+    >>> from exercises import generate
+    >>> from grader import read_answer
+    >>> problem = generate("polar-rp/1", ["determinant"])
+    >>> (part,) = problem.parts
+    >>> diagnose(problem, part, read_answer(problem, part, "d2 + 0.646")).mistakes
+    ('determinant-sign',)
+    """
     if given.table is not None:
         return _of_function(problem, part, given.table)
     offered = _behind_options(part, given)

@@ -12,7 +12,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from exercises.problem import variable
+from exercises.problem import Problem, variable
 from grader.cells import Cell, parsed, without_magics
 from grader.sandbox import Run
 
@@ -33,6 +33,15 @@ class Answers:
     run: Run
     reasons: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+
+    def of(self, slot: str, problem: Problem) -> dict[str, str]:
+        """Return the texts of the answers to a problem, by part."""
+        names = {part.name: variable(slot, part.name) for part in problem.parts}
+        return {part: self.run.answers[name] for part, name in names.items() if name in self.run.answers}
+
+    def reason(self, slot: str, part: str) -> str:
+        """Return why there is no answer to a part; nothing where there is one."""
+        return self.reasons.get(variable(slot, part), "")
 
 
 def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> Answers:

@@ -1,11 +1,12 @@
 """Mark a student's answers to a problem: each part against its reference, points by the judgement's share."""
 
+import secrets
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from typing import TypeVar
 
-from exercises.problem import Part, Problem, variable
+from exercises.problem import Part, Problem
 from grader.answer import Given
 from grader.credit import credited
 from grader.diagnosis import diagnose
@@ -21,27 +22,32 @@ CREDIT = Fraction(4, 5)
 
 def mark(
     problem: Problem,
-    slot: str,
     answers: Mapping[str, str],
-    reasons: Mapping[str, str],
-    secret: str,
+    reasons: Mapping[str, str] | None = None,
+    *,
+    secret: str | None = None,
     points_seed: str = "",
     credit: Fraction = CREDIT,
     is_copied: IsCopied = nothing_copied,
 ) -> list[Verdict]:
-    """Return a verdict for each part; `answers` and `reasons` (why there is none) are by variable name.
+    """Return a verdict for each part; `answers` and `reasons` (why there is none) are by the name of the part.
 
     A part that follows from the student's own wrong answer to an earlier one earns `credit` of its points, unless that
-    answer `is_copied`. What goes wrong in our own code is UNGRADED: it is told loudly, and is no mark.
+    answer `is_copied`. What goes wrong in our own code is UNGRADED: it is told loudly, and is no mark. Points at which
+    answers are compared are drawn from `secret` and the answer; without one, a secret is drawn.
+
+    >>> from exercises import generate
+    >>> mark(generate("polar-rp/1", ["determinant"]), {"determinant": "d2 + 0.646"}, secret="s")
+    [Verdict(determinant: partial, 0.6667 of 1)]
     """
-    texts = {part.name: answers[name] for part in problem.parts if (name := variable(slot, part.name)) in answers}
-    seeds = {name: f"{secret}/{problem.id}/{name}/{text}" for name, text in texts.items()}
+    texts = {part.name: answers[part.name] for part in problem.parts if part.name in answers}
+    drawn = secrets.token_hex(16) if secret is None else secret
+    seeds = {name: f"{drawn}/{problem.id}/{name}/{text}" for name, text in texts.items()}
     own: dict[str, Given] = {}
     judged: dict[str, Judgement] = {}
     for part in problem.parts:
         if part.name not in texts:
-            why = reasons.get(variable(slot, part.name), "no answer was found for this part")
-            judged[part.name] = missing(why)
+            judged[part.name] = missing((reasons or {}).get(part.name, "no answer was found for this part"))
             continue
         try:
             own[part.name] = read_answer(problem, part, texts[part.name], points_seed)

@@ -1,5 +1,6 @@
 """Judge the answer to one part of a problem, whatever its type, against its reference."""
 
+import secrets
 from dataclasses import dataclass
 
 from exercises.answers import Choice, ConditionSet, Direction, Expression, Forms, Matching, Matrix, Number, Selection
@@ -14,12 +15,18 @@ from grader.reading import read_answer
 from grader.verdict import Judgement
 
 
-def judge(problem: Problem, part: Part, answer: str, seed: str, points_seed: str = "") -> Judgement:
-    """Judge the text of an answer to a part; `seed` draws the points at which it is compared.
+def judge(problem: Problem, part: Part, answer: str, seed: str | None = None, points_seed: str = "") -> Judgement:
+    """Judge the text of an answer to a part; `seed` draws the points at which it is compared, a fresh one if none.
 
     Those at which a function was called, before its values were an answer, come from `points_seed`.
+
+    >>> from exercises import generate
+    >>> problem = generate("polar-rp/1", ["determinant"])
+    >>> judge(problem, problem["determinant"], "-0.646 - d2")
+    Judgement(correct, 1: right)
     """
-    return judge_given(problem, part, read_answer(problem, part, answer, points_seed), seed)
+    given = read_answer(problem, part, answer, points_seed)
+    return judge_given(problem, part, given, secrets.token_hex(16) if seed is None else seed)
 
 
 def judge_given(problem: Problem, part: Part, given: Given, seed: str) -> Judgement:

@@ -8,13 +8,12 @@ import json
 from pathlib import Path
 from typing import Any
 
-from exercises import ENGINE
 from exercises.assignment import Slot, load_assignment
 from exercises.errors import QdotError
 from exercises.exports.prairielearn import BANK_FILE
 from exercises.figure import figure_svg, part_svg
 from exercises.notebook import points_text, solution_figure
-from exercises.problem import Part, Problem, variable
+from exercises.problem import ENGINE, Part, Problem
 from exercises.quizzes import ASKED
 from exercises.writing.markup import to_html_for_mathjax
 from exercises.writing.statement import hints, prompt, statement, worked_solution
@@ -62,9 +61,9 @@ def grade(data: Data, folder: str, slot: str) -> None:
     What fails in qdot itself makes the submission invalid, so that it costs nothing.
     """
     problem = _problem(data, folder, slot)
-    answers = {variable(slot, part.name): typed for part in problem.parts if (typed := _typed(data, part))}
+    answers = {part.name: typed for part in problem.parts if (typed := _typed(data, part))}
     assignment = load_assignment(_folder(data, folder))
-    verdicts = mark(problem, slot, answers, {}, assignment.secret, credit=assignment.follow_through)
+    verdicts = mark(problem, answers, secret=assignment.secret, credit=assignment.follow_through)
     said = []
     for part, verdict in zip(problem.parts, verdicts, strict=True):
         if verdict.points is None:

@@ -12,7 +12,13 @@ from grader.function_values import constant_text, is_table, read_table
 
 
 def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") -> Given:
-    """Return what a text is as the answer to a part; `points_seed` drew the points at which a function was called."""
+    """Return what a text is as the answer to a part; `points_seed` drew the points at which a function was called.
+
+    >>> from exercises import generate
+    >>> problem = generate("planar-2r/7", ["position"])
+    >>> read_answer(problem, problem["position"], "[a1, a2, a3]").refusal
+    Judgement(wrong, 0: the answer is 3 x 1, and 2 x 1 is due)
+    """
     domain = problem.domain()
     if is_table(text):
         same = constant_text(text)

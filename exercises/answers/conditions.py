@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from exercises.answers.base import Answer
 from exercises.answers.forms import Forms, T
 from exercises.arm.singularity import Component
-from exercises.formula.code import list_code, python_text
+from exercises.formula.printers.python import list_code, python_text
 
 
 @dataclass(frozen=True)

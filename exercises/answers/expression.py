@@ -6,7 +6,7 @@ import sympy as sp
 
 from exercises.answers.base import Answer
 from exercises.answers.forms import Forms, T
-from exercises.formula.code import bracketed, python_text
+from exercises.formula.printers.python import bracketed, python_text
 from exercises.formula.text import text_of
 
 

@@ -6,8 +6,8 @@ import sympy as sp
 
 from exercises.answers.base import Answer, Json, rows_typed
 from exercises.answers.forms import Forms, T
-from exercises.formula.code import matrix_code, python_text
 from exercises.formula.identity import Rounding
+from exercises.formula.printers.python import matrix_code, python_text
 from exercises.formula.text import rows_of_text, text_of
 
 

@@ -5,7 +5,7 @@ from typing import Any
 import sympy as sp
 
 from exercises.answers.base import Answer, rows_typed
-from exercises.formula.code import matrix_code, python_text
+from exercises.formula.printers.python import matrix_code, python_text
 from exercises.formula.text import matrix_json, rows_of_text, text_of
 
 

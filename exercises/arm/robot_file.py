@@ -54,7 +54,16 @@ class Robot:
 
 
 def read_robot(path: Path) -> Chain:
-    """Return the chain that a file describes, its lengths open. Raises QdotError as `read_robot_file` does."""
+    r"""Return the chain that a file describes, its lengths open. Raises QdotError as `read_robot_file` does.
+
+    >>> import tempfile
+    >>> row = 'kind = "R"\ntheta = "theta1"\nd = 0\na = "a1"\nalpha = 0'
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "arm.toml"
+    ...     _ = path.write_text(f'name = "mine"\ntask = ["vx"]\n[[joint]]\n{row}')
+    ...     read_robot(path)
+    Chain(mine: R, vx of frame 1)
+    """
     return read_robot_file(path).chain
 
 

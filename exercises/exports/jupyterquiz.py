@@ -15,9 +15,9 @@ from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 from exercises.exports.items import Choose, Field, Item, Match, Picture, items
 from exercises.exports.markup import body_html, by_category, decimal, limits, line_html, svg_file
 from exercises.exports.outlet import File, Order
+from exercises.formula.printers.mathml import mathml
 from exercises.notebook import KERNEL, notebook_text
 from exercises.render import render
-from exercises.writing.mathml import mathml
 
 Question = dict[str, object]
 _NUDGE = 1e-9

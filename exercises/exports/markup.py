@@ -1,7 +1,6 @@
 """What outlets for platforms share: texts with figures as HTML, numbers as text, archives of the same bytes."""
 
 import hashlib
-import html
 import io
 import math
 import zipfile
@@ -9,32 +8,23 @@ from collections.abc import Callable, Sequence
 from decimal import Decimal
 
 from exercises.exports.items import Item, Picture
+from exercises.formula.layout import Layout
 from exercises.render import render
-from exercises.writing.fit import fitted
-from exercises.writing.markup import SCREEN, to_html
+from exercises.writing.markup import to_html_for_mathjax, to_html_with
 
 DIGITS = 10
 """Significant digits to which right values are given to platforms."""
 
-SetFormula = Callable[[str, bool], str]
+SetFormula = Callable[[Layout, bool], str]
+"""Prints a formula for a platform, told whether it stands on lines of its own; without one, MathJax sets LaTeX."""
 
 
-def mathjax(latex: str, block: bool) -> str:
-    r"""Return a formula for a platform that sets LaTeX by MathJax.
-
-    >>> mathjax("a < b", False)
-    '\\(a &lt; b\\)'
-    """
-    left, right = (r"\[", r"\]") if block else (r"\(", r"\)")
-    return f"{left}{html.escape(latex, quote=False)}{right}"
-
-
-def text_html(text: str, set_formula: SetFormula = mathjax) -> str:
+def text_html(text: str, set_formula: SetFormula | None = None) -> str:
     """Return Markdown as HTML for a platform."""
-    return to_html(text, lambda latex, block: set_formula(fitted(latex, SCREEN) if block else latex, block)).strip()
+    return (to_html_with(text, set_formula) if set_formula else to_html_for_mathjax(text)).strip()
 
 
-def line_html(text: str, set_formula: SetFormula = mathjax) -> str:
+def line_html(text: str, set_formula: SetFormula | None = None) -> str:
     """Return one line of Markdown as HTML without a paragraph around it."""
     shown = text_html(text, set_formula)
     inner = shown.removeprefix("<p>").removesuffix("</p>")
@@ -42,7 +32,7 @@ def line_html(text: str, set_formula: SetFormula = mathjax) -> str:
 
 
 def body_html(
-    body: Sequence[str | Picture], source: Callable[[Picture], str], set_formula: SetFormula = mathjax
+    body: Sequence[str | Picture], source: Callable[[Picture], str], set_formula: SetFormula | None = None
 ) -> str:
     """Return a text with its figures as HTML; `source` says where a picture's file is."""
     pieces = [

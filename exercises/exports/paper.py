@@ -7,9 +7,10 @@ from exercises.errors import QdotError
 from exercises.exports.outlet import File, Order
 from exercises.exports.sheet import Sheet, sheets
 from exercises.figure.tikz import tikz
+from exercises.formula.printers.typst import typst_string
 from exercises.render import render
 from exercises.writing.markup import latex_escaped, to_html, to_latex
-from exercises.writing.typst import to_typst, typst_escaped, typst_string
+from exercises.writing.typst import to_typst, typst_escaped
 
 NARROW = 0.8
 """The share of a page's width that a formula may take beside a name."""

@@ -17,8 +17,8 @@ from exercises.exports.markup import (
     svg_file,
 )
 from exercises.exports.outlet import File, Order
+from exercises.formula.printers.mathml import plain_mathml
 from exercises.render import render
-from exercises.writing.mathml import plain_mathml
 
 MOST_FIELDS = 4
 """Fields of an item up to which a wrong number is told the mistake behind it; it is long otherwise."""
@@ -49,21 +49,17 @@ def qti_zip(order: Order) -> Generator[File, None, None]:
     yield File(f"{assignment.key}.zip", archive(package), private=True)
 
 
-def _mathml(latex: str, block: bool) -> str:
-    return plain_mathml(latex, block)
-
-
 def _source(picture: Picture) -> str:
     return f"../images/{file_name(picture)}"
 
 
 def _html(body: tuple[str | Picture, ...]) -> str:
     """Return a text as QTI's own part of XHTML: blocks, and no style."""
-    return _STYLE.sub("", body_html(body, _source, _mathml))
+    return _STYLE.sub("", body_html(body, _source, plain_mathml))
 
 
 def _line(text: str) -> str:
-    return _STYLE.sub("", line_html(text, _mathml))
+    return _STYLE.sub("", line_html(text, plain_mathml))
 
 
 def _item(one: Item) -> dict[str, object]:

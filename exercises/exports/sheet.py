@@ -28,7 +28,7 @@ from exercises.notebook import points_text, solution_figure
 from exercises.parallel import ordered_map
 from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
-from exercises.show import problem_title
+from exercises.showing import problem_title
 from exercises.writing.on_paper import on_paper
 from exercises.writing.short_answer import short_answer
 from exercises.writing.statement import hints, prompt, statement, worked_solution

@@ -15,13 +15,13 @@ from exercises.exports.bank import Variant, bank
 from exercises.exports.outlet import File, Order
 from exercises.exports.stack_parts import FUNCTIONS, Asked, Case, asked, without_rounding
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg
+from exercises.formula.printers.maxima import maxima_text
 from exercises.notebook import solution_figure
 from exercises.problem import Part, Problem
 from exercises.questions.results import is_product
 from exercises.quizzes import ASKED
 from exercises.render import render
 from exercises.writing.markup import to_html_for_mathjax
-from exercises.writing.maxima import maxima_text
 from exercises.writing.statement import hints, prompt, statement, worked_solution
 
 VERSION = "2023060500"

@@ -14,9 +14,9 @@ from exercises.answers import LETTERS, Answer, Choice, ConditionSet, Direction, 
 from exercises.arm.singularity import Component
 from exercises.credit import OWN
 from exercises.exports.known_wrong import Known, known_wrong, room_of, same_entries
+from exercises.formula.printers.maxima import maxima_matrix, maxima_text
 from exercises.problem import Part, Problem
 from exercises.quizzes.options import blames_of
-from exercises.writing.maxima import maxima_matrix, maxima_text
 
 MOST = 6
 """Mistakes that a part's response tree knows: each costs a comparison of every wrong answer."""

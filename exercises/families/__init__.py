@@ -29,5 +29,6 @@ FAMILIES: dict[str, Family] = {
         *PLANAR_ARMS, *POSITIONING, *SCARA, *ELBOWS, *WRISTS, *SCORBOT, *SIX_JOINTS, *RANDOM,
     )
 }  # fmt: skip
+"""Every family by name."""
 
 __all__ = ["FAMILIES", "Family"]

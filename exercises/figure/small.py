@@ -24,8 +24,8 @@ from exercises.figure.pose import best_poses, drawn_chain, scores, skeleton, sym
 from exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Shape, decimal
 from exercises.figure.view import Part, View, arrow, tip
 from exercises.figure.words import left_out_text
-from exercises.writing.latex import tex
-from exercises.writing.unicode_math import unicode_math
+from exercises.formula.printers.unicode import unicode_math
+from exercises.writing.latex import laid_out
 
 PANEL, THUMBNAIL = (280, 196), (320, 240)
 """Width and height in which these are drawn, in pixels; both are shown at 0.6 of that."""
@@ -225,7 +225,7 @@ def _on_condition(chain: Chain, scaled: _Scaled, component: Component) -> np.nda
 
 
 def _text(expression: sp.Expr, chain: Chain) -> str:
-    return unicode_math(tex(expression, chain))
+    return unicode_math(laid_out(expression, chain))
 
 
 def _value(value: sp.Expr, kind: str, chain: Chain) -> str:

@@ -5,13 +5,13 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
+from exercises.formula.latex import LETTERS
 from exercises.render import render
-from exercises.writing.latex_tree import LETTERS
 from exercises.writing.markup import latex_escaped
 
 POINTS = 0.565
 """How many points (1/72.27 inch) a pixel becomes."""
-_GREEK = {char: name for name, char in LETTERS.items() if name not in ("phi", "square")}
+_GREEK = {char: name for name, char in LETTERS.items() if name != "square"}
 _LOW = "₀₁₂₃₄₅₆₇₈₉"
 _DIGITS = str.maketrans(_LOW, "0123456789")
 _JOINS = {"stroke-linejoin": "line join", "stroke-linecap": "line cap"}

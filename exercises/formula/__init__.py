@@ -2,7 +2,9 @@
 
 From the bottom up:
 
-    printing, text, code                SymPy's expressions as text, fast, and as Python
+    printing, text                      SymPy's expressions as text, fast
+    layout, latex                       how a formula is laid out, one tree whatever it was made from; our LaTeX as such
+    printers/                           a file for each notation that it is printed in; Maxima and Python from SymPy
     vocabulary                          words, signs, units and habits of those who write: vocabulary.json
     names, trees                        what a name stands for; expressions as trees of plain nodes
     algebra                             trees added, multiplied and differentiated, without SymPy

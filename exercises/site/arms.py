@@ -5,12 +5,13 @@ from dataclasses import dataclass
 
 from exercises.families import FAMILIES
 from exercises.families.listing import listing
+from exercises.formula.latex import parsed
+from exercises.formula.printers.mathml import mathml
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.render import render
 from exercises.site.page import Page
-from exercises.writing.mathml import mathml
 from exercises.writing.wording import Wording
 
 PATH = "arms.html"
@@ -49,7 +50,7 @@ def _card(name: str, practised: bool) -> Card:
         title=family.title,
         source=family.source,
         kinds="" if family.varied else listed.kinds,
-        task="" if family.varied else mathml(", ".join(task)),
+        task="" if family.varied else mathml(parsed(", ".join(task))),
         difficulty=listed.difficulty,
         asked=listed.questions,
         practised=practised,

@@ -37,6 +37,7 @@ GROUPS = {
         "judging": ("How an answer is judged", "Identity tested in numbers, and the bound on being wrong."),
         "sandbox": ("Students' code, contained", "What a notebook may do, and who sees to it."),
         "structures": ("How many arms there are", "What random-2 to random-4 draw from."),
+        "library": ("qdot as a library", "Problems and judgements in a program of your own."),
         COMMANDS: ("The command line", "Every command and option, from the program."),
     },
 }  # fmt: skip

@@ -19,7 +19,7 @@ from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
 from exercises.record import Json, robot_json
 from exercises.render import catalogue
-from exercises.show import problem_title
+from exercises.showing import problem_title
 from exercises.site.keys import key_of
 from exercises.writing.latex import symbol_latex
 from exercises.writing.markup import to_html

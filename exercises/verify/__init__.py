@@ -47,6 +47,10 @@ class ProblemCertificate:
     checks: tuple[Check, ...]
     digests: Mapping[str, Any] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        how = "passed" if self.passed else f"{len(self.failures)} failed"
+        return f"ProblemCertificate({self.problem}: {len(self.checks)} checks, {how})"
+
     @property
     def passed(self) -> bool:
         """Whether every check held."""
@@ -68,8 +72,8 @@ class ProblemCertificate:
 def certify(problem: Problem) -> ProblemCertificate:
     """Test every reference of a problem; a question for which there is no test here fails, too.
 
-    >>> from exercises.generation import generate
-    >>> certify(generate(ProblemId("planar-2r", 7, ("determinant",)))).passed
+    >>> from exercises import generate
+    >>> certify(generate("planar-2r/7", ["determinant"])).passed
     True
     """
     numeric = NumericReference(problem)

@@ -2,11 +2,9 @@
 
 From formulas to whole texts:
 
-    latex, latex_tree           formulas as the textbook prints them; that LaTeX as trees, for other notations
-    direct, mathml, fit         LaTeX as MathML; wide formulas on several lines
-    unicode_math, spoken        formulas for a terminal, and in words for those who hear a page
-    typst, maxima               our Markdown for Typst; formulas for Maxima
-    typeset                     the LaTeX of what somebody typed
+    latex, typeset              formulas laid out: SymPy's as the textbook has them, and what somebody typed
+    fit                         wide formulas on several lines
+    typst                       our Markdown for Typst
     markup, on_paper            our Markdown as HTML, LaTeX and text; what is left out on paper
     wording, worked             the words for an arm; what a solution shows between formula and result
     hint_context                what hints tell of an arm

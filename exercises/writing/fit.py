@@ -4,203 +4,196 @@ A formula in pieces between \qquad, or with several signs of equality, gets a li
 products go on behind a dot or a cross, sums before a sign, and matrices behind a \cdots, with their other columns.
 """
 
-import re
-import xml.etree.ElementTree as ET
+from collections.abc import Sequence
 from functools import lru_cache
+from itertools import zip_longest
 
-from exercises.writing.direct import direct, element_width
-from exercises.writing.mathml import known, plain_mathml
+from exercises.formula import layout
+from exercises.formula.layout import Layout, Pieces, row
 
-Rows = list[tuple[str, str]]
+Lines = list[Pieces]
+Rows = list[tuple[Pieces, Pieces]]
+
+OPERATORS = {"=": 1.05, "+": 0.95, "−": 0.95, "×": 0.95, "≠": 1.05, "≈": 1.05, ",": 0.45, "det": 1.2}
+"""Widths of operators with the room around them, in em, as of all that follows."""
+LETTERS = {**dict.fromkeys("mwMWOθωφψ", 0.8), **dict.fromkeys("ijlt.'|()[]", 0.33), ",": 0.45}
+LETTER, SIGN, SCRIPT, COLUMN = 0.54, 0.4, 0.71, 0.85
+_CROSS, _DOTS, _OPEN, _CLOSE = (Layout("sign", sign) for sign in "×⋯()")
 
 
 @lru_cache(maxsize=2048)
-def width(latex: str) -> float:
-    r"""Return about how wide a formula is in em.
+def width(formula: Layout, size: float = 1.0) -> float:
+    r"""Return about how wide a formula is in em; `size` is that of fractions, which are smaller inside a matrix.
 
-    >>> width(r"a_{1}") < width(r"\frac{a_{1}}{2}") + 0.3 < width(r"a_{1} + a_{2}")
+    >>> from exercises.formula.latex import parsed
+    >>> width(parsed(r"a_{1}")) < width(parsed(r"\frac{a_{1}}{2}")) + 0.3 < width(parsed(r"a_{1} + a_{2}"))
     True
     """
-    if not latex.strip():
-        return 0.0
-    found = direct(known(latex))
-    return element_width(ET.fromstring(plain_mathml(latex, True))) if found is None else found.full  # noqa: S314
+    kind, text, inner = formula
+    if kind == "row":
+        return _wide(inner, size)
+    if kind == "script":
+        return width(inner[0]) + SCRIPT * max(width(inner[1]), width(inner[2]))
+    if kind == "fraction":
+        return 0.2 + size * max(width(inner[0], size), width(inner[1], size))
+    if kind == "dotted":
+        return width(inner[0])
+    if kind in ("matrix", "aligned"):
+        within, brackets = (SCRIPT, 2 * SIGN) if kind == "matrix" else (1.0, 0.0)
+        rows = ([width(cell, within) for cell in cells.inner] for cells in inner)
+        return brackets + sum(max(column) + COLUMN for column in zip_longest(*rows, fillvalue=0.0))
+    if kind in ("root", "fenced"):
+        return width(inner[0], size) + (0.9 if kind == "root" else SIGN * len(text.replace(".", "")))
+    return _leaf_width(kind, text)
 
 
-def fitted(latex: str, room: float) -> str:
+def _wide(pieces: Sequence[Layout], size: float = 1.0) -> float:
+    return sum(width(piece, size) for piece in pieces)
+
+
+@lru_cache(maxsize=2048)
+def _leaf_width(kind: str, text: str) -> float:
+    if kind == "space":
+        return layout.SPACES[text]
+    if kind == "sign" or text in OPERATORS:
+        return OPERATORS.get(text, SIGN)
+    room = 0.17 if kind == "word" else 0.0
+    return room + sum(LETTERS.get(letter, LETTER) for letter in text)
+
+
+def fitted(formula: Layout, room: float) -> Layout:
     """Return a formula for lines of its own, broken where it is wider than `room` (em), as far as that can be."""
-    if width(latex) <= room:
-        return latex
-    rows = [line for left, right in _rows(latex, room) for line in _equation(left, right, room)]
-    return r"\begin{aligned} " + r" \\[6pt] ".join(" & ".join(row) for row in rows) + r" \end{aligned}"
+    if width(formula) <= room:
+        return formula
+    lines = [line for left, right in _rows(formula, room) for line in _equation(left, right, room)]
+    cells = tuple(row(row(*left), row(*right)) for left, right in lines)
+    return row(Layout("aligned", "apart" if len(lines) > 1 else "", cells))
 
 
-def _rows(latex: str, room: float) -> Rows:
+def _rows(formula: Layout, room: float) -> Rows:
     """Return the equations in a formula as left sides, and right sides with their first sign.
 
     What stands beside each other in an aligned formula stays there where it fits.
     """
-    aligned = re.fullmatch(r"\\begin\{aligned\} (.*) \\end\{aligned\}", latex)
-    if aligned is None:
-        return [_sides(piece) for piece in split(latex, r"\qquad")]
+    if len(formula.inner) != 1 or formula.inner[0].kind != "aligned":
+        return [_sides(piece) for piece in layout.split(formula.inner, layout.QQUAD)]
     found: Rows = []
-    for row in re.split(r" \\\\(?:\[6pt\])? ", _hidden(aligned[1])):
-        cells = [_shown(cell).strip() for cell in row.split("&")]
-        pairs = [(cells[k], cells[k + 1]) for k in range(0, len(cells) - 1, 2)] or [("", cells[0])]
-        if not pairs[0][0] and not pairs[0][1].startswith("=") and found:  # a sum goes on
-            found[-1] = (found[-1][0], f"{found[-1][1]} {pairs[0][1].removeprefix(chr(92) + 'quad ')}")
+    for line in formula.inner[0].inner:
+        cells = [cell.inner for cell in line.inner]
+        pairs = [(cells[k], cells[k + 1]) for k in range(0, len(cells) - 1, 2)] or [((), cells[0])]
+        left, right = pairs[0]
+        if not left and right[:1] != (layout.EQUALS,) and found:  # a sum goes on
+            found[-1] = (found[-1][0], (*found[-1][1], *(right[1:] if right[:1] == (layout.QUAD,) else right)))
             continue
-        if len(pairs) > 1 and width(beside := r" \quad ".join(f"{a} {b}" for a, b in pairs)) <= room - 2.0:
-            pairs = [(cells[0], beside.removeprefix(cells[0]).strip())]
+        beside = layout.joined((layout.QUAD,), [(*a, *b) for a, b in pairs])
+        if len(pairs) > 1 and _wide(beside) <= room - 2.0:
+            pairs = [(left, beside[len(left) :])]
         found += pairs
     return found
 
 
-def _sides(equation: str) -> tuple[str, str]:
-    left, *rest = split(equation, "=")
-    return (left, "= " + " = ".join(rest)) if rest else ("", left)
+def _sides(equation: Pieces) -> tuple[Pieces, Pieces]:
+    left, *rest = layout.split(equation, layout.EQUALS)
+    return (left, (layout.EQUALS, *layout.joined((layout.EQUALS,), rest))) if rest else ((), left)
 
 
-def _equation(left: str, right: str, room: float) -> Rows:
+def _equation(left: Pieces, right: Pieces, room: float) -> Rows:
     """Return the lines of one equation."""
-    if width(f"{left} {right}") <= room - 1.0:
+    if _wide(left) + _wide(right) <= room - 1.0:
         return [(left, right)]
-    start, *others = split(right, "=") if right.startswith("=") else ["", right]
-    sign = "= " if right.startswith("=") else ""
+    sign = right[:1] if right[:1] == (layout.EQUALS,) else ()
+    space = room - _wide(left) - 2.0 if left else room - 1.0
     lines: Rows = []
-    space = room - width(left) - 2.0 if left else room - 1.0
-    for number, part in enumerate([start, *others] if start else others):
+    for number, part in enumerate(layout.split(right[1:], layout.EQUALS) if sign else [right]):
         shown = _broken(part, space)
-        lines.append((left if number == 0 else "", f"{sign}{shown[0]}"))
-        lines += [("", rf"\quad {line}") for line in shown[1:]]
+        lines.append((() if number else left, (*sign, *shown[0])))
+        lines += [((), (layout.QUAD, *line)) for line in shown[1:]]
     return lines
 
 
-def _broken(part: str, room: float) -> list[str]:
+def _broken(part: Pieces, room: float) -> Lines:
     """Return one side of an equation in lines: between factors, before signs, inside matrices."""
-    if width(part) <= room:
+    if _wide(part) <= room:
         return [part]
-    for mark, lead in ((r"\times", r"{} \times "), (r"\begin{bmatrix}", r"{} \cdot ")):
-        factors = _factors(part, mark)
+    for factors, sign in ((layout.split(part, _CROSS), _CROSS), (_matrices(part), layout.DOT)):
         if len(factors) > 1:
             parts = [_broken(factor, room - 1.5) for factor in factors]
-            return [*parts[0], *(line for first, *rest in parts[1:] for line in (lead + first, *rest))]
-    terms = re.split(r" (?=[+-] )", _hidden(part))
-    if len(terms) > 1:
-        return _filled([_shown(term) for term in terms], room)
-    return _fraction(part, room) or _columns(part, room)
+            return [*parts[0], *(line for first, *rest in parts[1:] for line in ((layout.EMPTY, sign, *first), *rest))]
+    found = layout.terms(part)
+    return _filled(found, room) if len(found) > 1 else _fraction(part, room) or _columns(part, room)
 
 
-def _fraction(part: str, room: float) -> list[str]:
+def _matrices(part: Pieces) -> Lines:
+    """Return a product of matrices in factors, each of which ends in one; anything else whole."""
+    ends = [k + 1 for k, piece in enumerate(part) if _matrix_in(piece)]
+    starts = [0, *ends[:-1]]
+    return [part[start:end] for start, end in zip(starts, [*ends[:-1], len(part)], strict=True)] if ends else [part]
+
+
+def _matrix_in(piece: Layout) -> Layout | None:
+    """Return the matrix that a piece is, perhaps with a power."""
+    found = layout.base(piece)
+    return found if found.kind == "matrix" else None
+
+
+def _fraction(part: Pieces, room: float) -> Lines:
     """Return a wide fraction as the fraction of one times what was above the line, in lines; nothing for others."""
-    found = re.fullmatch(r"(-?)\\frac\{([^{}]*)\}\{([^{}]*)\}", _braced(part))
-    if found is None:
+    sign, rest = (part[:1], part[1:]) if part[:1] == (layout.MINUS,) else ((), part)
+    if len(rest) != 1 or rest[0].text != "frac":
         return []
-    sign, above, below = map(_unbraced, found.groups())
-    scaled = re.fullmatch(r"([\d.]+) \((.*)\)", above)  # 0.5 (a + b) above the line
-    factor, above = scaled.groups() if scaled else ("1", above)
-    before = rf"{sign}\frac{{{factor}}}{{{below}}} ("
-    lines = _filled([_shown(term) for term in re.split(r" (?=[+-] )", _hidden(above))], room - width(below))
-    return [before + lines[0], *lines[1:-1], lines[-1] + ")"] if len(lines) > 1 else []
+    above, below = (side.inner for side in rest[0].inner)
+    factor = Layout("number", "1")
+    if len(above) > 3 and above[0].kind == "number" and (above[1], above[-1]) == (_OPEN, _CLOSE):  # 0.5 (a + b)
+        factor, above = above[0], above[2:-1]
+    first, *others = _filled(layout.terms(above), room - _wide(below))
+    before = (*sign, layout.fraction((factor,), below), _OPEN)
+    return [(*before, *first), *others[:-1], (*others[-1], _CLOSE)] if others else []
 
 
-def _braced(text: str) -> str:
-    """Return a text with the braces inside of braces hidden."""
-    depth, out = 0, []
-    for sign in text:
-        depth -= sign == "}"
-        out.append(_INNER.get(sign, sign) if depth else sign)
-        depth += sign == "{"
-    return "".join(out)
-
-
-def _unbraced(text: str) -> str:
-    for plain, hidden in _INNER.items():
-        text = text.replace(hidden, plain)
-    return text
-
-
-def _factors(part: str, mark: str) -> list[str]:
-    if mark == r"\times":
-        return split(part, mark)
-    if mark not in part:  # the search for it would take long in a long sum
-        return [part]
-    found = re.findall(r"(?:(?!\\begin\{bmatrix\}).)*\\begin\{bmatrix\}.*?\\end\{bmatrix\}[^\\]*", part)
-    return [factor.strip() for factor in found] if "".join(found) == part else [part]
-
-
-def _filled(terms: list[str], room: float) -> list[str]:
+def _filled(parts: Sequence[Pieces], room: float) -> Lines:
     """Return lines of terms, each as full as it may be."""
-    lines, used = [terms[0]], width(terms[0])
-    for term in terms[1:]:
-        more = width(term)  # widths add up: a line is not measured anew with every term
+    lines, used = [parts[0]], _wide(parts[0])
+    for part in parts[1:]:
+        more = _wide(part)
         if used + more <= room - 1.0:
-            lines[-1] += f" {term}"
+            lines[-1] += part
             used += more
         else:
-            lines.append(f"{{}} {term}")
+            lines.append((layout.EMPTY, *part))
             used = more
     return lines
 
 
-def _columns(part: str, room: float) -> list[str]:
+def _columns(part: Pieces, room: float) -> Lines:
     r"""Return a matrix in several with some columns each: [a b ...] and [... c d]; anything else as it is."""
-    found = re.fullmatch(r"(.*?)\\begin\{bmatrix\} (.*?) \\end\{bmatrix\}(.*?)", part)
-    if found is None or r"\begin" in found[3]:
+    index = next((k for k, piece in enumerate(part) if _matrix_in(piece)), None)
+    if index is None or any(map(_matrix_in, part[index + 1 :])):
         return [part]
-    rows = [row.split(" & ") for row in found[2].split(r" \\ ")]
-    room -= width(found[1])
+    whole = part[index]
+    inside = _matrix_in(whole)
+    assert inside is not None
+    rows = [[cell.inner for cell in cells.inner] for cells in inside.inner]
+    room -= _wide(part[:index])
+
+    def again(one: Layout) -> Layout:
+        return one if whole.kind == "matrix" else whole._replace(inner=(one, *whole.inner[1:]))
+
     if len(rows[0]) == 1:
-        room -= 1.0
-        terms = [re.split(r" (?=[+-] )", _hidden(entry)) for (entry,) in rows]
-        lines = [_filled([_shown(term) for term in entry], room) for entry in terms]
-        shown = [rf"\quad {line}" if k else line for entry in lines for k, line in enumerate(entry)]
-        return [found[1] + _matrix([[line] for line in shown], [0], False, False) + found[3]]
+        entries = [_filled(layout.terms(entry), room - 1.0) for (entry,) in rows]
+        shown = [[(layout.QUAD, *line) if k else line] for entry in entries for k, line in enumerate(entry)]
+        return [(*part[:index], again(layout.matrix(shown)), *part[index + 1 :])]
     groups: list[list[int]] = [[]]
     for k in range(len(rows[0])):
-        if groups[-1] and width(_matrix(rows, [*groups[-1], k], True, True)) > room:
+        if groups[-1] and width(_part(rows, [*groups[-1], k], True, True)) > room:
             groups.append([])
         groups[-1].append(k)
     last = len(groups) - 1
-    shown = [_matrix(rows, group, k > 0, k < last) for k, group in enumerate(groups)]
-    return [(found[1] if k == 0 else "") + one + (found[3] if k == last else "") for k, one in enumerate(shown)]
+    lines: Lines = [(_part(rows, group, k > 0, k < last),) for k, group in enumerate(groups)]
+    lines[-1] = (again(*lines[-1]), *part[index + 1 :])
+    return [(*part[:index], *lines[0]), *lines[1:]]
 
 
-def _matrix(rows: list[list[str]], columns: list[int], before: bool, behind: bool) -> str:
-    dots = [r"\cdots"]
-    lines = [" & ".join(dots * before + [row[k] for k in columns] + dots * behind) for row in rows]
-    return r"\begin{bmatrix} " + r" \\ ".join(lines) + r" \end{bmatrix}"
-
-
-# --- what stands inside of brackets and matrices is hidden while a formula is taken apart ---
-
-_HIDE = {" ": "\1", "&": "\2", "\\\\": "\3"}
-_INNER = {"{": "\4", "}": "\5"}
-
-
-_MARK = re.compile(r"\\begin|\\end|\\\\|[ &(){}]")
-
-
-def _hidden(text: str) -> str:
-    depth = 0
-
-    def hide(found: re.Match[str]) -> str:
-        nonlocal depth
-        sign = found[0]
-        depth += (sign in ("(", "{", r"\begin")) - (sign in (")", "}", r"\end"))
-        return _HIDE.get(sign, sign) if depth else sign
-
-    return _MARK.sub(hide, text)
-
-
-def _shown(text: str) -> str:
-    for plain, hidden in _HIDE.items():
-        text = text.replace(hidden, plain)
-    return text
-
-
-def split(text: str, mark: str) -> list[str]:
-    """Return what stands between marks outside of all brackets and matrices."""
-    if mark not in text:  # hiding takes longer than all the rest
-        return [text.strip()]
-    return [_shown(piece).strip() for piece in re.split(rf"(?:^| ){re.escape(mark)}(?: |$)", _hidden(text))]
+def _part(rows: Sequence[Sequence[Pieces]], columns: Sequence[int], before: bool, behind: bool) -> Layout:
+    """Return some columns of a matrix, with dots in the place of those before and behind them."""
+    dots = [(_DOTS,)]
+    return layout.matrix([[*dots * before, *(cells[k] for k in columns), *dots * behind] for cells in rows])

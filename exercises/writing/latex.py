@@ -13,14 +13,21 @@ from functools import cache, lru_cache
 import sympy as sp
 
 from exercises.arm.chain import Chain
+from exercises.formula import layout
+from exercises.formula.latex import parsed
+from exercises.formula.layout import Layout, Pieces, number, row, script
+from exercises.formula.printers.latex import latex
 from exercises.formula.text import ByText
 
 Key = tuple[object, ...]
 
 _FUNCTIONS = {
-    sp.sin: r"\sin", sp.cos: r"\cos", sp.tan: r"\tan", sp.asin: r"\arcsin", sp.acos: r"\arccos", sp.atan: r"\arctan",
-    sp.atan2: r"\text{atan2}", sp.log: r"\ln", sp.exp: r"\exp", sp.sign: r"\text{sign}",
+    **{getattr(sp, name): Layout("word", name) for name in ("sin", "cos", "tan", "exp")},
+    **{getattr(sp, f"a{name}"): Layout("word", f"arc{name}") for name in ("sin", "cos", "tan")},
+    **{getattr(sp, name): Layout("text", name) for name in ("atan2", "sign")}, sp.log: Layout("word", "ln"),
 }  # fmt: skip
+_TALL = frozenset(("frac", "root"))
+"""What brackets grow around: a fraction that is small fits in brackets of a line."""
 _NAMED = re.compile(r"(theta|alpha|beta|qd|[a-zA-Z])(\d*)")
 _COMPONENT = re.compile(r"[vwfm][xyz]")
 _RATE = re.compile(r"qd\d+")
@@ -130,45 +137,48 @@ def _place_in_sum(term: sp.Expr, negative: bool) -> int:
     return 2 if negative else 0
 
 
-# --- printing ---
+# --- layout ---
 
 
 @dataclass(frozen=True)
 class _Signed:
-    """A printed term: whether it is subtracted, and its size."""
+    """A term that is laid out: whether it is subtracted, and its size."""
 
     negative: bool
-    body: str
+    body: Pieces
 
 
-class _Printer:
-    """Print SymPy trees; a term comes as sign and size, so that signs can be moved out of brackets and back."""
+def _sum(signed: Sequence[_Signed]) -> Pieces:
+    shown = tuple(piece for term in signed for piece in (layout.MINUS if term.negative else layout.PLUS, *term.body))
+    return shown if signed[0].negative else shown[1:]
+
+
+class _Setter:
+    """Lay out SymPy's trees; a term comes as sign and size, so that signs can be moved out of brackets and back."""
 
     def __init__(self, prismatic: tuple[str, ...]) -> None:
         self.prismatic = prismatic
 
-    def text(self, expression: sp.Expr) -> str:
-        terms = self.terms(expression)
-        first = ("-" if terms[0].negative else "") + terms[0].body
-        return first + "".join(f" {'-' if term.negative else '+'} {term.body}" for term in terms[1:])
+    def pieces(self, expression: sp.Expr) -> Pieces:
+        return _sum(self.terms(expression))
 
     def terms(self, expression: sp.Expr, flip: bool = False) -> list[_Signed]:
         """Return the terms of a sum in reading order, with all signs changed if `flip`."""
         found = sorted(sp.Add.make_args(expression), key=_term_key)
-        printed = [(term, self.product(term)) for term in found]
+        shown = [(term, self.product(term)) for term in found]
         if flip:
-            printed = [(term, _Signed(not shown.negative, shown.body)) for term, shown in printed]
+            shown = [(term, _Signed(not signed.negative, signed.body)) for term, signed in shown]
         if any(term.atoms(sp.sin, sp.cos) or any(map(_moves, term.free_symbols)) for term in found):
             # 0.12 + a_2 c_2, but a_1 c_1 - 0.6: a constant stands first unless it is subtracted
-            printed.sort(key=lambda pair: _place_in_sum(pair[0], pair[1].negative))
+            shown.sort(key=lambda pair: _place_in_sum(pair[0], pair[1].negative))
         else:  # theta_2 - theta_1 + pi/3, d_2 + 0.33: numbers last, what is subtracted behind what is added
-            printed.sort(key=lambda pair: (pair[0].is_number, pair[1].negative))
-        return [shown for _, shown in printed]
+            shown.sort(key=lambda pair: (pair[0].is_number, pair[1].negative))
+        return [signed for _, signed in shown]
 
     def product(self, expression: sp.Expr) -> _Signed:
         """Return a product, its sign outside and no bracket that starts with a minus where that can be helped."""
         if expression.is_Add:
-            return _Signed(False, self.text(expression))
+            return _Signed(False, self.pieces(expression))
         coefficient, rest = expression.as_coeff_Mul()
         if rest == 1:
             return self.number(coefficient)
@@ -182,16 +192,12 @@ class _Printer:
                 above.append(factor)
         flips, negative = self.signs(above + below, negative)
         up, down = self.coefficient(abs(coefficient), rest, bool(below))
-        numerator = [*up, *self.factors(above, flips, alone=not up and len(above) == 1 and bool(below or down))]
-        denominator = [*down, *self.factors(below, flips, alone=not down and len(below) == 1)]
-        shown = " ".join(numerator) or "1"
+        numerator = up + self.factors(above, flips, alone=not up and len(above) == 1 and bool(below or down))
+        denominator = down + self.factors(below, flips, alone=not down and len(below) == 1)
+        shown = numerator or number("1")
         if not denominator:
             return _Signed(negative, shown)
-        return _Signed(negative, self.fraction(shown, " ".join(denominator), rest.is_number))
-
-    @staticmethod
-    def fraction(numerator: str, denominator: str, small: bool) -> str:
-        return rf"\{'tfrac' if small else 'frac'}{{{numerator}}}{{{denominator}}}"
+        return _Signed(negative, (layout.fraction(shown, denominator, rest.is_number),))
 
     def signs(self, factors: Sequence[sp.Expr], negative: bool) -> tuple[set[sp.Expr], bool]:
         """Choose the brackets whose signs are changed, and return them with the sign that is left outside."""
@@ -205,56 +211,55 @@ class _Printer:
                 negative = not negative
         return flips, negative
 
-    def factors(self, factors: Sequence[sp.Expr], flips: set[sp.Expr], alone: bool) -> list[str]:
-        """Return the printed factors; a sum is bracketed unless it stands alone above or below a fraction line."""
-        shown = [self.factor(factor, factor in flips, alone) for factor in factors]
-        for k, factor in enumerate(factors[:-1]):
-            follows_angle = re.search(r"varphi'*_\{\d+\}$", shown[k]) is not None
-            if follows_angle and any(map(_moves, factors[k + 1].free_symbols)) and factor.atoms(sp.sin, sp.cos):
-                shown[k] += r"\,"  # \cos\varphi_1 \dot\theta_1 is not the cosine of a product
-        return shown
+    def factors(self, factors: Sequence[sp.Expr], flips: set[sp.Expr], alone: bool) -> Pieces:
+        """Return the factors side by side; a sum is bracketed unless it stands alone above or below a fraction line."""
+        found: list[Layout] = []
+        for k, factor in enumerate(factors):
+            if k and _ends_in_angle(found) and any(map(_moves, factor.free_symbols)):
+                found.append(layout.THIN)  # \cos\varphi_1 \dot\theta_1 is not the cosine of a product
+            found += self.factor(factor, factor in flips, alone)
+        return tuple(found)
 
-    def factor(self, factor: sp.Expr, flip: bool = False, alone: bool = False) -> str:
+    def factor(self, factor: sp.Expr, flip: bool = False, alone: bool = False) -> Pieces:
         if factor.is_Add:
-            terms = self.terms(factor, flip)
-            first = ("-" if terms[0].negative else "") + terms[0].body
-            inside = first + "".join(f" {'-' if term.negative else '+'} {term.body}" for term in terms[1:])
-            return inside if alone else _bracketed(inside)
+            inside = _sum(self.terms(factor, flip))
+            return inside if alone else layout.bracketed(inside, _TALL)
         if factor.is_Pow:
             return self.power(factor.base, factor.exp)
         if factor.is_Symbol:
-            return symbol_latex(factor.name, self.prismatic)
-        if factor is sp.pi:
-            return r"\pi"
+            return parsed(symbol_latex(factor.name, self.prismatic)).inner
         if factor.is_number and factor.is_Rational:
             return self.number(factor).body
         if isinstance(factor, sp.Abs):
-            return rf"\left|{self.text(factor.args[0])}\right|"
+            return (layout.fenced("||", self.pieces(factor.args[0])),)
         if factor.func in _FUNCTIONS:
-            return self.call(factor, "")
-        return str(sp.latex(factor))
+            return self.call(factor, layout.EMPTY)
+        return parsed(str(sp.latex(factor))).inner
 
-    def power(self, base: sp.Expr, exponent: sp.Expr) -> str:
+    def power(self, base: sp.Expr, exponent: sp.Expr) -> Pieces:
         if exponent == sp.Rational(1, 2):
-            return rf"\sqrt{{{self.text(base)}}}"
+            return (Layout("root", "sqrt", (row(*self.pieces(base)),)),)
         if exponent.could_extract_minus_sign():
             return self.product(sp.Pow(base, exponent)).body
+        above = row(*self.pieces(exponent))
         if isinstance(base, (sp.sin, sp.cos, sp.tan)):
-            return self.call(base, f"^{{{self.text(exponent)}}}")
+            return self.call(base, above)
         shown = self.factor(base)
-        if base.is_Add or base.is_Symbol or (base.is_Integer and base > 0):
-            return f"{shown}^{{{self.text(exponent)}}}"
-        return f"{_bracketed(shown)}^{{{self.text(exponent)}}}"
+        if not (base.is_Add or base.is_Symbol or (base.is_Integer and base > 0)):
+            shown = layout.bracketed(shown, _TALL)
+        return layout.raised(shown, above)
 
-    def call(self, expression: sp.Expr, power: str) -> str:
-        word = _FUNCTIONS[expression.func]
+    def call(self, expression: sp.Expr, above: Layout) -> Pieces:
+        word, argument = _FUNCTIONS[expression.func], expression.args[0]
+        called = script(word, layout.EMPTY, above) if above.inner else word
         if isinstance(expression, (sp.sin, sp.cos)):
-            short = joint_sum(expression.args[0])
+            short = joint_sum(argument)
             if short is not None:
-                return f"{word[1]}_{{{short}}}{power}"
-            if _ANGLE.fullmatch(str(expression.args[0])):
-                return f"{word}{power} {expression.args[0]}"
-        return f"{word}{power}{_bracketed(', '.join(self.text(arg) for arg in expression.args))}"
+                return (script(Layout("letter", word.text[0]), row(*number(short)), above),)
+            if _ANGLE.fullmatch(str(argument)):
+                return (called, *parsed(argument.name).inner)
+        inside = layout.joined((layout.COMMA,), map(self.pieces, expression.args))
+        return (called, *layout.bracketed(inside, _TALL))
 
     def number(self, value: sp.Expr) -> _Signed:
         negative, size = bool(value.is_negative), abs(value)
@@ -264,41 +269,39 @@ class _Printer:
             return _Signed(False, self.factor(value))
         digits = decimal(size)
         if digits is not None:
-            return _Signed(negative, digits)
+            return _Signed(negative, number(digits))
         inverse = decimal(1 / size)
-        shown = ("1", inverse) if inverse is not None and size > 1 else (str(size.p), str(size.q))
-        return _Signed(negative, self.fraction(*shown, small=True))
+        above, below = ("1", inverse) if inverse is not None and size > 1 else (str(size.p), str(size.q))
+        return _Signed(negative, (layout.fraction(number(above), number(below), small=True),))
 
-    def coefficient(self, value: sp.Expr, rest: sp.Expr, is_fraction: bool) -> tuple[list[str], list[str]]:
+    def coefficient(self, value: sp.Expr, rest: sp.Expr, is_fraction: bool) -> tuple[Pieces, Pieces]:
         """Return what a number contributes above and below the line: 0.35 for 7/20, below the line for 20/7."""
         if value == 1:
-            return [], []
+            return (), ()
         if not value.is_Rational:
-            return [self.number(value).body], []
+            return self.number(value).body, ()
         direct, inverse = decimal(value), decimal(1 / value)
         if not (rest.is_number or rest.atoms(sp.Pow) & _roots(rest)):
             shorter = direct is None or (is_fraction and value > 1 and len(str(inverse)) <= len(direct))
             if inverse is not None and shorter:
-                return [], [inverse]
+                return (), number(inverse)
             if direct is not None:
-                return [direct], []
-        return ([str(value.p)] if value.p != 1 else []), ([str(value.q)] if value.q != 1 else [])
+                return number(direct), ()
+        return (number(str(value.p)) if value.p != 1 else ()), (number(str(value.q)) if value.q != 1 else ())
+
+
+def _ends_in_angle(pieces: Sequence[Layout]) -> bool:
+    """Return whether pieces end in an angle that has a name, which stands behind a sine or cosine without brackets."""
+    return pieces[-1].kind == "script" and pieces[-1].inner[0].text == "φ"
 
 
 def _roots(expression: sp.Expr) -> set[sp.Expr]:
     return {factor for factor in sp.Mul.make_args(expression) if factor.is_Pow and factor.is_number}
 
 
-def _bracketed(inside: str) -> str:
-    r"""Return text in brackets, that grow only where there is something tall inside."""
-    if r"\frac" in inside or r"\sqrt" in inside:
-        return rf"\left({inside}\right)"
-    return f"({inside})"
-
-
-def _float_digits(value: sp.Float) -> str:
+def _float_digits(value: sp.Float) -> Pieces:
     digits, _, power = f"{float(value):.10g}".partition("e")
-    return rf"{digits} \cdot 10^{{{int(power)}}}" if power else digits
+    return layout.scientific(digits, int(power)) if power else number(digits)
 
 
 def joint_sum(angle: sp.Expr) -> str | None:
@@ -370,20 +373,29 @@ def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: Ang
     >>> tex(-a1 * sp.sin(t1) - sp.Rational(2, 5) * sp.cos(t1 + t2 + sp.pi / 6))
     '-a_{1} s_{1} - 0.4 \\cos(\\theta_{1} + \\theta_{2} + \\tfrac{\\pi}{6})'
     """
-    prismatic = () if chain is None else tuple(q.name[1:] for q in chain.q if q.name.startswith("d"))
+    return latex(laid_out(expression, chain, angles))
+
+
+def laid_out(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> Layout:
+    """Return an expression or matrix laid out in the textbook's notation, with names for angles if given."""
+    prismatic = () if chain is None else prismatic_joints(chain)
     expression = sp.sympify(expression)
     if angles is not None:
         expression = expression.xreplace(angles.waves)
     if not isinstance(expression, sp.MatrixBase):
-        return _printed(expression, prismatic)
-    rows = (" & ".join(_printed(entry, prismatic) for entry in expression.row(r)) for r in range(expression.rows))
-    return r"\begin{bmatrix} " + r" \\ ".join(rows) + r" \end{bmatrix}"
+        return row(*_pieces_of(expression, prismatic))
+    return row(layout.matrix([[_pieces_of(entry, prismatic) for entry in entries] for entries in expression.tolist()]))
+
+
+def prismatic_joints(chain: Chain) -> tuple[str, ...]:
+    r"""Return the numbers of an arm's prismatic joints, whose rates are \dot d."""
+    return tuple(q.name[1:] for q in chain.q if q.name.startswith("d"))
 
 
 @lru_cache(maxsize=1024)
-def _printed(expression: sp.Expr, prismatic: tuple[str, ...]) -> str:
-    """Return the LaTeX of an expression; kept, for many are shown again: in a step, its result, and another part."""
-    return _Printer(prismatic).text(expression)
+def _pieces_of(expression: sp.Expr, prismatic: tuple[str, ...]) -> Pieces:
+    """Lay out an expression; kept, for many are shown again: in a step, its result, and another part."""
+    return _Setter(prismatic).pieces(expression)
 
 
 LINE = 64
@@ -392,27 +404,22 @@ LINE = 64
 
 def tex_lines(expression: sp.Expr, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
     """Return the LaTeX of a sum for the right side of an aligned formula, broken between its terms where it is long."""
-    lines, room = [""], LINE
-    for term in re.split(r" (?=[+-] )", _outer(tex(expression, chain, angles))):
-        size = len(re.sub(r"\\[a-z]+|[{}_^\\, ]", "", term))
+    lines: list[list[Layout]] = [[]]
+    room = LINE
+    for term in layout.terms(laid_out(expression, chain, angles).inner):
+        size = sum(map(_signs, term))
         if lines[-1] and size > room:
-            lines.append("")
+            lines.append([layout.QUAD])
             room = LINE
-        lines[-1] = f"{lines[-1]} {term}".lstrip()
+        lines[-1] += term
         room -= size
-    return r" \\ & \quad ".join(line.replace(_HIDDEN, " ") for line in lines)
+    return r" \\ & ".join(latex(row(*line)) for line in lines)
 
 
-_HIDDEN = "\0"
-
-
-def _outer(text: str) -> str:
-    """Return a formula with the blanks inside brackets and braces hidden: what is left separates its terms."""
-    depth, out = 0, []
-    for sign in text:
-        depth += (sign in "({") - (sign in ")}")
-        out.append(_HIDDEN if sign == " " and depth else sign)
-    return "".join(out)
+def _signs(one: Layout) -> int:
+    """Return how many signs a piece has; Greek letters and the names of functions do not count."""
+    counts = one.kind in ("number", "text", "fenced", "letter", "sign") and one != layout.COMMA
+    return sum(sign.isascii() or sign in "−′" for sign in one.text if counts) + sum(map(_signs, one.inner))
 
 
 def tex_length(value: sp.Expr) -> str:
@@ -423,7 +430,7 @@ def tex_length(value: sp.Expr) -> str:
     """
     value = sp.sympify(value)
     constant = sp.Add(*(term for term in sp.Add.make_args(value) if term.is_number))
-    return tex(value) + (r"\,\text{m}" if constant != 0 and decimal(constant) is not None else "")
+    return _with_unit(value, "m" if constant != 0 and decimal(constant) is not None else "")
 
 
 def tex_angle(value: sp.Expr) -> str:
@@ -432,15 +439,20 @@ def tex_angle(value: sp.Expr) -> str:
     >>> tex_angle(sp.Symbol("theta2") + sp.pi / 2)
     '\\theta_{2} + 90^\\circ'
     """
-    terms = sp.Add.make_args(sp.expand(value))
-    constant = sp.Add(*(term for term in terms if term.is_number))
+    constant = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if term.is_number))
     rest = sp.expand(value - constant)
     degrees = sp.deg(constant)
     shown = decimal(abs(degrees)) if degrees.is_Rational else None
     if shown is None:  # an angle such as atan(4) or 0.7, which is no simple number of degrees
-        return tex(value) + (r"\,\text{rad}" if constant.is_Rational else "")
-    if rest == 0:
-        return "0" if constant == 0 else f"{'-' if degrees < 0 else ''}{shown}^\\circ"
+        return _with_unit(value, "rad" if constant.is_Rational else "")
     if constant == 0:
         return tex(rest)
-    return f"{tex(rest)} {'-' if degrees < 0 else '+'} {shown}^\\circ"
+    size = script(Layout("number", shown), above=layout.DEGREE)
+    if rest == 0:
+        return latex(row(layout.MINUS, size) if degrees < 0 else size)
+    return latex(row(*laid_out(rest).inner, layout.MINUS if degrees < 0 else layout.PLUS, size))
+
+
+def _with_unit(value: sp.Expr, unit: str) -> str:
+    behind = (layout.THIN, Layout("text", unit)) if unit else ()
+    return latex(row(*laid_out(value).inner, *behind))

@@ -3,17 +3,22 @@
 Understood is what the templates use: headings, paragraphs, emphasis, code, lists, tables, `$…$` and `$$…$$`.
 """
 
+import math
 import re
 import textwrap
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from html import escape
 
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
+from exercises.formula.latex import parsed
+from exercises.formula.layout import Layout
+from exercises.formula.printers.latex import latex as latex_of
+from exercises.formula.printers.mathml import mathml
+from exercises.formula.printers.unicode import shown_width, unicode_math
 from exercises.writing.fit import fitted, width
-from exercises.writing.mathml import mathml
-from exercises.writing.unicode_math import shown_width, unicode_math
 
 WIDTH = 100
 SCREEN, PAPER = 44.0, 38.0
@@ -50,22 +55,34 @@ def to_html(text: str, formula: Callable[[str, bool], str] | None = None, share:
     return HOLDER.sub(lambda match: made(*formulas[int(match.group(1))]), str(page))
 
 
+@lru_cache(maxsize=512)
 def _mathml(latex: str, block: bool, room: float) -> str:
     if not block:
-        return mathml(latex)
-    shown = fitted(latex, room)
+        return mathml(parsed(latex))
+    shown = fitted(parsed(latex), room)
     return mathml(shown, True, min(100, int(100 * room / width(shown))))
+
+
+def fitted_latex(latex: str, room: float) -> str:
+    """Return a formula for lines of its own, broken only where it is wider than `room` (em)."""
+    laid_out = parsed(latex)
+    shown = fitted(laid_out, room)
+    return latex if shown is laid_out else latex_of(shown)
 
 
 def to_html_for_mathjax(text: str) -> str:
     r"""Return HTML for platforms that set mathematics themselves: formulas as LaTeX in `\(…\)` and `\[…\]`."""
-    return to_html(text, mathjax)
+
+    def formula(latex: str, block: bool) -> str:
+        shown = escape(fitted_latex(latex, SCREEN) if block else latex, quote=False)
+        return rf"\[{shown}\]" if block else rf"\({shown}\)"
+
+    return to_html(text, formula)
 
 
-def mathjax(latex: str, block: bool) -> str:
-    """Return a formula for MathJax, as text of a page."""
-    shown = escape(fitted(latex, SCREEN) if block else latex, quote=False)
-    return rf"\[{shown}\]" if block else rf"\({shown}\)"
+def to_html_with(text: str, printed: Callable[[Layout, bool], str]) -> str:
+    """Return HTML with formulas that fit as they are `printed`, told whether they stand on lines of their own."""
+    return to_html(text, lambda latex, block: printed(fitted(parsed(latex), SCREEN if block else math.inf), block))
 
 
 # --- LaTeX ---
@@ -106,8 +123,8 @@ def to_latex(text: str, share: float = 1.0) -> str:
         latex, block = formulas[int(match.group(1))]
         if not block:
             return f"${latex}$"
-        shown = fitted(latex, share * PAPER)
-        fits = share * PAPER / width(shown)
+        shown = fitted_latex(latex, share * PAPER)
+        fits = share * PAPER / width(parsed(shown))
         size = next((name for least, name in _SIZES if fits >= least), r"\scriptsize")
         display = f"\\[\n{shown}\n\\]"
         return f"{{{size}\n{display}\n}}" if size else display
@@ -147,7 +164,8 @@ def to_text(text: str) -> str:
 
     def formula(match: re.Match[str]) -> str:
         latex, block = formulas[int(match.group(1))]
-        return f"\n\n{textwrap.indent(unicode_math(latex), '    ')}\n\n" if block else unicode_math(latex).strip()
+        shown = unicode_math(parsed(latex))
+        return f"\n\n{textwrap.indent(shown, '    ')}\n\n" if block else shown.strip()
 
     lines = _Lines(lambda inline: HOLDER.sub(formula, _plain(inline)))
     for index, token in enumerate(tokens):

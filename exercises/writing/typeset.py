@@ -1,4 +1,4 @@
-r"""The LaTeX of what somebody typed: a tree, its terms and factors in their own order, and nothing simplified.
+r"""What somebody typed, laid out: a tree, its terms and factors in their own order, and nothing simplified.
 
 What a name or a sine is called is said as everywhere: \theta_{1}, s_{12} for sin(theta1 + theta2), \dot{d}_{2}.
 """
@@ -9,6 +9,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
+from exercises.formula import layout
+from exercises.formula.latex import parsed
+from exercises.formula.layout import Layout, Pieces, number, row, script
 from exercises.formula.trees import Node, ReadError, as_matrix, node_text
 from exercises.writing.latex import symbol_latex
 
@@ -19,10 +22,13 @@ _RELATION, _SUM, _PRODUCT, _FACTOR, _ATOM = range(5)
 """How tightly a piece holds together: an atom can have a power as it is, a factor needs brackets for that."""
 
 _FUNCTIONS = {
-    "asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan", "acot": r"\text{arccot}", "log": r"\ln",
-    "atan2": r"\text{atan2}", "sign": r"\text{sign}",
+    "asin": Layout("word", "arcsin"), "acos": Layout("word", "arccos"), "atan": Layout("word", "arctan"),
+    "acot": Layout("text", "arccot"), "log": Layout("word", "ln"), "atan2": Layout("text", "atan2"),
+    "sign": Layout("text", "sign"),
 }  # fmt: skip
-_CONSTANTS = {"pi": r"\pi", "E": "e", "I": "i"}
+_CONSTANTS = {"pi": "π", "E": "e", "I": "i"}
+_TALL = frozenset(("fraction", "root", "matrix"))
+_IN, _AND, _OR = (Layout("sign", "∈"),), (Layout("text", " and "),), (Layout("text", " or "), layout.QQUAD)
 _SYMBOL = re.compile(r"(?:theta|alpha|beta|qd|[a-zA-Z])\d*|[vwfm][xyz]")
 _ONE = Node("number", value=Fraction(1))
 _ANGLE = re.compile(r"theta(\d)")
@@ -36,25 +42,28 @@ class TooDeep(ValueError):
 class _Set:
     """A piece that is set, and how tightly it holds together."""
 
-    latex: str
+    shown: Pieces
     level: int
 
-    def at(self, level: int) -> str:
+    def at(self, level: int) -> Pieces:
         """Return the piece as an operand that must hold together so tightly, in brackets if it does not."""
-        return self.latex if self.level >= level else _bracketed(self.latex)
+        return self.shown if self.level >= level else layout.bracketed(self.shown, _TALL)
 
 
-def typeset(node: Node, prismatic: tuple[str, ...] = (), alternatives: bool = False, units: Sequence[str] = ()) -> str:
-    r"""Return the LaTeX of an answer. Raises TooDeep.
+def typeset(
+    node: Node, prismatic: tuple[str, ...] = (), alternatives: bool = False, units: Sequence[str] = ()
+) -> Layout:
+    r"""Return an answer laid out. Raises TooDeep.
 
     `prismatic` are the numbers of the prismatic joints, whose rates are \dot d. The items of a list of conditions are
     `alternatives`, or hold together. `units` are those of the entries of a vector of numbers.
 
     >>> from exercises.formula.expression import read
-    >>> typeset(read("-a1*sin(theta1 + theta2)/2 + x_long^2"))
-    '-\\tfrac{1}{2} \\, a_{1} s_{12} + \\text{x_long}^{2}'
+    >>> from exercises.formula.printers.latex import latex
+    >>> latex(typeset(read("-a1*sin(theta1 + theta2)/2 + x_long^2")))
+    '-\\tfrac{1}{2}\\, a_{1} s_{12} + \\text{x_long}^{2}'
     """
-    return _Setter(prismatic, alternatives, units).whole(node)
+    return row(*_Setter(prismatic, alternatives, units).whole(node))
 
 
 class _Setter:
@@ -62,15 +71,15 @@ class _Setter:
 
     def __init__(self, prismatic: tuple[str, ...], alternatives: bool, units: Sequence[str]) -> None:
         self.prismatic, self.units, self.depth = prismatic, units, 0
-        self.between = r" \text{ or } \qquad " if alternatives else r", \qquad "
+        self.between = _OR if alternatives else (layout.COMMA, layout.QQUAD)
 
-    def whole(self, node: Node) -> str:
+    def whole(self, node: Node) -> Pieces:
         rows = _rows(node) if node.kind in ("list", "set", "dict", "eq", "in", "and", "or") else [[node]]
         if not self.units or rows is None or len(rows) * len(rows[0]) != len(self.units):
-            return self.set(node).latex
-        units = iter(rf"\,\text{{{unit}}}" if unit else "" for unit in self.units)
-        shown = [[self.set(entry).latex + next(units) for entry in row] for row in rows]
-        return shown[0][0] if len(self.units) == 1 else _matrix(shown)
+            return self.set(node).shown
+        units = iter((layout.THIN, Layout("text", unit)) if unit else () for unit in self.units)
+        shown = [[(*self.set(entry).shown, *next(units)) for entry in entries] for entries in rows]
+        return shown[0][0] if len(self.units) == 1 else (layout.matrix(shown),)
 
     def set(self, node: Node) -> _Set:
         self.depth += 1
@@ -87,7 +96,7 @@ class _Setter:
         if kind == "name":
             return _Set(self.name(str(node.value)), _ATOM)
         if kind == "blank":
-            return _Set(r"\square", _ATOM)
+            return _Set((Layout("letter", "□"),), _ATOM)
         if kind in ("neg", "+", "-"):
             return self.sum(node)
         if kind in ("*", "/"):
@@ -95,28 +104,27 @@ class _Setter:
         if kind == "^":
             return self.power(*node.args)
         if kind == "call":
-            return self.call(node, "")
+            return self.call(node, layout.EMPTY)
         if kind in ("list", "set", "dict"):
             return self.collection(node)
         return self.relation(node)
 
-    def name(self, name: str) -> str:
+    def name(self, name: str) -> Pieces:
         if name in _CONSTANTS:
-            return _CONSTANTS[name]
+            return (Layout("letter", _CONSTANTS[name]),)
         if _SYMBOL.fullmatch(name):
-            return symbol_latex(name, self.prismatic)
+            return parsed(symbol_latex(name, self.prismatic)).inner
         # A name may hold what its characters are the same as, as the bracketed digits of Unicode.
-        return rf"\text{{{''.join(ch if ch.isalnum() or ch in '._' else '?' for ch in name)}}}"
+        return (Layout("text", "".join(ch if ch.isalnum() or ch in "._" else "?" for ch in name)),)
 
     def sum(self, node: Node) -> _Set:
         if node.kind == "neg":
-            return _Set(f"-{self.set(node.args[0]).at(_PRODUCT)}", _SUM)
-        terms: list[str] = []
+            return _Set((layout.MINUS, *self.set(node.args[0]).at(_PRODUCT)), _SUM)
+        terms: list[Pieces] = []
         while node.kind in ("+", "-"):
-            right = self.set(node.args[1])
-            terms.append(f" {node.kind} {right.at(_PRODUCT)}")
+            terms.append((layout.PLUS if node.kind == "+" else layout.MINUS, *self.set(node.args[1]).at(_PRODUCT)))
             node = node.args[0]
-        return _Set(self.set(node).at(_SUM) + "".join(reversed(terms)), _SUM)
+        return _Set(layout.joined((), [self.set(node).at(_SUM), *reversed(terms)]), _SUM)
 
     def product(self, node: Node) -> _Set:
         above, below = _factors(node)
@@ -126,75 +134,81 @@ class _Setter:
         small = all(factor.value == "pi" for factor in rest) and _are_numbers(below)
         if not small and _are_numbers(below):  # 4*sin(theta1)/25 has its fraction before the sine
             counted = [factor for factor in above if factor.kind == "number"] or [_ONE]
-            return _Set(rf"{self.fraction(counted, below, small=True)} \, {self.row(rest, alone=False)}", _PRODUCT)
+            coefficient = layout.fraction(self.row(counted), self.row(below), small=True)
+            return _Set((coefficient, layout.THIN, *self.row(rest, alone=False)), _PRODUCT)
         if len(above) > 1:  # (1/a1)*a2 is a2/a1
             above = [factor for factor in above if factor != _ONE] or above[:1]
-        return _Set(self.fraction(above, below, small), _FACTOR)
+        return _Set((layout.fraction(self.row(above), self.row(below), small),), _FACTOR)
 
-    def fraction(self, above: Sequence[Node], below: Sequence[Node], small: bool) -> str:
-        return rf"\{'tfrac' if small else 'frac'}{{{self.row(above)}}}{{{self.row(below)}}}"
-
-    def row(self, factors: Sequence[Node], alone: bool = True) -> str:
+    def row(self, factors: Sequence[Node], alone: bool = True) -> Pieces:
         """Return factors side by side; a single one that stands alone needs no brackets."""
         if len(factors) == 1 and alone:
-            return self.set(factors[0]).latex
+            return self.set(factors[0]).shown
         shown = [self.set(factor).at(_FACTOR) for factor in factors]
-        out = shown[0]
+        out = list(shown[0])
         for before, factor in pairwise(shown):
-            if factor[0].isdigit() or (factor.startswith((r"\frac", r"\tfrac")) and before[-1:].isdigit()):
-                out += r" \cdot "
-            else:
-                apart = r"\text" in (before[:5], factor[:5]) or before.endswith(r"\right)")
-                out += r" \, " if apart else " "
-            out += factor
-        return out
+            out += (*_between(before, factor[0]), *factor)
+        return tuple(out)
 
     def power(self, base: Node, exponent: Node) -> _Set:
-        above = self.exponent(exponent)
-        if base.kind == "call" and base.value in ("sin", "cos", "tan") and above.isdigit():
-            return self.call(base, f"^{{{above}}}")
-        return _Set(f"{self.set(base).at(_ATOM)}^{{{above}}}", _FACTOR)
+        above = row(*self.exponent(exponent))
+        if base.kind == "call" and base.value in ("sin", "cos", "tan") and _is_whole(above.inner):
+            return self.call(base, above)
+        return _Set(layout.raised(self.set(base).at(_ATOM), above), _FACTOR)
 
-    def exponent(self, node: Node) -> str:
+    def exponent(self, node: Node) -> Pieces:
         if node.kind == "/" and all(arg.kind == "number" for arg in node.args):
-            return "/".join(self.set(arg).latex for arg in node.args)
-        return self.set(node).latex
+            return layout.joined((Layout("sign", "/"),), [self.set(arg).shown for arg in node.args])
+        return self.set(node).shown
 
-    def call(self, node: Node, power: str) -> _Set:
+    def call(self, node: Node, above: Layout) -> _Set:
         word = str(node.value)
         if word in ("sin", "cos") and (joints := _joint_sum(node.args[0])):
-            return _Set(f"{word[0]}_{{{joints}}}{power}", _FACTOR if power else _ATOM)
-        inside = ", ".join(self.set(arg).latex for arg in node.args)
+            short = script(Layout("letter", word[0]), row(*number(joints)), above)
+            return _Set((short,), _FACTOR if above.inner else _ATOM)
+        inside = self.listed(node.args)
         if word == "sqrt":
-            return _Set(rf"\sqrt{{{inside}}}", _FACTOR)
+            return _Set((Layout("root", "sqrt", (row(*inside),)),), _FACTOR)
         if word == "abs":
-            return _Set(rf"\left|{inside}\right|", _ATOM)
-        return _Set(f"{_FUNCTIONS.get(word, chr(92) + word)}{power}{_bracketed(inside)}", _FACTOR)
+            return _Set((layout.fenced("||", inside),), _ATOM)
+        called = _FUNCTIONS.get(word) or Layout("word", word)
+        called = script(called, layout.EMPTY, above) if above.inner else called
+        return _Set((called, *layout.bracketed(inside, _TALL)), _FACTOR)
+
+    def listed(self, nodes: Sequence[Node], between: Sequence[Layout] = (layout.COMMA,)) -> Pieces:
+        return layout.joined(between, (self.set(node).shown for node in nodes))
 
     # --- lists and conditions ---
 
     def collection(self, node: Node) -> _Set:
         if any(item.kind in ("eq", "in", "pair", "and", "or", "dict") for item in node.args):
-            between = r" \text{ and } " if node.kind == "dict" else self.between
-            items = (self.set(item).latex for item in node.args)
-            return _Set(between.join(items), _RELATION)
+            return _Set(self.listed(node.args, _AND if node.kind == "dict" else self.between), _RELATION)
         rows = _rows(node)
         if rows is not None:
-            return _Set(_matrix([[self.set(entry).latex for entry in row] for row in rows]), _ATOM)
-        inside = ", ".join(self.set(item).latex for item in node.args)
-        left, right = "[]" if node.kind == "list" else (r"\{", r"\}")
-        return _Set(rf"\left{left} {inside} \right{right}", _ATOM)
+            return _Set((layout.matrix([[self.set(entry).shown for entry in entries] for entries in rows]),), _ATOM)
+        return _Set((layout.fenced("[]" if node.kind == "list" else "{}", self.listed(node.args)),), _ATOM)
 
     def relation(self, node: Node) -> _Set:
         if node.kind in ("and", "or"):
-            word = r" \text{ and } " if node.kind == "and" else r" \text{ or } \qquad "
-            return _Set(word.join(self.set(arg).latex for arg in node.args), _RELATION)
+            return _Set(self.listed(node.args, _AND if node.kind == "and" else _OR), _RELATION)
         left, right = node.args
         if node.kind == "in" or right.kind in ("list", "set"):  # {theta2: [0, pi]} says that theta2 is one of them
             listed = right if right.kind == "name" else Node("set", right.args if right.kind == "list" else (right,))
             listed = right if right.kind == "set" else listed
-            return _Set(rf"{self.set(left).latex} \in {self.set(listed).latex}", _RELATION)
-        return _Set(f"{self.set(left).latex} = {self.set(right).latex}", _RELATION)
+            return _Set(self.listed((left, listed), _IN), _RELATION)
+        return _Set(self.listed((left, right), (layout.EQUALS,)), _RELATION)
+
+
+def _between(before: Pieces, factor: Layout) -> Pieces:
+    """Return what stands between factors: a dot before a number, room beside a name and behind brackets that grew."""
+    last, first, start = before[-1], layout.base(factor), layout.base(before[0])
+    if first.kind == "number" or (factor.kind == "fraction" and last.kind == "number"):
+        return (layout.DOT,)
+    return (layout.THIN,) if "text" in (start.kind, first.kind) or last.text == "()" else ()
+
+
+def _is_whole(pieces: Pieces) -> bool:
+    return len(pieces) == 1 and pieces[0].kind == "number" and pieces[0].text.isdigit()
 
 
 def _are_numbers(factors: Sequence[Node]) -> bool:
@@ -242,25 +256,16 @@ def _rows(node: Node) -> list[list[Node]] | None:
     return rows if rows != [[node]] else None
 
 
-def _matrix(rows: Sequence[Sequence[str]]) -> str:
-    return r"\begin{bmatrix} " + r" \\ ".join(" & ".join(row) for row in rows) + r" \end{bmatrix}"
-
-
 def _number(node: Node) -> _Set:
     value: Fraction = node.value
     if node.kind == "number" and value.denominator != 1:
-        return _Set(rf"\tfrac{{{value.numerator}}}{{{value.denominator}}}", _FACTOR)
+        small = layout.fraction(number(str(value.numerator)), number(str(value.denominator)), small=True)
+        return _Set((small,), _FACTOR)
     digits = node_text(node)
     size = abs(value)
     if node.kind == "decimal" and size and not Fraction(1, 10**5) <= size < 10**9:
         significant = digits.replace(".", "").strip("0")
         whole, _, behind = digits.partition(".")
         power = len(whole) - 1 if whole.strip("0") else len(behind.lstrip("0")) - len(behind) - 1
-        mantissa = f"{significant[0]}.{significant[1:]}".rstrip(".")
-        return _Set(rf"{mantissa} \cdot 10^{{{power}}}", _PRODUCT)
-    return _Set(digits, _ATOM)
-
-
-def _bracketed(inside: str) -> str:
-    tall = any(mark in inside for mark in (r"\frac", r"\tfrac", r"\sqrt", r"\begin"))
-    return rf"\left({inside}\right)" if tall else f"({inside})"
+        return _Set(layout.scientific(f"{significant[0]}.{significant[1:]}".rstrip("."), power), _PRODUCT)
+    return _Set(number(digits), _ATOM)

@@ -10,10 +10,11 @@ from collections.abc import Sequence
 
 from markdown_it.token import Token
 
+from exercises.formula.latex import parsed
+from exercises.formula.printers.speech import spoken
+from exercises.formula.printers.typst import typst_math, typst_string
 from exercises.writing.fit import fitted, width
-from exercises.writing.latex_tree import Formula, parsed
 from exercises.writing.markup import HOLDER, parsed_markdown
-from exercises.writing.spoken import spoken
 
 ROOM = 40.0
 """How wide formulas may be on lines of their own, in em of the text: on A4 and on Letter, beside a rule at the left."""
@@ -29,17 +30,6 @@ _CLOSE = {
     "tr_close": "\n", "table_close": "table.hline())\n", "paragraph_close": "\n", "softbreak": "\n",
     "hardbreak": " \\\n",
 }  # fmt: skip
-_SIZED = {"": "frac({}, {})", "small": "inline(frac({}, {}))", "large": "display(frac({}, {}))"}
-
-
-def typst_string(text: str) -> str:
-    r"""Return a text as a string of Typst's code.
-
-    >>> print(typst_string('a "b" \\ c'))
-    "a \"b\" \\ c"
-    """
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
-    return f'"{escaped}"'
 
 
 def typst_escaped(text: str) -> str:
@@ -60,10 +50,11 @@ def to_typst(text: str, share: float = 1.0) -> str:
 
     def formula(match: re.Match[str]) -> str:
         latex, block = formulas[int(match.group(1))]
-        words = typst_string(spoken(latex))
+        laid_out = parsed(latex)
+        words = typst_string(spoken(laid_out))
         if not block:
-            return f"#formula({words}, ${typst_math(latex)}$)"
-        shown = fitted(latex, share * ROOM)
+            return f"#formula({words}, ${typst_math(laid_out)}$)"
+        shown = fitted(laid_out, share * ROOM)
         size = min(100, int(100 * share * ROOM / width(shown)))
         return f"#formulas({words}, $ {typst_math(shown)} $, {size}%)"
 
@@ -91,56 +82,3 @@ def _markup(tokens: Sequence[Token]) -> str:
             columns = sum(t.type == "th_open" for t in tokens[index:])
             out.append(f"\n#table(columns: {columns}, ")
     return "".join(out)
-
-
-# --- formulas ---
-
-
-def typst_math(latex: str) -> str:
-    r"""Return a formula as Typst's mathematics. Raises UnknownLatex.
-
-    >>> typst_math(r"\dot{\theta}_{1} = -\tfrac{1}{2} a_{1}")
-    'dot(θ)_(1) = − inline(frac(1, 2)) a_(1)'
-    """
-    return _math(parsed(latex))
-
-
-def _math(one: Formula) -> str:
-    inner = one.inner
-    if one.kind == "row":
-        return " ".join(map(_math, inner)) or '""'
-    if one.kind == "script":
-        base, below, above = inner
-        marks = (f"_({_math(below)})" if below.inner else "") + (f"^({_math(above)})" if above.inner else "")
-        return (_math(base) if base.kind != "row" or len(base.inner) == 1 else f"({_math(base)})") + marks
-    if one.kind == "fraction":
-        return _SIZED[one.text].format(*map(_math, inner))
-    if one.kind in ("root", "dotted"):
-        return f"{'sqrt' if one.kind == 'root' else 'dot'}({_math(inner[0])})"
-    if one.kind == "fenced":
-        opening, closing = (_sign(sign) if sign != "." else "" for sign in one.text)
-        return f"lr({opening} {_math(inner[0])} {closing})"
-    if one.kind == "table":
-        return _table(one)
-    return _leaf(one)
-
-
-def _leaf(one: Formula) -> str:
-    if one.kind == "word":
-        return f'op("{one.text}")'
-    if one.kind == "text":
-        return typst_string(one.text)
-    if one.kind == "space":
-        return f"#h({one.text}em)"
-    return _sign(one.text)
-
-
-def _sign(text: str) -> str:
-    return f"\\{text}" if len(text) == 1 and text in "()[]{},;:|/*'_^&#$\"\\" else text
-
-
-def _table(one: Formula) -> str:
-    if not one.text:
-        return " \\ ".join(" & ".join(map(_math, row.inner)) for row in one.inner)
-    rows = "; ".join(", ".join(map(_math, row.inner)) for row in one.inner)
-    return f'mat(delim: "{one.text[0]}", {rows})'

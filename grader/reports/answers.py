@@ -8,11 +8,12 @@ import re
 from dataclasses import dataclass
 
 from exercises.answers import LETTERS, TRUE_FALSE
+from exercises.formula.printers.mathml import mathml
 from exercises.formula.trees import Node, size_of
 from exercises.problem import Part, Problem
 from exercises.writing.fit import fitted, width
+from exercises.writing.latex import prismatic_joints
 from exercises.writing.markup import to_html
-from exercises.writing.mathml import mathml
 from exercises.writing.statement import option_text
 from exercises.writing.typeset import TooDeep, typeset
 from grader.function_values import SHOWN
@@ -71,9 +72,9 @@ def visible(text: str) -> str:
 def _formula(problem: Problem, part: Part, node: Node) -> str:
     if size_of(node) > LARGEST:
         raise TooDeep("the answer is too long to be set")
-    prismatic = tuple(q.name[1:] for q in problem.chain.q if q.name.startswith("d"))
-    latex = fitted(typeset(node, prismatic, part.answer.is_a_set, part.answer.units_due), ROOM)
-    return _slim(mathml(latex, True, max(SMALLEST, min(100, int(100 * ROOM / max(width(latex), 1.0))))))
+    typed = typeset(node, prismatic_joints(problem.chain), part.answer.is_a_set, part.answer.units_due)
+    shown = fitted(typed, ROOM)
+    return _slim(mathml(shown, True, max(SMALLEST, min(100, int(100 * ROOM / max(width(shown), 1.0))))))
 
 
 def _slim(shown: str) -> str:

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from exercises.formula.latex import parsed
+from exercises.formula.printers.mathml import mathml
 from exercises.problem import Part, Problem
-from exercises.writing.latex import symbol_latex
-from exercises.writing.mathml import mathml
+from exercises.writing.latex import prismatic_joints, symbol_latex
 from grader.counterexample import entry_name
 from grader.reports.answers import visible
 
@@ -91,8 +92,7 @@ def _results(part: Part, example: Mapping[str, Any]) -> tuple[Row, ...]:
 
 
 def _symbol(problem: Problem, name: str) -> str:
-    prismatic = tuple(q.name[1:] for q in problem.chain.q if q.name.startswith("d"))
-    return mathml(symbol_latex(name, prismatic))
+    return mathml(parsed(symbol_latex(name, prismatic_joints(problem.chain))))
 
 
 # --- numbers ---

@@ -8,6 +8,7 @@ import sympy as sp
 from exercises.answers import Expression, Matrix
 from exercises.problem import Part, Problem, variable
 from grader.contained.callables import TABLE
+from grader.finding import Answers
 from grader.function_values import asked_of, read_table
 from grader.functions import judge_function
 from grader.marking import mark
@@ -113,7 +114,8 @@ def test_a_wrong_function_is_shown_a_configuration_of_what_counts(sandbox: Sandb
     problem = drawn("planar-2r", 3)
     asked = {"p1": asked_of(problem, problem.domain(), "points")}
     run = sandbox.run(["p1_position = lambda theta1, theta2: [0.5 * float(theta1), 1]"], ["p1_position"], asked)
-    (found,) = (v for v in mark(problem, "p1", run.answers, {}, "secret", "points") if v.part == "position")
+    answers = Answers(run).of("p1", problem)
+    (found,) = (v for v in mark(problem, answers, secret="secret", points_seed="points") if v.part == "position")
     assert found.judgement.certificate is not None
     assert "qd1" not in found.judgement.reason
     assert "theta2 = " in found.judgement.reason
@@ -155,7 +157,7 @@ def test_functions_of_every_question_get_what_their_formulas_would(
         wanted = [variable("p1", part.name) for part in parts]
         run = sandbox.run(cells, wanted, asked)
         assert not run.failures, run.failures
-        for verdict in mark(problem, "p1", run.answers, {}, "secret", "points"):
+        for verdict in mark(problem, Answers(run).of("p1", problem), secret="secret", points_seed="points"):
             if verdict.part in {part.name for part in parts if not is_zero(part)}:
                 said = f"{verdict.part}, {way}: {verdict.judgement.reason} {verdict.answer}"
                 assert (verdict.judgement.outcome is Outcome.CORRECT) == (due is Outcome.CORRECT), said

@@ -10,7 +10,7 @@ import pytest
 from exercises.assignment import Student
 from exercises.formula.expression import read
 from exercises.formula.trees import Node
-from exercises.problem import Problem, variable
+from exercises.problem import Problem
 from grader.check import check_notebook
 from grader.marking import mark
 from grader.parts import judge
@@ -46,13 +46,13 @@ def test_however_wrong_the_answers_are_each_is_read_once(problem: Problem, monke
 
     monkeypatch.setattr("grader.answer.read", counted)
     answers = {
-        variable("p1", part.name): f"2*({part.answer.as_typed()})" if part.shape is None else part.answer.as_typed()
+        part.name: f"2*({part.answer.as_typed()})" if part.shape is None else part.answer.as_typed()
         for part in problem.parts
         if not part.answer.offered
     }
     first = next(name for name in answers if "sin" in answers[name])
     answers[first] = answers[first].replace("sin", "cos")
-    verdicts = mark(problem, "p1", answers, {}, "secret")
+    verdicts = mark(problem, answers, secret="secret")
     assert any(one.judgement.outcome in (Outcome.WRONG, Outcome.PARTIAL) for one in verdicts)
     assert set(seen) == set(answers.values())
     same = Counter(answers.values())

@@ -16,21 +16,22 @@ MODULES = sorted((*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py"))
 
 LAYERS = {
     "exercises": """errors files input_file stream console parallel
-        formula.printing formula.text formula.code formula.vocabulary formula.names formula.trees formula.algebra
-        formula.notation formula.expression formula.program formula.field formula.angles formula.exact
-        formula.identity formula.constants formula.pieces formula.conditions formula.claims
+        formula.printing formula.text formula.layout formula.latex formula.printers formula.vocabulary formula.names
+        formula.trees formula.algebra formula.notation formula.expression formula.program formula.field
+        formula.angles formula.exact formula.identity formula.constants formula.pieces formula.conditions
+        formula.claims
         arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.axes arm.reach arm.appearance
         arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
         arm.arithmetic arm.stages
         credit decimals lateness difficulty answers problem families questions mistakes quizzes
         generation record verify writing.latex languages render writing figure
-        notebook show solving docs gradebook assignment store release exports.outlet exports.bank
+        notebook showing solving docs gradebook assignment store release exports.outlet exports.bank
         exports.known_wrong exports.stack_parts exports exports.registry site.keys site.record site.bank
         site.page site.chapter site.arms site.guide site.reference site.pages site.stale_files site.build site
         commands""",
     "grader": """verdict counterexample contained function_values answer formulas choices direction functions reading
         parts compare credit residuals diagnosis follow marking prairielearn sandbox guarantees cells archives layouts
-        roster submission finding uncounted copies overrides attempt settle remote cluster batch single history
+        roster submission finding uncounted notebook copies overrides attempt settle remote cluster batch single history
         certificates certify check statistics similar variants reports nbgrader_cells demo commands
         pytest_plugin nbgrader_plugin gradescope outlets site docs cli""",
 }

@@ -17,15 +17,16 @@ from exercises.exports.registry import OUTLETS
 from exercises.exports.sheet import Sheet, box_of, sheets
 from exercises.figure import figure_svg, part_svg
 from exercises.figure.tikz import tikz
+from exercises.formula.latex import parsed
+from exercises.formula.printers.speech import spoken
+from exercises.formula.printers.typst import typst_string
 from exercises.notebook import solution_figure
 from exercises.problem import Problem
-from exercises.writing.latex_tree import UnknownLatex, parsed
 from exercises.writing.markup import parsed_markdown, to_latex
 from exercises.writing.on_paper import on_paper
 from exercises.writing.short_answer import short_answer
-from exercises.writing.spoken import spoken
 from exercises.writing.statement import hints, prompt, statement, worked_solution
-from exercises.writing.typst import ROOM, to_typst, typst_escaped, typst_math, typst_string
+from exercises.writing.typst import ROOM, to_typst, typst_escaped
 from grader.certify import failures_of
 from tests.grader.reports.test_feedback import Page
 from tests.support.command import fails, run
@@ -89,7 +90,7 @@ def test_every_formula_compiles_and_fits_and_has_words(problem: Problem) -> None
     new: list[str] = []
     for text in texts:
         for latex, block in parsed_markdown(text)[1]:
-            said = spoken(latex)
+            said = spoken(parsed(latex))
             assert said and "\\" not in said and "  " not in said
             shape = f"{block}{re.sub(r'[0-9]', '1', latex)}"
             if shape not in _SEEN:
@@ -129,31 +130,16 @@ def test_figures_are_drawn_by_latex_as_in_svg(problem: Problem) -> None:
         assert picture.replace("\\useasboundingbox", "").isascii()
 
 
-def test_latex_that_is_not_ours_is_refused_by_name() -> None:
-    for latex in (r"\mathbb{R}", r"\begin{cases} a \end{cases}", "a_{1", "a}", r"\left( a", r"x \end{bmatrix}"):
-        with pytest.raises(UnknownLatex):
-            parsed(latex)
-
-
 def test_text_is_never_markup() -> None:
     hostile = 'a_*b* #eval("1") $x$ <l> @r = - + / `c` [d] \\ "e" ~ 1. // /* \' & % {f}'
     assert typst_escaped("*a*") == r"\*a\*"
     source = DOCUMENT + typst_escaped(hostile) + f"\n#raw({typst_string(hostile)})\n" + to_typst("# A\n\n" + hostile)
     assert compile_pdf(source)
-    assert typst_math("(a)_{1}") == r"\( a \)_(1)"
 
 
 def test_punctuation_comes_out_as_it_went_in(tmp_path: Path) -> None:
     hostile = "a_*b* #eval $x$ <l> @r = - + / [d] \\ ~ 1. // /* & % {f}"
     assert hostile in text_of(compile_pdf(DOCUMENT + typst_escaped(hostile)), tmp_path)
-
-
-def test_what_is_heard() -> None:
-    assert spoken(r"J^{-1} = \frac{1}{\det J}") == "J inverse equals 1 over (determinant of J)"
-    assert spoken(r"\begin{bmatrix} s_{12} & 0 \\ 1 & -a_{2}^{2} \end{bmatrix}") == (
-        "matrix of 2 rows and 2 columns, row 1: s 12, 0; row 2: 1, minus a 2 squared; end of matrix"
-    )
-    assert spoken(r"90^\circ \leq \theta'_{1}") == "90 degrees is at most theta 1 prime"
 
 
 def test_a_wide_formula_is_made_smaller_or_broken() -> None:

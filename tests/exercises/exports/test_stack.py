@@ -22,10 +22,10 @@ from exercises.exports.known_wrong import known_wrong, same_entries
 from exercises.exports.outlet import Order
 from exercises.exports.registry import OUTLETS
 from exercises.exports.stack_parts import asked, share_of
+from exercises.formula.printers.maxima import maxima_text
 from exercises.formula.text import text_of
 from exercises.generation import generate
 from exercises.problem import Problem, ProblemId
-from exercises.writing.maxima import maxima_text
 from grader.certify import failures_of
 from grader.parts import judge
 from grader.verdict import Outcome

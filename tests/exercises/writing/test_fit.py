@@ -6,9 +6,10 @@ from functools import cache
 
 import pytest
 
+from exercises.formula.latex import parsed
 from exercises.problem import Problem, ProblemId
-from exercises.writing.fit import fitted, width
-from exercises.writing.markup import PAPER, SCREEN, to_html, to_latex
+from exercises.writing import fit
+from exercises.writing.markup import PAPER, SCREEN, fitted_latex, to_html, to_latex
 from exercises.writing.statement import prompt, worked_solution
 from tests.support.problems import drawn, parts_in_turn
 
@@ -28,6 +29,11 @@ def formulas(identity: ProblemId) -> set[str]:
     return {" ".join(found.split()) for text in texts for found in DISPLAY.findall(text)}
 
 
+def width(latex: str) -> float:
+    """The width of a formula."""
+    return fit.width(parsed(latex))
+
+
 def symbols(latex: str) -> Counter[str]:
     """The symbols with an index in a formula, and how often each is there."""
     return Counter(re.findall(r"[A-Za-z\\]+(?:'|\{\w\})*_\{?\w+\}?", latex))
@@ -36,16 +42,16 @@ def symbols(latex: str) -> Counter[str]:
 @pytest.mark.parametrize("room", [SCREEN, PAPER])
 def test_every_formula_fits(problem: Problem, room: float) -> None:
     for latex in formulas(problem.id):
-        shown = fitted(latex, room)
+        shown = fitted_latex(latex, room)
         assert width(shown) <= room / SMALLEST, shown
         assert symbols(shown) == symbols(latex)
         assert shown == latex or width(latex) > room
 
 
 def test_what_is_beside_each_other_comes_below_each_other() -> None:
-    shown = fitted(WIDE, width(WIDE) * 0.7)
+    shown = fitted_latex(WIDE, width(WIDE) * 0.7)
     assert shown.count("& =") == 2 and shown.count(r"\\[6pt]") == 1 and shown.count(ROW) == 2
-    assert fitted(WIDE, width(WIDE)) == WIDE
+    assert fitted_latex(WIDE, width(WIDE)) == WIDE
 
 
 def test_a_wide_matrix_goes_on_with_its_other_columns() -> None:
@@ -53,7 +59,7 @@ def test_a_wide_matrix_goes_on_with_its_other_columns() -> None:
     matrix = rf"R = \begin{{bmatrix}} {SEPARATOR.join(map(' & '.join, rows))} \end{{bmatrix}}"
     found = [
         [row.split(" & ") for row in inside.split(SEPARATOR)]
-        for inside in re.findall(r"\\begin\{bmatrix\} (.*?) \\end\{bmatrix\}", fitted(matrix, 11.0))
+        for inside in re.findall(r"\\begin\{bmatrix\} (.*?) \\end\{bmatrix\}", fitted_latex(matrix, 11.0))
     ]
     assert len(found) > 1 and r"\cdots" not in (found[0][0][0], found[-1][0][-1])
     assert all(part[0][-1] == r"\cdots" for part in found[:-1]) and all(part[0][0] == r"\cdots" for part in found[1:])
@@ -62,7 +68,7 @@ def test_a_wide_matrix_goes_on_with_its_other_columns() -> None:
 
 
 def test_a_wide_fraction_becomes_a_factor() -> None:
-    shown = fitted(r"x = -\frac{a_{1} c_{1} + a_{2} c_{2} - a_{3} c_{3}}{s_{2}}", 8.0)
+    shown = fitted_latex(r"x = -\frac{a_{1} c_{1} + a_{2} c_{2} - a_{3} c_{3}}{s_{2}}", 8.0)
     assert r"= -\frac{1}{s_{2}} (a_{1} c_{1}" in shown and shown.index("a_{3} c_{3})") > shown.index(r"\\")
 
 

@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from exercises.writing.maxima import maxima_text
+from exercises.formula.printers.maxima import maxima_text
 
 A, B, C = sp.symbols("a b c", real=True)
 

@@ -1,17 +1,15 @@
-"""LaTeX formulas as text for a terminal: Greek letters, subscripts, matrices drawn over several lines.
+"""Formulas as text for a terminal: Greek letters, subscripts, matrices drawn over several lines.
 
-The formula is parsed by latex2mathml; its MathML tree is laid out in boxes of characters. A fraction stays on one
-line, as (a + b)/c.
+A formula is laid out in boxes of characters. A fraction stays on one line, as (a + b)/c.
 """
 
 import re
 import unicodedata
-import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-from exercises.writing.mathml import plain_mathml
+from exercises.formula.layout import Layout
 
 _SUBSCRIPTS = str.maketrans("0123456789+-−()aehijklmnoprstuv", "₀₁₂₃₄₅₆₇₈₉₊₋₋₍₎ₐₑₕᵢⱼₖₗₘₙₒₚᵣₛₜᵤᵥ")
 _SUPERSCRIPTS = str.maketrans("0123456789+-()*Tinjk−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻⁽⁾*ᵀⁱⁿʲᵏ⁻")
@@ -89,48 +87,43 @@ def _grown(bracket: str, height: int) -> _Box:
     return _Box((top, *[side] * (height - 2), bottom), (height - 1) // 2)
 
 
-def _tag(node: ET.Element) -> str:
-    return node.tag.rpartition("}")[2]
-
-
-def _walk(node: ET.Element) -> _Box:
-    tag, children = _tag(node), list(node)
-    if tag in ("mi", "mn", "mo", "mtext"):
-        return _flat((node.text or "").replace("\xa0", " "))
-    if tag == "mspace":
+def _walk(one: Layout) -> _Box:
+    kind, text, inner = one
+    if kind in ("letter", "number", "sign", "word", "text"):
+        return _flat(text)
+    if kind == "space":
         return _flat(" ")
-    if tag == "mtable":
-        return _grid([[_row(list(cell)) for cell in row] for row in children], node.get("columnspacing") is not None)
-    if tag in ("msub", "msup", "msubsup"):
-        return _scripts(tag, [_walk(child) for child in children])
-    if tag == "mover":
-        return _beside([_walk(children[0]), _flat("\u0307")])
-    if tag == "mfrac":
-        return _fraction(_walk(children[0]), _walk(children[1]))
-    if tag == "msqrt":
-        return _beside([_flat("√("), _row(children), _flat(")")])
-    return _row(children)
+    if kind == "script":
+        return _scripts(*inner)
+    if kind in ("aligned", "matrix"):
+        grid = _grid([[_row(cell.inner) for cell in row.inner] for row in inner], kind == "aligned")
+        height = len(grid.lines)
+        return grid if kind == "aligned" else _beside([_grown("[", height), grid, _grown("]", height)])
+    if kind == "dotted":
+        return _beside([_walk(inner[0]), _flat("\u0307")])
+    if kind == "fraction":
+        return _fraction(_walk(inner[0]), _walk(inner[1]))
+    if kind == "root":
+        return _beside([_flat("√("), _walk(inner[0]), _flat(")")])
+    if kind == "fenced":
+        opening, closing = (Layout("sign", sign.strip(".")) for sign in text)
+        return _row((opening, *inner, closing))
+    return _row(inner)
 
 
-def _scripts(tag: str, boxes: Sequence[_Box]) -> _Box:
-    shown = boxes[0]
-    kinds = {"msub": ["sub"], "msup": ["sup"], "msubsup": ["sub", "sup"]}[tag]
-    for kind, box in zip(kinds, boxes[1:], strict=True):
-        text = box.lines[0].replace(" ", "")
-        able, table, mark = (_SUB_ABLE, _SUBSCRIPTS, "_") if kind == "sub" else (_SUPER_ABLE, _SUPERSCRIPTS, "^")
+def _scripts(base: Layout, below: Layout, above: Layout) -> _Box:
+    shown = _walk(base)
+    scripts = (below, _SUB_ABLE, _SUBSCRIPTS, "_"), (above, _SUPER_ABLE, _SUPERSCRIPTS, "^")
+    for part, able, table, mark in scripts[::-1] if above.text == "*" else scripts:  # the star of p* before its index
+        text = _walk(part).lines[0].replace(" ", "")
         if text == "∘":
             text = "°"
-        elif text and set(text) <= able:
+        elif set(text) <= able:
             text = text.translate(table)
         else:
             text = mark + (text if len(text) == 1 else f"({text})")
-        shown = _beside([shown, _flat(text)] if text != "*" else [boxes[0], _flat(text), *_after(shown, boxes[0])])
+        shown = _beside([shown, _flat(text)])
     return shown
-
-
-def _after(shown: _Box, base: _Box) -> list[_Box]:
-    """Return what stands behind the letter already: the star of p* comes before its index."""
-    return [_flat(shown.lines[0].removeprefix(base.lines[0]))]
 
 
 def _fraction(top: _Box, bottom: _Box) -> _Box:
@@ -141,15 +134,16 @@ def _fraction(top: _Box, bottom: _Box) -> _Box:
     return _flat(f"{one(top, False)}/{one(bottom, True)}")
 
 
-def _row(children: Sequence[ET.Element]) -> _Box:
+def _row(pieces: Sequence[Layout]) -> _Box:
     """Join the parts of a row: signs with spaces around them, factors with a space between, brackets grown."""
     boxes: list[_Box] = []
     before, called = "", False
-    parts = [(child, _walk(child)) for child in children]
-    for index, (child, box) in enumerate(parts):
+    parts = [_walk(piece) for piece in pieces]
+    for index, (piece, box) in enumerate(zip(pieces, parts, strict=True)):
         text = box.lines[0]
-        is_sign = _tag(child) == "mo"
-        if boxes and (not is_sign or (text == "(" and not called)) and _needs_space(before, text):
+        is_sign = piece.kind == "sign"
+        apart = piece.kind != "matrix" and (not is_sign or (text == "(" and not called))
+        if boxes and apart and _needs_space(before, text):
             boxes.append(_flat(" "))
         boxes.append(_sign(parts, index, before) if is_sign else box)
         called = re.fullmatch(r"[a-z]{3,}2?|[A-Z]_.|[A-Z][ₐ-ₜ]", text) is not None
@@ -157,20 +151,20 @@ def _row(children: Sequence[ET.Element]) -> _Box:
     return _beside(boxes)
 
 
-def _sign(parts: Sequence[tuple[ET.Element, _Box]], index: int, before: str) -> _Box:
+def _sign(parts: Sequence[_Box], index: int, before: str) -> _Box:
     """Return a sign or bracket as it stands in a row."""
-    text = parts[index][1].lines[0]
+    text = parts[index].lines[0]
     if text in _BRACKETS:
         return _grown(text, _height_beside(parts, index, text))
     if text in _BINARY and not (text in "-−+" and before in _OPENS):
         return _flat(f" {text} ")
-    return _flat(", ") if text == "," and index < len(parts) - 1 else parts[index][1]
+    return _flat(", ") if text == "," and index < len(parts) - 1 else parts[index]
 
 
-def _height_beside(parts: Sequence[tuple[ET.Element, _Box]], index: int, bracket: str) -> int:
+def _height_beside(parts: Sequence[_Box], index: int, bracket: str) -> int:
     """Return the height of what a bracket encloses directly."""
     inside = index + 1 if bracket in "([" else index - 1
-    return len(parts[inside][1].lines) if 0 <= inside < len(parts) else 1
+    return len(parts[inside].lines) if 0 <= inside < len(parts) else 1
 
 
 def _needs_space(before: str, text: str) -> bool:
@@ -178,12 +172,11 @@ def _needs_space(before: str, text: str) -> bool:
 
 
 @lru_cache(maxsize=4096)
-def unicode_math(latex: str) -> str:
+def unicode_math(formula: Layout) -> str:
     r"""Return a formula as text, over several lines where it holds a matrix.
 
-    >>> unicode_math(r"a_{1} c_{12} - \dot{\theta}_{2}")
+    >>> from exercises.formula.latex import parsed
+    >>> unicode_math(parsed(r"a_{1} c_{12} - \dot{\theta}_{2}"))
     'a₁ c₁₂ − θ̇₂'
     """
-    root = ET.fromstring(plain_mathml(latex))  # noqa: S314 - our own formula, converted by our own call
-    box = _row(list(root))
-    return "\n".join(line.rstrip() for line in box.lines)
+    return "\n".join(line.rstrip() for line in _walk(formula).lines)

@@ -28,8 +28,8 @@ LEAD = "**Hint {}.** "
 
 def show(
     problem: Problem,
-    solution: bool,
-    format: str,
+    solution: bool = False,
+    format: str = "text",
     certificate: Mapping[str, Any] | None = None,
     hinted: bool = False,
 ) -> str:
@@ -37,6 +37,10 @@ def show(
 
     With `hinted`, three hints follow every prompt; JSON always has them. `certificate` goes into the JSON as it is.
     Raises QdotError for another format.
+
+    >>> from exercises import generate
+    >>> print(show(generate("planar-2r/7", ["determinant"])).splitlines()[0])
+    Planar 2R arm with a bent tool (planar-2r/7)
     """
     if format not in FORMATS:
         raise unknown("format", format, list(FORMATS))

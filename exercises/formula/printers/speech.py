@@ -2,16 +2,20 @@
 
 from functools import lru_cache
 
-from exercises.writing.latex_tree import LETTERS, Formula, parsed
+from exercises.formula.latex import LETTERS
+from exercises.formula.layout import SPACES, Layout
 
-_NAMES = {char: "phi" if name == "varphi" else name for name, char in LETTERS.items()} | {"□": "blank"}
+_NAMES = {char: name for name, char in LETTERS.items()} | {
+    "φ": "phi", "□": "blank", "′": "prime", "″": "double prime",
+}  # fmt: skip
 _SIGNS = {
     "+": "plus", "−": "minus", "=": "equals", "×": "times", "⋅": "times", "≠": "is not", "≤": "is at most",
     "≥": "is at least", "≈": "is about", "∂": "partial", "∑": "sum", "±": "plus or minus", "∈": "is in", "→": "to",
-    "⋯": "and so on", "…": "and so on", "°": "degrees", "/": "over", "|": "bar", "‖": "double bar", "′": "prime",
+    "⋯": "and so on", "…": "and so on", "∘": "degrees", "/": "over", "|": "bar",
     "*": "star", "%": "per cent", "<": "is less than", ">": "is greater than",
 }  # fmt: skip
-_POWERS = {"2": "squared", "3": "cubed", "T": "transposed", "− 1": "inverse", "minus 1": "inverse", "star": "star"}
+_POWERS = {"2": "squared", "3": "cubed", "T": "transposed", "minus 1": "inverse"}
+_BY_THEMSELVES = ("prime", "double prime", "degrees", "star")
 _WORDS = {
     "sin": "sine", "cos": "cosine", "tan": "tangent", "det": "determinant of", "ln": "natural logarithm of",
     "arcsin": "arc sine", "arccos": "arc cosine", "arctan": "arc tangent", "exp": "exponential of",
@@ -19,16 +23,17 @@ _WORDS = {
 
 
 @lru_cache(maxsize=1024)
-def spoken(latex: str) -> str:
-    r"""Return a formula in words. Raises UnknownLatex.
+def spoken(formula: Layout) -> str:
+    r"""Return a formula in words.
 
-    >>> spoken(r"\dot{\theta}_{1} = -\frac{a_{1} s_{12}}{2}")
+    >>> from exercises.formula.latex import parsed
+    >>> spoken(parsed(r"\dot{\theta}_{1} = -\frac{a_{1} s_{12}}{2}"))
     'theta dot 1 equals minus (a 1 s 12) over 2'
     """
-    return " ".join(_said(parsed(latex)).replace(" ,", ",").replace("( ", "(").replace(" )", ")").split())
+    return " ".join(_said(formula).replace(" ,", ",").replace("( ", "(").replace(" )", ")").split())
 
 
-def _said(one: Formula) -> str:
+def _said(one: Layout) -> str:
     inner = one.inner
     if one.kind == "letter":
         return _NAMES.get(one.text, one.text)
@@ -37,7 +42,7 @@ def _said(one: Formula) -> str:
     if one.kind == "sign":
         return _SIGNS.get(one.text, one.text)
     if one.kind == "space":
-        return ", " if float(one.text) >= 1 else " "
+        return ", " if SPACES[one.text] >= 1 else " "
     if one.kind == "row":
         return " ".join(map(_said, inner))
     if one.kind == "script":
@@ -51,24 +56,24 @@ def _said(one: Formula) -> str:
         return f"{_said(inner[0])} dot"
     if one.kind == "fenced":
         return f" {one.text[0].strip('.')} {_said(inner[0])} {one.text[1].strip('.')} "
-    if one.kind == "table":
+    if one.kind in ("matrix", "aligned"):
         return _table(one)
     return one.text
 
 
 def _script(base: str, below: str, above: str) -> str:
-    power = _POWERS.get(above, above if above in ("prime", "degrees") else f"to the power {above}") if above else ""
+    power = _POWERS.get(above, above if above in _BY_THEMSELVES else f"to the power {above}") if above else ""
     return " ".join(filter(None, (base, below, power)))
 
 
-def _grouped(one: Formula) -> str:
+def _grouped(one: Layout) -> str:
     said = _said(one)
     return said if len(said.split()) == 1 else f"({said})"
 
 
-def _table(one: Formula) -> str:
+def _table(one: Layout) -> str:
     rows = [[_said(cell) for cell in row.inner] for row in one.inner]
-    if not one.text:
+    if one.kind == "aligned":
         return "; ".join(" ".join(row) for row in rows)
     if len(rows[0]) == 1:
         return f"column with entries {'; '.join(row[0] for row in rows)}; end of column"

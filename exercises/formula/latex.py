@@ -1,0 +1,150 @@
+"""The LaTeX that we write as a layout: what printers/latex, the templates and the languages' decimals make of it.
+
+Whatever else LaTeX knows is refused, by name, so that a test over all families notices what a printer can't say. What
+students write in LaTeX is an answer, and is read for what it means (`notation`).
+"""
+
+import re
+from functools import lru_cache
+
+from exercises.formula.layout import EMPTY, SPACES, WORDS, Layout, parts
+
+LETTERS = {
+    "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "theta": "θ", "kappa": "κ", "lambda": "λ", "mu": "μ",
+    "pi": "π", "rho": "ρ", "sigma": "σ", "tau": "τ", "varphi": "φ", "psi": "ψ", "omega": "ω", "Delta": "Δ",
+    "Omega": "Ω", "square": "□",
+}  # fmt: skip
+SIGNS = {
+    "times": "×", "cdot": "⋅", "neq": "≠", "le": "≤", "leq": "≤", "ge": "≥", "geq": "≥", "approx": "≈",
+    "partial": "∂", "sum": "∑", "pm": "±", "in": "∈", "to": "→", "cdots": "⋯", "dots": "…", "circ": "∘",
+    "{": "{", "}": "}", "%": "%",
+}  # fmt: skip
+PRIMES = "′″‴"
+_COMMANDS = {
+    **{name: Layout("letter", char) for name, char in LETTERS.items()},
+    **{name: Layout("sign", char) for name, char in SIGNS.items()},
+    **{name: Layout("word", name) for name in WORDS},
+    **{name: Layout("space", name) for name in SPACES},
+}
+_UNARY = {"sqrt": "root", "dot": "dotted"}
+_SCRIPTS = ("_", "^", "'")
+_NOT_ALONE = frozenset("&}$#%~\\")
+_TOKEN = re.compile(r"\\(?:text|begin|end)\{[^{}]*\}|\\[a-zA-Z]+|\\\\(?:\[\d+pt\])?|\\.|\d+(?:(?:\.|\{,\})\d+)?|\S")
+
+
+class UnknownLatex(ValueError):
+    """A formula that is not of the LaTeX that qdot writes."""
+
+
+@lru_cache(maxsize=2048)
+def parsed(latex: str) -> Layout:
+    r"""Return the layout of a formula. Raises UnknownLatex.
+
+    >>> parsed("a_{1}").inner[0].kind, parsed("a_{1}").inner[0].inner[1].inner[0].text
+    ('script', '1')
+    """
+    reader = _Reader(_TOKEN.findall(latex), latex)
+    found = reader.row(())
+    if reader.tokens:
+        raise reader.unknown(reader.tokens[-1])
+    return found
+
+
+class _Reader:
+    """Reads tokens from the front; they are kept the other way round."""
+
+    def __init__(self, tokens: list[str], latex: str) -> None:
+        self.tokens, self.latex = tokens[::-1], latex
+
+    def unknown(self, what: str) -> UnknownLatex:
+        return UnknownLatex(f"{what!r} in {self.latex!r}")
+
+    def take(self, wanted: str = "") -> str:
+        if not self.tokens or (wanted and self.tokens[-1] != wanted):
+            raise self.unknown(self.tokens[-1] if self.tokens else "the end")
+        return self.tokens.pop()
+
+    def row(self, ends: tuple[str, ...]) -> Layout:
+        """Return what stands before any of `ends`, or before the formula's end."""
+        pieces: list[Layout] = []
+        tokens = self.tokens
+        while tokens and not tokens[-1].startswith(ends or ("}",)):
+            if tokens[-1] in _SCRIPTS:
+                pieces.append(self.script(pieces.pop() if pieces else EMPTY))
+            else:
+                pieces.append(self.piece())
+        return Layout("row", "", tuple(pieces))
+
+    def script(self, base: Layout) -> Layout:
+        below, above, primes = EMPTY, EMPTY, 0
+        while self.tokens and self.tokens[-1] in _SCRIPTS:
+            mark = self.take()
+            if mark == "'":
+                primes += 1
+            elif mark == "_":
+                below = self.argument()
+            else:
+                above = self.argument()
+        if primes > len(PRIMES):
+            raise self.unknown("'" * primes)
+        if primes:
+            prime = Layout("letter", PRIMES[primes - 1])
+            above = Layout("row", "", (prime, *parts(above))) if above != EMPTY else prime
+        return Layout("script", "", (base, below, above))
+
+    def argument(self) -> Layout:
+        """Return a group in braces as a row, and one sign as it is: of a number its first digit."""
+        found = self.tokens[-1] if self.tokens else ""
+        if found.isdigit() and len(found) > 1:
+            self.tokens[-1:] = [found[1:], found[0]]
+        return self.piece()
+
+    def piece(self) -> Layout:
+        found = self.take()
+        if found == "{":
+            inside = self.row(("}",))
+            self.take("}")
+            return inside
+        if found[0] == "\\":
+            return self.command(found[1:])
+        if found in _NOT_ALONE:
+            raise self.unknown(found)
+        if found[0].isdigit():
+            return Layout("number", found.replace("{,}", ","))
+        return Layout("letter" if found.isalpha() else "sign", "−" if found == "-" else found)
+
+    def command(self, name: str) -> Layout:
+        known = _COMMANDS.get(name)
+        if known is not None:
+            return known
+        if name.startswith("text{"):
+            return Layout("text", name[5:-1])
+        if name in ("frac", "tfrac", "dfrac"):
+            return Layout("fraction", name, (self.argument(), self.argument()))
+        if name in _UNARY and self.tokens[-1:] != ["["]:
+            return Layout(_UNARY[name], name, (self.argument(),))
+        if name == "left":
+            opening = self.take()
+            inside = self.row((r"\right",))
+            self.take(r"\right")
+            return Layout("fenced", opening.removeprefix("\\") + self.take().removeprefix("\\"), (inside,))
+        if name.startswith("begin{"):
+            return self.table(name[6:-1])
+        raise self.unknown(f"\\{name}")
+
+    def table(self, name: str) -> Layout:
+        if name not in ("bmatrix", "aligned"):
+            raise self.unknown(name)
+        rows: list[list[Layout]] = [[]]
+        kind, text = ("matrix", "[]") if name == "bmatrix" else ("aligned", "")
+        while True:
+            rows[-1].append(self.row(("&", "\\\\", r"\end")))
+            mark = self.take()
+            if mark.startswith("\\\\"):
+                rows.append([])
+                text = "apart" if mark.endswith("]") else text
+            elif mark != "&":
+                break
+        if mark != rf"\end{{{name}}}":
+            raise self.unknown(mark)
+        return Layout(kind, text, tuple(Layout("row", "", tuple(cells)) for cells in rows))

@@ -1,0 +1,91 @@
+r"""Formulas as LaTeX: blanks between factors and around signs, none beside brackets, c_{1} (a_{1} + a_{2})."""
+
+from itertools import pairwise
+
+from exercises.formula.latex import LETTERS, PRIMES, SIGNS
+from exercises.formula.layout import EMPTY, MINUS, PLUS, THIN, Layout, Pieces, base, is_binary, parts, row
+
+_COMMANDS = {char: f"\\{name}" for known in (SIGNS, LETTERS) for name, char in reversed(known.items())} | {"−": "-"}
+_AROUND = frozenset(Layout("sign", sign) for sign in "=≠<>≤≥≈∈→⋅×±")
+_STAR = Layout("sign", "*")
+_OPENS = frozenset(Layout("sign", sign) for sign in "([{/")
+_CLOSES = frozenset((*(Layout("sign", sign) for sign in ")]},;/."), THIN))
+
+
+def latex(formula: Layout) -> str:
+    r"""Return a formula as LaTeX.
+
+    >>> from exercises.formula.latex import parsed
+    >>> latex(parsed(r"-\frac a2\cos(x_{1}-1)"))
+    '-\\frac{a}{2} \\cos(x_{1} - 1)'
+    """
+    return _row(formula.inner) if formula.kind == "row" else _piece(formula)
+
+
+def _row(pieces: Pieces) -> str:
+    shown, before, joins = "", None, False  # joins: whether what is before is a plus or minus between two terms
+    for piece in pieces:
+        joined = piece in (MINUS, PLUS) and is_binary(before)
+        if before is not None and (joined or joins or not _touch(before, piece)):
+            shown += " "
+        shown += _piece(piece)
+        before, joins = piece, joined
+    return shown
+
+
+def _index(one: Layout) -> str:
+    """Return an index or a power, in which there are no blanks beside signs."""
+    if one.kind != "row":
+        return _piece(one)
+    shown = _piece(one.inner[0])
+    for before, piece in pairwise(one.inner):
+        shown += ("" if "sign" in (before.kind, piece.kind) else " ") + _piece(piece)
+    return f"{{{shown}}}"
+
+
+def _touch(before: Layout, piece: Layout) -> bool:
+    """Return whether two pieces stand side by side without a blank."""
+    if before in _AROUND or piece in _AROUND:
+        return False
+    if before in _OPENS or base(piece) in _CLOSES or before in (MINUS, PLUS):
+        return True
+    if before == THIN:
+        return piece.kind == "text"
+    if before.kind == "script" and before.inner[0] == EMPTY:  # {}^{0}z_{1}
+        return True
+    return (base(piece).kind == "fenced" or base(piece).text == "(") and base(before).kind in ("word", "text")
+
+
+def _piece(one: Layout) -> str:
+    kind, text, inner = one
+    if kind in ("letter", "sign"):
+        return _COMMANDS.get(text, text)
+    if kind == "number":
+        return text.replace(",", "{,}")
+    if kind == "script":
+        return _script(*inner)
+    if kind == "row":
+        return f"{{{_row(inner)}}}"
+    if kind in ("word", "space"):
+        return f"\\{text}"
+    if kind == "text":
+        return rf"\text{{{text}}}"
+    if kind in ("fraction", "root", "dotted"):  # their text is their command
+        return f"\\{text}{''.join(f'{{{latex(part)}}}' for part in inner)}"
+    if kind == "fenced":
+        left, right = (f"\\{bracket}" if bracket in "{}" else bracket for bracket in text)
+        return rf"\left{left}{latex(inner[0])}\right{right}"
+    name, between = ("bmatrix", r" \\ ") if kind == "matrix" else ("aligned", r" \\[6pt] " if text else r" \\ ")
+    rows = between.join(" & ".join(map(latex, cells.inner)) for cells in inner)
+    return rf"\begin{{{name}}} {rows} \end{{{name}}}"
+
+
+def _script(foot: Layout, below: Layout, above: Layout) -> str:
+    first, *others = *parts(above), EMPTY
+    primes = PRIMES.find(first.text) + 1 if first.text else 0
+    above = row(*others[:-1]) if primes else above
+    shown = f"{_piece(foot)}{chr(39) * primes}"
+    marks = ("_", below), ("^", above)
+    for mark, part in reversed(marks) if above == _STAR else marks:  # p^*_{1}
+        shown += f"{mark}{_index(part)}" if part.inner or part.text else ""
+    return shown

@@ -1,0 +1,59 @@
+"""Our own LaTeX: read as a layout, printed again as the same, and what is not ours refused."""
+
+import json
+
+import pytest
+
+from exercises.formula.latex import UnknownLatex, parsed
+from exercises.formula.layout import EMPTY, MINUS, PLUS, Layout, number, row, script, split, terms
+from exercises.formula.printers.latex import latex
+from tests.support import DATA
+
+WRITTEN = [json.loads(line)["latex"] for line in (DATA / "mathml.jsonl").read_text(encoding="utf-8").splitlines()]
+
+
+def test_the_parts_of_a_formula() -> None:
+    a, one = Layout("letter", "a"), row(*number("1"))
+    assert parsed("a_{1}") == row(script(a, one))
+    assert parsed("a_1^{2}") == row(script(a, one.inner[0], row(*number("2"))))
+    assert parsed("-a") == row(MINUS, a) and parsed("{}") == row(EMPTY)
+    assert parsed(r"\frac12").inner == (Layout("fraction", "frac", (*number("1"), *number("2"))),)
+    assert parsed("0{,}5") == row(*number("0,5"))
+
+
+@pytest.mark.parametrize("text", WRITTEN)
+def test_what_is_printed_reads_as_the_same(text: str) -> None:
+    shown = latex(parsed(text))
+    assert latex(parsed(shown)) == shown
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        r"-a_{1} s_{12} + 0.35 c_{1} (a_{2} - 1)", r"\tfrac{1}{2}\, a_{1}", r"\cos^{2} \varphi'_{1}\, \dot{\theta}_{2}",
+        r"\left(\theta_{1} + \frac{\pi}{6}\right)^{2}", r"\text{atan2}(a_{1}, -2)", r"90^\circ", "0{,}5",
+        r"\theta_{2} \in \left\{0, \pi\right\}", r"\begin{bmatrix} a & -b \\ \sqrt{2} & 0 \end{bmatrix} = J^T",
+        r"{}^{2}z_{i-1} \times p^*_{i,j}",
+        r"1.2 \cdot 10^{-6}\,\text{rad/s}", r"\begin{aligned} a & = {} - b \\[6pt] c & = d \end{aligned}",
+    ],
+)  # fmt: skip
+def test_it_is_printed_as_it_is_written(text: str) -> None:
+    assert latex(parsed(text)) == text
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        r"\mathbb{R}", r"\begin{cases} a \end{cases}", "a_{1", "a}", r"\left( a", r"x \end{bmatrix}", r"\sqrt[3]{x}",
+        "a & b", r"a \\ b", "%", "$", r"\begin{bmatrix} a", "x''''", "a_", r"\left( a }",
+    ],
+)  # fmt: skip
+def test_latex_that_is_not_ours_is_refused_by_name(text: str) -> None:
+    with pytest.raises(UnknownLatex, match=r" in ['\"]"):
+        parsed(text)
+
+
+def test_terms_are_parted_by_signs_between_them_and_outside_of_brackets() -> None:
+    shown = [latex(row(EMPTY, *term)) for term in terms(parsed("-a + b (c - d) - (e + f)^{2} = -g").inner)]
+    assert shown == ["{} - a", "{} + b (c - d)", "{} - (e + f)^{2} = -g"]
+    assert [latex(row(*part)) for part in split(parsed("a + (b + c)").inner, PLUS)] == ["a", "(b + c)"]
