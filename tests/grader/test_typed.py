@@ -7,7 +7,7 @@ from grader.verdict import Outcome
 from tests.support.judging import judge_direction, judge_expression, judge_numbers
 
 
-@pytest.mark.parametrize("text", ["0.5", "0,5", "v = 0.5", "v = 0,5", "50 cm", "50,0 cm", "[0.5]", "1/2 m"])
+@pytest.mark.parametrize("text", ["0.5", "0,5", "０,５", "v = 0.5", "v = 0,5", "50 cm", "50,0 cm", "[0.5]", "1/2 m"])
 def test_one_number_may_be_written_as_a_formula_may(text: str) -> None:
     assert judge_numbers(text, [0.5], ["m"], 0.005, 1e-6).outcome is Outcome.CORRECT
 

@@ -208,8 +208,8 @@ SETS = (
 
 ANYTHING = (
     "0", "1", "-1", "hello world", "a1", "x", "[0, 0]", "[[1, 0], [0, 1]]", "nan", "", " ", "blank", "...", "I",
-    "1/0", "[blank, 1]", "det(J) = 1", "0,5", "30 deg", "{qd1: 1, qd2: 2}", "qd1 = 1, qd2 = 2", "constructor",
-    "toString",
+    "1/0", "[blank, 1]", "det(J) = 1", "0,5", "2,0", "２,０", "a1²,3", "30 deg", "{qd1: 1, qd2: 2}",
+    "qd1 = 1, qd2 = 2", "constructor", "toString",
 )  # fmt: skip
 
 MORE = (

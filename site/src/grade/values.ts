@@ -12,7 +12,6 @@ import {
   namesIn,
   type Node,
   node,
-  outOfSight,
   ReadError,
 } from "../read/tree.js";
 import { inDigits, message, type Message } from "../text/text.js";
@@ -119,6 +118,20 @@ export function agreed(
   if (unseen) return correct(message("verdict.out-of-sight", { points, number: unseen }), false);
   if (functions.size === 0) return correct(sure);
   return correct(message("verdict.branches", { points, functions: [...functions].sort().join(", ") }), false);
+}
+
+/** A number, or a power of numbers, that values of nine digits can't tell from none or from infinity; null without one. */
+function outOfSight(tree: Node): string | null {
+  let found: string | null = null;
+  anyNode(tree, (each) => {
+    const isNumber = each.kind === "number" || each.kind === "decimal";
+    if (!isNumber && !(each.kind === "^" && namesIn(each).size === 0)) return false;
+    const { size } = evaluate(each, {});
+    const isNothing = isNumber ? !/[1-9]/.test(each.text) : size === 0;
+    if (!isNothing && !(size >= 1e-6 && size <= 1e6)) found = isNumber ? each.text : size.toExponential(0);
+    return found !== null;
+  });
+  return found;
 }
 
 /** How large terms are that cancel each other, where nine digits of them are more than the entry itself; else null. */
