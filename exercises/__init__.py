@@ -19,8 +19,9 @@ its own in its `__init__`.
     generation                      from an identity to a problem
     record                          a problem as plain data, and the digests by which it is known again
     verify/                         the certificate of a problem, by ways the reference was not derived by
-    languages, render               the words of other languages; the templates filled in
+    phrases, languages, render      words that problems carry; the messages of a language; the templates filled in
     writing/                        statements, hints, solutions; formulas as LaTeX, MathML, Typst, Maxima, text
+    messages                        all messages collected, and merged into locale/CODE.po (`make messages`)
     figure/                         the drawing of an arm, as SVG and as TikZ, and its description in words
     notebook, showing, solving      notebooks; one problem in every format; your own arm (`qdot solve`)
     docs/                           the pages of docs/ that are made from the code (`make docs`)

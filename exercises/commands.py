@@ -158,5 +158,5 @@ def solve(
     read = read_robot_file(robot)
     for said in read.notes:
         note(said)
-    found = solve_chain(read.chain)
-    say({"text": solution_text, "latex": solution_latex, "json": solution_json}[format](found))
+    solution = solve_chain(read.chain)
+    say({"text": solution_text, "latex": solution_latex, "json": solution_json}[format](solution))

@@ -65,8 +65,8 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
         seen[chain] = step(chain)
         if low <= seen[chain] <= high and (len(seen) > QUIZ_DRAWS or _objection(chain, quizzes) is None):
             return chain
-    found = in_words(min(seen.values()), max(seen.values()))
-    raise QdotError(f"{family.name} has no arm of difficulty {in_words(low, high)}; its arms are of difficulty {found}")
+    steps = in_words(min(seen.values()), max(seen.values()))
+    raise QdotError(f"{family.name} has no arm of difficulty {in_words(low, high)}; its arms are of difficulty {steps}")
 
 
 def _that_can_be_asked(family: Family, stream: Stream, quizzes: Sequence[str]) -> Chain:
@@ -82,8 +82,8 @@ def _that_can_be_asked(family: Family, stream: Stream, quizzes: Sequence[str]) -
 def _objection(chain: Chain, questions: Sequence[str]) -> str | None:
     """Return why one of the questions can't be asked of an arm, or None; unknown ones are for others to tell."""
     for name in questions:
-        if name in ASKED and (found := ASKED[name].refusal(chain)) is not None:
-            return f"question {name!r} can't be asked of {chain.name}: {found}"
+        if name in ASKED and (refused := ASKED[name].refusal(chain)) is not None:
+            return f"question {name!r} can't be asked of {chain.name}: {refused}"
     return None
 
 

@@ -137,7 +137,7 @@ def _as_notebook(problem: Problem, solution: bool, hinted: bool) -> str:
 
 def problem_json(problem: Problem, solution: bool, certificate: Mapping[str, Any] | None = None) -> Json:
     """Return the problem as plain data, in the form of docs/schemas/show.json; each part has its `hints`."""
-    found: Json = {
+    content: Json = {
         "id": str(problem.id),
         "family": problem.id.family,
         "seed": problem.id.seed,
@@ -149,12 +149,12 @@ def problem_json(problem: Problem, solution: bool, certificate: Mapping[str, Any
         "parts": [_part_json(problem, part, solution) for part in problem.parts],
     }
     if certificate is not None:
-        found["certificate"] = dict(certificate)
-    return found
+        content["certificate"] = dict(certificate)
+    return content
 
 
 def _part_json(problem: Problem, part: Part, solution: bool) -> Json:
-    found: Json = {
+    content: Json = {
         "name": part.name,
         "kind": part.kind,
         "type": part.type,
@@ -164,12 +164,12 @@ def _part_json(problem: Problem, part: Part, solution: bool) -> Json:
         "needs": list(part.needs),
         "hints": list(hints(problem, part)),
     }
-    found |= part.answer.options_json()
-    found |= part.answer.allowance_json()
+    content |= part.answer.options_json()
+    content |= part.answer.allowance_json()
     if solution:
-        found["reference"] = part.answer.as_json()
-        found["solution"] = worked_solution(problem, part)
-    return found
+        content["reference"] = part.answer.as_json()
+        content["solution"] = worked_solution(problem, part)
+    return content
 
 
 FORMATS: dict[str, Callable[[Problem, bool, bool], str]] = {

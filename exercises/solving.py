@@ -93,18 +93,20 @@ def solution_json(solution: Solution) -> str:
 def solution_data(solution: Solution) -> dict[str, Any]:
     """Return the results as plain data."""
     sure = kind_is_sure(solution.chain)
-    found: dict[str, Any] = {
+    content: dict[str, Any] = {
         "name": solution.chain.title,
         "position": matrix_json(solution.position),
         "jacobian": _rows(solution.jacobian),
         "geometric_jacobian": _rows(solution.geometric),
         "task": list(solution.chain.task),
         "determinant": None if solution.determinant is None else str(solution.determinant),
-        "singular": None if solution.singular is None else [_found_json(found, sure) for found in solution.singular],
+        "singular": None
+        if solution.singular is None
+        else [_found_json(content, sure) for content in solution.singular],
     }
     if solution.note:
-        found["note"] = solution.note
-    return found
+        content["note"] = solution.note
+    return content
 
 
 def _rows(matrix: sp.Matrix) -> list[list[str]]:
@@ -154,7 +156,7 @@ def _markdown(solution: Solution) -> str:
 
 def _sections(solution: Solution) -> list[tuple[str, str]]:
     chain = solution.chain
-    found = []
+    sections = []
     for name in SECTIONS:
         question = QUESTIONS[name]
         unreadable = chain.n > BY_HAND and name in ("inverse-jacobian", "inverse-velocity")
@@ -163,8 +165,8 @@ def _sections(solution: Solution) -> list[tuple[str, str]]:
         answer, details = question.ask(chain, Stream("solve"))
         part = Part(name, name, answer, details=details)
         problem = Problem(ProblemId("own", 0), chain, (part,))
-        found.append((name, worked_solution(problem, part)))
-    return found
+        sections.append((name, worked_solution(problem, part)))
+    return sections
 
 
 __all__ = ["Solution", "read_robot", "solution_data", "solution_json", "solution_latex", "solution_text", "solve"]

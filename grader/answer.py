@@ -153,8 +153,8 @@ def _unlabelled(node: Node, labels: Sequence[str]) -> Node:
         node = node.args[0]
     if not labels or node.kind not in ("dict", "list") or not all(arg.kind in ("pair", "eq") for arg in node.args):
         return node
-    found = {arg.args[0].value: arg.args[1] for arg in node.args}
-    return Node("list", tuple(found[label] for label in labels)) if set(found) == set(labels) else node
+    named = {arg.args[0].value: arg.args[1] for arg in node.args}
+    return Node("list", tuple(named[label] for label in labels)) if set(named) == set(labels) else node
 
 
 def _in_shape(given: Given, due: tuple[int, int]) -> Given:
@@ -164,11 +164,11 @@ def _in_shape(given: Given, due: tuple[int, int]) -> Given:
     rows = given.rows
     if due[1] == 1 and len(rows) == 1 and len(rows[0]) == due[0]:
         rows = [[entry] for entry in rows[0]]
-    given, found = replace(given, rows=rows), (len(rows), len(rows[0]))
-    if found == due:
+    given, shape = replace(given, rows=rows), (len(rows), len(rows[0]))
+    if shape == due:
         return given
-    turned = " (transposed?)" if found == due[::-1] and due[0] != due[1] and 1 not in due else ""
-    return given.refused(f"the answer is {found[0]} x {found[1]}, and {due[0]} x {due[1]} is due{turned}")
+    turned = " (transposed?)" if shape == due[::-1] and due[0] != due[1] and 1 not in due else ""
+    return given.refused(f"the answer is {shape[0]} x {shape[1]}, and {due[0]} x {due[1]} is due{turned}")
 
 
 def _of_scalars(given: Given, what: str) -> Given:

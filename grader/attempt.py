@@ -127,10 +127,10 @@ def grade_attempt(
     seed = _points_seed(assignment, submission)
     asked = {slot: asked_of(problem, problem.domain(), seed) for slot, problem in problems}
     cells = without_self_checks(submission.cells, problems)
-    found = find_answers(cells, parts, lambda cells, names: _run(sandbox, cells, names, asked))
+    answers = find_answers(cells, parts, lambda cells, names: _run(sandbox, cells, names, asked))
     said += oddities(submission, assignment, student)
-    said += [Note(note, note) for note in (*found.notes, found.run.note) if note]
-    return _marked(assignment, copies, student, problems, submission, found, None, said)
+    said += [Note(note, note) for note in (*answers.notes, answers.run.note) if note]
+    return _marked(assignment, copies, student, problems, submission, answers, None, said)
 
 
 def _run(sandbox: Sandbox, cells: Sequence[str], names: Sequence[str], asked: Mapping[str, Mapping[str, Any]]) -> Run:

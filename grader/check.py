@@ -58,17 +58,17 @@ def check_notebook(path: Path) -> Checked:
     if not parts:
         raise QdotError(f"{path} has no answer cells; is it a notebook that qdot made?")
     with Sandbox() as sandbox:
-        found = find_answers(submission.cells, parts, sandbox.run)
+        answers = find_answers(submission.cells, parts, sandbox.run)
     families = submission.claims.get("problems")
     rows = []
     for part in parts:
         slot, kind = part.split(".", 1)
-        answer = found.run.answers.get(variable(slot, kind))
+        answer = answers.run.answers.get(variable(slot, kind))
         if answer is None:
-            rows.append(Row(part, False, found.reasons[variable(slot, kind)]))
+            rows.append(Row(part, False, answers.reasons[variable(slot, kind)]))
         else:
             rows.append(_row(part, answer, _due(families.get(slot) if isinstance(families, dict) else None, kind)))
-    return Checked(tuple(rows), (*submission.notes, *found.notes))
+    return Checked(tuple(rows), (*submission.notes, *answers.notes))
 
 
 Due = tuple[Problem, Part]

@@ -41,8 +41,8 @@ def compare(kind: str, student: str, reference: Any, joints: Sequence[str] = ())
     given = read_conditions(student, domain)
     if kind == "angles":
         return judge_angles(given, Node("set", tuple(trees)) if len(trees) > 1 else trees[0], domain, seed)
-    found = joints or sorted(name for name in domain.roles if name.startswith("theta"))
-    return judge_singular(given, trees, found, domain, seed)
+    variables = joints or sorted(name for name in domain.roles if name.startswith("theta"))
+    return judge_singular(given, trees, variables, domain, seed)
 
 
 def _flat(reference: Any) -> list[str]:

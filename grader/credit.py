@@ -93,12 +93,12 @@ def _kept(
     trees = [tree_of_reference(text_of(factor), known) for factor in factors]
     several = domain.sample(set(domain.roles), READABLE + POINTS, Stream(f"{seed}/factors"))
     values = {name: value[READABLE:] for name, value in several.items()}
-    found = evaluate(compile_program([node, *trees]), values, POINTS)[0]
+    evaluated = evaluate(compile_program([node, *trees]), values, POINTS)[0]
     due = complex(coefficient)
     for size in range(len(factors), 0, -1):
         for chosen in combinations(range(len(factors)), size):
             with np.errstate(all="ignore"):
-                ratio = found[0] / found[1:][list(chosen)].prod(axis=0)
+                ratio = evaluated[0] / evaluated[1:][list(chosen)].prod(axis=0)
             if not np.all(np.isfinite(ratio)) or np.ptp(ratio.real) > 1e-9 * abs(ratio[0]) or not abs(ratio[0]) > 1e-9:
                 continue
             exact = Fraction(float(ratio[0].real)).limit_denominator(1000)

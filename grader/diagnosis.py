@@ -60,8 +60,8 @@ class Found:
         """Tell of each entry whether another answer has the same values, (rows, columns)."""
         with np.errstate(all="ignore"):
             if self.is_direction:
-                found, due = _unit(self.values), _unit(other)
-                near = np.minimum(np.abs(found - due), np.abs(found + due)) <= self.room[0]
+                own, due = _unit(self.values), _unit(other)
+                near = np.minimum(np.abs(own - due), np.abs(own + due)) <= self.room[0]
             else:
                 near = np.abs(self.values - other) <= self._allowed
         return np.asarray(near.all(axis=-1))
@@ -113,10 +113,10 @@ def diagnose(problem: Problem, part: Part, given: Given, seed: str = "") -> Diag
         return None
     values = configurations(problem.chain, part, problem.domain(), POINTS, Stream(f"{seed}/diagnosis"))
     try:
-        found = _in_numbers(part, given, values)
+        in_numbers = _in_numbers(part, given, values)
     except ReadError:  # statements among the entries of an answer that was refused
         return None
-    return None if found is None else named(problem, part, values, found)
+    return None if in_numbers is None else named(problem, part, values, in_numbers)
 
 
 def _of_function(problem: Problem, part: Part, table: Table) -> Diagnosis | None:
@@ -124,9 +124,9 @@ def _of_function(problem: Problem, part: Part, table: Table) -> Diagnosis | None
         return None
     values = {name: column[:POINTS] for name, column in table.at.items()}
     rows = (*table.shape, *(1,) * (2 - len(table.shape)))
-    found = table.values[:POINTS].T.reshape(*rows, -1)
+    returned = table.values[:POINTS].T.reshape(*rows, -1)
     room = (max(SAME, part.rounding.relative), part.rounding.absolute) if part.rounding else (SAME, 0.0)
-    return named(problem, part, values, Found(found, np.abs(found), room, part.answer.counts_up_to_a_factor))
+    return named(problem, part, values, Found(returned, np.abs(returned), room, part.answer.counts_up_to_a_factor))
 
 
 def _in_numbers(part: Part, given: Given, values: Values) -> Found | None:
@@ -139,10 +139,10 @@ def _in_numbers(part: Part, given: Given, values: Values) -> Found | None:
         return None
     filled = [Node("name", value="pi") if blank else entry for entry, blank in zip(entries, blanks, strict=True)]
     count = len(next(iter(values.values())))
-    found, size = evaluate(compile_program(filled), values, count)
-    found[blanks] = np.nan
+    evaluated, size = evaluate(compile_program(filled), values, count)
+    evaluated[blanks] = np.nan
     shape = (len(rows), len(rows[0]), count)
-    return Found(found.reshape(shape), size.reshape(shape), _room(part, filled), part.answer.counts_up_to_a_factor)
+    return Found(evaluated.reshape(shape), size.reshape(shape), _room(part, filled), part.answer.counts_up_to_a_factor)
 
 
 def _room(part: Part, entries: Sequence[Node]) -> tuple[float, float]:

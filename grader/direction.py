@@ -42,32 +42,31 @@ def _symbolic(given: Given, due: Sequence[Node], domain: Domain, seed: str) -> J
         return wrong("the zero vector is no direction")
     left = [Node("*", (entry, due[pivot])) for entry in entries]
     right = [Node("*", (entry, entries[pivot])) for entry in due]
-    found = compare_entries(left, right, domain, seed)
-    if all(found.equal):
-        return correct(found.certificate)
-    certificate = _for_own_pivot(found.certificate, due[pivot], pivot)
+    comparison = compare_entries(left, right, domain, seed)
+    if all(comparison.equal):
+        return correct(comparison.certificate)
+    certificate = _for_own_pivot(comparison.certificate, due[pivot], entries[pivot], pivot)
     example = certificate.counterexample
-    entry = int(example["entry"]) if example is not None else found.equal.index(False)
+    entry = int(example["entry"]) if example is not None else comparison.equal.index(False)
     at = at_words(example["at"]) if example is not None else ""
-    reason = (
-        f"not along the direction that is right: entry {entry + 1} does not have the right ratio to entry {pivot + 1}"
-        f"{at}"
-    )
+    off = "should be 0" if entry == pivot else f"does not have the right ratio to entry {pivot + 1}"
+    reason = f"not along the direction that is right: entry {entry + 1} {off}{at}"
     return wrong(unknown_symbols(given, domain) or reason, certificate)
 
 
-def _for_own_pivot(certificate: Certificate, due: Node, pivot: int) -> Certificate:
+def _for_own_pivot(certificate: Certificate, due: Node, own: Node, pivot: int) -> Certificate:
     """Return the certificate with the entry itself, and what it would have to be for the pivot as it was answered.
 
-    Compared were both times the pivot that is `due`.
+    Compared were both times the pivot that is `due`. Where that vanishes, the student's own does not, and should.
     """
     example = certificate.counterexample
     if example is None or not all(isinstance(example[name], float) for name in ("yours", "expected")):
         return certificate
     at = {name: np.array([value]) for name, value in example["at"].items()}
-    scale = complex(evaluate(compile_program([due]), at, 1)[0][0, 0])
+    scale, answered = (complex(value) for value in evaluate(compile_program([due, own]), at, 1)[0][:, 0])
     if not scale:  # as -sin(theta1) is at 0, which is among the readable configurations
-        return replace(certificate, counterexample=None)
+        own_pivot = {"entry": pivot, "yours": number(answered), "expected": 0.0}
+        return replace(certificate, counterexample={**example, **own_pivot})
     values = {name: number(example[name] / scale) for name in ("yours", "expected")}
     return replace(certificate, counterexample={**example, **values, "pivot": pivot})
 
@@ -75,13 +74,13 @@ def _for_own_pivot(certificate: Certificate, due: Node, pivot: int) -> Certifica
 def _numeric(given: Given, due: Sequence[Node], tolerance: float) -> Judgement:
     if given.symbols:
         return wrong(f"numbers are due, and {', '.join(sorted(given.symbols)[:5])} is left in the answer")
-    found, right = (evaluate(compile_program(list(nodes)), {}, 1)[0][:, 0] for nodes in (given.entries, due))
-    if not np.all(np.isfinite(found)) or np.any(np.abs(found.imag) > ZERO * np.abs(found)):
+    typed, right = (evaluate(compile_program(list(nodes)), {}, 1)[0][:, 0] for nodes in (given.entries, due))
+    if not np.all(np.isfinite(typed)) or np.any(np.abs(typed.imag) > ZERO * np.abs(typed)):
         return wrong("an entry of the vector is not a finite real number")
-    size = float(np.linalg.norm(found.real))
+    size = float(np.linalg.norm(typed.real))
     if size == 0.0:
         return wrong("the zero vector is no direction")
-    unit, target = found.real / size, right.real / np.linalg.norm(right.real)
+    unit, target = typed.real / size, right.real / np.linalg.norm(right.real)
     target = target * (1.0 if float(unit @ target) >= 0 else -1.0)
     apart = float(np.linalg.norm(unit - target))
     if apart <= tolerance:

@@ -66,9 +66,9 @@ def _comment(package: ModuleType, name: str) -> str:
     """Return what stands in quotes under a constant, in the module that it comes from."""
     home = next(home for home, names in package._HOMES.items() if name in names)
     source = inspect.getsource(import_module(f"{package.__name__}.{home}"))
-    found = re.search(rf'^{name}\b[^"]*(?:"[^"\n]*"[^"]*)*?\n"""([^"]+)"""', source, re.MULTILINE)
-    assert found, name
-    return found[1]
+    match = re.search(rf'^{name}\b[^"]*(?:"[^"\n]*"[^"]*)*?\n"""([^"]+)"""', source, re.MULTILINE)
+    assert match, name
+    return match[1]
 
 
 def _signature(what: Any) -> str:

@@ -75,7 +75,7 @@ def follow(
     if answer.table is not None or part.kind not in QUESTIONS:
         return None
     context = _Context(problem, answers, seed, is_copied)
-    found: list[Followed] = []
+    followed: list[Followed] = []
     for sources in QUESTIONS[part.kind].follows:
         own = context.own(sources, wrong)
         if own is None:
@@ -83,8 +83,8 @@ def follow(
         result = context.worked_out(part, own)
         judgement = None if result is None else context.judged(part, result, answer)
         if judgement is not None and judgement.share > 0:
-            found.append(Followed(judgement, next(name for name in sources if name in wrong)))
-    return max(found, key=lambda one: one.judgement.share, default=None)
+            followed.append(Followed(judgement, next(name for name in sources if name in wrong)))
+    return max(followed, key=lambda one: one.judgement.share, default=None)
 
 
 class _Context:
@@ -106,14 +106,14 @@ class _Context:
         """Return the rows of some parts, the student's where wrong; None where none is wrong, or one of no use."""
         if not any(name in wrong for name in sources):
             return None
-        found: dict[str, Rows] = {}
+        matrices: dict[str, Rows] = {}
         for name in sources:
             due = self.due(name)
             rows = self.usable(name, due) if name in wrong and due is not None else due
             if rows is None:
                 return None
-            found[name] = rows
-        return found
+            matrices[name] = rows
+        return matrices
 
     def due(self, name: str) -> Rows | None:
         """Return the rows of a part's reference, whether or not it is asked in this problem."""
@@ -177,23 +177,23 @@ class _Context:
         """Return what an answer is like, at random configurations."""
         entries = [entry for row in rows for entry in row]
         program, roles = compile_program(entries), self.domain.roles
-        found = evaluate(program, self.values, POINTS)[0]
-        size = max(float(np.nanmax(np.abs(found), initial=0.0)), 1e-300)
+        at_points = evaluate(program, self.values, POINTS)[0]
+        size = max(float(np.nanmax(np.abs(at_points), initial=0.0)), 1e-300)
 
         def differs(values: Mapping[str, np.ndarray], room: float) -> bool:
             with np.errstate(all="ignore"):
-                return not np.all(np.abs(evaluate(program, values, POINTS)[0] - found) <= room * size)
+                return not np.all(np.abs(evaluate(program, values, POINTS)[0] - at_points) <= room * size)
 
         joints = {q.name for q in self.chain.q}
         used = {name for name in set().union(*map(names, entries)) if isinstance(roles[name], str)}
         depends = [name for name in used if differs({**self.values, name: 0.83 * self.values[name] + 0.11}, 1e-9)]
         turn = {name: 2 * np.pi if role == "angle" else 0.0 for name, role in roles.items()}
         return Traits(
-            bool(np.isfinite(found).all()),
+            bool(np.isfinite(at_points).all()),
             not differs({name: value + turn[name] for name, value in self.values.items()}, 1e-6),
             sum(name in joints for name in depends),
             sum(name not in joints for name in depends),
-            int(np.count_nonzero(np.abs(found).max(axis=1) > 1e-9 * size)),
+            int(np.count_nonzero(np.abs(at_points).max(axis=1) > 1e-9 * size)),
         )
 
     def worked_out(self, part: Part, own: Own) -> "Rows | np.ndarray | None":
@@ -260,8 +260,8 @@ def _with(w: Working, given: Mapping[str, np.ndarray]) -> Working:
 
 def _at(rows: Rows, values: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return rows of trees at a configuration, (rows, columns, 1)."""
-    found = evaluate(compile_program([entry for row in rows for entry in row]), values, 1)[0]
-    return np.asarray(found.real.reshape(len(rows), -1, 1))
+    evaluated = evaluate(compile_program([entry for row in rows for entry in row]), values, 1)[0]
+    return np.asarray(evaluated.real.reshape(len(rows), -1, 1))
 
 
 def _determinant(rows: Rows) -> Rows:

@@ -24,10 +24,10 @@ def judge_expression(
     """Judge a formula; `rounding` is what its decimals may be off."""
     if given.refusal is not None:
         return given.refusal
-    found = compare_entries(given.entries, [reference], domain, seed, rounding)
-    if all(found.equal):
-        return correct(found.certificate)
-    return wrong(unknown_symbols(given, domain) or _difference(found, 1), found.certificate)
+    comparison = compare_entries(given.entries, [reference], domain, seed, rounding)
+    if all(comparison.equal):
+        return correct(comparison.certificate)
+    return wrong(unknown_symbols(given, domain) or _difference(comparison, 1), comparison.certificate)
 
 
 def judge_matrix(
@@ -43,21 +43,21 @@ def judge_matrix(
     due = [entry for row in reference for entry in row]
     blanks = given.blanks
     filled = [right if blank else own for blank, own, right in zip(blanks, given.entries, due, strict=True)]
-    found = compare_entries(filled, due, domain, seed, rounding)
-    return matrix_judgement(found, blanks, reference, unknown_symbols(given, domain))
+    comparison = compare_entries(filled, due, domain, seed, rounding)
+    return matrix_judgement(comparison, blanks, reference, unknown_symbols(given, domain))
 
 
-def matrix_judgement(found: Comparison, blanks: Sequence[bool], reference: Matrix, unknown: str = "") -> Judgement:
+def matrix_judgement(comparison: Comparison, blanks: Sequence[bool], reference: Matrix, unknown: str = "") -> Judgement:
     """Return the judgement on a matrix whose entries were compared; `unknown` tells of symbols that no one knows."""
     columns = len(reference[0])
-    equal = [same and not blank for same, blank in zip(found.equal, blanks, strict=True)]
+    equal = [same and not blank for same, blank in zip(comparison.equal, blanks, strict=True)]
     is_zero = [entry.kind == "number" and not entry.value for row in reference for entry in row]
     if all(equal):
-        judged = correct(found.certificate)
+        judged = correct(comparison.certificate)
     else:
-        said = unknown or _difference(found, columns) or "the others were left blank"
+        said = unknown or _difference(comparison, columns) or "the others were left blank"
         reason = f"{_count(equal, blanks, is_zero)}; {said}"
-        judged = graded(_share(equal, blanks, is_zero), reason, found.certificate)
+        judged = graded(_share(equal, blanks, is_zero), reason, comparison.certificate)
     marks = tuple(tuple(equal[i : i + columns]) for i in range(0, len(equal), columns))
     return replace(judged, entries=marks)
 
@@ -83,12 +83,12 @@ def _count(equal: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool
     return f"{right} of {which} are right{also}" if total > 1 or spoiled else "it is not right"
 
 
-def _difference(found: Comparison, columns: int) -> str:
+def _difference(comparison: Comparison, columns: int) -> str:
     """Say where an entry differs, and by how much; nothing where none that was answered does."""
-    example = found.certificate.counterexample
+    example = comparison.certificate.counterexample
     if example is None:
         return ""
-    total = len(found.equal)
+    total = len(comparison.equal)
     where = entry_name(int(example["entry"]), columns) + " " if total > 1 else ""
     return f"{where}differs{at_words(example['at'])}{values_words(example)}"
 
@@ -184,18 +184,18 @@ def _says_a_condition(node: Node, joints: Sequence[str]) -> bool:
 def _judge_set(
     claimed: Sequence[Piece], truth: Sequence[Piece], space: Space, seed: str, what: str = "singular configuration"
 ) -> Judgement:
-    found = compare_sets(claimed, truth, space, seed)
-    if found.equal and claimed:
-        return correct(_set_certificate(found))
+    comparison = compare_sets(claimed, truth, space, seed)
+    if comparison.equal and claimed:
+        return correct(_set_certificate(comparison))
     # What is claimed beyond the truth must not earn what it happens to cover: only sound pieces count for the share.
-    sound = [piece for piece, held in zip(claimed, found.sound, strict=True) if held]
+    sound = [piece for piece, held in zip(claimed, comparison.sound, strict=True) if held]
     covered = [held for held in compare_sets(sound, truth, space, seed).covered if held is not None]
-    surplus = sum(held is False for held in found.sound)
+    surplus = sum(held is False for held in comparison.sound)
     share = max(0, sum(covered) - surplus) / len(covered) if covered else 0.0
-    reason = _set_reason(found, space.joints, what)
-    if found.surplus is not None and _are_degrees(claimed, truth, space, seed):
+    reason = _set_reason(comparison, space.joints, what)
+    if comparison.surplus is not None and _are_degrees(claimed, truth, space, seed):
         reason = f"these values are in degrees, and radians are due; {reason}"
-    return graded(min(share, 0.99), reason, _set_certificate(found))
+    return graded(min(share, 0.99), reason, _set_certificate(comparison))
 
 
 def _are_degrees(claimed: Sequence[Piece], truth: Sequence[Piece], space: Space, seed: str) -> bool:
@@ -207,19 +207,19 @@ def _are_degrees(claimed: Sequence[Piece], truth: Sequence[Piece], space: Space,
     return False not in compare_sets(turned, truth, space, seed).sound
 
 
-def _set_certificate(found: SetComparison) -> Certificate:
-    example = None if found.equal else {"missing": found.missing, "surplus": found.surplus}
-    return Certificate("numeric", found.least, missed(found.least), example)
+def _set_certificate(comparison: SetComparison) -> Certificate:
+    example = None if comparison.equal else {"missing": comparison.missing, "surplus": comparison.surplus}
+    return Certificate("numeric", comparison.least, missed(comparison.least), example)
 
 
-def _set_reason(found: SetComparison, joints: Sequence[str], what: str) -> str:
+def _set_reason(comparison: SetComparison, joints: Sequence[str], what: str) -> str:
     said = []
-    if found.missing is not None:
+    if comparison.missing is not None:
         article = "an" if what[0] in "aeiou" else "a"
-        said.append(f"{article} {what} is missing{pose_words(found.missing, joints)}")
-    if found.rounded and found.surplus is not None:
-        pose = pose_words(found.surplus, joints)
+        said.append(f"{article} {what} is missing{pose_words(comparison.missing, joints)}")
+    if comparison.rounded and comparison.surplus is not None:
+        pose = pose_words(comparison.surplus, joints)
         said.append(f"right but for rounding{pose}; write the exact value, as in pi/3 or acos(1/3)")
-    elif found.surplus is not None:
-        said.append(f"claimed, but no {what}{pose_words(found.surplus, joints)}")
+    elif comparison.surplus is not None:
+        said.append(f"claimed, but no {what}{pose_words(comparison.surplus, joints)}")
     return "; ".join(said) or "no configuration is claimed"

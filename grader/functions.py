@@ -32,10 +32,10 @@ def judge_function(part: Part, table: Table, joints: Sequence[str], known: Itera
         returned = " x ".join(map(str, shape)) or "one number"
         return wrong(f"the function returns {returned}, and {due_shape[0]} x {due_shape[1]} is due")
     due, size = evaluate(compile_program(nodes), table.at, POINTS)
-    found = _along(values.T, due) if part.answer.counts_up_to_a_factor else values.T
+    answered = _along(values.T, due) if part.answer.counts_up_to_a_factor else values.T
     shown = set(joints).union(*map(names, nodes))
     at = {name: column for name, column in table.at.items() if name in shown}
-    return matrix_judgement(_compared(found, due, size, at, part.rounding), [False] * len(nodes), due_rows)
+    return matrix_judgement(_compared(answered, due, size, at, part.rounding), [False] * len(nodes), due_rows)
 
 
 def _along(found: np.ndarray, due: np.ndarray) -> np.ndarray:

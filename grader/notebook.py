@@ -49,11 +49,11 @@ def grade_notebook(
     asked = {slot: asked_of(problem, problem.domain(), drawn) for slot, problem in problems.items()}
     cells = without_self_checks(submission.cells, list(problems.items()))
     with Sandbox(limits, strict=strict) as sandbox:
-        found = find_answers(cells, parts, lambda cells, names: sandbox.run(cells, names, asked))
+        answers = find_answers(cells, parts, lambda cells, names: sandbox.run(cells, names, asked))
     return {
         slot: mark(
-            problem, found.of(slot, problem),
-            {part.name: found.reason(slot, part.name) for part in problem.parts},
+            problem, answers.of(slot, problem),
+            {part.name: answers.reason(slot, part.name) for part in problem.parts},
             secret=secret, points_seed=drawn,
         )
         for slot, problem in problems.items()

@@ -134,8 +134,8 @@ def _solved(problem: Problem, part: Part) -> Data:
 
 def _typed(data: Data, part: Part) -> str:
     """Return what was typed, "" where that is nothing."""
-    found = data["submitted_answers"].get(part.name)
-    return found.strip() if isinstance(found, str) else ""
+    typed = data["submitted_answers"].get(part.name)
+    return typed.strip() if isinstance(typed, str) else ""
 
 
 def _unreadable(problem: Problem, part: Part, typed: str) -> str:

@@ -62,11 +62,11 @@ def written(given: Given) -> Written | None:
 
 @lru_cache(maxsize=4096)
 def _written(tree: Node) -> Written | None:
-    found = Counter[str]()
+    pieces = Counter[str]()
     try:
         if has_blank(tree) or size_of(tree) > LARGEST:
             return None
-        return Written(_ordered(_flat(tree), found), size_of(tree), tuple(sorted(found.items())))
+        return Written(_ordered(_flat(tree), pieces), size_of(tree), tuple(sorted(pieces.items())))
     except RecursionError:  # too deep to be a formula that anybody wrote
         return None
 

@@ -169,8 +169,8 @@ class Chain:
         """The symbols left open in the table, base and point (lengths and angles), by name."""
         values = [v for joint in self.joints for v in (joint.theta, joint.d, joint.a, joint.alpha)]
         values += [*self.base.position, self.base.yaw, self.base.tilt, *self.point.offset]
-        found = set().union(*(value.free_symbols for value in values)) - set(self.q)
-        return tuple(sorted(found, key=lambda symbol: symbol.name))
+        symbols = set().union(*(value.free_symbols for value in values)) - set(self.q)
+        return tuple(sorted(symbols, key=lambda symbol: symbol.name))
 
     def with_task(self, *rows: str) -> "Chain":
         """Return the same arm with other rows counted."""

@@ -193,7 +193,7 @@ def _draws(file: TomlFile, chain: Chain) -> tuple[tuple[sp.Symbol, int, int], ..
         if not isinstance(raw, dict):
             raise QdotError("it is a table, [draw], in which " + _RANGE)
     angles = set[sp.Basic]().union(*(value.free_symbols for j in chain.joints for value in (j.theta, j.alpha)))
-    found = []
+    ranges = []
     for name, ends in raw.items():
         symbol = sp.Symbol(name)
         with file.at("draw", name):
@@ -202,8 +202,8 @@ def _draws(file: TomlFile, chain: Chain) -> tuple[tuple[sp.Symbol, int, int], ..
                 raise QdotError(f"{name!r} is no open length of the table; open are: {open_lengths}")
             if symbol in angles:
                 raise QdotError(f"{name!r} is an angle; {_RANGE}")
-            found.append((symbol, *_range(name, ends)))
-    return tuple(found)
+            ranges.append((symbol, *_range(name, ends)))
+    return tuple(ranges)
 
 
 def _range(name: str, ends: object) -> tuple[int, int]:
@@ -235,10 +235,10 @@ def _notes(file: TomlFile, chain: Chain, draws: Sequence[tuple[sp.Symbol, int, i
     entries = [(("joint", i, key), getattr(joint, key)) for i, joint in joints for key in ("d", "a")]
     entries += [(("point",), value) for value in chain.point.offset]
     entries += [(("draw", symbol.name), sp.Rational(high, 100)) for symbol, _, high in draws]
-    found = [(place, why) for place, value in entries if (why := doubt(value)) is not None]
-    if not found:
+    doubts = [(place, why) for place, value in entries if (why := doubt(value)) is not None]
+    if not doubts:
         return ()
-    (place, why), more = found[0], len(found) - 1
+    (place, why), more = doubts[0], len(doubts) - 1
     others = f" ({more} more like this)" if more else ""
     return (f"{file.place(*place)}: {why}{others}",)
 

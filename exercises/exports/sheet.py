@@ -173,11 +173,11 @@ def sheets(order: Order) -> Generator[Sheet, None, None]:
 
 def _versions(order: Order) -> list[_Named]:
     """Return versions A, B, … made of the bank's variants; a place with few of them repeats these."""
-    found: dict[str, list[Problem]] = {}
+    versions: dict[str, list[Problem]] = {}
     for variant in bank(replace(order, variants=order.versions, each=lambda: None)):
-        found.setdefault(variant.slot.name, []).append(variant.problem)
+        versions.setdefault(variant.slot.name, []).append(variant.problem)
     return [
-        _Named(letter, f"Version {letter}", "", tuple(drawn[number % len(drawn)] for drawn in found.values()))
+        _Named(letter, f"Version {letter}", "", tuple(drawn[number % len(drawn)] for drawn in versions.values()))
         for number, letter in enumerate(VERSIONS[: order.versions])
     ]
 

@@ -80,10 +80,10 @@ class Question:
 def stack_questions(order: Order) -> Generator[File, None, None]:
     """Yield the file; what STACK can't ask or judges otherwise is told once for each place."""
     notes: dict[str, None] = {}
-    found = [_question(order, variant, notes) for variant in bank(order)]
+    made = [_question(order, variant, notes) for variant in bank(order)]
     for said in notes:
         order.note(said)
-    questions = [question for question in found if question is not None]
+    questions = [question for question in made if question is not None]
     if not questions:
         raise QdotError("STACK can ask nothing of this assignment; `qdot export --help` lists other outlets")
     text = render("exports/stack.xml.j2", questions=questions, version=VERSION, penalty=PENALTY)

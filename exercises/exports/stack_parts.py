@@ -255,8 +255,8 @@ def _unusual(problem: Problem, reference: sp.Matrix) -> sp.Matrix | None:
     if first is None:
         return None
     one = sp.sin(first) ** 2 + sp.cos(first) ** 2
-    found = reference.applyfunc(lambda entry: sp.expand_trig(entry) * one if entry != 0 else entry)
-    return found if all(same_entries(problem, found, reference)) else None
+    expanded = reference.applyfunc(lambda entry: sp.expand_trig(entry) * one if entry != 0 else entry)
+    return expanded if all(same_entries(problem, expanded, reference)) else None
 
 
 def _direction(part: Part, number: int) -> Asked:
@@ -440,14 +440,14 @@ def _is_of_values(component: Component) -> bool:
 
 def _claims(components: tuple[Component, ...]) -> set[tuple[str, float]]:
     """Return joints and values, rounded, angles within one turn."""
-    found = set()
+    claims = set()
     for component in components:
         for joint, values in component.solutions or ():
             for value in values:
                 number = float(value)
                 turned = number % (2 * float(sp.pi)) if joint.name.startswith("theta") else number
-                found.add((joint.name, round(turned, 9) % round(2 * float(sp.pi), 9)))
-    return found
+                claims.add((joint.name, round(turned, 9) % round(2 * float(sp.pi), 9)))
+    return claims
 
 
 def without_rounding(part: Part) -> Part:

@@ -90,15 +90,15 @@ def normal(rows: tuple[Row, ...]) -> tuple[Row, ...]:
     'R Ra'
     """
     first = rows[0]
-    found = [Row("R", first.a, False, first.twist) if first.kind == "R" else Row("P", False, False, first.twist)]
+    normal_rows = [Row("R", first.a, False, first.twist) if first.kind == "R" else Row("P", False, False, first.twist)]
     for row in rows[1:]:
-        before = found[-1]
+        before = normal_rows[-1]
         if row.kind == "R" and row.d and not before.twist:
-            found[-1] = Row("R", before.a, len(found) > 1, before.twist) if before.kind == "R" else before
-            found.append(Row("R", row.a, False, row.twist))
+            normal_rows[-1] = Row("R", before.a, len(normal_rows) > 1, before.twist) if before.kind == "R" else before
+            normal_rows.append(Row("R", row.a, False, row.twist))
         else:
-            found.append(row)
-    result = tuple(found)
+            normal_rows.append(row)
+    result = tuple(normal_rows)
     return result if result == rows else normal(result)
 
 
@@ -180,7 +180,9 @@ def find_clean(n: int) -> list[Structure]:
 def singular_sets(structures: Iterable[Structure]) -> set[tuple[str, ...]]:
     """Return the different singular sets of structures, as text."""
     return {
-        tuple(sorted(piece for found in singular_set(chain_of(s.rows, s.task)) or () for piece in found.pieces()))
+        tuple(
+            sorted(piece for component in singular_set(chain_of(s.rows, s.task)) or () for piece in component.pieces())
+        )
         for s in structures
     }
 
@@ -194,12 +196,12 @@ def table_text() -> str:
 @lru_cache(maxsize=1)
 def clean_structures() -> dict[int, tuple[Structure, ...]]:
     """Return the clean structures of the table by their number of joints."""
-    found: dict[int, list[Structure]] = {}
+    clean: dict[int, list[Structure]] = {}
     for line in TABLE.read_text(encoding="utf-8").splitlines():
         if line and not line.startswith("#"):
             structure = _read(line)
-            found.setdefault(len(structure.rows), []).append(structure)
-    return {n: tuple(structures) for n, structures in found.items()}
+            clean.setdefault(len(structure.rows), []).append(structure)
+    return {n: tuple(structures) for n, structures in clean.items()}
 
 
 def _read(line: str) -> Structure:
@@ -214,10 +216,10 @@ def read_rows(code: str) -> tuple[Row, ...]:
 
 def clean_classes(n: int) -> tuple[tuple[Structure, ...], ...]:
     """Return the clean structures of n joints by class (see `classes`): those of one class are the same problem."""
-    found: dict[Key, list[Structure]] = {}
+    classes: dict[Key, list[Structure]] = {}
     for structure in clean_structures()[n]:
-        found.setdefault(key(structure.rows, structure.task), []).append(structure)
-    return tuple(map(tuple, found.values()))
+        classes.setdefault(key(structure.rows, structure.task), []).append(structure)
+    return tuple(map(tuple, classes.values()))
 
 
 def write_table() -> None:

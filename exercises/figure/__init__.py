@@ -257,14 +257,14 @@ def _compose(
     `choices` are the pose in different lengths: the first is taken in which no origin is drawn at the world's. What
     costs clearly more than `most` is not completed; its cost is infinite.
     """
-    found: list[tuple[float, float, Part]] = []
+    layers: list[tuple[float, float, Part]] = []
     for bones in choices:
         part, view = fitted(chain, bones, partial(_parts, chain, bones, sparse), ROOM, (WIDTH, HEIGHT), MARGIN, axes)
         own, world = frames.crowding(scene(chain, bones, view))
-        found.append((round(world, 1), own, part))
+        layers.append((round(world, 1), own, part))
         if world == 0.0:
             break
-    world, own, part = min(found, key=lambda one: one[0])
+    world, own, part = min(layers, key=lambda one: one[0])
     layout = Layout(part.labels, part.shapes, (WIDTH, HEIGHT))
     complete = layout.place_all(most + CLEARLY - own - world)
     return (part, layout), layout.cost + own + world if complete else math.inf

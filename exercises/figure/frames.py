@@ -23,7 +23,7 @@ def axes(scene: Scene) -> Part:
     """Return the axes of frames 0 ... n; axes that coincide are drawn once, with all their names."""
     view, flat = scene.view, scene.is_planar
     length = AXIS[flat] if not is_point(scene.bones) else LONG
-    found: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray, str, tuple[Piece, ...]]] = {}
+    drawn: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray, str, tuple[Piece, ...]]] = {}
     for i, frame in enumerate(scene.bones.frames):
         for k, name in enumerate(NAMES):
             axis, origin = frame[:3, k], frame[:3, 3]
@@ -31,11 +31,11 @@ def axes(scene: Scene) -> Part:
             if not shown or (i in scene.bare and (name == "x" or (name == "y" and scene.sparse))):
                 continue
             key = tuple(round(part) for part in (*(origin * view.scale / 2).tolist(), *(axis * 10).tolist()))
-            before = found[key][3] + roman(", ") if key in found else ()
-            found.setdefault(key, (origin, axis, name, ()))
-            found[key] = (*found[key][:3], (*before, *symbol(name, str(i))))
+            before = drawn[key][3] + roman(", ") if key in drawn else ()
+            drawn.setdefault(key, (origin, axis, name, ()))
+            drawn[key] = (*drawn[key][:3], (*before, *symbol(name, str(i))))
     part = Part()
-    for origin, axis, name, pieces in found.values():
+    for origin, axis, name, pieces in drawn.values():
         part += _axis(view, origin, axis, name, pieces, length)
     return part
 

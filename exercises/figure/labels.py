@@ -90,10 +90,10 @@ class Layout:
             leaders = {k: line.shape for k, line in self._leaders.items()}
             if self._seen.get(i) != (boxes, leaders):
                 others = list(boxes.values()), list(self._leaders.values())
-                found = self._places[i].best(*others, most - self.cost)
-                if found is None:
+                place = self._places[i].best(*others, most - self.cost)
+                if place is None:
                     return False
-                self._boxes[i], self._costs[i] = found
+                self._boxes[i], self._costs[i] = place
                 led = self._led(i)
                 self._seen[i] = boxes, leaders
             if led is not None:

@@ -32,13 +32,13 @@ _Listed = tuple[int, int, int, float, _Turn]
 @lru_cache(maxsize=64)
 def _order(anchors: int) -> tuple[_Listed, ...]:
     """Return the places around so many anchors, the cheapest first."""
-    found: list[_Listed] = []
+    listed: list[_Listed] = []
     for anchor in range(anchors):
         for further in FURTHER:
             for turn in map(math.radians, ROUND):
                 cost = round(100 * (1.2 * further + 9.0 * abs(turn) + 1.5 * anchor))
-                found.append((cost, len(found), anchor, further, (math.cos(turn), math.sin(turn))))
-    return tuple(sorted(found))
+                listed.append((cost, len(listed), anchor, further, (math.cos(turn), math.sin(turn))))
+    return tuple(sorted(listed))
 
 
 class _Place:

@@ -123,8 +123,8 @@ def symbol(letter: str, index: str = "") -> tuple[Piece, ...]:
 
 def named(name: str) -> tuple[Piece, ...]:
     """Return the lettering of a symbol called as in "a1", "theta2", "b_x" or "h"."""
-    found = re.fullmatch(r"([A-Za-z]+?)_?(\d+|(?<=_)\w+)?", name)
-    letter, index = (found[1], found[2] or "") if found else (name, "")
+    match = re.fullmatch(r"([A-Za-z]+?)_?(\d+|(?<=_)\w+)?", name)
+    letter, index = (match[1], match[2] or "") if match else (name, "")
     return symbol(GREEK.get(letter, letter), index)
 
 

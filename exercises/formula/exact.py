@@ -326,9 +326,9 @@ def compare(
     """
     theirs, ours = modular_program(student, fixed), modular_program(reference, fixed)
     stream = Stream(f"{seed}/exact")
-    found = [_Entry(theirs, ours, k) for k in range(len(ours.outputs))]
+    entries = [_Entry(theirs, ours, k) for k in range(len(ours.outputs))]
     for trial in range(TRIES):
-        still = [entry for entry in found if entry.is_open]
+        still = [entry for entry in entries if entry.is_open]
         if not still:
             break
         field = _SHARED.get() if trial == 0 and draw is None else (draw or draw_field)(stream)
@@ -336,7 +336,7 @@ def compare(
         values = run(theirs, point), run(ours, point)
         for entry in still:
             entry.seen(values[0][entry.number], values[1][entry.number], point.field)
-    return [entry.verdict() for entry in found]
+    return [entry.verdict() for entry in entries]
 
 
 class _Entry:

@@ -35,7 +35,7 @@ _DEEPER = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
 
 
 def _tokens(text: str) -> list[tuple[str, str, int]]:
-    found: list[tuple[str, str, int]] = []
+    tokens: list[tuple[str, str, int]] = []
     at, depth = 0, 0
     for match in _TOKEN.finditer(text):
         start, end = match.span()
@@ -44,7 +44,7 @@ def _tokens(text: str) -> list[tuple[str, str, int]]:
         kind = match.lastgroup
         if kind != "space":
             said = text[at:end]
-            found.append((str(kind), said, at))
+            tokens.append((str(kind), said, at))
             if said in _DEEPER:
                 depth += _DEEPER[said]
                 if depth > MAX_DEPTH:  # found here, it costs no more than what stands before it
@@ -52,8 +52,8 @@ def _tokens(text: str) -> list[tuple[str, str, int]]:
         at = end
     if at < len(text):
         raise ReadError(f"cannot read {text[at]!r} {_where(text, at)}")
-    found.append(("end", "", at))
-    return found
+    tokens.append(("end", "", at))
+    return tokens
 
 
 def _where(text: str, at: int) -> str:
@@ -84,8 +84,8 @@ class _Parser:
 
     def expect(self, text: str) -> None:
         if not self.take(text):
-            found = self.peek() or "the end"
-            raise self.fail(f"expected '{text}', found {found!r},")
+            instead = self.peek() or "the end"
+            raise self.fail(f"expected '{text}', found {instead!r},")
 
     def whole(self) -> Node:
         if self.tokens[0][0] == "end":

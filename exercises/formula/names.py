@@ -106,7 +106,7 @@ def _split(name: str, known: frozenset[str]) -> tuple[Piece, ...]:
     """Return the pieces of names without a space between, as a1c12 or costheta1; nothing if a part means nothing."""
     if not known:
         return ()
-    found: list[Piece] = []
+    split: list[Piece] = []
     at = 0
     for match in _words(known).finditer(name):
         if match.start() != at:
@@ -116,5 +116,5 @@ def _split(name: str, known: frozenset[str]) -> tuple[Piece, ...]:
         piece = piece or (Piece("function", (FUNCTIONS[word],)) if word in FUNCTIONS else _one(word, known))
         if piece is None:
             return ()
-        found.append(piece)
-    return tuple(found) if at == len(name) and len(found) > 1 else ()
+        split.append(piece)
+    return tuple(split) if at == len(name) and len(split) > 1 else ()

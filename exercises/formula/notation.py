@@ -98,11 +98,11 @@ def _counted(row: str, known: AbstractSet[str]) -> str:
 
 
 def _without_unit(text: str, known: AbstractSet[str]) -> str:
-    found = _UNIT_AT_END.search(text)
-    if found is None or found.group(1) in known:
+    match = _UNIT_AT_END.search(text)
+    if match is None or match.group(1) in known:
         return text
-    factor, rest = _UNITS[found.group(1)], text[: found.start()]
-    if (factor and rest[:1] in "[{") or "=" in text or (found.group(1) in _WHOLE and rest.endswith(_BEFORE_WHOLE)):
+    factor, rest = _UNITS[match.group(1)], text[: match.start()]
+    if (factor and rest[:1] in "[{") or "=" in text or (match.group(1) in _WHOLE and rest.endswith(_BEFORE_WHOLE)):
         return text  # a list can't be scaled, and in theta2 = pi*m the m is any whole number
     return f"({rest}){factor}" if factor else rest
 
@@ -136,17 +136,17 @@ class _Latex:
         return "".join(out)
 
     def one(self) -> str:
-        found = self.peek()
+        sign = self.peek()
         self.at += 1
-        if found[0] in SPACES:
+        if sign[0] in SPACES:
             return " "
-        if found == "{":
+        if sign == "{":
             return f"({self.group()})"
-        if found == "_":
+        if sign == "_":
             return re.sub(f"[{SPACES},()]+", "", self.argument())
-        if found == "^":
+        if sign == "^":
             return f"^({self.argument()})"
-        return self.command(found[1:]) if found[0] == "\\" and len(found) > 1 else found
+        return self.command(sign[1:]) if sign[0] == "\\" and len(sign) > 1 else sign
 
     def group(self) -> str:
         """Return what stands up to the closing brace, and pass that."""
@@ -163,11 +163,11 @@ class _Latex:
         self.depth += 1
         if self.peek() == "{":
             self.at += 1
-            found = self.group()
+            text = self.group()
         else:
-            found = self.one()
+            text = self.one()
         self.depth -= 1
-        return found
+        return text
 
     def command(self, name: str) -> str:
         if name in _LATEX["spaces"]:

@@ -45,13 +45,13 @@ def replaced(node: Node, name: str, new: Node) -> Node:
 
 def names(node: Node) -> set[str]:
     """Return the names in a tree that are not constants."""
-    found, stack = set(), [node]
+    used, stack = set(), [node]
     while stack:
         top = stack.pop()
         if top.kind == "name" and top.value not in CONSTANTS:
-            found.add(top.value)
+            used.add(top.value)
         stack.extend(top.args)
-    return found
+    return used
 
 
 def _whole(decimal: Fraction) -> tuple[int, int]:

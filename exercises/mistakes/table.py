@@ -126,9 +126,9 @@ def _other_frame(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 def _up_to(frame: int) -> Callable[[Working, np.ndarray], np.ndarray]:
     def changed(w: Working, _: np.ndarray) -> np.ndarray:
-        found = np.stack([w.arithmetic.slopes(link)[: w.n] for link in w["links"]], axis=1)
-        found[:, frame:] = found[:, frame:] * 0
-        return found
+        effects = np.stack([w.arithmetic.slopes(link)[: w.n] for link in w["links"]], axis=1)
+        effects[:, frame:] = effects[:, frame:] * 0
+        return effects
 
     return changed
 
@@ -137,17 +137,17 @@ def _modified(chain: Chain, _: Shape) -> Iterator[Slip]:
     """Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i), the convention of other books, with the table of this one."""
 
     def rotations(w: Working, right: list[np.ndarray]) -> list[np.ndarray]:
-        found = [right[0]]
+        turned = [right[0]]
         for row in w["table"].rows:
-            found.append(product(product(found[-1], turn_x(w, row.alpha)), turn_z(w, row.theta)))
-        return found
+            turned.append(product(product(turned[-1], turn_x(w, row.alpha)), turn_z(w, row.theta)))
+        return turned
 
     def links(w: Working, right: list[np.ndarray]) -> list[np.ndarray]:
-        found, before = [], w["rotations"]
+        vectors, before = [], w["rotations"]
         for k, row in enumerate(w["table"].rows):
             along = row.a * before[k][:, 0] + row.d * before[k + 1][:, 2]
-            found.append(along)
-        return [*found, applied(before[w.chain.point.frame], w["table"].offset)]
+            vectors.append(along)
+        return [*vectors, applied(before[w.chain.point.frame], w["table"].offset)]
 
     if any(joint.alpha != 0 for joint in chain.joints):
         yield Slip({"rotations": rotations, "links": links})

@@ -115,10 +115,12 @@ def _full_rank(numeric: NumericReference) -> Check:
     """Look for a place of full rank: without one, the arm is singular everywhere, and there is little to be asked."""
     chain, jacobian = numeric.chain, numeric.exponential_jacobian
     sigma = np.linalg.svd(jacobian[:, numeric.task], compute_uv=False)
-    found = int((sigma > rank.GONE * np.linalg.norm(jacobian, axis=(1, 2))[:, None]).sum(axis=1).max())
+    largest = int((sigma > rank.GONE * np.linalg.norm(jacobian, axis=(1, 2))[:, None]).sum(axis=1).max())
     full = min(len(chain.task), chain.n)
-    said = f"J for the task {', '.join(chain.task)} has rank {found}"
-    return Check(FULL_RANK, found == full, said if found == full else f"{said} of {full}, whatever the configuration")
+    said = f"J for the task {', '.join(chain.task)} has rank {largest}"
+    return Check(
+        FULL_RANK, largest == full, said if largest == full else f"{said} of {full}, whatever the configuration"
+    )
 
 
 def _trees(numeric: NumericReference, part: Part) -> list[Node]:

@@ -91,8 +91,8 @@ class Worked:
     def __init__(self, chain: Chain) -> None:
         self.chain = chain
         self.d: Derivation = derive(chain)
-        found = structure(chain)
-        self._structure, self._values = found.chain, dict(found.values)
+        generic = structure(chain)
+        self._structure, self._values = generic.chain, dict(generic.values)
 
     @cached_property
     def angles(self) -> AngleNames:
@@ -142,11 +142,11 @@ class Worked:
     @cached_property
     def transforms(self) -> list[sp.Matrix]:
         """T_{0,1} ... T_{n-1,n}, 4 x 4, row by row of the table."""
-        found = []
+        matrices = []
         for joint in self.chain.joints:
             pose = joint_rotation(joint).row_join(link_vector(joint))
-            found.append(pose.col_join(sp.Matrix([[0, 0, 0, 1]])))
-        return found
+            matrices.append(pose.col_join(sp.Matrix([[0, 0, 0, 1]])))
+        return matrices
 
     @cached_property
     def origins(self) -> list[sp.Matrix]:
@@ -373,18 +373,18 @@ def link_angles(chain: Chain) -> list[sp.Expr]:
     Where all axes are parallel, this is the angle of x_i in the world frame.
     """
     total, sense = chain.base.yaw, 1
-    found: list[sp.Expr] = []
+    angles: list[sp.Expr] = []
     for turn, alpha in [(sp.S.Zero, chain.base.tilt), *((joint.theta, joint.alpha) for joint in chain.joints)]:
         total = sp.expand(total + sense * turn)
         rest = sp.Add(*(t for t in sp.Add.make_args(total) if t.is_number))
         if (rest / sp.pi).is_Rational:
             total = total - rest + sp.pi - sp.Mod(sp.pi - rest, 2 * sp.pi)
-        found.append(total)
+        angles.append(total)
         if alpha in (sp.pi, -sp.pi):
             sense = -sense
         elif alpha != 0:
             total, sense = sp.S.Zero, 1
-    return found[1:]
+    return angles[1:]
 
 
 @lru_cache(maxsize=256)

@@ -460,10 +460,10 @@ def test_a_sweep_over_all_families_has_so_many_problems() -> None:
 def test_a_crash_is_a_failure_of_its_problem_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     made = generate
 
-    def crashing(identity: ProblemId, *others: Any) -> Problem:
+    def crashing(identity: ProblemId, **others: Any) -> Problem:
         if identity.seed == 1:
             raise ZeroDivisionError("by zero")
-        return made(identity, *others)
+        return made(identity, **others)
 
     monkeypatch.setattr("grader.certify.generate", crashing)
     tasks = [Task(ProblemId("planar-2r", seed, ("jacobian",))) for seed in range(3)]

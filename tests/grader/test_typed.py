@@ -24,7 +24,12 @@ def test_a_formula_with_a_blank_in_it_is_wrong(text: str) -> None:
 
 def test_a_direction_is_judged_where_an_entry_vanishes() -> None:
     """Configurations have two decimals, so that 0 comes up in one of some hundred answers."""
-    domain = Domain({"theta1": "angle"})
+    domain, vanishing = Domain({"theta1": "angle"}), 0
     for k in range(1000):
         judged = judge_direction("[-cos(theta1), cos(theta1)]", ["-sin(theta1)", "cos(theta1)"], domain, f"{k}")
         assert judged.outcome is Outcome.WRONG
+        example = judged.certificate.counterexample if judged.certificate else None
+        assert example is not None and example["yours"] != example["expected"]
+        vanishing += example.get("pivot") is None
+        assert ("should be 0" in judged.reason) == (example.get("pivot") is None)
+    assert vanishing

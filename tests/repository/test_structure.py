@@ -24,7 +24,7 @@ LAYERS = {
         arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
         arm.arithmetic arm.stages
         credit decimals lateness difficulty answers problem families questions mistakes quizzes
-        generation record verify writing.latex languages render writing figure
+        generation record verify writing.latex phrases languages render writing messages figure
         notebook showing solving docs gradebook assignment store release exports.outlet exports.bank
         exports.known_wrong exports.stack_parts exports exports.registry site.keys site.record site.bank
         site.page site.chapter site.arms site.guide site.reference site.pages site.stale_files site.build site

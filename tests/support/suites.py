@@ -135,6 +135,8 @@ ALWAYS = (
 language and format, and of grading."""
 
 BESIDE = {
+    "exercises/locale/": ("exercises/test_languages.py",),
+    "site/src/text/": ("exercises/test_languages.py",),
     "templates/": ("exercises/writing/test_statement.py", "exercises/test_languages.py"),
     "templates/exports/": ("exercises/exports",),
     "templates/questions/": ("exercises/questions/test_questions.py", "exercises/writing/test_hints.py"),
