@@ -50,7 +50,7 @@ def show(
 
 
 @dataclass(frozen=True)
-class _Piece:
+class _ShownPart:
     """A part as a template shows it: texts in the target's own markup."""
 
     name: str
@@ -66,10 +66,10 @@ class _Piece:
 
 def _pieces(
     problem: Problem, solution: bool, hinted: bool, convert: Callable[[str], str], lead: str = ""
-) -> list[_Piece]:
+) -> list[_ShownPart]:
     """Return the parts of a problem in the markup that `convert` writes; `lead` is what a hint begins with."""
     return [
-        _Piece(
+        _ShownPart(
             part.name,
             ASKED[part.kind].title,
             points_text(part.points),

@@ -20,7 +20,7 @@ from exercises.writing.latex import tex
 from exercises.writing.markup import latex_escaped, to_latex, to_text
 from exercises.writing.statement import worked_solution
 from exercises.writing.wording import Wording
-from exercises.writing.worked import Found, Worked
+from exercises.writing.worked import SingularComponent, Worked
 
 SECTIONS = (
     "position", "jacobian", "velocity", "joint-axes", "position-vectors", "geometric-jacobian", "twist", "determinant",
@@ -49,7 +49,7 @@ class Solution:
     jacobian: sp.Matrix
     geometric: sp.Matrix
     determinant: sp.Expr | None
-    singular: tuple[Found, ...] | None
+    singular: tuple[SingularComponent, ...] | None
     note: str | None
 
     def __repr__(self) -> str:
@@ -72,7 +72,7 @@ def solve(chain: Chain) -> Solution:
     return Solution(chain, d.position, d.geometric[:3, :], d.geometric, determinant, singular, note)
 
 
-def _singularities(chain: Chain) -> tuple[sp.Expr | None, tuple[Found, ...] | None, str | None]:
+def _singularities(chain: Chain) -> tuple[sp.Expr | None, tuple[SingularComponent, ...] | None, str | None]:
     """Return determinant, singular set and what there is to say of them."""
     d = derive(chain)
     try:
@@ -113,7 +113,7 @@ def _rows(matrix: sp.Matrix) -> list[list[str]]:
     return [[str(entry) for entry in row] for row in matrix.tolist()]
 
 
-def _found_json(found: Found, sure: bool) -> dict[str, Any]:
+def _found_json(found: SingularComponent, sure: bool) -> dict[str, Any]:
     conditions = [str(condition) for condition in found.conditions]
     solved = found.solutions and {joint.name: [str(value) for value in values] for joint, values in found.solutions}
     return {

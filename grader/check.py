@@ -24,7 +24,7 @@ STATEMENTS = ("eq", "and", "or", "in", "pair", "dict", "set")
 
 
 @dataclass(frozen=True)
-class Row:
+class CheckedAnswer:
     """One answer cell: the part, whether it can be read, and what is to be said of it."""
 
     part: str
@@ -36,7 +36,7 @@ class Row:
 class Checked:
     """What will be read of a notebook, and what is to be said of how it was found: the notes of `qdot grade`."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[CheckedAnswer, ...]
     notes: tuple[str, ...]
 
 
@@ -65,7 +65,7 @@ def check_notebook(path: Path) -> Checked:
         slot, kind = part.split(".", 1)
         answer = answers.run.answers.get(variable(slot, kind))
         if answer is None:
-            rows.append(Row(part, False, answers.reasons[variable(slot, kind)]))
+            rows.append(CheckedAnswer(part, False, answers.reasons[variable(slot, kind)]))
         else:
             rows.append(_row(part, answer, _due(families.get(slot) if isinstance(families, dict) else None, kind)))
     return Checked(tuple(rows), (*submission.notes, *answers.notes))
@@ -91,21 +91,21 @@ def _due(family: object, kind: str) -> Due | None:
     return None if part.answer.offered else (problem, part)
 
 
-def _row(part: str, text: str, due: Due | None) -> Row:
+def _row(part: str, text: str, due: Due | None) -> CheckedAnswer:
     if not text.strip():
-        return Row(part, False, "left blank")
+        return CheckedAnswer(part, False, "left blank")
     if is_table(text):
-        return Row(part, True, "a Python function; it is called when it is graded")
+        return CheckedAnswer(part, True, "a Python function; it is called when it is graded")
     if text.strip().casefold() in TRUE_FALSE:
-        return Row(part, True, text.strip())
+        return CheckedAnswer(part, True, text.strip())
     given = read_any(text) if due is None else read_answer(*due, text)
     if given.refusal is not None:
         left = given.refusal.outcome is Outcome.MISSING
-        return Row(part, False, "left blank" if left else given.refusal.reason)
+        return CheckedAnswer(part, False, "left blank" if left else given.refusal.reason)
     shown = text if len(text) <= 300 else text[:300] + " …"
     if given.tree is not None and has_blank(given.tree):
-        return Row(part, False, f"partly left blank: {shown}")
-    return Row(part, True, ("" if ".singular" in part else _shape(given)) + shown)
+        return CheckedAnswer(part, False, f"partly left blank: {shown}")
+    return CheckedAnswer(part, True, ("" if ".singular" in part else _shape(given)) + shown)
 
 
 def _shape(given: Given) -> str:

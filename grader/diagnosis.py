@@ -45,7 +45,7 @@ LONGEST_SET = 600
 
 
 @dataclass(frozen=True)
-class Found:
+class InNumbers:
     """An answer in numbers, (rows, columns, N), with the size of its terms; nan where it was left blank.
 
     `room` is what it may be off: a share of the size, and an amount. A direction counts up to a factor.
@@ -126,10 +126,10 @@ def _of_function(problem: Problem, part: Part, table: Table) -> Diagnosis | None
     rows = (*table.shape, *(1,) * (2 - len(table.shape)))
     returned = table.values[:POINTS].T.reshape(*rows, -1)
     room = (max(SAME, part.rounding.relative), part.rounding.absolute) if part.rounding else (SAME, 0.0)
-    return named(problem, part, values, Found(returned, np.abs(returned), room, part.answer.counts_up_to_a_factor))
+    return named(problem, part, values, InNumbers(returned, np.abs(returned), room, part.answer.counts_up_to_a_factor))
 
 
-def _in_numbers(part: Part, given: Given, values: Values) -> Found | None:
+def _in_numbers(part: Part, given: Given, values: Values) -> InNumbers | None:
     if part.answer.offered:
         return _option(part, given)
     if given.rows is None:
@@ -142,7 +142,9 @@ def _in_numbers(part: Part, given: Given, values: Values) -> Found | None:
     evaluated, size = evaluate(compile_program(filled), values, count)
     evaluated[blanks] = np.nan
     shape = (len(rows), len(rows[0]), count)
-    return Found(evaluated.reshape(shape), size.reshape(shape), _room(part, filled), part.answer.counts_up_to_a_factor)
+    return InNumbers(
+        evaluated.reshape(shape), size.reshape(shape), _room(part, filled), part.answer.counts_up_to_a_factor
+    )
 
 
 def _room(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
@@ -154,11 +156,11 @@ def _room(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
     return max(min(relative or 5e-3, 0.6 * 10.0 ** (1 - max(digits, 3))), 1e-5), 0.0
 
 
-def _option(part: Part, given: Given) -> Found | None:
+def _option(part: Part, given: Given) -> InNumbers | None:
     if not given.chosen:
         return None
     values = np.array(option_numbers(part.answer.offered[given.chosen[0]]))[:, None, None]
-    return Found(values, np.abs(values), (0.0, THREE_DECIMALS))
+    return InNumbers(values, np.abs(values), (0.0, THREE_DECIMALS))
 
 
 def _behind_options(part: Part, given: Given) -> Diagnosis | None:
@@ -171,7 +173,7 @@ def _behind_options(part: Part, given: Given) -> Diagnosis | None:
     return None
 
 
-def named(problem: Problem, part: Part, values: Values, found: Found) -> Diagnosis | None:
+def named(problem: Problem, part: Part, values: Values, found: InNumbers) -> Diagnosis | None:
     """Return the mistake that gives values at configurations, or nothing."""
     w = numbers(problem.chain, values)
     right = result(w, part)
@@ -211,7 +213,7 @@ def _said(wrongs: Sequence[Wrong]) -> Diagnosis:
 # --- two at once ---
 
 
-def _two(w: Working, right: np.ndarray, alone: Sequence[Wrong], part: Part, found: Found) -> Diagnosis | None:
+def _two(w: Working, right: np.ndarray, alone: Sequence[Wrong], part: Part, found: InNumbers) -> Diagnosis | None:
     """Return one mistake on the way to J and one behind it, which give the answer together.
 
     Of first mistakes that come to the same, or to what is right, one is tried: the others have the same second ones.
@@ -236,7 +238,7 @@ def _two(w: Working, right: np.ndarray, alone: Sequence[Wrong], part: Part, foun
 _Telling = list[tuple[Wrong, np.ndarray]]
 
 
-def _in_some_entries(alone: Sequence[Wrong], right: np.ndarray, found: Found) -> tuple[_Telling, np.ndarray]:
+def _in_some_entries(alone: Sequence[Wrong], right: np.ndarray, found: InNumbers) -> tuple[_Telling, np.ndarray]:
     """Return the mistakes that give some of the wrong entries, with these, and all that are wrong."""
     wrong = ~found.like(right) & ~np.isnan(found.values).any(axis=-1)
     telling: _Telling = []

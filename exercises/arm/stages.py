@@ -31,7 +31,7 @@ RESULT = "result"
 
 
 @dataclass(frozen=True)
-class Row:
+class TableRow:
     """A row of the DH table, all four entries stepped."""
 
     kind: str
@@ -45,7 +45,7 @@ class Row:
 class Table:
     """The DH table with base and point: what is read before anything is worked out."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[TableRow, ...]
     base: tuple[np.ndarray, np.ndarray, np.ndarray]
     """Position (3, …), yaw and tilt."""
     offset: np.ndarray
@@ -152,7 +152,9 @@ def formulas(chain: Chain) -> Working:
 
 def _table(w: Working) -> Table:
     chain, to = w.chain, w.arithmetic.stepped
-    rows = tuple(Row(joint.kind, to(joint.theta), to(joint.d), to(joint.a), to(joint.alpha)) for joint in chain.joints)
+    rows = tuple(
+        TableRow(joint.kind, to(joint.theta), to(joint.d), to(joint.a), to(joint.alpha)) for joint in chain.joints
+    )
     base = (np.stack([to(value) for value in chain.base.position]), to(chain.base.yaw), to(chain.base.tilt))
     return Table(rows, base, np.stack([to(value) for value in chain.point.offset]))
 

@@ -76,7 +76,7 @@ class Box:
 
 
 @dataclass(frozen=True)
-class Asked:
+class SheetPart:
     """A part: Markdown and figures. Of `solution` and `answer` only what the sheet shows is filled in."""
 
     label: str
@@ -98,14 +98,14 @@ class Asked:
 
 
 @dataclass(frozen=True)
-class Given:
+class SheetProblem:
     """A problem: what is given, and the parts."""
 
     number: int
     title: str
     statement: str
     figure: Figure | None
-    parts: tuple[Asked, ...]
+    parts: tuple[SheetPart, ...]
 
     @property
     def points(self) -> str:
@@ -120,10 +120,10 @@ class Sheet:
     file: str
     name: str
     student: str
-    problems: tuple[Given, ...]
+    problems: tuple[SheetProblem, ...]
 
     @property
-    def parts(self) -> list[Asked]:
+    def parts(self) -> list[SheetPart]:
         """All parts in order."""
         return [part for problem in self.problems for part in problem.parts]
 
@@ -197,10 +197,10 @@ def _sheet(state: _State, named: _Named) -> Sheet:
     return Sheet(named.file, named.name, named.student, tuple(_given(state, n, p) for n, p in enumerate(problems, 1)))
 
 
-def _given(state: _State, number: int, problem: Problem) -> Given:
+def _given(state: _State, number: int, problem: Problem) -> SheetProblem:
     text = statement(problem, "")
     drawn = state.kind != "key"  # nobody looks at it there
-    return Given(
+    return SheetProblem(
         number,
         problem_title(problem),
         on_paper(text, problem) if state.kind == "exam" else text,
@@ -209,13 +209,13 @@ def _given(state: _State, number: int, problem: Problem) -> Given:
     )
 
 
-def _asked(state: _State, label: str, problem: Problem, part: Part) -> Asked:
+def _asked(state: _State, label: str, problem: Problem, part: Part) -> SheetPart:
     kind, solutions = state.kind, state.solutions
     text = prompt(problem, part)
     name = f"p{label.replace('.', '-')}"
     svg = part_svg(problem.chain, part, name) if kind != "key" else ""
     solved = solution_figure(problem, part, f"{name}-solution") if solutions else ""
-    return Asked(
+    return SheetPart(
         label,
         ASKED[part.kind].title,
         points_text(part.points),

@@ -31,9 +31,9 @@ from exercises.figure.plane import camera, exact, is_flat
 from exercises.figure.pose import HEIGHT, LONG, ROOM, WIDTH, Skeleton, best_poses, drawn_chain, skeleton, told_pose
 from exercises.figure.shapes import Figure, fixed, path
 from exercises.figure.small import PANEL, cells, posed, singular_panel, thumbnail
-from exercises.figure.view import Part, View
+from exercises.figure.view import Drawn, View
 from exercises.figure.words import alt_text, panels_text, title_text
-from exercises.problem import Part as Asked
+from exercises.problem import Part
 from exercises.quizzes.places import options_drawn
 from exercises.render import render
 
@@ -70,7 +70,7 @@ More in a flat drawing, where labels have more room and no arrow points towards 
 STRETCHES = (1.0, 1.3, 1.6, 0.75, 2.0)
 """Factors for the base's distance from the world's origin, tried one by one while origins are drawn at one place."""
 
-Composed = tuple[Part, Layout]
+Composed = tuple[Drawn, Layout]
 """A drawing, and its labels as they are placed so far."""
 
 SHRUNK, GAP, LINE, LETTER = 60, 12, 18, 6
@@ -148,7 +148,7 @@ def _svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | None) ->
     )
 
 
-def part_svg(chain: Chain, part: Asked, name: str) -> str:
+def part_svg(chain: Chain, part: Part, name: str) -> str:
     """Return the figure under a part's prompt: its configuration, or those to choose from; nothing if there is none."""
     options = options_drawn(chain, part)
     if options is not None:
@@ -185,7 +185,7 @@ def singular_svg(chain: Chain, name: str = "singular") -> str:
     return _side_by_side(panel.drawings, f"{panel.key} {panel.remark}", name, title, description)
 
 
-def part_alt(chain: Chain, part: Asked) -> str:
+def part_alt(chain: Chain, part: Part) -> str:
     """Return the figure under a part's prompt in words."""
     options = options_drawn(chain, part)
     return alt_text(chain) if options is None else f"Configurations to choose from. {options_text(options[1])}"
@@ -257,7 +257,7 @@ def _compose(
     `choices` are the pose in different lengths: the first is taken in which no origin is drawn at the world's. What
     costs clearly more than `most` is not completed; its cost is infinite.
     """
-    layers: list[tuple[float, float, Part]] = []
+    layers: list[tuple[float, float, Drawn]] = []
     for bones in choices:
         part, view = fitted(chain, bones, partial(_parts, chain, bones, sparse), ROOM, (WIDTH, HEIGHT), MARGIN, axes)
         own, world = frames.crowding(scene(chain, bones, view))
@@ -270,11 +270,11 @@ def _compose(
     return (part, layout), layout.cost + own + world if complete else math.inf
 
 
-def _parts(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> Part:
+def _parts(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> Drawn:
     """Return all parts from back to front."""
     stage = scene(chain, bones, view, sparse)
     if sparse:
-        part = frames.world(stage) + Part(body(stage).shapes)
+        part = frames.world(stage) + Drawn(body(stage).shapes)
     else:
         part = frames.world(stage) + body(stage)
         for i in range(1, chain.n + 1):

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 from exercises.figure.ink import Ink, Line
 from exercises.figure.places import Places
-from exercises.figure.shapes import FONT, Box, Pair, Piece, Polyline, Shape, Text, runs, shifted
+from exercises.figure.shapes import FONT, Box, Pair, Polyline, Shape, Text, TextRun, runs, shifted
 
 FAR = 15.0
 """Pixels from which on a label gets a leader."""
@@ -23,7 +23,7 @@ class Request:
     `kind` says what it names; near `reach`, further points of that thing, no other label of the kind should be.
     """
 
-    pieces: tuple[Piece, ...]
+    pieces: tuple[TextRun, ...]
     anchors: tuple[tuple[Pair, Pair], ...]
     style: str = "text"
     gap: float = 5.0

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 from exercises.figure.ink import Ink, Line
-from exercises.figure.shapes import Box, Pair, Piece, extent
+from exercises.figure.shapes import Box, Pair, TextRun, extent
 
 ROUND = tuple(sorted(range(-160, 181, 20), key=abs))
 FURTHER = (0.0, 6.0, 14.0, 26.0, 42.0, 60.0, 80.0)
@@ -63,7 +63,7 @@ class Places:
 
     def __init__(
         self,
-        pieces: tuple[Piece, ...],
+        pieces: tuple[TextRun, ...],
         anchors: Sequence[tuple[Pair, Pair]],
         gap: float,
         far: float,

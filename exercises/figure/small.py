@@ -22,7 +22,7 @@ from exercises.figure.body import body, fitted
 from exercises.figure.plane import exact, is_flat
 from exercises.figure.pose import best_poses, drawn_chain, scores, skeleton, symbol_values
 from exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Shape, decimal
-from exercises.figure.view import Part, View, arrow, tip
+from exercises.figure.view import Drawn, View, arrow, tip
 from exercises.figure.words import left_out_text
 from exercises.formula.printers.unicode import unicode_math
 from exercises.writing.latex import laid_out
@@ -60,12 +60,12 @@ def posed(chain: Chain, pose: Mapping[str, float]) -> Figure:
 def _figure(drawn: Chain, entries: np.ndarray, size: tuple[int, int], lost: tuple[np.ndarray, ...] = ()) -> Figure:
     bones, shown_hand = skeleton(drawn, entries), size == PANEL and _hides_hand(drawn)
 
-    def draw(view: View) -> Part:
+    def draw(view: View) -> Drawn:
         dot = Circle(view.px(bones.path[-1]), 5.0, "point")
         marks = itertools.chain(*(_cannot_move(view, bones.path[-1], direction) for direction in lost))
         hand, z = bones.origins[-1], bones.frames[-1, :3, 2]
         last = arrow(view, hand, hand + HAND / view.scale * z, "axis-z") if shown_hand else ()
-        return Part((*body(scene(drawn, bones, view)).shapes, *last, *marks, dot))
+        return Drawn((*body(scene(drawn, bones, view)).shapes, *last, *marks, dot))
 
     part, _ = fitted(drawn, bones, draw, (0.9 * size[0], 0.9 * size[1]), size, MARGIN)
     return Figure(*size, part.shapes, ())

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache
 
-from exercises.formula.names import ARITY, LONGEST, Piece, pieces_of, plain_name
+from exercises.formula.names import ARITY, LONGEST, NamePart, pieces_of, plain_name
 from exercises.formula.notation import plain, rows_of_semicolons
 from exercises.formula.trees import Node, ReadError, replaced
 from exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
@@ -254,7 +254,7 @@ class _Parser:
             raise self.fail(f"the function {name!r} is not understood")
         return self.product_of(pieces)
 
-    def product_of(self, pieces: Sequence[Piece]) -> Node:
+    def product_of(self, pieces: Sequence[NamePart]) -> Node:
         """Return the product that names without a space stand for; a function is of what follows it."""
         factors: list[Node] = []
         todo = list(pieces)
@@ -337,7 +337,7 @@ _JOINT = pattern("joint")
 _MINUS_ONE = Node("neg", (Node("number", value=Fraction(1)),))
 
 
-def _meant(piece: Piece) -> Node:
+def _meant(piece: NamePart) -> Node:
     if piece.kind == "name":
         return Node("name", value=piece.parts[0])
     angle = _sum([Node("name", value=part) for part in piece.parts])

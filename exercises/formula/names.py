@@ -26,7 +26,7 @@ _GLUED: str = VOCABULARY["patterns"]["short_without_space"]
 
 
 @dataclass(frozen=True)
-class Piece:
+class NamePart:
     """A part of a name: `kind` is "name", "function", or "sin", "cos" or "sum" of the angles in `parts`."""
 
     kind: str
@@ -42,7 +42,7 @@ def plain_name(name: str) -> str:
 
 
 @lru_cache(maxsize=4096)
-def pieces_of(raw: str, known: frozenset[str]) -> tuple[Piece, ...]:
+def pieces_of(raw: str, known: frozenset[str]) -> tuple[NamePart, ...]:
     """Return what a name stands for, `known` being the symbols of the problem, which win over everything else.
 
     >>> [piece.kind for piece in pieces_of("a1c12", frozenset({"a1", "theta1", "theta2"}))]
@@ -51,43 +51,43 @@ def pieces_of(raw: str, known: frozenset[str]) -> tuple[Piece, ...]:
     name = plain_name(raw)
     name = name if name in known or name.lower() not in known else name.lower()
     if name in known:
-        return (Piece("name", (name,)),)
+        return (NamePart("name", (name,)),)
     function = FUNCTIONS.get(name) or FUNCTIONS.get(name.lower())
     if function is not None:
-        return (Piece("function", (function,)),)
+        return (NamePart("function", (function,)),)
     one = _one(name, known)
     if one is not None:
         return (one,)
-    return _split(name, known) or (Piece("name", (name,)),)
+    return _split(name, known) or (NamePart("name", (name,)),)
 
 
-def _one(name: str, known: frozenset[str]) -> Piece | None:
+def _one(name: str, known: frozenset[str]) -> NamePart | None:
     """Return what a name that is no symbol of the problem means by custom; None where it means nothing."""
     short = _SHORT.fullmatch(name)
     if short is not None and (angles := _angles(short.group(2), known)):
-        return Piece("cos" if short.group(1) in "cC" else "sin", angles)
+        return NamePart("cos" if short.group(1) in "cC" else "sin", angles)
     rate = _RATE.fullmatch(name)
     if rate is not None:
         symbol = f"qd{next(filter(None, rate.groups()))}"
-        return Piece("name", (symbol,)) if symbol in known or not known else None
+        return NamePart("name", (symbol,)) if symbol in known or not known else None
     if name in _SPELLED:
-        return Piece("name", (_SPELLED[name],))
+        return NamePart("name", (_SPELLED[name],))
     if not known:
         return None
     together = name.replace("_", "")
     for spelled, letter in VOCABULARY["spelled"].items():
         together = together.replace(spelled, letter)
     if together in known:
-        return Piece("name", (together,))
+        return NamePart("name", (together,))
     joint = _JOINT.fullmatch(together)
     if joint is None:
         return None
     spelled, digits = joint.groups()
     if len(digits) == 1:
         own = (f"{symbol}{digits}" for symbol in _JOINTS[spelled])
-        return next((Piece("name", (symbol,)) for symbol in own if symbol in known), None)
+        return next((NamePart("name", (symbol,)) for symbol in own if symbol in known), None)
     angles = _angles(digits, known) if spelled in _SUMS else ()
-    return Piece("sum", angles) if angles else None
+    return NamePart("sum", angles) if angles else None
 
 
 def _angles(digits: str, known: frozenset[str]) -> tuple[str, ...]:
@@ -102,18 +102,18 @@ def _words(known: frozenset[str]) -> re.Pattern[str]:
     return re.compile("|".join([*map(re.escape, words), _GLUED]))
 
 
-def _split(name: str, known: frozenset[str]) -> tuple[Piece, ...]:
+def _split(name: str, known: frozenset[str]) -> tuple[NamePart, ...]:
     """Return the pieces of names without a space between, as a1c12 or costheta1; nothing if a part means nothing."""
     if not known:
         return ()
-    split: list[Piece] = []
+    split: list[NamePart] = []
     at = 0
     for match in _words(known).finditer(name):
         if match.start() != at:
             return ()
         word, at = match.group(), match.end()
-        piece = Piece("name", (word,)) if word in known or word == "pi" else None
-        piece = piece or (Piece("function", (FUNCTIONS[word],)) if word in FUNCTIONS else _one(word, known))
+        piece = NamePart("name", (word,)) if word in known or word == "pi" else None
+        piece = piece or (NamePart("function", (FUNCTIONS[word],)) if word in FUNCTIONS else _one(word, known))
         if piece is None:
             return ()
         split.append(piece)

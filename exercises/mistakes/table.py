@@ -9,11 +9,11 @@ import sympy as sp
 
 from exercises.arm.arithmetic import applied, product
 from exercises.arm.chain import Chain
-from exercises.arm.stages import Row, Table, Working, turn_x, turn_z
+from exercises.arm.stages import Table, TableRow, Working, turn_x, turn_z
 from exercises.mistakes.base import Mistake, Shape, Slip
 
 
-def _row(index: int, change: Callable[[Working, Row], dict[str, Any]], **words: object) -> Slip:
+def _row(index: int, change: Callable[[Working, TableRow], dict[str, Any]], **words: object) -> Slip:
     """Return the slip that changes entries of one row."""
 
     def changed(w: Working, table: Table) -> Table:
@@ -22,7 +22,9 @@ def _row(index: int, change: Callable[[Working, Row], dict[str, Any]], **words: 
     return Slip({"table": changed}, {"joint": index + 1, "link": index + 1, **words})
 
 
-def _rows(chain: Chain, due: Callable[[Any], bool], change: Callable[[Working, Row], dict[str, Any]]) -> Iterator[Slip]:
+def _rows(
+    chain: Chain, due: Callable[[Any], bool], change: Callable[[Working, TableRow], dict[str, Any]]
+) -> Iterator[Slip]:
     for i, joint in enumerate(chain.joints):
         if due(joint):
             yield _row(i, change)

@@ -66,7 +66,7 @@ class LoneEntry:
 
 
 @dataclass(frozen=True)
-class Found:
+class SingularComponent:
     """A component of the singular set with what it is; `solutions` are (joint, values), None where joints are tied.
 
     `cases` says the same of each value, where a single joint has several and they differ.
@@ -273,7 +273,7 @@ class Worked:
         values = (minor.substituted(self._values) for minor in self.d.generic_minors)
         return list(zip(labels, values, strict=True))
 
-    def zeros_of_minors(self, found: Found) -> list[tuple[sp.Expr, str]]:
+    def zeros_of_minors(self, found: SingularComponent) -> list[tuple[sp.Expr, str]]:
         """Return, of conditions that hold together, which minors each is a factor of: ("s2", "1 to 5").
 
         Nothing where some minor has none of them as a factor and vanishes all the same.
@@ -293,14 +293,14 @@ class Worked:
     # --- singular configurations ---
 
     @cached_property
-    def found(self) -> list[Found]:
+    def found(self) -> list[SingularComponent]:
         """The components of the singular set, classified."""
         return [self._classified(component) for component in singular_set(self.chain) or ()]
 
-    def _classified(self, component: Component) -> Found:
+    def _classified(self, component: Component) -> SingularComponent:
         conditions = tuple(map(self._as_shown, component.conditions))
         kind = _kind(self.chain, component)
-        return Found(conditions, component.solutions, kind, self._cases(component, kind))
+        return SingularComponent(conditions, component.solutions, kind, self._cases(component, kind))
 
     def _as_shown(self, condition: sp.Expr) -> sp.Expr:
         """Return a condition without numbers before it, and a sum with the signs that it has in det J, as shown."""
@@ -328,7 +328,7 @@ class Worked:
             and self.chain.task == ("vx", "vy", "vz")
         )
 
-    def of_place(self, place: Place) -> Found | None:
+    def of_place(self, place: Place) -> SingularComponent | None:
         """Return the component that a place lies on, or None where the arm is not singular."""
         for component in singular_set(self.chain) or ():
             if place.condition is not None:
@@ -339,7 +339,7 @@ class Worked:
             ):
                 here = replace(component, solutions=tuple((q, (place.joints[q],)) for q, _ in component.solutions))
                 conditions = tuple(map(self._as_shown, component.conditions))
-                return Found(conditions, component.solutions, _kind(self.chain, here))
+                return SingularComponent(conditions, component.solutions, _kind(self.chain, here))
         return None
 
     # --- numbers ---
