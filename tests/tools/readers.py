@@ -195,7 +195,8 @@ def _is_set(problem: int, name: str) -> bool:
 SETS = (
     "0", "det(J) = 0", "theta1 = theta1", "0 = 0", "pi", "{0, pi}", "[0, pi]", "k*pi", "theta2 = k*pi", "theta2 = 0",
     "theta2 = 0, pi", "theta2 = 0 or theta2 = pi", "theta2 in {0, pi}", "theta2 ∈ {0} ∪ {π}", "sin(theta2) = 0", "s2",
-    "sin(theta2)^2 = 0", "{theta2: [0, pi]}", "theta2 = n*pi/2", "theta2 = 3.14159", "theta2 = 180 deg",
+    "sin(theta2)^2 = 0", "(a1*sin(theta2)^2)^2", "sin(theta2)^-2 = 0",
+    "{theta2: [0, pi]}", "theta2 = n*pi/2", "theta2 = 3.14159", "theta2 = 180 deg",
     "theta2 = 180°", "theta2 = 0, theta2 = pi, sin(theta1) = 2", "theta2 = 0, theta2 = pi, theta1 = foo",
     "foo*sin(theta2) = 0", "theta2 = 0, theta2 = 0, theta2 = pi", "theta2 = acos(2)", "theta1 = 0", "theta2 = _n*pi",
     "theta3 = k*pi", "ImageSet(Lambda(_n, pi*_n), Integers)", "theta2 = 2*k*pi or theta2 = pi + 2*k*pi",
