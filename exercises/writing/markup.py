@@ -23,7 +23,8 @@ from exercises.writing.fit import fitted, width
 WIDTH = 100
 SCREEN, PAPER = 44.0, 38.0
 """How wide formulas may be in HTML, for a page of 900 pixels and for A4 in print, and in LaTeX, in em (see `fit`)."""
-_FORMULA = re.compile(r"\$\$(.+?)\$\$|\$([^$]+?)\$", re.DOTALL)
+_FORMULA = re.compile(r"```.*?```|`[^`]+`|\$\$(.+?)\$\$|\$([^$]+?)\$", re.DOTALL)
+"""Code, in which a dollar is a dollar, or a formula."""
 HOLDER = re.compile("\ue000(\\d+)\ue001")
 """What stands for a formula while the text around it is taken apart: its number among the formulas."""
 
@@ -34,7 +35,10 @@ def parsed_markdown(text: str) -> tuple[list[Token], list[tuple[str, bool]]]:
 
     def hold(match: re.Match[str]) -> str:
         block = match.group(1) is not None
-        formulas.append((" ".join((match.group(1) or match.group(2)).split()), block))
+        latex = match.group(1) or match.group(2)
+        if latex is None:
+            return match[0]
+        formulas.append((" ".join(latex.split()), block))
         return f"\ue000{len(formulas) - 1}\ue001"
 
     return MarkdownIt("commonmark").enable("table").parse(_FORMULA.sub(hold, text)), formulas
