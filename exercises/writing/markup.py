@@ -3,7 +3,6 @@
 Understood is what the templates use: headings, paragraphs, emphasis, code, lists, tables, `$…$` and `$$…$$`.
 """
 
-import math
 import re
 import textwrap
 from collections.abc import Callable, Sequence
@@ -14,7 +13,6 @@ from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
 from exercises.formula.latex import parsed
-from exercises.formula.layout import Layout
 from exercises.formula.printers.latex import latex as latex_of
 from exercises.formula.printers.mathml import mathml
 from exercises.formula.printers.unicode import shown_width, unicode_math
@@ -82,11 +80,6 @@ def to_html_for_mathjax(text: str) -> str:
         return rf"\[{shown}\]" if block else rf"\({shown}\)"
 
     return to_html(text, formula)
-
-
-def to_html_with(text: str, printed: Callable[[Layout, bool], str]) -> str:
-    """Return HTML with formulas that fit as they are `printed`, told whether they stand on lines of their own."""
-    return to_html(text, lambda latex, block: printed(fitted(parsed(latex), SCREEN if block else math.inf), block))
 
 
 # --- LaTeX ---
