@@ -1,5 +1,6 @@
 r"""Formulas as LaTeX: blanks between factors and around signs, none beside brackets, c_{1} (a_{1} + a_{2})."""
 
+from functools import lru_cache
 from itertools import pairwise
 
 from exercises.formula.latex import LETTERS, PRIMES, SIGNS
@@ -10,6 +11,7 @@ _AROUND, _OPENS, _CLOSES = "=≠<>≤≥≈∈→⋅×±", "([{/+−", ")]},;/."
 _STAR = Layout("sign", "*")
 
 
+@lru_cache(maxsize=2048)
 def latex(formula: Layout) -> str:
     r"""Return a formula as LaTeX.
 
@@ -82,6 +84,7 @@ def _piece(one: Layout) -> str:
     return rf"\begin{{{name}}} {rows} \end{{{name}}}"
 
 
+@lru_cache(maxsize=2048)
 def _script(foot: Layout, below: Layout, above: Layout) -> str:
     first, *others = *parts(above), EMPTY
     primes = PRIMES.find(first.text) + 1 if first.text else 0
