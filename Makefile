@@ -10,7 +10,7 @@ PIP     = $(PY) -m pip --disable-pip-version-check --quiet
 CODE    = exercises grader tests
 PYTEST  = $(PY) -m pytest -n auto --dist loadgroup --durations=5
 
-.PHONY: help demo check test whole lint unit site site-test docs test-all test-oldest pairs fuzz diagnoses mutants planted bench bench-peers format lock clean
+.PHONY: help demo check test whole lint unit site site-test docs messages test-all test-oldest pairs fuzz diagnoses mutants planted bench bench-peers format lock clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1 | \2/p' Makefile | awk -F'|' '{ printf "%-20s %s\n", $$1, $$2 }'
@@ -60,7 +60,7 @@ site-checks: site/node_modules/.package-lock.json
 
 SITE_SOURCES := $(shell find site/src -type f 2>/dev/null)
 
-site/dist/.vite/manifest.json: site/node_modules/.package-lock.json $(SITE_SOURCES) site/vite.config.ts
+site/dist/.vite/manifest.json: site/node_modules/.package-lock.json $(SITE_SOURCES) exercises/formula/vocabulary.json site/vite.config.ts
 	cd site && npm run --silent build
 
 site/node_modules/.package-lock.json: site/package.json site/package-lock.json
@@ -92,6 +92,9 @@ oldest: $(VENV)/.oldest .venvs/readers/.installed
 docs: $(VENV)/.dev  ## write the pages of docs/ that are made from the code
 	$(PY) -m exercises.docs
 	$(PY) -m grader.docs
+
+messages: $(VENV)/.dev  ## collect all texts for the languages, merge them into exercises/locale, and say what is left to translate
+	$(PY) -m exercises.messages
 
 pairs: $(VENV)/.dev  ## 100,000 right and wrong answers made from all families' formulas, and the verdicts on them
 	$(PY) -m tests.tools.pairs

@@ -1,6 +1,95 @@
-"""What is asked: robots, problems, their reference solutions, and every form they are handed out in."""
+"""What is asked: robots, problems, their reference solutions, and every form they are handed out in.
 
-ENGINE = 1
-"""Version of the problem generator: any change of what an id regenerates raises it."""
+The map, from the bottom up: nothing here imports what stands below it, nor anything of `grader`. A folder has a map of
+its own in its `__init__`.
 
-__all__ = ["ENGINE"]
+    errors                          the one exception that users are meant to read
+    files, input_file               files written whole or not at all; files that people wrote, and where they are wrong
+    stream                          the random stream behind every problem (SHAKE-256)
+    console, parallel               results, notes and progress; one thing done to many items on several processes
+    formula/                        text to a tree, a tree to numbers; are two expressions, or two sets, the same
+    arm/                            a DH table, all that follows from it, and where it is singular
+    credit, decimals, lateness      what half an answer earns, decimals may be off, and late work loses
+    difficulty                      how hard an arm is to work through by hand
+    answers/                        the types of answers, a class each
+    problem                         the nouns: identity, problem, part
+    families/, questions/           which arms there are; what is asked of them
+    mistakes/                       what goes wrong in a derivation, and what that makes of an answer
+    quizzes/                        short questions, their wrong options made by mistakes; all that can be asked
+    generation                      from an identity to a problem
+    record                          a problem as plain data, and the digests by which it is known again
+    verify/                         the certificate of a problem, by ways the reference was not derived by
+    phrases, languages, render      words that problems carry; the messages of a language; the templates filled in
+    writing/                        statements, hints, solutions; formulas as LaTeX, MathML, Typst, Maxima, text
+    messages                        all messages collected, and merged into locale/CODE.po (`make messages`)
+    figure/                         the drawing of an arm, as SVG and as TikZ, and its description in words
+    notebook, showing, solving      notebooks; one problem in every format; your own arm (`qdot solve`)
+    docs/                           the pages of docs/ that are made from the code (`make docs`)
+    gradebook                       Canvas's and Moodle's own exports as rosters
+    assignment                      an instructor's folder, read and checked
+    store, release                  what was worked out, kept for grading; an assignment made, its notebooks written
+    exports/                        every other form in which an assignment is handed out (`qdot export`)
+    site/                           the web site: pages, and problems that a browser can grade
+    commands                        the commands about what is asked
+
+What a library or a notebook needs stands in this package itself (`__all__`), and is loaded when it is asked for:
+
+>>> from exercises import generate, show
+>>> problem = generate("planar-2r/7", ["jacobian"])
+>>> problem
+Problem(planar-2r/7: jacobian)
+>>> problem["jacobian"].answer.as_matrix().shape
+(2, 2)
+"""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from exercises.answers import Answer as Answer
+    from exercises.arm.chain import Base as Base
+    from exercises.arm.chain import Chain as Chain
+    from exercises.arm.chain import Joint as Joint
+    from exercises.arm.chain import Point as Point
+    from exercises.arm.robot_file import read_robot as read_robot
+    from exercises.assignment import Assignment as Assignment
+    from exercises.assignment import load_assignment as load_assignment
+    from exercises.errors import QdotError as QdotError
+    from exercises.families import FAMILIES as FAMILIES
+    from exercises.generation import generate as generate
+    from exercises.problem import ENGINE as ENGINE
+    from exercises.problem import Part as Part
+    from exercises.problem import Problem as Problem
+    from exercises.problem import ProblemId as ProblemId
+    from exercises.quizzes import ASKED as ASKED
+    from exercises.showing import show as show
+    from exercises.solving import Solution as Solution
+    from exercises.solving import solve as solve
+    from exercises.verify import ProblemCertificate as ProblemCertificate
+    from exercises.verify import certify as certify
+
+_HOMES = {
+    "answers": ("Answer",), "arm.chain": ("Base", "Chain", "Joint", "Point"), "arm.robot_file": ("read_robot",),
+    "assignment": ("Assignment", "load_assignment"), "errors": ("QdotError",), "families": ("FAMILIES",),
+    "generation": ("generate",), "problem": ("ENGINE", "Part", "Problem", "ProblemId"), "quizzes": ("ASKED",),
+    "showing": ("show",), "solving": ("Solution", "solve"), "verify": ("ProblemCertificate", "certify"),
+}  # fmt: skip
+"""Where what is offered here is made: SymPy is loaded for who asks for it, and not for who asks for the version."""
+
+__all__ = [
+    "ASKED", "ENGINE", "FAMILIES", "Answer", "Assignment", "Base", "Chain", "Joint", "Part", "Point", "Problem",
+    "ProblemCertificate", "ProblemId", "QdotError", "Solution", "certify", "generate", "load_assignment",
+    "read_robot", "show", "solve",
+]  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    from importlib import import_module
+
+    for home, names in _HOMES.items():
+        if name in names:
+            return getattr(import_module(f"exercises.{home}"), name)
+    raise AttributeError(f"module 'exercises' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -11,7 +11,6 @@ from typing import Any, Literal
 
 import pydantic
 
-from exercises import ENGINE
 from exercises.arm.robot_file import read_robot_file
 from exercises.credit import CREDIT, Credit, read_credit
 from exercises.decimals import DECIMALS, read_decimals
@@ -24,7 +23,7 @@ from exercises.generation import check_questions, family_named, generate, questi
 from exercises.gradebook import Gradebook, identifier_of, read_export
 from exercises.input_file import TomlFile, read_table, read_text, read_toml
 from exercises.lateness import LATE, LateRule, aware, read_late
-from exercises.problem import Problem, ProblemId
+from exercises.problem import ENGINE, Problem, ProblemId
 from exercises.quizzes import ASKED
 
 SECRET_FILE = "secret.txt"  # noqa: S105 - a file's name
@@ -129,7 +128,7 @@ class Slot:
     def problem_with(self, seed: int) -> Problem:
         """Return the problem of this place that a seed gives."""
         identity = ProblemId(self.family.name, seed, self.questions, band=self.band)
-        made = generate(identity, self.points, self.family)
+        made = generate(identity, points=self.points, family=self.family)
         allowed, credit = dict(self.decimals), dict(self.credit)
         return replace(
             made,
@@ -161,6 +160,9 @@ class Assignment:
     attempts: str = "last"
     sandbox: str = "best"
     gradebook: Gradebook | None = None
+
+    def __repr__(self) -> str:
+        return f"Assignment({self.key}: {len(self.slots)} problems, {len(self.roster)} students)"
 
     def due_of(self, student: Student) -> datetime.datetime | None:
         """Return when a student's work is due, with its zone; None where nothing is."""
@@ -196,7 +198,15 @@ def _short_hash(content: str) -> str:
 
 
 def load_assignment(folder: Path) -> Assignment:
-    """Read and check an assignment folder. Raises QdotError with the file, the line, and the place or key."""
+    """Read and check an assignment folder. Raises QdotError with the file, the line, and the place or key.
+
+    >>> import tempfile
+    >>> from exercises.release import init_assignment
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     init_assignment(Path(folder) / "week-3", "Week 3", "week-3")
+    ...     load_assignment(Path(folder) / "week-3")
+    Assignment(week-3: 4 problems, 2 students)
+    """
     if not folder.is_dir():
         raise QdotError(f"{folder} is not a folder; 'qdot init {folder}' makes one")
     file = read_toml(folder / "assignment.toml", _MISSING, float)

@@ -8,19 +8,17 @@ from typing import Annotated, Any
 
 import typer
 
+from exercises import ASKED, FAMILIES, ProblemId, QdotError
+from exercises import generate as make_problem
+from exercises import show as show_problem
+from exercises import solve as solve_chain
 from exercises.arm.robot_file import read_robot_file
 from exercises.console import note, one_of, say
-from exercises.errors import QdotError
-from exercises.families import FAMILIES
-from exercises.generation import generate as make_problem
 from exercises.generation import listed, short_quiz
-from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
-from exercises.quizzes import ASKED, QUIZZES
+from exercises.quizzes import QUIZZES
 from exercises.release import init_assignment
-from exercises.show import show as show_problem
 from exercises.solving import solution_json, solution_latex, solution_text
-from exercises.solving import solve as solve_chain
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
 SOLVE_FORMATS = ("text", "latex", "json")
@@ -129,7 +127,7 @@ def show(
     made = make_problem(identity)
     certificate = None
     if format == "json":
-        from exercises.verify import certify
+        from exercises import certify
 
         certificate = certify(made).as_json()
     say(show_problem(made, solution, format, certificate, hints))
@@ -160,5 +158,5 @@ def solve(
     read = read_robot_file(robot)
     for said in read.notes:
         note(said)
-    found = solve_chain(read.chain)
-    say({"text": solution_text, "latex": solution_latex, "json": solution_json}[format](found))
+    solution = solve_chain(read.chain)
+    say({"text": solution_text, "latex": solution_latex, "json": solution_json}[format](solution))

@@ -47,12 +47,12 @@ def _rounding(said: int | str) -> Rounding | None:
         if isinstance(said, bool) or not 2 <= said <= 12:
             raise QdotError(DECIMALS)
         return Rounding(5.0 * 10.0**-said, 0.0, f"to {_WORDS[said - 2]} significant digits")
-    found = re.fullmatch(r"\s*(\d*\.?\d+(?:[eE][-+]?\d+)?)\s*([A-Za-z]\S*)\s*", said)
-    if found is None:
+    match = re.fullmatch(r"\s*(\d*\.?\d+(?:[eE][-+]?\d+)?)\s*([A-Za-z]\S*)\s*", said)
+    if match is None:
         raise QdotError(DECIMALS)
-    if found.group(2) not in UNITS:
-        raise QdotError(f"{found.group(2)!r} is no unit of a tolerance; known: {', '.join(UNITS)}")
-    amount = float(found.group(1))
+    if match.group(2) not in UNITS:
+        raise QdotError(f"{match.group(2)!r} is no unit of a tolerance; known: {', '.join(UNITS)}")
+    amount = float(match.group(1))
     if not (isfinite(amount) and amount > 0):
         raise QdotError(f"a tolerance is more than 0; {DECIMALS}")
-    return Rounding(0.0, amount * UNITS[found.group(2)], f"within {found.group(1)} {found.group(2)}")
+    return Rounding(0.0, amount * UNITS[match.group(2)], f"within {match.group(1)} {match.group(2)}")

@@ -2,15 +2,15 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from functools import cache
 
-from exercises import ENGINE
 from exercises.arm.chain import Chain
 from exercises.difficulty import in_words, step
 from exercises.errors import QdotError, unknown
 from exercises.families import FAMILIES, Family
 from exercises.families.listing import Listed, listing
-from exercises.problem import Part, Problem, ProblemId
+from exercises.problem import ENGINE, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS, Question
 from exercises.quizzes import ASKED, QUIZZES
 from exercises.stream import Stream, derived_seed
@@ -65,8 +65,8 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
         seen[chain] = step(chain)
         if low <= seen[chain] <= high and (len(seen) > QUIZ_DRAWS or _objection(chain, quizzes) is None):
             return chain
-    found = in_words(min(seen.values()), max(seen.values()))
-    raise QdotError(f"{family.name} has no arm of difficulty {in_words(low, high)}; its arms are of difficulty {found}")
+    steps = in_words(min(seen.values()), max(seen.values()))
+    raise QdotError(f"{family.name} has no arm of difficulty {in_words(low, high)}; its arms are of difficulty {steps}")
 
 
 def _that_can_be_asked(family: Family, stream: Stream, quizzes: Sequence[str]) -> Chain:
@@ -82,8 +82,8 @@ def _that_can_be_asked(family: Family, stream: Stream, quizzes: Sequence[str]) -
 def _objection(chain: Chain, questions: Sequence[str]) -> str | None:
     """Return why one of the questions can't be asked of an arm, or None; unknown ones are for others to tell."""
     for name in questions:
-        if name in ASKED and (found := ASKED[name].refusal(chain)) is not None:
-            return f"question {name!r} can't be asked of {chain.name}: {found}"
+        if name in ASKED and (refused := ASKED[name].refusal(chain)) is not None:
+            return f"question {name!r} can't be asked of {chain.name}: {refused}"
     return None
 
 
@@ -196,12 +196,25 @@ def _check_asked(chain: Chain, questions: Sequence[str]) -> None:
         raise QdotError(objection)
 
 
-def generate(identity: ProblemId, points: Sequence[float] | None = None, family: Family | None = None) -> Problem:
-    """Return the problem with that identity; without questions in it, every question that applies is asked.
+def generate(
+    identity: ProblemId | str,
+    questions: Sequence[str] = (),
+    *,
+    points: Sequence[float] | None = None,
+    family: Family | None = None,
+) -> Problem:
+    """Return the problem of an identity or a text FAMILY/SEED, with these `questions`; without any, all that apply.
 
     `points` gives the points of each part, else those of the question; `family` as in `sample_chain`. Each part draws
-    from a stream of its own, so that a part is the same whatever else is asked of the arm.
+    from a stream of its own, so that a part is the same whatever else is asked of the arm. Lengths are in metres,
+    angles in radians, everything in the base frame. Raises QdotError for a family or question that is none, and where
+    a question can't be asked of the arm.
+
+    >>> generate("planar-2r/7", ["position", "jacobian"])
+    Problem(planar-2r/7: position, jacobian)
     """
+    identity = ProblemId.parse(identity) if isinstance(identity, str) else identity
+    identity = replace(identity, questions=tuple(questions)) if questions else identity
     _check_names(identity.questions)
     again = (family or family_named(identity.family)).varied or any(name in QUIZZES for name in identity.questions)
     for attempt in range(ATTEMPTS if again else 1):

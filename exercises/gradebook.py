@@ -89,18 +89,18 @@ def identifier_of(text: str) -> str:
 
 def _rows(text: str) -> Rows:
     """Return the lines with anything in them, by the separator that gives the header most cells."""
-    found: list[tuple[int, list[str]]] = []
+    rows: list[tuple[int, list[str]]] = []
     first, begins = text.partition("\n")[0], 1
     try:
         separator = max(",;\t", key=lambda each: len(next(csv.reader([first], delimiter=each), [])))
         reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
         for row in reader:
             if any(cell.strip() for cell in row):
-                found.append((begins, row))
+                rows.append((begins, row))
             begins = reader.line_num + 1
     except csv.Error:
         return []  # a roster's own reader says what is wrong
-    return found
+    return rows
 
 
 def _column(header: Sequence[str], names: Sequence[str]) -> int | None:

@@ -143,7 +143,7 @@ def read_toml(path: Path, missing: str = "", decimals: Callable[[str], Any] = De
         what, line = said.groups() if said else (str(error), None)
         what = re.sub(r"\('(.*?)',?\)", r"'\1'", what)  # a key, as Python writes it
         number = line or str(max(1, len(text.splitlines())))
-        hint = next((hint for found, hint in _HINTS if found in what.lower()), "")
+        hint = next((hint for sign, hint in _HINTS if sign in what.lower()), "")
         if any(quote in text.splitlines()[int(number) - 1] for quote in "“”„‘’"):
             hint = '; its quotes are curly, write straight ones: "'
         raise QdotError(f"{path}: line {number}: not valid TOML: {what[:1].lower()}{what[1:]}{hint}") from None

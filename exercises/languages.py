@@ -1,105 +1,169 @@
-"""The languages of problems besides English: for each a catalogue of titles and phrases, a file beside its templates.
+"""The languages of problems and of the site: messages of gettext, known by their English, a file `locale/CODE.po` each.
 
-A problem carries English words: titles, what configurations look like, the sentence of a mistake. A catalogue has them
-in its language, by registered name or by the English phrase, in which braces stand for what is taken over.
+Whoever writes sentences has them in English, marked as messages (`gettext` here, `{% trans %}` in a template), and what
+is filled in is named: "row %(n)s". `exercises.messages` collects them. Babel reads the files, and is imported only
+where a language other than English is asked for.
+
+A problem carries English words, too: titles, what configurations look like, the sentence of a mistake. They are
+messages by what they are registered as, or by `phrases`, in which braces stand for what is taken over: "row {n}".
 """
 
+import io
 import re
-import tomllib
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Iterable
+from functools import cache, cached_property
+from gettext import GNUTranslations, NullTranslations
 from pathlib import Path
+
+from exercises.phrases import ARMS, PHRASES
 
 ENGLISH = "en"
 
 LANGUAGES: dict[str, str] = {"de": "Deutsch"}
-"""By code, which is the name of the folder in templates/ too: what a language calls itself."""
+"""By code, which names the file of its messages: what a language calls itself."""
+
+LOCALE = Path(__file__).parent / "locale"
+"""The folder of those files."""
+
+ARM, SHOWN, FAMILY, QUESTION, PHRASE, SOURCE = (
+    "arm, as a heading", "arm, behind “The figure shows”", "family", "question", "phrase", "source, behind “See”",
+)  # fmt: skip
+"""Contexts: what a message is, where its English alone does not say it."""
 
 Row = tuple[re.Pattern[str], str]
 
 
-@dataclass(frozen=True)
+def is_formula(where: str) -> bool:
+    """Return whether a place in the chapter is a formula, known by its number alone, as in "(6.1)"."""
+    return re.fullmatch(r"\(\d+\.\d+\)", where) is not None
+
+
+def mistake_context(name: str) -> str:
+    """Return the context of a mistake's title and sentence."""
+    return f"mistake {name}"
+
+
+@cache
+def catalogue(language: str) -> "Catalogue":
+    """Return the messages of a language."""
+    return Catalogue() if language == ENGLISH else read(LOCALE / f"{language}.po")
+
+
+def read(path: Path) -> "Catalogue":
+    """Return the messages in a file: by Babel as a compiled catalogue, which is what Python's gettext reads."""
+    from babel.messages.mofile import write_mo
+    from babel.messages.pofile import read_po
+
+    compiled = io.BytesIO()
+    with path.open("rb") as file:
+        write_mo(compiled, read_po(file, path.stem))
+    compiled.seek(0)
+    return Catalogue(GNUTranslations(compiled))
+
+
 class Catalogue:
-    """The words of a language.
+    """The messages of a language; without translations those of English, which are the messages themselves."""
 
-    `decimal` is its decimal sign; `see` says where to look; titles by the names of `families` and `questions`; `arms`:
-    a heading and the words for a sentence; `sources`: places in the chapter; `mistakes`: title and sentence, by name.
-    """
+    def __init__(self, translations: NullTranslations | None = None) -> None:
+        self.is_english = translations is None
+        self.translations = translations if translations is not None else NullTranslations()
 
-    decimal: str
-    see: str
-    families: Mapping[str, str]
-    questions: Mapping[str, str]
-    arms: Mapping[str, tuple[str, str]]
-    sources: Mapping[str, str]
-    phrases: Mapping[str, str]
-    mistakes: Mapping[str, tuple[str, str]]
+    def gettext(self, message: str, **values: object) -> str:
+        """Return a message with values filled in."""
+        return self.translations.gettext(message) % values
 
-    @staticmethod
-    def read(path: Path) -> "Catalogue":
-        """Return the catalogue that a file holds."""
-        return Catalogue(**tomllib.loads(path.read_text(encoding="utf-8")))
+    def pgettext(self, context: str, message: str, **values: object) -> str:
+        """Return a message that says different things in different contexts."""
+        return self.translations.pgettext(context, message) % values
 
-    @cached_property
-    def _phrases(self) -> list[Row]:
-        return [(pattern(english), own) for english, own in self.phrases.items()]
-
-    @cached_property
-    def _arms(self) -> list[tuple[Row, Row]]:
-        return [((pattern(name), title), (pattern(name), shown)) for name, (title, shown) in self.arms.items()]
+    # --- words that problems carry ---
 
     def phrase(self, english: object) -> str:
         """Return a phrase in the language, by the first pattern that fits; what no pattern fits stays as it is."""
         text = str(english)
+        if self.is_english:
+            return text
         if re.fullmatch(r"-?\d+\.\d+", text):
-            return text.replace(".", self.decimal)
+            return text.replace(".", self._decimal)
         return _first(self._phrases, text, self.phrase)
+
+    def family(self, title: str) -> str:
+        """Return the title of a family."""
+        return self._of(FAMILY, title)
+
+    def question(self, title: str) -> str:
+        """Return the title of a question."""
+        return self._of(QUESTION, title)
 
     def arm_title(self, name: str) -> str:
         """Return the heading for an arm that has this name for its own."""
-        return _first((row for row, _ in self._arms), name)
+        return _first(self._arms(ARM), name or "arm")
 
     def arm_shown(self, name: str) -> str:
-        """Return the words for such an arm as the object of a sentence, with an article."""
-        return _first((row for _, row in self._arms), name)
+        """Return the words for such an arm behind "The figure shows", with an article."""
+        named = name or "arm"
+        if self.is_english:
+            return f"{'an' if re.match(r'[aeiou]|R[RP]+ ', named) else 'a'} {named}"
+        return _first(self._arms(SHOWN), named)
 
-    def mistake_title(self, name: str) -> str:
+    def mistake_title(self, name: str, title: str) -> str:
         """Return the title of a mistake."""
-        return self.mistakes[name][0]
+        return self._of(mistake_context(name), title)
 
-    def mistake_said(self, name: str, says: str, source: str, sentence: str) -> str:
+    def mistake_inside(self, name: str, title: str) -> str:
+        """Return the title of a mistake inside of a sentence, where English has a small letter and German a capital."""
+        own = self.mistake_title(name, title)
+        first = self.pgettext("first letter of a mistake's title inside of a sentence", "a")
+        return own if first.isupper() else f"{own[0].lower()}{own[1:]}"
+
+    def mistake_said(self, name: str, says: str, where: str, sentence: str) -> str:
         """Return the sentence on a mistake; `says` is the English pattern that was filled in for `sentence`."""
-        own = self.mistakes[name][1]
-        found = pattern(says + "{tail}").fullmatch(sentence)
-        if found is None:
+        match = pattern(says + "{tail}").fullmatch(sentence)
+        if self.is_english or match is None:
             return sentence
-        where = self.sources.get(source, f"({source})")
-        words = {key: self.phrase(word) for key, word in found.groupdict().items()}
-        return f"{own.format(**words)} {self.see.format(where=where)}"
+        place = where if is_formula(where) else self._of(SOURCE, where)
+        words = {key: self.phrase(word) for key, word in match.groupdict().items()}
+        see = self.gettext("See %(where)s.", where=place)
+        return f"{self._of(mistake_context(name), says).format(**words)} {see}"
+
+    # --- numbers ---
 
     def with_decimals(self, text: str) -> str:
         """Return Markdown with the decimal sign of the language in its formulas; code and prose stay as they are.
 
         Commas between numbers become semicolons there, as 0,5, 1 would be three numbers or two.
         """
-        if self.decimal == ".":
-            return text
-        return _PIECES.sub(self._own_decimals, text)
+        return text if self._decimal == "." else _PIECES.sub(self._own_decimals, text)
+
+    @cached_property
+    def _decimal(self) -> str:
+        return self.pgettext("decimal sign", ".")
 
     def _own_decimals(self, piece: re.Match[str]) -> str:
         formula = piece["formula"]
         if formula is None or not _DECIMAL.search(formula):
             return piece[0]
-        return _DECIMAL.sub(rf"\1{{{self.decimal}}}\2", re.sub(r"(?<!\\), (?!\\q)", "; ", formula))
+        return _DECIMAL.sub(rf"\1{{{self._decimal}}}\2", re.sub(r"(?<!\\), (?!\\q)", "; ", formula))
+
+    # --- messages that are no templates of their own: their braces are filled in, and a percent sign is one ---
+
+    def _of(self, context: str, message: str) -> str:
+        return self.translations.pgettext(context, message)
+
+    @cached_property
+    def _phrases(self) -> list[Row]:
+        return [(pattern(english), self._of(PHRASE, english)) for english in PHRASES]
+
+    def _arms(self, context: str) -> list[Row]:
+        return [(pattern(name), self._of(context, name)) for name in ARMS]
 
 
 def _first(rows: Iterable[Row], text: str, inner: Callable[[str], str] = str) -> str:
     """Return a text by the first row that fits, with `inner` of the words taken over; as it is where none fits."""
     for fits, own in rows:
-        found = fits.fullmatch(text)
-        if found is not None:
-            return own.format(**{key: inner(word) for key, word in found.groupdict().items()})
+        match = fits.fullmatch(text)
+        if match is not None:
+            return own.format(**{key: inner(word) for key, word in match.groupdict().items()})
     return text
 
 
@@ -107,6 +171,7 @@ _DECIMAL = re.compile(r"(\d)\.(\d)")
 _PIECES = re.compile(r"`[^`]*`|(?P<formula>\$\$.*?\$\$|\$[^$]*\$)", re.DOTALL)
 
 
+@cache
 def pattern(phrase: str) -> re.Pattern[str]:
     """Return what fits a phrase with names in braces; a name that occurs twice stands for the same both times.
 

@@ -105,7 +105,7 @@ def _share(name: str, said: object) -> Fraction:
 
 
 def _seconds(said: object) -> int:
-    found = re.fullmatch(r"\s*(\d{1,6})\s*([a-z]+)\s*", said) if isinstance(said, str) else None
-    if found is None or found.group(2) not in UNITS:
+    match = re.fullmatch(r"\s*(\d{1,6})\s*([a-z]+)\s*", said) if isinstance(said, str) else None
+    if match is None or match.group(2) not in UNITS:
         raise QdotError(f"grace: {KEYS['grace']}; units: {', '.join(UNITS)}")
-    return int(found.group(1)) * UNITS[found.group(2)]
+    return int(match.group(1)) * UNITS[match.group(2)]

@@ -13,10 +13,9 @@ import nbformat
 from nbformat import NotebookNode
 from nbformat.v4 import new_notebook
 
-from exercises import ENGINE
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
 from exercises.formula.printers.python import WIDTH, python_text
-from exercises.problem import Part, Problem, variable
+from exercises.problem import ENGINE, Part, Problem, variable
 from exercises.quizzes import ASKED
 from exercises.render import render
 from exercises.writing.latex import natural

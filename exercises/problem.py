@@ -8,7 +8,6 @@ from typing import TypeVar
 
 import sympy as sp
 
-from exercises import ENGINE
 from exercises.answers import Answer
 from exercises.arm.chain import Chain
 from exercises.credit import Credit
@@ -16,6 +15,9 @@ from exercises.errors import QdotError
 from exercises.formula.identity import Domain, Rounding
 
 Kind = TypeVar("Kind", bound=Answer)
+
+ENGINE = 1
+"""Version of the problem generator: any change of what an id regenerates raises it."""
 
 LARGEST_SEED = (1 << 63) - 1
 
@@ -77,6 +79,10 @@ class Part:
     rounding: Rounding | None = None
     credit: Credit | None = None
 
+    def __repr__(self) -> str:
+        shape = "" if self.shape is None else f" {self.shape[0]} x {self.shape[1]}"
+        return f"Part({self.name}: {self.type}{shape}, {self.points:g} points)"
+
     def of(self, kind: type[Kind]) -> Kind:
         """Return the answer, which is of this type. Raises TypeError where it is of another."""
         if not isinstance(self.answer, kind):
@@ -121,6 +127,16 @@ class Problem:
     id: ProblemId
     chain: Chain
     parts: tuple[Part, ...]
+
+    def __repr__(self) -> str:
+        return f"Problem({self.id}: {', '.join(part.name for part in self.parts)})"
+
+    def __getitem__(self, name: str) -> Part:
+        """Return the part of that name. Raises KeyError."""
+        for part in self.parts:
+            if part.name == name:
+                return part
+        raise KeyError(f"{self.id} asks {', '.join(part.name for part in self.parts)}, not {name!r}")
 
     def symbols(self) -> dict[str, SymbolInfo]:
         """Return every symbol that an answer may use, the table's numbers under their usual names included."""

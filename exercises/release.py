@@ -138,8 +138,8 @@ def _content(path: Path) -> str | None:
 
 def _edition(path: Path) -> str:
     """Return the edition that a notebook or a certificate was made from, empty where there is none to be read."""
-    found = re.search(r'"edition": "([^"]*)"', _content(path) or "")
-    return found.group(1) if found else ""
+    match = re.search(r'"edition": "([^"]*)"', _content(path) or "")
+    return match.group(1) if match else ""
 
 
 def release(assignment: Assignment, certify: Certify, jobs: int, each: Callable[[Released], None]) -> None:

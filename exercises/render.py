@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
+from jinja2.ext import Extension
 
-from exercises.languages import ENGLISH, Catalogue
+from exercises.languages import ENGLISH, catalogue
 from exercises.writing.latex import tex, tex_angle, tex_length, tex_lines
 
 _HERE = Path(__file__).parent
@@ -22,32 +23,38 @@ def template_folder() -> Path:
     raise FileNotFoundError(f"no templates folder in {_HERE} or beside it")
 
 
-@cache
-def catalogue(language: str) -> Catalogue:
-    """Return the catalogue of a language other than English."""
-    return Catalogue.read(template_folder() / language / "catalogue.toml")
+class MessageLines(Extension):
+    """A line of a template that ends in a message keeps its end, as one that ends in text does."""
+
+    def preprocess(self, source: str, name: str | None, filename: str | None = None) -> str:
+        """Return the source with such line ends marked as kept; Jinja takes off those behind other blocks."""
+        return source.replace("{% endtrans %}\n", "{% endtrans +%}\n")
+
+
+EXTENSIONS = (MessageLines, "jinja2.ext.i18n")
 
 
 @cache
 def environment(language: str = ENGLISH) -> jinja2.Environment:
     """Return the environment: undefined names are errors, markup is escaped, line ends are kept plain.
 
-    In another language its own templates come before those of the same name in English; `phrase` and `mistake` are
-    filters.
+    Messages are those of a language, and so are the filters for words that problems carry: `phrase` and `mistake`.
     """
-    folders = [template_folder()] if language == ENGLISH else [template_folder() / language, template_folder()]
     made = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(folders),
+        extensions=EXTENSIONS,
+        loader=jinja2.FileSystemLoader(template_folder()),
         undefined=jinja2.StrictUndefined,
         autoescape=lambda name: bool(name and name.endswith(_MARKUP)),
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
+        optimized=False,  # the search for constants takes a fifth of the loading, and finds none worth it
     )
     made.filters.update(tex=tex, tex_lines=tex_lines, tex_length=tex_length, tex_angle=tex_angle)
-    if language != ENGLISH:
-        made.filters["phrase"] = catalogue(language).phrase
-        made.filters["mistake"] = catalogue(language).mistake_title
+    words = catalogue(language)
+    made.install_gettext_translations(words.translations, newstyle=True)  # type: ignore[attr-defined]  # by the extension
+    made.filters["phrase"] = words.phrase
+    made.filters["mistake"] = lambda blame: words.mistake_inside(blame.mistake, blame.title)
     made.filters["json"] = lambda value: json.dumps(value, ensure_ascii=False)
     return made
 

@@ -20,7 +20,7 @@ from exercises.writing.latex import tex
 from exercises.writing.markup import latex_escaped, to_latex, to_text
 from exercises.writing.statement import worked_solution
 from exercises.writing.wording import Wording
-from exercises.writing.worked import Found, Worked
+from exercises.writing.worked import SingularComponent, Worked
 
 SECTIONS = (
     "position", "jacobian", "velocity", "joint-axes", "position-vectors", "geometric-jacobian", "twist", "determinant",
@@ -49,18 +49,30 @@ class Solution:
     jacobian: sp.Matrix
     geometric: sp.Matrix
     determinant: sp.Expr | None
-    singular: tuple[Found, ...] | None
+    singular: tuple[SingularComponent, ...] | None
     note: str | None
+
+    def __repr__(self) -> str:
+        return f"Solution({self.chain.name}: J {len(self.chain.task)} x {self.chain.n}, det J = {self.determinant})"
 
 
 def solve(chain: Chain) -> Solution:
-    """Return what the chapter would derive for `chain`; base frame, metres, radians."""
+    """Return what the chapter would derive for `chain`; base frame, metres, radians.
+
+    The position is 3 x 1, the Jacobian of the point 3 x n, the geometric one 6 x n (linear rows first, (6.6)). What
+    would be too long is left out, as `note` then says.
+
+    >>> from exercises import Chain, Joint
+    >>> arm = Chain("mine", (Joint("R", "theta1", 0, "a1", 0), Joint("R", "theta2", 0, "a2", 0)), ("vx", "vy"))
+    >>> solve(arm)
+    Solution(mine: J 2 x 2, det J = a1*a2*sin(theta2))
+    """
     d = derive(chain)
     determinant, singular, note = _singularities(chain)
     return Solution(chain, d.position, d.geometric[:3, :], d.geometric, determinant, singular, note)
 
 
-def _singularities(chain: Chain) -> tuple[sp.Expr | None, tuple[Found, ...] | None, str | None]:
+def _singularities(chain: Chain) -> tuple[sp.Expr | None, tuple[SingularComponent, ...] | None, str | None]:
     """Return determinant, singular set and what there is to say of them."""
     d = derive(chain)
     try:
@@ -81,25 +93,27 @@ def solution_json(solution: Solution) -> str:
 def solution_data(solution: Solution) -> dict[str, Any]:
     """Return the results as plain data."""
     sure = kind_is_sure(solution.chain)
-    found: dict[str, Any] = {
+    content: dict[str, Any] = {
         "name": solution.chain.title,
         "position": matrix_json(solution.position),
         "jacobian": _rows(solution.jacobian),
         "geometric_jacobian": _rows(solution.geometric),
         "task": list(solution.chain.task),
         "determinant": None if solution.determinant is None else str(solution.determinant),
-        "singular": None if solution.singular is None else [_found_json(found, sure) for found in solution.singular],
+        "singular": None
+        if solution.singular is None
+        else [_found_json(content, sure) for content in solution.singular],
     }
     if solution.note:
-        found["note"] = solution.note
-    return found
+        content["note"] = solution.note
+    return content
 
 
 def _rows(matrix: sp.Matrix) -> list[list[str]]:
     return [[str(entry) for entry in row] for row in matrix.tolist()]
 
 
-def _found_json(found: Found, sure: bool) -> dict[str, Any]:
+def _found_json(found: SingularComponent, sure: bool) -> dict[str, Any]:
     conditions = [str(condition) for condition in found.conditions]
     solved = found.solutions and {joint.name: [str(value) for value in values] for joint, values in found.solutions}
     return {
@@ -142,7 +156,7 @@ def _markdown(solution: Solution) -> str:
 
 def _sections(solution: Solution) -> list[tuple[str, str]]:
     chain = solution.chain
-    found = []
+    sections = []
     for name in SECTIONS:
         question = QUESTIONS[name]
         unreadable = chain.n > BY_HAND and name in ("inverse-jacobian", "inverse-velocity")
@@ -151,8 +165,8 @@ def _sections(solution: Solution) -> list[tuple[str, str]]:
         answer, details = question.ask(chain, Stream("solve"))
         part = Part(name, name, answer, details=details)
         problem = Problem(ProblemId("own", 0), chain, (part,))
-        found.append((name, worked_solution(problem, part)))
-    return found
+        sections.append((name, worked_solution(problem, part)))
+    return sections
 
 
 __all__ = ["Solution", "read_robot", "solution_data", "solution_json", "solution_latex", "solution_text", "solve"]

@@ -138,8 +138,9 @@ def _signature(assignment: Assignment, student: str, payload: bytes) -> str:
 @cache
 def code() -> str:
     """Return a digest of the code and the versions by which problems are worked out and drawn."""
-    found = hashlib.sha256(repr((sys.version_info[:2], sp.__version__, np.__version__)).encode())
+    digest = hashlib.sha256(repr((sys.version_info[:2], sp.__version__, np.__version__)).encode())
     here = Path(__file__).parent
-    for path in sorted([*here.rglob("*.py"), *here.rglob("*.txt"), *template_folder().glob("*.svg.j2")]):
-        found.update(path.name.encode() + b"\0" + path.read_bytes())
-    return found.hexdigest()
+    own = [path for kind in ("py", "txt", "json") for path in here.rglob(f"*.{kind}")]
+    for path in sorted([*own, *template_folder().glob("*.svg.j2")]):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()

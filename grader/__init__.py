@@ -1,1 +1,82 @@
-"""What is handed in: reading, running, comparing, marking, reporting; the command line on top."""
+"""What is handed in: reading, running, comparing, marking, reporting; the command line on top.
+
+The map, from the bottom up: nothing here imports what stands below it.
+
+    verdict, counterexample         outcomes and points; where an answer differs, in words
+    contained/                      all that is in the process in which students' code runs
+    function_values, answer         what Python functions return, and where; an answer, read once, or why it is none
+    formulas, choices, direction    one answer against its reference: formulas and sets; letters; vectors up to a factor
+    functions                       answers that are Python functions, judged by their values
+    reading, parts                  the door: an answer to a part, read in the form that is due; and judged
+    compare                         two texts (`qdot compare`)
+    credit, residuals               what an answer earns in part; what it lacks
+    diagnosis, follow               the mistake behind a wrong answer; what follows from it
+    marking                         a student's answers to a problem
+    prairielearn                    what an exported PrairieLearn question calls
+    sandbox, guarantees             the grader's side of `contained`; what this machine guarantees, by a probe
+    cells, archives                 a file as cells; zip and tar archives, within limits
+    layouts, roster, submission     how platforms name what was handed in; whose it is; what may be graded
+    finding, uncounted, notebook    where the answer to each part is; which cells need not be run; a notebook by itself
+    copies, overrides               whether an answer is right for somebody else; points that a person set
+    attempt, settle                 one notebook graded; from notebooks to a student's result
+    remote, cluster                 notebooks graded by an executor on any machine; a Dask cluster as one
+    batch, single, history          the class, resumable; one student; what earlier runs gave, and whose mark moved
+    certificates, certify, check    a student's certificate; `verify`; what a student can know before handing in
+    statistics, similar, variants   what the class's page is worked out from
+    reports/                        results for people and for other programs
+    nbgrader_cells                  notebooks as nbgrader has them, made whole and filled with marks
+    demo, commands                  the simulated class; the commands about what is handed in
+    pytest_plugin, nbgrader_plugin  `pytest --qdot`; what nbgrader runs, the one module that needs nbgrader
+    gradescope, outlets, site       Gradescope's autograder; `qdot export` and `qdot report`; `qdot site`
+    docs, cli                       docs/outlets.md; the program `qdot`
+
+What a library or a notebook needs stands in this package itself (`__all__`), and is loaded when it is asked for:
+
+>>> from exercises import generate
+>>> from grader import judge
+>>> problem = generate("polar-rp/1", ["determinant"])
+>>> judge(problem, problem["determinant"], "-(646/1000 + d2)")
+Judgement(correct, 1: right)
+"""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from exercises.formula.identity import Certificate as Certificate
+    from grader.answer import Given as Given
+    from grader.check import check_notebook as check_notebook
+    from grader.diagnosis import diagnose as diagnose
+    from grader.marking import mark as mark
+    from grader.notebook import grade_notebook as grade_notebook
+    from grader.parts import judge as judge
+    from grader.reading import read_answer as read_answer
+    from grader.verdict import Diagnosis as Diagnosis
+    from grader.verdict import Judgement as Judgement
+    from grader.verdict import Outcome as Outcome
+    from grader.verdict import Verdict as Verdict
+
+_HOMES = {
+    "exercises.formula.identity": ("Certificate",), "grader.answer": ("Given",), "grader.check": ("check_notebook",),
+    "grader.diagnosis": ("diagnose",), "grader.marking": ("mark",), "grader.notebook": ("grade_notebook",),
+    "grader.parts": ("judge",), "grader.reading": ("read_answer",),
+    "grader.verdict": ("Diagnosis", "Judgement", "Outcome", "Verdict"),
+}  # fmt: skip
+"""Where what is offered here is made."""
+
+__all__ = [
+    "Certificate", "Diagnosis", "Given", "Judgement", "Outcome", "Verdict", "check_notebook", "diagnose",
+    "grade_notebook", "judge", "mark", "read_answer",
+]  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    from importlib import import_module
+
+    for home, names in _HOMES.items():
+        if name in names:
+            return getattr(import_module(home), name)
+    raise AttributeError(f"module 'grader' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

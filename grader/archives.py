@@ -54,13 +54,13 @@ def listed(path: Path) -> list[Packed]:
     try:
         with path.open("rb") as file:
             is_zip = file.read(2) == b"PK"
-        found = _listed_zip(path) if is_zip else _listed_tar(path)
+        members = _listed_zip(path) if is_zip else _listed_tar(path)
     except BROKEN:
         raise Unreadable(f"{said} is an archive that can't be opened: it is damaged; {INSTEAD}") from None
-    names = {packed.name for packed in found}
+    names = {packed.name for packed in members}
     if "[Content_Types].xml" in names or "mimetype" in names:
         raise Unreadable(f"{said} is a document of an office program, not a notebook; {INSTEAD}")
-    return found
+    return members
 
 
 def read_packed(path: Path, name: str) -> bytes:

@@ -9,22 +9,20 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from exercises import ENGINE
 from exercises.assignment import Assignment
-from exercises.problem import Problem, variable
+from exercises.problem import ENGINE, Problem
 from exercises.store import kept
 from grader.cells import Unreadable, plain
 from grader.copies import Copies
 from grader.finding import Answers, find_answers
-from grader.functions import asked_of
+from grader.function_values import asked_of
 from grader.marking import mark
-from grader.parts import domain_of
 from grader.sandbox import Run, Sandbox
 from grader.submission import Found, Note, Submission, oddities, read_submission, rivals, wrong_assignment
 from grader.uncounted import without_self_checks
 from grader.verdict import Outcome
 
-GRADER = 2
+GRADER = 3
 """Version of the grader: any change of what a submission earns raises it."""
 
 Marked = dict[str, Any]
@@ -127,12 +125,12 @@ def grade_attempt(
         return _marked(assignment, copies, student, problems, submission, nothing, obstacle, said)
     parts = [f"{slot}.{part.name}" for slot, problem in problems for part in problem.parts]
     seed = _points_seed(assignment, submission)
-    asked = {slot: asked_of(problem, domain_of(problem), seed) for slot, problem in problems}
+    asked = {slot: asked_of(problem, problem.domain(), seed) for slot, problem in problems}
     cells = without_self_checks(submission.cells, problems)
-    found = find_answers(cells, parts, lambda cells, names: _run(sandbox, cells, names, asked))
+    answers = find_answers(cells, parts, lambda cells, names: _run(sandbox, cells, names, asked))
     said += oddities(submission, assignment, student)
-    said += [Note(note, note) for note in (*found.notes, found.run.note) if note]
-    return _marked(assignment, copies, student, problems, submission, found, None, said)
+    said += [Note(note, note) for note in (*answers.notes, answers.run.note) if note]
+    return _marked(assignment, copies, student, problems, submission, answers, None, said)
 
 
 def _run(sandbox: Sandbox, cells: Sequence[str], names: Sequence[str], asked: Mapping[str, Mapping[str, Any]]) -> Run:
@@ -162,13 +160,12 @@ def _marked(
     of_another = submission is not None and submission.claims.get("student") not in (None, student)
     credit = Fraction(0) if of_another else assignment.follow_through
     for slot, problem in problems:
-        reasons = {}
-        for part in problem.parts:
-            name = variable(slot, part.name)
-            reasons[name] = obstacle or found.reasons.get(name, "")
-        seed = _points_seed(assignment, submission)
-        is_copied = partial(copies.is_right_for_another, problem, slot)
-        verdicts = mark(problem, slot, found.run.answers, reasons, assignment.secret, seed, credit, is_copied)
+        reasons = {part.name: obstacle or found.reason(slot, part.name) for part in problem.parts}
+        verdicts = mark(
+            problem, found.of(slot, problem), reasons, secret=assignment.secret,
+            points_seed=_points_seed(assignment, submission), credit=credit,
+            is_copied=partial(copies.is_right_for_another, problem, slot),
+        )  # fmt: skip
         marked.append({"id": str(problem.id), "slot": slot, "parts": [verdict.as_json() for verdict in verdicts]})
     return {
         "sha256": None if submission is None else submission.sha256,

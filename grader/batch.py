@@ -95,10 +95,10 @@ def share_of(roster: Sequence[Student], share: str) -> Sequence[Student]:
     >>> share_of("abcdefg", "2/3")
     'be'
     """
-    found = re.fullmatch(r"([1-9][0-9]{0,5})/([1-9][0-9]{0,5})", share)
-    if found is None or int(found[1]) > int(found[2]):
+    match = re.fullmatch(r"([1-9][0-9]{0,5})/([1-9][0-9]{0,5})", share)
+    if match is None or int(match[1]) > int(match[2]):
         raise QdotError(f"--share {share!r} is no share; the third of four is 3/4")
-    return roster[int(found[1]) - 1 :: int(found[2])]
+    return roster[int(match[1]) - 1 :: int(match[2])]
 
 
 def cache_of(assignment: Assignment) -> Path:

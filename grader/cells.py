@@ -155,8 +155,8 @@ def _listed(data: dict[str, Any]) -> list[dict[str, Any]] | None:
     pages = [data.get("cells")]
     if isinstance(sheets, list):
         pages += [_plain(sheet).get("cells") for sheet in sheets]
-    found = [page for page in pages if isinstance(page, list)]
-    return [cell for page in found for cell in page if isinstance(cell, dict)] if found else None
+    lists = [page for page in pages if isinstance(page, list)]
+    return [cell for page in lists for cell in page if isinstance(cell, dict)] if lists else None
 
 
 def _source(cell: dict[str, Any]) -> str:
@@ -187,14 +187,14 @@ def _as_text(cells: tuple[Cell, ...], kind: str) -> Content:
 
 
 def _part_in(text: str) -> str | None:
-    found = _PART.search(text)
-    return found.group(1) if found else None
+    match = _PART.search(text)
+    return match.group(1) if match else None
 
 
 def _of_script(text: str) -> Iterator[Cell]:
     """Yield the cells of a script: as its lines `# %%` say, else statements between which there is a gap."""
     lines = text.split("\n")
-    marks = [(number, found.group(1)) for number, line in enumerate(lines) if (found := _PERCENT.fullmatch(line))]
+    marks = [(number, match.group(1)) for number, line in enumerate(lines) if (match := _PERCENT.fullmatch(line))]
     if not marks:
         yield from _blocks(text, lines)
         return
@@ -250,11 +250,11 @@ def _of_markdown(text: str) -> Iterator[Cell]:
     """Yield fenced Python as code, and what is between as text."""
     fence, info, body = "", "", list[str]()
     for line in text.split("\n"):
-        found = _FENCE.fullmatch(line)
-        if not fence and found and _CODE.match(found.group(2)):
+        match = _FENCE.fullmatch(line)
+        if not fence and match and _CODE.match(match.group(2)):
             yield Cell("\n".join(body), None, False)
-            (fence, info), body = found.groups(), []
-        elif fence and found and found.group(1).startswith(fence) and not found.group(2):
+            (fence, info), body = match.groups(), []
+        elif fence and match and match.group(1).startswith(fence) and not match.group(2):
             yield _fenced(info, body)
             fence, body = "", []
         else:

@@ -84,9 +84,9 @@ def read_certificate(path: Path, assignment: str, student: str) -> Certificate |
     except (FileNotFoundError, NotADirectoryError):
         return None
     except pydantic.ValidationError as error:
-        found = error.errors()[0]
-        where = ".".join(map(str, found["loc"]))
-        raise _unreadable(path, f"{where}: {found['msg']}" if where else found["msg"]) from None
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        raise _unreadable(path, f"{where}: {first['msg']}" if where else first["msg"]) from None
     except (OSError, UnicodeDecodeError) as error:
         raise _unreadable(path, getattr(error, "strerror", None) or "it is not UTF-8 text") from None
     if (certificate.assignment, certificate.student) != (assignment, student):
@@ -125,15 +125,15 @@ def cell_digests(notebook: Mapping[str, Any]) -> list[tuple[str, str]]:
     with this: it stays as it is.
     """
     metadata = _dict(notebook.get("metadata")).get("qdot")
-    found = [("metadata", _digest(metadata))]
+    digests = [("metadata", _digest(metadata))]
     for number, cell in enumerate(map(_dict, notebook["cells"]), 1):
         source = cell.get("source", "")
         text = "".join(map(str, source)) if isinstance(source, list) else str(source)
         part = _dict(_dict(cell.get("metadata")).get("qdot")).get("part")
         if part is not None or text.strip():
             name = str(cell.get("id") or f"cell {number}")
-            found.append((name, _digest([cell.get("cell_type"), part, text if part is None else None])))
-    return found
+            digests.append((name, _digest([cell.get("cell_type"), part, text if part is None else None])))
+    return digests
 
 
 def _dict(value: Any) -> Mapping[str, Any]:
@@ -163,7 +163,7 @@ def notebook_failures(path: Path, certificate: Certificate) -> list[Failure]:
         slot = cell.partition("-")[0]
         concerned.setdefault(slot if slot in certificate.problems else "", []).append(f"{cell} {how}")
     said = f"{student}: {path} is not as it was handed out, restore it from a backup: "
-    return [Failure(Kind.ALTERED, said + ", ".join(found), slot) for slot, found in concerned.items()]
+    return [Failure(Kind.ALTERED, said + ", ".join(altered), slot) for slot, altered in concerned.items()]
 
 
 def _alterations(kept: Mapping[str, str], found: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:

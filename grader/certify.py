@@ -12,14 +12,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from exercises import ENGINE
 from exercises.assignment import Assignment
 from exercises.difficulty import difficulty
 from exercises.errors import QdotError
 from exercises.families import Family
 from exercises.generation import generate
 from exercises.parallel import ordered_map
-from exercises.problem import Problem, ProblemId
+from exercises.problem import ENGINE, Problem, ProblemId
 from exercises.record import digests
 from exercises.release import certificate_path, notebook_path
 from exercises.verify import FULL_RANK, ProblemCertificate, certify
@@ -123,12 +122,12 @@ def former_students(assignment: Assignment) -> list[str]:
 
 def unknown_files(assignment: Assignment) -> list[Path]:
     """Return the files among notebooks and certificates that are neither; they are not looked at."""
-    found: set[Path] = set()
+    unknown: set[Path] = set()
     for pattern in (notebook_path(assignment, "*"), certificate_path(assignment, "*")):
         root = pattern.parent.parent
         files = {path for path in root.rglob("*") if path.is_file()} - set(_of_anybody(pattern))
-        found |= {path for path in files if not any(name.startswith(".") for name in path.relative_to(root).parts)}
-    return sorted(found)
+        unknown |= {path for path in files if not any(name.startswith(".") for name in path.relative_to(root).parts)}
+    return sorted(unknown)
 
 
 def _of_anybody(pattern: Path) -> list[Path]:
@@ -136,18 +135,18 @@ def _of_anybody(pattern: Path) -> list[Path]:
 
 
 def _tasks_of_student(assignment: Assignment, student: str) -> list[Task]:
-    certificate, found = _kept(assignment, student)
+    certificate, failures = _kept(assignment, student)
     records = dict(certificate.problems) if certificate else {}
     tasks = []
     for slot in assignment.slots:
-        record, against = records.pop(slot.name, None), _concerning(slot.name, found)
+        record, against = records.pop(slot.name, None), _concerning(slot.name, failures)
         identity = slot.identity(assignment.secret, student)
         if certificate and record is None:
             path = certificate_path(assignment, student)
             said = f"{student}: {path} has no {slot.name}, which came into assignment.toml after handing out"
             against = (Failure(Kind.UNCERTIFIED, said), *against)
         tasks.append(Task(identity, slot.family, record, student, against))
-    return tasks + [_dropped(student, name, record, _concerning(name, found)) for name, record in records.items()]
+    return tasks + [_dropped(student, name, record, _concerning(name, failures)) for name, record in records.items()]
 
 
 def _concerning(slot: str, found: Sequence[Failure]) -> tuple[Failure, ...]:
@@ -203,15 +202,15 @@ def _failures(_: None, task: Task) -> list[Failure]:
         )
         return [*_found(Kind.OTHER_ENGINE, task, [said]), *task.against]
     try:
-        problem = generate(task.identity, None, task.family)
+        problem = generate(task.identity, family=task.family)
         changes = _changes(task, problem, record) if record is not None else []
-        found = [*changes, *_found(Kind.UNSOUND, task, failures_of(problem))]
+        failures = [*changes, *_found(Kind.UNSOUND, task, failures_of(problem))]
     except (RuntimeError, QdotError) as error:
-        found = _found(Kind.UNSOUND, task, [str(error)])
+        failures = _found(Kind.UNSOUND, task, [str(error)])
     except Exception as error:  # whatever it is, it is one problem's, and the others are verified
         said = f"qdot itself failed: {type(error).__name__}: {error}; please report it"
-        found = _found(Kind.UNSOUND, task, [said])
-    return [*found, *task.against]
+        failures = _found(Kind.UNSOUND, task, [said])
+    return [*failures, *task.against]
 
 
 def _found(kind: Kind, task: Task, said: Sequence[str]) -> list[Failure]:
@@ -220,8 +219,8 @@ def _found(kind: Kind, task: Task, said: Sequence[str]) -> list[Failure]:
 
 def certify_all(tasks: Sequence[Task], jobs: int) -> Generator[tuple[Task, list[Failure]], None, None]:
     """Yield every problem with what is wrong with it, the gravest first, in order."""
-    with closing(ordered_map(_failures, tasks, jobs, _nothing, ())) as found:
-        yield from zip(tasks, found, strict=True)
+    with closing(ordered_map(_failures, tasks, jobs, _nothing, ())) as failures:
+        yield from zip(tasks, failures, strict=True)
 
 
 def _nothing() -> None:

@@ -5,22 +5,26 @@ from pathlib import Path
 
 from exercises.answers import TRUE_FALSE
 from exercises.errors import QdotError
-from exercises.formula.expression import read
-from exercises.formula.trees import Node, ReadError, as_matrix, has_blank
-from exercises.problem import variable
+from exercises.families import FAMILIES
+from exercises.formula.trees import has_blank
+from exercises.generation import generate
+from exercises.problem import Part, Problem, ProblemId, variable
 from exercises.quizzes import ASKED
+from grader.answer import Given, read_any
 from grader.cells import Unreadable
 from grader.finding import asked_in, find_answers
-from grader.functions import is_table
+from grader.function_values import is_table
+from grader.reading import read_answer
 from grader.sandbox import Sandbox
 from grader.submission import read_submission
+from grader.verdict import Outcome
 
 STATEMENTS = ("eq", "and", "or", "in", "pair", "dict", "set")
 """Kinds of nodes that are conditions, and no entries of a matrix."""
 
 
 @dataclass(frozen=True)
-class Row:
+class CheckedAnswer:
     """One answer cell: the part, whether it can be read, and what is to be said of it."""
 
     part: str
@@ -32,12 +36,20 @@ class Row:
 class Checked:
     """What will be read of a notebook, and what is to be said of how it was found: the notes of `qdot grade`."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[CheckedAnswer, ...]
     notes: tuple[str, ...]
 
 
 def check_notebook(path: Path) -> Checked:
-    """Run a notebook and tell for each answer cell what the grader would read. Raises QdotError for no notebook."""
+    r"""Run a notebook and tell for each answer cell what the grader would read. Raises QdotError for no notebook.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "mine.md"
+    ...     _ = path.write_text("```python\np1_determinant = 'a1*a2*sin(theta2'\n```")
+    ...     check_notebook(path).rows[0].said
+    "this can't be read as an answer: expected ')', found 'the end', at character 17, near '1*a2*sin(theta2'"
+    """
     try:
         submission = read_submission(path)
     except Unreadable as error:
@@ -46,44 +58,60 @@ def check_notebook(path: Path) -> Checked:
     if not parts:
         raise QdotError(f"{path} has no answer cells; is it a notebook that qdot made?")
     with Sandbox() as sandbox:
-        found = find_answers(submission.cells, parts, sandbox.run)
+        answers = find_answers(submission.cells, parts, sandbox.run)
+    families = submission.claims.get("problems")
     rows = []
     for part in parts:
-        name = variable(*part.split(".", 1))
-        answer = found.run.answers.get(name)
-        rows.append(_row(part, answer) if answer is not None else Row(part, False, found.reasons[name]))
-    return Checked(tuple(rows), (*submission.notes, *found.notes))
+        slot, kind = part.split(".", 1)
+        answer = answers.run.answers.get(variable(slot, kind))
+        if answer is None:
+            rows.append(CheckedAnswer(part, False, answers.reasons[variable(slot, kind)]))
+        else:
+            rows.append(_row(part, answer, _due(families.get(slot) if isinstance(families, dict) else None, kind)))
+    return Checked(tuple(rows), (*submission.notes, *answers.notes))
 
 
-def _row(part: str, text: str) -> Row:
-    shown = text if len(text) <= 300 else text[:300] + " …"
+Due = tuple[Problem, Part]
+
+
+def _due(family: object, kind: str) -> Due | None:
+    """Return what is due in the form in which it is, as in any problem of the family; None where that varies.
+
+    Of a notebook without its assignment is known which family an arm is of, and no more: which options there are, and
+    the shape of answers for arms that are drawn with their structure, are not.
+    """
+    known = FAMILIES.get(family) if isinstance(family, str) else None
+    if known is None or known.varied:
+        return None
+    try:
+        problem = generate(ProblemId(known.name, 0, (kind,)))
+    except QdotError:
+        return None
+    (part,) = problem.parts
+    return None if part.answer.offered else (problem, part)
+
+
+def _row(part: str, text: str, due: Due | None) -> CheckedAnswer:
     if not text.strip():
-        return Row(part, False, "left blank")
+        return CheckedAnswer(part, False, "left blank")
     if is_table(text):
-        return Row(part, True, "a Python function; it is called when it is graded")
+        return CheckedAnswer(part, True, "a Python function; it is called when it is graded")
     if text.strip().casefold() in TRUE_FALSE:
-        return Row(part, True, text.strip())
-    try:
-        node = read(text)
-    except ReadError as error:
-        return Row(part, False, str(error))
-    if has_blank(node):
-        return Row(part, False, "left blank" if _all_blank(node) else f"partly left blank: {shown}")
-    return Row(part, True, ("" if ".singular" in part else _shape(node)) + shown)
+        return CheckedAnswer(part, True, text.strip())
+    given = read_any(text) if due is None else read_answer(*due, text)
+    if given.refusal is not None:
+        left = given.refusal.outcome is Outcome.MISSING
+        return CheckedAnswer(part, False, "left blank" if left else given.refusal.reason)
+    shown = text if len(text) <= 300 else text[:300] + " …"
+    if given.tree is not None and has_blank(given.tree):
+        return CheckedAnswer(part, False, f"partly left blank: {shown}")
+    return CheckedAnswer(part, True, ("" if ".singular" in part else _shape(given)) + shown)
 
 
-def _all_blank(node: Node) -> bool:
-    return node.kind == "blank" or (bool(node.args) and all(map(_all_blank, node.args)))
-
-
-def _shape(node: Node) -> str:
+def _shape(given: Given) -> str:
     """Return the shape of a matrix of expressions in words; a list of conditions has none."""
-    if node.kind != "list":
+    if given.tree is None or given.tree.kind != "list" or given.rows is None or len(given.entries) < 2:
         return ""
-    try:
-        rows = as_matrix(node)
-    except ReadError:
+    if any(entry.kind in STATEMENTS for entry in given.entries):
         return ""
-    if len(rows) * len(rows[0]) < 2 or any(entry.kind in STATEMENTS for row in rows for entry in row):
-        return ""
-    return f"{len(rows)} x {len(rows[0])} matrix "
+    return f"{len(given.rows)} x {len(given.rows[0])} matrix "

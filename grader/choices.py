@@ -1,65 +1,59 @@
-"""Judge the letters of options: one, several, one for each item; true or false."""
+"""Letters of options, read and judged: one, several, one for each item; true or false."""
 
 import re
 import unicodedata
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
-from exercises.answers import LETTERS, TRUE_FALSE, Answer, Choice, Forms, Letters
+from exercises.answers import LETTERS, TRUE_FALSE
 from exercises.formula.identity import Certificate
+from grader.answer import Given
 from grader.verdict import Judgement, correct, graded, missing, wrong
-
-
-def judge_choice(student: str, options: Sequence[str], right: int) -> Judgement:
-    """Judge a letter (in any case, in brackets or quotes) or the option's own text."""
-    if _said(student) in NOTHING:
-        return missing("the answer was left blank")
-    chosen = chosen_option(student, options)
-    if chosen is None:
-        named = options if tuple(options) == TRUE_FALSE else LETTERS[: len(options)]
-        return wrong(f"{student[:40]!r} is none of the options {', '.join(named)}")
-    if chosen == right:
-        return correct(Certificate("exact", 1, 0.0))
-    named = options[chosen] if tuple(options) == TRUE_FALSE else LETTERS[chosen]
-    return wrong(f"{named} is not the right option", Certificate("exact", 1, 0.0))
-
 
 NOTHING = ("", "blank", "ellipsis", "none")
 """What is said where nothing was answered."""
 
 
-def judge_selection(student: str, options: int, right: Sequence[int]) -> Judgement:
-    """Judge a choice of letters: each that is right counts, each that is wrong as much against it, none below zero."""
-    if _said(student) in NOTHING:
-        return missing("the answer was left blank")
-    chosen = chosen_letters(student, options)
+# --- reading ---
+
+
+def read_choice(text: str, options: Sequence[str]) -> Given:
+    """Read an option, by its letter (in any case, in brackets or quotes) or its own text."""
+    if _said(text) in NOTHING:
+        return Given(text, _blank())
+    one = chosen_option(text, options)
+    if one is None:
+        named = options if tuple(options) == TRUE_FALSE else LETTERS[: len(options)]
+        return Given(text).refused(f"{text[:40]!r} is none of the options {', '.join(named)}")
+    return Given(text, chosen=(one,))
+
+
+def read_selection(text: str, options: int) -> Given:
+    """Read letters of options, as many as were chosen."""
+    chosen = chosen_letters(text, options)
+    if _said(text) in NOTHING:
+        return Given(text, _blank())
     if chosen is None:
-        return wrong(f'{student[:40]!r} is no choice of the letters {", ".join(LETTERS[:options])}, as in "AC"')
-    hits, misses = len(set(chosen) & set(right)), len(set(chosen) - set(right))
-    if hits == len(right) and not misses:
-        return correct(Certificate("exact", 1, 0.0))
-    share = Fraction(hits, len(right)) - Fraction(misses, max(options - len(right), 1))
-    said = f"{hits} of the letters {'is' if hits == 1 else 'are'} right, {misses} {'is' if misses == 1 else 'are'} not"
-    left = f"; {len(right) - hits} more should be there" if hits < len(right) else ""
-    return graded(float(max(share, Fraction(0))), said + left, Certificate("exact", 1, 0.0))
+        letters = ", ".join(LETTERS[:options])
+        return Given(text).refused(f'{text[:40]!r} is no choice of the letters {letters}, as in "AC"')
+    return Given(text, chosen=tuple(chosen))
 
 
-def judge_matching(student: str, items: Sequence[str], options: int, right: Sequence[int]) -> Judgement:
-    """Judge a letter for each item, in their order; items are marked one by one."""
-    if _said(student) in NOTHING:
-        return missing("the answer was left blank")
-    chosen = chosen_letters(student, options)
-    if chosen is None or len(chosen) != len(items):
-        return wrong(
-            f"{student[:40]!r} does not hold {len(items)} of the letters {', '.join(LETTERS[:options])}, one for each "
-            f"of {items[0]} to {items[-1]}"
-        )
-    off = [item for item, mine, due in zip(items, chosen, right, strict=True) if mine != due]
-    if not off:
-        return correct(Certificate("exact", 1, 0.0))
-    share = float(Fraction(len(items) - len(off), len(items)))
-    return graded(share, f"not right for {', '.join(off)}", Certificate("exact", 1, 0.0))
+def read_matching(text: str, items: Sequence[str], options: int) -> Given:
+    """Read a letter for each item, in their order."""
+    if _said(text) in NOTHING:
+        return Given(text, _blank())
+    given = Given(text, chosen=tuple(chosen_letters(text, options) or ()))
+    if len(given.chosen) == len(items):
+        return given
+    return given.refused(
+        f"{text[:40]!r} does not hold {len(items)} of the letters {', '.join(LETTERS[:options])}, one for each "
+        f"of {items[0]} to {items[-1]}"
+    )
+
+
+def _blank() -> Judgement:
+    return missing("the answer was left blank")
 
 
 def chosen_letters(student: str, options: int) -> list[int] | None:
@@ -103,21 +97,39 @@ def chosen_option(student: str, options: Sequence[str]) -> int | None:
     return letters.index(said) if said in letters else meant[0] if len(meant) == 1 else None
 
 
-@dataclass(frozen=True)
-class Chosen(Forms[list[int]]):
-    """The options that a text means, counted from 0; nothing where it means none, or where none are offered."""
+# --- judging ---
 
-    text: str
 
-    def one_of(self, answer: Choice) -> list[int]:
-        """Return the option, by its letter or its own text."""
-        one = chosen_option(self.text, answer.options)
-        return [] if one is None else [one]
+def judge_choice(given: Given, options: Sequence[str], right: int) -> Judgement:
+    """Judge the choice of one option."""
+    if given.refusal is not None:
+        return given.refusal
+    (chosen,) = given.chosen
+    if chosen == right:
+        return correct(Certificate("exact", 1, 0.0))
+    named = options[chosen] if tuple(options) == TRUE_FALSE else LETTERS[chosen]
+    return wrong(f"{named} is not the right option", Certificate("exact", 1, 0.0))
 
-    def letters(self, answer: Letters) -> list[int]:
-        """Return the options by their letters."""
-        return chosen_letters(self.text, len(answer.options)) or []
 
-    def other(self, answer: Answer) -> list[int]:
-        """Return nothing."""
-        return []
+def judge_selection(given: Given, options: int, right: Sequence[int]) -> Judgement:
+    """Judge a choice of letters: each that is right counts, each that is wrong as much against it, none below zero."""
+    if given.refusal is not None:
+        return given.refusal
+    hits, misses = len(set(given.chosen) & set(right)), len(set(given.chosen) - set(right))
+    if hits == len(right) and not misses:
+        return correct(Certificate("exact", 1, 0.0))
+    share = Fraction(hits, len(right)) - Fraction(misses, max(options - len(right), 1))
+    said = f"{hits} of the letters {'is' if hits == 1 else 'are'} right, {misses} {'is' if misses == 1 else 'are'} not"
+    left = f"; {len(right) - hits} more should be there" if hits < len(right) else ""
+    return graded(float(max(share, Fraction(0))), said + left, Certificate("exact", 1, 0.0))
+
+
+def judge_matching(given: Given, items: Sequence[str], right: Sequence[int]) -> Judgement:
+    """Judge a letter for each item, in their order; items are marked one by one."""
+    if given.refusal is not None:
+        return given.refusal
+    off = [item for item, mine, due in zip(items, given.chosen, right, strict=True) if mine != due]
+    if not off:
+        return correct(Certificate("exact", 1, 0.0))
+    share = float(Fraction(len(items) - len(off), len(items)))
+    return graded(share, f"not right for {', '.join(off)}", Certificate("exact", 1, 0.0))

@@ -9,6 +9,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable
+from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 if TYPE_CHECKING:
@@ -31,14 +32,20 @@ WORKERS = {
 """What the processes of a command need: they load it while the command loads what it needs itself."""
 
 
-@functools.cache
-def program() -> "typer.Typer":
-    """Return the program with all its commands."""
-    import typer
+COMMANDS = {
+    **dict.fromkeys(("init", "families", "questions", "show", "solve"), "exercises.commands"),
+    **dict.fromkeys(("verify", "generate", "check", "compare", "grade", "doctor"), "grader.commands"),
+    **dict.fromkeys(("export", "report"), "grader.outlets"),
+    "demo": "grader.commands",
+}
+"""Each command, and the module in which it is the function of that name."""
+SITE = {"build": "build_site", "serve": "serve"}
 
-    from exercises import commands as asking
-    from grader import commands as grading
-    from grader import outlets, site
+
+@functools.cache
+def program(only: str = "") -> "typer.Typer":
+    """Return the program with all its commands, or with one of them: what the others need takes time to load."""
+    import typer
 
     app = typer.Typer(
         name="qdot", no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
@@ -55,16 +62,14 @@ def program() -> "typer.Typer":
             typer.echo(f"qdot {version('qdot')}")
             raise typer.Exit
 
-    for command in (
-        asking.init, asking.families, asking.questions, asking.show, asking.solve, grading.verify, grading.generate,
-        grading.check, grading.compare, grading.grade, grading.doctor, outlets.export, outlets.report,
-        grading.demo,
-    ):  # fmt: skip
-        app.command()(_guarded(command))
-    pages = typer.Typer(no_args_is_help=True, help="The web site: build it, or show it.")
-    pages.command("build")(_guarded(site.build_site))
-    pages.command("serve")(_guarded(site.serve))
-    app.add_typer(pages, name="site")
+    for name, module in COMMANDS.items():
+        if only not in COMMANDS or name == only:
+            app.command()(_guarded(getattr(import_module(module), name)))
+    if only not in COMMANDS:
+        pages = typer.Typer(no_args_is_help=True, help="The web site: build it, or show it.")
+        for name, function in SITE.items():
+            pages.command(name)(_guarded(getattr(import_module("grader.site"), function)))
+        app.add_typer(pages, name="site")
     return app
 
 
@@ -136,7 +141,7 @@ def main() -> None:
         from exercises.parallel import load_ahead
 
         load_ahead(modules)
-    app = program()
+    app = program(" ".join(sys.argv[1:2]))
     signal.signal(signal.SIGINT, usual)
     signal.signal(signal.SIGTERM, _stop)
     app()

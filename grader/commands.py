@@ -152,7 +152,7 @@ def check(
 
     For students: no marks are given, and no key is needed. Leaves with code 1 if an answer is blank or can't be read.
     """
-    from grader.check import check_notebook
+    from grader import check_notebook
 
     form, _, summary = report.partition("=")
     if report and (form != "github" or not summary):
@@ -311,13 +311,13 @@ def _grade_one(
     student = student_named(assignment, named)
     time = read_time(received) if received else None
     if path is not None:
-        found = found_of_one(assignment, path, time)
+        handed_in = found_of_one(assignment, path, time)
     else:
-        found = find_submissions(assignment, assignment.folder / "submitted").found.get(student.id)
-        if found is not None and time is not None:
-            found = replace(found, received=time, platform="option")
+        handed_in = find_submissions(assignment, assignment.folder / "submitted").found.get(student.id)
+        if handed_in is not None and time is not None:
+            handed_in = replace(handed_in, received=time, platform="option")
     check_sandbox(assignment.sandbox == "strict")
-    result = grade_one(assignment, student, found, limits_of(seconds))
+    result = grade_one(assignment, student, handed_in, limits_of(seconds))
     _tell_notes([result])
     points = f"{number(result['score'])} of {number(result['max_score'])} points"
     tell(f"{student.id}: {status(result)}, {points}")

@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from exercises.errors import QdotError
-from exercises.formula.expression import MAX_DEPTH, read
+from exercises.formula.expression import MAX_DEPTH, read, tree_of_reference
 from exercises.formula.identity import Domain, default_role
-from exercises.formula.trees import Node, ReadError, as_matrix, names, node_text
+from exercises.formula.trees import Node, ReadError, as_matrix, names
+from grader.answer import read_conditions, read_formula, read_matrix
 from grader.formulas import judge_angles, judge_expression, judge_matrix, judge_singular
 from grader.verdict import Judgement, Outcome
 
@@ -26,19 +27,22 @@ def compare(kind: str, student: str, reference: Any, joints: Sequence[str] = ())
         raise QdotError(f"type {kind!r} is none of {', '.join(TYPES)}")
     texts = _flat(reference)
     try:
-        nodes = [read(text) for text in texts]
+        trees = [read(text) for text in texts]
     except ReadError as error:
         raise QdotError(f"the reference can't be read: {error}") from None
-    domain = _domain(nodes, student, joints)
+    domain = _domain(trees, student, joints)
+    trees = [tree_of_reference(text, frozenset(domain.roles)) for text in texts]
     seed = hashlib.sha256(repr((kind, student, reference)).encode("utf-8", "surrogatepass")).hexdigest()
     if kind == "expression":
-        return judge_expression(student, texts[0], domain, seed)
+        return judge_expression(read_formula(student, domain), trees[0], domain, seed)
     if kind == "matrix":
-        return judge_matrix(student, _rows(reference), domain, seed)
+        rows = _rows(reference, frozenset(domain.roles))
+        return judge_matrix(read_matrix(student, (len(rows), len(rows[0])), domain), rows, domain, seed)
+    given = read_conditions(student, domain)
     if kind == "angles":
-        return judge_angles(student, "{" + ", ".join(texts) + "}" if len(texts) > 1 else texts[0], domain, seed)
-    found = joints or sorted(name for name in domain.roles if name.startswith("theta"))
-    return judge_singular(student, texts, found, domain, seed)
+        return judge_angles(given, Node("set", tuple(trees)) if len(trees) > 1 else trees[0], domain, seed)
+    variables = joints or sorted(name for name in domain.roles if name.startswith("theta"))
+    return judge_singular(given, trees, variables, domain, seed)
 
 
 def _flat(reference: Any) -> list[str]:
@@ -51,17 +55,17 @@ def _flat(reference: Any) -> list[str]:
     raise QdotError(f"a reference is a text, a list of texts or a list of rows, not {str(reference)[:60]!r}")
 
 
-def _rows(reference: Any) -> list[list[str]]:
+def _rows(reference: Any, known: frozenset[str]) -> list[list[Node]]:
     if isinstance(reference, str):
         try:
-            return [[node_text(entry) for entry in row] for row in as_matrix(read(reference))]
+            return as_matrix(read(reference, known))
         except ReadError as error:
             raise QdotError(f"the reference is no matrix: {error}") from None
     given = reference if isinstance(reference, list) else [reference]
     rows = [row if isinstance(row, list) else [row] for row in given]
     if len({len(row) for row in rows}) != 1:
         raise QdotError("the rows of the reference have different lengths")
-    return [[str(entry) for entry in row] for row in rows]
+    return [[tree_of_reference(str(entry), known) for entry in row] for row in rows]
 
 
 def _domain(nodes: Sequence[Node], student: str, joints: Sequence[str]) -> Domain:

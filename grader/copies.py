@@ -56,8 +56,8 @@ class Copies:
 
     def _of(self, chain: Chain, part: Part) -> bytes:
         symbols = [*chain.q, *chain.rates, *chain.parameters, *part.symbols, *chain.task]
-        found = result(numbers(chain, self._values(map(str, symbols), {})), part)
-        return _print(found.reshape(-1, POINTS))
+        values = result(numbers(chain, self._values(map(str, symbols), {})), part)
+        return _print(values.reshape(-1, POINTS))
 
     def _values(self, used: Iterable[str], given: Mapping[str, float]) -> dict[str, np.ndarray]:
         """Return values of names that are the same for the whole class."""

@@ -9,16 +9,15 @@ import sympy as sp
 
 from exercises.credit import OWN
 from exercises.formula.algebra import number, times
-from exercises.formula.expression import read
+from exercises.formula.expression import tree_of_reference
 from exercises.formula.identity import READABLE, Domain, compare_entries
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.text import text_of
-from exercises.formula.trees import Node, ReadError, names
+from exercises.formula.trees import Node, names
 from exercises.problem import Part, Problem
 from exercises.questions.results import is_product
 from exercises.stream import Stream
-from grader.functions import is_table
-from grader.parts import domain_of
+from grader.answer import Given
 from grader.verdict import Judgement, Outcome
 
 POINTS = 4
@@ -27,7 +26,7 @@ JOINTS_WEIGH = 2
 """A factor that depends on the joints counts twice: it says where the arm is singular."""
 
 
-def credited(problem: Problem, part: Part, judgement: Judgement, answer: str, seed: str) -> Judgement:
+def credited(problem: Problem, part: Part, judgement: Judgement, given: Given, seed: str) -> Judgement:
     """Return a judgement with the share that the assignment gives for an answer that is right in part."""
     if judgement.outcome not in (Outcome.WRONG, Outcome.PARTIAL):
         return judgement
@@ -38,7 +37,7 @@ def credited(problem: Problem, part: Part, judgement: Judgement, answer: str, se
         judgement = _by_columns(part.answer.as_matrix(), judgement)
     elif policy.by in ("", "factors") and is_product(part):
         (reference,) = part.answer.entries()
-        judgement = _by_factors(problem, reference, judgement, answer, seed)
+        judgement = _by_factors(problem, reference, judgement, given, seed)
     return _with_share(judgement, Fraction(judgement.share).limit_denominator(1000) * policy.worth)
 
 
@@ -60,22 +59,17 @@ def _by_columns(reference: sp.Matrix, judgement: Judgement) -> Judgement:
     return replace(_with_share(judgement, share), reason=said)
 
 
-def _by_factors(problem: Problem, reference: sp.Expr, judgement: Judgement, answer: str, seed: str) -> Judgement:
+def _by_factors(problem: Problem, reference: sp.Expr, judgement: Judgement, given: Given, seed: str) -> Judgement:
     """Count the factors of a product that are there, and the number before them, where nothing else is wrong.
 
     A constant earns nothing where the determinant is none.
     """
-    domain = domain_of(problem)
+    domain = problem.domain()
     coefficient, product = reference.as_coeff_Mul()
     factors = [factor for factor in sp.Mul.make_args(product) if factor.free_symbols]
-    if is_table(answer) or len(factors) > MOST_FACTORS:
+    if given.refusal is not None or given.tree is None or len(factors) > MOST_FACTORS:
         return judgement
-    try:
-        node = read(answer, domain.roles)
-        node = node.args[1] if node.kind == "eq" else node
-        kept = _kept(node, coefficient, factors, domain, seed)
-    except ReadError:
-        return judgement
+    kept = _kept(given.tree, coefficient, factors, domain, seed)
     if kept is None:
         return judgement
     chosen, is_number_right = kept
@@ -95,15 +89,16 @@ def _kept(
     """Return which factors an answer has, and whether its number is right; None where it is no such product."""
     if names(node) - set(domain.roles):
         return None
-    trees = [read(text_of(factor), domain.roles) for factor in factors]
+    known = frozenset(domain.roles)
+    trees = [tree_of_reference(text_of(factor), known) for factor in factors]
     several = domain.sample(set(domain.roles), READABLE + POINTS, Stream(f"{seed}/factors"))
     values = {name: value[READABLE:] for name, value in several.items()}
-    found = evaluate(compile_program([node, *trees]), values, POINTS)[0]
+    evaluated = evaluate(compile_program([node, *trees]), values, POINTS)[0]
     due = complex(coefficient)
     for size in range(len(factors), 0, -1):
         for chosen in combinations(range(len(factors)), size):
             with np.errstate(all="ignore"):
-                ratio = found[0] / found[1:][list(chosen)].prod(axis=0)
+                ratio = evaluated[0] / evaluated[1:][list(chosen)].prod(axis=0)
             if not np.all(np.isfinite(ratio)) or np.ptp(ratio.real) > 1e-9 * abs(ratio[0]) or not abs(ratio[0]) > 1e-9:
                 continue
             exact = Fraction(float(ratio[0].real)).limit_denominator(1000)

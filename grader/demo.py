@@ -149,12 +149,14 @@ def run_demo(folder: Path, jobs: int) -> None:
         for student, kind in zip(assignment.roster, kinds(), strict=True):
             hand_in(assignment, student.id, kind)
             counter.step()
-    found = find_submissions(assignment, folder / "submitted").found
+    submissions = find_submissions(assignment, folder / "submitted").found
     jobs = min(jobs, len(students))
     with alone(assignment):
         with progress("grading", len(students)) as counter:
             limits = Limits(cell_seconds=2)
-            results = grade_class(assignment, found, jobs, limits, lambda _: counter.step(), write_page=write_page)
+            results = grade_class(
+                assignment, submissions, jobs, limits, lambda _: counter.step(), write_page=write_page
+            )
         with progress("writing feedback", len(students)) as counter:
             write_reports(assignment, results, jobs, counter.step)
     say(f"{'id':<4}  {'name':<20} {'handed in':<32} {'points':>{len(_score(results[0]))}}  status")

@@ -13,10 +13,8 @@ from itertools import combinations
 import numpy as np
 
 from exercises.arm.stages import Working, numbers
-from exercises.formula.expression import read
-from exercises.formula.identity import Domain
 from exercises.formula.program import compile_program, evaluate
-from exercises.formula.trees import Node, ReadError, as_matrix, digits_of_decimals, has_blank, names
+from exercises.formula.trees import Node, ReadError, digits_of_decimals
 from exercises.mistakes.catalogue import (
     ON_THE_WAY,
     Wrong,
@@ -32,9 +30,9 @@ from exercises.questions.concepts import option_numbers
 from exercises.questions.results import is_derived, result
 from exercises.quizzes.options import blames_of
 from exercises.stream import Stream
-from grader.choices import Chosen
-from grader.functions import asked_of, is_table, table_values
-from grader.parts import domain_of, judge
+from grader.answer import Given
+from grader.function_values import Table
+from grader.parts import judge_given
 from grader.residuals import missing_links
 from grader.verdict import Diagnosis, Outcome
 
@@ -47,7 +45,7 @@ LONGEST_SET = 600
 
 
 @dataclass(frozen=True)
-class Found:
+class InNumbers:
     """An answer in numbers, (rows, columns, N), with the size of its terms; nan where it was left blank.
 
     `room` is what it may be off: a share of the size, and an amount. A direction counts up to a factor.
@@ -62,8 +60,8 @@ class Found:
         """Tell of each entry whether another answer has the same values, (rows, columns)."""
         with np.errstate(all="ignore"):
             if self.is_direction:
-                found, due = _unit(self.values), _unit(other)
-                near = np.minimum(np.abs(found - due), np.abs(found + due)) <= self.room[0]
+                own, due = _unit(self.values), _unit(other)
+                near = np.minimum(np.abs(own - due), np.abs(own + due)) <= self.room[0]
             else:
                 near = np.abs(self.values - other) <= self._allowed
         return np.asarray(near.all(axis=-1))
@@ -91,57 +89,62 @@ def _unit(vector: np.ndarray) -> np.ndarray:
     return np.asarray(vector / np.where(length > SAME, length, np.nan))
 
 
-def diagnose(problem: Problem, part: Part, answer: str, seed: str, points_seed: str = "") -> Diagnosis | None:
+def diagnose(problem: Problem, part: Part, given: Given, seed: str = "") -> Diagnosis | None:
     """Return the mistake that gives a wrong answer, or nothing where none in the catalogue does.
 
-    The values of a function are those at the points of `points_seed`.
+    `seed` draws the configurations at which it is compared with what mistakes give.
+
+    >>> from exercises import generate
+    >>> from grader import read_answer
+    >>> problem = generate("polar-rp/1", ["determinant"])
+    >>> (part,) = problem.parts
+    >>> diagnose(problem, part, read_answer(problem, part, "d2 + 0.646")).mistakes
+    ('determinant-sign',)
     """
-    if is_table(answer):
-        return _of_function(problem, part, answer, points_seed)
-    offered = _behind_options(part, answer)
+    if given.table is not None:
+        return _of_function(problem, part, given.table)
+    offered = _behind_options(part, given)
     if offered is not None:
         return offered
-    for mistake, slip in taken(problem.chain, part) if len(answer) <= LONGEST_SET else ():
-        if judge(problem, replace(part, answer=slip.answer), answer, seed).outcome is Outcome.CORRECT:
+    for mistake, slip in taken(problem.chain, part) if len(given.text) <= LONGEST_SET else ():
+        if judge_given(problem, replace(part, answer=slip.answer), given, seed).outcome is Outcome.CORRECT:
             return Diagnosis((mistake.name,), mistake.sentence(slip.words))
     if not is_derived(part):
         return None
-    domain = domain_of(problem)
-    values = configurations(problem.chain, part, domain, POINTS, Stream(f"{seed}/diagnosis"))
+    values = configurations(problem.chain, part, problem.domain(), POINTS, Stream(f"{seed}/diagnosis"))
     try:
-        found = _in_numbers(part, answer, domain, values)
-    except ReadError:
+        in_numbers = _in_numbers(part, given, values)
+    except ReadError:  # statements among the entries of an answer that was refused
         return None
-    return None if found is None else named(problem, part, values, found)
+    return None if in_numbers is None else named(problem, part, values, in_numbers)
 
 
-def _of_function(problem: Problem, part: Part, answer: str, points_seed: str) -> Diagnosis | None:
-    shape, table = table_values(answer)
-    if shape is None or not is_derived(part) or len(shape) > 2:
+def _of_function(problem: Problem, part: Part, table: Table) -> Diagnosis | None:
+    if table.shape is None or not is_derived(part) or len(table.shape) > 2:
         return None
-    asked = asked_of(problem, domain_of(problem), points_seed)
-    values = {name: column[:POINTS] for name, column in zip(asked["symbols"], np.array(asked["points"]).T, strict=True)}
-    rows = (*shape, *(1,) * (2 - len(shape)))
-    found = table[:POINTS].T.reshape(*rows, -1)
+    values = {name: column[:POINTS] for name, column in table.at.items()}
+    rows = (*table.shape, *(1,) * (2 - len(table.shape)))
+    returned = table.values[:POINTS].T.reshape(*rows, -1)
     room = (max(SAME, part.rounding.relative), part.rounding.absolute) if part.rounding else (SAME, 0.0)
-    return named(problem, part, values, Found(found, np.abs(found), room, part.answer.counts_up_to_a_factor))
+    return named(problem, part, values, InNumbers(returned, np.abs(returned), room, part.answer.counts_up_to_a_factor))
 
 
-def _in_numbers(part: Part, answer: str, domain: Domain, values: Values) -> Found | None:
+def _in_numbers(part: Part, given: Given, values: Values) -> InNumbers | None:
     if part.answer.offered:
-        return _option(part, answer)
-    node = read(answer, domain.roles)
-    rows = as_matrix(node.args[1] if node.kind == "eq" else node)
-    entries = [entry for row in rows for entry in row]
-    blanks = [has_blank(entry) for entry in entries]
-    if all(blanks) or set().union(*map(names, entries)) - set(values):
+        return _option(part, given)
+    if given.rows is None:
+        return None
+    rows, entries, blanks = given.rows, given.entries, given.blanks
+    if all(blanks) or given.symbols - set(values):
         return None
     filled = [Node("name", value="pi") if blank else entry for entry, blank in zip(entries, blanks, strict=True)]
     count = len(next(iter(values.values())))
-    found, size = evaluate(compile_program(filled), values, count)
-    found[blanks] = np.nan
+    evaluated, size = evaluate(compile_program(filled), values, count)
+    evaluated[blanks] = np.nan
     shape = (len(rows), len(rows[0]), count)
-    return Found(found.reshape(shape), size.reshape(shape), _room(part, filled), part.answer.counts_up_to_a_factor)
+    return InNumbers(
+        evaluated.reshape(shape), size.reshape(shape), _room(part, filled), part.answer.counts_up_to_a_factor
+    )
 
 
 def _room(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
@@ -153,17 +156,16 @@ def _room(part: Part, entries: Sequence[Node]) -> tuple[float, float]:
     return max(min(relative or 5e-3, 0.6 * 10.0 ** (1 - max(digits, 3))), 1e-5), 0.0
 
 
-def _option(part: Part, answer: str) -> Found | None:
-    chosen = part.answer.told_to(Chosen(answer))
-    if not chosen:
+def _option(part: Part, given: Given) -> InNumbers | None:
+    if not given.chosen:
         return None
-    values = np.array(option_numbers(part.answer.offered[chosen[0]]))[:, None, None]
-    return Found(values, np.abs(values), (0.0, THREE_DECIMALS))
+    values = np.array(option_numbers(part.answer.offered[given.chosen[0]]))[:, None, None]
+    return InNumbers(values, np.abs(values), (0.0, THREE_DECIMALS))
 
 
-def _behind_options(part: Part, answer: str) -> Diagnosis | None:
+def _behind_options(part: Part, given: Given) -> Diagnosis | None:
     """Return the mistakes behind the first wrong option that was chosen, as they were kept when it was made."""
-    for index in part.answer.told_to(Chosen(answer)):
+    for index in given.chosen:
         blames = [] if index in part.answer.right else blames_of(part, index)
         if blames:
             sentences = dict.fromkeys(blame.sentence for blame in blames)
@@ -171,7 +173,7 @@ def _behind_options(part: Part, answer: str) -> Diagnosis | None:
     return None
 
 
-def named(problem: Problem, part: Part, values: Values, found: Found) -> Diagnosis | None:
+def named(problem: Problem, part: Part, values: Values, found: InNumbers) -> Diagnosis | None:
     """Return the mistake that gives values at configurations, or nothing."""
     w = numbers(problem.chain, values)
     right = result(w, part)
@@ -211,7 +213,7 @@ def _said(wrongs: Sequence[Wrong]) -> Diagnosis:
 # --- two at once ---
 
 
-def _two(w: Working, right: np.ndarray, alone: Sequence[Wrong], part: Part, found: Found) -> Diagnosis | None:
+def _two(w: Working, right: np.ndarray, alone: Sequence[Wrong], part: Part, found: InNumbers) -> Diagnosis | None:
     """Return one mistake on the way to J and one behind it, which give the answer together.
 
     Of first mistakes that come to the same, or to what is right, one is tried: the others have the same second ones.
@@ -236,7 +238,7 @@ def _two(w: Working, right: np.ndarray, alone: Sequence[Wrong], part: Part, foun
 _Telling = list[tuple[Wrong, np.ndarray]]
 
 
-def _in_some_entries(alone: Sequence[Wrong], right: np.ndarray, found: Found) -> tuple[_Telling, np.ndarray]:
+def _in_some_entries(alone: Sequence[Wrong], right: np.ndarray, found: InNumbers) -> tuple[_Telling, np.ndarray]:
     """Return the mistakes that give some of the wrong entries, with these, and all that are wrong."""
     wrong = ~found.like(right) & ~np.isnan(found.values).any(axis=-1)
     telling: _Telling = []

@@ -2,15 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 
-from exercises.formula.expression import read
 from exercises.formula.identity import Certificate, Domain, compare_entries, number
 from exercises.formula.program import compile_program, evaluate
-from exercises.formula.trees import Node, ReadError, has_blank, names
+from exercises.formula.trees import Node
+from grader.answer import Given
 from grader.counterexample import at_words, number_words
-from grader.formulas import answer_rows, unknown_symbols
+from grader.formulas import unknown_symbols
 from grader.verdict import Judgement, correct, missing, wrong
 
 ZERO = 1e-12
@@ -18,78 +19,68 @@ ZERO = 1e-12
 
 
 def judge_direction(
-    student: str,
-    reference: Sequence[str],
-    domain: Domain,
-    seed: str,
-    tolerance: float | None = None,
-    labels: Sequence[str] = (),
+    given: Given, reference: Sequence[Node], domain: Domain, seed: str, tolerance: float | None = None
 ) -> Judgement:
     """Judge a vector: right where it is the reference times any factor other than zero.
 
     Without `tolerance` both are formulas, equal up to the factor at every configuration; with it they are numbers, and
     the unit vectors may differ by that much in length of their difference.
     """
-    rows = answer_rows(student, (len(reference), 1), domain, labels)
-    if isinstance(rows, Judgement):
-        return rows
-    entries = [row[0] for row in rows]
-    if any(has_blank(entry) for entry in entries):
+    if given.refusal is not None:
+        return given.refusal
+    if any(given.blanks):
         return missing("a part of the vector was left blank")
-    due = [read(entry, domain.roles) for entry in reference]
-    try:
-        return _numeric(entries, due, tolerance) if tolerance else _symbolic(entries, due, domain, seed)
-    except ReadError as error:
-        return wrong(f"this can't be read as a vector: {error}")
+    return _numeric(given, reference, tolerance) if tolerance else _symbolic(given, reference, domain, seed)
 
 
-def _symbolic(entries: Sequence[Node], due: Sequence[Node], domain: Domain, seed: str) -> Judgement:
+def _symbolic(given: Given, due: Sequence[Node], domain: Domain, seed: str) -> Judgement:
     """Compare entry i times due_k with due_i times entry k, k being an entry of the reference that is not zero."""
-    nonzero = [not same for same in compare_entries(due, [read("0")] * len(due), domain, f"{seed}/pivot").equal]
+    entries, zeros = given.entries, [Node("number", value=Fraction(0))] * len(due)
+    nonzero = [not same for same in compare_entries(due, zeros, domain, f"{seed}/pivot").equal]
     pivot = nonzero.index(True)
-    if all(compare_entries(list(entries), [read("0")] * len(entries), domain, f"{seed}/zero").equal):
+    if all(compare_entries(entries, zeros, domain, f"{seed}/zero").equal):
         return wrong("the zero vector is no direction")
     left = [Node("*", (entry, due[pivot])) for entry in entries]
     right = [Node("*", (entry, entries[pivot])) for entry in due]
-    found = compare_entries(left, right, domain, seed)
-    if all(found.equal):
-        return correct(found.certificate)
-    certificate = _for_own_pivot(found.certificate, due[pivot], pivot)
+    comparison = compare_entries(left, right, domain, seed)
+    if all(comparison.equal):
+        return correct(comparison.certificate)
+    certificate = _for_own_pivot(comparison.certificate, due[pivot], entries[pivot], pivot)
     example = certificate.counterexample
-    entry = int(example["entry"]) if example is not None else found.equal.index(False)
+    entry = int(example["entry"]) if example is not None else comparison.equal.index(False)
     at = at_words(example["at"]) if example is not None else ""
-    reason = (
-        f"not along the direction that is right: entry {entry + 1} does not have the right ratio to entry {pivot + 1}"
-        f"{at}"
-    )
-    return wrong(unknown_symbols(entries, domain) or reason, certificate)
+    off = "should be 0" if entry == pivot else f"does not have the right ratio to entry {pivot + 1}"
+    reason = f"not along the direction that is right: entry {entry + 1} {off}{at}"
+    return wrong(unknown_symbols(given, domain) or reason, certificate)
 
 
-def _for_own_pivot(certificate: Certificate, due: Node, pivot: int) -> Certificate:
+def _for_own_pivot(certificate: Certificate, due: Node, own: Node, pivot: int) -> Certificate:
     """Return the certificate with the entry itself, and what it would have to be for the pivot as it was answered.
 
-    Compared were both times the pivot that is `due`.
+    Compared were both times the pivot that is `due`. Where that vanishes, the student's own does not, and should.
     """
     example = certificate.counterexample
     if example is None or not all(isinstance(example[name], float) for name in ("yours", "expected")):
         return certificate
     at = {name: np.array([value]) for name, value in example["at"].items()}
-    scale = complex(evaluate(compile_program([due]), at, 1)[0][0, 0])
+    scale, answered = (complex(value) for value in evaluate(compile_program([due, own]), at, 1)[0][:, 0])
+    if not scale:  # as -sin(theta1) is at 0, which is among the readable configurations
+        own_pivot = {"entry": pivot, "yours": number(answered), "expected": 0.0}
+        return replace(certificate, counterexample={**example, **own_pivot})
     values = {name: number(example[name] / scale) for name in ("yours", "expected")}
     return replace(certificate, counterexample={**example, **values, "pivot": pivot})
 
 
-def _numeric(entries: Sequence[Node], due: Sequence[Node], tolerance: float) -> Judgement:
-    symbols = set().union(*(names(entry) for entry in entries))
-    if symbols:
-        return wrong(f"numbers are due, and {', '.join(sorted(symbols)[:5])} is left in the answer")
-    found, right = (evaluate(compile_program(list(nodes)), {}, 1)[0][:, 0] for nodes in (entries, due))
-    if not np.all(np.isfinite(found)) or np.any(np.abs(found.imag) > ZERO * np.abs(found)):
+def _numeric(given: Given, due: Sequence[Node], tolerance: float) -> Judgement:
+    if given.symbols:
+        return wrong(f"numbers are due, and {', '.join(sorted(given.symbols)[:5])} is left in the answer")
+    typed, right = (evaluate(compile_program(list(nodes)), {}, 1)[0][:, 0] for nodes in (given.entries, due))
+    if not np.all(np.isfinite(typed)) or np.any(np.abs(typed.imag) > ZERO * np.abs(typed)):
         return wrong("an entry of the vector is not a finite real number")
-    size = float(np.linalg.norm(found.real))
+    size = float(np.linalg.norm(typed.real))
     if size == 0.0:
         return wrong("the zero vector is no direction")
-    unit, target = found.real / size, right.real / np.linalg.norm(right.real)
+    unit, target = typed.real / size, right.real / np.linalg.norm(right.real)
     target = target * (1.0 if float(unit @ target) >= 0 else -1.0)
     apart = float(np.linalg.norm(unit - target))
     if apart <= tolerance:

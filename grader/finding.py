@@ -12,7 +12,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from exercises.problem import variable
+from exercises.problem import Problem, variable
 from grader.cells import Cell, parsed, without_magics
 from grader.sandbox import Run
 
@@ -34,6 +34,15 @@ class Answers:
     reasons: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
+    def of(self, slot: str, problem: Problem) -> dict[str, str]:
+        """Return the texts of the answers to a problem, by part."""
+        names = {part.name: variable(slot, part.name) for part in problem.parts}
+        return {part: self.run.answers[name] for part, name in names.items() if name in self.run.answers}
+
+    def reason(self, slot: str, part: str) -> str:
+        """Return why there is no answer to a part; nothing where there is one."""
+        return self.reasons.get(variable(slot, part), "")
+
 
 def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> Answers:
     """Run a notebook and find the answers to `parts`, called as in "p1.jacobian"."""
@@ -45,31 +54,31 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> 
     sources = [book.sources[index] for index in order]
     result = run(sources, list(names.values()))
     failed = {order[place]: error for place, error in result.cell_errors.items() if 0 <= place < len(order)}
-    found = Answers(result, notes=book.notes)
+    answers = Answers(result, notes=book.notes)
     again = _Again(run, sources, order, failed)
     for part, name in names.items():
         if _is_missing(result, name):
-            _take_an_earlier_value(found, name)
+            _take_an_earlier_value(answers, name)
         if _is_missing(result, name):
-            _run_once_more(found, name, book, again)
+            _run_once_more(answers, name, book, again)
         if name in result.answers:
-            _tell_several(found, part, name, book, failed)
+            _tell_several(answers, part, name, book, failed)
         else:
-            found.reasons[name] = _why_missing(part, name, book, result, failed)
-    return found
+            answers.reasons[name] = _why_missing(part, name, book, result, failed)
+    return answers
 
 
 def asked_in(cells: Sequence[Cell], questions: Sequence[str]) -> list[str]:
     """Return the parts that a notebook seems to have, by metadata and by the names that it sets."""
     endings = {question.replace("-", "_"): question for question in questions}
-    found = dict[str, None]()
+    parts = dict[str, None]()
     for cell in cells:
         if cell.part is not None and re.fullmatch(r"p\d+\.[a-z0-9-]+", cell.part):
-            found[cell.part] = None
+            parts[cell.part] = None
         for slot, ending in re.findall(r"(?m)^[ \t]*(p\d+)_(\w+) *=(?!=)", cell.source):
             if ending in endings:
-                found[f"{slot}.{endings[ending]}"] = None
-    return list(found)
+                parts[f"{slot}.{endings[ending]}"] = None
+    return list(parts)
 
 
 # --- what cells set ---

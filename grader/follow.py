@@ -9,28 +9,26 @@ copy of another of the answers or of the right answer to somebody else's problem
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
-from exercises.answers import Direction, Number
+from exercises.answers import Direction, Matrix, Number
 from exercises.arm.arithmetic import Trees, determinant
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
 from exercises.arm.stages import Change, Working, numbers, trees
 from exercises.formula.algebra import Matrix as Rows
-from exercises.formula.expression import read
 from exercises.formula.identity import READABLE
 from exercises.formula.program import compile_program, evaluate
-from exercises.formula.text import text_of
-from exercises.formula.trees import ReadError, as_matrix, has_blank, names, node_text, size_of
+from exercises.formula.trees import Node, ReadError, names, size_of
 from exercises.mistakes.given import configurations
 from exercises.problem import Part, Problem
 from exercises.questions import QUESTIONS
 from exercises.stream import Stream
+from grader.answer import Given
 from grader.direction import judge_direction
 from grader.formulas import judge_expression, judge_matrix, judge_numbers, judge_singular
-from grader.functions import is_table
-from grader.parts import domain_of, labels
 from grader.verdict import Judgement
 
 MOST_ROWS = 4
@@ -64,20 +62,20 @@ def nothing_copied(part: Part, rows: Rows) -> bool:
 def follow(
     problem: Problem,
     part: Part,
-    answers: Mapping[str, str],
+    answers: Mapping[str, Given],
     wrong: Sequence[str],
     seed: str,
     is_copied: IsCopied = nothing_copied,
 ) -> Followed | None:
     """Return the best judgement on an answer against what follows from an earlier wrong one; None where none does.
 
-    `answers` are the texts of all parts' answers by part, `wrong` the earlier parts that were answered wrongly.
+    `answers` are those to all parts, by part, `wrong` the earlier parts that were answered wrongly.
     """
     answer = answers[part.name]
-    if is_table(answer) or part.kind not in QUESTIONS:
+    if answer.table is not None or part.kind not in QUESTIONS:
         return None
     context = _Context(problem, answers, seed, is_copied)
-    found: list[Followed] = []
+    followed: list[Followed] = []
     for sources in QUESTIONS[part.kind].follows:
         own = context.own(sources, wrong)
         if own is None:
@@ -85,16 +83,16 @@ def follow(
         result = context.worked_out(part, own)
         judgement = None if result is None else context.judged(part, result, answer)
         if judgement is not None and judgement.share > 0:
-            found.append(Followed(judgement, next(name for name in sources if name in wrong)))
-    return max(found, key=lambda one: one.judgement.share, default=None)
+            followed.append(Followed(judgement, next(name for name in sources if name in wrong)))
+    return max(followed, key=lambda one: one.judgement.share, default=None)
 
 
 class _Context:
-    """A problem with a student's answers, read once."""
+    """A problem with a student's answers, and values for its symbols."""
 
-    def __init__(self, problem: Problem, answers: Mapping[str, str], seed: str, is_copied: IsCopied) -> None:
+    def __init__(self, problem: Problem, answers: Mapping[str, Given], seed: str, is_copied: IsCopied) -> None:
         self.problem, self.answers, self.seed, self.is_copied = problem, answers, f"{seed}/follow", is_copied
-        self.domain = domain_of(problem)
+        self.domain = problem.domain()
         self.parts = {part.name: part for part in problem.parts}
         several = self.domain.sample(set(self.domain.roles), READABLE + POINTS, Stream(self.seed))
         self.values = {name: value[READABLE:] for name, value in several.items()}
@@ -108,62 +106,51 @@ class _Context:
         """Return the rows of some parts, the student's where wrong; None where none is wrong, or one of no use."""
         if not any(name in wrong for name in sources):
             return None
-        found: dict[str, Rows] = {}
+        matrices: dict[str, Rows] = {}
         for name in sources:
             due = self.due(name)
             rows = self.usable(name, due) if name in wrong and due is not None else due
             if rows is None:
                 return None
-            found[name] = rows
-        return found
+            matrices[name] = rows
+        return matrices
 
     def due(self, name: str) -> Rows | None:
         """Return the rows of a part's reference, whether or not it is asked in this problem."""
         part = self.parts.get(name)
         if part is not None and part.answer.entries() and not part.answer.is_in_numbers:
-            rows = part.answer.as_matrix().tolist()
-        elif name == "jacobian":
-            rows = derive(self.chain).jacobian.tolist()
-        else:
-            return None
-        return [[read(text_of(entry), self.domain.roles) for entry in row] for row in rows]
+            return part.answer.trees(self.domain.roles)
+        return Matrix(derive(self.chain).jacobian).trees(self.domain.roles) if name == "jacobian" else None
 
     def usable(self, name: str, due: Rows) -> Rows | None:
         """Return the rows of a wrong answer from which something may follow."""
-        text = self.answers.get(name, "")
-        if is_table(text):
+        given = self.answers.get(name)
+        if given is None or given.refusal is not None or given.rows is None:
             return None
-        try:
-            node = read(text, self.domain.roles)
-            rows = as_matrix(node.args[1] if node.kind == "eq" else node)
-            if len(due[0]) == 1 < len(due) and len(rows) == 1:
-                rows = [[entry] for entry in rows[0]]
-            entries = [entry for row in rows for entry in row]
-            if (len(rows), len(rows[0])) != (len(due), len(due[0])) or sum(map(size_of, entries)) > LONGEST:
-                return None
-            if any(map(has_blank, entries)) or set().union(*map(names, entries)) - set(self.domain.roles):
-                return None
-            if self.is_copy(name, rows) or self.is_copied(self.parts[name], rows):
-                return None
-            return rows if self.as_hard(rows, due) and self.as_regular(rows, due) else None
-        except ReadError:
+        rows = given.rows
+        if (len(rows), len(rows[0])) != (len(due), len(due[0])) or sum(map(size_of, given.entries)) > LONGEST:
             return None
+        if any(given.blanks) or given.symbols - set(self.domain.roles):
+            return None
+        if self.is_copy(name, rows) or self.is_copied(self.parts[name], rows):
+            return None
+        return rows if self.as_hard(rows, due) and self.as_regular(rows, due) else None
 
     def is_copy(self, name: str, rows: Rows) -> bool:
         """Tell whether rows are, at random configurations, the answer to another part as well."""
         mine = self._values(rows)
         return any(
             other is not None and other.shape == mine.shape and np.allclose(other, mine, rtol=1e-9, atol=0)
-            for other in (self._read(text) for part, text in self.answers.items() if part != name)
+            for other in (self._in_numbers(given) for part, given in self.answers.items() if part != name)
         )
 
-    def _read(self, text: str) -> np.ndarray | None:
+    def _in_numbers(self, given: Given) -> np.ndarray | None:
         """Return another answer in numbers, None where it has none."""
+        if given.rows is None or given.symbols - set(self.domain.roles) or len(given.text) > 10 * LONGEST:
+            return None
         try:
-            rows = as_matrix(read(text, self.domain.roles))
-            used = set().union(*(names(entry) for row in rows for entry in row))
-            return None if used - set(self.domain.roles) or len(text) > 10 * LONGEST else self._values(rows)
-        except ReadError:
+            return self._values(given.rows)
+        except ReadError:  # statements or blanks are among its entries
             return None
 
     def _values(self, rows: Rows) -> np.ndarray:
@@ -190,23 +177,23 @@ class _Context:
         """Return what an answer is like, at random configurations."""
         entries = [entry for row in rows for entry in row]
         program, roles = compile_program(entries), self.domain.roles
-        found = evaluate(program, self.values, POINTS)[0]
-        size = max(float(np.nanmax(np.abs(found), initial=0.0)), 1e-300)
+        at_points = evaluate(program, self.values, POINTS)[0]
+        size = max(float(np.nanmax(np.abs(at_points), initial=0.0)), 1e-300)
 
         def differs(values: Mapping[str, np.ndarray], room: float) -> bool:
             with np.errstate(all="ignore"):
-                return not np.all(np.abs(evaluate(program, values, POINTS)[0] - found) <= room * size)
+                return not np.all(np.abs(evaluate(program, values, POINTS)[0] - at_points) <= room * size)
 
         joints = {q.name for q in self.chain.q}
         used = {name for name in set().union(*map(names, entries)) if isinstance(roles[name], str)}
         depends = [name for name in used if differs({**self.values, name: 0.83 * self.values[name] + 0.11}, 1e-9)]
         turn = {name: 2 * np.pi if role == "angle" else 0.0 for name, role in roles.items()}
         return Traits(
-            bool(np.isfinite(found).all()),
+            bool(np.isfinite(at_points).all()),
             not differs({name: value + turn[name] for name, value in self.values.items()}, 1e-6),
             sum(name in joints for name in depends),
             sum(name not in joints for name in depends),
-            int(np.count_nonzero(np.abs(found).max(axis=1) > 1e-9 * size)),
+            int(np.count_nonzero(np.abs(at_points).max(axis=1) > 1e-9 * size)),
         )
 
     def worked_out(self, part: Part, own: Own) -> "Rows | np.ndarray | None":
@@ -218,14 +205,14 @@ class _Context:
         try:
             if part.answer.is_in_numbers:
                 values = configurations(self.chain, part, self.domain, 1, Stream(self.seed))
-                given = {name: _in_numbers(rows, values) for name, rows in own.items()}
+                given = {name: _at(rows, values) for name, rows in own.items()}
                 return derived(_with(numbers(self.chain, values), given), part)[..., 0].ravel().astype(float)
             given = {name: Trees.matrix(rows) for name, rows in own.items()}
             return Trees.rows(derived(_with(trees(self.chain), given), part))
         except ReadError:
             return None
 
-    def judged(self, part: Part, result: "Rows | np.ndarray", answer: str) -> Judgement | None:
+    def judged(self, part: Part, result: "Rows | np.ndarray", answer: Given) -> Judgement | None:
         """Judge an answer against what follows; None where that is easier than what is due, or of no use."""
         if isinstance(result, np.ndarray):
             return self._judged_numbers(part, result, answer)
@@ -234,32 +221,31 @@ class _Context:
         due = _determinant(rows) if (rows := self._set_due(part)) is not None else self.due(part.name)
         if due is None or not self.as_hard(result, due):
             return None
-        texts = [[node_text(entry) for entry in row] for row in result]
         if part.answer.is_a_set:
             joints = [q.name for q in self.chain.q]
-            return judge_singular(answer, [f"{texts[0][0]} = 0"], joints, self.domain, self.seed, part.rounding)
+            vanishes = Node("eq", (result[0][0], Node("number", value=Fraction(0))))
+            return judge_singular(answer, [vanishes], joints, self.domain, self.seed, part.rounding)
         if part.shape is None:
-            return judge_expression(answer, texts[0][0], self.domain, self.seed, part.rounding)
+            return judge_expression(answer, result[0][0], self.domain, self.seed, part.rounding)
         if part.answer.counts_up_to_a_factor:
-            entries = [row[0] for row in texts]
-            return judge_direction(answer, entries, self.domain, self.seed, None, labels(self.problem, part))
-        return judge_matrix(answer, texts, self.domain, self.seed, labels(self.problem, part), part.rounding)
+            return judge_direction(answer, [row[0] for row in result], self.domain, self.seed)
+        return judge_matrix(answer, result, self.domain, self.seed, part.rounding)
 
     def _set_due(self, part: Part) -> Rows | None:
         square = len(self.chain.task) == self.chain.n <= MOST_ROWS
         return self.due("jacobian") if part.answer.is_a_set and square else None
 
-    def _judged_numbers(self, part: Part, values: np.ndarray, answer: str) -> Judgement | None:
+    def _judged_numbers(self, part: Part, values: np.ndarray, answer: Given) -> Judgement | None:
         largest = float(np.abs(values).max(initial=0.0))
         if not np.isfinite(values).all() or np.count_nonzero(np.abs(values) > 1e-6 * largest) < len(values):
             return None
         if part.answer.counts_up_to_a_factor:
-            entries, apart = [repr(float(value)) for value in values], part.of(Direction).apart(part.rounding)
-            return judge_direction(answer, entries, self.domain, self.seed, apart, labels(self.problem, part))
+            entries = [Node("decimal", value=Fraction(repr(float(value)))) for value in values]
+            return judge_direction(answer, entries, self.domain, self.seed, part.of(Direction).apart(part.rounding))
         due = part.of(Number)
         tolerance = part.rounding.relative or due.tolerance if part.rounding else due.tolerance
         floor = 0.001 * largest
-        return judge_numbers(answer, values.tolist(), due.units, tolerance, floor, labels(self.problem, part))
+        return judge_numbers(answer, values.tolist(), due.units, tolerance, floor)
 
 
 def _with(w: Working, given: Mapping[str, np.ndarray]) -> Working:
@@ -272,10 +258,10 @@ def _with(w: Working, given: Mapping[str, np.ndarray]) -> Working:
     return w.but(changes)
 
 
-def _in_numbers(rows: Rows, values: Mapping[str, np.ndarray]) -> np.ndarray:
+def _at(rows: Rows, values: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return rows of trees at a configuration, (rows, columns, 1)."""
-    found = evaluate(compile_program([entry for row in rows for entry in row]), values, 1)[0]
-    return np.asarray(found.real.reshape(len(rows), -1, 1))
+    evaluated = evaluate(compile_program([entry for row in rows for entry in row]), values, 1)[0]
+    return np.asarray(evaluated.real.reshape(len(rows), -1, 1))
 
 
 def _determinant(rows: Rows) -> Rows:

@@ -1,160 +1,65 @@
-"""Judge one answer, given as text, against a reference: expressions, matrices, singular sets, numbers."""
+"""Judge one answer, as it was read, against a reference: expressions, matrices, singular sets, numbers."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import lru_cache
 
 import numpy as np
 
+from exercises.formula.algebra import Matrix
 from exercises.formula.claims import claimed_pieces
 from exercises.formula.conditions import SetComparison, Space, compare_sets
-from exercises.formula.expression import read
 from exercises.formula.identity import Certificate, Comparison, Domain, Rounding, compare_entries, missed, number
 from exercises.formula.pieces import Atom, Piece, pieces
 from exercises.formula.program import compile_program, evaluate
-from exercises.formula.trees import Node, ReadError, as_matrix, has_blank, names
+from exercises.formula.trees import Node, ReadError, names
+from grader.answer import Given
 from grader.counterexample import at_words, entry_name, number_words, pose_words, values_words
 from grader.verdict import Judgement, correct, graded, missing, wrong
 
-Rows = Sequence[Sequence[str]]
-
-
-@lru_cache(maxsize=2048)
-def _reference_node(text: str, known: frozenset[str]) -> Node:
-    return read(text, known)
-
-
-def _read(student: str, domain: Domain) -> Node | Judgement:
-    """Return the tree of an answer, or the judgement on one that is empty or no expression."""
-    if not student.strip():
-        return missing()
-    try:
-        node = read(student, domain.roles)
-    except ReadError as error:
-        return wrong(f"this can't be read as an answer: {error}")
-    return missing("the answer was left blank") if _all_blank(node) else node
-
-
-def _all_blank(node: Node) -> bool:
-    if node.kind in ("list", "set"):
-        return all(_all_blank(arg) for arg in node.args) and bool(node.args)
-    return node.kind == "blank"
-
-
-def _right_side(node: Node, domain: Domain) -> Node:
-    """Return what stands right of "det = …": an equation whose left side is a name of the student's own."""
-    if node.kind == "eq" and node.args[0].kind == "name" and node.args[0].value not in domain.roles:
-        return node.args[1]
-    return node
-
-
-def _unlabelled(node: Node, labels: Sequence[str]) -> Node:
-    """Return the entries of {qd1: …, qd2: …}, of [qd1 = …, qd2 = …], or of either inside a list, in their order."""
-    while node.kind in ("list", "set") and len(node.args) == 1 and node.args[0].kind in ("dict", "list"):
-        if node.kind == "list" and node.args[0].kind == "list":
-            break
-        node = node.args[0]
-    if not labels or node.kind not in ("dict", "list") or not all(arg.kind in ("pair", "eq") for arg in node.args):
-        return node
-    found = {arg.args[0].value: arg.args[1] for arg in node.args}
-    return Node("list", tuple(found[label] for label in labels)) if set(found) == set(labels) else node
-
-
-def with_points(text: str) -> str:
-    """Return a text with the commas of numbers as in 0,5 written as points, those inside brackets left alone."""
-    depth, out = 0, []
-    for before, char, after in zip(f" {text}", text, f"{text[1:]} ", strict=False):
-        depth += (char in "([{") - (char in ")]}")
-        out.append("." if char == "," and depth == 0 and before.isdigit() and after.isdigit() else char)
-    return "".join(out)
-
 
 def judge_expression(
-    student: str, reference: str, domain: Domain, seed: str, rounding: Rounding | None = None
+    given: Given, reference: Node, domain: Domain, seed: str, rounding: Rounding | None = None
 ) -> Judgement:
     """Judge a formula; `rounding` is what its decimals may be off."""
-    node = _read(student, domain)
-    if isinstance(node, Judgement):
-        return node
-    node = _right_side(node, domain)
-    if node.kind == "list" and (point := with_points(student)) != student:
-        return judge_expression(point, reference, domain, seed, rounding)
-    if node.kind in ("list", "set", "dict"):
-        return wrong("a list or matrix stands where a single expression is due")
-    try:
-        found = compare_entries([node], [_reference_node(reference, frozenset(domain.roles))], domain, seed, rounding)
-    except ReadError as error:
-        return wrong(f"this can't be read as an answer: {error}")
-    if all(found.equal):
-        return correct(found.certificate)
-    return wrong(unknown_symbols([node], domain) or _difference(found, 1), found.certificate)
+    if given.refusal is not None:
+        return given.refusal
+    comparison = compare_entries(given.entries, [reference], domain, seed, rounding)
+    if all(comparison.equal):
+        return correct(comparison.certificate)
+    return wrong(unknown_symbols(given, domain) or _difference(comparison, 1), comparison.certificate)
 
 
 def judge_matrix(
-    student: str,
-    reference: Rows,
-    domain: Domain,
-    seed: str,
-    labels: Sequence[str] = (),
-    rounding: Rounding | None = None,
+    given: Given, reference: Matrix, domain: Domain, seed: str, rounding: Rounding | None = None
 ) -> Judgement:
-    """Judge a matrix or vector by entry; `labels` name the entries of a vector, as qd1, qd2, for those who use them.
+    """Judge a matrix or vector by entry.
 
     The share is that of the right entries among those that are not zero in the reference, less the zeros that were
     answered with something else: a matrix of zeros earns nothing.
     """
-    rows = answer_rows(student, (len(reference), len(reference[0])), domain, labels)
-    if isinstance(rows, Judgement):
-        return rows
-    known = frozenset(domain.roles)
-    student_nodes = [entry for row in rows for entry in row]
-    reference_nodes = [_reference_node(entry, known) for row in reference for entry in row]
-    blanks = [has_blank(entry) for entry in student_nodes]
-    filled = [due if blank else own for blank, own, due in zip(blanks, student_nodes, reference_nodes, strict=True)]
-    try:
-        found = compare_entries(filled, reference_nodes, domain, seed, rounding)
-    except ReadError as error:
-        return wrong(f"this can't be read as a matrix of expressions: {error}")
-    return matrix_judgement(found, blanks, reference, unknown_symbols(student_nodes, domain))
+    if given.refusal is not None:
+        return given.refusal
+    due = [entry for row in reference for entry in row]
+    blanks = given.blanks
+    filled = [right if blank else own for blank, own, right in zip(blanks, given.entries, due, strict=True)]
+    comparison = compare_entries(filled, due, domain, seed, rounding)
+    return matrix_judgement(comparison, blanks, reference, unknown_symbols(given, domain))
 
 
-def matrix_judgement(found: Comparison, blanks: Sequence[bool], reference: Rows, unknown: str = "") -> Judgement:
+def matrix_judgement(comparison: Comparison, blanks: Sequence[bool], reference: Matrix, unknown: str = "") -> Judgement:
     """Return the judgement on a matrix whose entries were compared; `unknown` tells of symbols that no one knows."""
     columns = len(reference[0])
-    equal = [same and not blank for same, blank in zip(found.equal, blanks, strict=True)]
-    is_zero = [entry == "0" for row in reference for entry in row]
+    equal = [same and not blank for same, blank in zip(comparison.equal, blanks, strict=True)]
+    is_zero = [entry.kind == "number" and not entry.value for row in reference for entry in row]
     if all(equal):
-        judged = correct(found.certificate)
+        judged = correct(comparison.certificate)
     else:
-        said = unknown or _difference(found, columns) or "the others were left blank"
+        said = unknown or _difference(comparison, columns) or "the others were left blank"
         reason = f"{_count(equal, blanks, is_zero)}; {said}"
-        judged = graded(_share(equal, blanks, is_zero), reason, found.certificate)
+        judged = graded(_share(equal, blanks, is_zero), reason, comparison.certificate)
     marks = tuple(tuple(equal[i : i + columns]) for i in range(0, len(equal), columns))
     return replace(judged, entries=marks)
-
-
-def answer_rows(
-    student: str, shape: tuple[int, int], domain: Domain, labels: Sequence[str] = ()
-) -> list[list[Node]] | Judgement:
-    """Return the entries of an answer that is a matrix of that shape, or the judgement on one that is not."""
-    node = _read(student, domain)
-    if isinstance(node, Judgement):
-        return node
-    try:
-        rows = as_matrix(_unlabelled(_right_side(node, domain), labels))
-    except ReadError as error:
-        return wrong(f"this can't be read as a matrix: {error}")
-    rows = _as_column(rows, shape)
-    found = (len(rows), len(rows[0]))
-    return rows if found == shape else wrong(_shape_reason(found, shape))
-
-
-def _as_column(rows: list[list[Node]], shape: tuple[int, int]) -> list[list[Node]]:
-    """Take a row for the column that is due: a vector written the other way is the same vector."""
-    if shape[1] == 1 and len(rows) == 1 and len(rows[0]) == shape[0]:
-        return [[entry] for entry in rows[0]]
-    return rows
 
 
 def _share(equal: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool]) -> float:
@@ -178,24 +83,19 @@ def _count(equal: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool
     return f"{right} of {which} are right{also}" if total > 1 or spoiled else "it is not right"
 
 
-def _shape_reason(found: tuple[int, int], due: tuple[int, int]) -> str:
-    turned = " (transposed?)" if found == due[::-1] and due[0] != due[1] and 1 not in due else ""
-    return f"the answer is {found[0]} x {found[1]}, and {due[0]} x {due[1]} is due{turned}"
-
-
-def _difference(found: Comparison, columns: int) -> str:
+def _difference(comparison: Comparison, columns: int) -> str:
     """Say where an entry differs, and by how much; nothing where none that was answered does."""
-    example = found.certificate.counterexample
+    example = comparison.certificate.counterexample
     if example is None:
         return ""
-    total = len(found.equal)
+    total = len(comparison.equal)
     where = entry_name(int(example["entry"]), columns) + " " if total > 1 else ""
     return f"{where}differs{at_words(example['at'])}{values_words(example)}"
 
 
-def unknown_symbols(nodes: Sequence[Node], domain: Domain) -> str:
+def unknown_symbols(given: Given, domain: Domain) -> str:
     """Return a sentence on symbols that the problem does not have; nothing where there are none."""
-    used = set().union(*(names(node) for node in nodes)) - set(domain.roles)
+    used = given.symbols - set(domain.roles)
     if not used:
         return ""
     listed = ", ".join(repr(name) for name in sorted(used)[:5])
@@ -204,34 +104,14 @@ def unknown_symbols(nodes: Sequence[Node], domain: Domain) -> str:
 
 
 def judge_numbers(
-    student: str,
-    reference: Sequence[float],
-    units: Sequence[str],
-    tolerance: float,
-    floor: float,
-    labels: Sequence[str] = (),
+    given: Given, reference: Sequence[float], units: Sequence[str], tolerance: float, floor: float
 ) -> Judgement:
-    """Judge numbers, each right within a relative tolerance (or the absolute floor, for values near zero).
-
-    `labels` name them, as qd1, qd2, for those who answer with a dictionary or equations.
-    """
-    node = _read(student, Domain({}))
-    if isinstance(node, Judgement):
-        return node
-    try:
-        rows = as_matrix(_unlabelled(node, labels))
-        rows = _as_column(rows, (len(reference), 1))
-        if (len(rows), len(rows[0])) != (len(reference), 1):
-            return wrong(_shape_reason((len(rows), len(rows[0])), (len(reference), 1)))
-        entries = [row[0] for row in rows]
-        symbols = set().union(*(names(entry) for entry in entries))
-        if symbols:
-            return wrong(f"numbers are due, and {', '.join(sorted(symbols)[:5])} is left in the answer")
-        blanks = [has_blank(entry) for entry in entries]
-        filled = [Node("name", value="E") if blank else entry for blank, entry in zip(blanks, entries, strict=True)]
-        values = evaluate(compile_program(filled), {}, 1)[0][:, 0]
-    except ReadError as error:
-        return wrong(f"this can't be read as numbers: {error}")
+    """Judge numbers, each right within a relative tolerance (or the absolute floor, for values near zero)."""
+    if given.refusal is not None:
+        return given.refusal
+    blanks = given.blanks
+    filled = [Node("name", value="E") if blank else own for blank, own in zip(blanks, given.entries, strict=True)]
+    values = evaluate(compile_program(filled), {}, 1)[0][:, 0]
     allowed = [max(tolerance * abs(due), floor) for due in reference]
     equal = [
         bool(np.isfinite(value) and abs(value - due) <= room and not blank)
@@ -251,8 +131,8 @@ def judge_numbers(
 
 
 def judge_singular(
-    student: str,
-    reference: Sequence[str],
+    given: Given,
+    reference: Sequence[Node],
     joints: Sequence[str],
     domain: Domain,
     seed: str,
@@ -262,37 +142,27 @@ def judge_singular(
 
     The share is that of the reference's pieces that are claimed, less one for each claimed piece that is not singular.
     """
-    node = _read(student, domain)
-    if isinstance(node, Judgement):
-        return node
-    known = frozenset(domain.roles)
-    truth = [piece for text in reference for piece in pieces(_reference_node(text, known), joints)]
+    if given.refusal is not None or given.tree is None:
+        return given.refusal or missing()
+    truth = [piece for tree in reference for piece in pieces(tree, joints)]
     try:
-        node = _named(node, truth, joints)
-        return _judge_set(claimed_pieces(_without_blanks(node), joints), truth, Space(joints, domain, rounding), seed)
+        claimed = claimed_pieces(_named(given.tree, truth, joints), joints)
+        return _judge_set(claimed, truth, Space(joints, domain, rounding), seed)
     except ReadError as error:
         return wrong(f"this can't be read as conditions: {error}")
 
 
-def judge_angles(student: str, reference: str, domain: Domain, seed: str) -> Judgement:
+def judge_angles(given: Given, reference: Node, domain: Domain, seed: str) -> Judgement:
     """Judge a set of angles against another, modulo whole turns."""
-    node = _read(student, domain)
-    if isinstance(node, Judgement):
-        return node
-    joint = Node("name", value="angle")
-    inner = Domain({**domain.roles, "angle": "angle"})
+    if given.refusal is not None or given.tree is None:
+        return given.refusal or missing()
+    joint, inner = Node("name", value="angle"), Domain({**domain.roles, "angle": "angle"})
+    truth = pieces(Node("in", (joint, reference)), ["angle"])
     try:
-        claimed = claimed_pieces(Node("in", (joint, _without_blanks(node))), ["angle"])
-        truth = pieces(Node("in", (joint, _reference_node(reference, frozenset(domain.roles)))), ["angle"])
+        claimed = claimed_pieces(Node("in", (joint, given.tree)), ["angle"])
         return _judge_set(claimed, truth, Space(["angle"], inner), seed, "angle")
     except ReadError as error:
         return wrong(f"this can't be read as a set of angles: {error}")
-
-
-def _without_blanks(node: Node) -> Node:
-    if node.kind in ("list", "set"):
-        return Node(node.kind, tuple(arg for arg in node.args if not has_blank(arg)))
-    return node
 
 
 def _named(node: Node, truth: Sequence[Piece], joints: Sequence[str]) -> Node:
@@ -314,18 +184,18 @@ def _says_a_condition(node: Node, joints: Sequence[str]) -> bool:
 def _judge_set(
     claimed: Sequence[Piece], truth: Sequence[Piece], space: Space, seed: str, what: str = "singular configuration"
 ) -> Judgement:
-    found = compare_sets(claimed, truth, space, seed)
-    if found.equal and claimed:
-        return correct(_set_certificate(found))
+    comparison = compare_sets(claimed, truth, space, seed)
+    if comparison.equal and claimed:
+        return correct(_set_certificate(comparison))
     # What is claimed beyond the truth must not earn what it happens to cover: only sound pieces count for the share.
-    sound = [piece for piece, held in zip(claimed, found.sound, strict=True) if held]
+    sound = [piece for piece, held in zip(claimed, comparison.sound, strict=True) if held]
     covered = [held for held in compare_sets(sound, truth, space, seed).covered if held is not None]
-    surplus = sum(held is False for held in found.sound)
+    surplus = sum(held is False for held in comparison.sound)
     share = max(0, sum(covered) - surplus) / len(covered) if covered else 0.0
-    reason = _set_reason(found, space.joints, what)
-    if found.surplus is not None and _are_degrees(claimed, truth, space, seed):
+    reason = _set_reason(comparison, space.joints, what)
+    if comparison.surplus is not None and _are_degrees(claimed, truth, space, seed):
         reason = f"these values are in degrees, and radians are due; {reason}"
-    return graded(min(share, 0.99), reason, _set_certificate(found))
+    return graded(min(share, 0.99), reason, _set_certificate(comparison))
 
 
 def _are_degrees(claimed: Sequence[Piece], truth: Sequence[Piece], space: Space, seed: str) -> bool:
@@ -337,19 +207,19 @@ def _are_degrees(claimed: Sequence[Piece], truth: Sequence[Piece], space: Space,
     return False not in compare_sets(turned, truth, space, seed).sound
 
 
-def _set_certificate(found: SetComparison) -> Certificate:
-    example = None if found.equal else {"missing": found.missing, "surplus": found.surplus}
-    return Certificate("numeric", found.least, missed(found.least), example)
+def _set_certificate(comparison: SetComparison) -> Certificate:
+    example = None if comparison.equal else {"missing": comparison.missing, "surplus": comparison.surplus}
+    return Certificate("numeric", comparison.least, missed(comparison.least), example)
 
 
-def _set_reason(found: SetComparison, joints: Sequence[str], what: str) -> str:
+def _set_reason(comparison: SetComparison, joints: Sequence[str], what: str) -> str:
     said = []
-    if found.missing is not None:
+    if comparison.missing is not None:
         article = "an" if what[0] in "aeiou" else "a"
-        said.append(f"{article} {what} is missing{pose_words(found.missing, joints)}")
-    if found.rounded and found.surplus is not None:
-        pose = pose_words(found.surplus, joints)
+        said.append(f"{article} {what} is missing{pose_words(comparison.missing, joints)}")
+    if comparison.rounded and comparison.surplus is not None:
+        pose = pose_words(comparison.surplus, joints)
         said.append(f"right but for rounding{pose}; write the exact value, as in pi/3 or acos(1/3)")
-    elif found.surplus is not None:
-        said.append(f"claimed, but no {what}{pose_words(found.surplus, joints)}")
+    elif comparison.surplus is not None:
+        said.append(f"claimed, but no {what}{pose_words(comparison.surplus, joints)}")
     return "; ".join(said) or "no configuration is claimed"

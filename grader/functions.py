@@ -1,79 +1,41 @@
-"""Judge an answer that is a Python function by its values at points which no one knows before (see `callables`).
+"""Judge an answer that is a Python function by its values at points which no one knows before.
 
-Where a function takes symbols, it left the sandbox as a formula and does not come here. What comes here are doubles
-from code that is not ours, so that nothing is left to look at with more digits: they must be right to nine digits of
-the size of the terms, or as the assignment allows.
+What comes here are doubles from code that is not ours, so that nothing is left to look at with more digits: they must
+be right to nine digits of the size of the terms, or as the assignment allows.
 """
 
-import hashlib
-import json
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from exercises.formula.expression import read
-from exercises.formula.identity import Certificate, Comparison, Domain, Rounding, missed, number
+from exercises.formula.identity import Certificate, Comparison, Rounding, missed, number
 from exercises.formula.program import compile_program, evaluate
-from exercises.formula.text import rows_of_text
 from exercises.formula.trees import names
-from exercises.problem import Part, Problem
-from exercises.stream import Stream
-from grader.contained.callables import TABLE
+from exercises.problem import Part
 from grader.formulas import matrix_judgement
+from grader.function_values import POINTS, Table
 from grader.verdict import Judgement, wrong
 
-POINTS = 50
 NINE_DIGITS = 1e-9
-SHOWN = f"a Python function; its values at {POINTS} random configurations were compared"
 
 
-def asked_of(problem: Problem, domain: Domain, seed: str) -> dict[str, Any]:
-    """Return the joints, and the names and values of all symbols at the points at which a function is called."""
-    values = domain.sample(set(domain.roles), POINTS, Stream(hashlib.sha256(seed.encode()).hexdigest()))
-    symbols = sorted(values)
-    return {
-        "joints": [q.name for q in problem.chain.q],
-        "symbols": symbols,
-        "points": np.array([values[symbol] for symbol in symbols]).T.tolist(),
-    }
-
-
-def is_table(answer: str) -> bool:
-    """Tell whether an answer is the values of a function."""
-    return answer.startswith(TABLE)
-
-
-def constant_text(answer: str) -> str | None:
-    """Return the values as the text of a matrix where they are the same at all points; None where they vary."""
-    shape, values = table_values(answer)
-    if shape is None or not np.all(values == values[0]) or np.any(values.imag != 0):
-        return None
-    entries = np.array([repr(float(value)) for value in values[0].real], dtype=object).reshape(shape)
-    return str(entries.tolist()).replace("'", "")
-
-
-def judge_function(
-    part: Part, answer: str, asked: Mapping[str, Any], domain: Domain, rounding: Rounding | None
-) -> Judgement:
-    """Judge the values of a function at the points asked for. A table that is none is the student's own making."""
+def judge_function(part: Part, table: Table, joints: Sequence[str], known: Iterable[str]) -> Judgement:
+    """Judge the values of a function of the `joints`. A table that is none is the student's own making."""
     if not part.answer.entries():
         return wrong("a function of the configuration stands where no formula is due")
-    rows = rows_of_text(part.answer.as_matrix())
-    due_shape = (len(rows), len(rows[0]))
-    shape, values = table_values(answer)
+    due_rows = part.answer.trees(known)
+    nodes, due_shape = [entry for row in due_rows for entry in row], (len(due_rows), len(due_rows[0]))
+    shape, values = table.shape, table.values
     if shape is None or len(values) != POINTS:
         return wrong("these are no values of a function")
     if values.shape[1] != due_shape[0] * due_shape[1] or (len(shape) == 2 and 1 not in shape and shape != due_shape):
         returned = " x ".join(map(str, shape)) or "one number"
         return wrong(f"the function returns {returned}, and {due_shape[0]} x {due_shape[1]} is due")
-    at = dict(zip(asked["symbols"], np.array(asked["points"]).T, strict=True))
-    nodes = [read(entry, domain.roles) for row in rows for entry in row]
-    due, size = evaluate(compile_program(nodes), at, POINTS)
-    found = _along(values.T, due) if part.answer.counts_up_to_a_factor else values.T
-    shown = set(asked["joints"]).union(*map(names, nodes))
-    compared = _compared(found, due, size, {name: column for name, column in at.items() if name in shown}, rounding)
-    return matrix_judgement(compared, [False] * len(nodes), rows)
+    due, size = evaluate(compile_program(nodes), table.at, POINTS)
+    answered = _along(values.T, due) if part.answer.counts_up_to_a_factor else values.T
+    shown = set(joints).union(*map(names, nodes))
+    at = {name: column for name, column in table.at.items() if name in shown}
+    return matrix_judgement(_compared(answered, due, size, at, part.rounding), [False] * len(nodes), due_rows)
 
 
 def _along(found: np.ndarray, due: np.ndarray) -> np.ndarray:
@@ -104,16 +66,3 @@ def _compared(
             "expected": number(complex(due[entry, point])),
         }
     return Comparison(tuple(equal), Certificate("numeric", POINTS, missed(POINTS), example))
-
-
-def table_values(answer: str) -> tuple[tuple[int, ...] | None, np.ndarray]:
-    """Return shape and values (points, entries) of a table, or None and nothing where the text is no table."""
-    try:
-        content = json.loads(answer.removeprefix(TABLE))
-        shape = tuple(int(size) for size in content["shape"])
-        pairs = np.array(content["values"], dtype=float)
-        if pairs.ndim == 3 and pairs.shape[2] == 2 and pairs.shape[1] == int(np.prod(shape)) and len(shape) <= 2:
-            return shape, pairs[..., 0] + 1j * pairs[..., 1]
-    except (ValueError, TypeError, KeyError, OverflowError, RecursionError):
-        pass
-    return None, np.zeros((0, 0))

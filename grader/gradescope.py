@@ -36,8 +36,8 @@ def results_of(root: Path, visibility: str = "visible", seconds: float = 120.0) 
     due = due_of(metadata)
     if due is not None:
         student = replace(student, due=due)
-    found = found_of_one(assignment, submission, received, "Gradescope")
-    result = the_only([grade_one(assignment, student, found, limits_of(seconds))], "gradescope")
+    handed_in = found_of_one(assignment, submission, received, "Gradescope")
+    result = the_only([grade_one(assignment, student, handed_in, limits_of(seconds))], "gradescope")
     content = content_of(result, visibility)
     return best_of(content, metadata) if assignment.attempts == "best" else content
 
@@ -59,20 +59,20 @@ def submitter(assignment: Assignment, metadata: dict[str, Any], submission: Path
     Of a group, it is the one to whom the notebook was handed out.
     """
     roster = Roster(assignment.roster)
-    found: dict[str, None] = {}
+    owners: dict[str, None] = {}
     for user in metadata["users"]:
         ids = tuple(str(user[key]) for key in ("sid", "email", "id") if user.get(key))
         match = roster.owner(Handed(submission, ids, str(user.get("name") or ""), "Gradescope"))
         if len(match.students) == 1 and not match.why:
-            found[match.students[0]] = None
-    if len(found) > 1:
-        found = {name: None for name in found if name in _claimed(assignment, submission)}
-    if len(found) != 1:
+            owners[match.students[0]] = None
+    if len(owners) > 1:
+        owners = {name: None for name in owners if name in _claimed(assignment, submission)}
+    if len(owners) != 1:
         named = ", ".join(str(user.get("email") or user.get("name")) for user in metadata["users"])
         raise QdotError(
             f"{named}: not surely one student of roster.csv; add the e-mail address there, and export again"
         )
-    return student_named(assignment, next(iter(found)))
+    return student_named(assignment, next(iter(owners)))
 
 
 def _claimed(assignment: Assignment, submission: Path) -> set[str]:
@@ -111,10 +111,10 @@ def best_of(content: dict[str, Any], metadata: dict[str, Any]) -> dict[str, Any]
 
 def _time(said: object) -> datetime.datetime | None:
     try:
-        found = datetime.datetime.fromisoformat(str(said))
+        moment = datetime.datetime.fromisoformat(str(said))
     except ValueError:
         return None
-    return found if found.tzinfo else found.replace(tzinfo=datetime.UTC)
+    return moment if moment.tzinfo else moment.replace(tzinfo=datetime.UTC)
 
 
 def main(arguments: list[str] | None = None) -> int:

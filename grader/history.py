@@ -31,20 +31,20 @@ class Move:
 
 def earlier_results(assignment: Assignment) -> dict[str, Result]:
     """Return the results of the run before by student; what can't be read is left out."""
-    found: dict[str, Result] = {}
+    results: dict[str, Result] = {}
     try:
         lines = results_path(assignment).read_text(encoding="utf-8").split("\n")
     except (OSError, ValueError):
-        return found
+        return results
     for line in lines:
         try:
             result = json.loads(line)
             points = [result["score"], *(part["points"] or 0 for part in _parts(result).values())]
             if all(isinstance(each, (int, float)) for each in points) and {"submission", "late"} <= set(result):
-                found[str(result["student"])] = result
+                results[str(result["student"])] = result
         except (ValueError, KeyError, TypeError):
             continue
-    return found
+    return results
 
 
 def results_path(assignment: Assignment) -> Path:
@@ -58,12 +58,12 @@ def last_results(assignment: Assignment) -> tuple[Assignment, list[Result]]:
     Raises QdotError where nothing has been graded, or the results are of other problems or another version.
     """
     path = results_path(assignment)
-    found = earlier_results(assignment)
+    earlier = earlier_results(assignment)
     again = f"run: qdot grade {assignment.folder}"
     if not path.exists():
         raise QdotError(f"{path}: there is no such file; nothing has been graded, {again}")
-    roster = tuple(student for student in assignment.roster if student.id in found)
-    results = [found[student.id] for student in roster]
+    roster = tuple(student for student in assignment.roster if student.id in earlier)
+    results = [earlier[student.id] for student in roster]
     if not results:
         raise QdotError(f"{path}: no student of the roster is in it; {again}")
     names = [f"{slot.name}.{name}" for slot in assignment.slots for name in slot.questions]
@@ -135,31 +135,31 @@ def reasons(was: Result, now: Result | None) -> str:
     """Return in words why a result is another than it was."""
     if now is None:
         return "no longer on the roster"
-    found = _of_grading(was, now)
+    why = _of_grading(was, now)
     if _overrides(was) != _overrides(now):
-        found.append("override")
+        why.append("override")
     if _received(was) == _received(now):
         if _lateness(was) != _lateness(now):
-            found.append("late rule")
-    elif was["late"] != now["late"] and not found:
-        found.append("received at another time")
-    return ", ".join(found) or "graded again"
+            why.append("late rule")
+    elif was["late"] != now["late"] and not why:
+        why.append("received at another time")
+    return ", ".join(why) or "graded again"
 
 
 def _of_grading(was: Result, now: Result) -> list[str]:
     """Return why the grader may have given something else."""
-    found = []
+    why = []
     old, new = was["submission"] or {}, now["submission"] or {}
     if (old.get("file"), old.get("sha256")) != (new.get("file"), new.get("sha256")):
         known = [(one["file"], one["received"]) for one in was.get("attempts", [])]
         another = (new.get("file"), new.get("received")) in known
-        found.append("submission gone" if not new else "another attempt counts" if another else "new submission")
+        why.append("submission gone" if not new else "another attempt counts" if another else "new submission")
     made, anew = was.get("made_from", {}), now.get("made_from", {})
     if made and made.get("assignment") != anew.get("assignment"):  # an older qdot didn't say
-        found.append("assignment changed")
+        why.append("assignment changed")
     if [made.get(name) for name in ("engine", "grader")] != [anew.get(name) for name in ("engine", "grader")]:
-        found.append("grader changed")
-    return found
+        why.append("grader changed")
+    return why
 
 
 def _received(result: Result) -> str | None:
@@ -186,32 +186,32 @@ def _parts(result: Result) -> dict[str, dict[str, Any]]:
 
 def moves(earlier: Mapping[str, Result], results: Sequence[Result]) -> list[Move]:
     """Return whose mark is another than in the run before, and why; first those on the roster, in its order."""
-    found: list[Move] = []
+    moved: list[Move] = []
     now = {result["student"]: result for result in results}
     for student, result in now.items():
         if student in earlier:
-            found += _moves_of(student, earlier[student], result)
+            moved += _moves_of(student, earlier[student], result)
         else:
-            found.append(Move(student, "", "–", _shown(result["score"]), "new on the roster"))
+            moved.append(Move(student, "", "–", _shown(result["score"]), "new on the roster"))
     for student, was in earlier.items():
         if student not in now:
-            found.append(Move(student, "", _shown(was["score"]), "–", reasons(was, None)))
-    return found
+            moved.append(Move(student, "", _shown(was["score"]), "–", reasons(was, None)))
+    return moved
 
 
 def _moves_of(student: str, was: Result, now: Result) -> list[Move]:
     before, after = _parts(was), _parts(now)
     set_before, set_now = _overrides(was), _overrides(now)
     of_grading = ", ".join(_of_grading(was, now)) or "graded again"
-    found = []
+    moved = []
     for part in dict.fromkeys((*after, *before)):
         old, new = (_shown(parts[part]["points"]) if part in parts else "–" for parts in (before, after))
         if old != new:
             by_hand = set_before.get(part) != set_now.get(part)
-            found.append(Move(student, part, old, new, "override" if by_hand else of_grading))
-    if found or was["score"] != now["score"]:
-        found.append(Move(student, "", _shown(was["score"]), _shown(now["score"]), reasons(was, now)))
-    return found
+            moved.append(Move(student, part, old, new, "override" if by_hand else of_grading))
+    if moved or was["score"] != now["score"]:
+        moved.append(Move(student, "", _shown(was["score"]), _shown(now["score"]), reasons(was, now)))
+    return moved
 
 
 def _shown(points: float | None) -> str:
@@ -222,17 +222,17 @@ def told(earlier: Mapping[str, Result], results: Sequence[Result]) -> str:
     """Return the comparison of a run with the one before as `qdot grade --diff` prints it."""
     if not earlier:
         return "nothing to compare with: this is the first run"
-    found = moves(earlier, results)
-    if not found:
+    moved = moves(earlier, results)
+    if not moved:
         return "no mark moved since the last run"
-    rows = [(move.student, move.part or "total", move.was, move.now, move.why) for move in found]
+    rows = [(move.student, move.part or "total", move.was, move.now, move.why) for move in moved]
     wide = [max(len(row[column]) for row in rows) for column in range(4)]
     lines = [
         f"{student:<{wide[0]}}  {part:<{wide[1]}}  {was:>{wide[2]}} → {now:<{wide[3]}}  {why}"
         for student, part, was, now, why in rows
     ]
     before, after = (total(one["score"] for one in those) for those in (earlier.values(), results))
-    students = len({move.student for move in found})
+    students = len({move.student for move in moved})
     change = total((after, -before))
     marks = "1 student's mark" if students == 1 else f"{students} students' marks"
     sign = "+" if change >= 0 else "−"

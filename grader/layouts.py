@@ -45,10 +45,10 @@ def _moodle(_: Path, entries: Sequence[Path]) -> list[Handed]:
 
     With names hidden, NAME is "Participant", and its NUMBER is in the grading worksheet's column Identifier.
     """
-    found = ((path, _MOODLE.fullmatch(path.name)) for path in entries)
+    matches = ((path, _MOODLE.fullmatch(path.name)) for path in entries)
     return [
         Handed(path, (said["number"], f"Participant {said['number']}"), said["name"], "Moodle")
-        for path, said in found
+        for path, said in matches
         if said
     ]
 
@@ -60,10 +60,10 @@ _CANVAS = re.compile(
 
 def _canvas(_: Path, entries: Sequence[Path]) -> list[Handed]:
     """lastfirst_USER_FILE_hw.ipynb, lastfirst_LATE_USER_FILE_hw-1.ipynb; the files' times are of the download."""
-    found = ((path, _CANVAS.fullmatch(path.name)) for path in entries if not path.is_dir())
+    matches = ((path, _CANVAS.fullmatch(path.name)) for path in entries if not path.is_dir())
     return [
         Handed(path, (said["user"],), said["name"], "Canvas", None, said["late"] is not None)
-        for path, said in found
+        for path, said in matches
         if said
     ]
 
@@ -74,16 +74,16 @@ def _gradescope(root: Path, entries: Sequence[Path]) -> list[Handed]:
     if listing.is_symlink() or not listing.is_file():
         return []
     by_name = {path.name: path for path in entries}
-    found = [Handed(listing, platform="Gradescope")]
+    handed = [Handed(listing, platform="Gradescope")]
     for record in _records(listing):
         if record.folder in by_name:
             people = record.people or [{}]
             ids = [tuple(value for key in ("sid", "email") if (value := person.get(key))) for person in people]
-            found += [
+            handed += [
                 Handed(by_name[record.folder], own, person.get("name", ""), "Gradescope", record.created)
                 for person, own in zip(people, ids, strict=True)
             ]
-    return found
+    return handed
 
 
 LAYOUTS: dict[str, Layout] = {
@@ -101,12 +101,12 @@ def handed_in(root: Path) -> tuple[Path, list[Handed]]:
     for path in inside if len(inside) == 1 and not (root / "submission_metadata.yml").exists() else ():
         if (path / "submission_metadata.yml").is_file():
             root = path
-    left, found = _entries(root), list[Handed]()
+    left, submissions = _entries(root), list[Handed]()
     for layout in LAYOUTS.values():
         known = layout(root, left)
-        found += known
+        submissions += known
         left = [path for path in left if path not in {handed.path for handed in known}]
-    return root, [handed for handed in found if handed.ids or handed.name]
+    return root, [handed for handed in submissions if handed.ids or handed.name]
 
 
 def _entries(root: Path) -> list[Path]:
@@ -130,18 +130,18 @@ def _records(path: Path) -> Iterator[_Record]:
     record, section = _Record(""), ""
     with path.open(encoding="utf-8", errors="replace") as file:
         for line in map(str.rstrip, file):
-            if found := re.match(r"""(["']?)([^\s:"'-][^:"']*)\1:$""", line):
+            if match := re.match(r"""(["']?)([^\s:"'-][^:"']*)\1:$""", line):
                 if record.folder:
                     yield record
-                record, section = _Record(found.group(2)), ""
-            elif found := re.match(r"  :(\w+):\s*(.*)", line):
-                section = found.group(1)
+                record, section = _Record(match.group(2)), ""
+            elif match := re.match(r"  :(\w+):\s*(.*)", line):
+                section = match.group(1)
                 if section == "created_at":
-                    record.created = _time(_scalar(found.group(2)))
-            elif section == "submitters" and (found := re.match(r"\s+(- )?:(\w+):\s*(.*)", line)):
-                if found.group(1) or not record.people:
+                    record.created = _time(_scalar(match.group(2)))
+            elif section == "submitters" and (match := re.match(r"\s+(- )?:(\w+):\s*(.*)", line)):
+                if match.group(1) or not record.people:
                     record.people.append({})
-                record.people[-1][found.group(2)] = _scalar(found.group(3))
+                record.people[-1][match.group(2)] = _scalar(match.group(3))
     if record.folder:
         yield record
 
@@ -158,11 +158,11 @@ def _scalar(text: str) -> str:
 
 def _time(text: str) -> datetime.datetime | None:
     """Return a time as Ruby or ISO 8601 writes it, as in 2026-11-21 22:05:07.123456789 Z; None where it is none."""
-    found = re.match(r"(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d:\d\d)(?:\.\d+)?\s*(Z|UTC|[+-]\d\d:?\d\d)?$", text)
-    if not found:
+    match = re.match(r"(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d:\d\d)(?:\.\d+)?\s*(Z|UTC|[+-]\d\d:?\d\d)?$", text)
+    if not match:
         return None
-    zone = found.group(3) or "Z"
+    zone = match.group(3) or "Z"
     try:
-        return datetime.datetime.fromisoformat(f"{found.group(1)}T{found.group(2)}{'Z' if zone == 'UTC' else zone}")
+        return datetime.datetime.fromisoformat(f"{match.group(1)}T{match.group(2)}{'Z' if zone == 'UTC' else zone}")
     except ValueError:
         return None

@@ -1,16 +1,19 @@
 """Mark a student's answers to a problem: each part against its reference, points by the judgement's share."""
 
+import secrets
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from typing import TypeVar
 
-from exercises.problem import Part, Problem, variable
+from exercises.problem import Part, Problem
+from grader.answer import Given
 from grader.credit import credited
 from grader.diagnosis import diagnose
 from grader.follow import Followed, IsCopied, follow, nothing_copied
-from grader.functions import SHOWN, is_table
-from grader.parts import judge
+from grader.function_values import SHOWN, is_table
+from grader.parts import judge_given
+from grader.reading import read_answer
 from grader.verdict import Diagnosis, Judgement, Outcome, Verdict, missing
 
 CREDIT = Fraction(4, 5)
@@ -19,27 +22,39 @@ CREDIT = Fraction(4, 5)
 
 def mark(
     problem: Problem,
-    slot: str,
     answers: Mapping[str, str],
-    reasons: Mapping[str, str],
-    secret: str,
+    reasons: Mapping[str, str] | None = None,
+    *,
+    secret: str | None = None,
     points_seed: str = "",
     credit: Fraction = CREDIT,
     is_copied: IsCopied = nothing_copied,
 ) -> list[Verdict]:
-    """Return a verdict for each part; `answers` and `reasons` (why there is none) are by variable name.
+    """Return a verdict for each part; `answers` and `reasons` (why there is none) are by the name of the part.
 
     A part that follows from the student's own wrong answer to an earlier one earns `credit` of its points, unless that
-    answer `is_copied`. What goes wrong in our own code is UNGRADED: it is told loudly, and is no mark.
+    answer `is_copied`. What goes wrong in our own code is UNGRADED: it is told loudly, and is no mark. Points at which
+    answers are compared are drawn from `secret` and the answer; without one, a secret is drawn.
+
+    >>> from exercises import generate
+    >>> mark(generate("polar-rp/1", ["determinant"]), {"determinant": "d2 + 0.646"}, secret="s")
+    [Verdict(determinant: partial, 0.6667 of 1)]
     """
-    own = {part.name: answers[name] for part in problem.parts if (name := variable(slot, part.name)) in answers}
-    seeds = {name: f"{secret}/{problem.id}/{name}/{answer}" for name, answer in own.items()}
-    judged = {
-        part.name: _judged(problem, part, own[part.name], seeds[part.name], points_seed)
-        if part.name in own
-        else missing(reasons.get(variable(slot, part.name), "no answer was found for this part"))
-        for part in problem.parts
-    }
+    texts = {part.name: answers[part.name] for part in problem.parts if part.name in answers}
+    drawn = secrets.token_hex(16) if secret is None else secret
+    seeds = {name: f"{drawn}/{problem.id}/{name}/{text}" for name, text in texts.items()}
+    own: dict[str, Given] = {}
+    judged: dict[str, Judgement] = {}
+    for part in problem.parts:
+        if part.name not in texts:
+            judged[part.name] = missing((reasons or {}).get(part.name, "no answer was found for this part"))
+            continue
+        try:
+            own[part.name] = read_answer(problem, part, texts[part.name], points_seed)
+            judgement = judge_given(problem, part, own[part.name], seeds[part.name])
+            judged[part.name] = credited(problem, part, judgement, own[part.name], seeds[part.name])
+        except Exception as error:  # our own failure, whatever it is, must not become a mark
+            judged[part.name] = _failed(error)
     wrong = [name for name, judgement in judged.items() if judgement.outcome in NOT_RIGHT]
     verdicts = []
     for part in problem.parts:
@@ -51,8 +66,8 @@ def mark(
                 _safely(follow, problem, part, own, before, seeds[name], is_copied) if credit and before else None
             )
             if followed is None or followed.judgement.outcome is not Outcome.CORRECT:
-                diagnosis = _safely(diagnose, problem, part, own[name], seeds[name], points_seed)
-        shown = SHOWN if name in own and is_table(own[name]) else own.get(name)
+                diagnosis = _safely(diagnose, problem, part, own[name], seeds[name])
+        shown = SHOWN if name in texts and is_table(texts[name]) else texts.get(name)
         verdicts.append(verdict(part, judgement, shown, diagnosis, followed, credit))
     return verdicts
 
@@ -122,11 +137,6 @@ def _safely(look: Callable[..., Found], *about: object) -> Found | None:
         return None
 
 
-def _judged(problem: Problem, part: Part, answer: str, seed: str, points_seed: str) -> Judgement:
-    try:
-        return credited(problem, part, judge(problem, part, answer, seed, points_seed), answer, seed)
-    except Exception as error:  # our own failure, whatever it is, must not become a mark
-        reason = (
-            f"qdot failed on this answer ({type(error).__name__}: {error}); it has no mark yet, tell your instructor"
-        )
-        return Judgement(Outcome.UNGRADED, 0.0, reason[:500])
+def _failed(error: Exception) -> Judgement:
+    reason = f"qdot failed on this answer ({type(error).__name__}: {error}); it has no mark yet, tell your instructor"
+    return Judgement(Outcome.UNGRADED, 0.0, reason[:500])

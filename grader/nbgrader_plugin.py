@@ -136,8 +136,8 @@ def _result(assignment: Assignment, identifier: str, file: Path, step: Mark) -> 
     received = _course(step).get_existing_timestamp(str(file.parent))
     if received is not None and received.tzinfo is None:
         received = received.replace(tzinfo=datetime.UTC)
-    found = found_of_one(assignment, file, received, "nbgrader")
-    return grade_one(assignment, student, found, limits_of(step.seconds))
+    handed_in = found_of_one(assignment, file, received, "nbgrader")
+    return grade_one(assignment, student, handed_in, limits_of(step.seconds))
 
 
 @cache

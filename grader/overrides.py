@@ -53,7 +53,7 @@ def read_overrides(assignment: Assignment) -> Overrides:
     }
     parts[TOTAL] = total(parts.values())
     students = tuple(student.id for student in assignment.roster)
-    found: dict[str, dict[str, Override]] = {}
+    overrides: dict[str, dict[str, Override]] = {}
     lines: dict[tuple[str, str], int] = {}
     for number, cells in _table(path):
         where = f"{path}: line {number}"
@@ -66,8 +66,8 @@ def read_overrides(assignment: Assignment) -> Overrides:
         if (student, part) in lines:
             raise QdotError(f"{where}: {_named(part)} of {student!r} is set on line {lines[student, part]} already")
         lines[student, part] = number
-        found.setdefault(student, {})[part] = Override(_points(where, part, points, parts[part]), comment)
-    return found
+        overrides.setdefault(student, {})[part] = Override(_points(where, part, points, parts[part]), comment)
+    return overrides
 
 
 def _table(path: Path) -> list[tuple[int, dict[str, str]]]:

@@ -1,87 +1,84 @@
 """Judge the answer to one part of a problem, whatever its type, against its reference."""
 
+import secrets
 from dataclasses import dataclass
 
 from exercises.answers import Choice, ConditionSet, Direction, Expression, Forms, Matching, Matrix, Number, Selection
 from exercises.formula.identity import Domain
-from exercises.formula.text import rows_of_text
 from exercises.problem import Part, Problem
-from exercises.quizzes import ASKED
+from grader.answer import Given
 from grader.choices import judge_choice, judge_matching, judge_selection
 from grader.direction import judge_direction
 from grader.formulas import judge_expression, judge_matrix, judge_numbers, judge_singular
-from grader.functions import asked_of, constant_text, is_table, judge_function
+from grader.functions import judge_function
+from grader.reading import read_answer
 from grader.verdict import Judgement
 
 
-def domain_of(problem: Problem) -> Domain:
-    """Return what each symbol of the problem may be; a length that is given has its value."""
-    return problem.domain()
-
-
-def judge(problem: Problem, part: Part, answer: str, seed: str, points_seed: str = "") -> Judgement:
-    """Judge the text of an answer to a part; `seed` draws the points at which it is compared.
+def judge(problem: Problem, part: Part, answer: str, seed: str | None = None, points_seed: str = "") -> Judgement:
+    """Judge the text of an answer to a part; `seed` draws the points at which it is compared, a fresh one if none.
 
     Those at which a function was called, before its values were an answer, come from `points_seed`.
+
+    >>> from exercises import generate
+    >>> problem = generate("polar-rp/1", ["determinant"])
+    >>> judge(problem, problem["determinant"], "-0.646 - d2")
+    Judgement(correct, 1: right)
     """
-    if is_table(answer):
-        same = constant_text(answer)
-        if same is not None:
-            return judge(problem, part, same, seed)
-        domain = domain_of(problem)
-        return judge_function(part, answer, asked_of(problem, domain, points_seed), domain, part.rounding)
-    return part.answer.told_to(Judging(problem, part, answer, seed))
+    given = read_answer(problem, part, answer, points_seed)
+    return judge_given(problem, part, given, secrets.token_hex(16) if seed is None else seed)
+
+
+def judge_given(problem: Problem, part: Part, given: Given, seed: str) -> Judgement:
+    """Judge an answer that was read as that to a part; `seed` draws the points at which it is compared."""
+    if given.table is not None:
+        return judge_function(part, given.table, [q.name for q in problem.chain.q], problem.domain().roles)
+    return part.answer.told_to(_Judging(problem, part, given, problem.domain(), seed))
 
 
 @dataclass(frozen=True)
-class Judging(Forms[Judgement]):
-    """Judges a text by the form of the answer that is due."""
+class _Judging(Forms[Judgement]):
+    """Judges by the form of the answer that is due."""
 
     problem: Problem
     part: Part
-    text: str
+    given: Given
+    domain: Domain
     seed: str
 
     def formula(self, answer: Expression) -> Judgement:
         """Compare a formula."""
-        return judge_expression(self.text, answer.as_typed(), domain_of(self.problem), self.seed, self.part.rounding)
+        ((due,),) = answer.trees(self.domain.roles)
+        return judge_expression(self.given, due, self.domain, self.seed, self.part.rounding)
 
     def matrix(self, answer: Matrix) -> Judgement:
         """Compare entry by entry."""
-        rows, names = rows_of_text(answer.reference), labels(self.problem, self.part)
-        return judge_matrix(self.text, rows, domain_of(self.problem), self.seed, names, self.part.rounding)
+        return judge_matrix(self.given, answer.trees(self.domain.roles), self.domain, self.seed, self.part.rounding)
 
     def direction(self, answer: Direction) -> Judgement:
         """Compare up to a factor."""
-        apart = answer.apart(self.part.rounding)
-        names = labels(self.problem, self.part)
-        return judge_direction(self.text, answer.formulas(), domain_of(self.problem), self.seed, apart, names)
+        due = [entry for row in answer.trees(self.domain.roles) for entry in row]
+        return judge_direction(self.given, due, self.domain, self.seed, answer.apart(self.part.rounding))
 
     def numbers(self, answer: Number) -> Judgement:
         """Compare numbers, each within what it may be off."""
         right = [float(value) for value in answer.reference]
-        allowed = answer.allowed(self.part.rounding)
-        return judge_numbers(self.text, right, answer.units, *allowed, labels(self.problem, self.part))
+        return judge_numbers(self.given, right, answer.units, *answer.allowed(self.part.rounding))
 
     def conditions(self, answer: ConditionSet) -> Judgement:
         """Compare sets of configurations."""
         joints = [q.name for q in self.problem.chain.q]
-        domain, rounding = domain_of(self.problem), self.part.rounding
-        return judge_singular(self.text, answer.pieces(), joints, domain, self.seed, rounding)
+        pieces = [piece for (piece,) in answer.trees(self.domain.roles)]
+        return judge_singular(self.given, pieces, joints, self.domain, self.seed, self.part.rounding)
 
     def one_of(self, answer: Choice) -> Judgement:
         """Look whether it is the right option."""
-        return judge_choice(self.text, answer.options, answer.correct)
+        return judge_choice(self.given, answer.options, answer.correct)
 
     def some_of(self, answer: Selection) -> Judgement:
         """Count the right options."""
-        return judge_selection(self.text, len(answer.options), answer.correct)
+        return judge_selection(self.given, len(answer.options), answer.correct)
 
     def matching(self, answer: Matching) -> Judgement:
         """Count the right pairs."""
-        return judge_matching(self.text, answer.items, len(answer.options), answer.correct)
-
-
-def labels(problem: Problem, part: Part) -> tuple[str, ...]:
-    """Return the names of a vector of joint rates, by which `solve` returns them; nothing for other answers."""
-    return ASKED[part.kind].labels(problem.chain)
+        return judge_matching(self.given, answer.items, answer.correct)

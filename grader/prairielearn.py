@@ -5,24 +5,20 @@ the answer's shows. Answers are text until the grammar of formulas reads them; n
 """
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from exercises import ENGINE
 from exercises.assignment import Slot, load_assignment
 from exercises.errors import QdotError
 from exercises.exports.prairielearn import BANK_FILE
 from exercises.figure import figure_svg, part_svg
-from exercises.formula.expression import read
-from exercises.formula.trees import ReadError
 from exercises.notebook import points_text, solution_figure
-from exercises.problem import Part, Problem, variable
+from exercises.problem import ENGINE, Part, Problem
 from exercises.quizzes import ASKED
 from exercises.writing.markup import to_html_for_mathjax
 from exercises.writing.statement import hints, prompt, statement, worked_solution
 from grader.marking import mark
-from grader.parts import domain_of
+from grader.reading import read_answer
 from grader.verdict import Outcome, Verdict
 
 Data = dict[str, Any]
@@ -65,9 +61,9 @@ def grade(data: Data, folder: str, slot: str) -> None:
     What fails in qdot itself makes the submission invalid, so that it costs nothing.
     """
     problem = _problem(data, folder, slot)
-    answers = {variable(slot, part.name): typed for part in problem.parts if (typed := _typed(data, part))}
+    answers = {part.name: typed for part in problem.parts if (typed := _typed(data, part))}
     assignment = load_assignment(_folder(data, folder))
-    verdicts = mark(problem, slot, answers, {}, assignment.secret, credit=assignment.follow_through)
+    verdicts = mark(problem, answers, secret=assignment.secret, credit=assignment.follow_through)
     said = []
     for part, verdict in zip(problem.parts, verdicts, strict=True):
         if verdict.points is None:
@@ -138,8 +134,8 @@ def _solved(problem: Problem, part: Part) -> Data:
 
 def _typed(data: Data, part: Part) -> str:
     """Return what was typed, "" where that is nothing."""
-    found = data["submitted_answers"].get(part.name)
-    return found.strip() if isinstance(found, str) else ""
+    typed = data["submitted_answers"].get(part.name)
+    return typed.strip() if isinstance(typed, str) else ""
 
 
 def _unreadable(problem: Problem, part: Part, typed: str) -> str:
@@ -148,14 +144,8 @@ def _unreadable(problem: Problem, part: Part, typed: str) -> str:
         return f"an answer has at most {LONGEST} characters, and this has {len(typed)}"
     if not typed:
         return ""
-    if part.answer.offered:
-        return "" if len(typed) <= 200 else "letters are due"
-    known: Mapping[str, object] = domain_of(problem).roles if part.answer.takes_symbols else {}
-    try:
-        read(typed, known)
-    except ReadError as error:
-        return f"this can't be read as an answer: {error}"
-    return ""
+    refusal = read_answer(problem, part, typed).refusal
+    return "" if refusal is None or refusal.outcome is Outcome.MISSING else refusal.reason
 
 
 def _said(verdict: Verdict) -> str:

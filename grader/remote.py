@@ -305,7 +305,7 @@ def code() -> str:
     """Return a digest of everything that decides what a notebook earns: all code, and the versions of libraries."""
     import mpmath
 
-    found = hashlib.sha256(f"{code_of_problems()}/{version('qdot')}/{mpmath.__version__}".encode())
+    digest = hashlib.sha256(f"{code_of_problems()}/{version('qdot')}/{mpmath.__version__}".encode())
     for path in sorted(Path(__file__).parent.rglob("*.py")):
-        found.update(path.name.encode() + b"\0" + path.read_bytes())
-    return found.hexdigest()
+        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()

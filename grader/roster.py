@@ -53,8 +53,8 @@ class Roster:
     def _named(self, name: str) -> set[str]:
         """Return who is called so: as it is written, else without accents, else without a group before the name."""
         for form in (name, _bare(name), *(name.split("-", n)[-1] for n in range(1, name.count("-") + 1))):
-            if found := self._names.get(_joined(form)):
-                return found
+            if students := self._names.get(_joined(form)):
+                return students
         return set()
 
 

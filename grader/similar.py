@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 
-from exercises.formula.expression import read
-from exercises.formula.trees import Node, ReadError, has_blank, size_of
-from exercises.problem import Problem, SymbolInfo
+from exercises.formula.trees import Node, has_blank, size_of
+from grader.answer import Given
 
 LONGEST = 3000
 """Characters of an answer that is compared."""
@@ -56,22 +55,19 @@ class Pair:
     alike: float
 
 
-def written(problem: Problem, text: str) -> Written | None:
+def written(given: Given) -> Written | None:
     """Return an answer in the order in which all are compared; None where it can't be read, is blank, or too long."""
-    if len(text) > LONGEST:
-        return None
-    return _written(tuple(problem.symbols().items()), text)
+    return None if given.tree is None or len(given.text) > LONGEST else _written(given.tree)
 
 
 @lru_cache(maxsize=4096)
-def _written(symbols: tuple[tuple[str, SymbolInfo], ...], text: str) -> Written | None:
-    found = Counter[str]()
+def _written(tree: Node) -> Written | None:
+    pieces = Counter[str]()
     try:
-        node = read(text, dict(symbols))
-        if has_blank(node) or size_of(node) > LARGEST:
+        if has_blank(tree) or size_of(tree) > LARGEST:
             return None
-        return Written(_ordered(_flat(node), found), size_of(node), tuple(sorted(found.items())))
-    except (ReadError, RecursionError):  # too deep to be a formula that anybody wrote
+        return Written(_ordered(_flat(tree), pieces), size_of(tree), tuple(sorted(pieces.items())))
+    except RecursionError:  # too deep to be a formula that anybody wrote
         return None
 
 

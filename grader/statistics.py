@@ -61,8 +61,8 @@ def deviation(values: Numbers) -> float | None:
     >>> deviation([2, 4, 4, 4, 5, 5, 7, 9])
     2.138...
     """
-    found = variance(values)
-    return None if found is None else math.sqrt(found)
+    square = variance(values)
+    return None if square is None else math.sqrt(square)
 
 
 def correlation(one: Numbers, other: Numbers) -> float | None:
@@ -89,8 +89,8 @@ def discrimination(rows: Sequence[Numbers], part: int) -> Interval | None:
     """
     if len(rows) < LEAST or len(rows[0]) < 2:
         return None
-    found = correlation([row[part] for row in rows], [math.fsum(row) - row[part] for row in rows])
-    return None if found is None else fisher(found, len(rows))
+    r = correlation([row[part] for row in rows], [math.fsum(row) - row[part] for row in rows])
+    return None if r is None else fisher(r, len(rows))
 
 
 def fisher(r: float, n: int) -> Interval:

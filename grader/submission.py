@@ -90,9 +90,9 @@ def find_submissions(assignment: Assignment, root: Path) -> Looked:
         else:
             looked.strangers.append(plain(name))
     for student, own in gathered.items():
-        found = own.found(assignment.key)
-        if found is not None:
-            looked.found[student] = found
+        files = own.found(assignment.key)
+        if files is not None:
+            looked.found[student] = files
     return looked
 
 

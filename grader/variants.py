@@ -86,7 +86,7 @@ def compare(
 
     `shares` are per cent, one a student. Groups of fewer than three students are put together as "others".
     """
-    found = []
+    comparisons = []
     for feature, of in ({**FEATURES, **OF_STRUCTURES} if varied else FEATURES).items():
         names = [of(chain) for chain in chains]
         count = Counter(names)
@@ -98,8 +98,8 @@ def compare(
         chance = chance_of_groups(shares, names, f"{seed}/{slot}/{feature}")
         own = tuple(tuple(s for s, name in zip(shares, names, strict=True) if name == group) for group in groups)
         assert chance is not None
-        found.append(Comparison(slot, feature, tuple(groups), own, chance))
-    return found
+        comparisons.append(Comparison(slot, feature, tuple(groups), own, chance))
+    return comparisons
 
 
 def corrected(comparisons: Sequence[Comparison]) -> list[Comparison]:

@@ -27,6 +27,9 @@ class Judgement:
     certificate: Certificate | None = None
     entries: tuple[tuple[bool, ...], ...] | None = None
 
+    def __repr__(self) -> str:
+        return f"Judgement({self.outcome.value}, {self.share:g}: {self.reason})"
+
 
 @dataclass(frozen=True)
 class Diagnosis:
@@ -47,6 +50,10 @@ class Verdict:
     answer: str | None
     diagnosis: Diagnosis | None = None
     followed_from: str | None = None
+
+    def __repr__(self) -> str:
+        earned = "no mark yet" if self.points is None else f"{self.points:g} of {self.max_points:g}"
+        return f"Verdict({self.part}: {self.judgement.outcome.value}, {earned})"
 
     def as_json(self) -> dict[str, Any]:
         """Return the form of results.jsonl."""

@@ -5,6 +5,7 @@ import { defineConfig } from "vitest/config";
 export default defineConfig({
   base: "./",
   plugins: [preact()],
+  server: { fs: { allow: [".."] } }, // the vocabulary of answers lies beside the Python reader
   test: {
     include: ["tests/**/*.test.ts"], // e2e/ is Node's own test runner's
     pool: "threads",

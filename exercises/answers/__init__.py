@@ -1,4 +1,11 @@
-"""The types of answers: each is one class in a module of its own, with all that depends on its type."""
+"""The types of answers: each is one class in a module of its own, with all that depends on its type.
+
+Beside the types, which stand in `TYPES` below:
+
+    forms               the forms of answers, with a way for each, for those who treat forms differently (`Forms`)
+    base                what every type can be asked
+    rows, letters       what types of formulas have in common, and types whose answer is the letters of options
+"""
 
 from exercises.answers.base import Answer, Json
 from exercises.answers.choice import TRUE_FALSE, Choice

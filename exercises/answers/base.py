@@ -5,11 +5,14 @@ types stands here.
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from typing import Any, ClassVar
 
 import sympy as sp
 
 from exercises.answers.forms import Forms, T
+from exercises.formula.expression import tree_of_reference
+from exercises.formula.trees import Node
 
 Json = dict[str, Any]
 
@@ -92,6 +95,16 @@ class Answer(ABC):
     @abstractmethod
     def formulas(self) -> list[str]:
         """Return the texts of the reference that are read as a student's are; nothing where letters are due."""
+
+    def trees(self, known: Iterable[str]) -> list[list[Node]]:
+        """Return the reference as trees, in rows and columns; conditions and single formulas are a column.
+
+        `known` are the names of the problem's symbols.
+        """
+        names = frozenset(known)
+        trees = [tree_of_reference(text, names) for text in self.formulas()]
+        columns = (self.shape or (1, 1))[1]
+        return [trees[i : i + columns] for i in range(0, len(trees), columns)]
 
     @abstractmethod
     def as_json(self) -> str | list[Any]:

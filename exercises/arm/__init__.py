@@ -1,1 +1,15 @@
-"""The arm: a DH table, its kinematics by two routes, and where it is singular."""
+"""The arm: a DH table, its kinematics by two routes, and where it is singular.
+
+From the bottom up:
+
+    chain                       a DH table with base, point of interest and task: the only description of an arm
+    kinematics, trigonometry    frames and Jacobians; exact equality of trigonometric polynomials, and textbook factors
+    derivation                  all results, by both routes, once per structure
+    singularity                 where the Jacobian loses rank
+    axes, reach                 how axes lie at a configuration; which places can be reached
+    appearance, classification  what a singular configuration looks like; whether it is boundary or internal
+    directions, meanings        which motion is lost there; what configurations look like
+    precise, path               the arm in numbers with many digits; along a straight line
+    entry, robot_file           one entry of a table; the user's own table (ROBOT.toml)
+    arithmetic, stages          a derivation in stages, in numbers, SymPy or trees, any of them changed by a mistake
+"""

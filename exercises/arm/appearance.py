@@ -121,9 +121,9 @@ def _what_rests(chain: Chain, jacobians: Sequence[np.ndarray], rows: Sequence[in
     """Say what a motion leaves at rest that none of the rows that count takes part in."""
     motions = [np.linalg.svd(jacobian[rows])[2][-1] for jacobian in jacobians]
     moved = [np.abs(jacobian @ motion) for jacobian, motion in zip(jacobians, motions, strict=True)]
-    if len(chain.linear_rows) == len(rows) and all(found[:3].max() < NEAR for found in moved):
+    if len(chain.linear_rows) == len(rows) and all(speeds[:3].max() < NEAR for speeds in moved):
         return "leave the point at rest"
-    if all(found.max() < NEAR for found in moved):
+    if all(speeds.max() < NEAR for speeds in moved):
         return f"leave link {chain.n} at rest"
     return "nothing that the task counts moves"
 
@@ -167,7 +167,7 @@ def _axes_in_plane(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statemen
 
 def _parallel_row(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     for triple in combinations([i for i, joint in enumerate(chain.joints) if joint.kind == "R"], 3):
-        always = all(parallel(found, triple[0], j) for found in (samples, around(samples)) for j in triple[1:])
+        always = all(parallel(places, triple[0], j) for places in (samples, around(samples)) for j in triple[1:])
         if always and _only_there(samples, partial(off_plane, row=triple)):
             names = ", ".join(str(i + 1) for i in triple[:2])
             yield Statement(f"the parallel axes of joints {names} and {triple[2] + 1} lie in one plane")
@@ -262,14 +262,14 @@ def _extremes(chain: Chain, samples: Sequence[Sample]) -> tuple[int, list[int], 
         movers = [moving for moving in later if 0 not in _same_everywhere(signs[moving])]
         if movers:
             at = [{signs[moving][i] for moving in movers} for i in range(len(samples))]
-            return axis, movers, frozenset(-1 if -1 in found else 1 for found in at if found != {None})
+            return axis, movers, frozenset(-1 if -1 in signs_at else 1 for signs_at in at if signs_at != {None})
     return None
 
 
 def _same_everywhere(signs: Sequence[int | None]) -> set[int]:
     """Return the signs of samples that have one; 0 where half of them have none."""
-    found = {sign for sign in signs if sign is not None}
-    return found if 2 * signs.count(None) < len(signs) else {0}
+    known = {sign for sign in signs if sign is not None}
+    return known if 2 * signs.count(None) < len(signs) else {0}
 
 
 def _extreme(sample: Sample, axis: int, moving: int) -> int | None:

@@ -18,7 +18,13 @@ TASK_ROWS = ("vx", "vy", "vz", "wx", "wy", "wz")
 
 @dataclass(frozen=True)
 class Joint:
-    """One row of the table: kind "R" or "P", and theta (rad), d (m), a (m), alpha (rad)."""
+    """One row of the table: kind "R" or "P", and theta (rad), d (m), a (m), alpha (rad).
+
+    Its own variable is theta_i or d_i, to which a constant may be added. Raises QdotError for another kind.
+
+    >>> Joint("R", "theta1 + pi/2", 0, "a1", 0).theta
+    theta1 + pi/2
+    """
 
     kind: str
     theta: sp.Expr
@@ -62,7 +68,14 @@ class Point:
 
 @dataclass(frozen=True)
 class Chain:
-    """A robot arm with what is asked of it: DH table, base, point of interest and task (rows that count)."""
+    """A robot arm with what is asked of it: DH table, base, point of interest and task (rows that count).
+
+    `joints` are the rows of the standard (distal) table, `task` some of TASK_ROWS; without a `tool`, the point of
+    interest is the last frame's origin. Raises QdotError for a table or a task that is none.
+
+    >>> Chain("mine", (Joint("R", "theta1", 0, "a1", 0), Joint("P", 0, "d2", 0, 0)), ("vx", "vy"))
+    Chain(mine: RP, vx vy of frame 2)
+    """
 
     name: str
     joints: tuple[Joint, ...]
@@ -70,6 +83,10 @@ class Chain:
     base: Base = field(default_factory=Base)
     tool: Point | None = None
     title: str = ""
+
+    def __repr__(self) -> str:
+        kinds = "".join(joint.kind for joint in self.joints)
+        return f"Chain({self.name}: {kinds}, {' '.join(self.task)} of frame {self.point.frame})"
 
     def __post_init__(self) -> None:
         if not self.joints:
@@ -152,8 +169,8 @@ class Chain:
         """The symbols left open in the table, base and point (lengths and angles), by name."""
         values = [v for joint in self.joints for v in (joint.theta, joint.d, joint.a, joint.alpha)]
         values += [*self.base.position, self.base.yaw, self.base.tilt, *self.point.offset]
-        found = set().union(*(value.free_symbols for value in values)) - set(self.q)
-        return tuple(sorted(found, key=lambda symbol: symbol.name))
+        symbols = set().union(*(value.free_symbols for value in values)) - set(self.q)
+        return tuple(sorted(symbols, key=lambda symbol: symbol.name))
 
     def with_task(self, *rows: str) -> "Chain":
         """Return the same arm with other rows counted."""

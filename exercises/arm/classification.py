@@ -75,15 +75,15 @@ def samples_on(chain: Chain, condition: str, seed: str, arms: int = 5, each: int
 def _samples(chain: Chain, condition: str, seed: str, arms: int, each: int) -> tuple[Sample, ...]:
     """Return the same, kept: a component is looked at whole and then value by value, which are the same conditions."""
     joints = [q.name for q in chain.q]
-    found = []
+    samples = []
     for number in range(arms):
         stream = Stream(f"{seed}/{condition}/{number}")
         values = _apart(chain, stream)
         space = Space(joints, domain_of(chain, values))
         arm = NumericChain(chain, values)
         for piece in pieces(read(condition), joints):
-            found += _configurations(space, piece, joints, stream, each, arm)
-    return tuple(found)
+            samples += _configurations(space, piece, joints, stream, each, arm)
+    return tuple(samples)
 
 
 def _apart(chain: Chain, stream: Stream) -> dict[str, float]:
@@ -120,17 +120,19 @@ def classify_pieces(chain: Chain, conditions: Sequence[str], weaker: Sequence[Se
 
     What they look like must say more than what each set of `weaker` conditions looks like where no rank is lost.
     """
-    found = [sample for condition in conditions for sample in samples_on(chain, condition, "classify")]
-    kinds = {kind for sample in found if (kind := kind_at(chain, sample)) is not None}
+    all_samples = [sample for condition in conditions for sample in samples_on(chain, condition, "classify")]
+    kinds = {kind for sample in all_samples if (kind := kind_at(chain, sample)) is not None}
     kind = "boundary" if "boundary" in kinds else "internal"
-    return Kind(kind, len(kinds) == 1, meaning(chain, found, [group for w in weaker if (group := _regular(chain, w))]))
+    return Kind(
+        kind, len(kinds) == 1, meaning(chain, all_samples, [group for w in weaker if (group := _regular(chain, w))])
+    )
 
 
 def _regular(chain: Chain, conditions: Sequence[str]) -> list[Sample]:
     """Return configurations at which conditions hold and the Jacobian of the task has full rank all the same."""
     rows = [TASK_ROWS.index(row) for row in chain.task]
-    found = [sample for condition in conditions for sample in samples_on(chain, condition, "weaker")]
-    return [s for s in found if _rank(s.arm.jacobian(s.q)[rows], _reach(s.arm)) == min(len(rows), chain.n)]
+    weaker = [sample for condition in conditions for sample in samples_on(chain, condition, "weaker")]
+    return [s for s in weaker if _rank(s.arm.jacobian(s.q)[rows], _reach(s.arm)) == min(len(rows), chain.n)]
 
 
 def kind_is_sure(chain: Chain) -> bool:
@@ -213,7 +215,7 @@ def _kind_of_place(sample: Sample, task: list[int]) -> str | None:
         places = sample.arm.point(turned)
         if sample.arm.kinds[joint] == "R" and np.ptp(places, axis=0).max() < REGULAR:
             kinds = (_kind_seen(Sample(sample.arm, q), task) for q in turned)
-            return "boundary" if any(found == "boundary" for found in kinds) else "internal"
+            return "boundary" if any(each == "boundary" for each in kinds) else "internal"
     return kind
 
 

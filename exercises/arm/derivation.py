@@ -270,8 +270,8 @@ class Derivation:
 
     def __init__(self, chain: Chain) -> None:
         self.chain = chain
-        found = structure(chain)
-        self._structure, self._values = found.chain, dict(found.values)
+        generic = structure(chain)
+        self._structure, self._values = generic.chain, dict(generic.values)
 
     # Worked out where they are asked for: the determinant of a 6-DOF arm needs none of them.
     @cached_property

@@ -94,12 +94,12 @@ def lost_formula(generic: Chain, component: Component) -> LostFormula | None:
             return None
         jacobian = placed
     shown = None if any(entry.has(scale) for entry in jacobian) else jacobian.applyfunc(textbook)
-    found = [
+    formulas = [
         LostFormula(direction, tuple(j + 1 for j in columns), shown)
         for columns in combinations(range(jacobian.cols), jacobian.rows - 1)
         if (direction := _cofactors(jacobian[:, list(columns)])) is not None and not direction.has(scale)
     ]
-    best = min(found, key=lambda lost: (_terms(lost.direction), sp.count_ops(lost.direction)), default=None)
+    best = min(formulas, key=lambda lost: (_terms(lost.direction), sp.count_ops(lost.direction)), default=None)
     return best if best is not None and _terms(best.direction) <= SHORT else None
 
 
@@ -128,7 +128,7 @@ def _angles(matrix: sp.Matrix) -> list[sp.Symbol]:
 
 def _in_one_angle(expression: sp.Expr, joint: sp.Symbol, cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
     """Return an expression with cos and sin of one joint's angle taken out of the angle sums and replaced."""
-    found = {}
+    angles = {}
     for wave in expression.atoms(sp.sin, sp.cos):
         factor = sp.diff(wave.args[0], joint)
         if factor == 0:
@@ -136,10 +136,10 @@ def _in_one_angle(expression: sp.Expr, joint: sp.Symbol, cosine: sp.Expr, sine: 
         rest = wave.args[0] - factor * joint
         own = factor * sine
         if isinstance(wave, sp.sin):
-            found[wave] = sp.sin(rest) * cosine + sp.cos(rest) * own
+            angles[wave] = sp.sin(rest) * cosine + sp.cos(rest) * own
         else:
-            found[wave] = sp.cos(rest) * cosine - sp.sin(rest) * own
-    return expression.xreplace(found)
+            angles[wave] = sp.cos(rest) * cosine - sp.sin(rest) * own
+    return expression.xreplace(angles)
 
 
 def _cofactors(columns: sp.Matrix) -> sp.Matrix | None:
@@ -199,7 +199,7 @@ def lines_of(chain: Chain) -> list[Line]:
 
 def directions(lines: Sequence[Line], samples: Sequence[Sample]) -> np.ndarray:
     """Return unit vectors along lines at configurations, (lines, samples, 3); NaN where a line has no length."""
-    found = np.empty((len(lines), len(samples), 3))
+    vectors = np.empty((len(lines), len(samples), 3))
     for k, sample in enumerate(samples):
         frames = sample.arm.frames(sample.q)
         point = sample.arm.point_of(frames)
@@ -211,5 +211,5 @@ def directions(lines: Sequence[Line], samples: Sequence[Sample]) -> np.ndarray:
             else:
                 vector = frames[line.index, :3, "xyz".index(line.kind)]
             size = float(np.linalg.norm(vector))
-            found[i, k] = vector / size if size > 1e-3 else np.nan
-    return found
+            vectors[i, k] = vector / size if size > 1e-3 else np.nan
+    return vectors

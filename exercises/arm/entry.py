@@ -91,12 +91,12 @@ def _formula(text: str, is_angle: bool) -> sp.Expr:
 
 def _check_units(text: str, is_angle: bool) -> None:
     """Refuse a unit, and say what to write in its place."""
-    found = {unit for match in _TOKEN.finditer(text) if (unit := _unit(match.group())) is not None}
-    if not found:
+    units = {unit for match in _TOKEN.finditer(text) if (unit := _unit(match.group())) is not None}
+    if not units:
         return
     own = _UNITS_OF_ANGLES if is_angle else _UNITS_OF_LENGTHS
-    if not found <= set(own):
-        unit = min(found - set(own))
+    if not units <= set(own):
+        unit = min(units - set(own))
         other = "an angle" if unit in _UNITS_OF_ANGLES else "a length"
         raise QdotError(f"{unit} is a unit of {other}; {_RIGHT[is_angle]}")
     said = "angles are in radians" if is_angle else "lengths are in metres"
@@ -118,8 +118,8 @@ def _unit(token: str) -> str | None:
 
 def _without_units(text: str, units: dict[str, sp.Expr]) -> str:
     """Return a formula with its quantities in radians or metres, as far as that is plain."""
-    found = {match.group() for match in _TOKEN.finditer(text) if _unit(match.group()) is not None}
-    names = "|".join(sorted(map(re.escape, found), key=len, reverse=True))
+    written = {match.group() for match in _TOKEN.finditer(text) if _unit(match.group()) is not None}
+    names = "|".join(sorted(map(re.escape, written), key=len, reverse=True))
     ones = "|".join(unit for unit, factor in units.items() if factor == 1)
     called = rf"(?:\w+\.)?(?:deg2rad|radians|rad)\(\s*({_NUMBER})\s*\)"
     text = re.sub(called, lambda match: _times(match.group(1), _DEGREE), text)

@@ -45,8 +45,8 @@ def read_meanings(chain: Chain, samples: Sequence[Sample]) -> Reading | None:
     tried = [
         (meaning, {holds(chain, meaning, sample) for sample in samples}) for meaning in meanings_of(chain, samples)
     ]
-    right = [meaning for meaning, found in tried if found == {True}]
-    wrong = [meaning for meaning, found in tried if found == {False}]
+    right = [meaning for meaning, outcomes in tried if outcomes == {True}]
+    wrong = [meaning for meaning, outcomes in tried if outcomes == {False}]
     return Reading(right[0], tuple(wrong)) if right and wrong else None
 
 
@@ -70,27 +70,27 @@ def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:
     ]
     if not chain.linear_rows:
         return in_line + _directions_of_axes(samples, revolute)
-    found = [
+    meanings = [
         Meaning("on axis", (i + 1,), f"$P$ lies on the axis of joint {i + 1}")
         for i in revolute
         if i < chain.point.frame and not _always_on_axis(samples, i)
     ]
     turns_count = len(chain.linear_rows) < len(chain.task)
-    found = in_line + found if turns_count else found + in_line
+    meanings = in_line + meanings if turns_count else meanings + in_line
     for i in revolute:
         for j in range(i + 1, min(chain.n, chain.point.frame)):
-            found += _extremes(chain, samples, i, j)
+            meanings += _extremes(chain, samples, i, j)
     slides = _slides_at_links(chain, samples) if turns_count else []
-    found += [meaning for meaning in slides if meaning.kind == "across"]
+    meanings += [meaning for meaning in slides if meaning.kind == "across"]
     # A slide passes through zero, and then the order of the origins changes without anything being singular.
     rigid = [k for k in range(1, chain.n) if chain.joints[k - 1].kind == chain.joints[k].kind == "R"]
-    found += [meaning for k in rigid for meaning in _origins_in_line(samples, k)]
-    return found + [meaning for meaning in slides if meaning.kind == "along"]
+    meanings += [meaning for k in rigid for meaning in _origins_in_line(samples, k)]
+    return meanings + [meaning for meaning in slides if meaning.kind == "along"]
 
 
 def _directions_of_axes(samples: Sequence[Sample], revolute: Sequence[int]) -> list[Meaning]:
     """Return the statements on how the axes run, wherever they are."""
-    found = [
+    meanings = [
         Meaning("parallel", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} are parallel")
         for i, j in combinations(revolute, 2)
         if not all(spread(sample, beside(sample), (i, j)) < NEAR for sample in samples)
@@ -99,24 +99,24 @@ def _directions_of_axes(samples: Sequence[Sample], revolute: Sequence[int]) -> l
         if not all(spread(sample, beside(sample), chosen) < NEAR for sample in samples):
             joints = tuple(i + 1 for i in chosen)
             names = f"{joints[0]}, {joints[1]} and {joints[2]}"
-            found.append(Meaning("one plane", joints, f"the axes of joints {names} are all parallel to one plane"))
-            found.append(Meaning("square", joints, f"the axes of joints {names} are at right angles to each other"))
-    return found
+            meanings.append(Meaning("one plane", joints, f"the axes of joints {names} are all parallel to one plane"))
+            meanings.append(Meaning("square", joints, f"the axes of joints {names} are at right angles to each other"))
+    return meanings
 
 
 def _slides_at_links(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:
     """Return the statements on how slides run past links between parallel axes, where they do not always run so."""
     kinds = [joint.kind for joint in chain.joints]
     links = [i for i in range(chain.n - 1) if kinds[i : i + 2] == ["R", "R"] and chain.joints[i].a != 0]
-    found = []
+    meanings = []
     for slide, i in product([k for k, kind in enumerate(kinds) if kind == "P"], links):
         if not parallel(samples, i, i + 1):
             continue
         link, joints = f"the line from the axis of joint {i + 1} to that of joint {i + 2}", (slide + 1, i + 1, i + 2)
         for kind, how in (("along", "along"), ("across", "at right angles to")):
             if not all(slant(sample, beside(sample), slide, i, i + 1, kind == "across") < NEAR for sample in samples):
-                found.append(Meaning(kind, joints, f"slide {slide + 1} runs {how} {link}"))
-    return found
+                meanings.append(Meaning(kind, joints, f"slide {slide + 1} runs {how} {link}"))
+    return meanings
 
 
 def _origins_in_line(samples: Sequence[Sample], k: int) -> list[Meaning]:

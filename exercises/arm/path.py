@@ -86,7 +86,7 @@ class Line:
             steps += 1
             ahead = [a + step * b for a, b in zip(q, station.slopes, strict=True)]
             s = step * steps
-            found = self.joints_at(s, ahead)
-            if found is None or max(abs(a - b) for a, b in zip(found, ahead, strict=True)) > 0.3:
+            joints = self.joints_at(s, ahead)
+            if joints is None or max(abs(a - b) for a, b in zip(joints, ahead, strict=True)) > 0.3:
                 return
-            q = found
+            q = joints

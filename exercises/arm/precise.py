@@ -119,11 +119,11 @@ def solved(matrix: Sequence[Vector], right: Sequence[Any]) -> Vector:
     """Return x with matrix x = right (square), by elimination with row pivots; ZeroDivisionError if it is singular."""
     n = len(matrix)
     rows, _ = _triangular([[*row, value] for row, value in zip(matrix, right, strict=True)])
-    found: Vector = [None] * n
+    solution: Vector = [None] * n
     for k in reversed(range(n)):
-        rest = sum(rows[k][j] * found[j] for j in range(k + 1, n))
-        found[k] = (rows[k][n] - rest) / rows[k][k]
-    return found
+        rest = sum(rows[k][j] * solution[j] for j in range(k + 1, n))
+        solution[k] = (rows[k][n] - rest) / rows[k][k]
+    return solution
 
 
 def inverse(matrix: Sequence[Vector]) -> list[Vector]:

@@ -54,7 +54,16 @@ class Robot:
 
 
 def read_robot(path: Path) -> Chain:
-    """Return the chain that a file describes, its lengths open. Raises QdotError as `read_robot_file` does."""
+    r"""Return the chain that a file describes, its lengths open. Raises QdotError as `read_robot_file` does.
+
+    >>> import tempfile
+    >>> row = 'kind = "R"\ntheta = "theta1"\nd = 0\na = "a1"\nalpha = 0'
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "arm.toml"
+    ...     _ = path.write_text(f'name = "mine"\ntask = ["vx"]\n[[joint]]\n{row}')
+    ...     read_robot(path)
+    Chain(mine: R, vx of frame 1)
+    """
     return read_robot_file(path).chain
 
 
@@ -184,7 +193,7 @@ def _draws(file: TomlFile, chain: Chain) -> tuple[tuple[sp.Symbol, int, int], ..
         if not isinstance(raw, dict):
             raise QdotError("it is a table, [draw], in which " + _RANGE)
     angles = set[sp.Basic]().union(*(value.free_symbols for j in chain.joints for value in (j.theta, j.alpha)))
-    found = []
+    ranges = []
     for name, ends in raw.items():
         symbol = sp.Symbol(name)
         with file.at("draw", name):
@@ -193,8 +202,8 @@ def _draws(file: TomlFile, chain: Chain) -> tuple[tuple[sp.Symbol, int, int], ..
                 raise QdotError(f"{name!r} is no open length of the table; open are: {open_lengths}")
             if symbol in angles:
                 raise QdotError(f"{name!r} is an angle; {_RANGE}")
-            found.append((symbol, *_range(name, ends)))
-    return tuple(found)
+            ranges.append((symbol, *_range(name, ends)))
+    return tuple(ranges)
 
 
 def _range(name: str, ends: object) -> tuple[int, int]:
@@ -226,10 +235,10 @@ def _notes(file: TomlFile, chain: Chain, draws: Sequence[tuple[sp.Symbol, int, i
     entries = [(("joint", i, key), getattr(joint, key)) for i, joint in joints for key in ("d", "a")]
     entries += [(("point",), value) for value in chain.point.offset]
     entries += [(("draw", symbol.name), sp.Rational(high, 100)) for symbol, _, high in draws]
-    found = [(place, why) for place, value in entries if (why := doubt(value)) is not None]
-    if not found:
+    doubts = [(place, why) for place, value in entries if (why := doubt(value)) is not None]
+    if not doubts:
         return ()
-    (place, why), more = found[0], len(found) - 1
+    (place, why), more = doubts[0], len(doubts) - 1
     others = f" ({more} more like this)" if more else ""
     return (f"{file.place(*place)}: {why}{others}",)
 

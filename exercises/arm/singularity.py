@@ -69,13 +69,13 @@ def _components(derivation: Derivation) -> tuple[Component, ...] | None:
     conjunctions = _common_zeros(derivation.generic_minors, derivation.generic_joints)
     if conjunctions is None:
         return None
-    found = []
+    components = []
     for conjunction in conjunctions:
         conditions = tuple(derivation.fill(condition) for condition in conjunction)
         component = _solved(conditions, derivation.chain)
-        if component is not None and component not in found:
-            found.append(component)
-    return tuple(c for c in found if not any(other != c and _lies_in(c, other) for other in found))
+        if component is not None and component not in components:
+            components.append(component)
+    return tuple(c for c in components if not any(other != c and _lies_in(c, other) for other in components))
 
 
 def _lies_in(component: Component, other: Component) -> bool:
@@ -210,8 +210,8 @@ def _touched(condition: sp.Expr, chain: Chain) -> Component | None:
     turns, rest = sp.linear_eq_to_matrix(equations, joints)
     if not turns.is_square or abs(turns.det()) != 1:  # several joint values, or none, lead to the same angles
         return None
-    found = [(q, _principal(value)) for q, value in zip(joints, turns.inv() * rest, strict=True)]
-    return Component(tuple(1 - sp.cos(q - value) for q, value in found), tuple((q, (value,)) for q, value in found))
+    touched = [(q, _principal(value)) for q, value in zip(joints, turns.inv() * rest, strict=True)]
+    return Component(tuple(1 - sp.cos(q - value) for q, value in touched), tuple((q, (value,)) for q, value in touched))
 
 
 def _in_waves(condition: sp.Expr, chain: Chain) -> sp.Poly | None:
@@ -350,26 +350,24 @@ def _after(
 
 def _merged(conjunctions: list[Conjunction]) -> list[Conjunction]:
     """Join cases that differ in the root of one factor only, as in theta3 = 0 and theta3 = pi, into the factor."""
-    found = {frozenset(conjunction) for conjunction in conjunctions}
+    sets = {frozenset(conjunction) for conjunction in conjunctions}
     text = lru_cache(maxsize=None)(str)
     changed = True
     while changed:
         changed = False
-        for conjunction in sorted(found, key=lambda c: sorted(map(text, c))):
+        for conjunction in sorted(sets, key=lambda c: sorted(map(text, c))):
             for case in conjunction:
                 if getattr(case, "func", None) != _AT:
                     continue
                 rest = conjunction - {case}
-                siblings = {rest | {_AT(case.args[0], root)} for root in RIGHT_ANGLES} & found
+                siblings = {rest | {_AT(case.args[0], root)} for root in RIGHT_ANGLES} & sets
                 if len(siblings) == 2:
-                    found = (found - siblings) | {rest | {case.args[0]}}
+                    sets = (sets - siblings) | {rest | {case.args[0]}}
                     changed = True
                     break
             if changed:
                 break
-    return [
-        tuple(sorted(conjunction, key=lambda c: (sp.count_ops(c), sp.default_sort_key(c)))) for conjunction in found
-    ]
+    return [tuple(sorted(conjunction, key=lambda c: (sp.count_ops(c), sp.default_sort_key(c)))) for conjunction in sets]
 
 
 def _without_needless(conjunction: Conjunction) -> Conjunction:

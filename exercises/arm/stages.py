@@ -31,7 +31,7 @@ RESULT = "result"
 
 
 @dataclass(frozen=True)
-class Row:
+class TableRow:
     """A row of the DH table, all four entries stepped."""
 
     kind: str
@@ -45,7 +45,7 @@ class Row:
 class Table:
     """The DH table with base and point: what is read before anything is worked out."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[TableRow, ...]
     base: tuple[np.ndarray, np.ndarray, np.ndarray]
     """Position (3, …), yaw and tilt."""
     offset: np.ndarray
@@ -87,13 +87,13 @@ class Working:
     def _worked_out(self, stage: str) -> Any:
         touched = any(name in built_on(stage) for name, _ in self.fresh)
         if self.before is None or touched:
-            found, changes = STAGES[stage][0](self), self.changes
+            outcome, changes = STAGES[stage][0](self), self.changes
         else:
-            found, changes = self.before[stage], self.fresh
+            outcome, changes = self.before[stage], self.fresh
         for name, change in changes:
             if name == stage:
-                found = change(self, found)
-        return found
+                outcome = change(self, outcome)
+        return outcome
 
     def but(self, changes: Mapping[str, Change]) -> "Working":
         """Return the same working with mistakes in it, beside those that it has."""
@@ -152,7 +152,9 @@ def formulas(chain: Chain) -> Working:
 
 def _table(w: Working) -> Table:
     chain, to = w.chain, w.arithmetic.stepped
-    rows = tuple(Row(joint.kind, to(joint.theta), to(joint.d), to(joint.a), to(joint.alpha)) for joint in chain.joints)
+    rows = tuple(
+        TableRow(joint.kind, to(joint.theta), to(joint.d), to(joint.a), to(joint.alpha)) for joint in chain.joints
+    )
     base = (np.stack([to(value) for value in chain.base.position]), to(chain.base.yaw), to(chain.base.tilt))
     return Table(rows, base, np.stack([to(value) for value in chain.point.offset]))
 
@@ -177,25 +179,25 @@ def _base_rotation(w: Working) -> np.ndarray:
 
 
 def _rotations(w: Working) -> list[np.ndarray]:
-    found = [w["base rotation"]]
+    rotations = [w["base rotation"]]
     for row in w["table"].rows:
-        found.append(product(found[-1], product(turn_z(w, row.theta), turn_x(w, row.alpha))))
-    return found
+        rotations.append(product(rotations[-1], product(turn_z(w, row.theta), turn_x(w, row.alpha))))
+    return rotations
 
 
 def _own_links(w: Working) -> list[np.ndarray]:
     """Return the vectors r_i in frame i-1 (below 6.13), and the point in its own frame."""
-    found = []
+    vectors = []
     for row in w["table"].rows:
         c, s = w.arithmetic.cos(row.theta), w.arithmetic.sin(row.theta)
-        found.append(np.stack([row.a * c, row.a * s, row.d]))
-    return [*found, w["table"].offset]
+        vectors.append(np.stack([row.a * c, row.a * s, row.d]))
+    return [*vectors, w["table"].offset]
 
 
 def _links(w: Working) -> list[np.ndarray]:
     rotations, own = w["rotations"], w["own links"]
-    found = [applied(rotations[k], own[k]) for k in range(w.n)]
-    return [*found, applied(rotations[w.chain.point.frame], own[w.n])]
+    vectors = [applied(rotations[k], own[k]) for k in range(w.n)]
+    return [*vectors, applied(rotations[w.chain.point.frame], own[w.n])]
 
 
 def carried(chain: Chain) -> list[int]:
@@ -220,10 +222,10 @@ def _point(w: Working) -> np.ndarray:
 def _effects(w: Working) -> np.ndarray:
     """Return what each joint does to each link, (n, n + 1, 3, …): the derivative of that link's vector."""
     slopes = [w.arithmetic.slopes(link)[: w.n] for link in w["links"]]
-    found = np.stack(slopes, axis=1)
+    effects = np.stack(slopes, axis=1)
     left_out = [k for k in range(w.n + 1) if k not in carried(w.chain)]
-    found[:, left_out] = found[:, left_out] * 0
-    return found
+    effects[:, left_out] = effects[:, left_out] * 0
+    return effects
 
 
 def _axes(w: Working) -> np.ndarray:
@@ -284,9 +286,9 @@ def _rates(w: Working) -> np.ndarray:
 
 def _pseudo_inverse(w: Working) -> np.ndarray:
     """J^T (J J^T)^-1."""
-    found = w["gram matrix"]
+    gram = w["gram matrix"]
     with np.errstate(all="ignore"):
-        inverse = (signs(len(found))[..., None] * minors(found)).swapaxes(0, 1) / determinant(found)
+        inverse = (signs(len(gram))[..., None] * minors(gram)).swapaxes(0, 1) / determinant(gram)
     return product(w["transposed jacobian"], inverse)
 
 

@@ -249,7 +249,7 @@ class Factored:
         """Return the product with `values` put in, factor by factor; lengths that are equal come out of a sum."""
         some_equal = len(set(values.values())) < len(values)
         put_in = [(substitute(factor, values), power) for factor, power in self.factors]
-        pieces = [(sp.factor_terms(found) if some_equal else found) ** power for found, power in put_in]
+        pieces = [(sp.factor_terms(base) if some_equal else base) ** power for base, power in put_in]
         return sp.Mul(self.coefficient, *pieces)
 
 

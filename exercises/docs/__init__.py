@@ -2,6 +2,9 @@
 chapter's examples.
 
 `python -m exercises.docs` writes them all; a test says when they are out of date.
+
+    errata              where the chapter is wrong as printed
+    structures          how many arms there are
 """
 
 import json
@@ -230,12 +233,12 @@ EXAMPLES = (
 def examples() -> tuple[Example, ...]:
     """Return the chapter's examples, solved."""
     arms = {"planar-2r": planar_2r(), "scorbot": scorbot_arm()}
-    found: list[Example] = []
+    worked_out: list[Example] = []
     for number, title, key, questions in EXAMPLES:
         steps = tuple((QUESTIONS[name].title, _solved(arms[key], name)) for name in questions)
-        drawn = all(before.key != key for before in found)
-        found.append(Example(number, title, key, arms[key], steps, drawn, "singular-angles" in questions))
-    return tuple(found)
+        drawn = all(before.key != key for before in worked_out)
+        worked_out.append(Example(number, title, key, arms[key], steps, drawn, "singular-angles" in questions))
+    return tuple(worked_out)
 
 
 @cache

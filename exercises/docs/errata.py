@@ -61,8 +61,8 @@ def number(value: sp.Expr | float) -> str:
     >>> number(0.123456), number(1e-17), number(2)
     ('0.1235', '0', '2')
     """
-    found = float(value)
-    return "0" if abs(found) < 1e-12 else f"{found:.4g}".replace("-", "−")
+    double = float(value)
+    return "0" if abs(double) < 1e-12 else f"{double:.4g}".replace("-", "−")
 
 
 def shown(numbers: Numbers) -> str:

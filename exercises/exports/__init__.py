@@ -1,1 +1,12 @@
-"""Every form but notebooks in which an assignment is handed out: quizzes for learning platforms, paper, CI."""
+"""Every form but notebooks in which an assignment is handed out: quizzes for learning platforms, paper, CI.
+
+Beside the outlets, which stand in `registry`:
+
+    outlet                      what an outlet is, and what it is given
+    bank                        certified variants of an assignment's problems
+    items, numbers, markup      what platforms ask: options, matches, formulas asked for in numbers; texts and archives
+    known_wrong, stack_parts    what mistakes make of an answer; a part as STACK asks and marks it
+    sheet                       a sheet of paper as data
+    wheel                       qdot itself, to be carried along
+    registry                    the outlets by name
+"""

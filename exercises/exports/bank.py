@@ -36,14 +36,14 @@ def bank(order: Order) -> Generator[Variant, None, None]:
     ones but by chance. Raises QdotError where a problem fails its certificate.
     """
     for slot in order.assignment.slots:
-        found = 0
+        made = 0
         for problem in _different(order, slot):
-            found += 1
+            made += 1
             order.each()
-            yield Variant(slot, found, problem)
-        if found < order.variants:
-            order.note(f"{slot.name}: {slot.family.name} has only {found} such problems that differ")
-        for _ in range(order.variants - found):
+            yield Variant(slot, made, problem)
+        if made < order.variants:
+            order.note(f"{slot.name}: {slot.family.name} has only {made} such problems that differ")
+        for _ in range(order.variants - made):
             order.each()
 
 

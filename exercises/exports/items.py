@@ -130,9 +130,9 @@ def items(order: Order) -> Generator[Item, None, None]:
     told: set[str] = set()
     for variant in bank(order):
         for part in variant.problem.parts:
-            found = item(order, variant, part)
-            if found is not None:
-                yield found
+            asked_item = item(order, variant, part)
+            if asked_item is not None:
+                yield asked_item
                 continue
             said = f"{variant.slot.name}: {part.name} can't be asked on a platform that compares no formulas"
             if said not in told:
@@ -228,15 +228,15 @@ class _Maker:
         answer = self.part.answer
         if answer.offered:
             return self._made(self._asked(), answer.told_to(_Options(self.problem, self.part)))
-        found = in_numbers(self.problem, self.part)
-        if found is None:
+        in_figures = in_numbers(self.problem, self.part)
+        if in_figures is None:
             return None
-        numeric = self._numeric(found)
-        whole = self._made(self._in_words(found, numeric.fields, len(numeric.fields)), numeric, found)
+        numeric = self._numeric(in_figures)
+        whole = self._made(self._in_words(in_figures, numeric.fields, len(numeric.fields)), numeric, in_figures)
         if len(numeric.fields) == 1:
             return whole
         one = self._telling(numeric.fields)
-        single = self._made(self._in_words(found, (one,), len(numeric.fields)), Numeric(((one,),)), found)
+        single = self._made(self._in_words(in_figures, (one,), len(numeric.fields)), Numeric(((one,),)), in_figures)
         return replace(whole, number=single)
 
     def _made(self, asked: str, form: Choose | Match | Numeric, found: InNumbers | None = None) -> Item:

@@ -19,7 +19,7 @@ from exercises.formula.printers.mathml import mathml
 from exercises.notebook import KERNEL, notebook_text
 from exercises.render import render
 
-Question = dict[str, object]
+QuizQuestion = dict[str, object]
 _NUDGE = 1e-9
 """Ranges hold their beginning and not their end: so much of the value is added to it."""
 
@@ -66,7 +66,7 @@ def _safe(shown: str) -> str:
     return shown.replace("](", "] (")
 
 
-def _question(one: Item) -> Question:
+def _question(one: Item) -> QuizQuestion:
     form, asked = one.form, _safe(body_html(one.body, _source, mathml))
     if isinstance(form, Choose):
         answers = [
@@ -84,7 +84,7 @@ def _question(one: Item) -> Question:
     return {"question": asked, "type": "numeric", "answers": _values(field)}
 
 
-def _one_of(form: Match, asked: str) -> Question:
+def _one_of(form: Match, asked: str) -> QuizQuestion:
     """Return a choice of the stem that belongs to one option, the first that has one."""
     wanted = min(form.correct)
     answers = [
@@ -99,13 +99,13 @@ def _one_of(form: Match, asked: str) -> Question:
     return {"question": text, "type": "multiple_choice", "answers": answers}
 
 
-def _values(field: Field) -> list[Question]:
-    answers: list[Question] = [_value(field.value, field.tolerance, True, "Right.")]
+def _values(field: Field) -> list[QuizQuestion]:
+    answers: list[QuizQuestion] = [_value(field.value, field.tolerance, True, "Right.")]
     answers += [_value(one.value, one.tolerance, False, escape(one.advice, quote=False)) for one in field.wrong]
     return [*answers, {"type": "default", "feedback": "Not this number."}]
 
 
-def _value(value: float, tolerance: float, correct: bool, feedback: str) -> Question:
+def _value(value: float, tolerance: float, correct: bool, feedback: str) -> QuizQuestion:
     if tolerance == 0:
         return {"type": "value", "value": float(decimal(value)), "correct": correct, "feedback": feedback}
     low, high = map(float, limits(value, tolerance))

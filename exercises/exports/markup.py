@@ -96,10 +96,10 @@ def limits(value: float, tolerance: float) -> tuple[str, str]:
 
 def by_category(items: Sequence[Item]) -> dict[tuple[str, str, str], list[Item]]:
     """Return items by category, categories in the order in which they come up."""
-    found: dict[tuple[str, str, str], list[Item]] = {}
+    groups: dict[tuple[str, str, str], list[Item]] = {}
     for one in items:
-        found.setdefault(one.category, []).append(one)
-    return found
+        groups.setdefault(one.category, []).append(one)
+    return groups
 
 
 def archive(files: dict[str, str | bytes]) -> bytes:

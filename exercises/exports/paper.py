@@ -20,7 +20,7 @@ NO_TYPST = "PDF needs the library typst, which is not installed; get it with: pi
 
 
 @dataclass(frozen=True)
-class Question:
+class PaperQuestion:
     """A part of an assignment with everybody's answer, for who marks one question after the other."""
 
     label: str
@@ -45,7 +45,7 @@ def pdf(order: Order) -> Generator[File, None, None]:
     return _files(order, "pdf", lambda *given: compile_pdf(typst_source(*given)), whole=True)
 
 
-Write = Callable[[Order, Sequence[Sheet], Sequence[Question]], str | bytes]
+Write = Callable[[Order, Sequence[Sheet], Sequence[PaperQuestion]], str | bytes]
 
 
 def _files(order: Order, ending: str, write: Write, whole: bool) -> Generator[File, None, None]:
@@ -65,10 +65,10 @@ def _files(order: Order, ending: str, write: Write, whole: bool) -> Generator[Fi
         yield File(f"{stem}-all.{ending}", write(order, made, ()), private)
 
 
-def questions(made: Sequence[Sheet]) -> tuple[Question, ...]:
+def questions(made: Sequence[Sheet]) -> tuple[PaperQuestion, ...]:
     """Return every part with the answers of all sheets to it."""
     return tuple(
-        Question(part.label, part.title, part.points, tuple(
+        PaperQuestion(part.label, part.title, part.points, tuple(
             (sheet.student or sheet.name, other.answer)
             for sheet in made for other in sheet.parts if other.label == part.label
         ))
@@ -76,7 +76,7 @@ def questions(made: Sequence[Sheet]) -> tuple[Question, ...]:
     )  # fmt: skip
 
 
-def _given(order: Order, made: Sequence[Sheet], asked: Sequence[Question]) -> dict[str, object]:
+def _given(order: Order, made: Sequence[Sheet], asked: Sequence[PaperQuestion]) -> dict[str, object]:
     return {
         "title": order.assignment.title, "kind": order.sheet, "solutions": order.solutions, "page": order.page,
         "sheets": made, "questions": asked,
@@ -86,7 +86,7 @@ def _given(order: Order, made: Sequence[Sheet], asked: Sequence[Question]) -> di
 # --- PDF ---
 
 
-def typst_source(order: Order, made: Sequence[Sheet], asked: Sequence[Question]) -> str:
+def typst_source(order: Order, made: Sequence[Sheet], asked: Sequence[PaperQuestion]) -> str:
     """Return the Typst document of some sheets."""
     return render(
         "exports/paper.typ.j2", **_given(order, made, asked), markup=to_typst, plain=typst_escaped, string=typst_string,
@@ -111,14 +111,14 @@ def compile_pdf(source: str) -> bytes:
 # --- LaTeX and HTML ---
 
 
-def _latex(order: Order, made: Sequence[Sheet], asked: Sequence[Question]) -> str:
+def _latex(order: Order, made: Sequence[Sheet], asked: Sequence[PaperQuestion]) -> str:
     return render(
         "exports/paper.tex.j2", **_given(order, made, asked), markup=to_latex, plain=latex_escaped, draw=tikz,
         narrow=NARROW,
     )  # fmt: skip
 
 
-def _html(order: Order, made: Sequence[Sheet], asked: Sequence[Question]) -> str:
+def _html(order: Order, made: Sequence[Sheet], asked: Sequence[PaperQuestion]) -> str:
     def markup(text: str, share: float = 1.0) -> str:
         return to_html(text, share=share)
 

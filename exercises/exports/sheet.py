@@ -28,7 +28,7 @@ from exercises.notebook import points_text, solution_figure
 from exercises.parallel import ordered_map
 from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
-from exercises.show import problem_title
+from exercises.showing import problem_title
 from exercises.writing.on_paper import on_paper
 from exercises.writing.short_answer import short_answer
 from exercises.writing.statement import hints, prompt, statement, worked_solution
@@ -76,7 +76,7 @@ class Box:
 
 
 @dataclass(frozen=True)
-class Asked:
+class SheetPart:
     """A part: Markdown and figures. Of `solution` and `answer` only what the sheet shows is filled in."""
 
     label: str
@@ -98,14 +98,14 @@ class Asked:
 
 
 @dataclass(frozen=True)
-class Given:
+class SheetProblem:
     """A problem: what is given, and the parts."""
 
     number: int
     title: str
     statement: str
     figure: Figure | None
-    parts: tuple[Asked, ...]
+    parts: tuple[SheetPart, ...]
 
     @property
     def points(self) -> str:
@@ -120,10 +120,10 @@ class Sheet:
     file: str
     name: str
     student: str
-    problems: tuple[Given, ...]
+    problems: tuple[SheetProblem, ...]
 
     @property
-    def parts(self) -> list[Asked]:
+    def parts(self) -> list[SheetPart]:
         """All parts in order."""
         return [part for problem in self.problems for part in problem.parts]
 
@@ -173,11 +173,11 @@ def sheets(order: Order) -> Generator[Sheet, None, None]:
 
 def _versions(order: Order) -> list[_Named]:
     """Return versions A, B, … made of the bank's variants; a place with few of them repeats these."""
-    found: dict[str, list[Problem]] = {}
+    versions: dict[str, list[Problem]] = {}
     for variant in bank(replace(order, variants=order.versions, each=lambda: None)):
-        found.setdefault(variant.slot.name, []).append(variant.problem)
+        versions.setdefault(variant.slot.name, []).append(variant.problem)
     return [
-        _Named(letter, f"Version {letter}", "", tuple(drawn[number % len(drawn)] for drawn in found.values()))
+        _Named(letter, f"Version {letter}", "", tuple(drawn[number % len(drawn)] for drawn in versions.values()))
         for number, letter in enumerate(VERSIONS[: order.versions])
     ]
 
@@ -197,10 +197,10 @@ def _sheet(state: _State, named: _Named) -> Sheet:
     return Sheet(named.file, named.name, named.student, tuple(_given(state, n, p) for n, p in enumerate(problems, 1)))
 
 
-def _given(state: _State, number: int, problem: Problem) -> Given:
+def _given(state: _State, number: int, problem: Problem) -> SheetProblem:
     text = statement(problem, "")
     drawn = state.kind != "key"  # nobody looks at it there
-    return Given(
+    return SheetProblem(
         number,
         problem_title(problem),
         on_paper(text, problem) if state.kind == "exam" else text,
@@ -209,13 +209,13 @@ def _given(state: _State, number: int, problem: Problem) -> Given:
     )
 
 
-def _asked(state: _State, label: str, problem: Problem, part: Part) -> Asked:
+def _asked(state: _State, label: str, problem: Problem, part: Part) -> SheetPart:
     kind, solutions = state.kind, state.solutions
     text = prompt(problem, part)
     name = f"p{label.replace('.', '-')}"
     svg = part_svg(problem.chain, part, name) if kind != "key" else ""
     solved = solution_figure(problem, part, f"{name}-solution") if solutions else ""
-    return Asked(
+    return SheetPart(
         label,
         ASKED[part.kind].title,
         points_text(part.points),

@@ -13,7 +13,7 @@ from itertools import zip_longest
 from exercises.errors import QdotError
 from exercises.exports.bank import Variant, bank
 from exercises.exports.outlet import File, Order
-from exercises.exports.stack_parts import FUNCTIONS, Asked, Case, asked, without_rounding
+from exercises.exports.stack_parts import FUNCTIONS, Case, StackPart, asked, without_rounding
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg
 from exercises.formula.printers.maxima import maxima_text
 from exercises.notebook import solution_figure
@@ -44,7 +44,7 @@ class Picture:
 class Shown:
     """A part as the template writes it: STACK's terms, and texts as HTML."""
 
-    asked: Asked
+    asked: StackPart
     title: str
     prompt: str
     hints: tuple[str, ...]
@@ -58,11 +58,11 @@ class Test:
     """A question test: for each part its value ("" where it is left blank), and what is expected."""
 
     title: str
-    given: tuple[tuple[Asked, Case], ...]
+    given: tuple[tuple[StackPart, Case], ...]
 
 
 @dataclass(frozen=True)
-class Question:
+class StackQuestion:
     """A variant as the template writes it."""
 
     name: str
@@ -80,19 +80,19 @@ class Question:
 def stack_questions(order: Order) -> Generator[File, None, None]:
     """Yield the file; what STACK can't ask or judges otherwise is told once for each place."""
     notes: dict[str, None] = {}
-    found = [_question(order, variant, notes) for variant in bank(order)]
+    made = [_question(order, variant, notes) for variant in bank(order)]
     for said in notes:
         order.note(said)
-    questions = [question for question in found if question is not None]
+    questions = [question for question in made if question is not None]
     if not questions:
         raise QdotError("STACK can ask nothing of this assignment; `qdot export --help` lists other outlets")
     text = render("exports/stack.xml.j2", questions=questions, version=VERSION, penalty=PENALTY)
     yield File(f"{order.assignment.key}-stack.xml", text, private=True)
 
 
-def _question(order: Order, variant: Variant, notes: dict[str, None]) -> Question | None:
+def _question(order: Order, variant: Variant, notes: dict[str, None]) -> StackQuestion | None:
     problem, slot = variant.problem, variant.slot.name
-    parts: list[Asked] = []
+    parts: list[StackPart] = []
     for part in problem.parts:
         one = asked(problem, without_rounding(part), len(parts) + 1)
         if isinstance(one, str):
@@ -106,7 +106,7 @@ def _question(order: Order, variant: Variant, notes: dict[str, None]) -> Questio
     if not parts:
         return None
     title = order.assignment.title.replace("/", "//")
-    return Question(
+    return StackQuestion(
         f"{order.assignment.title}: {variant.key}",
         f"{order.assignment.key}-{variant.key}",
         f"$course$/top/{title}/{slot}",
@@ -129,7 +129,7 @@ def _picture(name: str, svg: str, alt: str) -> Picture:
     return Picture(f"{name}.svg", base64.b64encode(svg.encode()).decode(), alt)
 
 
-def _shown(problem: Problem, one: Asked, hinted: bool) -> Shown:
+def _shown(problem: Problem, one: StackPart, hinted: bool) -> Shown:
     part = one.part
     name = part.name
     own, solved = part_svg(problem.chain, part, name), solution_figure(problem, part, f"{name}-solution")
@@ -152,7 +152,7 @@ def _prompt(problem: Problem, part: Part) -> str:
     return text.split("**Answer:**")[0] if (part.answer.offered or part.answer.is_a_set) else text
 
 
-def _variables(problem: Problem, parts: Iterable[Asked]) -> tuple[str, ...]:
+def _variables(problem: Problem, parts: Iterable[StackPart]) -> tuple[str, ...]:
     """Return the question variables: given lengths, short names of sines and cosines, and the answers."""
     given = ", ".join(
         f"{name} = {maxima_text(info.value)}" for name, info in problem.symbols().items() if info.value is not None
@@ -182,7 +182,7 @@ def _note(variant: Variant) -> str:
     return f"{variant.key}: {variant.problem.chain.title or 'arm'}{'; ' if given else ''}{given}"
 
 
-def _tests(parts: list[Asked]) -> Iterable[Test]:
+def _tests(parts: list[StackPart]) -> Iterable[Test]:
     """Yield tests with a case of every part each, then what can't be read, and an answer to the first part alone."""
     for row in zip_longest(*(one.cases for one in parts)):
         given = tuple((one, case or one.cases[0]) for one, case in zip(parts, row, strict=True))

@@ -76,7 +76,7 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Asked:
+class StackPart:
     """A part in STACK's terms; `otherwise` is said (in CASText) where no node knows the answer."""
 
     part: Part
@@ -101,35 +101,35 @@ class Asked:
         return f"prt{self.number}"
 
 
-def asked(problem: Problem, part: Part, number: int) -> Asked | str:
+def asked(problem: Problem, part: Part, number: int) -> StackPart | str:
     """Return a part as STACK asks it, or why STACK can't."""
     return part.answer.told_to(_Asking(problem, part, number))
 
 
 @dataclass(frozen=True)
-class _Asking(Forms["Asked | str"]):
+class _Asking(Forms["StackPart | str"]):
     """How STACK asks for each form of answer, or why it can't."""
 
     problem: Problem
     part: Part
     number: int
 
-    def formulas(self, answer: Answer) -> "Asked | str":
+    def formulas(self, answer: Answer) -> "StackPart | str":
         return _formulas(self.problem, self.part, self.number)
 
-    def numbers(self, answer: Number) -> "Asked | str":
+    def numbers(self, answer: Number) -> "StackPart | str":
         return _numbers(self.problem, self.part, self.number)
 
-    def conditions(self, answer: ConditionSet) -> "Asked | str":
+    def conditions(self, answer: ConditionSet) -> "StackPart | str":
         return _values(self.problem, self.part, self.number)
 
-    def direction(self, answer: Direction) -> "Asked | str":
+    def direction(self, answer: Direction) -> "StackPart | str":
         return "directions in numbers are not asked" if answer.is_in_numbers else _direction(self.part, self.number)
 
-    def one_of(self, answer: Choice) -> "Asked | str":
+    def one_of(self, answer: Choice) -> "StackPart | str":
         return _choice(self.part, self.number)
 
-    def letters(self, answer: Answer) -> "Asked | str":
+    def letters(self, answer: Answer) -> "StackPart | str":
         return "letters of several options are not asked; the outlets with quizzes ask them"
 
 
@@ -186,7 +186,7 @@ def _listed(places: Sequence[object]) -> str:
 # --- formulas ---
 
 
-def _formulas(problem: Problem, part: Part, number: int) -> Asked:
+def _formulas(problem: Problem, part: Part, number: int) -> StackPart:
     k, single, reference = number, part.shape is None, part.answer.as_matrix()
     model = _shown(reference, single)
     marking = [f"said{k}: qdot_exact(ans{k});"]
@@ -214,7 +214,7 @@ def _formulas(problem: Problem, part: Part, number: int) -> Asked:
     cases.append(Case("nobody's mistake", _shown(nothing, single), share, f"prt{k}-other"))
     words = "a formula" if single else f"one formula in each of the {reference.rows} × {reference.cols} boxes"
     longest = max(len(maxima_text(entry)) for entry in reference)
-    return Asked(
+    return StackPart(
         part, k, "algebraic" if single else "matrix", f"ta{k}", words, tuple(variables), tuple(marking), tuple(nodes),
         tuple(cases), otherwise, score, box=min(60, max(8, longest)) if single or reference.cols == 1
         else min(24, max(6, longest)),
@@ -255,11 +255,11 @@ def _unusual(problem: Problem, reference: sp.Matrix) -> sp.Matrix | None:
     if first is None:
         return None
     one = sp.sin(first) ** 2 + sp.cos(first) ** 2
-    found = reference.applyfunc(lambda entry: sp.expand_trig(entry) * one if entry != 0 else entry)
-    return found if all(same_entries(problem, found, reference)) else None
+    expanded = reference.applyfunc(lambda entry: sp.expand_trig(entry) * one if entry != 0 else entry)
+    return expanded if all(same_entries(problem, expanded, reference)) else None
 
 
-def _direction(part: Part, number: int) -> Asked:
+def _direction(part: Part, number: int) -> StackPart:
     """Compare cross products with an entry of the reference that is not zero, and take the zero vector for none."""
     answer = part.of(Direction)
     reference, k = answer.reference, number
@@ -280,7 +280,7 @@ def _direction(part: Part, number: int) -> Asked:
         Case("another form of the reference", f"-3*ta{k}", 1.0, note),
         Case("nobody's mistake", maxima_matrix(reference * 0), 0.0, f"prt{k}-other"),
     )
-    return Asked(
+    return StackPart(
         part, k, "matrix", f"ta{k}", "a vector; any multiple of it but zero is as good",
         (f"ta{k}: {maxima_matrix(reference)};",), marking, (Node("AlgEquiv", f"right{k}", "1", note, "1"),), cases,
     )  # fmt: skip
@@ -289,7 +289,7 @@ def _direction(part: Part, number: int) -> Asked:
 # --- numbers ---
 
 
-def _numbers(problem: Problem, part: Part, number: int) -> Asked:
+def _numbers(problem: Problem, part: Part, number: int) -> StackPart:
     answer, k = part.of(Number), number
     single, n = len(answer.reference) == 1, len(answer.reference)
     room = [sp.Rational(f"{allowed:.12g}") for allowed in room_of(part)]
@@ -326,7 +326,7 @@ def _numbers(problem: Problem, part: Part, number: int) -> Asked:
     unit = "; ".join(dict.fromkeys(unit for unit in answer.units if unit))
     words = ("a number" if single else f"{n} numbers") + (f", in {unit}, without the unit" if unit else "")
     otherwise = "" if single else f"<p>{{@right{k}@}} of {n} numbers are right.</p>"
-    return Asked(
+    return StackPart(
         part, k, "numerical" if single else "matrix", f"ta{k}", words, tuple(variables), tuple(lines), tuple(nodes),
         tuple(cases), otherwise, score, box=12, checked=False,
     )  # fmt: skip
@@ -349,7 +349,7 @@ def _meets(values: sp.Matrix, wrong: Known, room: Sequence[sp.Expr]) -> bool:
 # --- options and sets ---
 
 
-def _choice(part: Part, number: int) -> Asked:
+def _choice(part: Part, number: int) -> StackPart:
     answer, k = part.of(Choice), number
     options = [
         f'[{i}, {"true" if i - 1 == answer.correct else "false"}, "{LETTERS[i - 1]}"]'
@@ -365,13 +365,13 @@ def _choice(part: Part, number: int) -> Asked:
             note = f"prt{k}-{LETTERS[i]}" + "".join(f"-{name}" for name in dict.fromkeys(b.mistake for b in blames))
             nodes.append(Node("AlgEquiv", f"ans{k}", str(i + 1), note, "0", says))
             cases.append(Case(f"option {LETTERS[i]}", str(i + 1), 0.0, note))
-    return Asked(
+    return StackPart(
         part, k, "radio", f"ta{k}", "the letter of the right option", (f"ta{k}: [{', '.join(options)}];",), (),
         tuple(nodes), tuple(cases), checked=False,
     )  # fmt: skip
 
 
-def _values(problem: Problem, part: Part, number: int) -> Asked | str:
+def _values(problem: Problem, part: Part, number: int) -> StackPart | str:
     """Ask for a set of equations, a joint on the left and its value on the right."""
     answer, k = part.of(ConditionSet), number
     if not all(_is_of_values(component) for component in answer.components):
@@ -422,7 +422,7 @@ def _values(problem: Problem, part: Part, number: int) -> Asked | str:
         "a set of equations, each with a joint variable on the left and one value of it on the right (angles in "
         f"radians, one turn), as in {{{joints[-1]} = 1/2, {joints[-1]} = pi/3}}; every value counts"
     )
-    return Asked(
+    return StackPart(
         part, k, "algebraic", f"ta{k}", words, tuple(variables), tuple(lines), tuple(nodes), tuple(cases),
         f"<p>{{@right{k}@}} of the configurations are there, and {{@beyond{k}@}} of your values are not singular or "
         "not as they are asked for.</p>", f"share{k}", box=50,
@@ -440,14 +440,14 @@ def _is_of_values(component: Component) -> bool:
 
 def _claims(components: tuple[Component, ...]) -> set[tuple[str, float]]:
     """Return joints and values, rounded, angles within one turn."""
-    found = set()
+    claims = set()
     for component in components:
         for joint, values in component.solutions or ():
             for value in values:
                 number = float(value)
                 turned = number % (2 * float(sp.pi)) if joint.name.startswith("theta") else number
-                found.add((joint.name, round(turned, 9) % round(2 * float(sp.pi), 9)))
-    return found
+                claims.add((joint.name, round(turned, 9) % round(2 * float(sp.pi), 9)))
+    return claims
 
 
 def without_rounding(part: Part) -> Part:

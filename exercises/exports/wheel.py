@@ -53,11 +53,11 @@ def wheel() -> tuple[str, bytes]:
 def _modules() -> list[tuple[str, bytes]]:
     """Return the files of both packages, and the templates as a wheel has them: inside `exercises`."""
     roots = [PACKAGES / package for package in ("exercises", "grader")]
-    found = {path: path.relative_to(PACKAGES).as_posix() for root in roots for path in root.rglob("*")}
+    names = {path: path.relative_to(PACKAGES).as_posix() for root in roots for path in root.rglob("*")}
     templates = template_folder()
     for path in templates.rglob("*"):
-        found[path] = f"exercises/templates/{path.relative_to(templates).as_posix()}"
-    files = {name: path for path, name in found.items() if path.is_file() and not _is_made(path)}
+        names[path] = f"exercises/templates/{path.relative_to(templates).as_posix()}"
+    files = {name: path for path, name in names.items() if path.is_file() and not _is_made(path)}
     return [(name, files[name].read_bytes()) for name in sorted(files)]
 
 
@@ -71,22 +71,22 @@ def _digest(data: bytes) -> str:
 
 def versions() -> str:
     """Return the versions of the libraries that qdot runs with here, a line each, as pip takes them for constraints."""
-    found: dict[str, str] = {}
+    pinned: dict[str, str] = {}
     waiting = [distribution("qdot")]
     while waiting:
         for needed in _needed_by(waiting.pop()):
-            if needed.name.lower() not in found:
-                found[needed.name.lower()] = f"{needed.name}=={needed.version}"
+            if needed.name.lower() not in pinned:
+                pinned[needed.name.lower()] = f"{needed.name}=={needed.version}"
                 waiting.append(needed)
-    return "".join(f"{found[name]}\n" for name in sorted(found))
+    return "".join(f"{pinned[name]}\n" for name in sorted(pinned))
 
 
 def _needed_by(package: Distribution) -> list[Distribution]:
     """Return what a package needs and is installed; what only one of its extras needs is not meant."""
-    found = []
+    needed = []
     for line in package.requires or ():
         name, _, marker = line.partition(";")
         if "extra" not in marker:
             with contextlib.suppress(PackageNotFoundError):  # another system's
-                found.append(distribution(re.split(r"[^A-Za-z0-9._-]", name, maxsplit=1)[0]))
-    return found
+                needed.append(distribution(re.split(r"[^A-Za-z0-9._-]", name, maxsplit=1)[0]))
+    return needed

@@ -1,4 +1,12 @@
-"""Robot families: each draws a chain; one file and one line in `FAMILIES` for each, or for a few that are alike."""
+"""Robot families: each draws a chain; one file and one line in `FAMILIES` for each, or for a few that are alike.
+
+Beside the families:
+
+    base                    what a family is, and the draws that families share
+    structures, classes     every structure of 2, 3 or 4 joints (structures.txt), and when two are the same problem
+    own                     an instructor's own robot as a family
+    listing                 what is known of each family without drawing its arms (listing.json, by `make docs`)
+"""
 
 from exercises.families.base import Family
 from exercises.families.elbow_3r import ELBOW_3R
@@ -21,5 +29,6 @@ FAMILIES: dict[str, Family] = {
         *PLANAR_ARMS, *POSITIONING, *SCARA, *ELBOWS, *WRISTS, *SCORBOT, *SIX_JOINTS, *RANDOM,
     )
 }  # fmt: skip
+"""Every family by name."""
 
 __all__ = ["FAMILIES", "Family"]

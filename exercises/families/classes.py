@@ -18,7 +18,7 @@ from itertools import permutations
 from typing import Protocol
 
 
-class Row(Protocol):
+class StructureRow(Protocol):
     """What is asked of a row of a structure, as in `structures.Row`."""
 
     @property
@@ -46,7 +46,7 @@ class _Body:
     offsets: set[int] = field(default_factory=set)
 
 
-def key(rows: Sequence[Row], task: Sequence[str] = ()) -> Key:
+def key(rows: Sequence[StructureRow], task: Sequence[str] = ()) -> Key:
     """Return what all structures of a class have in common, and no others.
 
     >>> from exercises.families.structures import read_rows
@@ -60,7 +60,7 @@ def key(rows: Sequence[Row], task: Sequence[str] = ()) -> Key:
     return (kinds, _base(base, task), *map(_square_to_axes, others), *_along_axes(base, others))
 
 
-def _bodies(rows: Sequence[Row]) -> list[_Body]:
+def _bodies(rows: Sequence[StructureRow]) -> list[_Body]:
     bodies, axes = [_Body()], (0, 1, 2)
     for row in rows:
         if row.kind == "R":

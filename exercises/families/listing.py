@@ -28,8 +28,8 @@ def listing() -> dict[str, Listed]:
     """Return what is listed, by the family's name."""
     if not LISTING.is_file():
         return {}
-    found = json.loads(LISTING.read_text(encoding="utf-8"))
+    content = json.loads(LISTING.read_text(encoding="utf-8"))
     return {
         name: Listed(entry["kinds"], (entry["steps"][0], entry["steps"][1]), tuple(entry["questions"]))
-        for name, entry in found.items()
+        for name, entry in content.items()
     }

@@ -55,14 +55,14 @@ def _sample(n: int, rng: Stream, band: Band | None = None, accepts: Accepts | No
     if in_band:
         raise QdotError(f"random-{n} has no arm {which} that can be asked all of these questions")
     steps = [structure.step for alike in clean_classes(n) for structure in alike]
-    found = in_words(min(steps), max(steps))
-    raise QdotError(f"random-{n} has no arm {which}; its arms are of difficulty {found}")
+    range_of_steps = in_words(min(steps), max(steps))
+    raise QdotError(f"random-{n} has no arm {which}; its arms are of difficulty {range_of_steps}")
 
 
 def _order(classes: list[tuple[Structure, ...]], rng: Stream) -> list[Structure]:
     """Return all structures in random order, one of every class before the second of any."""
     rounds = zip_longest(*(rng.shuffled(alike) for alike in rng.shuffled(classes)))
-    return [structure for found in rounds for structure in found if structure is not None]
+    return [structure for in_round in rounds for structure in in_round if structure is not None]
 
 
 def _near(alike: tuple[Structure, ...], low: int, high: int) -> tuple[Structure, ...]:
@@ -145,9 +145,9 @@ def _can_hold(conditions: tuple[sp.Expr, ...], chain: Chain, values: Values) -> 
     poses = _poses("".join(joint.kind for joint in chain.joints))
     known = {q.name: column for q, column in zip(chain.q, poses.T, strict=True)}
     known |= {symbol.name: np.full(POSES, float(value)) for symbol, value in values.items()}
-    found = evaluate(_program(conditions), known, POSES)[0].real
-    least = CLEARLY * np.abs(found).max(axis=1)
-    return bool(np.all((found.min(axis=1) < -least) & (found.max(axis=1) > least)))
+    evaluated = evaluate(_program(conditions), known, POSES)[0].real
+    least = CLEARLY * np.abs(evaluated).max(axis=1)
+    return bool(np.all((evaluated.min(axis=1) < -least) & (evaluated.max(axis=1) > least)))
 
 
 RANDOM = tuple(

@@ -12,10 +12,10 @@ from exercises.families.base import Family, centimetres, on_the_floor, sign, tur
 from exercises.stream import Stream
 
 RIGHT = sp.pi / 2
-Row = tuple[sp.Expr, sp.Expr, sp.Expr]
+LinkLengths = tuple[sp.Expr, sp.Expr, sp.Expr]
 
 
-def _arm(name: str, rng: Stream, rows: tuple[Row, ...], offsets: dict[int, sp.Expr], title: str) -> Chain:
+def _arm(name: str, rng: Stream, rows: tuple[LinkLengths, ...], offsets: dict[int, sp.Expr], title: str) -> Chain:
     """Return an arm of revolute joints with rows (d, a, alpha) and offsets of some joints."""
     theta = sp.symbols(f"theta1:{len(rows) + 1}")
     joints = tuple(
@@ -30,7 +30,7 @@ def _wrist_centre(rng: Stream, joints: tuple[Joint, ...]) -> Point:
     return Point(len(joints) - rng.choice((1, 2)))
 
 
-def _spherical_wrist(rng: Stream, side: int) -> tuple[Row, Row, Row]:
+def _spherical_wrist(rng: Stream, side: int) -> tuple[LinkLengths, LinkLengths, LinkLengths]:
     """Return rows 4, 5 and 6 of a wrist on a forearm d4, the axis of joint 4 running along the forearm."""
     return (
         (centimetres(rng, 35, 70), sp.S.Zero, side * RIGHT),

@@ -37,7 +37,7 @@ RIGHT = sp.pi / 2
 
 
 @dataclass(frozen=True)
-class Row:
+class StructureRow:
     """One joint of a structure: kind, and whether a, d (or the fixed angle of a slide) and the twist are not zero."""
 
     kind: str
@@ -54,7 +54,7 @@ class Row:
 class Structure:
     """A clean structure: its rows, the task, and the step of difficulty of its arms."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[StructureRow, ...]
     task: tuple[str, ...]
     step: int
 
@@ -63,13 +63,13 @@ class Structure:
         return f"{' '.join(map(str, self.rows))} | {' '.join(self.task)} | {self.step}"
 
 
-def tables(n: int, angles: bool) -> Iterator[tuple[Row, ...]]:
+def tables(n: int, angles: bool) -> Iterator[tuple[StructureRow, ...]]:
     """Yield every DH table of n joints with twists 0, 90 and -90 counted thrice; `angles` of slides 0 or 90 degrees.
 
     A row stands for as many tables as its twist has signs; `count_tables` counts them.
     """
-    kinds = [Row("R", a, d, x) for a, d, x in product((False, True), repeat=3)]
-    kinds += [Row("P", a, d, x) for a, d, x in product((False, True), repeat=3) if angles or not d]
+    kinds = [StructureRow("R", a, d, x) for a, d, x in product((False, True), repeat=3)]
+    kinds += [StructureRow("P", a, d, x) for a, d, x in product((False, True), repeat=3) if angles or not d]
     last = [row for row in kinds if not row.twist]
     yield from product(*[kinds] * (n - 1), last)
 
@@ -83,27 +83,33 @@ def count_tables(n: int, angles: bool) -> int:
     return sum(2 ** sum(row.twist for row in rows) for rows in tables(n, angles))
 
 
-def normal(rows: tuple[Row, ...]) -> tuple[Row, ...]:
+def normal(rows: tuple[StructureRow, ...]) -> tuple[StructureRow, ...]:
     """Return the normal form of a structure (see above).
 
-    >>> " ".join(map(str, normal((Row("R", False, True, False), Row("R", True, True, False)))))
+    >>> " ".join(map(str, normal((StructureRow("R", False, True, False), StructureRow("R", True, True, False)))))
     'R Ra'
     """
     first = rows[0]
-    found = [Row("R", first.a, False, first.twist) if first.kind == "R" else Row("P", False, False, first.twist)]
+    normal_rows = [
+        StructureRow("R", first.a, False, first.twist)
+        if first.kind == "R"
+        else StructureRow("P", False, False, first.twist)
+    ]
     for row in rows[1:]:
-        before = found[-1]
+        before = normal_rows[-1]
         if row.kind == "R" and row.d and not before.twist:
-            found[-1] = Row("R", before.a, len(found) > 1, before.twist) if before.kind == "R" else before
-            found.append(Row("R", row.a, False, row.twist))
+            normal_rows[-1] = (
+                StructureRow("R", before.a, len(normal_rows) > 1, before.twist) if before.kind == "R" else before
+            )
+            normal_rows.append(StructureRow("R", row.a, False, row.twist))
         else:
-            found.append(row)
-    result = tuple(found)
+            normal_rows.append(row)
+    result = tuple(normal_rows)
     return result if result == rows else normal(result)
 
 
 def chain_of(
-    rows: tuple[Row, ...], task: tuple[str, ...], name: str = "structure", senses: tuple[int, ...] = ()
+    rows: tuple[StructureRow, ...], task: tuple[str, ...], name: str = "structure", senses: tuple[int, ...] = ()
 ) -> Chain:
     """Return the arm of a structure, all lengths open, in the world's origin; `senses` are the signs of its twists."""
     joints = []
@@ -118,7 +124,7 @@ def chain_of(
 
 
 @lru_cache(maxsize=8192)
-def _rows_that_move(rows: tuple[Row, ...]) -> tuple[np.ndarray, tuple[str, ...]]:
+def _rows_that_move(rows: tuple[StructureRow, ...]) -> tuple[np.ndarray, tuple[str, ...]]:
     """Return Jacobians of the structure at random (k x 6 x n), and the rows that are not zero everywhere."""
     chain, stream = chain_of(rows, ("vx",)), Stream("structures")
     arm = NumericChain(chain, {symbol.name: stream.uniform(0.4, 1.2) for symbol in chain.parameters})
@@ -127,7 +133,7 @@ def _rows_that_move(rows: tuple[Row, ...]) -> tuple[np.ndarray, tuple[str, ...]]
     return jacobians, tuple(row for row, moves in zip(TASK_ROWS, moving, strict=True) if moves)
 
 
-def regular_tasks(rows: tuple[Row, ...]) -> list[tuple[str, ...]]:
+def regular_tasks(rows: tuple[StructureRow, ...]) -> list[tuple[str, ...]]:
     """Return the tasks in which a structure is asked, those in which J is square and regular in general.
 
     Two joints: two of vx, vy, vz. Three joints: all three; two of them and the turn about the third axis, where the arm
@@ -165,7 +171,7 @@ def is_clean(chain: Chain) -> bool:
     return all(len(sp.Add.make_args(sp.expand(condition))) <= MOST_TERMS_OF_A_CONDITION for condition in conditions)
 
 
-def regular_forms(n: int) -> dict[tuple[Row, ...], list[tuple[str, ...]]]:
+def regular_forms(n: int) -> dict[tuple[StructureRow, ...], list[tuple[str, ...]]]:
     """Return the normal forms of n joints that are regular in some task, with these tasks, sorted by code."""
     forms = sorted({normal(rows) for rows in tables(n, True)}, key=lambda rows: " ".join(map(str, rows)))
     return {rows: tasks for rows in forms if (tasks := regular_tasks(rows))}
@@ -180,7 +186,9 @@ def find_clean(n: int) -> list[Structure]:
 def singular_sets(structures: Iterable[Structure]) -> set[tuple[str, ...]]:
     """Return the different singular sets of structures, as text."""
     return {
-        tuple(sorted(piece for found in singular_set(chain_of(s.rows, s.task)) or () for piece in found.pieces()))
+        tuple(
+            sorted(piece for component in singular_set(chain_of(s.rows, s.task)) or () for piece in component.pieces())
+        )
         for s in structures
     }
 
@@ -194,12 +202,12 @@ def table_text() -> str:
 @lru_cache(maxsize=1)
 def clean_structures() -> dict[int, tuple[Structure, ...]]:
     """Return the clean structures of the table by their number of joints."""
-    found: dict[int, list[Structure]] = {}
+    clean: dict[int, list[Structure]] = {}
     for line in TABLE.read_text(encoding="utf-8").splitlines():
         if line and not line.startswith("#"):
             structure = _read(line)
-            found.setdefault(len(structure.rows), []).append(structure)
-    return {n: tuple(structures) for n, structures in found.items()}
+            clean.setdefault(len(structure.rows), []).append(structure)
+    return {n: tuple(structures) for n, structures in clean.items()}
 
 
 def _read(line: str) -> Structure:
@@ -207,17 +215,17 @@ def _read(line: str) -> Structure:
     return Structure(read_rows(rows), tuple(task.split()), int(number))
 
 
-def read_rows(code: str) -> tuple[Row, ...]:
+def read_rows(code: str) -> tuple[StructureRow, ...]:
     """Return the rows of a code, as in "Rdx Ra Pt"."""
-    return tuple(Row(word[0], "a" in word, "d" in word or "t" in word, "x" in word) for word in code.split())
+    return tuple(StructureRow(word[0], "a" in word, "d" in word or "t" in word, "x" in word) for word in code.split())
 
 
 def clean_classes(n: int) -> tuple[tuple[Structure, ...], ...]:
     """Return the clean structures of n joints by class (see `classes`): those of one class are the same problem."""
-    found: dict[Key, list[Structure]] = {}
+    classes: dict[Key, list[Structure]] = {}
     for structure in clean_structures()[n]:
-        found.setdefault(key(structure.rows, structure.task), []).append(structure)
-    return tuple(map(tuple, found.values()))
+        classes.setdefault(key(structure.rows, structure.task), []).append(structure)
+    return tuple(map(tuple, classes.values()))
 
 
 def write_table() -> None:

@@ -4,6 +4,13 @@ Planar arms are drawn flat, from +z_w; others in one fixed axonometric view, but
 may lie over one another, from the side from which they are seen apart, and with fewer names. What is drawn for joint i
 is the entry of the table, theta_i or d_i with its offset. Lengths are brought nearer to each other, so that small ones
 are seen.
+
+    shapes, view            plain shapes in pixels; from metres to pixels
+    plane, aspect, pose     which way an arm is looked at, in general and in a told pose; the pose in which it is drawn
+    arm, frames, body       links and joints; axes, origins and the base's place; an arm without lettering
+    ink, places, labels     the lines of a drawing as points; the places of one label; where all labels go
+    small                   thumbnails, and singular configurations beside a regular one
+    tikz, words             the drawing for LaTeX; what it shows, in words
 """
 
 import math
@@ -24,9 +31,9 @@ from exercises.figure.plane import camera, exact, is_flat
 from exercises.figure.pose import HEIGHT, LONG, ROOM, WIDTH, Skeleton, best_poses, drawn_chain, skeleton, told_pose
 from exercises.figure.shapes import Figure, fixed, path
 from exercises.figure.small import PANEL, cells, posed, singular_panel, thumbnail
-from exercises.figure.view import Part, View
+from exercises.figure.view import Drawn, View
 from exercises.figure.words import alt_text, panels_text, title_text
-from exercises.problem import Part as Asked
+from exercises.problem import Part
 from exercises.quizzes.places import options_drawn
 from exercises.render import render
 
@@ -63,7 +70,7 @@ More in a flat drawing, where labels have more room and no arrow points towards 
 STRETCHES = (1.0, 1.3, 1.6, 0.75, 2.0)
 """Factors for the base's distance from the world's origin, tried one by one while origins are drawn at one place."""
 
-Composed = tuple[Part, Layout]
+Composed = tuple[Drawn, Layout]
 """A drawing, and its labels as they are placed so far."""
 
 SHRUNK, GAP, LINE, LETTER = 60, 12, 18, 6
@@ -141,7 +148,7 @@ def _svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | None) ->
     )
 
 
-def part_svg(chain: Chain, part: Asked, name: str) -> str:
+def part_svg(chain: Chain, part: Part, name: str) -> str:
     """Return the figure under a part's prompt: its configuration, or those to choose from; nothing if there is none."""
     options = options_drawn(chain, part)
     if options is not None:
@@ -178,7 +185,7 @@ def singular_svg(chain: Chain, name: str = "singular") -> str:
     return _side_by_side(panel.drawings, f"{panel.key} {panel.remark}", name, title, description)
 
 
-def part_alt(chain: Chain, part: Asked) -> str:
+def part_alt(chain: Chain, part: Part) -> str:
     """Return the figure under a part's prompt in words."""
     options = options_drawn(chain, part)
     return alt_text(chain) if options is None else f"Configurations to choose from. {options_text(options[1])}"
@@ -250,24 +257,24 @@ def _compose(
     `choices` are the pose in different lengths: the first is taken in which no origin is drawn at the world's. What
     costs clearly more than `most` is not completed; its cost is infinite.
     """
-    found: list[tuple[float, float, Part]] = []
+    layers: list[tuple[float, float, Drawn]] = []
     for bones in choices:
         part, view = fitted(chain, bones, partial(_parts, chain, bones, sparse), ROOM, (WIDTH, HEIGHT), MARGIN, axes)
         own, world = frames.crowding(scene(chain, bones, view))
-        found.append((round(world, 1), own, part))
+        layers.append((round(world, 1), own, part))
         if world == 0.0:
             break
-    world, own, part = min(found, key=lambda one: one[0])
+    world, own, part = min(layers, key=lambda one: one[0])
     layout = Layout(part.labels, part.shapes, (WIDTH, HEIGHT))
     complete = layout.place_all(most + CLEARLY - own - world)
     return (part, layout), layout.cost + own + world if complete else math.inf
 
 
-def _parts(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> Part:
+def _parts(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> Drawn:
     """Return all parts from back to front."""
     stage = scene(chain, bones, view, sparse)
     if sparse:
-        part = frames.world(stage) + Part(body(stage).shapes)
+        part = frames.world(stage) + Drawn(body(stage).shapes)
     else:
         part = frames.world(stage) + body(stage)
         for i in range(1, chain.n + 1):

@@ -14,8 +14,8 @@ from exercises.arm.chain import Chain
 from exercises.figure.labels import Request
 from exercises.figure.plane import is_flat
 from exercises.figure.pose import Skeleton
-from exercises.figure.shapes import Circle, Glyph, Pair, Piece, Polyline, Shape, magnitude, with_offset
-from exercises.figure.view import Part, View, across, box, cylinder, tip, turned
+from exercises.figure.shapes import Circle, Glyph, Pair, Polyline, Shape, TextRun, magnitude, with_offset
+from exercises.figure.view import Drawn, View, across, box, cylinder, tip, turned
 
 JOINT, HALF, SLEEVE = 9.0, 11.0, 19.0
 """Pixels: radius of a revolute joint, half its length in space, half the length of a sleeve."""
@@ -113,7 +113,7 @@ def _shares_origin(bones: Skeleton) -> bool:
     return len(bones.corners) > 1 and bool(apart < 1e-6) and not (_movable(bones, 0) or _movable(bones, 1))
 
 
-def link(scene: Scene, i: int) -> Part:
+def link(scene: Scene, i: int) -> Drawn:
     """Return the bars of link i, with its lengths and, if it carries P, the way to P."""
     bones, joint = scene.bones, scene.chain.joints[i - 1]
     start, corner, end = bones.origins[i - 1], bones.corners[i - 1], bones.origins[i]
@@ -129,16 +129,16 @@ def link(scene: Scene, i: int) -> Part:
         shapes += _bar(scene.view, [start, corner, end], "link")
         labels += _length(scene.view, start, corner, magnitude(joint.d))
     labels += _length(scene.view, corner, end, magnitude(joint.a))
-    return Part(shapes, tuple(labels))
+    return Drawn(shapes, tuple(labels))
 
 
-def way_to_point(scene: Scene) -> Part:
+def way_to_point(scene: Scene) -> Drawn:
     """Return the bar from O_k to the point P, with its lengths."""
     path = scene.bones.path
     labels: list[Request] = []
     for k, value in enumerate(scene.chain.point.offset):
         labels += _length(scene.view, path[k], path[k + 1], magnitude(value))
-    return Part(_bar(scene.view, list(path), "link"), tuple(labels))
+    return Drawn(_bar(scene.view, list(path), "link"), tuple(labels))
 
 
 def _bar(view: View, points: list[np.ndarray], style: str) -> tuple[Shape, ...]:
@@ -150,7 +150,7 @@ def _bar(view: View, points: list[np.ndarray], style: str) -> tuple[Shape, ...]:
     return (Polyline(line, style), Polyline(line, f"{style}-inside"))
 
 
-def _length(view: View, start: np.ndarray, end: np.ndarray, pieces: tuple[Piece, ...]) -> list[Request]:
+def _length(view: View, start: np.ndarray, end: np.ndarray, pieces: tuple[TextRun, ...]) -> list[Request]:
     """Return a label beside the middle of a straight piece, on either side of it."""
     if np.linalg.norm(end - start) < 1e-9:
         return []
@@ -169,7 +169,7 @@ def beside(first: Pair, second: Pair) -> tuple[tuple[Pair, Pair], ...]:
     return tuple((spot, side) for spot in spots for side in (up, down))
 
 
-def joint(scene: Scene, i: int) -> Part:
+def joint(scene: Scene, i: int) -> Drawn:
     """Return the glyph of joint i."""
     kind, place, z, view = scene.chain.joints[i - 1].kind, scene.places[i - 1], scene.axis(i), scene.view
     shapes: tuple[Polyline | Circle, ...]
@@ -181,7 +181,7 @@ def joint(scene: Scene, i: int) -> Part:
     else:
         half = min(SLEEVE, 0.4 * view.scale * float(np.linalg.norm(scene.bones.corners[i - 1] - place)))
         shapes = box(view, place, z, max(half, 8.0), 9.0 if scene.is_planar else 8.0)
-    return Part((Glyph(i, kind, shapes),))
+    return Drawn((Glyph(i, kind, shapes),))
 
 
 def _seen_end_on(center: Pair, out: bool) -> tuple[Polyline | Circle, ...]:
@@ -195,7 +195,7 @@ def _seen_end_on(center: Pair, out: bool) -> tuple[Polyline | Circle, ...]:
     )
 
 
-def ground(scene: Scene) -> Part:
+def ground(scene: Scene) -> Drawn:
     """Return the hatched ground that carries the base: a line in a flat drawing, a plate in space."""
     view, frame = scene.view, scene.bones.frames[0]
     x, y, z, origin = frame[:3, 0], frame[:3, 1], frame[:3, 2], frame[:3, 3]
@@ -204,20 +204,20 @@ def ground(scene: Scene) -> Part:
     half = HALF if scene.chain.joints[0].kind == "R" else SLEEVE
     low = min(float((scene.places[0] - origin) @ z) * view.scale, 0.0) - half
     if scene.is_planar:
-        return Part(_hatched(view, origin + low / view.scale * z, x if view.lies_flat(x) else y, -z))
+        return Drawn(_hatched(view, origin + low / view.scale * z, x if view.lies_flat(x) else y, -z))
     size, middle = 28.0 / view.scale, origin + low / view.scale * z
     corners = [middle + size * (a * x + b * y) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
     shapes: list[Shape] = [Polyline(view.path(corners), "plate", True)]
     for k in np.linspace(-1.5, 1.5, 9):  # the lines a + b = k of the square
         ends = [(min(1.0, k + 1), max(-1.0, k - 1)), (max(-1.0, k - 1), min(1.0, k + 1))]
         shapes.append(Polyline(view.path([middle + size * (a * x + b * y) for a, b in ends]), "hatch"))
-    return Part(tuple(shapes))
+    return Drawn(tuple(shapes))
 
 
-def _ground_line(view: View, origin: np.ndarray, x: np.ndarray, down: np.ndarray) -> Part:
+def _ground_line(view: View, origin: np.ndarray, x: np.ndarray, down: np.ndarray) -> Drawn:
     unit = 1.0 / view.scale
     foot = [origin, origin + unit * (24 * down - 13 * x), origin + unit * (24 * down + 13 * x)]
-    return Part((Polyline(view.path(foot), "pedestal", True), *_hatched(view, origin + unit * 24 * down, x, down)))
+    return Drawn((Polyline(view.path(foot), "pedestal", True), *_hatched(view, origin + unit * 24 * down, x, down)))
 
 
 def _hatched(view: View, middle: np.ndarray, x: np.ndarray, down: np.ndarray) -> tuple[Shape, ...]:
@@ -230,11 +230,11 @@ def _hatched(view: View, middle: np.ndarray, x: np.ndarray, down: np.ndarray) ->
     return (*ticks, Polyline(view.path([middle - unit * 30 * x, middle + unit * 30 * x]), "ground"))
 
 
-def joint_angle(scene: Scene, i: int) -> Part:
+def joint_angle(scene: Scene, i: int) -> Drawn:
     """Return the arc of theta_i from x_{i-1} to x_i about z_{i-1}, with dashed lines where no line is drawn yet."""
     table, bones, view = scene.chain.joints[i - 1], scene.bones, scene.view
     if table.kind != "R":
-        return Part()
+        return Drawn()
     angle = float(np.arctan2(np.sin(bones.entries[i - 1]), np.cos(bones.entries[i - 1])))
     x, y, center = bones.frames[i - 1, :3, 0], bones.frames[i - 1, :3, 1], scene.places[i - 1]
     label = with_offset(scene.chain.q[i - 1], scene.offsets[i - 1], angle=True)
@@ -244,14 +244,14 @@ def joint_angle(scene: Scene, i: int) -> Part:
     if np.linalg.norm(bones.corners[i - 1] - center) > 1e-9 or table.a == 0:
         dashed.append(turned(x, y, angle))
     radius = ARC[scene.is_planar] + (5.0 if i == 1 and not scene.is_planar else 0.0)
-    return arc(view, center, (x, y), angle, radius, Request(label, (), "angle")) + Part(
+    return arc(view, center, (x, y), angle, radius, Request(label, (), "angle")) + Drawn(
         tuple(Polyline(view.path([center, center + v * (radius + 14) / view.scale]), "dashed") for v in dashed)
     )
 
 
 def arc(
     view: View, center: np.ndarray, xy: tuple[np.ndarray, np.ndarray], angle: float, radius: float, label: Request
-) -> Part:
+) -> Drawn:
     """Return an arc with an arrowhead from x towards y (sizes in pixels), labelled outside of it."""
     count = max(8, int(abs(angle) * 12 + 1e-6))
     turns = angle * np.arange(count + 1)[:, None] / count
@@ -262,20 +262,20 @@ def arc(
         anchors.append((view.px(center + out * radius / view.scale), view.heading(out)))
     reach = points[:: max(1, count // 8)]
     request = Request(label.pieces, tuple(anchors), label.style, gap=4.0, kind="angle", reach=reach)
-    return Part(tip(points, "arc", 7.0), (request,))
+    return Drawn(tip(points, "arc", 7.0), (request,))
 
 
-def slide(scene: Scene, i: int) -> Part:
+def slide(scene: Scene, i: int) -> Drawn:
     """Return the dimension line of a prismatic joint, from O_{i-1} along z_{i-1} to where d_i ends."""
     if scene.chain.joints[i - 1].kind != "P":
-        return Part()
+        return Drawn()
     start, end = scene.bones.origins[i - 1], scene.bones.corners[i - 1]
     moved = np.linalg.norm(scene.places[i - 1] - start) > 1e-9  # then there is a joint with its arc at O_{i-1}
     label = with_offset(scene.chain.q[i - 1], scene.offsets[i - 1], angle=False)
     return dimension(scene, start, end, label, ARC[scene.is_planar] + 9.0 if moved else 23.0)
 
 
-def dimension(scene: Scene, start: np.ndarray, end: np.ndarray, label: tuple[Piece, ...], away: float) -> Part:
+def dimension(scene: Scene, start: np.ndarray, end: np.ndarray, label: tuple[TextRun, ...], away: float) -> Drawn:
     """Return a dimension line between two points (3, m), `away` pixels aside, on the side without the arm."""
     view, side = scene.view, _side(scene, start, end) / scene.view.scale
     first, second = view.path([point + side * away for point in (start, end)])
@@ -285,7 +285,7 @@ def dimension(scene: Scene, start: np.ndarray, end: np.ndarray, label: tuple[Pie
     )
     arrows = (*tip((middle, first), "dimension", 7.0), *tip((middle, second), "dimension", 7.0))
     anchors = tuple((spot, view.heading(side)) for spot, _ in beside(first, second)[::2])
-    return Part((*lines, *arrows), (Request(label, anchors, gap=4.0),))
+    return Drawn((*lines, *arrows), (Request(label, anchors, gap=4.0),))
 
 
 def _side(scene: Scene, start: np.ndarray, end: np.ndarray) -> np.ndarray:

@@ -9,14 +9,14 @@ from exercises.figure.arm import Scene, ground, joint, link, way_to_point
 from exercises.figure.plane import camera
 from exercises.figure.pose import Skeleton
 from exercises.figure.shapes import Circle, Glyph, Pair, Shape
-from exercises.figure.view import Part, View
+from exercises.figure.view import Drawn, View
 
 
-def body(stage: Scene) -> Part:
+def body(stage: Scene) -> Drawn:
     """Return ground, links and joints from back to front, with the lengths of the links."""
     chain, bones, view = stage.chain, stage.bones, stage.view
     hides = not stage.is_planar and view.toward(bones.frames[0, :3, 2]) < -1e-9
-    part = Part() if hides else ground(stage)
+    part = Drawn() if hides else ground(stage)
     for i in range(1, chain.n + 1):
         along = view.toward(bones.corners[i - 1] - bones.origins[i - 1])
         pair = [joint(stage, i), link(stage, i)]
@@ -31,12 +31,12 @@ def body(stage: Scene) -> Part:
 def fitted(
     chain: Chain,
     bones: Skeleton,
-    draw: Callable[[View], Part],
+    draw: Callable[[View], Drawn],
     room: Pair,
     size: Pair,
     margin: Pair,
     axes: np.ndarray | None = None,
-) -> tuple[Part, View]:
+) -> tuple[Drawn, View]:
     """Return what is drawn and the view in which that is: fitted into `size` less `margin` on each side.
 
     The skeleton takes `room` at most. `axes` are the view's directions right, up and towards the reader (rows), if it

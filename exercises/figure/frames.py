@@ -7,8 +7,8 @@ import numpy as np
 
 from exercises.figure.arm import Scene, arc, beside, dimension, is_point
 from exercises.figure.labels import Request
-from exercises.figure.shapes import Circle, Pair, Piece, Polyline, Shape, magnitude, roman, signed, symbol
-from exercises.figure.view import Part, View, arrow
+from exercises.figure.shapes import Circle, Pair, Polyline, Shape, TextRun, magnitude, roman, signed, symbol
+from exercises.figure.view import Drawn, View, arrow
 
 AXIS = {True: 52.0, False: 54.0}
 """Pixels: length of a frame's axis in a flat drawing and in space."""
@@ -19,11 +19,11 @@ ROOMY, TOUCHING, CROWDED_COST = 34.0, 12.0, 120.0
 """Pixels between two origins, and between one and an axis of the world, below which they cost, at most so much."""
 
 
-def axes(scene: Scene) -> Part:
+def axes(scene: Scene) -> Drawn:
     """Return the axes of frames 0 ... n; axes that coincide are drawn once, with all their names."""
     view, flat = scene.view, scene.is_planar
     length = AXIS[flat] if not is_point(scene.bones) else LONG
-    found: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray, str, tuple[Piece, ...]]] = {}
+    drawn: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray, str, tuple[TextRun, ...]]] = {}
     for i, frame in enumerate(scene.bones.frames):
         for k, name in enumerate(NAMES):
             axis, origin = frame[:3, k], frame[:3, 3]
@@ -31,27 +31,27 @@ def axes(scene: Scene) -> Part:
             if not shown or (i in scene.bare and (name == "x" or (name == "y" and scene.sparse))):
                 continue
             key = tuple(round(part) for part in (*(origin * view.scale / 2).tolist(), *(axis * 10).tolist()))
-            before = found[key][3] + roman(", ") if key in found else ()
-            found.setdefault(key, (origin, axis, name, ()))
-            found[key] = (*found[key][:3], (*before, *symbol(name, str(i))))
-    part = Part()
-    for origin, axis, name, pieces in found.values():
+            before = drawn[key][3] + roman(", ") if key in drawn else ()
+            drawn.setdefault(key, (origin, axis, name, ()))
+            drawn[key] = (*drawn[key][:3], (*before, *symbol(name, str(i))))
+    part = Drawn()
+    for origin, axis, name, pieces in drawn.values():
         part += _axis(view, origin, axis, name, pieces, length)
     return part
 
 
 def _axis(
-    view: View, origin: np.ndarray, axis: np.ndarray, name: str, pieces: tuple[Piece, ...], length: float
-) -> Part:
+    view: View, origin: np.ndarray, axis: np.ndarray, name: str, pieces: tuple[TextRun, ...], length: float
+) -> Drawn:
     end = origin + axis * length / view.scale
     reach = view.path([origin + share * (end - origin) for share in (0.85, 0.7, 0.55)])
     request = Request(pieces, ((view.px(end), view.heading(axis)),), name, gap=3.0, rank=2, kind="axis", reach=reach)
-    return Part(arrow(view, origin, end, f"axis-{name}"), (request,))
+    return Drawn(arrow(view, origin, end, f"axis-{name}"), (request,))
 
 
-def origins(scene: Scene) -> Part:
+def origins(scene: Scene) -> Drawn:
     """Return the names of the origins O_0 ... O_n and the point P, those that coincide in one label."""
-    names: list[tuple[np.ndarray, tuple[Piece, ...]]] = []
+    names: list[tuple[np.ndarray, tuple[TextRun, ...]]] = []
     point = scene.bones.path[-1]
     marks = [(point, symbol("P"))] + [(o, symbol("O", str(i))) for i, o in enumerate(scene.bones.origins)]
     for place, pieces in marks:
@@ -67,7 +67,7 @@ def origins(scene: Scene) -> Part:
         wishes = tuple((spot, wish) for wish in ((0.6, 0.8), (-0.6, 0.8), (0.7, -0.7), (-0.7, -0.7)))
         labels.append(Request(pieces, wishes, gap=11.0, rank=1 if number == 0 else 3, kind="origin"))
     dot = (Circle(scene.view.px(point), 4.6, "point"),)
-    return Part(dot, tuple(labels))
+    return Drawn(dot, tuple(labels))
 
 
 def crowding(scene: Scene) -> tuple[float, float]:
@@ -105,46 +105,46 @@ def _distinct(scene: Scene) -> list[np.ndarray]:
     return [place for place, is_new in zip(places, apart, strict=True) if is_new]
 
 
-def page_normals(scene: Scene) -> Part:
+def page_normals(scene: Scene) -> Drawn:
     """Return the names of the z axes seen end-on, where some z axis of a flat drawing points otherwise than to us."""
     view, n = scene.view, scene.chain.n
     signs = [view.toward(frame[:3, 2]) for frame in scene.bones.frames]
     if not scene.is_planar or min(signs) > 0.9:
-        return Part()
+        return Drawn()
     labels, named = [], n if min(map(abs, signs)) > 0.9 else n + 1
     for i in range(named):
         if abs(signs[i]) > 0.9:
             spot = view.px(scene.bones.origins[i])
             wishes = tuple((spot, wish) for wish in ((-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7), (0.7, -0.7)))
             labels.append(Request(symbol("z", str(i)), wishes, "z", gap=11.0, rank=2, kind="axis"))
-    return Part((), tuple(labels))
+    return Drawn((), tuple(labels))
 
 
-def world(scene: Scene) -> Part:
+def world(scene: Scene) -> Drawn:
     """Return the world frame, the base's position in it as dashed legs, and the base's yaw; nothing if they agree."""
     view, base = scene.view, scene.chain.base
     if base.is_world:
-        return Part()
+        return Drawn()
     place = scene.bones.origins[0]
     apart = float(np.linalg.norm(place)) * view.scale > 1.0
     length = AXIS[scene.is_planar] + (0.0 if apart else 18.0)
-    part, corner = Part(), np.zeros(3)
+    part, corner = Drawn(), np.zeros(3)
     for k in [k for k in range(3) if not scene.is_planar or view.lies_flat(np.eye(3)[k])]:
         part += _axis(view, np.zeros(3), np.eye(3)[k], "w", symbol(NAMES[k], "w"), length)
         leg = np.eye(3)[k] * place[k]
         if scene.sparse:
-            part += Part((Polyline(view.path([corner, corner + leg]), "leg"),) if base.position[k] != 0 else ())
+            part += Drawn((Polyline(view.path([corner, corner + leg]), "leg"),) if base.position[k] != 0 else ())
         elif base.position[k] != 0 and _covered(scene, k):
             part += dimension(scene, corner, corner + leg, magnitude(base.position[k]), 46.0)
         elif base.position[k] != 0:
             line = Polyline(view.path([corner, corner + leg]), "leg")
             wishes = beside(*view.path([corner, corner + leg]))
-            part += Part((line,), (Request(magnitude(base.position[k]), wishes, "text", gap=4.0, rank=1),))
+            part += Drawn((line,), (Request(magnitude(base.position[k]), wishes, "text", gap=4.0, rank=1),))
         corner = corner + leg
     if apart:
         spot = view.px(np.zeros(3))
         wishes = ((spot, (-0.7, 0.7)), (spot, (0.7, 0.7)))
-        part += Part((), (Request(symbol("O", "w"), wishes, gap=6.0, rank=3, kind="origin"),))
+        part += Drawn((), (Request(symbol("O", "w"), wishes, gap=6.0, rank=3, kind="origin"),))
     return part + _yaw(scene, apart)
 
 
@@ -154,10 +154,10 @@ def _covered(scene: Scene, k: int) -> bool:
     return not any(rest) and abs(float(link[k])) > 0.99 * float(np.linalg.norm(link)) > 0
 
 
-def _yaw(scene: Scene, apart: bool) -> Part:
+def _yaw(scene: Scene, apart: bool) -> Drawn:
     base, view, frame = scene.chain.base, scene.view, scene.bones.frames[0]
     if base.yaw == 0 or scene.sparse:
-        return Part()
+        return Drawn()
     x, origin = frame[:3, 0], frame[:3, 3]
     angle = float(np.arctan2(x[1], x[0]))
     radius = AXIS[scene.is_planar] - 7.0
@@ -165,4 +165,4 @@ def _yaw(scene: Scene, apart: bool) -> Part:
     dashed: tuple[Shape, ...] = (Polyline(view.path([origin, end]), "dashed"),) if apart else ()
     sign, letters = signed(base.yaw, angle=True)
     label = Request((*(roman("−") if sign == "−" else ()), *letters), (), "angle")
-    return Part(dashed) + arc(view, origin, (np.eye(3)[0], np.eye(3)[1]), angle, radius, label)
+    return Drawn(dashed) + arc(view, origin, (np.eye(3)[0], np.eye(3)[1]), angle, radius, label)

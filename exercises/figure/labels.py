@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 from exercises.figure.ink import Ink, Line
 from exercises.figure.places import Places
-from exercises.figure.shapes import FONT, Box, Pair, Piece, Polyline, Shape, Text, runs, shifted
+from exercises.figure.shapes import FONT, Box, Pair, Polyline, Shape, Text, TextRun, runs, shifted
 
 FAR = 15.0
 """Pixels from which on a label gets a leader."""
@@ -23,7 +23,7 @@ class Request:
     `kind` says what it names; near `reach`, further points of that thing, no other label of the kind should be.
     """
 
-    pieces: tuple[Piece, ...]
+    pieces: tuple[TextRun, ...]
     anchors: tuple[tuple[Pair, Pair], ...]
     style: str = "text"
     gap: float = 5.0
@@ -90,10 +90,10 @@ class Layout:
             leaders = {k: line.shape for k, line in self._leaders.items()}
             if self._seen.get(i) != (boxes, leaders):
                 others = list(boxes.values()), list(self._leaders.values())
-                found = self._places[i].best(*others, most - self.cost)
-                if found is None:
+                place = self._places[i].best(*others, most - self.cost)
+                if place is None:
                     return False
-                self._boxes[i], self._costs[i] = found
+                self._boxes[i], self._costs[i] = place
                 led = self._led(i)
                 self._seen[i] = boxes, leaders
             if led is not None:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 from exercises.figure.ink import Ink, Line
-from exercises.figure.shapes import Box, Pair, Piece, extent
+from exercises.figure.shapes import Box, Pair, TextRun, extent
 
 ROUND = tuple(sorted(range(-160, 181, 20), key=abs))
 FURTHER = (0.0, 6.0, 14.0, 26.0, 42.0, 60.0, 80.0)
@@ -32,13 +32,13 @@ _Listed = tuple[int, int, int, float, _Turn]
 @lru_cache(maxsize=64)
 def _order(anchors: int) -> tuple[_Listed, ...]:
     """Return the places around so many anchors, the cheapest first."""
-    found: list[_Listed] = []
+    listed: list[_Listed] = []
     for anchor in range(anchors):
         for further in FURTHER:
             for turn in map(math.radians, ROUND):
                 cost = round(100 * (1.2 * further + 9.0 * abs(turn) + 1.5 * anchor))
-                found.append((cost, len(found), anchor, further, (math.cos(turn), math.sin(turn))))
-    return tuple(sorted(found))
+                listed.append((cost, len(listed), anchor, further, (math.cos(turn), math.sin(turn))))
+    return tuple(sorted(listed))
 
 
 class _Place:
@@ -63,7 +63,7 @@ class Places:
 
     def __init__(
         self,
-        pieces: tuple[Piece, ...],
+        pieces: tuple[TextRun, ...],
         anchors: Sequence[tuple[Pair, Pair]],
         gap: float,
         far: float,

@@ -106,29 +106,29 @@ class Figure:
         return self.width - 1, self.height - 1
 
 
-Piece = tuple[str, bool, bool]
+TextRun = tuple[str, bool, bool]
 """Text, whether it is italic, whether it is a subscript."""
 
 
-def roman(text: str) -> tuple[Piece, ...]:
+def roman(text: str) -> tuple[TextRun, ...]:
     """Return upright lettering."""
     return ((text, False, False),)
 
 
-def symbol(letter: str, index: str = "") -> tuple[Piece, ...]:
+def symbol(letter: str, index: str = "") -> tuple[TextRun, ...]:
     """Return an italic letter with an upright subscript."""
-    sub: tuple[Piece, ...] = ((index, index.isalpha(), True),) if index else ()
+    sub: tuple[TextRun, ...] = ((index, index.isalpha(), True),) if index else ()
     return ((letter, True, False), *sub)
 
 
-def named(name: str) -> tuple[Piece, ...]:
+def named(name: str) -> tuple[TextRun, ...]:
     """Return the lettering of a symbol called as in "a1", "theta2", "b_x" or "h"."""
-    found = re.fullmatch(r"([A-Za-z]+?)_?(\d+|(?<=_)\w+)?", name)
-    letter, index = (found[1], found[2] or "") if found else (name, "")
+    match = re.fullmatch(r"([A-Za-z]+?)_?(\d+|(?<=_)\w+)?", name)
+    letter, index = (match[1], match[2] or "") if match else (name, "")
     return symbol(GREEK.get(letter, letter), index)
 
 
-def signed(expression: sp.Expr, angle: bool) -> tuple[str, tuple[Piece, ...]]:
+def signed(expression: sp.Expr, angle: bool) -> tuple[str, tuple[TextRun, ...]]:
     """Return the sign ("+" or "−") and the lettering of the rest of a length (m) or an angle (rad)."""
     sign, size = ("−", -expression) if expression.could_extract_minus_sign() else ("+", expression)
     if size.is_number:
@@ -139,7 +139,7 @@ def signed(expression: sp.Expr, angle: bool) -> tuple[str, tuple[Piece, ...]]:
     if isinstance(rest, sp.Symbol):
         return sign, (*roman(f"{decimal(factor)} "), *named(rest.name))
     if isinstance(size, sp.Add):
-        pieces: tuple[Piece, ...] = ()
+        pieces: tuple[TextRun, ...] = ()
         for number, term in enumerate(size.as_ordered_terms()):
             inner, letters = signed(term, angle)
             pieces += (*(roman(f" {inner} ") if number else roman("−") if inner == "−" else ()), *letters)
@@ -154,13 +154,13 @@ def decimal(number: sp.Expr) -> str:
 
 
 @lru_cache(maxsize=4096)
-def magnitude(expression: sp.Expr) -> tuple[Piece, ...]:
+def magnitude(expression: sp.Expr) -> tuple[TextRun, ...]:
     """Return the lettering of a length as it stands beside a drawn line: without sign."""
     return signed(expression, angle=False)[1]
 
 
 @lru_cache(maxsize=4096)
-def with_offset(variable: sp.Symbol, offset: sp.Expr, angle: bool) -> tuple[Piece, ...]:
+def with_offset(variable: sp.Symbol, offset: sp.Expr, angle: bool) -> tuple[TextRun, ...]:
     """Return the lettering of a joint variable plus its offset, as in θ1 + 30°."""
     if offset == 0:
         return named(variable.name)
@@ -169,7 +169,7 @@ def with_offset(variable: sp.Symbol, offset: sp.Expr, angle: bool) -> tuple[Piec
 
 
 @lru_cache(maxsize=4096)
-def runs(pieces: tuple[Piece, ...], font: float = FONT) -> tuple[Run, ...]:
+def runs(pieces: tuple[TextRun, ...], font: float = FONT) -> tuple[Run, ...]:
     """Return the runs of some lettering, subscripts lowered and made smaller."""
     done, low = [], 0.0
     for text, italic, sub in pieces:
@@ -180,7 +180,7 @@ def runs(pieces: tuple[Piece, ...], font: float = FONT) -> tuple[Run, ...]:
 
 
 @lru_cache(maxsize=4096)
-def extent(pieces: tuple[Piece, ...], font: float = FONT) -> Pair:
+def extent(pieces: tuple[TextRun, ...], font: float = FONT) -> Pair:
     """Return an upper estimate of width and height (pixels) of some lettering in any serif font."""
     narrow, wide = set(" .,1iljt°"), set("mwMWOθ=+−ωφψ")
     width = 0.0

@@ -22,7 +22,7 @@ from exercises.figure.body import body, fitted
 from exercises.figure.plane import exact, is_flat
 from exercises.figure.pose import best_poses, drawn_chain, scores, skeleton, symbol_values
 from exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Shape, decimal
-from exercises.figure.view import Part, View, arrow, tip
+from exercises.figure.view import Drawn, View, arrow, tip
 from exercises.figure.words import left_out_text
 from exercises.formula.printers.unicode import unicode_math
 from exercises.writing.latex import laid_out
@@ -60,12 +60,12 @@ def posed(chain: Chain, pose: Mapping[str, float]) -> Figure:
 def _figure(drawn: Chain, entries: np.ndarray, size: tuple[int, int], lost: tuple[np.ndarray, ...] = ()) -> Figure:
     bones, shown_hand = skeleton(drawn, entries), size == PANEL and _hides_hand(drawn)
 
-    def draw(view: View) -> Part:
+    def draw(view: View) -> Drawn:
         dot = Circle(view.px(bones.path[-1]), 5.0, "point")
         marks = itertools.chain(*(_cannot_move(view, bones.path[-1], direction) for direction in lost))
         hand, z = bones.origins[-1], bones.frames[-1, :3, 2]
         last = arrow(view, hand, hand + HAND / view.scale * z, "axis-z") if shown_hand else ()
-        return Part((*body(scene(drawn, bones, view)).shapes, *last, *marks, dot))
+        return Drawn((*body(scene(drawn, bones, view)).shapes, *last, *marks, dot))
 
     part, _ = fitted(drawn, bones, draw, (0.9 * size[0], 0.9 * size[1]), size, MARGIN)
     return Figure(*size, part.shapes, ())
@@ -120,11 +120,11 @@ def singular_panel(chain: Chain) -> Panel:
     chain = exact(chain)
     scaled = _scaled(chain)
     regular = best_poses(chain, scaled.drawn, 1)[0]
-    found = [_configurations(chain, scaled, component, regular) for component in singular_set(chain) or ()]
+    by_component = [_configurations(chain, scaled, component, regular) for component in singular_set(chain) or ()]
     singular = [
         [(caption, entries, lost) for caption, entries in one
          if (lost := _lost_directions(chain, scaled, entries)) is not None]
-        for one in found
+        for one in by_component
     ]  # fmt: skip
     shown = shares([len(one) for one in singular], MOST)
     if not any(shown):
@@ -196,7 +196,7 @@ def _configurations(
         entries = _on_condition(chain, scaled, component)
         shown = " and ".join(f"{_text(condition, chain)} = 0" for condition in component.conditions)
         return [] if entries is None else [(_short(shown), entries)]
-    found = []
+    configurations = []
     joints = [joint for joint, _ in component.solutions]
     for values in itertools.product(*(values for _, values in component.solutions)):
         numbers = [complex(value.xreplace(scaled.values)) for value in values]
@@ -209,8 +209,8 @@ def _configurations(
         kinds = [chain.joints[chain.q.index(joint)].kind for joint in joints]
         solved = zip(joints, values, kinds, strict=True)
         caption = ", ".join(f"{_text(q, chain)} = {_value(value, kind, chain)}" for q, value, kind in solved)
-        found.append((_short(caption), entries))
-    return found
+        configurations.append((_short(caption), entries))
+    return configurations
 
 
 def _on_condition(chain: Chain, scaled: _Scaled, component: Component) -> np.ndarray | None:
@@ -276,13 +276,13 @@ def _own_basis(basis: np.ndarray) -> list[np.ndarray]:
     Which one the singular value decomposition returns is up to the processor. The coordinate axes are projected to the
     space, one after another, and what is new of each is taken.
     """
-    projector, found = basis @ basis.T, list[np.ndarray]()
+    projector, vectors = basis @ basis.T, list[np.ndarray]()
     for least in (0.3, 1e-3):
         for axis in projector:
-            new = axis - sum((axis @ one) * one for one in found)
-            if len(found) < basis.shape[1] and np.linalg.norm(new) > least:
-                found.append(new / np.linalg.norm(new))
-    return found
+            new = axis - sum((axis @ one) * one for one in vectors)
+            if len(vectors) < basis.shape[1] and np.linalg.norm(new) > least:
+                vectors.append(new / np.linalg.norm(new))
+    return vectors
 
 
 def cells(count: int) -> tuple[int, int]:

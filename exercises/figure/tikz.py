@@ -87,13 +87,13 @@ def _drawn(parent: ET.Element, frame: _Frame, inherited: Mapping[str, str]) -> I
 
 
 def _moved(frame: _Frame, transform: str) -> _Frame:
-    found = re.fullmatch(r"translate\(([-\d.]+) ([-\d.]+)\) scale\(([\d.]+)\)", transform)
-    if found is None:
+    match = re.fullmatch(r"translate\(([-\d.]+) ([-\d.]+)\) scale\(([\d.]+)\)", transform)
+    if match is None:
         if transform:
             raise ValueError(f"a figure with {transform!r}")
         return frame
-    x, y = frame.at(found[1], found[2])
-    return replace(frame, x=x, y=y, scale=frame.scale * float(found[3]))
+    x, y = frame.at(match[1], match[2])
+    return replace(frame, x=x, y=y, scale=frame.scale * float(match[3]))
 
 
 def _options(given: Mapping[str, str], frame: _Frame) -> tuple[str, ...]:

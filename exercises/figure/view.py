@@ -14,18 +14,18 @@ ARROW = 8.0
 
 
 @dataclass(frozen=True)
-class Part:
+class Drawn:
     """Some shapes, back to front, and the labels that belong to them."""
 
     shapes: tuple[Shape, ...] = ()
     labels: tuple[Request, ...] = ()
 
-    def __add__(self, other: "Part") -> "Part":
-        return Part(self.shapes + other.shapes, self.labels + other.labels)
+    def __add__(self, other: "Drawn") -> "Drawn":
+        return Drawn(self.shapes + other.shapes, self.labels + other.labels)
 
-    def moved(self, by: Pair) -> "Part":
+    def moved(self, by: Pair) -> "Drawn":
         """Return the same at another place."""
-        return Part(tuple(moved(shape, by) for shape in self.shapes), tuple(label.moved(by) for label in self.labels))
+        return Drawn(tuple(moved(shape, by) for shape in self.shapes), tuple(label.moved(by) for label in self.labels))
 
 
 @dataclass(frozen=True)

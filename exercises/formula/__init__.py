@@ -1,1 +1,17 @@
-"""Formulas as people write them: read, evaluated, compared as functions and as sets of configurations."""
+"""Formulas as people write them: read, evaluated, compared as functions and as sets of configurations.
+
+From the bottom up:
+
+    printing, text                      SymPy's expressions as text, fast
+    layout, latex                       how a formula is laid out, one tree whatever it was made from; our LaTeX as such
+    printers/                           a file for each notation that it is printed in; Maxima and Python from SymPy
+    vocabulary                          words, signs, units and habits of those who write: vocabulary.json
+    names, trees                        what a name stands for; expressions as trees of plain nodes
+    algebra                             trees added, multiplied and differentiated, without SymPy
+    notation, expression                text to a tree by a grammar, in whatever notation it was written
+    program                             trees evaluated at many points at once
+    field, angles, exact                rational functions of sines and cosines, compared modulo a random prime
+    identity                            are two expressions the same function
+    constants, pieces, conditions       typed values; conditions as a union of pieces; are two sets the same
+    claims                              the conditions that an answer claims, and whether they would take too long
+"""

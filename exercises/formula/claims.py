@@ -16,14 +16,14 @@ def claimed_pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
     """Return the pieces of an answer. Raises ReadError also where it would take too long to look at all of them."""
     if _nodes_of_cases(node) > _MOST_CASES:
         raise ReadError("the conditions are too long, or there are too many whole numbers in them")
-    found, work = pieces(node, joints), 0
-    for piece in found:
+    claimed, work = pieces(node, joints), 0
+    for piece in claimed:
         took = _PIECE + sum(len(compile_program([atom.zero]).steps) for atom in piece)
         searched = any(atom.joint is None or is_tied(atom, piece, joints) for atom in piece)
         work += took if searched else took // 10  # a value needs no search
         if work > _MOST_WORK:
-            raise ReadError(f"the conditions are too long, with their {len(found)} cases")
-    return found
+            raise ReadError(f"the conditions are too long, with their {len(claimed)} cases")
+    return claimed
 
 
 def _nodes_of_cases(node: Node) -> int:

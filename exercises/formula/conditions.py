@@ -110,9 +110,9 @@ class Space:
     def _assign(self, ready: _Ready, values: dict[str, np.ndarray], count: int) -> np.ndarray:
         good = np.ones(count, dtype=bool)
         for joint, program in ready.values:
-            found = evaluate(program, values, count)[0][0]
-            good &= np.isfinite(found) & (np.abs(found.imag) < MEMBER)
-            values[joint] = np.where(good, found.real, 0.0)
+            assigned = evaluate(program, values, count)[0][0]
+            good &= np.isfinite(assigned) & (np.abs(assigned.imag) < MEMBER)
+            values[joint] = np.where(good, assigned.real, 0.0)
         return good
 
     def _project(self, ready: _Ready, values: dict[str, np.ndarray], count: int) -> np.ndarray:
@@ -185,8 +185,8 @@ class Space:
         """Return the slope of one zero, (count, joints), to the last digit: Im f(x + ih) / h needs no difference."""
         assert ready.zeros is not None
         nudged = _nudged(values, count, [(joint, 1e-20j) for joint in ready.free])
-        found, _ = evaluate(ready.zeros, nudged, count * len(ready.free))
-        slopes = found[0].imag.reshape(len(ready.free), count).T / 1e-20
+        nudged_zeros, _ = evaluate(ready.zeros, nudged, count * len(ready.free))
+        slopes = nudged_zeros[0].imag.reshape(len(ready.free), count).T / 1e-20
         return np.where(np.isfinite(slopes), slopes, 0.0)
 
     def _slopes(self, ready: _Ready, values: Mapping[str, np.ndarray], count: int, squared: bool = False) -> np.ndarray:
@@ -206,14 +206,14 @@ class Space:
         if ready.zeros is None or not ready.free:
             return float("inf")
         count = min(4000, max(SAMPLES, _VALUES // len(ready.zeros.steps)))
-        found, size = evaluate(ready.zeros, self.domain.sample(used, count, stream), count)
+        misses, size = evaluate(ready.zeros, self.domain.sample(used, count, stream), count)
         with np.errstate(all="ignore"):
-            return float(_of_defined(np.nanmin, np.max(np.abs(found) / np.maximum(size, 1e-300), axis=0)[None])[0, 0])
+            return float(_of_defined(np.nanmin, np.max(np.abs(misses) / np.maximum(size, 1e-300), axis=0)[None])[0, 0])
 
     def _zeros(self, ready: _Ready, values: Mapping[str, np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
         assert ready.zeros is not None
-        found, size = evaluate(ready.zeros, values, count)
-        return np.where(np.abs(found.imag) < MEMBER, found.real, np.nan), size
+        zeros, size = evaluate(ready.zeros, values, count)
+        return np.where(np.abs(zeros.imag) < MEMBER, zeros.real, np.nan), size
 
     def shown(self, name: str, value: float) -> float:
         """Return a value of six digits, an angle between -pi and pi."""
@@ -238,11 +238,11 @@ class Space:
     def _holds(self, atom: Atom, values: Mapping[str, np.ndarray], count: int, tolerance: float) -> np.ndarray:
         if atom.joint is None:
             return self._vanishes(atom, values, count, tolerance)
-        found = evaluate(compile_program([atom.zero]), values, count)[0][0]
-        gap = values[atom.joint] - found.real
+        misses = evaluate(compile_program([atom.zero]), values, count)[0][0]
+        gap = values[atom.joint] - misses.real
         if self.domain.roles.get(atom.joint) == "angle":
             gap = np.angle(np.exp(1j * np.where(np.isfinite(gap), gap, np.nan)))
-        return np.asarray((np.abs(gap) <= tolerance) & (np.abs(found.imag) <= tolerance))
+        return np.asarray((np.abs(gap) <= tolerance) & (np.abs(misses.imag) <= tolerance))
 
     def holds_exactly(self, piece: Piece, outer: Sequence[Piece], symbols: Mapping[str, Any]) -> bool:
         """Tell whether values of joints that were typed as numbers meet the conditions of a piece to the last digit.

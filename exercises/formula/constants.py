@@ -19,8 +19,8 @@ def value_of(node: Node) -> Any:
     """Return the real value of a tree without symbols, as an mpmath number; None where it has symbols or none."""
     if names(node):
         return None
-    found = evaluate_precisely(compile_program([node]), {}, DIGITS)[0]
-    return mpmath.re(found) if mpmath.isfinite(found) and abs(mpmath.im(found)) < SAME else None
+    value = evaluate_precisely(compile_program([node]), {}, DIGITS)[0]
+    return mpmath.re(value) if mpmath.isfinite(value) and abs(mpmath.im(value)) < SAME else None
 
 
 def same_value(one: Any, other: Any, angles: bool, room: float) -> bool:
@@ -36,9 +36,9 @@ def holds_at(zero: Node, at: Mapping[str, Any], symbols: Mapping[str, Any], room
     """Tell whether an expression vanishes at values of joints, for some values of the other symbols."""
     program = compile_program([zero])
     values = {**symbols, **at}
-    found = evaluate_precisely(program, values, DIGITS)[0]
+    misses = evaluate_precisely(program, values, DIGITS)[0]
     size = float(evaluate(program, {name: np.array([float(value)]) for name, value in values.items()}, 1)[1][0, 0])
-    return bool(mpmath.isfinite(found) and abs(found) <= max(room, SAME) * max(size, 1e-300))
+    return bool(mpmath.isfinite(misses) and abs(misses) <= max(room, SAME) * max(size, 1e-300))
 
 
 def room_of(nodes: Sequence[Node]) -> float:

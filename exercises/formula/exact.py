@@ -6,8 +6,9 @@ field of the 1440th roots of unity; and so are sums, products, quotients and who
 such functions n1/d1 and n2/d2 are the same where N = n1 d2 - n2 d1 is the zero polynomial.
 
 Modulo a prime p = 1 (mod 1440) there are 1440th roots of unity among the whole numbers, so that the functions can be
-evaluated without any rounding. A prime, a root and a point are drawn at random once the answer is known. Where the two
-values differ, so do the functions, for certain. If N is not zero, they agree all the same
+evaluated without any rounding. A prime and a root are drawn from the system's randomness, for some answers at a time,
+and a point once the answer is known. Where the two values differ, so do the functions, for certain. If N is not zero,
+they agree all the same
 
   - if the prime ideal of p that belongs to the root divides a coefficient of N that is not zero. That is a whole number
     of the field, of a norm of at most 2^(384 height), height being the binary logarithm of the sum of the sizes of all
@@ -155,7 +156,10 @@ def _wave_op(op: str, angle: tuple[Angle, bool] | None) -> tuple[Op, Size] | Non
     wave = wave_of(angle[0])
     if wave is None:
         return None
-    degree = float(sum(abs(power) for _, power in wave.powers))
+    turns = sum(abs(power) for _, power in wave.powers)
+    if turns > _LARGEST:  # more than a double holds, it may be
+        return None
+    degree = float(turns)
     one, two = (degree, 0.0, degree, 0.0), (2 * degree, 1.0, degree, 1.0)
     size = {"exp": one, "sin": two, "cos": two, "sec": _inverted(two), "csc": _inverted(two)}.get(op)
     return (op, (), wave), size or (2 * degree, 1.0, 2 * degree, 1.0)
@@ -322,9 +326,9 @@ def compare(
     """
     theirs, ours = modular_program(student, fixed), modular_program(reference, fixed)
     stream = Stream(f"{seed}/exact")
-    found = [_Entry(theirs, ours, k) for k in range(len(ours.outputs))]
+    entries = [_Entry(theirs, ours, k) for k in range(len(ours.outputs))]
     for trial in range(TRIES):
-        still = [entry for entry in found if entry.is_open]
+        still = [entry for entry in entries if entry.is_open]
         if not still:
             break
         field = _SHARED.get() if trial == 0 and draw is None else (draw or draw_field)(stream)
@@ -332,7 +336,7 @@ def compare(
         values = run(theirs, point), run(ours, point)
         for entry in still:
             entry.seen(values[0][entry.number], values[1][entry.number], point.field)
-    return [entry.verdict() for entry in found]
+    return [entry.verdict() for entry in entries]
 
 
 class _Entry:

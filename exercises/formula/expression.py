@@ -11,37 +11,31 @@ from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache
 
-from exercises.formula.names import ARITY, LONGEST, Piece, pieces_of, plain_name
+from exercises.formula.names import ARITY, LONGEST, NamePart, pieces_of, plain_name
 from exercises.formula.notation import plain, rows_of_semicolons
 from exercises.formula.trees import Node, ReadError, replaced
+from exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
 
-MAX_DEPTH = 60
-MAX_LENGTH = 300_000
-MAX_DIAGONAL = 20
+MAX_DEPTH = LIMITS["depth"]
+MAX_LENGTH = LIMITS["characters"]
+MAX_DIAGONAL = LIMITS["diagonal"]
 
-CONTAINERS = {
-    "Matrix", "Union", "ImageSet",
-    "diag", "MutableDenseMatrix", "ImmutableDenseMatrix", "ImmutableMatrix", "array", "FiniteSet",
-    "simplify", "trigsimp", "expand", "expand_trig", "factor", "cancel", "together", "radsimp",
-    "Eq", "Equality", "Or", "And", "Rational", "Integer", "Float", "Pow", "list", "set", "tuple", "Tuple",
-}  # fmt: skip
+_CONTAINERS: dict[str, str] = VOCABULARY["containers"]
+"""What a call of SymPy, NumPy or Python that is no function of numbers stands for."""
+_BOUND: dict[str, str] = VOCABULARY["bound"]
+_WORDS: list[str] = VOCABULARY["words"]
+"""Names that stand between two conditions, and are no factor."""
 
-UNDEFINED = ("nan", "NaN", "inf", "oo", "zoo", "None", "True", "False", "undefined")
-BLANK = ("blank", "Ellipsis")
-
-
-_TOKEN = re.compile(
-    r"(?P<space>[ \t\r\n\f]+|\#[^\n]*)"
-    r"|(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)"
-    r"|(?P<name>[^\W\d]\w*(?:\.[^\W\d]\w*)*)"
-    r"|(?P<op>\*\*|==|\.\.\.|[-+*/^()\[\]{},:=&|])"
-)
+_TOKEN = re.compile("|".join(
+    f"(?P<{kind}>{VOCABULARY['patterns'][name]})"
+    for kind, name in (("space", "passed"), ("number", "number"), ("name", "name"), ("op", "operator"))
+))  # fmt: skip
 
 _DEEPER = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
 
 
 def _tokens(text: str) -> list[tuple[str, str, int]]:
-    found: list[tuple[str, str, int]] = []
+    tokens: list[tuple[str, str, int]] = []
     at, depth = 0, 0
     for match in _TOKEN.finditer(text):
         start, end = match.span()
@@ -50,7 +44,7 @@ def _tokens(text: str) -> list[tuple[str, str, int]]:
         kind = match.lastgroup
         if kind != "space":
             said = text[at:end]
-            found.append((str(kind), said, at))
+            tokens.append((str(kind), said, at))
             if said in _DEEPER:
                 depth += _DEEPER[said]
                 if depth > MAX_DEPTH:  # found here, it costs no more than what stands before it
@@ -58,8 +52,8 @@ def _tokens(text: str) -> list[tuple[str, str, int]]:
         at = end
     if at < len(text):
         raise ReadError(f"cannot read {text[at]!r} {_where(text, at)}")
-    found.append(("end", "", at))
-    return found
+    tokens.append(("end", "", at))
+    return tokens
 
 
 def _where(text: str, at: int) -> str:
@@ -90,8 +84,8 @@ class _Parser:
 
     def expect(self, text: str) -> None:
         if not self.take(text):
-            found = self.peek() or "the end"
-            raise self.fail(f"expected '{text}', found {found!r},")
+            instead = self.peek() or "the end"
+            raise self.fail(f"expected '{text}', found {instead!r},")
 
     def whole(self) -> Node:
         if self.tokens[0][0] == "end":
@@ -136,7 +130,7 @@ class _Parser:
         left = self.sum()
         if self.take("=", "=="):
             return Node("eq", (left, self.sum()))
-        if self.take("in", "∈"):
+        if self.take("in"):
             return Node("in", (left, self.sum()))
         return left
 
@@ -168,7 +162,7 @@ class _Parser:
                 node = Node(text, (node, self.signed_power()))
             elif kind == "number" == self.tokens[self.at - 1][0]:
                 raise self.fail("two numbers stand side by side,")  # 1 000, 1.2.3: no product is meant
-            elif kind == "number" or text == "(" or (kind == "name" and text not in ("in", "and", "or")):
+            elif kind == "number" or text == "(" or (kind == "name" and text not in _WORDS):
                 node = Node("*", (node, self.power()))
             else:
                 return node
@@ -201,7 +195,7 @@ class _Parser:
         if kind == "number":
             self.at += 1
             return _number(text)
-        if kind == "name" and text not in ("in", "and", "or"):
+        if kind == "name" and text not in _WORDS:
             self.at += 1
             return self.named(text)
         if self.take("..."):
@@ -241,18 +235,18 @@ class _Parser:
             return self.bound("Derivative", _meant(pieces_of(raw.removesuffix(".diff"), self.known)[0]))
         name = plain_name(raw)
         opens = self.peek() == "("
-        if opens and name in ("Derivative", "diff", "Lambda"):
+        if opens and name in _BOUND:
             return self.bound(name, None)
         varies = name in self.known or _JOINT.fullmatch(name) is not None
         if opens and varies and self.text_at(1) == "t" and self.text_at(2) == ")":
             self.at += 3  # theta1(t), as dynamicsymbols prints it
             return _meant(pieces_of(raw, self.known)[0])
-        if opens and name in CONTAINERS:
+        if opens and name in _CONTAINERS:
             self.at += 1
             return _container(name, self.bracketed(")", "args").args, self)
-        if name in UNDEFINED:
+        if name in VOCABULARY["undefined"]:
             raise self.fail(f"{name} is not an answer;")
-        if name in BLANK:
+        if name in VOCABULARY["blank"]:
             return Node("blank")
         pieces = pieces_of(raw, self.known)
         one = pieces[0].parts[0] if len(pieces) == 1 and pieces[0].kind == "name" else ""
@@ -260,7 +254,7 @@ class _Parser:
             raise self.fail(f"the function {name!r} is not understood")
         return self.product_of(pieces)
 
-    def product_of(self, pieces: Sequence[Piece]) -> Node:
+    def product_of(self, pieces: Sequence[NamePart]) -> Node:
         """Return the product that names without a space stand for; a function is of what follows it."""
         factors: list[Node] = []
         todo = list(pieces)
@@ -286,12 +280,13 @@ class _Parser:
         """Read Derivative(theta1(t), t), which is the rate qd1, or Lambda(_n, …), whose _n is any whole number."""
         self.at += 1
         args = ((of,) if of is not None else ()) + self.bracketed(")", "args").args
-        if name != "Lambda" and len(args) in (1, 2) and args[0].kind == "name":
+        is_rate = _BOUND[name] == "rate"
+        if is_rate and len(args) in (1, 2) and args[0].kind == "name":
             joint = _JOINT.fullmatch(str(args[0].value))
             if joint is not None:
                 return Node("name", value=f"qd{joint.group(1)}")
-        if name == "Lambda" and len(args) == 2 and args[0].kind == "name":
-            return replaced(args[1], str(args[0].value), Node("name", value="k"))
+        if not is_rate and len(args) == 2 and args[0].kind == "name":
+            return replaced(args[1], str(args[0].value), Node("name", value=VOCABULARY["whole_numbers"][0]))
         raise self.fail(f"this {name} is not understood")
 
     def function(self, name: str) -> Node:
@@ -316,8 +311,8 @@ class _Parser:
             args = (self.bare_argument(name),)
         if len(args) != ARITY.get(name, 1):
             raise self.fail(f"{name} takes {ARITY.get(name, 1)} argument, not {len(args)},")
-        if power is not None and power == _MINUS_ONE and f"a{name}" in _INVERSES:
-            return _call(f"a{name}", args)  # sin^-1(x) is the arc sine
+        if power is not None and power == _MINUS_ONE and name in VOCABULARY["inverses"]:
+            return _call(VOCABULARY["inverses"][name], args)  # sin^-1(x) is the arc sine
         call = _call(name, args)
         return Node("^", (call, power)) if power is not None else call
 
@@ -327,7 +322,7 @@ class _Parser:
         if self.tokens[self.at][0] == "number":
             factors.append(_number(self.peek()))
             self.at += 1
-        if self.tokens[self.at][0] == "name" and self.peek() not in ("in", "and", "or"):
+        if self.tokens[self.at][0] == "name" and self.peek() not in _WORDS:
             self.at += 1
             factors.append(self.named(self.text_at(-1)))
         if not factors or self.peek() in ("/", "^", "**"):
@@ -338,12 +333,11 @@ class _Parser:
         return product
 
 
-_JOINT = re.compile(r"(?:theta|q|d)(\d+)")
+_JOINT = pattern("joint")
 _MINUS_ONE = Node("neg", (Node("number", value=Fraction(1)),))
-_INVERSES = ("asin", "acos", "atan")
 
 
-def _meant(piece: Piece) -> Node:
+def _meant(piece: NamePart) -> Node:
     if piece.kind == "name":
         return Node("name", value=piece.parts[0])
     angle = _sum([Node("name", value=part) for part in piece.parts])
@@ -366,38 +360,32 @@ def _sum(nodes: list[Node]) -> Node:
 @lru_cache(maxsize=1024)
 def _number(text: str) -> Node:
     mantissa, _, exponent = text.lower().partition("e")
-    if len(mantissa) > 1000 or len(exponent) > 4 or abs(int(exponent or 0)) > 400:
+    is_long = len(mantissa) > LIMITS["mantissa"] or len(exponent) > LIMITS["exponent_characters"]
+    if is_long or abs(int(exponent or 0)) > LIMITS["exponent"]:
         raise ReadError(f"the number {text[:20]}… is out of range")
     kind = "decimal" if "." in mantissa or exponent else "number"
     return Node(kind, value=Fraction(text))
 
 
 def _container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
-    if name in ("Eq", "Equality") and len(args) == 2:
-        return Node("eq", args)
-    if name == "Or" and args:
-        return Node("or", args)
-    if name == "And" and args:
-        return Node("and", args)
-    if name in ("FiniteSet", "Union"):
-        return Node("set", args)
-    if name == "ImageSet" and len(args) == 2 and args[1].value == "Integers":
+    meant = _CONTAINERS[name]
+    if meant == "set" or (meant in ("or", "and") and args) or (meant in ("eq", "/", "^") and len(args) == 2):
+        return Node(meant, args)
+    if meant == "image" and len(args) == 2 and args[1].value in VOCABULARY["whole_number_sets"]:
         return args[0]
-    if name in ("Rational", "Pow") and len(args) == 2:
-        return Node("/" if name == "Rational" else "^", args)
     if len(args) == 1:
         return args[0]
-    if name.endswith("Matrix") and len(args) == 3 and args[2].kind == "list":
+    if meant == "matrix" and len(args) == 3 and args[2].kind == "list":
         rows, columns, entries = args[0].value, args[1].value, args[2].args
         if args[0].kind == args[1].kind == "number" and 0 < rows * columns == len(entries):
             cut = range(0, len(entries), int(columns))
             return Node("list", tuple(Node("list", entries[i : i + int(columns)]) for i in cut))
-    if name == "diag" and len(args) <= MAX_DIAGONAL:
+    if meant == "diagonal" and len(args) <= MAX_DIAGONAL:
         zero = Node("number", value=Fraction(0))
         return Node("list", tuple(
             Node("list", tuple(arg if i == j else zero for j in range(len(args)))) for i, arg in enumerate(args)
         ))  # fmt: skip
-    if name == "Tuple":
+    if meant == "list":
         return Node("list", args)
     raise parser.fail(f"{name} with {len(args)} arguments is not understood")
 
@@ -431,3 +419,9 @@ def _read(text: str, known: frozenset[str]) -> Node:
 @lru_cache(maxsize=128)
 def _read_short(text: str, known: frozenset[str]) -> Node:
     return _Parser(rows_of_semicolons(plain(text, known)), known).whole()
+
+
+@lru_cache(maxsize=2048)
+def tree_of_reference(text: str, known: frozenset[str]) -> Node:
+    """Return the tree of a formula of our own, which is wanted for every answer that is held against it."""
+    return read(text, known)

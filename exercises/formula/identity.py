@@ -122,8 +122,8 @@ class Certificate:
 
     def as_json(self) -> dict[str, Any]:
         """Return the form in which results files hold it."""
-        found = dict(self.counterexample) if self.counterexample is not None else None
-        return {"method": self.method, "points": self.points, "bound": self.bound, "counterexample": found}
+        example = dict(self.counterexample) if self.counterexample is not None else None
+        return {"method": self.method, "points": self.points, "bound": self.bound, "counterexample": example}
 
 
 @dataclass(frozen=True)
@@ -280,9 +280,9 @@ class _Trial:
         mine: Any = None
         due: Any = None
         for digits in (50, 200):
-            if (found := self._precisely(point, digits)) is None:
+            if (both := self._precisely(point, digits)) is None:
                 return None
-            mine, due = found[0][entry], found[1][entry]
+            mine, due = both[0][entry], both[1][entry]
             if not mpmath.isfinite(due):
                 return None
             if not mpmath.isfinite(mine):
@@ -329,8 +329,8 @@ class _Trial:
         """Return a point where 50 digits tell what double precision does not, or else a point and its values."""
         point, mine, due = 0, self.found[entry, 0], self.expected[entry, 0]
         for k in range(READABLE):
-            if (found := self._precisely(k, 50)) is not None:
-                point, mine, due = k, found[0][entry], found[1][entry]
+            if (both := self._precisely(k, 50)) is not None:
+                point, mine, due = k, both[0][entry], both[1][entry]
                 if mine != due:
                     break
         return point, mine, due

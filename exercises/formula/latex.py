@@ -44,10 +44,10 @@ def parsed(latex: str) -> Layout:
     ('script', '1')
     """
     reader = _Reader(_TOKEN.findall(latex), latex)
-    found = reader.row(())
+    layout = reader.row(())
     if reader.tokens:
         raise reader.unknown(reader.tokens[-1])
-    return found
+    return layout
 
 
 class _Reader:
@@ -94,24 +94,24 @@ class _Reader:
 
     def argument(self) -> Layout:
         """Return a group in braces as a row, and one sign as it is: of a number its first digit."""
-        found = self.tokens[-1] if self.tokens else ""
-        if found.isdigit() and len(found) > 1:
-            self.tokens[-1:] = [found[1:], found[0]]
+        sign = self.tokens[-1] if self.tokens else ""
+        if sign.isdigit() and len(sign) > 1:
+            self.tokens[-1:] = [sign[1:], sign[0]]
         return self.piece()
 
     def piece(self) -> Layout:
-        found = self.take()
-        if found == "{":
+        sign = self.take()
+        if sign == "{":
             inside = self.row(("}",))
             self.take("}")
             return inside
-        if found[0] == "\\":
-            return self.command(found[1:])
-        if found in _NOT_ALONE:
-            raise self.unknown(found)
-        if found[0].isdigit():
-            return Layout("number", found.replace("{,}", ","))
-        return Layout("letter" if found.isalpha() else "sign", "−" if found == "-" else found)
+        if sign[0] == "\\":
+            return self.command(sign[1:])
+        if sign in _NOT_ALONE:
+            raise self.unknown(sign)
+        if sign[0].isdigit():
+            return Layout("number", sign.replace("{,}", ","))
+        return Layout("letter" if sign.isalpha() else "sign", "−" if sign == "-" else sign)
 
     def command(self, name: str) -> Layout:
         known = _COMMANDS.get(name)

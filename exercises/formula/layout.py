@@ -91,8 +91,8 @@ def parts(piece: Layout) -> Pieces:
 
 def joined(between: Sequence[Layout], listed: Iterable[Sequence[Layout]]) -> Pieces:
     """Return what is listed with the same pieces between any two."""
-    found = [piece for one in listed for piece in (*between, *one)]
-    return tuple(found[len(between) :])
+    parts = [piece for one in listed for piece in (*between, *one)]
+    return tuple(parts[len(between) :])
 
 
 def bracketed(inside: Sequence[Layout], tall: frozenset[str]) -> Pieces:
@@ -128,15 +128,15 @@ def terms(pieces: Sequence[Layout]) -> list[Pieces]:
 
 def split(pieces: Sequence[Layout], mark: Layout) -> list[Pieces]:
     """Return what stands between marks outside of all brackets."""
-    found: list[list[Layout]] = [[]]
+    rows: list[list[Layout]] = [[]]
     depth = 0
     for piece in pieces:
         depth += _deeper(piece)
         if piece == mark and not depth:
-            found.append([])
+            rows.append([])
         else:
-            found[-1].append(piece)
-    return [tuple(part) for part in found]
+            rows[-1].append(piece)
+    return [tuple(part) for part in rows]
 
 
 def _deeper(piece: Layout) -> int:

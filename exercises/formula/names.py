@@ -5,32 +5,28 @@ import unicodedata
 from dataclasses import dataclass
 from functools import lru_cache
 
-FUNCTIONS = {
-    **{name: name for name in ("sin", "cos", "tan", "cot", "sec", "csc", "asin", "acos", "atan", "acot")},
-    **{name: name for name in ("sinh", "cosh", "tanh", "exp", "log", "sqrt", "atan2", "sign")},
-    **{"abs": "abs", "Abs": "abs", "ln": "log", "fabs": "abs"},
-    **{"arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan2"},
-    **{"deg2rad": "radians", "radians": "radians"},
-}
+from exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
+
+FUNCTIONS: dict[str, str] = VOCABULARY["functions"]
 """Every function that an expression may call, under each name that is understood for it."""
+ARITY: dict[str, int] = VOCABULARY["arity"]
+CONSTANTS = tuple(dict.fromkeys(VOCABULARY["constants"].values()))
 
-ARITY = {"atan2": 2}
-CONSTANTS = ("pi", "E", "I")
-
-LONGEST = 60
+LONGEST = LIMITS["name"]
 """No name of this field is longer."""
 
-_GREEK = {"θ": "theta", "ϑ": "theta", "α": "alpha", "β": "beta", "ω": "w", "π": "pi", "φ": "phi"}
-_MODULES = ("np.", "numpy.", "math.", "sp.", "sympy.", "sym.")
-_RATE = re.compile(
-    r"(?:theta|th|q|d)_?dot_?(\d)|(?:theta|th|q|d)_?(\d)_?dot|dot_?(?:theta|th|q|d)_?(\d)"
-    r"|d(?:theta|th|q)_?(\d)|(?:theta|th)d_?(\d)|(?:theta|th|q)_?(\d)_?d|qd_?(\d)"
-)
-_SHORT = re.compile(r"([csCS])_?\{?(\d{1,4})\}?")
+_SPELLED: dict[str, str] = VOCABULARY["constants"]
+_LETTERS = str.maketrans(VOCABULARY["letters"])
+_RATE, _SHORT = pattern("rate"), pattern("short")
+_JOINTS: dict[str, list[str]] = VOCABULARY["joints"]
+"""What q1, th1 and t1 may be, the first of them that is a symbol of the problem."""
+_JOINT = re.compile(f"({'|'.join(_JOINTS)})([0-9]{{1,4}})")
+_SUMS: list[str] = VOCABULARY["sums_of_angles"]
+_GLUED: str = VOCABULARY["patterns"]["short_without_space"]
 
 
 @dataclass(frozen=True)
-class Piece:
+class NamePart:
     """A part of a name: `kind` is "name", "function", or "sin", "cos" or "sum" of the angles in `parts`."""
 
     kind: str
@@ -40,14 +36,13 @@ class Piece:
 @lru_cache(maxsize=4096)
 def plain_name(name: str) -> str:
     """Return a name in the form that the symbol tables use: no module, no Greek, no underscore before digits."""
-    for module in _MODULES:
+    for module in VOCABULARY["modules"]:
         name = name.removeprefix(module)
-    name = "".join(_GREEK.get(ch, ch) for ch in unicodedata.normalize("NFKC", name))
-    return re.sub(r"_(?=\d)", "", name)
+    return re.sub("_(?=[0-9])", "", unicodedata.normalize("NFKC", name).translate(_LETTERS))
 
 
 @lru_cache(maxsize=4096)
-def pieces_of(raw: str, known: frozenset[str]) -> tuple[Piece, ...]:
+def pieces_of(raw: str, known: frozenset[str]) -> tuple[NamePart, ...]:
     """Return what a name stands for, `known` being the symbols of the problem, which win over everything else.
 
     >>> [piece.kind for piece in pieces_of("a1c12", frozenset({"a1", "theta1", "theta2"}))]
@@ -56,40 +51,43 @@ def pieces_of(raw: str, known: frozenset[str]) -> tuple[Piece, ...]:
     name = plain_name(raw)
     name = name if name in known or name.lower() not in known else name.lower()
     if name in known:
-        return (Piece("name", (name,)),)
+        return (NamePart("name", (name,)),)
     function = FUNCTIONS.get(name) or FUNCTIONS.get(name.lower())
     if function is not None:
-        return (Piece("function", (function,)),)
+        return (NamePart("function", (function,)),)
     one = _one(name, known)
     if one is not None:
         return (one,)
-    return _split(name, known) or (Piece("name", (name,)),)
+    return _split(name, known) or (NamePart("name", (name,)),)
 
 
-def _one(name: str, known: frozenset[str]) -> Piece | None:
+def _one(name: str, known: frozenset[str]) -> NamePart | None:
     """Return what a name that is no symbol of the problem means by custom; None where it means nothing."""
     short = _SHORT.fullmatch(name)
     if short is not None and (angles := _angles(short.group(2), known)):
-        return Piece("cos" if short.group(1) in "cC" else "sin", angles)
+        return NamePart("cos" if short.group(1) in "cC" else "sin", angles)
     rate = _RATE.fullmatch(name)
     if rate is not None:
         symbol = f"qd{next(filter(None, rate.groups()))}"
-        return Piece("name", (symbol,)) if symbol in known or not known else None
-    if name in ("e", "i", "j"):
-        return Piece("name", ("E" if name == "e" else "I",))
+        return NamePart("name", (symbol,)) if symbol in known or not known else None
+    if name in _SPELLED:
+        return NamePart("name", (_SPELLED[name],))
     if not known:
         return None
-    together = re.sub(r"_", "", name).replace("omega", "w")
+    together = name.replace("_", "")
+    for spelled, letter in VOCABULARY["spelled"].items():
+        together = together.replace(spelled, letter)
     if together in known:
-        return Piece("name", (together,))
-    joint = re.fullmatch(r"(?:q|th|t|theta)(\d{1,4})", together)
+        return NamePart("name", (together,))
+    joint = _JOINT.fullmatch(together)
     if joint is None:
         return None
-    if len(joint.group(1)) == 1:
-        own = [symbol for symbol in (f"theta{joint.group(1)}", f"d{joint.group(1)}") if symbol in known]
-        return Piece("name", (own[0],)) if own and (own[0][0] == "t" or together[0] == "q") else None
-    angles = _angles(joint.group(1), known) if together.startswith("th") else ()
-    return Piece("sum", angles) if angles else None
+    spelled, digits = joint.groups()
+    if len(digits) == 1:
+        own = (f"{symbol}{digits}" for symbol in _JOINTS[spelled])
+        return next((NamePart("name", (symbol,)) for symbol in own if symbol in known), None)
+    angles = _angles(digits, known) if spelled in _SUMS else ()
+    return NamePart("sum", angles) if angles else None
 
 
 def _angles(digits: str, known: frozenset[str]) -> tuple[str, ...]:
@@ -101,22 +99,22 @@ def _angles(digits: str, known: frozenset[str]) -> tuple[str, ...]:
 @lru_cache(maxsize=256)
 def _words(known: frozenset[str]) -> re.Pattern[str]:
     words = sorted({*known, *FUNCTIONS, "pi"}, key=lambda word: (-len(word), word))
-    return re.compile("|".join([*map(re.escape, words), r"[csCS]\d{1,4}"]))
+    return re.compile("|".join([*map(re.escape, words), _GLUED]))
 
 
-def _split(name: str, known: frozenset[str]) -> tuple[Piece, ...]:
+def _split(name: str, known: frozenset[str]) -> tuple[NamePart, ...]:
     """Return the pieces of names without a space between, as a1c12 or costheta1; nothing if a part means nothing."""
     if not known:
         return ()
-    found: list[Piece] = []
+    split: list[NamePart] = []
     at = 0
     for match in _words(known).finditer(name):
         if match.start() != at:
             return ()
         word, at = match.group(), match.end()
-        piece = Piece("name", (word,)) if word in known or word == "pi" else None
-        piece = piece or (Piece("function", (FUNCTIONS[word],)) if word in FUNCTIONS else _one(word, known))
+        piece = NamePart("name", (word,)) if word in known or word == "pi" else None
+        piece = piece or (NamePart("function", (FUNCTIONS[word],)) if word in FUNCTIONS else _one(word, known))
         if piece is None:
             return ()
-        found.append(piece)
-    return tuple(found) if at == len(name) and len(found) > 1 else ()
+        split.append(piece)
+    return tuple(split) if at == len(name) and len(split) > 1 else ()

@@ -4,31 +4,34 @@ import re
 from collections import Counter
 from collections.abc import Set as AbstractSet
 from itertools import pairwise
+from typing import Any
 
 from exercises.formula.names import FUNCTIONS
+from exercises.formula.vocabulary import LIMITS, SPACES, VOCABULARY, pattern
 
-MAX_NESTING = 40
-_LONGEST_LATEX = 20_000
+MAX_NESTING = LIMITS["latex_depth"]
+_LONGEST_LATEX = LIMITS["latex_characters"]
+_LONG, _MANY = LIMITS["long"], LIMITS["many"]
 
-_SUPERSCRIPT = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺", "0123456789-+")
-_SIGNS = str.maketrans(
-    {"−": "-", "–": "-", "×": "*", "·": "*", "⋅": "*", "∗": "*", "÷": "/", "…": "...", "√": "sqrt", "ḋ": "qd", "′": "'"}
-    | {"½": "(1/2)", "⅓": "(1/3)", "⅔": "(2/3)", "¼": "(1/4)", "¾": "(3/4)", "⅛": "(1/8)", "\u00a0": " ", "\u2009": " "}
+_LOOK_ALIKES = str.maketrans(
+    VOCABULARY["look_alikes"] | {chr(ord(zero) + k): str(k) for zero in VOCABULARY["zeros"] for k in range(10)}
 )
-_UNITS = {"m": "", "rad": "", "m/s": "", "rad/s": "", "N": "", "Nm": "", "N*m": "", "N m": ""}
-_UNITS |= {"cm": "/100", "mm": "/1000", "deg": "*pi/180", "degree": "*pi/180", "degrees": "*pi/180"}
-_LAST = 30
-"""So near to the end of a text a unit begins: a search from its start would take long where there is much space."""
-_UNIT_AT_END = re.compile(rf"(?<=[\w)\]}}])(?:\s*\*\s*|\s+)({'|'.join(sorted(_UNITS, key=len, reverse=True))})$")
+"""Digits of all scripts, wide signs of East Asian keyboards, spaces of typesetters, and marks that nobody sees."""
+_SUPERSCRIPT: dict[str, str] = VOCABULARY["superscripts"]
+_SUPERSCRIPTS = re.compile(f"[{''.join(_SUPERSCRIPT)}]+")
+_SIGNS = str.maketrans(VOCABULARY["signs"])
+_RATE_WITH_DOT, _DOLLARS = pattern("rate_with_dot"), pattern("dollars")
+_END = pattern("end")
+"""The semicolon or full stop that ends a statement or a sentence."""
 
-_HABITS = (
-    ("=", re.compile(r"\A(\s{0,9}\${0,2}) ?(?:\\?det ?[({]? ?J ?[)}]?|(?:\\left)?\|J(?:\\right)?\|) ?=(?!=)"), r"\1"),
-    ("]", re.compile(r"(?<=[\w)\]}])\s?\[(?:m|rad|m/s|rad/s)\]\s*$"), ""),
-    ("deg", re.compile(r"(?<![\w.])(\d{1,9}(?:\.\d{1,12})?) ?deg(?:rees?)?\b"), r"(\1*pi/180)"),
-    ("√", re.compile(r"√ ?(\d{1,9}(?:\.\d{1,12})?)(?![\d.])"), r"sqrt(\1)"),
-    ("sqrt", re.compile(r"(?<![A-Za-z_\\])sqrt(\d{1,9}(?:\.\d{1,12})?)(?![\d.])"), r"sqrt(\1)"),
-    ("√", re.compile(r"√ ?([^\W\d]\w{0,20})\b"), r"sqrt(\1)"),
+_UNITS: dict[str, str] = VOCABULARY["units"]
+_UNIT_AT_END = re.compile(
+    f"{VOCABULARY['patterns']['before_unit']}({'|'.join(map(re.escape, sorted(_UNITS, key=len, reverse=True)))})$"
 )
+
+_WHOLE, _BEFORE_WHOLE = VOCABULARY["whole_numbers"], tuple(VOCABULARY["before_whole_numbers"])
+
+_HABITS = [(habit["mark"], re.compile(habit["pattern"]), habit["meant"]) for habit in VOCABULARY["habits"]]
 """What stands before the result, a unit in brackets behind it, degrees inside it, roots by their sign; each with what
 there must be in a text that has it, for the search takes longer."""
 
@@ -41,32 +44,24 @@ def plain(text: str, known: AbstractSet[str]) -> str:
     >>> plain(r"\frac{a_{1}}{2} \cos^{2}\theta_{1}", set())
     '((a1)/(2))  cos ^(2) theta1'
     """
+    text = (text if text.isascii() else text.translate(_LOOK_ALIKES)).rstrip(SPACES)
     if len(text) > _LONG:
         text = _SYMBOLS_IN_A_ROW.sub(lambda row: _counted(row.group(), known), text)
-    for mark, pattern, meant in _HABITS:
-        text = pattern.sub(meant, text) if mark in text else text
+    for mark, habit, meant in _HABITS:
+        text = habit.sub(meant, text) if mark in text else text
     latex = any(mark in text for mark in ("\\", "_{", "^{")) and len(text) <= _LONGEST_LATEX
-    if text.isascii() and not (latex or text[-1:] in ".;\n$" or text[-1:].isalpha()):
+    if text.isascii() and not (latex or text[-1:] in ".;$" or text[-1:].isalpha()):
         return _of_joints(text)
-    text = re.sub("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺]+", lambda found: f"^({found.group().translate(_SUPERSCRIPT)})", text)
-    text = re.sub("(?:θ|q|d|theta|ϑ)\u0307_?", "qd", text).translate(_SIGNS)
-    framed = re.fullmatch(r"\s*(\$\$?)([^$]*)\1\s*", text)
+    text = _SUPERSCRIPTS.sub(lambda found: f"^({''.join(_SUPERSCRIPT[sign] for sign in found.group())})", text)
+    text = _RATE_WITH_DOT.sub("qd", text).translate(_SIGNS)
+    framed = _DOLLARS.fullmatch(text)
     text = framed.group(2) if framed is not None else text
     if latex:
         text = _from_latex(text)
-    return _without_unit(_of_joints(_without_end(text).replace("°", "*pi/180")), known)
+    return _without_unit(_of_joints(_END.sub("", text.rstrip(SPACES))), known)
 
 
-_JOINT = r"(?:theta|th|q|θ|ϑ)_?(\d)"
-_RATES = re.compile(
-    rf"\(\( ?d ?{_JOINT} ?\)/\( ?d ?t ?\)\)"  # \frac{{d theta1}}{{dt}}
-    rf"|\(\( ?d ?\)/\( ?d ?t ?\)\) ?{_JOINT}"
-    rf"|\bd ?{_JOINT} ?/ ?d ?t\b"
-    rf"|\b{_JOINT}(?:\(t\))?'"
-)
-_VECTORS = re.compile(
-    r"\b(?:(q|theta|th)|(?:qd|dq|qp|qdot|q_dot|dtheta|thetadot|theta_dot))(?:\[([0-8])\]|\(([1-9])\))"
-)
+_RATES, _VECTORS = pattern("rate_as_derivative"), pattern("entry_of_vector")
 
 
 def _of_joints(text: str) -> str:
@@ -86,9 +81,7 @@ def _of_joints(text: str) -> str:
     return _VECTORS.sub(entry, text)
 
 
-_LONG = 2000
-_SYMBOLS_IN_A_ROW = re.compile(r"(?:[-+]\s{0,2}[^\W\d]\w*(?![\w.(\[{])\s{0,2})+")
-_SIGNED_SYMBOL = re.compile(r"([-+])\s*(\w+)")
+_SYMBOLS_IN_A_ROW, _SIGNED_SYMBOL = pattern("symbols_in_a_row"), pattern("signed_symbol")
 
 
 def _counted(row: str, known: AbstractSet[str]) -> str:
@@ -104,38 +97,20 @@ def _counted(row: str, known: AbstractSet[str]) -> str:
     return f"{''.join(terms[0])}{''.join(sums)}{''.join(terms[-1])}"
 
 
-_MANY = 100
-
-
-def _without_end(text: str) -> str:
-    """Return a text without the semicolon or full stop that ends a statement or a sentence."""
-    text = text.rstrip()
-    ends = text.endswith(";") or (text.endswith(".") and not text.endswith(".."))
-    return text[:-1].rstrip() if ends else text
-
-
 def _without_unit(text: str, known: AbstractSet[str]) -> str:
-    last = max(0, len(text) - _LAST)
-    found = _UNIT_AT_END.search(text, last)
-    if found is None or found.group(1) in known:
+    match = _UNIT_AT_END.search(text)
+    if match is None or match.group(1) in known:
         return text
-    factor, rest = _UNITS[found.group(1)], text[: found.start()]
-    if (factor and rest[:1] in "[{") or "=" in text or (found.group(1) == "m" and rest.endswith(("pi", "π"))):
+    factor, rest = _UNITS[match.group(1)], text[: match.start()]
+    if (factor and rest[:1] in "[{") or "=" in text or (match.group(1) in _WHOLE and rest.endswith(_BEFORE_WHOLE)):
         return text  # a list can't be scaled, and in theta2 = pi*m the m is any whole number
     return f"({rest}){factor}" if factor else rest
 
 
 # --- LaTeX ---
 
-_LATEX_TOKEN = re.compile(r"\\[a-zA-Z]+|\\.|\s+|.", re.DOTALL)
-_SPACES = {"quad", "qquad", ",", ";", ":", " "}
-_NOTHING = {"left", "right", "displaystyle", "limits", "big", "Big", "bigl", "bigr", "!", "(", ")", "[", "]"}
-_FONTS = {"mathrm", "text", "operatorname", "mathbf", "mathit", "rm", "textrm", "mathsf", "boldsymbol"}
-_WORDS = {
-    **{"cdot": "*", "times": "*", "ast": "*", "div": "/", "arcsin": " asin", "arccos": " acos", "arctan": " atan"},
-    **{"infty": " oo", "in": " in ", "lor": " or ", "vee": " or ", "land": " and ", "wedge": " and "},
-}
-_MATRIX = re.compile(r"[bpvBV]?matrix|array|smallmatrix")
+_LATEX_TOKEN = pattern("latex_token")
+_LATEX: dict[str, Any] = VOCABULARY["latex"]
 
 
 def _from_latex(text: str) -> str:
@@ -161,17 +136,17 @@ class _Latex:
         return "".join(out)
 
     def one(self) -> str:
-        found = self.peek()
+        sign = self.peek()
         self.at += 1
-        if found.isspace():
+        if sign[0] in SPACES:
             return " "
-        if found == "{":
+        if sign == "{":
             return f"({self.group()})"
-        if found == "_":
-            return re.sub(r"[\s,()]+", "", self.argument())
-        if found == "^":
+        if sign == "_":
+            return re.sub(f"[{SPACES},()]+", "", self.argument())
+        if sign == "^":
             return f"^({self.argument()})"
-        return self.command(found[1:]) if found[0] == "\\" and len(found) > 1 else found
+        return self.command(sign[1:]) if sign[0] == "\\" and len(sign) > 1 else sign
 
     def group(self) -> str:
         """Return what stands up to the closing brace, and pass that."""
@@ -181,36 +156,39 @@ class _Latex:
 
     def argument(self) -> str:
         """Return a group, or the one token that stands for it; nothing where there is none, or too deep a nest."""
-        while self.peek().isspace():
+        while self.peek() and self.peek()[0] in SPACES:
             self.at += 1
         if self.at >= len(self.tokens) or self.depth > MAX_NESTING:
             return ""
         self.depth += 1
         if self.peek() == "{":
             self.at += 1
-            found = self.group()
+            text = self.group()
         else:
-            found = self.one()
+            text = self.one()
         self.depth -= 1
-        return found
+        return text
 
     def command(self, name: str) -> str:
-        if name in _NOTHING or name in _SPACES:
-            return " " if name in _SPACES else ""
-        if name in "{}":
+        if name in _LATEX["spaces"]:
+            return " "
+        if name in _LATEX["nothing"]:
+            return ""
+        if name in _LATEX["braces"]:
             return name
-        if name in _FONTS:
-            return self.argument().strip()
-        if name in ("frac", "dfrac", "tfrac"):
+        if name in _LATEX["fonts"]:
+            return self.argument().strip(SPACES)
+        if name in _LATEX["fractions"]:
             return f"(({self.argument()})/({self.argument()}))"
-        if name == "sqrt":
+        if name in _LATEX["roots"]:
             return self.root()
-        if name in ("dot", "ddot"):  # the rate of whichever joint variable has the index inside, or that follows
-            index = re.search(r"\d*$", self.argument().strip(" ()"))
-            return f" {'qd' if name == 'dot' else 'qdd'}{index.group() if index else ''}"
+        if name in _LATEX["rates"]:  # of whichever joint variable has the index inside, or that follows
+            index = re.search("[0-9]*$", self.argument().strip(" ()"))
+            return f" {_LATEX['rates'][name]}{index.group() if index else ''}"
         if name == "begin":
             return self.matrix()
-        return _WORDS.get(name, f" {name} " if name in FUNCTIONS else f" {name}")
+        word: str | None = _LATEX["words"].get(name)
+        return word if word is not None else f" {name} " if name in FUNCTIONS else f" {name}"
 
     def root(self) -> str:
         if self.peek() != "[":
@@ -223,9 +201,9 @@ class _Latex:
     def matrix(self) -> str:
         r"""Return the rows of \begin{matrix} … \end{matrix} as nested lists."""
         kind = self.argument()
-        if not _MATRIX.fullmatch(kind):
+        if kind not in _LATEX["matrices"]:
             return ""
-        if kind == "array" and self.peek() == "{":
+        if kind in _LATEX["with_columns"] and self.peek() == "{":
             self.argument()
         rows: list[list[str]] = [[]]
         while self.at < len(self.tokens):
@@ -237,15 +215,15 @@ class _Latex:
             elif end != "&":
                 self.argument()
                 break
-        filled = [row for row in rows if any(entry.strip() for entry in row)]
-        return "[" + ", ".join("[" + ", ".join(entry.strip() for entry in row) + "]" for row in filled) + "]"
+        filled = [row for row in rows if any(entry.strip(SPACES) for entry in row)]
+        return "[" + ", ".join("[" + ", ".join(entry.strip(SPACES) for entry in row) + "]" for row in filled) + "]"
 
 
 def rows_of_semicolons(text: str) -> str:
     """Return a matrix whose rows end with semicolons, [a, b; c, d], as nested lists; any other text as it is."""
-    inner = text.strip()
+    inner = text.strip(SPACES)
     if ";" not in inner or len(inner) < 2 or inner[0] + inner[-1] not in ("[]", "{}", "()"):
         return text
     ends = [-1, *(at for at, char in enumerate(inner[1:-1]) if char == ";"), len(inner) - 2]
     rows = [inner[1:-1][start + 1 : end] for start, end in pairwise(ends)]
-    return "[" + ", ".join(f"[{row}]" for row in rows if row.strip()) + "]"
+    return "[" + ", ".join(f"[{row}]" for row in rows if row.strip(SPACES)) + "]"

@@ -13,8 +13,9 @@ from itertools import product
 from exercises.formula.constants import turns_of
 from exercises.formula.program import compile_program
 from exercises.formula.trees import Node, ReadError, names, replaced
+from exercises.formula.vocabulary import VOCABULARY
 
-WHOLE_NUMBERS = ("k", "n", "m")
+WHOLE_NUMBERS: tuple[str, ...] = tuple(VOCABULARY["whole_numbers"])
 _SIX = tuple(Node("number", value=Fraction(k)) for k in range(7))
 WHOLE = (*(Node("neg", (k,)) for k in _SIX[:0:-1]), *_SIX)
 """The whole numbers from -6 to 6."""
@@ -61,19 +62,19 @@ def pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
 
 def _alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
     """Return the union of a list; a bare value belongs to the joint before it: theta3 = 0, pi, or (theta3, [0, pi])."""
-    found: list[Piece] = []
+    union: list[Piece] = []
     joint: Node | None = None
     for arg in node.args:
         says_more = bool(names(arg) & set(joints)) or arg.kind in ("eq", "in", "and", "or", "dict")
         if says_more:
             joint = _joint_of(arg, joints)
             if arg.kind != "name" or len(node.args) == 1:
-                found += pieces(arg, joints)
+                union += pieces(arg, joints)
         elif joint is not None:
-            found += _assigned(joint, arg, joints)
+            union += _assigned(joint, arg, joints)
         else:
             raise ReadError("a value stands there without a joint; write it as in theta1 = pi/3")
-    return found
+    return union
 
 
 def _joint_of(node: Node, joints: Sequence[str]) -> Node | None:
@@ -94,12 +95,12 @@ def _assigned(joint: Node, values: Node, joints: Sequence[str]) -> list[Piece]:
     listed = values.args if values.kind in ("list", "set", "or") else (values,)
     if joint.kind != "name" or joint.value not in joints:
         return [piece for value in listed for piece in _vanishing(Node("-", (joint, value)))]
-    found: list[Piece] = []
+    union: list[Piece] = []
     for value in listed:
         for plain in _whole_number_cases(value):
             compile_program([plain])
-            found.append((Atom(plain, str(joint.value)),))
-    return found
+            union.append((Atom(plain, str(joint.value)),))
+    return union
 
 
 def _vanishing(node: Node) -> list[Piece]:

@@ -89,7 +89,7 @@ def _in_order(expr: sympy.Add) -> list[sympy.Expr] | None:
     """Return the terms as `as_ordered_terms` has them: by the powers of what is multiplied, then by coefficients."""
     if len(expr.args) < 3 and any(isinstance(term, (sympy.Number, sympy.NumberSymbol)) for term in expr.args):
         return None
-    found: list[tuple[sympy.Expr, float, dict[sympy.Expr, int]]] = []
+    terms: list[tuple[sympy.Expr, float, dict[sympy.Expr, int]]] = []
     for term in expr.args:
         number, factors = _taken_apart(term)
         if not all(map(_is_plain, factors)) or max(number.p.bit_length(), number.q.bit_length()) > LONGEST_NUMBER:
@@ -103,10 +103,10 @@ def _in_order(expr: sympy.Add) -> list[sympy.Expr] | None:
                 return None
             else:
                 powers[base] = power
-        found.append((term, coefficient, powers))
-    bases = sorted({base for _, _, powers in found for base in powers}, key=default_sort_key)
-    found.sort(key=lambda one: ([-one[2].get(base, 0) for base in bases], one[1]))
-    return [term for term, _, _ in found]
+        terms.append((term, coefficient, powers))
+    bases = sorted({base for _, _, powers in terms for base in powers}, key=default_sort_key)
+    terms.sort(key=lambda one: ([-one[2].get(base, 0) for base in bases], one[1]))
+    return [term for term, _, _ in terms]
 
 
 def _taken_apart(term: sympy.Expr) -> tuple[Rational, tuple[sympy.Expr, ...]]:

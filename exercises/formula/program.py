@@ -14,7 +14,7 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from exercises.formula.trees import Node, ReadError
+from exercises.formula.trees import Node, no_scalar
 
 BRANCHING = frozenset({"sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log", "power"})
 """Functions that may agree with another on a part of the circle only; expressions with them need more points."""
@@ -106,8 +106,7 @@ def _step(node: Node, operands: tuple[int, ...]) -> Step:
         return ("power", operands, None)
     if node.kind in ("neg", "*", "/"):
         return (node.kind, operands, None)
-    said = {"list": "a list", "set": "a set", "dict": "a dictionary", "eq": "an equation", "blank": "a blank"}
-    raise ReadError(f"{said.get(node.kind, node.kind)} stands where a single expression is due")
+    raise no_scalar(node)
 
 
 _CONSTANTS = {"pi": np.pi, "E": np.e, "I": 1j}

@@ -45,13 +45,13 @@ def replaced(node: Node, name: str, new: Node) -> Node:
 
 def names(node: Node) -> set[str]:
     """Return the names in a tree that are not constants."""
-    found, stack = set(), [node]
+    used, stack = set(), [node]
     while stack:
         top = stack.pop()
         if top.kind == "name" and top.value not in CONSTANTS:
-            found.add(top.value)
+            used.add(top.value)
         stack.extend(top.args)
-    return found
+    return used
 
 
 def _whole(decimal: Fraction) -> tuple[int, int]:
@@ -100,6 +100,25 @@ def has_blank(node: Node) -> bool:
             return True
         stack.extend(top.args)
     return False
+
+
+_SCALARS = {"number", "decimal", "name", "call", "neg", "+", "-", "*", "/", "^"}
+_SAID = {"list": "a list", "set": "a set", "dict": "a dictionary", "eq": "an equation", "blank": "a blank"}
+
+
+def refuse_statements(node: Node) -> None:
+    """Raise ReadError where a tree is no single expression: lists, conditions or blanks are in it."""
+    stack = [node]
+    while stack:
+        top = stack.pop()
+        if top.kind not in _SCALARS:
+            raise no_scalar(top)
+        stack.extend(top.args)
+
+
+def no_scalar(node: Node) -> ReadError:
+    """Return the error that a node is no part of a single expression."""
+    return ReadError(f"{_SAID.get(node.kind, node.kind)} stands where a single expression is due")
 
 
 def _is_column(node: Node) -> bool:

@@ -35,10 +35,10 @@ def _first_row_plus(w: Working, _: np.ndarray) -> np.ndarray:
 
 
 def _diagonal(w: Working, _: np.ndarray) -> np.ndarray:
-    found = w["jacobian"][0, 0]
+    corner = w["jacobian"][0, 0]
     for k in range(1, w.n):
-        found = found * w["jacobian"][k, k]
-    return np.asarray(found)
+        corner = corner * w["jacobian"][k, k]
+    return np.asarray(corner)
 
 
 def _factors(chain: Chain, _: Shape) -> Iterator[Slip]:

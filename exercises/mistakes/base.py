@@ -63,5 +63,9 @@ class Mistake:
 
     def sentence(self, words: Mapping[str, object]) -> str:
         """Return what is said, and where to look."""
-        where = f"({self.source})" if self.source[0].isdigit() else self.source
-        return f"{self.says.format(**words)} See {where}."
+        return f"{self.says.format(**words)} See {self.where}."
+
+    @property
+    def where(self) -> str:
+        """The place in the chapter as words behind "See"; numbers are those of formulas."""
+        return f"({self.source})" if self.source[0].isdigit() else self.source

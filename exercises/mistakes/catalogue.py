@@ -62,12 +62,12 @@ def likely(part: Part) -> list[Mistake]:
 
     What goes wrong in the last step comes before what went wrong on the way to J.
     """
-    found = list(CATALOGUE.values())
+    ordered = list(CATALOGUE.values())
     if is_made_of_jacobian(part):
-        found = sorted(found, key=lambda mistake: (mistake.rare, mistake.name not in _LAST_STEPS))
+        ordered = sorted(ordered, key=lambda mistake: (mistake.rare, mistake.name not in _LAST_STEPS))
     if part.type != "number":
-        return [mistake for mistake in found if mistake.name not in _IN_NUMBERS]
-    return [mistake for mistake in found if part.shape != (1, 1) or mistake.name in ONE_NUMBER]
+        return [mistake for mistake in ordered if mistake.name not in _IN_NUMBERS]
+    return [mistake for mistake in ordered if part.shape != (1, 1) or mistake.name in ONE_NUMBER]
 
 
 def wrong_answers(w: Working, part: Part) -> Iterator[Wrong]:
@@ -120,10 +120,10 @@ def late_slips(first: Wrong, part: Part, late: Iterable[tuple[Mistake, Slip]]) -
 
 def fingerprint(w: Working, answer: np.ndarray) -> bytes:
     """Return an answer and what mistakes behind J change in it, to twelve digits: what they make of it is the same."""
-    found = [answer, *w.jacobians()]
+    arrays = [answer, *w.jacobians()]
     if answer.shape[:2] == (len(w.chain.task), w.n):
-        found.append(w["geometric"])  # other rows of it may be written down
-    return b"".join(map(_rounded, found))
+        arrays.append(w["geometric"])  # other rows of it may be written down
+    return b"".join(map(_rounded, arrays))
 
 
 def _rounded(values: np.ndarray) -> bytes:
@@ -144,5 +144,5 @@ def _result(working: Working, part: Part) -> np.ndarray | None:
 def taken(chain: Chain, part: Part, among: Iterable[Mistake] = CATALOGUE.values()) -> Iterator[tuple[Mistake, Taken]]:
     """Yield what the answer to a part is taken for by mistakes that are made in no derivation."""
     for mistake in among:
-        for found in mistake.takes(chain, part):
-            yield mistake, found
+        for take in mistake.takes(chain, part):
+            yield mistake, take

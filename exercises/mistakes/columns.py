@@ -179,7 +179,7 @@ def _taken_for(chain: Chain, kind: str, other: str) -> Iterator[Slip]:
     joints = [i for i, joint in enumerate(chain.joints) if joint.kind == kind]
 
     def changed(which: list[int]) -> Change:
-        return lambda w, kinds: [other if i in which else found for i, found in enumerate(kinds)]
+        return lambda w, kinds: [other if i in which else kind for i, kind in enumerate(kinds)]
 
     for i in joints:
         yield Slip({"kinds": changed([i]), "linear": propagated}, {"joint": i + 1})

@@ -28,11 +28,11 @@ def before_in_run(chain: Chain, link: int) -> list[int]:
 
 def _not_turned(w: Working, frame: int, left_out: list[int]) -> np.ndarray:
     """Return the rotation of a frame without the angles of some joints."""
-    found = w["base rotation"]
+    turn = w["base rotation"]
     for i, row in enumerate(w["table"].rows[:frame]):
         theta = row.theta * 0 if i in left_out else row.theta
-        found = product(found, product(turn_z(w, theta), turn_x(w, row.alpha)))
-    return found
+        turn = product(turn, product(turn_z(w, theta), turn_x(w, row.alpha)))
+    return turn
 
 
 def _relative_link(w: Working, link: int) -> np.ndarray:
@@ -86,12 +86,12 @@ def _all_relative(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 def _inner(chain: Chain, frame: int) -> list[int]:
     """Return the joints that are not the last of their run before a frame."""
-    found = []
+    slips = []
     for i in range(frame):
         behind = [j for j in range(i + 1, frame) if run_start(chain, j) <= i and chain.joints[j].kind == "R"]
         if behind and chain.joints[i].kind == "R":
-            found.append(i)
-    return found
+            slips.append(i)
+    return slips
 
 
 def _swapped(w: Working, links: Links, which: list[int]) -> Links:

@@ -34,27 +34,27 @@ def _thinned(component: Component, keep: int) -> Component:
 
 
 def _one_root(chain: Chain, part: Part) -> Iterator[Taken]:
-    found = _components(part)
+    components = _components(part)
     several = [
         k
-        for k, component in enumerate(found)
+        for k, component in enumerate(components)
         if component.solutions and any(len(v) > 1 for _, v in component.solutions)
     ]
     for keep in (0, 1):
         if len(several) > 1:
-            yield _set([_thinned(c, keep) if k in several else c for k, c in enumerate(found)])
+            yield _set([_thinned(c, keep) if k in several else c for k, c in enumerate(components)])
         for k in several:
-            yield _set(_with(found, k, _thinned(found[k], keep)))
+            yield _set(_with(components, k, _thinned(components[k], keep)))
 
 
 def _missed(chain: Chain, part: Part) -> Iterator[Taken]:
-    found = _components(part)
-    for k, component in enumerate(found):
-        if len(found) > 1:
-            yield _set((*found[:k], *found[k + 1 :]), kind=_kind(component))
-    for k in range(len(found)):
-        if len(found) > 2:
-            yield _set((found[k],), kind="more than one kind of condition")
+    components = _components(part)
+    for k, component in enumerate(components):
+        if len(components) > 1:
+            yield _set((*components[:k], *components[k + 1 :]), kind=_kind(component))
+    for k in range(len(components)):
+        if len(components) > 2:
+            yield _set((components[k],), kind="more than one kind of condition")
 
 
 def _kind(component: Component) -> str:
@@ -63,9 +63,9 @@ def _kind(component: Component) -> str:
 
 def _tied_missed(chain: Chain, part: Part) -> Iterator[Taken]:
     """Leave out the shoulder and whatever else ties several joints: the rest is seen from one joint at a time."""
-    found = _components(part)
-    solved = [component for component in found if component.solutions is not None]
-    if solved and len(solved) < len(found):
+    components = _components(part)
+    solved = [component for component in components if component.solutions is not None]
+    if solved and len(solved) < len(components):
         yield _set(solved)
 
 
@@ -75,14 +75,14 @@ def _moved(component: Component, to: sp.Symbol) -> Component:
 
 
 def _other_joint(chain: Chain, part: Part) -> Iterator[Taken]:
-    found = _components(part)
-    for k, component in enumerate(found):
+    components = _components(part)
+    for k, component in enumerate(components):
         if component.solutions is None or len(component.solutions) > 1:
             continue
         own = component.solutions[0][0]
         for joint, q in zip(chain.joints, chain.q, strict=True):
             if q != own and (joint.kind == "R") == own.name.startswith("theta"):
-                yield _set(_with(found, k, _moved(component, q)), joint=q)
+                yield _set(_with(components, k, _moved(component, q)), joint=q)
 
 
 def _angles(component: Component) -> bool:
@@ -95,12 +95,12 @@ def _shifted(component: Component, by: sp.Expr) -> Component:
 
 
 def _quarter(chain: Chain, part: Part) -> Iterator[Taken]:
-    found = _components(part)
-    which = [k for k, component in enumerate(found) if _angles(component)]
+    components = _components(part)
+    which = [k for k, component in enumerate(components) if _angles(component)]
     for chosen in ([k] for k in which):
-        yield _set([_shifted(c, sp.pi / 2) if k in chosen else c for k, c in enumerate(found)])
+        yield _set([_shifted(c, sp.pi / 2) if k in chosen else c for k, c in enumerate(components)])
     if len(which) > 1:
-        yield _set([_shifted(c, sp.pi / 2) if k in which else c for k, c in enumerate(found)])
+        yield _set([_shifted(c, sp.pi / 2) if k in which else c for k, c in enumerate(components)])
 
 
 def _straight(q: sp.Symbol) -> Component:
@@ -109,15 +109,15 @@ def _straight(q: sp.Symbol) -> Component:
 
 def _joint_added(chain: Chain, part: Part) -> Iterator[Taken]:
     """Call a joint singular at 0 or pi that is not: the book's own slip."""
-    found = _components(part)
-    singular = {q for component in found for q, _ in component.solutions or ()}
+    components = _components(part)
+    singular = {q for component in components for q, _ in component.solutions or ()}
     for joint, q in zip(chain.joints, chain.q, strict=True):
         if joint.kind == "R" and q not in singular:
-            for component in (_straight(q), _thinned(_straight(q), 0)) if found else ():
-                yield _set((*found, component), joint=q)
-                tied = [k for k, other in enumerate(found) if other.solutions is None]
+            for component in (_straight(q), _thinned(_straight(q), 0)) if components else ():
+                yield _set((*components, component), joint=q)
+                tied = [k for k, other in enumerate(components) if other.solutions is None]
                 if tied:
-                    yield _set(_with(found, tied[0], component), joint=q)
+                    yield _set(_with(components, tied[0], component), joint=q)
 
 
 def _all_joints(chain: Chain, part: Part) -> Iterator[Taken]:
@@ -127,9 +127,9 @@ def _all_joints(chain: Chain, part: Part) -> Iterator[Taken]:
 
 
 def _degrees(chain: Chain, part: Part) -> Iterator[Taken]:
-    found = _components(part)
-    if any(map(_angles, found)):
-        yield _set([_in_degrees(component) if _angles(component) else component for component in found])
+    components = _components(part)
+    if any(map(_angles, components)):
+        yield _set([_in_degrees(component) if _angles(component) else component for component in components])
 
 
 def _in_degrees(component: Component) -> Component:
@@ -149,10 +149,10 @@ def _conditions(part: Part) -> Iterator[tuple[int, int, sp.Expr]]:
 
 
 def _altered(part: Part, k: int, index: int, new: sp.Expr, **words: object) -> Taken:
-    found = _components(part)
-    conditions = list(found[k].conditions)
+    components = _components(part)
+    conditions = list(components[k].conditions)
     conditions[index] = new
-    return _set(_with(found, k, Component(tuple(conditions), None)), **words)
+    return _set(_with(components, k, Component(tuple(conditions), None)), **words)
 
 
 def _term_sign(chain: Chain, part: Part) -> Iterator[Taken]:

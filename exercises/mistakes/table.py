@@ -9,11 +9,11 @@ import sympy as sp
 
 from exercises.arm.arithmetic import applied, product
 from exercises.arm.chain import Chain
-from exercises.arm.stages import Row, Table, Working, turn_x, turn_z
+from exercises.arm.stages import Table, TableRow, Working, turn_x, turn_z
 from exercises.mistakes.base import Mistake, Shape, Slip
 
 
-def _row(index: int, change: Callable[[Working, Row], dict[str, Any]], **words: object) -> Slip:
+def _row(index: int, change: Callable[[Working, TableRow], dict[str, Any]], **words: object) -> Slip:
     """Return the slip that changes entries of one row."""
 
     def changed(w: Working, table: Table) -> Table:
@@ -22,7 +22,9 @@ def _row(index: int, change: Callable[[Working, Row], dict[str, Any]], **words: 
     return Slip({"table": changed}, {"joint": index + 1, "link": index + 1, **words})
 
 
-def _rows(chain: Chain, due: Callable[[Any], bool], change: Callable[[Working, Row], dict[str, Any]]) -> Iterator[Slip]:
+def _rows(
+    chain: Chain, due: Callable[[Any], bool], change: Callable[[Working, TableRow], dict[str, Any]]
+) -> Iterator[Slip]:
     for i, joint in enumerate(chain.joints):
         if due(joint):
             yield _row(i, change)
@@ -126,9 +128,9 @@ def _other_frame(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 def _up_to(frame: int) -> Callable[[Working, np.ndarray], np.ndarray]:
     def changed(w: Working, _: np.ndarray) -> np.ndarray:
-        found = np.stack([w.arithmetic.slopes(link)[: w.n] for link in w["links"]], axis=1)
-        found[:, frame:] = found[:, frame:] * 0
-        return found
+        effects = np.stack([w.arithmetic.slopes(link)[: w.n] for link in w["links"]], axis=1)
+        effects[:, frame:] = effects[:, frame:] * 0
+        return effects
 
     return changed
 
@@ -137,17 +139,17 @@ def _modified(chain: Chain, _: Shape) -> Iterator[Slip]:
     """Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i), the convention of other books, with the table of this one."""
 
     def rotations(w: Working, right: list[np.ndarray]) -> list[np.ndarray]:
-        found = [right[0]]
+        turned = [right[0]]
         for row in w["table"].rows:
-            found.append(product(product(found[-1], turn_x(w, row.alpha)), turn_z(w, row.theta)))
-        return found
+            turned.append(product(product(turned[-1], turn_x(w, row.alpha)), turn_z(w, row.theta)))
+        return turned
 
     def links(w: Working, right: list[np.ndarray]) -> list[np.ndarray]:
-        found, before = [], w["rotations"]
+        vectors, before = [], w["rotations"]
         for k, row in enumerate(w["table"].rows):
             along = row.a * before[k][:, 0] + row.d * before[k + 1][:, 2]
-            found.append(along)
-        return [*found, applied(before[w.chain.point.frame], w["table"].offset)]
+            vectors.append(along)
+        return [*vectors, applied(before[w.chain.point.frame], w["table"].offset)]
 
     if any(joint.alpha != 0 for joint in chain.joints):
         yield Slip({"rotations": rotations, "links": links})

@@ -1,4 +1,12 @@
-"""Question kinds: each asks an arm for one result; the registry is in the order of the chapter."""
+"""Question kinds: each asks an arm for one result; the registry is in the order of the chapter.
+
+Beside the questions:
+
+    base            what a question is
+    geometry        configurations that questions on singularities are asked at
+    lost_lines      the lines of an arm along which a motion is lost
+    results         answers as they come out of a derivation, with whatever went wrong in it
+"""
 
 from exercises.questions import (
     concepts,

@@ -32,11 +32,11 @@ class Motion:
 def lost_motion(generic: Chain, component: Component) -> Motion | None:
     """Return the lines along which a motion is lost and those along which none is, on a branch of a structure."""
     samples, rows = singular_samples(generic, component, SAMPLES), task_rows(generic)
-    found = [lost_direction(sample.arm.jacobian(sample.q)[rows], CLEAR / 5) for sample in samples]
-    if len(samples) < SAMPLES // 2 or any(u is None for u in found):
+    lost = [lost_direction(sample.arm.jacobian(sample.q)[rows], CLEAR / 5) for sample in samples]
+    if len(samples) < SAMPLES // 2 or any(u is None for u in lost):
         return None
     whole = np.zeros((len(samples), 6))
-    whole[:, rows] = np.array(found)
+    whole[:, rows] = np.array(lost)
     sizes = {"P": np.linalg.norm(whole[:, :3], axis=1), "link": np.linalg.norm(whole[:, 3:], axis=1)}
     lines = lines_of(generic)
     along = directions(lines, samples)

@@ -1,4 +1,11 @@
-"""Short questions for quizzes, and with them everything that can be asked: options, matches, numbers, drawings."""
+"""Short questions for quizzes, and with them everything that can be asked: options, matches, numbers, drawings.
+
+Beside the short questions:
+
+    asking              how a short question is asked
+    options, places     what a question with options offers; configurations to choose from
+    wrong, wrong_sets   wrong options, made by the mistakes of the catalogue
+"""
 
 from exercises.questions import QUESTIONS, Question
 from exercises.quizzes import choice, drawn, matching, several, values

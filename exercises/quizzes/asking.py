@@ -41,10 +41,10 @@ def short_question(
         return ask(chain, Stream(f"quiz/{name}"))
 
     def asked(chain: Chain, rng: Stream) -> Asked:
-        found = ask(chain, rng) or sure(chain)
-        if found is None:
+        question = ask(chain, rng) or sure(chain)
+        if question is None:
             raise RuntimeError(f"{name} finds nothing to ask of {chain}; please report this")
-        return found
+        return question
 
     def objection(chain: Chain) -> str | None:
         refused = QUESTIONS[about].objects(chain) or sense(chain)

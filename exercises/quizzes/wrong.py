@@ -93,7 +93,7 @@ def _right(generic: Chain, subject: Subject) -> tuple[Working, np.ndarray]:
 def _slips(generic: Chain, subject: Subject) -> tuple[_Slip, ...]:
     """Return the mistakes that change what is asked about, each result once."""
     w, right = _right(generic, subject)
-    found: list[_Slip] = []
+    slips: list[_Slip] = []
     for wrong in wrong_answers(w, _base_part(generic, subject.base)):
         values = subject.of(wrong.answer)
         if (
@@ -103,9 +103,9 @@ def _slips(generic: Chain, subject: Subject) -> tuple[_Slip, ...]:
             or not np.isfinite(values).all()
         ):
             continue
-        if all(differ(values, other) for other in (right, *(slip.values for slip in found))):
-            found.append(_Slip(Blame.of(wrong.mistake, wrong.slip.words.items()), values, _changes(wrong)))
-    return tuple(found)
+        if all(differ(values, other) for other in (right, *(slip.values for slip in slips))):
+            slips.append(_Slip(Blame.of(wrong.mistake, wrong.slip.words.items()), values, _changes(wrong)))
+    return tuple(slips)
 
 
 def _changes(wrong: Wrong) -> tuple[tuple[str, Change], ...]:
@@ -195,17 +195,17 @@ def four_options(chain: Chain, subject: Subject, rng: Stream) -> list[Offered] |
     generic = structure(chain).chain
     if _written(generic, subject, ()) is None:
         return None
-    wanted, found = rng.below(4), list[tuple[tuple[bool, int, float], tuple[tuple[int, ...], ...]]]()
+    wanted, ranked = rng.below(4), list[tuple[tuple[bool, int, float], tuple[tuple[int, ...], ...]]]()
     for sets in islice(_sets(generic, subject, rng), WRITTEN):
         lengths = [_length(generic, subject, slips) for slips in ((), *sets)]
         if not all(lengths) or max(lengths) > MOST_SPREAD * min(lengths):
             continue
         spread = max(lengths) / min(lengths)
-        found.append(((spread > SPREAD, abs(rank_of_key(lengths) - wanted), spread), sets))
-        if found[-1][0][:2] == (False, 0):
+        ranked.append(((spread > SPREAD, abs(rank_of_key(lengths) - wanted), spread), sets))
+        if ranked[-1][0][:2] == (False, 0):
             break
     fill, slips_of = derive(chain).fill_matrix, _slips(generic, subject)
-    for _, sets in sorted(found):
+    for _, sets in sorted(ranked):
         options = [fill(_written(generic, subject, slips)) for slips in ((), *sets)]
         if all_differ(chain, options):
             behind = [tuple(slips_of[index].blame for index in slips) for slips in ((), *sets)]
@@ -239,17 +239,17 @@ def all_differ(chain: Chain, options: list[sp.Matrix]) -> bool:
     names = {symbol.name for option in options for symbol in option.free_symbols}
     drawn = Domain(domain_of(chain).roles).sample(names, READABLE + POINTS, Stream("quiz"))
     count = POINTS + READABLE
-    found = evaluate(programs, drawn or {"one": np.ones(count)}, count)[0].reshape(len(options), -1, count)[
+    values = evaluate(programs, drawn or {"one": np.ones(count)}, count)[0].reshape(len(options), -1, count)[
         :, :, READABLE:
     ]
-    return bool(np.isfinite(found).all()) and all(differ(a, b) for a, b in combinations(found, 2))
+    return bool(np.isfinite(values).all()) and all(differ(a, b) for a, b in combinations(values, 2))
 
 
 def wrong_forms(generic: Chain, subject: Subject) -> list[tuple[sp.Expr, Blame]]:
     """Return what single mistakes make of one entry, with the mistake."""
-    found = []
+    forms = []
     for index, slip in enumerate(_slips(generic, subject)):
         written = _written(generic, subject, (index,))
         if written is not None:
-            found.append((written[0], slip.blame))
-    return found
+            forms.append((written[0], slip.blame))
+    return forms

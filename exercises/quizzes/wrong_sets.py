@@ -66,11 +66,11 @@ def _components(option: Offered) -> Components:
 def _wrong(chain: Chain, components: Components) -> tuple[Offered, ...]:
     """Return what each mistake makes of a set."""
     part = Part("singular-angles", "singular-angles", ConditionSet(components))
-    found = []
+    wrong_sets = []
     for mistake, slip in taken(chain, part):
         if not mistake.rare and mistake.name not in SHOWS_ITSELF and isinstance(slip.answer, ConditionSet):
-            found.append(Offered(slip.answer.components, (Blame.of(mistake, slip.words.items()),)))
-    return tuple(found)
+            wrong_sets.append(Offered(slip.answer.components, (Blame.of(mistake, slip.words.items()),)))
+    return tuple(wrong_sets)
 
 
 def all_differ(chain: Chain, options: list[Offered]) -> bool:
@@ -83,8 +83,8 @@ def all_differ(chain: Chain, options: list[Offered]) -> bool:
 def _same(chain: Chain, a: tuple[str, ...], b: tuple[str, ...]) -> bool:
     joints = [q.name for q in chain.q]
     space = Space(joints, domain_of(chain))
-    found = compare_sets(_read(a, joints), _read(b, joints), space, "quiz")
-    return found.equal or all(held is None for held in (*found.covered, *found.sound))
+    comparison = compare_sets(_read(a, joints), _read(b, joints), space, "quiz")
+    return comparison.equal or all(held is None for held in (*comparison.covered, *comparison.sound))
 
 
 def _read(texts: tuple[str, ...], joints: list[str]) -> list[Piece]:

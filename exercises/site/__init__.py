@@ -1,1 +1,10 @@
-"""The web site: problems as JSON that a browser can show and grade, and the pages around them."""
+"""The web site: problems as JSON that a browser can show and grade, and the pages around them.
+
+From the bottom up:
+
+    keys, record, bank          the numbers by which a browser grades; a problem as JSON; many of them
+    page, chapter, arms         what a page is; the book's examples; the gallery of arms
+    guide, reference            how the documentation is arranged; the command line as a page
+    pages                       all pages
+    stale_files, build          what an earlier build wrote and is no more; all of it in a folder
+"""

@@ -23,12 +23,12 @@ from exercises.exports.outlet import Failures
 from exercises.families import FAMILIES
 from exercises.files import write_atomically
 from exercises.generation import generate, short_quiz
-from exercises.languages import LANGUAGES
+from exercises.languages import LANGUAGES, LOCALE, catalogue
 from exercises.parallel import ordered_map
 from exercises.problem import Problem, ProblemId
 from exercises.quizzes import ASKED
 from exercises.record import Json
-from exercises.render import catalogue, template_folder
+from exercises.render import template_folder
 from exercises.site.record import site_record, solutions_record, translated_record, translated_solutions
 from exercises.store import code
 
@@ -62,13 +62,13 @@ class Wanted:
 
 def of_families(names: Sequence[str], variants: int) -> list[Wanted]:
     """Return so many arms of each family, with all questions that apply; every second one also has short ones."""
-    found = []
+    problems = []
     for name in names:
         for seed in range(1, variants + 1):
-            found.append(Wanted(name, f"{seed:03d}", seed))
+            problems.append(Wanted(name, f"{seed:03d}", seed))
             if seed % 2 and not FAMILIES[name].varied:
-                found.append(Wanted(name, f"{seed:03d}-quiz", seed, (QUIZ,)))
-    return found
+                problems.append(Wanted(name, f"{seed:03d}-quiz", seed, (QUIZ,)))
+    return problems
 
 
 def of_variants(variants: Sequence[Variant]) -> list[Wanted]:
@@ -85,8 +85,8 @@ def write_bank(
     """
     listed = []
     with closing(ordered_map(_write, wanted, jobs, _both, (folder, failures))) as every:
-        for found in every:
-            listed.append(found)
+        for record in every:
+            listed.append(record)
             each()
     return listed
 
@@ -127,20 +127,22 @@ def _kept(path: Path, made_from: str) -> Json | None:
     """Return what is listed of a problem that is there already, made by this very code."""
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
-        found: Json | None = record["listed"] if record["made_from"] == made_from else None
+        listed: Json | None = record["listed"] if record["made_from"] == made_from else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    return found if all(path.with_suffix(ending).is_file() for ending in ENDINGS) else None
+    return listed if all(path.with_suffix(ending).is_file() for ending in ENDINGS) else None
 
 
 @cache
 def _texts() -> str:
     """Return a digest of what the texts are made from; `code` has none of it, as wording decides no problem."""
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     folder = template_folder()
-    for path in sorted([*folder.rglob("*.md.j2"), *folder.rglob("*.toml")]):
-        found.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes())
-    return found.hexdigest()
+    for path in sorted(folder.rglob("*.md.j2")):
+        digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes())
+    for language in LANGUAGES:
+        digest.update((LOCALE / f"{language}.po").read_bytes())
+    return digest.hexdigest()
 
 
 def index_text(listed: Sequence[Json], titles: Sequence[tuple[str, str, str]]) -> str:
@@ -169,7 +171,8 @@ def titles_text(language: str, titles: Sequence[tuple[str, str, str]]) -> str:
     """
     words = catalogue(language)
     ours = {name for name, title, _ in titles if name in FAMILIES and FAMILIES[name].title == title}
-    return _text({"families": {name: words.families[name] for name in sorted(ours)}, "questions": words.questions})
+    families = {name: words.family(FAMILIES[name].title) for name in sorted(ours)}
+    return _text({"families": families, "questions": {q.name: words.question(q.title) for q in ASKED.values()}})
 
 
 def _of(listed: Sequence[Json], family: str) -> Iterator[Json]:

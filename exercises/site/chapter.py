@@ -31,17 +31,17 @@ def address(number: str) -> str:
 def chapter_pages() -> Iterator[Page]:
     """Yield the pages of the chapter's examples, what leads to them, and the errata."""
     every = examples()
-    found = [
+    pages = [
         {"number": e.number, "title": e.title, "address": address(e.number), "figure": _card_figure(e)} for e in every
     ]
     errata = list(enumerate(corrections(), 1))
-    lead = render("site/examples.html.j2", examples=found, errata=len(errata), errata_at=ERRATA)
+    lead = render("site/examples.html.j2", examples=pages, errata=len(errata), errata_at=ERRATA)
     yield Page(START, "Examples 6.1 to 6.4", lead, section=SECTION, kind="wide")
     for place, example in enumerate(every):
         yield Page(
             address(example.number),
             f"Example {example.number}",
-            _example(example, found, place, errata),
+            _example(example, pages, place, errata),
             section=SECTION,
             kind="wide",
         )

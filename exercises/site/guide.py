@@ -37,6 +37,7 @@ GROUPS = {
         "judging": ("How an answer is judged", "Identity tested in numbers, and the bound on being wrong."),
         "sandbox": ("Students' code, contained", "What a notebook may do, and who sees to it."),
         "structures": ("How many arms there are", "What random-2 to random-4 draw from."),
+        "library": ("qdot as a library", "Problems and judgements in a program of your own."),
         COMMANDS: ("The command line", "Every command and option, from the program."),
     },
 }  # fmt: skip
@@ -56,15 +57,15 @@ class Entry:
 def arranged(docs: Path) -> dict[str, list[Entry]]:
     """Return the pages that there are, by group; what no group knows comes last, by its own heading."""
     there = {path.stem: path for path in sorted(docs.glob("*.md")) if path.stem not in OWN_PAGES}
-    found = {
+    groups = {
         group: [Entry(name, *about) for name, about in pages.items() if name in there or name == COMMANDS]
         for group, pages in GROUPS.items()
     }
-    known = {entry.name for entries in found.values() for entry in entries}
-    found[OTHERS] = [Entry(name, _heading(path), "") for name, path in there.items() if name not in known]
-    return {group: entries for group, entries in found.items() if entries}
+    known = {entry.name for entries in groups.values() for entry in entries}
+    groups[OTHERS] = [Entry(name, _heading(path), "") for name, path in there.items() if name not in known]
+    return {group: entries for group, entries in groups.items() if entries}
 
 
 def _heading(path: Path) -> str:
-    found = re.search(r"^# (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
-    return found.group(1) if found else path.stem
+    match = re.search(r"^# (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+    return match.group(1) if match else path.stem

@@ -97,11 +97,11 @@ class _Keys(Forms[Json]):
 
 def _values(problem: Problem, part: Part) -> Json:
     rows, columns = part.shape or (1, 1)
-    found = values_key(part.answer.formulas(), (rows, columns), problem.domain(), _stream(problem, part))
-    columns_of_points = zip(*found["points"], strict=True)
-    points = {name: np.array(column) for name, column in zip(found["symbols"], columns_of_points, strict=True)}
-    found["mistakes"] = list(_mistakes_in_formulas(problem, part, points, (rows, columns)))
-    return found
+    key = values_key(part.answer.formulas(), (rows, columns), problem.domain(), _stream(problem, part))
+    columns_of_points = zip(*key["points"], strict=True)
+    points = {name: np.array(column) for name, column in zip(key["symbols"], columns_of_points, strict=True)}
+    key["mistakes"] = list(_mistakes_in_formulas(problem, part, points, (rows, columns)))
+    return key
 
 
 def values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, stream: Stream) -> Json:
@@ -169,7 +169,7 @@ def _said(wrong: Wrong) -> Json:
 
 def _numbers(problem: Problem, part: Part, answer: Number) -> Json:
     right = [float(value) for value in answer.reference]
-    found: list[Json] = []
+    keys: list[Json] = []
     if is_derived(part):
         values = configurations(problem.chain, part, problem.domain(), 1, _stream(problem, part))
         seen = {tuple(f"{value:.3e}" for value in right)}
@@ -178,10 +178,10 @@ def _numbers(problem: Problem, part: Part, answer: Number) -> Json:
             by = tuple(f"{value:.3e}" for value in flat)
             if len(flat) == len(right) and by not in seen and _says_something(flat) and len(seen) <= MOST_MISTAKES:
                 seen.add(by)
-                found.append({**_said(wrong), "values": [float(f"{value:.6g}") for value in flat]})
+                keys.append({**_said(wrong), "values": [float(f"{value:.6g}") for value in flat]})
     return {
         "type": "numbers", "units": list(answer.units), "tolerance": answer.tolerance, "floor": answer.floor,
-        "right": [_double(value) for value in right], "mistakes": found,
+        "right": [_double(value) for value in right], "mistakes": keys,
     }  # fmt: skip
 
 
@@ -209,13 +209,13 @@ def _pieces(
     space: Space, domain: Domain, joints: Sequence[str], symbols: Sequence[str], answer: ConditionSet, stream: Stream
 ) -> list[Any]:
     """Return poses on each piece, all symbols' values in a row."""
-    found = []
+    keys = []
     for text in answer.pieces():
         for piece in pieces(read(text, domain.roles), joints):
             values = space.on_piece(piece, {*joints, *symbols}, stream, 4 * POSES)
             poses = np.array([values[name] for name in symbols]).T[:POSES]
-            found.append([[float(f"{value:.9f}") + 0.0 for value in pose] for pose in poses])
-    return found
+            keys.append([[float(f"{value:.9f}") + 0.0 for value in pose] for pose in poses])
+    return keys
 
 
 # ---
@@ -235,5 +235,5 @@ def _double(value: Any) -> float | None:
     if isinstance(value, mpmath.mpc):
         value = value.real if abs(value.imag) < 1e-20 * (1 + abs(value.real)) else mpmath.nan
     text = mpmath.nstr(mpmath.mpf(value), 15)
-    found = float(text)
-    return found + 0.0 if np.isfinite(found) else None
+    double = float(text)
+    return double + 0.0 if np.isfinite(double) else None

@@ -79,15 +79,15 @@ def docs_folder() -> Path | None:
 def _imports(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) -> list[str]:
     """Return the scripts that an entry imports at once: the page loads them along with it, not one after another."""
     names = manifest[source].get("imports", ())
-    found = [each for name in names for each in (str(manifest[name]["file"]), *_imports(manifest, name))]
-    return list(dict.fromkeys(found))
+    files = [each for name in names for each in (str(manifest[name]["file"]), *_imports(manifest, name))]
+    return list(dict.fromkeys(files))
 
 
 def _styles(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: str) -> list[str]:
     """Return the styles of an entry and of what it imports at once."""
     entry = manifest[source]
-    found = [style for name in entry.get("imports", ()) for style in _styles(manifest, name)]
-    return list(dict.fromkeys([*found, *entry.get("css", ())]))
+    inner = [style for name in entry.get("imports", ()) for style in _styles(manifest, name)]
+    return list(dict.fromkeys([*inner, *entry.get("css", ())]))
 
 
 def pages(around: Around) -> Iterator[Page]:
@@ -115,8 +115,8 @@ def _documentation(docs: Path, commands: str) -> Iterator[Page]:
         for entry in entries:
             body = commands if entry.name == COMMANDS else to_html(_text(docs, entry))
             body = linked(body)
-            found = headings(body) if len(headings(body)) >= LONG else []
-            around = render("site/doc.html.j2", body=body, groups=groups, entry=entry, headings=found)
+            listed = headings(body) if len(headings(body)) >= LONG else []
+            around = render("site/doc.html.j2", body=body, groups=groups, entry=entry, headings=listed)
             yield Page(f"docs/{entry.name}.html", entry.title, around, section="docs", kind="docs")
 
 
@@ -151,8 +151,8 @@ def headings(page: str) -> list[tuple[str, str]]:
     >>> headings('<h2 id="a">An <code>A</code></h2>')
     [('a', 'An A')]
     """
-    found = re.findall(r'<h2 id="([^"]*)">(.*?)</h2>', page)
-    return [(anchor, re.sub(r"<[^>]*>", "", text)) for anchor, text in found]
+    matches = re.findall(r'<h2 id="([^"]*)">(.*?)</h2>', page)
+    return [(anchor, re.sub(r"<[^>]*>", "", text)) for anchor, text in matches]
 
 
 def page_text(page: Page, assets: Assets, course: str, has_docs: bool = True) -> str:

@@ -12,14 +12,13 @@ from exercises.arm.chain import Chain
 from exercises.difficulty import step
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg
 from exercises.figure.pose import DEFAULT_LENGTH, symbol_values
-from exercises.languages import ENGLISH, Catalogue
+from exercises.languages import ENGLISH, Catalogue, catalogue
 from exercises.mistakes.catalogue import CATALOGUE
 from exercises.notebook import solution_figure
 from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
 from exercises.record import Json, robot_json
-from exercises.render import catalogue
-from exercises.show import problem_title
+from exercises.showing import problem_title
 from exercises.site.keys import key_of
 from exercises.writing.latex import symbol_latex
 from exercises.writing.markup import to_html
@@ -71,7 +70,7 @@ def translated_record(problem: Problem, record: Json, language: str) -> Json:
         "parts": [
             {
                 "name": part.name,
-                "title": words.questions[part.kind],
+                "title": words.question(ASKED[part.kind].title),
                 "prompt": to_html(prompt(problem, part, language)),
                 "hints": [page(hint) for hint in hints(problem, part, language)],
                 "options": _options(problem, part, language),
@@ -90,7 +89,8 @@ def translated_solutions(problem: Problem, language: str) -> Json:
 
 def _said_in(words: Catalogue, name: str, _: str, sentence: str) -> list[str]:
     mistake = CATALOGUE[name]
-    return [name, words.mistakes[name][0], words.mistake_said(name, mistake.says, mistake.source, sentence)]
+    title = words.mistake_title(name, mistake.title)
+    return [name, title, words.mistake_said(name, mistake.says, mistake.where, sentence)]
 
 
 def solutions_record(problem: Problem) -> Json:
@@ -121,12 +121,12 @@ def _tex(latex: str, block: bool) -> str:
 
 def _symbols(problem: Problem) -> Json:
     prismatic = tuple(str(i) for i, joint in enumerate(problem.chain.joints, 1) if joint.kind == "P")
-    found: Json = {}
+    symbols: Json = {}
     for name, info in problem.symbols().items():
-        found[name] = {"role": info.role, "unit": info.unit, "latex": symbol_latex(name, prismatic)}
+        symbols[name] = {"role": info.role, "unit": info.unit, "latex": symbol_latex(name, prismatic)}
         if info.value is not None:
-            found[name]["value"] = float(info.value)
-    return found
+            symbols[name]["value"] = float(info.value)
+    return symbols
 
 
 def typed_names(problem: Problem, asked: str) -> list[str]:

@@ -4,6 +4,11 @@ The references come from symbolic algebra on a structure (`derivation`). Here th
 an answer is, evaluated at random places and held against products of 4 x 4 matrices, finite differences of the poses
 and NumPy's linear algebra. A singular set is tested both ways: at every piece of it the rank is less, and every
 configuration of less rank that Newton's method finds lies in it.
+
+Beside the tests of questions, which stand in `CHECKS` below:
+
+    numeric_reference   the arm in numbers, by 4 x 4 products and finite differences
+    exponentials        the Jacobian by the product of exponentials
 """
 
 import re
@@ -42,6 +47,10 @@ class ProblemCertificate:
     checks: tuple[Check, ...]
     digests: Mapping[str, Any] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        how = "passed" if self.passed else f"{len(self.failures)} failed"
+        return f"ProblemCertificate({self.problem}: {len(self.checks)} checks, {how})"
+
     @property
     def passed(self) -> bool:
         """Whether every check held."""
@@ -63,8 +72,8 @@ class ProblemCertificate:
 def certify(problem: Problem) -> ProblemCertificate:
     """Test every reference of a problem; a question for which there is no test here fails, too.
 
-    >>> from exercises.generation import generate
-    >>> certify(generate(ProblemId("planar-2r", 7, ("determinant",)))).passed
+    >>> from exercises import generate
+    >>> certify(generate("planar-2r/7", ["determinant"])).passed
     True
     """
     numeric = NumericReference(problem)
@@ -106,10 +115,12 @@ def _full_rank(numeric: NumericReference) -> Check:
     """Look for a place of full rank: without one, the arm is singular everywhere, and there is little to be asked."""
     chain, jacobian = numeric.chain, numeric.exponential_jacobian
     sigma = np.linalg.svd(jacobian[:, numeric.task], compute_uv=False)
-    found = int((sigma > rank.GONE * np.linalg.norm(jacobian, axis=(1, 2))[:, None]).sum(axis=1).max())
+    largest = int((sigma > rank.GONE * np.linalg.norm(jacobian, axis=(1, 2))[:, None]).sum(axis=1).max())
     full = min(len(chain.task), chain.n)
-    said = f"J for the task {', '.join(chain.task)} has rank {found}"
-    return Check(FULL_RANK, found == full, said if found == full else f"{said} of {full}, whatever the configuration")
+    said = f"J for the task {', '.join(chain.task)} has rank {largest}"
+    return Check(
+        FULL_RANK, largest == full, said if largest == full else f"{said} of {full}, whatever the configuration"
+    )
 
 
 def _trees(numeric: NumericReference, part: Part) -> list[Node]:

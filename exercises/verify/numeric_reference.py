@@ -98,8 +98,8 @@ class NumericReference:
     def read(self, entries: sp.Matrix) -> np.ndarray:
         """Return the values of symbolic entries by way of their text, (…, rows, columns); complex if one is."""
         program = compile_program([self.tree(text_of(entry)) for entry in entries])
-        found = evaluate(program, self.values, self.points)[0]
-        real = found.real if np.all(np.abs(found.imag) <= 1e-12 * (1 + np.abs(found))) else found
+        values = evaluate(program, self.values, self.points)[0]
+        real = values.real if np.all(np.abs(values.imag) <= 1e-12 * (1 + np.abs(values))) else values
         return real.T.reshape(self.points, *entries.shape)
 
 

@@ -20,14 +20,14 @@ def _wrist(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, fl
 
 def _determinants(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Hold each determinant against its block, and their product against det J of all six rows."""
-    found = numeric.read(part.answer.as_matrix())
+    claimed = numeric.read(part.answer.as_matrix())
     turn = numeric.frames[:, 3, :3, :3].swapaxes(1, 2)
     blocks = (numeric.jacobian[:, :3, :3], turn @ numeric.jacobian[:, 3:, 3:])
     expected = np.stack([np.linalg.det(block) for block in blocks], axis=1)[:, :, None]
-    yield agree("LU decomposition", found, expected, EXACT)
-    if found.shape == expected.shape:
+    yield agree("LU decomposition", claimed, expected, EXACT)
+    if claimed.shape == expected.shape:
         whole = np.linalg.det(numeric.task_jacobian)[:, None, None]
-        yield agree("their product is det J", found.prod(axis=1, keepdims=True), whole, EXACT)
+        yield agree("their product is det J", claimed.prod(axis=1, keepdims=True), whole, EXACT)
     beside = np.abs(numeric.jacobian[:, :3, 3:]).max()
     yield Check("the wrist does not move P", bool(beside < EXACT), f"largest entry beside J11: {beside:.1e}")
 

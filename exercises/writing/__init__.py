@@ -1,1 +1,12 @@
-"""How problems and solutions are put: notation, wording, worked steps, Markdown to other markups."""
+"""How problems and solutions are put: notation, wording, worked steps, Markdown to other markups.
+
+From formulas to whole texts:
+
+    latex, typeset              formulas laid out: SymPy's as the textbook has them, and what somebody typed
+    fit                         wide formulas on several lines
+    typst                       our Markdown for Typst
+    markup, on_paper            our Markdown as HTML, LaTeX and text; what is left out on paper
+    wording, worked             the words for an arm; what a solution shows between formula and result
+    hint_context                what hints tell of an arm
+    statement, short_answer     statements, prompts, hints and solutions; an answer without the way to it
+"""

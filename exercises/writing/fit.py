@@ -77,19 +77,19 @@ def _rows(formula: Layout, room: float) -> Rows:
     """
     if len(formula.inner) != 1 or formula.inner[0].kind != "aligned":
         return [_sides(piece) for piece in layout.split(formula.inner, layout.QQUAD)]
-    found: Rows = []
+    rows: Rows = []
     for line in formula.inner[0].inner:
         cells = [cell.inner for cell in line.inner]
         pairs = [(cells[k], cells[k + 1]) for k in range(0, len(cells) - 1, 2)] or [((), cells[0])]
         left, right = pairs[0]
-        if not left and right[:1] != (layout.EQUALS,) and found:  # a sum goes on
-            found[-1] = (found[-1][0], (*found[-1][1], *(right[1:] if right[:1] == (layout.QUAD,) else right)))
+        if not left and right[:1] != (layout.EQUALS,) and rows:  # a sum goes on
+            rows[-1] = (rows[-1][0], (*rows[-1][1], *(right[1:] if right[:1] == (layout.QUAD,) else right)))
             continue
         beside = layout.joined((layout.QUAD,), [(*a, *b) for a, b in pairs])
         if len(pairs) > 1 and _wide(beside) <= room - 2.0:
             pairs = [(left, beside[len(left) :])]
-        found += pairs
-    return found
+        rows += pairs
+    return rows
 
 
 def _sides(equation: Pieces) -> tuple[Pieces, Pieces]:
@@ -119,8 +119,8 @@ def _broken(part: Pieces, room: float) -> Lines:
         if len(factors) > 1:
             parts = [_broken(factor, room - 1.5) for factor in factors]
             return [*parts[0], *(line for first, *rest in parts[1:] for line in ((layout.EMPTY, sign, *first), *rest))]
-    found = layout.terms(part)
-    return _filled(found, room) if len(found) > 1 else _fraction(part, room) or _columns(part, room)
+    terms = layout.terms(part)
+    return _filled(terms, room) if len(terms) > 1 else _fraction(part, room) or _columns(part, room)
 
 
 def _matrices(part: Pieces) -> Lines:
@@ -132,8 +132,8 @@ def _matrices(part: Pieces) -> Lines:
 
 def _matrix_in(piece: Layout) -> Layout | None:
     """Return the matrix that a piece is, perhaps with a power."""
-    found = layout.base(piece)
-    return found if found.kind == "matrix" else None
+    base = layout.base(piece)
+    return base if base.kind == "matrix" else None
 
 
 def _fraction(part: Pieces, room: float) -> Lines:

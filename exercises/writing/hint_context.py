@@ -139,15 +139,15 @@ class HintContext:
     @cached_property
     def turned_back(self) -> tuple[sp.Expr, sp.Matrix] | None:
         """A value of joint 1 at which J is short, and J there: it has the same determinant. None for other arms."""
-        found = structure(self.chain)
-        generic, first = derive(found.chain), found.chain.q[0]
+        known = structure(self.chain)
+        generic, first = derive(known.chain), known.chain.q[0]
         if self.chain.joints[0].kind == "P" or not 1 < self.chain.n <= 4:
             return None
         if not generic.jacobian.has(first) or generic.determinant.has(first):
             return None
-        base = found.chain.base  # a turn of the base about the axis of joint 1 is undone by this joint
+        base = known.chain.base  # a turn of the base about the axis of joint 1 is undone by this joint
         straight = {sp.S.Zero: -base.yaw, sp.pi: base.yaw}.get(base.tilt, sp.S.Zero)
-        value = sp.expand(straight.xreplace(dict(found.values)) - self.chain.offsets[0])
+        value = sp.expand(straight.xreplace(dict(known.values)) - self.chain.offsets[0])
         short = self._filled(generic.jacobian.xreplace({first: straight}))
         return sp.pi - sp.Mod(sp.pi - value, 2 * sp.pi) if value.is_number else value, short
 
@@ -156,8 +156,8 @@ class HintContext:
         """R_1^T J11 of an arm whose Jacobian falls into blocks, where it differs from J11; None for others."""
         if not_partitioned(self.chain) is not None:
             return None
-        found = blocks(self.chain)
-        return None if found.arm_seen == found.arm else found.arm_seen
+        partition = blocks(self.chain)
+        return None if partition.arm_seen == partition.arm else partition.arm_seen
 
     @property
     def conditions(self) -> list[tuple[int, list[str]]]:
@@ -169,17 +169,17 @@ class HintContext:
 
     def jacobian_at(self, values: Sequence[tuple[sp.Symbol, sp.Expr]]) -> sp.Matrix | None:
         """Return the task Jacobian of up to three joints with some put to values, where their sines are short."""
-        found, own = structure(self.chain), dict(values)
+        known, own = structure(self.chain), dict(values)
         generic = {
             symbol: own[q] + offset
-            for q, symbol, offset in zip(self.chain.q, found.chain.q, self.chain.offsets, strict=True)
+            for q, symbol, offset in zip(self.chain.q, known.chain.q, self.chain.offsets, strict=True)
             if q in own
         }
-        slides = {q for q, joint in zip(found.chain.q, found.chain.joints, strict=True) if joint.kind == "P"}
+        slides = {q for q, joint in zip(known.chain.q, known.chain.joints, strict=True) if joint.kind == "P"}
         short = all(q in slides or (12 * value / sp.pi).is_Integer for q, value in generic.items())
         if self.chain.n > 3 or not short:
             return None
-        return self._filled(derive(found.chain).jacobian.xreplace(generic))
+        return self._filled(derive(known.chain).jacobian.xreplace(generic))
 
     def _filled(self, generic: sp.Matrix) -> sp.Matrix:
         return generic.applyfunc(lambda entry: self.d.fill(textbook(sp.expand(entry))))

@@ -164,11 +164,11 @@ class _Setter:
 
     def terms(self, expression: sp.Expr, flip: bool = False) -> list[_Signed]:
         """Return the terms of a sum in reading order, with all signs changed if `flip`."""
-        found = sorted(sp.Add.make_args(expression), key=_term_key)
-        shown = [(term, self.product(term)) for term in found]
+        in_order = sorted(sp.Add.make_args(expression), key=_term_key)
+        shown = [(term, self.product(term)) for term in in_order]
         if flip:
             shown = [(term, _Signed(not signed.negative, signed.body)) for term, signed in shown]
-        if any(term.atoms(sp.sin, sp.cos) or any(map(_moves, term.free_symbols)) for term in found):
+        if any(term.atoms(sp.sin, sp.cos) or any(map(_moves, term.free_symbols)) for term in in_order):
             # 0.12 + a_2 c_2, but a_1 c_1 - 0.6: a constant stands first unless it is subtracted
             shown.sort(key=lambda pair: _place_in_sum(pair[0], pair[1].negative))
         else:  # theta_2 - theta_1 + pi/3, d_2 + 0.33: numbers last, what is subtracted behind what is added
@@ -213,12 +213,12 @@ class _Setter:
 
     def factors(self, factors: Sequence[sp.Expr], flips: set[sp.Expr], alone: bool) -> Pieces:
         """Return the factors side by side; a sum is bracketed unless it stands alone above or below a fraction line."""
-        found: list[Layout] = []
+        laid_out: list[Layout] = []
         for k, factor in enumerate(factors):
-            if k and _ends_in_angle(found) and any(map(_moves, factor.free_symbols)):
-                found.append(layout.THIN)  # \cos\varphi_1 \dot\theta_1 is not the cosine of a product
-            found += self.factor(factor, factor in flips, alone)
-        return tuple(found)
+            if k and _ends_in_angle(laid_out) and any(map(_moves, factor.free_symbols)):
+                laid_out.append(layout.THIN)  # \cos\varphi_1 \dot\theta_1 is not the cosine of a product
+            laid_out += self.factor(factor, factor in flips, alone)
+        return tuple(laid_out)
 
     def factor(self, factor: sp.Expr, flip: bool = False, alone: bool = False) -> Pieces:
         if factor.is_Add:
@@ -336,10 +336,10 @@ def angle_names(links: Sequence[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
     >>> names.meanings, (a1 * sp.cos(t1 - 2 * sp.pi / 3)).xreplace(names.waves) == a1 * sp.cos(phi)
     ({\varphi_{1}: theta1 - 2*pi/3}, True)
     """
-    found = {wave.args[0] for matrix in matrices for wave in matrix.atoms(sp.sin, sp.cos)}
+    angles = {wave.args[0] for matrix in matrices for wave in matrix.atoms(sp.sin, sp.cos)}
     waves: dict[sp.Expr, sp.Expr] = {}
     meanings: dict[sp.Symbol, sp.Expr] = {}
-    for angle in sorted(found, key=lambda a: (len(a.free_symbols), ByText(a))):
+    for angle in sorted(angles, key=lambda a: (len(a.free_symbols), ByText(a))):
         if joint_sum(angle) is not None or not angle.free_symbols:
             continue
         meaning, sense, rest = _as_link(angle, links) or (angle, 1, sp.S.Zero)

@@ -1,6 +1,6 @@
 """A problem in words: its statement, the prompt of each part, and worked solutions, as Markdown with LaTeX.
 
-All of it can be had in each of `languages`.
+All of it can be had in each of the `languages`.
 """
 
 import re
@@ -10,10 +10,10 @@ from typing import Any
 from exercises.answers import LETTERS
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
-from exercises.languages import ENGLISH
+from exercises.languages import ENGLISH, catalogue
 from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
-from exercises.render import catalogue, environment
+from exercises.render import environment
 from exercises.writing.latex import tex
 from exercises.writing.wording import Wording
 from exercises.writing.worked import Worked
@@ -24,9 +24,7 @@ def statement(problem: Problem, title: str, figure: str = "", typed: bool = True
 
     Where answers are no formulas, it need not say how symbols are `typed`.
     """
-    chain = problem.chain
-    arm = chain.title or "arm"
-    article = "an" if re.match(r"[aeiou]|R[RP]+ ", arm) else "a"
+    chain, words = problem.chain, catalogue(language)
     text = (
         environment(language)
         .get_template("statement.md.j2")
@@ -34,53 +32,54 @@ def statement(problem: Problem, title: str, figure: str = "", typed: bool = True
             chain=chain,
             title=title,
             figure=figure,
-            w=Wording(chain),
-            arm=arm if language == ENGLISH else catalogue(language).arm_shown(chain.title),
-            article=article,
+            w=Wording(chain, words),
+            arm=words.arm_shown(chain.title),
             typed=typed,
         )
     )
-    return _put(_tidy(text), language)
+    return words.with_decimals(_tidy(text))
 
 
 def prompt(problem: Problem, part: Part, language: str = ENGLISH) -> str:
     """Return what is asked, in which frame and units, and the form of the answer; nothing of the answer itself."""
-    text = str(_macros(part, language).prompt(part, problem.chain, Wording(problem.chain)))
+    words = catalogue(language)
+    text = str(_macros(part, language).prompt(part, problem.chain, Wording(problem.chain, words)))
     if part.rounding is not None and part.answer.is_exact:
-        text += f"\n\n{_phrase(f'Decimals are accepted {part.rounding.words}.', language)}"
-    return _put(_tidy(text), language)
+        accepted = words.gettext("Decimals are accepted %(how)s.", how=words.phrase(part.rounding.words))
+        text += f"\n\n{accepted}"
+    return words.with_decimals(_tidy(text))
 
 
 def option_text(problem: Problem, part: Part, index: int, language: str = ENGLISH) -> str:
     """Return what an option shows, in Markdown on one line: a formula, a set, a configuration, or its words."""
-    details, chain = part.details, problem.chain
+    details, chain, words = part.details, problem.chain, catalogue(language)
     macros: Any = environment(language)
     if "offered" in details:
         offered: Any = details["offered"]
         text = str(macros.get_template("questions/options.md.j2").module.formula(offered[index], chain))
-        return _put(text, language)
+        return words.with_decimals(text)
     if "places" in details:
         places: Any = details["places"]
-        text = str(macros.get_template("questions/rank.md.j2").module.at(places[index], chain, Wording(chain)))
-        return _put(text, language)
+        text = str(macros.get_template("questions/rank.md.j2").module.at(places[index], chain, Wording(chain, words)))
+        return words.with_decimals(text)
     line = re.search(rf"^- \*\*{LETTERS[index]}\.\*\* (.*)$", prompt(problem, part, language), re.MULTILINE)
-    return line[1] if line is not None else _phrase(part.answer.offered[index], language)
+    return line[1] if line is not None else words.phrase(part.answer.offered[index])
 
 
 def hints(problem: Problem, part: Part, language: str = ENGLISH) -> tuple[str, str, str]:
     """Return three hints for this very arm, from gentle to nearly there; none of them holds the answer."""
-    chain, steps = problem.chain, worked_steps(problem.chain)
-    text = _macros(part, language).hints(part, chain, derive(chain), Wording(chain), steps)
+    chain, steps, words = problem.chain, worked_steps(problem.chain), catalogue(language)
+    text = _macros(part, language).hints(part, chain, derive(chain), Wording(chain, words), steps)
     told = (with_meanings(steps, hint, language) for hint in re.split(r"^---$", text, flags=re.MULTILINE))
-    gentle, plan, nearly = (_put(hint, language) for hint in told)
+    gentle, plan, nearly = (words.with_decimals(hint) for hint in told)
     return gentle, plan, nearly
 
 
 def worked_solution(problem: Problem, part: Part, language: str = ENGLISH) -> str:
     """Return the way to the answer as the chapter would print it: formula, steps, result, what it means."""
-    chain, steps = problem.chain, worked_steps(problem.chain)
-    text = _macros(part, language).solution(part, chain, derive(chain), Wording(chain), steps)
-    return _put(with_meanings(steps, text, language), language)
+    chain, steps, words = problem.chain, worked_steps(problem.chain), catalogue(language)
+    text = _macros(part, language).solution(part, chain, derive(chain), Wording(chain, words), steps)
+    return words.with_decimals(with_meanings(steps, text, language))
 
 
 def with_meanings(steps: Worked, text: str, language: str = ENGLISH) -> str:
@@ -93,15 +92,6 @@ def with_meanings(steps: Worked, text: str, language: str = ENGLISH) -> str:
 def worked_steps(chain: Chain) -> Worked:
     """Return the steps of an arm, kept because several parts show the same ones."""
     return Worked(chain)
-
-
-def _phrase(english: str, language: str) -> str:
-    return english if language == ENGLISH else catalogue(language).phrase(english)
-
-
-def _put(text: str, language: str) -> str:
-    """Return text with the numbers of its formulas as the language writes them."""
-    return text if language == ENGLISH else catalogue(language).with_decimals(text)
 
 
 def _macros(part: Part, language: str) -> Any:

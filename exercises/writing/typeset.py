@@ -85,9 +85,9 @@ class _Setter:
         self.depth += 1
         if self.depth > DEEPEST:
             raise TooDeep(f"the answer nests more than {DEEPEST} deep")
-        found = self.piece(node)
+        laid_out = self.piece(node)
         self.depth -= 1
-        return found
+        return laid_out
 
     def piece(self, node: Node) -> _Set:
         kind = node.kind
@@ -233,10 +233,10 @@ def _joint_sum(angle: Node) -> str:
     digits: list[str] = []
     while True:
         last = angle.args[1] if angle.kind == "+" else angle
-        found = _ANGLE.fullmatch(str(last.value)) if last.kind == "name" else None
-        if found is None or found[1] in digits:
+        match = _ANGLE.fullmatch(str(last.value)) if last.kind == "name" else None
+        if match is None or match[1] in digits:
             return ""
-        digits.append(found[1])
+        digits.append(match[1])
         if angle.kind != "+":
             return "".join(sorted(digits))
         angle = angle.args[0]

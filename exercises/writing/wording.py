@@ -1,29 +1,30 @@
 """The words in which a problem speaks of its arm: frame, point, task, units; the same in every question."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import sympy as sp
 
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.classification import Kind, kind_is_sure
 from exercises.arm.derivation import derive
+from exercises.languages import ENGLISH, Catalogue, catalogue
 from exercises.writing.latex import symbol_latex, tex, tex_angle, tex_length
 
 NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
-_OF_ALL = {1: "", 2: "both "}
-MOUNTS = {sp.pi: "hangs from the ceiling", sp.pi / 2: "is fixed to a wall", -sp.pi / 2: "is fixed to a wall"}
 
 
 @dataclass(frozen=True)
 class Wording:
-    """What templates say about a chain; every formula is LaTeX without dollar signs."""
+    """What templates say about a chain, in the words of a language; formulas are LaTeX without dollar signs."""
 
     chain: Chain
+    words: Catalogue = field(default_factory=lambda: catalogue(ENGLISH))
 
     @property
     def frame(self) -> str:
         """The frame in which everything is expressed."""
-        return "the base frame $O_0$" if self.chain.base.is_world else "the world frame"
+        say = self.words
+        return say.gettext("the base frame $O_0$") if self.chain.base.is_world else say.gettext("the world frame")
 
     @property
     def joints(self) -> list[str]:
@@ -50,7 +51,7 @@ class Wording:
         """The unit of the task's velocity, or both where it has linear and angular rows."""
         units = ["m/s"] if any(row[0] == "v" for row in self.chain.task) else []
         units += ["rad/s"] if any(row[0] == "w" for row in self.chain.task) else []
-        return " and ".join(units)
+        return self.join(units)
 
     @property
     def linear(self) -> list[str]:
@@ -60,12 +61,47 @@ class Wording:
     @property
     def mover(self) -> str:
         """What has the velocity that the task counts."""
-        return {"v": "$P$", "w": "the last link", "vw": "$P$ and the last link"}[self._motions]
+        say = self.words
+        return {
+            "v": "$P$",
+            "w": say.gettext("the last link"),
+            "vw": say.gettext("$P$ and the last link"),
+        }[self._motions]
+
+    @property
+    def movers(self) -> int:
+        """How many things that is."""
+        return len(self._motions)
+
+    @property
+    def of_mover(self) -> str:
+        """Whose velocity that is, as in "of $P$"."""
+        say = self.words
+        return {
+            "v": say.gettext("of $P$"),
+            "w": say.gettext("of the last link"),
+            "vw": say.gettext("of $P$ and the last link"),
+        }[self._motions]
+
+    @property
+    def to_mover(self) -> str:
+        """The same behind "to give", where other languages have a case of its own."""
+        say = self.words
+        return {
+            "v": "$P$",
+            "w": say.pgettext("to whom something is given", "the last link"),
+            "vw": say.pgettext("to whom something is given", "$P$ and the last link"),
+        }[self._motions]
 
     @property
     def its_mover(self) -> str:
-        """The same, at the beginning of a sentence on the arm."""
-        return {"v": "Its point $P$", "w": "Its last link", "vw": "Its point $P$ and its last link"}[self._motions]
+        """The same with "shall", at the beginning of a sentence on the arm."""
+        say = self.words
+        return {
+            "v": say.gettext("Its point $P$ shall"),
+            "w": say.gettext("Its last link shall"),
+            "vw": say.gettext("Its point $P$ and its last link shall"),
+        }[self._motions]
 
     @property
     def _motions(self) -> str:
@@ -75,20 +111,34 @@ class Wording:
     @property
     def kinds_defined(self) -> str:
         """What a boundary and an internal singularity are, for what the task places."""
-        turn = "angle" if len(self.task) - len(self.linear) == 1 else "orientation"
-        there = {
-            "v": "$P$ is on the boundary of what it can reach",
-            "w": f"the {turn} of the last link is on the boundary of what it can be",
-            "vw": f"the pose, which is the place of $P$ together with the {turn} of the last link, is on the "
-            "boundary of what the arm can reach",
-        }[self._motions]
-        if self._motions == "v" and self.moves_besides:
-            axes = ", ".join(row[1] for row in self.chain.task)
-            there = f"the coordinates $({axes})$ of $P$ are on the boundary of what they can be"
-        return (
-            f"A *boundary* singularity: {there} (over all configurations, with unlimited joint travel). An *internal* "
-            "singularity: any other configuration in which $J$ loses rank."
+        return self.words.gettext(
+            "A *boundary* singularity: %(there)s (over all configurations, with unlimited joint travel). "
+            "An *internal* singularity: any other configuration in which $J$ loses rank.",
+            there=self._at_boundary,
         )
+
+    @property
+    def _at_boundary(self) -> str:
+        """What is on the boundary of what it can be."""
+        say, angle = self.words, len(self.task) - len(self.linear) == 1
+        if self._motions == "w" and angle:
+            return say.gettext("the angle of the last link is on the boundary of what it can be")
+        if self._motions == "w":
+            return say.gettext("the orientation of the last link is on the boundary of what it can be")
+        if self._motions == "vw" and angle:
+            return say.gettext(
+                "the pose, which is the place of $P$ together with the angle of the last link, is on the boundary of "
+                "what the arm can reach"
+            )
+        if self._motions == "vw":
+            return say.gettext(
+                "the pose, which is the place of $P$ together with the orientation of the last link, is on the "
+                "boundary of what the arm can reach"
+            )
+        if self.moves_besides:
+            axes = ", ".join(row[1] for row in self.chain.task)
+            return say.gettext("the coordinates $(%(axes)s)$ of $P$ are on the boundary of what they can be", axes=axes)
+        return say.gettext("$P$ is on the boundary of what it can reach")
 
     @property
     def moves_besides(self) -> bool:
@@ -105,13 +155,27 @@ class Wording:
 
     def kind_shown(self, kind: str) -> str:
         """Return why a singularity is of its kind."""
-        place = {"v": "place", "w": "orientation", "vw": "pose"}[self._motions]
+        say = self.words
         if kind == "boundary":
-            return (
-                f"Small motions reach one side only of this {place}, and no other configuration reaches the far side."
-            )
-        mover = {"v": "$P$", "w": "The last link", "vw": "The arm"}[self._motions]
-        return f"{mover} can get past this {place} in every direction, here or in another configuration."
+            return {
+                "v": say.gettext(
+                    "Small motions reach one side only of this place, and no other configuration reaches the far side."
+                ),
+                "w": say.gettext(
+                    "Small motions reach one side only of this orientation, and no other configuration reaches the "
+                    "far side."
+                ),
+                "vw": say.gettext(
+                    "Small motions reach one side only of this pose, and no other configuration reaches the far side."
+                ),
+            }[self._motions]
+        return {
+            "v": say.gettext("$P$ can get past this place in every direction, here or in another configuration."),
+            "w": say.gettext(
+                "The last link can get past this orientation in every direction, here or in another configuration."
+            ),
+            "vw": say.gettext("The arm can get past this pose in every direction, here or in another configuration."),
+        }[self._motions]
 
     def numbers(self, kind: str) -> list[int]:
         """Return which joints, from 1, are "R" or "P"."""
@@ -120,10 +184,12 @@ class Wording:
     @property
     def rates_with_units(self) -> str:
         """The joint rates, each with its unit, or all with the one that they have in common."""
-        units = self.rate_units
+        units, say = self.rate_units, self.words
         if len(units) > 2 and len(set(units)) == 1:
-            return f"{join([f'${rate}$' for rate in self.rates])}, all in {units[0]}"
-        return ", ".join(f"${rate}$ in {unit}" for rate, unit in zip(self.rates, units, strict=True))
+            rates = self.join([f"${rate}$" for rate in self.rates])
+            return say.gettext("%(rates)s, all in %(unit)s", rates=rates, unit=units[0])
+        pairs = zip(self.rates, units, strict=True)
+        return ", ".join(say.gettext("$%(rate)s$ in %(unit)s", rate=rate, unit=unit) for rate, unit in pairs)
 
     @property
     def last(self) -> int:
@@ -135,22 +201,54 @@ class Wording:
         """The number of joints as a word."""
         return self.number(self.chain.n)
 
-    @staticmethod
-    def number(count: int) -> str:
+    def number(self, count: int) -> str:
         """Return a small number as a word."""
-        return NUMBER_WORDS[count] if count < len(NUMBER_WORDS) else str(count)
+        return self.words.phrase(NUMBER_WORDS[count]) if count < len(NUMBER_WORDS) else str(count)
 
     @property
     def kinds(self) -> str:
         """What kinds of joints there are, as in "both revolute" or "joint 1 revolute and joint 2 prismatic"."""
-        kinds = {"R": "revolute", "P": "prismatic"}
-        found = {kind: self.numbers(kind) for kind in kinds}
-        if not all(found.values()):
-            return f"{_OF_ALL.get(self.chain.n, 'all ')}{kinds[self.chain.joints[0].kind]}"
-        return " and ".join(
-            f"{'joint' if len(numbers) == 1 else 'joints'} {join([str(i) for i in numbers])} {kinds[kind]}"
-            for kind, numbers in found.items()
-        )
+        say, turning, sliding = self.words, self.numbers("R"), self.numbers("P")
+        which = {"turning": self._listed(turning), "sliding": self._listed(sliding)}
+        if not sliding:
+            return {1: say.gettext("revolute"), 2: say.gettext("both revolute")}.get(
+                self.last, say.gettext("all revolute")
+            )
+        if not turning:
+            return {1: say.gettext("prismatic"), 2: say.gettext("both prismatic")}.get(
+                self.last, say.gettext("all prismatic")
+            )
+        return {
+            (True, True): say.gettext("joint %(turning)s revolute and joint %(sliding)s prismatic", **which),
+            (True, False): say.gettext("joint %(turning)s revolute and joints %(sliding)s prismatic", **which),
+            (False, True): say.gettext("joints %(turning)s revolute and joint %(sliding)s prismatic", **which),
+            (False, False): say.gettext("joints %(turning)s revolute and joints %(sliding)s prismatic", **which),
+        }[len(turning) == 1, len(sliding) == 1]
+
+    @property
+    def kinds_told(self) -> str:
+        """The same as a sentence."""
+        say, turning, sliding = self.words, self.numbers("R"), self.numbers("P")
+        which = {"turning": self._listed(turning), "sliding": self._listed(sliding)}
+        if not sliding:
+            return {
+                1: say.gettext("The only joint here is revolute."),
+                2: say.gettext("The joints here are both revolute."),
+            }.get(self.last, say.gettext("The joints here are all revolute."))
+        if not turning:
+            return {
+                1: say.gettext("The only joint here is prismatic."),
+                2: say.gettext("The joints here are both prismatic."),
+            }.get(self.last, say.gettext("The joints here are all prismatic."))
+        return {
+            (True, True): say.gettext("Joint %(turning)s is revolute, joint %(sliding)s prismatic.", **which),
+            (True, False): say.gettext("Joint %(turning)s is revolute, joints %(sliding)s prismatic.", **which),
+            (False, True): say.gettext("Joints %(turning)s are revolute, joint %(sliding)s prismatic.", **which),
+            (False, False): say.gettext("Joints %(turning)s are revolute, joints %(sliding)s prismatic.", **which),
+        }[len(turning) == 1, len(sliding) == 1]
+
+    def _listed(self, numbers: list[int]) -> str:
+        return self.join([str(number) for number in numbers]) if numbers else ""
 
     @property
     def rows(self) -> list[list[str]]:
@@ -168,13 +266,14 @@ class Wording:
     @property
     def base_turn(self) -> str:
         """How O_0 is turned in the world, or nothing."""
-        base, parts = self.chain.base, []
-        if base.yaw != 0:
-            parts.append(f"turned by ${tex_angle(base.yaw)}$ about $z_w$")
-        if base.tilt != 0:
-            own = "then by " if base.yaw != 0 else "turned by "
-            parts.append(f"{own}${tex_angle(base.tilt)}$ about its own $x$ axis")
-        return " and ".join(parts)
+        base, say = self.chain.base, self.words
+        yaw, tilt = tex_angle(base.yaw), tex_angle(base.tilt)
+        turned = say.gettext("turned by $%(yaw)s$ about $z_w$", yaw=yaw) if base.yaw != 0 else ""
+        if base.tilt == 0:
+            return turned
+        if not turned:
+            return say.gettext("turned by $%(tilt)s$ about its own $x$ axis", tilt=tilt)
+        return say.gettext("%(turned)s and then by $%(tilt)s$ about its own $x$ axis", turned=turned, tilt=tilt)
 
     @property
     def base_transform(self) -> str:
@@ -187,7 +286,12 @@ class Wording:
     @property
     def mounting(self) -> str:
         """What the tilt of the base means for an arm in space, or nothing."""
-        return "" if self.chain.is_planar else MOUNTS.get(self.chain.base.tilt, "")
+        say, tilt = self.words, self.chain.base.tilt
+        if self.chain.is_planar:
+            return ""
+        if tilt in (sp.pi / 2, -sp.pi / 2):
+            return say.gettext("is fixed to a wall")
+        return say.gettext("hangs from the ceiling") if tilt == sp.pi else ""
 
     @property
     def point_offset(self) -> str:
@@ -204,21 +308,22 @@ class Wording:
     @property
     def jacobian_route(self) -> str:
         """How the Jacobian of the task is to be found."""
+        say = self.words
         if not self.linear:
-            return "from the joint axes (6.12)"
+            return say.gettext("from the joint axes (6.12)")
         if len(self.linear) == len(self.task):
-            return "by direct differentiation (6.3)"
-        return "by differentiation (6.3), and for the angular rows from the joint axes (6.12)"
+            return say.gettext("by direct differentiation (6.3)")
+        return say.gettext("by differentiation (6.3), and for the angular rows from the joint axes (6.12)")
 
     @property
     def axis_names(self) -> str:
         """The joint axes, z_0 ... z_{n-1}."""
-        return join([f"$z_{i}$" for i in range(self.chain.n)])
+        return self.join([f"$z_{i}$" for i in range(self.chain.n)])
 
     @property
     def vector_names(self) -> str:
         """The vectors to the point, p*_0 ... p*_{n-1}."""
-        return join([f"$p^*_{i}$" for i in range(self.chain.n)])
+        return self.join([f"$p^*_{i}$" for i in range(self.chain.n)])
 
     @property
     def parallel(self) -> bool:
@@ -233,8 +338,10 @@ class Wording:
     @property
     def rows_remark(self) -> str:
         """What the rows of the geometric Jacobian show."""
-        rows = ", ".join(self.task)
-        return f"The rows ${rows}$ are the Jacobian for the task; the other rows say how the arm moves besides."
+        return self.words.gettext(
+            "The rows $%(rows)s$ are the Jacobian for the task; the other rows say how the arm moves besides.",
+            rows=", ".join(self.task),
+        )
 
     @property
     def smaller(self) -> int:
@@ -254,28 +361,43 @@ class Wording:
 
     def meaning(self, kind: Kind) -> str:
         """Return a sentence on what a set of singular configurations looks like, and of what kind it is."""
+        say, sentence = self.words, self.sentence(kind.meaning)
         if not self.kinds_are_sure:
-            return self.sentence(kind.meaning)
-        if kind.uniform:
-            what = "a boundary" if kind.kind == "boundary" else "an internal"
-            return f"{self.sentence(kind.meaning)} This is {what} singularity."
-        mixed = "Some of these configurations are boundary singularities, the others internal."
-        return f"{self.sentence(kind.meaning)} {mixed}"
+            return sentence
+        if not kind.uniform:
+            mixed = say.gettext("Some of these configurations are boundary singularities, the others internal.")
+            return f"{sentence} {mixed}"
+        boundary = say.gettext("This is a boundary singularity.")
+        internal = say.gettext("This is an internal singularity.")
+        return f"{sentence} {boundary if kind.kind == 'boundary' else internal}"
 
     def case(self, kind: Kind) -> str:
         """Return the same for one value of a joint, shorter."""
-        said = kind.meaning.replace("the point", "$P$")
+        say, meaning = self.words, self._of_point(kind.meaning)
         if not self.kinds_are_sure:
-            return f"{said}."
-        if kind.uniform:
-            return f"{said}, {'a boundary' if kind.kind == 'boundary' else 'an internal'} singularity."
-        return f"{said}; a boundary singularity in some of these configurations, an internal one in the others."
+            return f"{meaning}."
+        if not kind.uniform:
+            return say.gettext(
+                "%(meaning)s; a boundary singularity in some of these configurations, an internal one in the others.",
+                meaning=meaning,
+            )
+        if kind.kind == "boundary":
+            return say.gettext("%(meaning)s, a boundary singularity.", meaning=meaning)
+        return say.gettext("%(meaning)s, an internal singularity.", meaning=meaning)
 
-    @staticmethod
-    def sentence(words: str) -> str:
-        """Return words as a sentence that speaks of P by name."""
-        said = words.replace("the point", "$P$")
+    def sentence(self, english: str) -> str:
+        """Return words that a problem carries as a sentence that speaks of P by name."""
+        said = self._of_point(english)
         return f"{said[0].upper()}{said[1:]}."
+
+    def _of_point(self, english: str) -> str:
+        return self.words.phrase(english.replace("the point", "$P$"))
+
+    def join(self, words: list[str]) -> str:
+        """Return words as in a sentence: "x, y and z"."""
+        if len(words) == 1:
+            return words[0]
+        return self.words.gettext("%(rest)s and %(last)s", rest=", ".join(words[:-1]), last=words[-1])
 
 
 def triple(values: tuple[sp.Expr, sp.Expr, sp.Expr]) -> str:

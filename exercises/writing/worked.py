@@ -66,7 +66,7 @@ class LoneEntry:
 
 
 @dataclass(frozen=True)
-class Found:
+class SingularComponent:
     """A component of the singular set with what it is; `solutions` are (joint, values), None where joints are tied.
 
     `cases` says the same of each value, where a single joint has several and they differ.
@@ -91,8 +91,8 @@ class Worked:
     def __init__(self, chain: Chain) -> None:
         self.chain = chain
         self.d: Derivation = derive(chain)
-        found = structure(chain)
-        self._structure, self._values = found.chain, dict(found.values)
+        generic = structure(chain)
+        self._structure, self._values = generic.chain, dict(generic.values)
 
     @cached_property
     def angles(self) -> AngleNames:
@@ -142,11 +142,11 @@ class Worked:
     @cached_property
     def transforms(self) -> list[sp.Matrix]:
         """T_{0,1} ... T_{n-1,n}, 4 x 4, row by row of the table."""
-        found = []
+        matrices = []
         for joint in self.chain.joints:
             pose = joint_rotation(joint).row_join(link_vector(joint))
-            found.append(pose.col_join(sp.Matrix([[0, 0, 0, 1]])))
-        return found
+            matrices.append(pose.col_join(sp.Matrix([[0, 0, 0, 1]])))
+        return matrices
 
     @cached_property
     def origins(self) -> list[sp.Matrix]:
@@ -273,7 +273,7 @@ class Worked:
         values = (minor.substituted(self._values) for minor in self.d.generic_minors)
         return list(zip(labels, values, strict=True))
 
-    def zeros_of_minors(self, found: Found) -> list[tuple[sp.Expr, str]]:
+    def zeros_of_minors(self, found: SingularComponent) -> list[tuple[sp.Expr, str]]:
         """Return, of conditions that hold together, which minors each is a factor of: ("s2", "1 to 5").
 
         Nothing where some minor has none of them as a factor and vanishes all the same.
@@ -293,14 +293,14 @@ class Worked:
     # --- singular configurations ---
 
     @cached_property
-    def found(self) -> list[Found]:
+    def found(self) -> list[SingularComponent]:
         """The components of the singular set, classified."""
         return [self._classified(component) for component in singular_set(self.chain) or ()]
 
-    def _classified(self, component: Component) -> Found:
+    def _classified(self, component: Component) -> SingularComponent:
         conditions = tuple(map(self._as_shown, component.conditions))
         kind = _kind(self.chain, component)
-        return Found(conditions, component.solutions, kind, self._cases(component, kind))
+        return SingularComponent(conditions, component.solutions, kind, self._cases(component, kind))
 
     def _as_shown(self, condition: sp.Expr) -> sp.Expr:
         """Return a condition without numbers before it, and a sum with the signs that it has in det J, as shown."""
@@ -328,7 +328,7 @@ class Worked:
             and self.chain.task == ("vx", "vy", "vz")
         )
 
-    def of_place(self, place: Place) -> Found | None:
+    def of_place(self, place: Place) -> SingularComponent | None:
         """Return the component that a place lies on, or None where the arm is not singular."""
         for component in singular_set(self.chain) or ():
             if place.condition is not None:
@@ -339,7 +339,7 @@ class Worked:
             ):
                 here = replace(component, solutions=tuple((q, (place.joints[q],)) for q, _ in component.solutions))
                 conditions = tuple(map(self._as_shown, component.conditions))
-                return Found(conditions, component.solutions, _kind(self.chain, here))
+                return SingularComponent(conditions, component.solutions, _kind(self.chain, here))
         return None
 
     # --- numbers ---
@@ -373,18 +373,18 @@ def link_angles(chain: Chain) -> list[sp.Expr]:
     Where all axes are parallel, this is the angle of x_i in the world frame.
     """
     total, sense = chain.base.yaw, 1
-    found: list[sp.Expr] = []
+    angles: list[sp.Expr] = []
     for turn, alpha in [(sp.S.Zero, chain.base.tilt), *((joint.theta, joint.alpha) for joint in chain.joints)]:
         total = sp.expand(total + sense * turn)
         rest = sp.Add(*(t for t in sp.Add.make_args(total) if t.is_number))
         if (rest / sp.pi).is_Rational:
             total = total - rest + sp.pi - sp.Mod(sp.pi - rest, 2 * sp.pi)
-        found.append(total)
+        angles.append(total)
         if alpha in (sp.pi, -sp.pi):
             sense = -sense
         elif alpha != 0:
             total, sense = sp.S.Zero, 1
-    return found[1:]
+    return angles[1:]
 
 
 @lru_cache(maxsize=256)

@@ -1,4 +1,10 @@
 """All that is in the process in which students' notebooks run: nothing else of qdot, and no reference.
 
 `sandbox` starts this folder as a program (`__main__`), so that its modules are a package of their own, `contained`.
+
+    kernel, calls           Linux's system calls for containment; which calls a notebook is refused
+    guard, confine          the audit hook; the measures, each tried for itself
+    attempts                what a probe tries in a notebook's place
+    printing, callables     answers as text; answers that are functions
+    runner, zygote          runs the cells of one notebook; forks for every notebook
 """

@@ -73,15 +73,15 @@ def _table(function: Any, asked: Mapping[str, Any]) -> dict[str, Any]:
     shape, rows = None, []
     for values in asked["points"]:
         at = dict(zip(asked["symbols"], values, strict=True))
-        found = numpy.asarray(function(*_arguments(function, asked, at.__getitem__)))
-        if found.dtype.kind not in "biufcO":
-            raise TypeError(f"the function returns a {type(found.flat[0]).__name__}, which is no number")
-        if found.dtype == object:
-            found = numpy.array([complex(entry) for entry in found.flat]).reshape(found.shape)
-        if shape not in (None, found.shape) or found.ndim > 2 or found.size > 100:
+        returned = numpy.asarray(function(*_arguments(function, asked, at.__getitem__)))
+        if returned.dtype.kind not in "biufcO":
+            raise TypeError(f"the function returns a {type(returned.flat[0]).__name__}, which is no number")
+        if returned.dtype == object:
+            returned = numpy.array([complex(entry) for entry in returned.flat]).reshape(returned.shape)
+        if shape not in (None, returned.shape) or returned.ndim > 2 or returned.size > 100:
             raise TypeError("the function does not return one number, vector or matrix of one size")
-        shape = found.shape
-        rows.append([[float(entry.real), float(entry.imag)] for entry in found.astype(complex).flat])
+        shape = returned.shape
+        rows.append([[float(entry.real), float(entry.imag)] for entry in returned.astype(complex).flat])
     return {"shape": list(shape or ()), "values": rows}
 
 
@@ -120,9 +120,9 @@ def _meant(name: str, joints: Sequence[str], symbols: Sequence[str]) -> str | li
     if _RATES.fullmatch(name) and set(rates) <= set(symbols):
         return rates
     for pattern, known in ((_RATE, rates), (_JOINT, joints)):
-        found = pattern.fullmatch(name)
-        if found is not None:
-            number = int(next(filter(None, found.groups())))
+        match = pattern.fullmatch(name)
+        if match is not None:
+            number = int(next(filter(None, match.groups())))
             if 1 <= number <= len(known) and known[number - 1] in symbols:
                 return known[number - 1]
     return None

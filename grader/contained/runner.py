@@ -151,20 +151,20 @@ def report_answers(
         try:
             set_alarm(request["cell_seconds"])
             parts = parts_of(namespace[name])
-            found = (
+            reported = (
                 before.found
                 if is_same(before.parts, parts)
                 else {"text": text_of(value_of(namespace[name], name, request))[: LONGEST_ANSWER + 1]}
             )
         except Overtime:
-            found = {"error": f"working it out took longer than {request['cell_seconds']:g} s"}
+            reported = {"error": f"working it out took longer than {request['cell_seconds']:g} s"}
         except BaseException as raised:
-            found = {"error": describe(raised)}
+            reported = {"error": describe(raised)}
         finally:
             set_alarm(0)
-        last[name] = Told(parts, found)
-        if found != before.found:
-            report({"name": name, **found})
+        last[name] = Told(parts, reported)
+        if reported != before.found:
+            report({"name": name, **reported})
 
 
 def warm_up() -> None:

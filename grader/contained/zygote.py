@@ -278,10 +278,10 @@ def _end(pid: int, patience: float) -> int:
     status = None
     deadline = time.monotonic() + patience
     while True:
-        found, told = os.waitpid(pid, os.WNOHANG)  # waitid, which would leave it there, came to macOS with Python 3.13
-        if found:
+        ended, told = os.waitpid(pid, os.WNOHANG)  # waitid, which would leave it there, came to macOS with Python 3.13
+        if ended:
             status = told
-        if found or time.monotonic() >= deadline:
+        if ended or time.monotonic() >= deadline:
             break
         time.sleep(0.001)
     with contextlib.suppress(ProcessLookupError, PermissionError):

@@ -1,1 +1,10 @@
-"""Reports on graded work: one module an outlet, all made from the same results."""
+"""Reports on graded work: one module an outlet, all made from the same results.
+
+Beside the reports for other programs, which stand in `formats`:
+
+    rows, tables                    a result as rows, a part each; results.jsonl and grades.csv
+    class_view, charts, class_page  what `qdot report` tells, draws and shows
+    answers, differs, feedback      an answer as it was read; where it differs; the feedback page
+    write                           all of them, only what is not up to date
+    formats                         the reports by name
+"""

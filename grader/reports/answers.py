@@ -1,6 +1,6 @@
 """A student's answer as it stands on the feedback page: set as a formula where that can be done, and as text.
 
-The text is read by the grammar that the grader reads it by, and nothing else is done with it. What is too long or too
+What was judged is set, as it was read, and nothing else is done with the text. What is too long or too
 deep to be set, can't be read, or is no formula (a function, a letter without an option) stands there as text alone.
 """
 
@@ -8,18 +8,16 @@ import re
 from dataclasses import dataclass
 
 from exercises.answers import LETTERS, TRUE_FALSE
-from exercises.formula.expression import read
 from exercises.formula.printers.mathml import mathml
-from exercises.formula.trees import Node, ReadError, size_of
+from exercises.formula.trees import Node, size_of
 from exercises.problem import Part, Problem
 from exercises.writing.fit import fitted, width
 from exercises.writing.latex import prismatic_joints
 from exercises.writing.markup import to_html
 from exercises.writing.statement import option_text
 from exercises.writing.typeset import TooDeep, typeset
-from grader.choices import Chosen
-from grader.formulas import with_points
-from grader.functions import SHOWN
+from grader.function_values import SHOWN
+from grader.reading import read_answer
 
 LONGEST, LARGEST = 4000, 2000
 """Characters of a text and nodes of a tree that are set as a formula; more would be no formula to look at."""
@@ -59,9 +57,10 @@ def answer_of(problem: Problem, part: Part, text: str) -> Answer:
         return Answer("" if options and len(text) == 1 else plain, options)
     if part.type not in FORMULAS or len(text) > LONGEST:
         return Answer(plain)
+    tree = read_answer(problem, part, text).tree
     try:
-        return Answer(plain, _formula(problem, part, text))
-    except (ReadError, TooDeep):
+        return Answer(plain) if tree is None else Answer(plain, _formula(problem, part, tree))
+    except TooDeep:
         return Answer(plain)
 
 
@@ -70,8 +69,7 @@ def visible(text: str) -> str:
     return text.translate(_CONTROL)
 
 
-def _formula(problem: Problem, part: Part, text: str) -> str:
-    node = _read(problem, part, text)
+def _formula(problem: Problem, part: Part, node: Node) -> str:
     if size_of(node) > LARGEST:
         raise TooDeep("the answer is too long to be set")
     typed = typeset(node, prismatic_joints(problem.chain), part.answer.is_a_set, part.answer.units_due)
@@ -85,19 +83,10 @@ def _slim(shown: str) -> str:
     return re.sub(r"<mrow>(<m[ino]>[^<]*</m[ino]>)</mrow>", r"\1", shown.replace(_NAMESPACE, "", 1))
 
 
-def _read(problem: Problem, part: Part, text: str) -> Node:
-    """Return the tree that was judged: where one expression is due, 0,5 is a half and no list."""
-    known = problem.symbols()
-    node = read(text, known)
-    if part.type == "expression" and node.kind == "list" and (point := with_points(text)) != text:
-        return read(point, known)
-    return node
-
-
 def _options(problem: Problem, part: Part, text: str) -> str:
     """Return the options that were chosen, each with its letter and, where items are matched, with its item."""
     answer = part.answer
-    chosen, items = answer.told_to(Chosen(text)), answer.matched
+    chosen, items = list(read_answer(problem, part, text).chosen), answer.matched
     if items and len(chosen) == len(items):
         heads = [f"{item}: " for item in items]
     else:

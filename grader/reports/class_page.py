@@ -11,7 +11,8 @@ from exercises.quizzes import ASKED
 from exercises.render import render
 from exercises.store import kept
 from grader import statistics
-from grader.functions import SHOWN
+from grader.function_values import SHOWN
+from grader.reading import read_answer
 from grader.reports import charts
 from grader.reports.answers import answer_of, visible
 from grader.reports.class_view import (
@@ -63,7 +64,7 @@ def class_page(assignment: Assignment, results: Sequence[Result]) -> str:
     names = {student.id: whom(student) for student in assignment.roster}
     able = [result["student"] for result in graded_work(results)]
     problems = {student: dict(kept(assignment, student).problems) for student in able}
-    of_class, found, of_parts, made = (
+    of_class, of_mistakes, of_parts, made = (
         scores(results), mistakes(results), parts(assignment, results), _variants(assignment, results, problems),
     )  # fmt: skip
     work = {part.name: _work(part.name, results, problems) for part in of_parts}
@@ -83,8 +84,8 @@ def class_page(assignment: Assignment, results: Sequence[Result]) -> str:
         least=statistics.LEAST,
         few=len(of_class.percents) < FEW,
         followed=sum(part.followed for part in of_parts),
-        mistakes=_mistakes(found, names, len(able)),
-        mistake_chart=_mistake_chart(found),
+        mistakes=_mistakes(of_mistakes, names, len(able)),
+        mistake_chart=_mistake_chart(of_mistakes),
         unusual=_unusual(work, names),
         variants=[_variant(each) for each in made],
         variant_charts=[
@@ -184,7 +185,7 @@ def _shortened(title: str, most: int = 44) -> str:
 def _variants(
     assignment: Assignment, results: Sequence[Result], problems: Mapping[str, Mapping[str, Problem]]
 ) -> list[Comparison]:
-    found = []
+    comparisons = []
     for slot in assignment.slots:
         chains, shares = [], []
         for result in graded_work(results):
@@ -194,8 +195,8 @@ def _variants(
                 most = sum(part["max_points"] for part in own)
                 shares.append(100 * sum(part["points"] for part in own) / most)
         if chains:
-            found += compare(slot.name, chains, shares, assignment.key, varied=slot.family.varied)
-    return corrected(found)
+            comparisons += compare(slot.name, chains, shares, assignment.key, varied=slot.family.varied)
+    return corrected(comparisons)
 
 
 def _variant(each: Comparison) -> dict[str, Any]:
@@ -227,27 +228,27 @@ def _unusual(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -
     """Return right answers that have little in common with the reference as it is written, the oddest first."""
     shown = []
     for name, every in of_parts.items():
-        found: dict[str, tuple[float, Work, int]] = {}
+        by_form: dict[str, tuple[float, Work, int]] = {}
         for work in every:
             part = _own(work)
             if work.result["outcome"] != "correct" or part.type not in COMPARED:
                 continue
-            own, due = written(work.problem, work.result["answer"]), _reference(work)
+            own, due = _written(work, work.result["answer"]), _written(work, part.answer.code())
             if own is None or due is None:
                 continue
             alike = alikeness(own, due)
             if alike <= UNUSUAL:
-                before = found.get(own.text, (alike, work, 0))
-                found[own.text] = (*before[:2], before[2] + 1)
-        oddest = sorted(found.values(), key=lambda each: (each[0], each[1].student))[:MOST_UNUSUAL]
+                before = by_form.get(own.text, (alike, work, 0))
+                by_form[own.text] = (*before[:2], before[2] + 1)
+        oddest = sorted(by_form.values(), key=lambda each: (each[0], each[1].student))[:MOST_UNUSUAL]
         forms = [{**_answer(work), "student": names[work.student], "count": count} for _, work, count in oddest]
         if forms:
             shown.append({"name": name, "title": ASKED[_own(oddest[0][1]).kind].title, "forms": forms})
     return shown
 
 
-def _reference(work: Work) -> Written | None:
-    return written(work.problem, _own(work).answer.code())
+def _written(work: Work, text: str) -> Written | None:
+    return written(read_answer(work.problem, _own(work), text))
 
 
 def _answer(work: Work) -> dict[str, Any]:
@@ -258,7 +259,7 @@ def _answer(work: Work) -> dict[str, Any]:
 
 def _similar(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -> dict[str, Any]:
     """Return the pairs of nearly identical wrong answers; what a known mistake explains is none."""
-    found: list[tuple[str, Pair]] = []
+    alike: list[tuple[str, Pair]] = []
     for name, every in of_parts.items():
         wrong = []
         for work in every:
@@ -266,10 +267,10 @@ def _similar(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -
             unexplained = work.result["mistake"] is None and work.result["followed_from"] is None
             if work.result["outcome"] not in ("wrong", "partial") or part.type not in COMPARED or not unexplained:
                 continue
-            own = written(work.problem, work.result["answer"])
+            own = _written(work, work.result["answer"])
             if own is not None:
                 wrong.append(Wrong(work.student, work.result["answer"], own, part.answer.code()))
-        found += [(name, pair) for pair in nearly_the_same(wrong, usual=max(3, len(every) // 20))]
+        alike += [(name, pair) for pair in nearly_the_same(wrong, usual=max(3, len(every) // 20))]
     pairs = [
         {
             "part": name,
@@ -278,9 +279,9 @@ def _similar(of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]) -
             "alike": "the same" if pair.alike == 1 else f"{100 * pair.alike:.0f} % in common",
             "texts": [_cut(pair.one.answer), _cut(pair.other.answer)],
         }
-        for name, pair in found[:MOST_PAIRS]
+        for name, pair in alike[:MOST_PAIRS]
     ]
-    return {"similar": pairs, "similar_left": len(found) - len(pairs)}
+    return {"similar": pairs, "similar_left": len(alike) - len(pairs)}
 
 
 def _cut(text: str) -> str:

@@ -105,7 +105,7 @@ def parts(assignment: Assignment, results: Sequence[Result]) -> list[PartOfClass
     """Return every part of the assignment, in its order."""
     work = [parts_of(result) for result in graded_work(results)]
     rows = _rows(results)
-    found = []
+    of_class = []
     names = [(slot, question) for slot in assignment.slots for question in slot.questions]
     points = [most for slot in assignment.slots for most in slot.max_points]
     for index, ((slot, question), most) in enumerate(zip(names, points, strict=True)):
@@ -113,7 +113,7 @@ def parts(assignment: Assignment, results: Sequence[Result]) -> list[PartOfClass
         own = [each[name] for each in work]
         shares = [part["points"] / most for part in own if part["points"] is not None]
         count = Counter(part["outcome"] for part in own)
-        found.append(
+        of_class.append(
             PartOfClass(
                 name,
                 ASKED[question].title,
@@ -125,7 +125,7 @@ def parts(assignment: Assignment, results: Sequence[Result]) -> list[PartOfClass
                 sum(part["override"] is not None for part in own),
             )
         )
-    return found
+    return of_class
 
 
 def mistakes(results: Sequence[Result]) -> list[MistakeOfClass]:
@@ -138,8 +138,8 @@ def mistakes(results: Sequence[Result]) -> list[MistakeOfClass]:
                 who.setdefault(mistake, {})[result["student"]] = None
                 where.setdefault(mistake, {})[name] = None
     titles = {name: CATALOGUE[name].title if name in CATALOGUE else name for name in who}
-    found = [MistakeOfClass(name, titles[name], tuple(own), tuple(where[name])) for name, own in who.items()]
-    return sorted(found, key=lambda mistake: (-len(mistake.students), mistake.title))
+    made = [MistakeOfClass(name, titles[name], tuple(own), tuple(where[name])) for name, own in who.items()]
+    return sorted(made, key=lambda mistake: (-len(mistake.students), mistake.title))
 
 
 def not_on_time(assignment: Assignment, results: Sequence[Result]) -> list[dict[str, str]]:

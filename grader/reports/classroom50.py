@@ -79,9 +79,9 @@ def shared_out(whole: int, weights: Sequence[Fraction], limits: Sequence[int]) -
     """
     total = sum(weights) or 1
     exact = [Fraction(whole) * weight / total for weight in weights]
-    found = [min(int(share), limit) for share, limit in zip(exact, limits, strict=True)]
-    order = sorted(range(len(found)), key=lambda i: (found[i] - exact[i], i))
-    while (left := whole - sum(found)) > 0:
-        for i in [i for i in order if found[i] < limits[i]][:left]:
-            found[i] += 1
-    return found
+    shares = [min(int(share), limit) for share, limit in zip(exact, limits, strict=True)]
+    order = sorted(range(len(shares)), key=lambda i: (shares[i] - exact[i], i))
+    while (left := whole - sum(shares)) > 0:
+        for i in [i for i in order if shares[i] < limits[i]][:left]:
+            shares[i] += 1
+    return shares

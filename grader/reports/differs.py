@@ -21,7 +21,7 @@ SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 @dataclass(frozen=True)
-class Row:
+class ExampleRow:
     """A row: its head as HTML, which is never a student's, and the text of a cell for each column."""
 
     head: str
@@ -34,8 +34,8 @@ class Table:
 
     caption: str
     columns: tuple[str, ...]
-    symbols: tuple[Row, ...]
-    results: tuple[Row, ...] = ()
+    symbols: tuple[ExampleRow, ...]
+    results: tuple[ExampleRow, ...] = ()
 
 
 def table_of(problem: Problem, part: Part, certificate: Mapping[str, Any] | None) -> Table | None:
@@ -53,14 +53,15 @@ def table_of(problem: Problem, part: Part, certificate: Mapping[str, Any] | None
         return None
     names = [name for name in known if any(name in at for at in places)]
     symbols = tuple(
-        Row(_symbol(problem, name), tuple(_quantity(at.get(name), known[name].unit) for at in places)) for name in names
+        ExampleRow(_symbol(problem, name), tuple(_quantity(at.get(name), known[name].unit) for at in places))
+        for name in names
     )
     if "missing" in example:
         return _of_sets(example, symbols)
     return Table(_caption(part, example, bool(names)), ("Quantity", "Value"), symbols, _results(part, example))
 
 
-def _of_sets(example: Mapping[str, Any], symbols: tuple[Row, ...]) -> Table | None:
+def _of_sets(example: Mapping[str, Any], symbols: tuple[ExampleRow, ...]) -> Table | None:
     heads = {"missing": "Singular, and not in your answer", "surplus": "In your answer, and not singular"}
     columns = tuple(head for name, head in heads.items() if example[name] is not None)
     return Table("Configurations where it differs", ("Quantity", *columns), symbols) if columns and symbols else None
@@ -81,14 +82,14 @@ def _what(part: Part, example: Mapping[str, Any]) -> str:
     return entry_name(int(example["entry"]), columns)
 
 
-def _results(part: Part, example: Mapping[str, Any]) -> tuple[Row, ...]:
+def _results(part: Part, example: Mapping[str, Any]) -> tuple[ExampleRow, ...]:
     unit = part.answer.unit(example.get("entry", 0))
     yours, right = _values(example["yours"], example["expected"], unit)
     heads = "Your answer", "Right"
     if part.answer.counts_up_to_a_factor:
         pivot = example.get("pivot")
         heads = heads[0], "Right" if pivot is None else f"Right for your entry {pivot + 1}"
-    return Row(heads[0], (yours,)), Row(heads[1], (right,))
+    return ExampleRow(heads[0], (yours,)), ExampleRow(heads[1], (right,))
 
 
 def _symbol(problem: Problem, name: str) -> str:

@@ -46,7 +46,7 @@ def _parts(results: Sequence[Result]) -> tuple[list[str], list[list[Cell]]]:
     """Return a row a part: its points, their mean among those who handed in, and how many had which outcome."""
     header = ["part", "points", "mean", *OUTCOMES.values()]
     handed_in = [result for result in results if result["submission"] is not None and result["obstacle"] is None]
-    found: dict[str, list[dict[str, Any]]] = {
+    by_part: dict[str, list[dict[str, Any]]] = {
         f"{problem['slot']}.{part['name']}": [] for problem in results[0]["problems"] for part in problem["parts"]
     }
     highest = {
@@ -57,9 +57,9 @@ def _parts(results: Sequence[Result]) -> tuple[list[str], list[list[Cell]]]:
     for result in handed_in:
         for problem in result["problems"]:
             for part in problem["parts"]:
-                found[f"{problem['slot']}.{part['name']}"].append(part)
+                by_part[f"{problem['slot']}.{part['name']}"].append(part)
     rows: list[list[Cell]] = []
-    for name, parts in found.items():
+    for name, parts in by_part.items():
         points = [part["points"] for part in parts if part["points"] is not None]
         count = Counter(part["outcome"] for part in parts)
         mean = round(sum(points) / len(points), 4) if points else None

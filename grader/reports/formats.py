@@ -77,7 +77,7 @@ STDOUT = "-"
 
 def read_reports(asked: Sequence[str], of_one: bool) -> list[tuple[str, str]]:
     """Return what `--report FORMAT=PATH` asks for, as (format, path), of one student or a class. Raises QdotError."""
-    found = []
+    reports = []
     for text in asked:
         name, equals, path = text.partition("=")
         if not equals or not path:
@@ -85,8 +85,8 @@ def read_reports(asked: Sequence[str], of_one: bool) -> list[tuple[str, str]]:
         one_of(name, tuple(FORMATS), "--report")
         if FORMATS[name].one and not of_one:
             raise QdotError(f"--report {name} is of one student: name them with --student ID")
-        found.append((name, path))
-    return found
+        reports.append((name, path))
+    return reports
 
 
 def write_asked(assignment: Assignment, results: Sequence[Result], asked: Sequence[tuple[str, str]]) -> None:

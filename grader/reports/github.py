@@ -93,10 +93,10 @@ def annotations(assignment: Assignment, results: Sequence[Result]) -> str:
 
     Of a class there is one for every student who has no marks or whose notebook could not be used.
     """
-    found = list(_of_parts(results[0]) if len(results) == 1 else _of_class(results))
+    notes = list(_of_parts(results[0]) if len(results) == 1 else _of_class(results))
     lines = []
     for kind in ("error", "warning"):
-        own = [(title, said) for each, title, said in found if each == kind]
+        own = [(title, said) for each, title, said in notes if each == kind]
         if len(own) > MOST_ANNOTATIONS:
             rest = f"and {len(own) - MOST_ANNOTATIONS + 1} more; the job summary has all"
             own = [*own[: MOST_ANNOTATIONS - 1], (assignment.key, rest)]

@@ -112,12 +112,12 @@ def _points_row(whose: int, points: str) -> list[str]:
 def _column_of(book: Gradebook, title: str) -> int | None:
     """Return which column of Canvas's is this assignment's: its title, a number in parentheses behind it."""
     pattern = re.compile(rf"{re.escape(title)}( \(\d+\))?", re.IGNORECASE)
-    found = [index for index in range(book.identity, len(book.header)) if pattern.fullmatch(book.header[index])]
-    if len(found) > 1:
+    columns = [index for index in range(book.identity, len(book.header)) if pattern.fullmatch(book.header[index])]
+    if len(columns) > 1:
         raise QdotError(
-            f"canvas: Canvas has {len(found)} assignments that are called {title!r}; give this one a title of its own"
+            f"canvas: Canvas has {len(columns)} assignments that are called {title!r}; give this one a title of its own"
         )
-    return found[0] if found else None
+    return columns[0] if columns else None
 
 
 def _number(text: str) -> float | None:
@@ -154,12 +154,12 @@ def _moodle_columns(assignment: Assignment) -> list[tuple[str, list[str]]]:
     roster, book = assignment.roster, assignment.gradebook
     if book is not None and book.platform == MOODLE:
         heads = {key: [name for name in book.header if name.lower() in MOODLE_COLUMNS[key]] for key in MOODLE_COLUMNS}
-        found = [
+        columns = [
             (name, [book.lines[student.id][book.header.index(name)] for student in roster])
             for key in MOODLE_COLUMNS
             for name in heads[key][:1]
         ]
-        names, keys = found[:2], found[2:]
+        names, keys = columns[:2], columns[2:]
     else:
         names = [("Name", [student.name for student in roster])]
         keys = list(_keys_of_roster(roster))

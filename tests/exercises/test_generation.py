@@ -10,12 +10,11 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from exercises import ENGINE
 from exercises.answers import Choice
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
 from exercises.generation import check_questions, generate, questions_of, student_problem_id
-from exercises.problem import LARGEST_SEED, Part, Problem, ProblemId
+from exercises.problem import ENGINE, LARGEST_SEED, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.record import digests
 from tests.support.suites import of_families, several
@@ -130,7 +129,7 @@ def test_parts_need_parts_of_the_same_problem(family: str, drawn: Callable[[str,
 
 def test_points_may_be_given() -> None:
     identity = ProblemId("planar-2r", 1, ("position", "jacobian"))
-    assert [part.points for part in generate(identity, (3, 0.5)).parts] == [3, 0.5]
+    assert [part.points for part in generate(identity, points=(3, 0.5)).parts] == [3, 0.5]
 
 
 def test_ids_are_read_and_written() -> None:

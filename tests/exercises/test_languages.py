@@ -1,21 +1,24 @@
-"""Problems in other languages: everything that is registered has its words, and the same formulas stand in them."""
+"""Problems and the site in other languages: every message is translated, and the same formulas stand in all of them."""
 
 import json
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
+from babel.messages.catalog import Catalog, Message
 
+from exercises import languages, messages, phrases
 from exercises.answers import Choice, Matching, Selection
 from exercises.families import FAMILIES
 from exercises.generation import generate, short_quiz
-from exercises.languages import LANGUAGES, pattern
+from exercises.languages import LANGUAGES, LOCALE, catalogue, mistake_context, pattern, read
+from exercises.messages import collected, faults, merged, opened, po_text, site_english, site_text
 from exercises.mistakes.catalogue import CATALOGUE
 from exercises.problem import Part, Problem, ProblemId
-from exercises.quizzes import ASKED
-from exercises.render import catalogue, template_folder
+from exercises.render import environment, template_folder
 from exercises.site.bank import titles_text
 from exercises.site.record import site_record, translated_record, translated_solutions
 from exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
@@ -76,42 +79,202 @@ def test_the_texts_of_a_family_hold_the_same_formulas_and_no_english(
         assert catalogue(language).arm_title(problem.chain.title) != problem.chain.title
 
 
-@pytest.mark.parametrize("language", LANGUAGES)
-def test_everything_that_is_registered_has_its_words(language: str) -> None:
-    words = catalogue(language)
-    assert set(words.families) == set(FAMILIES)
-    assert set(words.questions) == set(ASKED)
-    assert set(words.mistakes) == set(CATALOGUE)
-    sources = {mistake.source for mistake in CATALOGUE.values()}
-    assert {source for source in sources if not re.fullmatch(r"\d+\.\d+", source)} == set(words.sources)
-    own, english = template_folder() / language, template_folder()
-    assert {path.name for path in (own / "questions").iterdir()} == {
-        path.name for path in (english / "questions").iterdir()
-    }
-    for name in ("statement.md.j2", "hint.md.j2", "solution.md.j2"):
-        assert (own / name).is_file(), name
+# --- the files of messages ---
+
+
+@pytest.fixture(scope="module")
+def due() -> Catalog:
+    return collected()
+
+
+def others(but: str) -> Mapping[str, Catalog]:
+    return {code: opened(LOCALE / f"{code}.po") for code in LANGUAGES if code != but}
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_what_is_filled_in_is_filled_in_in_both(language: str) -> None:
-    words = catalogue(language)
-    rows: list[tuple[str, Sequence[str]]] = [(english, (own,)) for english, own in words.phrases.items()]
-    rows += words.arms.items()
-    rows += [(CATALOGUE[name].says, (own,)) for name, (_, own) in words.mistakes.items()]
-    for english, owns in rows:
-        for own in owns:
-            assert set(re.findall(r"\{(\w*)\}", own)) == set(re.findall(r"\{(\w*)\}", english)), english
-    assert "{where}" in words.see
+def test_every_message_is_translated_and_none_is_out_of_date(language: str, due: Catalog) -> None:
+    assert faults(language, opened(LOCALE / f"{language}.po"), due, others(language)) == []
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_make_messages_has_nothing_to_write(language: str, due: Catalog) -> None:
+    path = LOCALE / f"{language}.po"
+    text = path.read_text(encoding="utf-8")
+    assert po_text(merged(path, due)) == text, "run `make messages`"
+    assert not re.search(r"POT-Creation|Revision-Date|Generated-By|/home|:\d+$", text, re.MULTILINE)
+    assert (messages.SITE / f"{language}.ts").read_text(encoding="utf-8") == site_text(language, read(path))
+    assert f'"./{language}.js"' in (messages.SITE / "languages.ts").read_text(encoding="utf-8")
+
+
+def test_messages_come_from_every_kind_of_source(due: Catalog) -> None:
+    assert due.get("the world frame") is not None  # Python
+    assert due.get("The rank is the number of independent columns.") is not None  # a template
+    assert found(due, "In this table %(links)s is zero.").id[1] == "In this table %(links)s are zero."
+    assert due.get("There,", "has rank") is not None and due.get("There,") is not None
+    assert due.get(FAMILIES["scara"].title) is None and due.get(FAMILIES["scara"].title, "family") is not None
+    assert due.get("row {n}", "phrase") is not None
+    for mistake in CATALOGUE.values():
+        assert due.get(mistake.says, mistake_context(mistake.name)) is not None
+    english = (messages.SITE / "en.ts").read_text(encoding="utf-8")
+    assert list(site_english()) == re.findall(r'^  "([^"]+)":', english, re.MULTILINE)
+    assert due.get(site_english()["verdict.branches"], "site verdict.branches") is not None
+
+
+TOLD_BY = [
+    *sorted(template_folder().glob("questions/*.j2")),
+    *(template_folder() / f"{name}.md.j2" for name in ("hint", "solution", "statement")),
+]
+
+
+@pytest.mark.parametrize("path", TOLD_BY, ids=lambda path: path.name)
+def test_a_template_that_tells_a_problem_has_no_words_outside_of_messages(path: Path) -> None:
+    text = re.sub(r"\{% trans .*?\{% endtrans [+-]?%\}", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+    plain = re.sub(r"\{#.*?#\}|\{%.*?%\}|\{\{.*?\}\}", "", text, flags=re.DOTALL)
+    assert re.findall(r"[A-Za-z]{2,}", re.sub(r"\\[A-Za-z]+", "", PIECES.sub("", plain))) == []
+
+
+def found(catalog: Catalog, message: str, context: str | None = None) -> Message:
+    one = catalog.get(message, context)
+    assert one is not None, message
+    return one
+
+
+def german() -> Catalog:
+    return opened(LOCALE / "de.po")
+
+
+def changed(message: str, *, context: str | None = None, string: str | tuple[str, ...]) -> Catalog:
+    """Return the German messages with one that is translated otherwise."""
+    catalog = german()
+    found(catalog, message, context).string = string
+    return catalog
+
+
+def test_what_is_wrong_with_a_translation_is_said(due: Catalog) -> None:
+    def told(catalog: Catalog, code: str = "de", beside: Mapping[str, Catalog] | None = None) -> list[str]:
+        return faults(code, catalog, due, beside or {})
+
+    assert told(changed("By (6.7),", string="")) == ["not translated: “By (6.7),”"]
+    assert told(changed("The answer is **%(letter)s**.", string="Die Antwort ist **%(brief)s**.")) == [
+        "fills in brief in place of letter: “The answer is **%(letter)s**.”"
+    ]
+    assert told(changed("row {n}", context="phrase", string="Zeile")) == [
+        "fills in nothing in place of n: “row {n}” (phrase)"
+    ]
+    assert told(changed("In this table %(links)s is zero.", string=("In dieser Tabelle ist %(links)s null.",)))[0] == (
+        "has 1 plural forms, and 2 are due: “In this table %(links)s is zero.”"
+    )
+    assert told(changed("By (6.7),", string=" Nach (6.7) ist")) == ["has other spaces at its ends: “By (6.7),”"]
+    fuzzy = german()
+    found(fuzzy, "By (6.7),").flags.add("fuzzy")
+    assert told(fuzzy) == ["its English has changed since it was translated (“fuzzy”): “By (6.7),”"]
+
+
+def test_a_source_that_changed_is_noticed(due: Catalog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    changed = tuple("row number {n}" if phrase == "row {n}" else phrase for phrase in phrases.PHRASES)
+    monkeypatch.setattr(messages, "PHRASES", changed)
+    now = collected()
+    assert faults("de", german(), now, {}) == [
+        "not in de.po, run `make messages`: “row number {n}” (phrase)",
+        "no message any more, run `make messages`: “row {n}” (phrase)",
+    ]
+    again = merged(LOCALE / "de.po", now)
+    assert faults("de", again, now, {}) == [
+        "its English has changed since it was translated (“fuzzy”): “row number {n}” (phrase)"
+    ]
+    path = tmp_path / "de.po"
+    path.write_text(po_text(again), encoding="utf-8")
+    assert po_text(merged(path, now)) == po_text(again)
+    assert read(path).phrase("row number 2") == "row number 2", "what is fuzzy is shown in English"
+
+
+def test_a_copy_of_another_language_is_refused(due: Catalog, tmp_path: Path) -> None:
+    path = tmp_path / "fr.po"
+    path.write_text((LOCALE / "de.po").read_text(encoding="utf-8"), encoding="utf-8")
+    told = faults("fr", opened(path), due, others("fr"))
+    assert told[0] == "fr.po says of itself that its language is de"
+    assert re.fullmatch(r"fr\.po is a copy of de: (\d{4}) of its \1 sentences are the very same", told[1])
+    path.write_text(path.read_text(encoding="utf-8").replace('"Language: de', '"Language: fr'), encoding="utf-8")
+    assert faults("fr", opened(path), due, others("fr")) == told[1:]
+    english = german()
+    for message in english:
+        if message.id:
+            message.string = message.id
+    assert faults("de", english, due, {})[-1].startswith("de.po is a copy of en: ")
+
+
+# --- a language that is only accents: what of it has none is in no message ---
+
+ACCENTS = str.maketrans("eouEOU", "éóúÉÓÚ")
+PLAIN = str.maketrans("éóúÉÓÚ", "eouEOU")
+WORDLESS = re.compile(rf"{PIECES.pattern}|\*\*[A-H]+\.?\*\*", re.DOTALL)
+"""What has no words of a language in it: formulas, code, and the letters of options."""
+
+KEPT = re.compile(r"(\$\$.*?\$\$|\$[^$]*\$|`[^`]*`|%\(\w+\)s|\{[\w-]+\})", re.DOTALL)
+
+
+def accented(text: str) -> str:
+    """Return text with accents outside of formulas, code and what is filled in."""
+    return "".join(piece if i % 2 else piece.translate(ACCENTS) for i, piece in enumerate(KEPT.split(text)))
+
+
+SOME = ("planar-2r", "scara", "elbow-3r", "wrist-zyz", "lbr-7r")
+
+
+@pytest.fixture
+def scratch(due: Catalog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """A language `eo` of which there is a file and a line in LANGUAGES, and nothing else."""
+    monkeypatch.setattr(languages, "LOCALE", tmp_path)
+    monkeypatch.setitem(LANGUAGES, "eo", "Scratch")
+    made = merged(tmp_path / "eo.po", due)
+    for message in made:
+        if message.id and message.context != "decimal sign":
+            one = message.id
+            message.string = accented(one) if isinstance(one, str) else tuple(map(accented, one))
+    for name in phrases.ARMS:
+        found(made, name, languages.SHOWN).string = accented(catalogue("en").arm_shown(name))
+    found(made, ".", "decimal sign").string = "."
+    (tmp_path / "eo.po").write_text(po_text(made), encoding="utf-8")
+    yield "eo"
+    catalogue.cache_clear()
+    environment.cache_clear()
+
+
+@pytest.mark.parametrize("family", several(("planar-2r", "scara"), SOME))
+def test_all_words_of_a_problem_are_messages(scratch: str, family: str, drawn: Callable[[str, int], Problem]) -> None:
+    problem = drawn(family, 0)
+    for one in (problem, generate(ProblemId(family, 1, short_quiz(family)))):
+        for name, english, own in both(one, scratch):
+            assert own.translate(PLAIN) == english, (one.id, name)
+            assert WORDLESS.sub("", own) == WORDLESS.sub("", english).translate(ACCENTS), (one.id, name)
+
+
+def test_a_new_language_is_whole_from_problem_to_site(scratch: str, due: Catalog) -> None:
+    problem = generate(ProblemId("planar-2r", 7, ("jacobian", "singularity-type")))
+    record = site_record(problem)
+    own = translated_record(problem, record, scratch)
+    assert own["title"] == accented(record["title"])
+    assert [row[1:] for row in own["said"]] == [[accented(text) for text in row[1:]] for row in record["said"]]
+    titles = json.loads(titles_text(scratch, [("scara", FAMILIES["scara"].title, "")]))
+    assert titles["families"] == {"scara": accented(FAMILIES["scara"].title)}
+    site = site_text(scratch, catalogue(scratch))
+    texts = json.loads("{" + site.partition("Catalogue = {")[2].removesuffix(",\n};\n") + "}")
+    assert texts == {key: accented(text) for key, text in site_english().items()}
+    assert faults(scratch, opened(languages.LOCALE / f"{scratch}.po"), due, {"de": german()}) == []
+
+
+# --- German ---
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("mistake", CATALOGUE)
 def test_the_sentence_on_a_mistake_is_found_again_in_the_language(language: str, mistake: str) -> None:
-    found = CATALOGUE[mistake]
-    names = re.findall(r"\{(\w+)\}", found.says)
+    kind = CATALOGUE[mistake]
+    names = re.findall(r"\{(\w+)\}", kind.says)
     words = {name: str(number) for number, name in enumerate(dict.fromkeys(names), 1)}
-    own = catalogue(language).mistake_said(found.name, found.says, found.source, found.sentence(words))
-    assert own.startswith(catalogue(language).mistakes[found.name][1].format(**words))
+    own = catalogue(language).mistake_said(kind.name, kind.says, kind.where, kind.sentence(words))
+    says = catalogue(language).translations.pgettext(mistake_context(mistake), kind.says)
+    assert says != kind.says and own.startswith(says.format(**words))
     assert not LEFT.findall(own), own
 
 

@@ -9,12 +9,11 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from exercises import ENGINE
 from exercises.answers import Matrix
 from exercises.assignment import load_assignment
 from exercises.errors import QdotError
 from exercises.generation import generate
-from exercises.problem import Problem, ProblemId
+from exercises.problem import ENGINE, Problem, ProblemId
 from exercises.record import digests
 from exercises.release import certificate_path, init_assignment, notebook_path, release
 from grader import certify as certifying
@@ -406,7 +405,7 @@ def test_a_record_is_the_same_each_time() -> None:
 
 def test_digests_leave_points_out() -> None:
     identity = ProblemId("elbow-3r", 4, ("jacobian", "joint-rates"))
-    assert digests(generate(identity)) == digests(generate(identity, (5, 6)))
+    assert digests(generate(identity)) == digests(generate(identity, points=(5, 6)))
     other = digests(generate(ProblemId("elbow-3r", 5, identity.questions)))
     assert digests(generate(identity))["arm"] != other["arm"]
 
@@ -461,10 +460,10 @@ def test_a_sweep_over_all_families_has_so_many_problems() -> None:
 def test_a_crash_is_a_failure_of_its_problem_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     made = generate
 
-    def crashing(identity: ProblemId, *others: Any) -> Problem:
+    def crashing(identity: ProblemId, **others: Any) -> Problem:
         if identity.seed == 1:
             raise ZeroDivisionError("by zero")
-        return made(identity, *others)
+        return made(identity, **others)
 
     monkeypatch.setattr("grader.certify.generate", crashing)
     tasks = [Task(ProblemId("planar-2r", seed, ("jacobian",))) for seed in range(3)]

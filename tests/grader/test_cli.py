@@ -19,7 +19,7 @@ from exercises.answers import Matrix
 from exercises.families import FAMILIES
 from exercises.parallel import _stop_put_off
 from exercises.quizzes import ASKED
-from grader.cli import WORKERS, app
+from grader.cli import COMMANDS, WORKERS, app, program
 from tests.support.command import fails, run, runner
 from tests.support.handing_in import TOML
 from tests.support.suites import several
@@ -492,3 +492,10 @@ def test_long_work_tells_its_progress_in_a_log(monkeypatch: pytest.MonkeyPatch) 
     result = runner.invoke(app, ["verify", "--family", "planar-2r", "--count", "2", "--jobs", "1"])
     assert result.exit_code == 0
     assert result.stderr.splitlines()[:2] == ["verifying: 1 of 2", "verifying: 2 of 2"]
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_by_itself_is_the_one_that_the_program_has(name: str) -> None:
+    """Only its own modules are loaded for it."""
+    alone, whole = (runner.invoke(made, [name, "--help"]) for made in (program(name), program()))
+    assert alone.exit_code == 0 and alone.output == whole.output

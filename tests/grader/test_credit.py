@@ -14,9 +14,8 @@ from exercises.docs import planar_2r, scorbot_arm
 from exercises.errors import QdotError
 from exercises.formula.text import text_of
 from exercises.release import init_assignment
-from grader.credit import credited
-from grader.parts import judge
 from grader.verdict import Judgement, Outcome
+from tests.support.judging import earned as share_earned
 from tests.support.problems import asked
 
 PLANAR, SCORBOT = planar_2r(), scorbot_arm()
@@ -27,7 +26,7 @@ J_WITHOUT = "[[-a1*sin(theta1) - a2*sin(theta1 + theta2), SECOND], [a1*cos(theta
 def earned(question: str, answer: str, credit: Credit = OWN, chain: Chain = PLANAR) -> Judgement:
     problem = asked(question, chain)
     part = replace(problem.parts[0], credit=credit)
-    return credited(problem, part, judge(problem, part, answer, "credit"), answer, "credit")
+    return share_earned(problem, part, answer, "credit")
 
 
 @pytest.mark.parametrize(
@@ -61,7 +60,7 @@ def test_each_factor_that_is_there_counts_and_the_reason_says_so(family: str, dr
         factors = [factor for factor in product.as_ordered_factors() if factor.free_symbols]
         for left_out in factors if 1 < len(factors) <= 6 else ():
             answer = text_of(part.answer.reference / left_out)
-            judgement = credited(problem, part, judge(problem, part, answer, "f"), answer, "f")
+            judgement = share_earned(problem, part, answer, "f")
             weights = [2 if factor.free_symbols & set(problem.chain.q) else 1 for factor in factors]
             lost = weights[factors.index(left_out)]
             if lost == 1 or weights.count(2) > 1:

@@ -32,9 +32,8 @@ from exercises.questions import QUESTIONS
 from exercises.questions.results import is_derived, result
 from exercises.stream import Stream
 from grader.contained.callables import TABLE
-from grader.diagnosis import diagnose
-from grader.functions import asked_of
-from grader.parts import domain_of
+from grader.function_values import asked_of
+from tests.support.judging import diagnose
 from tests.support.problems import LONG_ARMS, asked
 from tests.support.suites import few_families, several
 from tests.tools.diagnoses import problems, sweep
@@ -170,7 +169,7 @@ def test_nothing_is_said_rather_than_guessed(answer: str) -> None:
 
 def test_a_long_set_is_not_compared_with_every_mistake(monkeypatch: pytest.MonkeyPatch) -> None:
     """It would be searched for anew each time, and stall the class."""
-    monkeypatch.setattr("grader.diagnosis.judge", None)
+    monkeypatch.setattr("grader.diagnosis.judge_given", None)
     many = ", ".join(f"cos(theta1 + {k}*theta2) = 0" for k in range(60))
     assert said("singular-angles", f"[{many}]") == ("", "")
 
@@ -200,7 +199,7 @@ def test_every_mistake_is_made_somewhere() -> None:
         for problem, part in problems(family, 0):
             seen.update(mistake.name for mistake, _ in taken(problem.chain, part))
             if is_derived(part):
-                values = configurations(problem.chain, part, domain_of(problem), 2, Stream("seen"))
+                values = configurations(problem.chain, part, problem.domain(), 2, Stream("seen"))
                 seen.update(wrong.mistake.name for wrong in wrong_answers(numbers(problem.chain, values), part))
     assert set(CATALOGUE) - set(seen) <= {"fixed-angle-forgotten"}
 
@@ -209,7 +208,7 @@ def test_the_right_answer_comes_out_of_every_working(family: str) -> None:
     """Numbers and formulas of `mistakes` are a third derivation: they must give the references."""
     for problem, part in problems(family, 0, tuple(name for name, question in QUESTIONS.items() if question.result)):
         if isinstance(part.answer, (Expression, Matrix)):
-            values = configurations(problem.chain, part, domain_of(problem), 3, Stream("right"))
+            values = configurations(problem.chain, part, problem.domain(), 3, Stream("right"))
             found = result(numbers(problem.chain, values), part)
             due = evaluated(part, values)
             assert abs(found - due.reshape(found.shape)).max() < 1e-9 * max(1.0, abs(due).max()), part.name
@@ -217,7 +216,7 @@ def test_the_right_answer_comes_out_of_every_working(family: str) -> None:
 
 def test_a_function_that_needs_numbers_is_diagnosed_by_its_values() -> None:
     problem = asked("position", PLANAR)
-    called = asked_of(problem, domain_of(problem), "points")
+    called = asked_of(problem, problem.domain(), "points")
     at = dict(zip(called["symbols"], np.array(called["points"]).T, strict=True))
     rows = [at["a1"] * wave(at["theta1"]) + at["a2"] * wave(at["theta2"]) for wave in (np.cos, np.sin)]
     values = [[[value, 0.0] for value in row] for row in np.array(rows).T.tolist()]
@@ -231,7 +230,7 @@ def test_a_function_that_needs_numbers_is_diagnosed_by_its_values() -> None:
 )
 def test_second_mistakes_give_what_they_give_when_all_is_worked_out_again(name: str) -> None:
     (part,) = (problem := asked(name, PLANAR)).parts
-    w = numbers(problem.chain, configurations(problem.chain, part, domain_of(problem), 3, Stream("second mistakes")))
+    w = numbers(problem.chain, configurations(problem.chain, part, problem.domain(), 3, Stream("second mistakes")))
     right = result(w, part)
     late = late_mistakes(w.chain, part, (right.shape[0], right.shape[1]))
     of_working: dict[bytes, set[bytes]] = {}

@@ -16,7 +16,7 @@ from exercises.formula.text import text_of
 from exercises.generation import generate
 from exercises.mistakes.catalogue import CATALOGUE, made
 from exercises.mistakes.given import configurations
-from exercises.problem import Part, Problem, ProblemId, variable
+from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.results import is_derived, result
 from exercises.stream import Stream
@@ -40,8 +40,7 @@ def problem_of(chain: Chain, names: tuple[str, ...] = ASKED) -> Problem:
 
 
 def marked(problem: Problem, answers: dict[str, str], credit: Fraction = Fraction(4, 5)) -> dict[str, Verdict]:
-    texts = {variable("p1", name): text for name, text in answers.items()}
-    return {verdict.part: verdict for verdict in mark(problem, "p1", texts, {}, "secret", "", credit)}
+    return {verdict.part: verdict for verdict in mark(problem, answers, secret="secret", credit=credit)}
 
 
 def written(part: Part, w: Working) -> str:

@@ -5,9 +5,15 @@ from fractions import Fraction
 import pytest
 
 from exercises.formula.identity import Domain
-from grader.choices import judge_choice
-from grader.formulas import judge_angles, judge_expression, judge_matrix, judge_numbers, judge_singular
 from grader.verdict import Outcome
+from tests.support.judging import (
+    judge_angles,
+    judge_choice,
+    judge_expression,
+    judge_matrix,
+    judge_numbers,
+    judge_singular,
+)
 
 DOMAIN = Domain(
     {

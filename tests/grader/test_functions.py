@@ -8,9 +8,10 @@ import sympy as sp
 from exercises.answers import Expression, Matrix
 from exercises.problem import Part, Problem, variable
 from grader.contained.callables import TABLE
-from grader.functions import asked_of, judge_function
+from grader.finding import Answers
+from grader.function_values import asked_of, read_table
+from grader.functions import judge_function
 from grader.marking import mark
-from grader.parts import domain_of
 from grader.sandbox import Limits, Sandbox
 from grader.verdict import Outcome
 from tests.support.problems import some_parts
@@ -111,9 +112,10 @@ def test_an_endless_function_costs_one_answer(sandbox: Sandbox) -> None:
 
 def test_a_wrong_function_is_shown_a_configuration_of_what_counts(sandbox: Sandbox, drawn: Draw) -> None:
     problem = drawn("planar-2r", 3)
-    asked = {"p1": asked_of(problem, domain_of(problem), "points")}
+    asked = {"p1": asked_of(problem, problem.domain(), "points")}
     run = sandbox.run(["p1_position = lambda theta1, theta2: [0.5 * float(theta1), 1]"], ["p1_position"], asked)
-    (found,) = (v for v in mark(problem, "p1", run.answers, {}, "secret", "points") if v.part == "position")
+    answers = Answers(run).of("p1", problem)
+    (found,) = (v for v in mark(problem, answers, secret="secret", points_seed="points") if v.part == "position")
     assert found.judgement.certificate is not None
     assert "qd1" not in found.judgement.reason
     assert "theta2 = " in found.judgement.reason
@@ -139,7 +141,7 @@ def test_functions_of_every_question_get_what_their_formulas_would(
     """Which mistake is behind a wrong one isn't looked for: it changes no mark, and has test_diagnosis.py."""
     monkeypatch.setattr("grader.marking.diagnose", lambda *_: None)
     parts = formulas(problem)
-    asked = {"p1": asked_of(problem, domain_of(problem), "points")}
+    asked = {"p1": asked_of(problem, problem.domain(), "points")}
     names = asked["p1"]["symbols"]
     first = next((name.removeprefix("theta") for name in names if name.startswith("theta")), None)
     for way, (body, due) in WAYS.items():
@@ -155,7 +157,7 @@ def test_functions_of_every_question_get_what_their_formulas_would(
         wanted = [variable("p1", part.name) for part in parts]
         run = sandbox.run(cells, wanted, asked)
         assert not run.failures, run.failures
-        for verdict in mark(problem, "p1", run.answers, {}, "secret", "points"):
+        for verdict in mark(problem, Answers(run).of("p1", problem), secret="secret", points_seed="points"):
             if verdict.part in {part.name for part in parts if not is_zero(part)}:
                 said = f"{verdict.part}, {way}: {verdict.judgement.reason} {verdict.answer}"
                 assert (verdict.judgement.outcome is Outcome.CORRECT) == (due is Outcome.CORRECT), said
@@ -168,9 +170,8 @@ def is_zero(part: Part) -> bool:
 
 def test_a_table_that_a_student_typed_is_no_answer(problem: Problem) -> None:
     for part in formulas(problem)[:1]:
-        domain = domain_of(problem)
-        asked = asked_of(problem, domain, "points")
+        domain, joints = problem.domain(), [q.name for q in problem.chain.q]
         pairs = ['{"shape": [1], "values": [[["x", 0]]]}', '{"shape": [-1], "values": [[[1, 0]]]}']
         for text in (*pairs, "", "[]", "{}", '{"shape": [1], "values": []}', '{"shape": [1e400]}', "[" * 10000):
-            judged = judge_function(part, TABLE + text, asked, domain, None)
+            judged = judge_function(part, read_table(TABLE + text, domain, "points"), joints, domain.roles)
             assert judged.outcome is Outcome.WRONG

@@ -37,7 +37,8 @@ def test_the_solution_earns_full_marks(family: str, start: int, sandbox: Sandbox
     for seed in range(start, min(start + CHUNK, SEEDS)):
         problem = drawn(family, seed)
         answers = values(sandbox, problem, {variable("p1", part.name): part.answer.code() for part in problem.parts})
-        for verdict in mark(problem, "p1", answers, {}, "secret"):
+        own = {part.name: answers[variable("p1", part.name)] for part in problem.parts}
+        for verdict in mark(problem, own, secret="secret"):
             assert verdict.judgement.outcome is Outcome.CORRECT, (
                 f"{problem.id} {verdict.part}: {verdict.judgement.reason}"
             )
@@ -104,7 +105,7 @@ def test_the_usual_mistakes_fail(problem: Problem, sandbox: Sandbox, monkeypatch
     answers = values(sandbox, problem, right | {f"tried{i}": code for i, (_, _, code) in enumerate(tried)})
     for i, (part, mistake, code) in enumerate(tried):
         alone = replace(problem, parts=(part,))
-        (verdict,) = mark(alone, "p1", {variable("p1", part.name): answers[f"tried{i}"]}, {}, "secret")
+        (verdict,) = mark(alone, {part.name: answers[f"tried{i}"]}, secret="secret")
         assert verdict.judgement.outcome in (Outcome.WRONG, Outcome.PARTIAL, Outcome.MISSING), (
             f"{problem.id} {part.name}: {mistake} was judged {verdict.judgement.outcome}: {code}"
         )

@@ -5,16 +5,16 @@ from fnmatch import fnmatchcase
 import pytest
 
 from exercises.formula.identity import Certificate, Domain, Rounding, missed
-from grader.choices import judge_choice
-from grader.formulas import (
+from grader.answer import with_points
+from grader.verdict import Judgement, Outcome
+from tests.support.judging import (
     judge_angles,
+    judge_choice,
     judge_expression,
     judge_matrix,
     judge_numbers,
     judge_singular,
-    with_points,
 )
-from grader.verdict import Judgement, Outcome
 
 JOINTS = ["theta1", "theta2", "theta3"]
 LENGTHS, RATES = dict.fromkeys(("a1", "a2", "a3", "d1"), "length"), dict.fromkeys(("qd1", "qd2"), "signed")

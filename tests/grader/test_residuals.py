@@ -9,7 +9,7 @@ from exercises.answers import Matrix
 from exercises.arm.stages import carried, formulas
 from exercises.generation import generate, sample_chain
 from exercises.problem import Part, Problem, ProblemId
-from grader.diagnosis import diagnose
+from tests.support.judging import diagnose
 from tests.support.problems import asked
 
 

@@ -6,6 +6,8 @@ import subprocess
 from functools import cache
 from pathlib import Path
 
+import pytest
+
 from tests.support import ROOT
 from tests.support.imports import imports, name_of
 from tests.support.programs import GIT, needs
@@ -14,23 +16,24 @@ MODULES = sorted((*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py"))
 
 LAYERS = {
     "exercises": """errors files input_file stream console parallel
-        formula.printing formula.text formula.layout formula.latex formula.printers formula.names formula.trees
-        formula.algebra formula.notation formula.expression formula.program formula.field formula.angles
-        formula.exact formula.identity formula.constants formula.pieces formula.conditions formula.claims
+        formula.printing formula.text formula.layout formula.latex formula.printers formula.vocabulary formula.names
+        formula.trees formula.algebra formula.notation formula.expression formula.program formula.field
+        formula.angles formula.exact formula.identity formula.constants formula.pieces formula.conditions
+        formula.claims
         arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.axes arm.reach arm.appearance
         arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
         arm.arithmetic arm.stages
         credit decimals lateness difficulty answers problem families questions mistakes quizzes
-        generation record verify writing.latex languages render writing figure
-        notebook show solving docs gradebook assignment store release exports.outlet exports.bank
+        generation record verify writing.latex phrases languages render writing messages figure
+        notebook showing solving docs gradebook assignment store release exports.outlet exports.bank
         exports.known_wrong exports.stack_parts exports exports.registry site.keys site.record site.bank
         site.page site.chapter site.arms site.guide site.reference site.pages site.stale_files site.build site
         commands""",
-    "grader": """verdict counterexample formulas choices direction compare contained functions parts credit residuals
-        diagnosis follow marking prairielearn sandbox guarantees cells archives layouts roster submission
-        finding uncounted copies overrides attempt settle remote cluster batch single history certificates certify
-        check statistics similar variants reports nbgrader_cells demo commands pytest_plugin nbgrader_plugin
-        gradescope outlets site docs cli""",
+    "grader": """verdict counterexample contained function_values answer formulas choices direction functions reading
+        parts compare credit residuals diagnosis follow marking prairielearn sandbox guarantees cells archives layouts
+        roster submission finding uncounted notebook copies overrides attempt settle remote cluster batch single history
+        certificates certify check statistics similar variants reports nbgrader_cells demo commands
+        pytest_plugin nbgrader_plugin gradescope outlets site docs cli""",
 }
 """From the bottom up: a module imports only from those before it; a folder stands for what is in it."""
 
@@ -55,16 +58,72 @@ def layer(module: str, package: str) -> int | None:
     return None
 
 
-def test_every_module_has_its_place_in_the_layers_and_on_the_map() -> None:
-    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+def test_every_module_has_its_place_in_the_layers() -> None:
     for package, listed in LAYERS.items():
         modules = [name_of(path) for path in MODULES if name_of(path).count(".") and name_of(path).startswith(package)]
         folders = {"exercises.formula", "exercises.arm"}  # without code of their own
         assert not [name for name in modules if layer(name, package) is None and name not in folders]
         assert not [name for name in listed.split() if not any(f"{package}.{name}" in module for module in modules)]
-        for name in {module.split(".")[1] for module in modules}:
-            folder = "/" if (ROOT / package / name).is_dir() else ""
-            assert f"`{name}{folder}`" in text, f"CONTRIBUTING.md doesn't say what {package}/{name} is"
+
+
+PACKAGES = sorted(path for path in MODULES if path.name == "__init__.py")
+REGISTRIES = ("__init__.py", "catalogue.py", "registry.py", "formats.py")
+"""Modules of a package that list others by importing them: a new family or outlet needs no second line."""
+
+
+def mapped(package: Path) -> list[str]:
+    """Return the modules and folders on the map in a package's docstring, in its order."""
+    rows = re.findall(r"(?m)^    (\w+/?(?:, \w+/?)*)  +\S", ast.get_docstring(tree_of(package), clean=False) or "")
+    return [name for row in rows for name in row.split(", ")]
+
+
+@pytest.mark.parametrize("package", PACKAGES, ids=name_of)
+def test_a_package_says_what_is_in_it(package: Path) -> None:
+    """In the map of its docstring: without it, a newcomer has to open every file."""
+    folder, on_map = package.parent, mapped(package)
+    there = {path.stem for path in folder.glob("*.py") if not path.stem.startswith("__")}
+    there |= {f"{path.parent.name}/" for path in folder.glob("*/__init__.py")}
+    listed = {name for path in folder.glob("*.py") if path.name in REGISTRIES for name in imports(path)}
+    assert sorted(set(on_map) - there) == [], "these are not there"
+    missing = [name for name in there - set(on_map) if f"{name_of(package)}.{name}" not in listed]
+    assert sorted(missing) == [], f"the docstring of {name_of(package)} doesn't say what these are"
+    if "rom the bottom up" in text_of(package):
+        top = name_of(package).split(".")[0]
+        places = [layer(f"{name_of(package)}.{name.rstrip('/')}", top) for name in on_map]
+        known = [place for place in places if place is not None]
+        assert known == sorted(known), "they are not in the order of LAYERS"
+
+
+def test_contributing_has_every_folder_on_its_map_and_is_short() -> None:
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    for package in PACKAGES:
+        folder = package.parent.relative_to(ROOT)
+        name = folder.as_posix()
+        # A folder in such a folder is on the map of that one's docstring.
+        assert len(folder.parts) > 2 or f"`{name}/`" in text, f"CONTRIBUTING.md doesn't say what {name}/ is"
+    assert len(text.encode()) < 12_000, "it is to be read in five minutes: decisions go to docs/decisions/"
+
+
+GUIDES = [ROOT / "CONTRIBUTING.md", ROOT / "tests" / "README.md", *sorted((ROOT / "docs" / "decisions").glob("*.md"))]
+
+
+@pytest.mark.parametrize("guide", GUIDES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_what_a_guide_names_is_there(guide: Path) -> None:
+    """Links, files by their path from the top, and targets of make."""
+    text = guide.read_text(encoding="utf-8")
+    links = [guide.parent / link for link in re.findall(r"\]\((?!http)([^)#]+)", text)]
+    found = re.findall(r"`((?:exercises|grader|templates|tests|docs|site)/[\w./-]*\w)/?`", text)
+    files = [ROOT / name for name in found if not re.search(r"NAME|CODE|^site/dist", name)]
+    assert [path.relative_to(ROOT).as_posix() for path in (*links, *files) if not path.exists()] == []
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    targets = re.findall(r"`make ([a-z-]+)", text)
+    assert [target for target in targets if f"\n{target}:" not in makefile] == []
+
+
+def test_the_index_of_decisions_has_them_all() -> None:
+    folder = ROOT / "docs" / "decisions"
+    listed = re.findall(r"(?m)^- \[[^\]]+\]\(([\w-]+\.md)\)", (folder / "README.md").read_text(encoding="utf-8"))
+    assert sorted(listed) == sorted(path.name for path in folder.glob("*.md") if path.name != "README.md")
 
 
 def looking_up(path: Path) -> list[str]:

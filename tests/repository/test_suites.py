@@ -72,6 +72,7 @@ def test_what_check_always_runs_is_there() -> None:
         ("templates/exports/moodle.xml.j2", "tests/exercises/exports/test_platforms.py"),
         ("docs/families.md", "tests/exercises/docs/test_docs.py"),
         ("README.md", "tests/repository/test_readme.py"),
+        ("exercises/formula/vocabulary.json", "tests/tools/test_readers.py"),
         ("grader/statistics.py", "grader/statistics.py"),
     ],
 )

@@ -111,11 +111,12 @@ def test_every_module_of_the_checkout_is_in_the_wheel(wheel: Path) -> None:
 
 def test_every_data_file_of_the_checkout_is_in_the_wheel(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
-    data = [path for kind in ("txt", "json") for path in (ROOT / "exercises").rglob(f"*.{kind}")]
+    data = [path for kind in ("txt", "json", "po") for path in (ROOT / "exercises").rglob(f"*.{kind}")]
     assert data and {str(path.relative_to(ROOT)) for path in data} <= names
 
 
 PROGRAM = """
+import sys
 import exercises, grader, sympy
 from grader.cli import app
 print(exercises.__file__, grader.__file__, sympy.__file__, sep="\\n")
@@ -126,6 +127,10 @@ for arguments in (["--version"], ["families", "--json"],
         app(arguments)
     except SystemExit as left:
         assert not left.code
+assert "babel" not in sys.modules, "English needs no translations"
+from exercises.languages import catalogue
+print("=====")
+print(catalogue("de").gettext("the world frame"))
 """
 
 
@@ -143,6 +148,10 @@ def test_what_is_imported_comes_from_the_wheel(told: list[str], home: Path) -> N
 
 def test_version(told: list[str], wheel: Path) -> None:
     assert wheel.name.split("-")[1] in told[1]
+
+
+def test_german_is_in_the_wheel_and_loaded_only_when_asked_for(told: list[str]) -> None:
+    assert told[-1] == "Weltkoordinatensystem\n"
 
 
 def test_families(told: list[str]) -> None:

@@ -33,7 +33,7 @@ def folder() -> Path | None:
     if os.environ.get("QDOT_KEPT") == "0":
         return None
     digest = hashlib.sha256(repr((sys.version, sp.__version__, np.__version__, mpmath.__version__)).encode())
-    data = (path for path in (ROOT / "exercises" / "families").iterdir() if path.suffix == ".txt")
+    data = [path for kind in ("txt", "json") for path in (ROOT / "exercises").rglob(f"*.{kind}")]
     for path in sorted({*reached(["exercises.generation"]), *data}):
         digest.update(path.read_bytes())
     made = KEPT / digest.hexdigest()[:20]

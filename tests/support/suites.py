@@ -135,11 +135,15 @@ ALWAYS = (
 language and format, and of grading."""
 
 BESIDE = {
+    "exercises/locale/": ("exercises/test_languages.py",),
+    "site/src/text/": ("exercises/test_languages.py",),
     "templates/": ("exercises/writing/test_statement.py", "exercises/test_languages.py"),
     "templates/exports/": ("exercises/exports",),
     "templates/questions/": ("exercises/questions/test_questions.py", "exercises/writing/test_hints.py"),
     "templates/feedback": ("grader/reports/test_feedback.py",),
     "templates/site": ("exercises/site",),
+    "exercises/formula/vocabulary.json": ("exercises/formula", "tools/test_readers.py", "tools/test_site_corpus.py"),
+    "site/src/read/": ("tools/test_readers.py",), "site/src/grade/": ("tools/test_readers.py",),
     "docs/": ("exercises/docs", "repository/test_schemas.py"),
     "README.md": ("repository/test_readme.py",),
     "pyproject.toml": ("repository/test_wheel.py",),

@@ -30,9 +30,10 @@ from exercises.problem import Part, Problem
 from exercises.questions import QUESTIONS
 from exercises.questions.results import is_derived, result
 from exercises.stream import Stream
-from grader.diagnosis import diagnose, says_something
-from grader.parts import domain_of, judge
+from grader.diagnosis import says_something
+from grader.parts import judge
 from grader.verdict import Outcome
+from tests.support.judging import diagnose
 from tests.support.problems import drawn
 
 LONGEST = 40_000
@@ -66,7 +67,7 @@ def answers_with(
         if mistake.name in only
     ]
     if is_derived(part) and (part.kind != "lost-direction" or _is_numeric(part)):  # which is worked out in numbers
-        values = configurations(problem.chain, part, domain_of(problem), 3, Stream("answers"))
+        values = configurations(problem.chain, part, problem.domain(), 3, Stream("answers"))
         rough = numbers(problem.chain, values)
         right, is_direction = result(rough, part), isinstance(part.answer, Direction)
         places = [

@@ -49,11 +49,12 @@ from exercises.formula.pieces import Atom, pieces
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, ReadError, as_matrix, node_text
 from exercises.stream import Stream
-from grader import compare, judge
+from grader import answer, compare, formulas
+from grader.answer import read_conditions
 from grader.compare import compare_line
-from grader.formulas import judge_angles, judge_expression, judge_matrix, judge_singular
 from grader.verdict import Judgement, Outcome
 from tests.support import DATA
+from tests.support.judging import judge_angles, judge_expression, judge_matrix, judge_singular
 
 LONGEST = 10_000
 SECONDS, SEARCH, MEGABYTES = 1.0, 5.0, 250
@@ -166,7 +167,7 @@ def judging(text: str) -> None:
     due = [[read(EXPRESSION, DOMAIN.roles)]]
     judged = _judged(lambda: judge_expression(text, EXPRESSION, DOMAIN, text_seed(text)))
     if judged.outcome is Outcome.CORRECT:
-        answers = (text, judge.with_points(text))
+        answers = (text, answer.with_points(text))
         if all(_differ([[_right(read(answer, DOMAIN.roles))]], due) for answer in answers):
             raise Find("this expression is not the reference")
     judged = _judged(lambda: judge_matrix(text, MATRIX, DOMAIN, text_seed(text)))
@@ -383,8 +384,9 @@ def _differ(found: list[list[Node]], due: list[list[Node]]) -> bool:
 
 def _holds_where_due(text: str) -> bool:
     """Tell whether the conditions hold where theta2 is 0 or pi, and nowhere at random."""
-    node = judge._named(read(text, DOMAIN.roles), pieces(read(SINGULAR[0]), JOINTS), JOINTS)
-    claimed = pieces(judge._without_blanks(node), JOINTS)
+    tree = read_conditions(text, DOMAIN).tree
+    assert tree is not None
+    claimed = pieces(formulas._named(tree, pieces(read(SINGULAR[0]), JOINTS), JOINTS), JOINTS)
 
     def holds(at: Mapping[str, Any]) -> bool:
         return any(all(abs(gap(atom, at)) < 1e-6 for atom in piece) for piece in claimed)
@@ -454,7 +456,7 @@ def _escapes(text: str) -> bool:
 
 INSTRUMENTED: tuple[ModuleType, ...] = (
     angles, claims, conditions, constants, exact, expression, identity, names, notation, pieces_module, program, trees,
-    judge, compare,
+    answer, formulas, compare,
 )  # fmt: skip
 
 

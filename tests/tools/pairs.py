@@ -26,9 +26,8 @@ from exercises.formula.trees import Node, names, node_text
 from exercises.generation import generate, questions_of
 from exercises.problem import ProblemId
 from exercises.stream import Stream
-from grader.formulas import judge_expression
-from grader.parts import domain_of
 from grader.verdict import Outcome
+from tests.support.judging import judge_expression
 
 ASKED = ("position", "velocity", "jacobian", "determinant", "inverse-jacobian", "inverse-velocity",
          "geometric-jacobian", "gram-determinant", "joint-torques", "link-velocity")  # fmt: skip
@@ -284,7 +283,7 @@ def references(seeds: Iterator[int]) -> Iterator[tuple[str, Node, Domain]]:
             else:
                 asked = tuple(question for question in questions_of(family) if question in ASKED)
             problem = generate(ProblemId(family, seed, asked))
-            domain = domain_of(problem)
+            domain = problem.domain()
             for part in problem.parts:
                 answer = part.answer
                 entries = list(answer.reference) if isinstance(answer, Matrix) else []

@@ -1,6 +1,7 @@
-"""The checked answers of corpus.jsonl with keys, and what the grader says of them: site/tests/corpus.json.
+"""What the site's own tests hold it against: what Python's reader and grader say. `python -m tests.tools.site_corpus`.
 
-The site's own grader is held against it (site/tests/corpus.test.ts). `python -m tests.tools.site_corpus` writes it.
+corpus.json in site/tests has the checked answers of corpus.jsonl with keys, readings.json texts with their trees, and
+answers to problems with their outcomes (`readers`).
 """
 
 import json
@@ -15,8 +16,11 @@ from exercises.site.keys import values_key
 from exercises.stream import Stream
 from grader.compare import compare
 from tests.support import ROOT
+from tests.tools.fuzz import KNOWN
+from tests.tools.readers import kept_question, tree_text, verdict
 
 TARGET = ROOT / "site" / "tests" / "corpus.json"
+READINGS = ROOT / "site" / "tests" / "readings.json"
 
 
 def corpus_text() -> str:
@@ -24,6 +28,20 @@ def corpus_text() -> str:
     lines = (ROOT / "tests" / "data" / "corpus.jsonl").read_text(encoding="utf-8").splitlines()
     cases = [json.dumps(_case(json.loads(line)), ensure_ascii=False) for line in lines]
     return "[\n" + ",\n".join(cases) + "\n]\n"
+
+
+def readings_text() -> str:
+    """Return the file's text: what is asked, as site/tests/readings.ts has it, and what Python says, a case a line."""
+    question = kept_question()
+    asked = question.as_json()
+    asked["readings"] = [[text, k, tree_text(text, KNOWN[k])] for text, k in question.readings]
+    asked["answers"] = [[*answer, *verdict(*answer)] for answer in question.answers]
+    lists = (f"{json.dumps(name)}: [\n{_lines(rows)}\n]" for name, rows in asked.items())
+    return "{\n" + ",\n".join(lists) + "\n}\n"
+
+
+def _lines(rows: list[Any]) -> str:
+    return ",\n".join(json.dumps(row) for row in rows)
 
 
 def _case(record: dict[str, Any]) -> dict[str, Any]:
@@ -61,3 +79,4 @@ def _angle(node: Node) -> float:
 
 if __name__ == "__main__":
     write_atomically(TARGET, corpus_text())
+    write_atomically(READINGS, readings_text())

@@ -142,14 +142,14 @@ class _Writer:
 
 def _mended(pieces: Pieces, shown: Sequence[str]) -> list[str]:
     """Return a row in which functions stand apart, and signs belong to what is behind them where a term begins."""
-    found = list(shown)
+    mended = list(shown)
     for k, piece in enumerate(pieces):
         if piece in (PLUS, MINUS) and pieces[k - 1] in _BEGINS_A_TERM:
-            found[k] = shown[k].replace("<mo>", '<mo form="prefix">')
+            mended[k] = shown[k].replace("<mo>", '<mo form="prefix">')
         elif piece in _SET_APART:
             is_bare = piece in _BARE and shown[k + 1].startswith(_BEHIND) and pieces[k + 1] not in _SET_APART
-            found[k] = f"{_THIN * shown[k - 1].endswith(_BEFORE)}{shown[k]}{_THIN * is_bare}"
-    return found
+            mended[k] = f"{_THIN * shown[k - 1].endswith(_BEFORE)}{shown[k]}{_THIN * is_bare}"
+    return mended
 
 
 def _cell(style: str, shown: str) -> str:

@@ -7,11 +7,13 @@ import { read } from "../read/reader.js";
 import { asMatrix, hasBlank, namesIn, type Node, ReadError } from "../read/tree.js";
 import { message } from "../text/text.js";
 import { correct, graded, missing, unreadable, type Verdict, wrong } from "./verdict.js";
-import { atText, isBlank, rightSide, unlabelled } from "./values.js";
+import { agreed, atText, configuration, isBlank, rightSide, unknownSymbols, unlabelled } from "./values.js";
 
 /** Share by which a mistake's number, which is kept with six digits, may differ beside what the answer may. */
 const KEPT = 1e-5;
 const SAME = 1e-9;
+/** A part below this share of a number is rounding. */
+const ZERO = 1e-12;
 
 /** Judge numbers, right within the key's tolerance. */
 export function judgeNumbers(answer: string, key: NumbersKey, labels: readonly string[] = []): Verdict {
@@ -36,9 +38,9 @@ function column(
   known: ReadonlySet<string>,
   labels: readonly string[],
 ): readonly Node[] | Verdict {
-  const tree = unlabelled(rightSide(read(answer, known), known), labels);
-  if (isBlank(tree)) return missing();
-  const rows = asMatrix(tree);
+  const typed = read(answer, known);
+  if (isBlank(typed)) return missing();
+  const rows = asMatrix(unlabelled(rightSide(typed, known), labels));
   const row = rows[0] as Node[];
   const entries = rows.length === 1 ? row : rows.map((each) => each[0] as Node);
   if (entries.length === count && (rows.length === 1 || row.length === 1)) return entries;
@@ -88,34 +90,75 @@ export function judgeDirection(answer: string, key: ValuesKey, labels: readonly 
 }
 
 function along(entries: readonly Node[], key: ValuesKey): Verdict {
-  const room = key.tolerance ?? 1e-8;
-  let isZero = true;
-  for (const point of key.points) {
-    const k = key.points.indexOf(point);
-    const at = Object.fromEntries(key.symbols.map((symbol, i) => [symbol, point[i] as number]));
-    const mine = entries.map((entry) => evaluate(entry, at).re);
-    const due = key.right.map((values) => values[k] ?? NaN);
-    const size = Math.hypot(...mine);
-    if (size > 1e-12) isZero = false;
-    if (!(apart(mine, due) <= room)) {
-      return isZero && size <= 1e-12 ? wrong("verdict.zero-vector") : differs(entries, at);
-    }
-  }
-  return correct(message("verdict.direction"));
+  const names = new Set(entries.flatMap((entry) => [...namesIn(entry)]));
+  if (typeof key.tolerance === "number") return alongNumbers(entries, names, key, key.tolerance);
+  const found = key.points.map((_, k) => {
+    const at = configuration(key, k, names);
+    return entries.map((entry) => evaluate(entry, at));
+  });
+  if (found.every((values) => values.every(({ re, im, size }) => Math.hypot(re, im) <= ZERO * size)))
+    return wrong("verdict.zero-vector");
+  const off = found.findIndex((values, k) => {
+    const due = key.right.map((each) => each[k] ?? NaN);
+    const room = SAME * Math.max(...values.map(({ size }) => size));
+    if (!Number.isFinite(room)) return true;
+    return !(
+      aside(
+        values.map(({ re }) => re),
+        due,
+      ) <= room &&
+      aside(
+        values.map(({ im }) => im),
+        due,
+      ) <= room
+    );
+  });
+  if (off < 0) return agreed(entries, message("verdict.direction"), found);
+  const unknown = unknownSymbols(names, key);
+  return unknown ? graded(0, [unknown]) : differs(names, configuration(key, off, new Set()));
 }
 
-function differs(entries: readonly Node[], at: Readonly<Record<string, number>>): Verdict {
-  const used = [...new Set(entries.flatMap((entry) => [...namesIn(entry)]))]
-    .filter((symbol) => symbol in at)
-    .sort();
+/** Numbers, whose direction may be off by `tolerance`. */
+function alongNumbers(
+  entries: readonly Node[],
+  names: ReadonlySet<string>,
+  key: ValuesKey,
+  tolerance: number,
+): Verdict {
+  if (names.size > 0) return wrong("read.numbers", { names: [...names].sort().slice(0, 5).join(", ") });
+  const mine = entries.map((entry) => evaluate(entry, {}));
+  const due = key.right.map((values) => values[0] ?? NaN);
+  const isReal = mine.every(({ re, im }) => Number.isFinite(re) && Math.abs(im) <= ZERO * Math.hypot(re, im));
+  const size = Math.hypot(...mine.map(({ re }) => re));
+  if (isReal && size === 0) return wrong("verdict.zero-vector");
+  const isAlong =
+    isReal &&
+    apart(
+      mine.map(({ re }) => re / size),
+      due,
+    ) <= tolerance;
+  return isAlong ? correct(message("verdict.direction")) : differs(names, configuration(key, 0, new Set()));
+}
+
+function differs(names: ReadonlySet<string>, at: Readonly<Record<string, number>>): Verdict {
+  const used = [...names].filter((symbol) => symbol in at).sort();
   const shown = Object.fromEntries(used.map((symbol) => [symbol, at[symbol] as number]));
   return graded(0, [message("verdict.not-along", { at: atText(shown) })], { at: shown });
 }
 
+/** How far a vector leads off the line of another. */
+function aside(v: readonly number[], line: readonly number[]): number {
+  const share = dot(v, line) / dot(line, line);
+  return Math.hypot(...v.map((x, i) => x - share * (line[i] as number)));
+}
+
+function dot(a: readonly number[], b: readonly number[]): number {
+  return a.reduce((sum, x, i) => sum + x * (b[i] as number), 0);
+}
+
 /** The length of the difference of two unit vectors, the sign of one chosen so that it is least. */
-function apart(a: readonly number[], b: readonly number[]): number {
-  const unit = (v: readonly number[]) => v.map((x) => x / Math.hypot(...v));
-  const [u, v] = [unit(a), unit(b)];
-  const minus = Math.hypot(...u.map((x, i) => x - (v[i] as number)));
-  return Math.min(minus, Math.hypot(...u.map((x, i) => x + (v[i] as number))));
+function apart(unit: readonly number[], due: readonly number[]): number {
+  const length = Math.hypot(...due);
+  const away = (sign: number) => Math.hypot(...unit.map((x, i) => x - (sign * (due[i] as number)) / length));
+  return Math.min(away(1), away(-1));
 }

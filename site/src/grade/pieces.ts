@@ -1,6 +1,8 @@
 // Conditions on the joints as a union of pieces, by the rules of ../../../exercises/formula/pieces.py.
 
-import { call, integer, name, namesIn, type Node, node, ReadError, replaced } from "../read/tree.js";
+import { evaluate } from "../read/evaluate.js";
+import { anyNode, integer, namesIn, type Node, node, ReadError, replaced } from "../read/tree.js";
+import { VOCABULARY } from "../read/vocabulary.js";
 
 /** A condition: `joint` has the value `zero`, or `zero` vanishes. */
 export interface Atom {
@@ -11,10 +13,40 @@ export interface Atom {
 /** Conditions that hold together. */
 export type Piece = readonly Atom[];
 
-const WHOLE_NUMBERS = ["k", "n", "m", "_n"];
-/** A value k*pi/6, or coarser, has all its values modulo whole turns for these k. */
-const WHOLE = Array.from({ length: 12 }, (_, k) => k);
+const WHOLE_NUMBERS = VOCABULARY.whole_numbers;
+/** A value k*pi/6, or coarser, has all its values modulo whole turns for these k, from -6 to 6. */
+const WHOLE = Array.from({ length: 13 }, (_, k) => (k < 6 ? node("neg", integer(6 - k)) : integer(k - 6)));
 const MOST_PIECES = 500;
+/**
+ * Nodes of the cases of all whole numbers together, and what a case counts beside its own. The grader has a limit of the
+ * steps of a search, too, which a browser has no need of: it searches from a dozen poses, and for one student.
+ */
+const MOST_CASES = 100_000;
+const CASE = 10;
+
+/** The pieces of an answer. Throws ReadError also where it would take too long to look at all of them. */
+export function claimedPieces(tree: Node, joints: ReadonlySet<string>): Piece[] {
+  if (nodesOfCases(tree) > MOST_CASES) throw new ReadError("read.many-cases");
+  return pieces(tree, joints);
+}
+
+function nodesOfCases(tree: Node): number {
+  const inner = (kind: string) => kind === "list" || kind === "set" || kind === "or";
+  const divided = (kind: string) => inner(kind) || ["and", "dict", "pair", "in"].includes(kind);
+  let count = 0;
+  const stack = [tree];
+  for (let top = stack.pop(); top; top = stack.pop()) {
+    if (divided(top.kind) || top.args.some(({ kind }) => inner(kind))) {
+      for (const arg of top.args) stack.push(arg);
+    } else {
+      let size = 0;
+      anyNode(top, () => ((size += 1), false));
+      const free = WHOLE_NUMBERS.filter((each) => namesIn(top as Node).has(each));
+      count += (CASE + size) * WHOLE.length ** free.length;
+    }
+  }
+  return count;
+}
 
 /** The pieces that a tree stands for. Throws ReadError. */
 export function pieces(tree: Node, joints: ReadonlySet<string>): Piece[] {
@@ -93,16 +125,29 @@ function bare(tree: Node): Node {
   return lessNothing || tree.kind === "neg" || rooted ? bare(first) : tree;
 }
 
-/** The cases of a whole number k in an expression. */
+/** The cases of a whole number k in an expression; values whole turns apart are one. */
 function cases(tree: Node): Node[] {
   const free = WHOLE_NUMBERS.filter((each) => namesIn(tree).has(each));
-  return free.reduce<Node[]>(
-    (all, each) => all.flatMap((one) => WHOLE.map((k) => replaced(one, each, integer(k)))),
+  if (free.length === 0) return [tree];
+  const all = free.reduce<Node[]>(
+    (found, each) => found.flatMap((one) => WHOLE.map((k) => replaced(one, each, k))),
     [tree],
   );
+  return [...new Map(all.map((one, index) => [turns(one) ?? `case ${index}`, one])).values()];
 }
 
-/** The condition under which an angle is another one, whole turns apart: sin of half their difference vanishes. */
-export function turnsApart(angle: string, value: Node): Node {
-  return call("sin", node("/", node("-", name(angle), value), integer(2)));
+/** A rational multiple of pi as a text, whole turns left out; null for anything else. */
+function turns(tree: Node): string | null {
+  if (namesIn(tree).size > 0) return null;
+  const { re, im } = evaluate(tree, {});
+  const sixths = (re / Math.PI) * 720;
+  if (im !== 0 || !(Math.abs(sixths - Math.round(sixths)) < 1e-9 * Math.max(1, Math.abs(sixths))))
+    return null;
+  return String(((Math.round(sixths) % 1440) + 1440) % 1440);
+}
+
+/** Whether a joint's value follows other joints and another condition names the joint: q1 = q2 and c1 = 0. */
+export function isTied({ joint, zero }: Atom, piece: Piece, joints: ReadonlySet<string>): boolean {
+  if (joint === null || ![...namesIn(zero)].some((each) => joints.has(each))) return false;
+  return piece.some((one) => one.zero !== zero && (one.joint === joint || namesIn(one.zero).has(joint)));
 }

@@ -1,22 +1,40 @@
 // Sets of configurations: is every pose of the reference covered, and is every pose that is claimed singular?
 //
 // Poses on what is claimed are searched for from random starts by Gauss-Newton steps; what is singular is told by the arm.
+// As in ../../../grader/formulas.py, only what is claimed rightly earns anything: what always holds covers everything.
 
 import type { ConfigurationsKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { read } from "../read/reader.js";
-import { digitsOfDecimals, type Node, ReadError } from "../read/tree.js";
+import {
+  anyNode,
+  digitsOfDecimals,
+  hasBlank,
+  name,
+  namesIn,
+  type Node,
+  node,
+  ReadError,
+} from "../read/tree.js";
 import { message } from "../text/text.js";
-import { type Piece, pieces } from "./pieces.js";
+import { claimedPieces, isTied, type Piece } from "./pieces.js";
 import { type At, correct, graded, missing, unreadable, type Verdict } from "./verdict.js";
-import { atText, isBlank } from "./values.js";
+import { anyNumber, atText, isBlank } from "./values.js";
 
-/** How near a pose must be to a condition, in radians or metres. */
+/** How near a pose must be to a condition, in radians or metres; to a value, of which keys tell nine decimals. */
 const NEAR = 1e-6;
+const STATED = 1e-9;
+/** A value that is so near to one that is due is that one, rounded. */
+const ROUNDED = 5e-3;
 const STARTS = 12;
 const STEPS = 40;
 const NUDGE = 1e-6;
 const TURN = 2 * Math.PI;
+/** What is smaller, of the size of its terms, is rounding. */
+const ROUNDING = 4e-16;
+/** So many poses are looked at where none was found, and so near to zero, of the size of its terms, nothing may come. */
+const LOOKED_AT = 2000;
+const NEAR_MISS = 1e-3;
 
 /** Tells whether the arm is singular in a pose. */
 export type IsSingular = (at: At) => boolean;
@@ -38,39 +56,83 @@ export function judgeSet(
   try {
     const tree = read(answer, new Set(key.symbols));
     if (isBlank(tree)) return missing();
-    return compared(pieces(tree, new Set(key.joints)), key, space, isSingular);
+    const poses = posesOf(key, tree);
+    const claimed = assigned(withoutBlanks(tree), poses, space, isSingular);
+    const claims = claimedPieces(claimed, new Set(key.joints));
+    return compared(claims, poses, space, isSingular);
   } catch (error) {
     if (error instanceof ReadError) return unreadable(error.why);
     throw error;
   }
 }
 
+/** The poses on each piece of the reference; a name in the answer that the problem has not is any number. */
+function posesOf(key: ConfigurationsKey, tree: Node): readonly (readonly At[])[] {
+  const unknown = [...namesIn(tree)].filter((each) => !key.symbols.includes(each));
+  return key.pieces
+    .filter((piece) => piece.length > 0)
+    .map((piece) =>
+      piece.map((pose, k) => ({
+        ...Object.fromEntries(unknown.map((each): [string, number] => [each, anyNumber(each, k)])),
+        ...Object.fromEntries(key.symbols.map((symbol, i): [string, number] => [symbol, pose[i] as number])),
+      })),
+    );
+}
+
+function withoutBlanks(tree: Node): Node {
+  const isList = tree.kind === "list" || tree.kind === "set";
+  return isList ? node(tree.kind, ...tree.args.filter((arg) => !hasBlank(arg))) : tree;
+}
+
+/** Bare values, as in {0, pi}, given to the joint that they must mean. Throws ReadError where that is not clear. */
+function assigned(
+  tree: Node,
+  poses: readonly (readonly At[])[],
+  { joints }: Space,
+  isSingular: IsSingular,
+): Node {
+  const values = tree.kind === "list" || tree.kind === "set" ? tree.args : [tree];
+  const saysMore = (arg: Node) =>
+    ["eq", "in", "dict", "and", "or", "list", "set"].includes(arg.kind) ||
+    joints.some((joint) => namesIn(arg).has(joint));
+  if (values.length === 0 || values.some(saysMore)) return tree;
+  // Which joints the singular configurations are about: those that lead out of them.
+  const leadsOut = (joint: string) =>
+    poses.some((piece) =>
+      piece.some((at) =>
+        [0.3, 1.1].some((step) => !isSingular({ ...at, [joint]: (at[joint] as number) + step })),
+      ),
+    );
+  const meant = joints.filter(leadsOut);
+  const [joint] = meant;
+  if (joint === undefined || meant.length > 1) throw new ReadError("read.no-joint");
+  return node("in", name(joint), node("set", ...values));
+}
+
 function compared(
   claims: readonly Piece[],
-  key: ConfigurationsKey,
+  poses: readonly (readonly At[])[],
   space: Space,
   isSingular: IsSingular,
 ): Verdict {
-  const poses = key.pieces.map((piece) => piece.map((pose) => posed(key, pose)));
-  const lengths = poses.flat();
-  const uncovered = poses.map((piece) =>
-    piece.find((at) => !claims.some((claim) => holds(claim, at, space))),
-  );
-  const unsound = claims.map((claim, i) => counterexample(claim, lengths, space, isSingular, i));
-  const bad = unsound.filter((each) => each !== null);
-  const covered = uncovered.filter((at) => at === undefined).length;
-  if (covered === poses.length && bad.length === 0) return correct(message("verdict.set"), false);
-  const share = Math.min(Math.max(0, covered - bad.length) / poses.length, 0.99);
-  const off = bad.find((each) => each !== "nowhere");
+  const found = claims.map((claim, i) => counterexample(claim, poses, space, isSingular, i));
+  const bad = found.filter((each) => each !== null && each !== "nowhere");
+  const uncovered = (by: readonly Piece[]) =>
+    poses
+      .map((piece) => piece.find((at) => !by.some((claim) => holds(claim, at, space))))
+      .filter((at) => at !== undefined);
+  const open = uncovered(claims.filter((_, i) => found[i] !== "nowhere"));
+  if (claims.length > 0 && open.length === 0 && bad.length === 0)
+    return correct(message("verdict.set"), false);
+  // What is claimed beyond the truth must not earn what it happens to cover.
+  const covered = poses.length - uncovered(claims.filter((_, i) => found[i] === null)).length;
+  const share = Math.min(Math.max(0, covered - bad.length) / Math.max(poses.length, 1), 0.99);
+  const [off] = bad.filter((each) => each !== "close");
   if (off) return graded(share, [message("verdict.unsound", { at: atText(shown(off, space)) })], { at: off });
-  const open = uncovered.find((at) => at !== undefined);
-  if (open)
-    return graded(share, [message("verdict.uncovered", { at: atText(shown(open, space)) })], { at: open });
-  return graded(share, [message("verdict.nowhere", { text: String(unsound.indexOf("nowhere") + 1) })]);
-}
-
-function posed(key: ConfigurationsKey, pose: readonly number[]): At {
-  return Object.fromEntries(key.symbols.map((symbol, i) => [symbol, pose[i] as number]));
+  const [at] = open;
+  if (at) return graded(share, [message("verdict.uncovered", { at: atText(shown(at, space)) })], { at });
+  const nowhere = found.findIndex((each) => each === "nowhere" || each === "close") + 1;
+  return graded(share, [message("verdict.nowhere", { text: String(nowhere) })]);
 }
 
 function shown(at: At, { joints }: Space): At {
@@ -82,8 +144,10 @@ function shown(at: At, { joints }: Space): At {
 function holds(piece: Piece, at: At, space: Space): boolean {
   return piece.every((atom) => {
     const { re, im, size } = evaluate(atom.zero, at);
-    if (atom.joint !== null)
-      return Math.abs(im) < NEAR && distance(atom.joint, at[atom.joint] as number, re, space) < NEAR;
+    if (atom.joint !== null) {
+      const near = namesIn(atom.zero).size === 0 ? STATED : NEAR;
+      return Math.abs(im) < near && distance(atom.joint, at[atom.joint] as number, re, space) < near;
+    }
     if (!Number.isFinite(re)) return false;
     const slope = Math.hypot(...space.joints.map((joint) => slopeOf(atom.zero, at, joint)));
     return Math.hypot(re, im) <= Math.max(NEAR * slope, 1e-11 * size);
@@ -105,24 +169,64 @@ function slopeOf(zero: Piece[number]["zero"], at: At, joint: string): number {
 
 // --- poses on what is claimed ---
 
-/** A pose on a piece in which the arm is not singular; null where all are, "nowhere" where there is none. */
+/**
+ * A pose on a piece in which the arm is not singular; null where all are, "nowhere" where there is none, "close" where
+ * none was found and yet it comes near to zero: what can't be followed is not taken for right.
+ */
 function counterexample(
   piece: Piece,
-  lengths: readonly At[],
+  poses: readonly (readonly At[])[],
   space: Space,
   isSingular: IsSingular,
   seed: number,
-): At | "nowhere" | null {
+): At | "nowhere" | "close" | null {
   const random = stream(seed + 1);
+  const lengths = poses.flat();
+  const given = (k: number): At => lengths[k % Math.max(lengths.length, 1)] ?? {};
+  const ready = made(piece, space);
   let found = 0;
   for (let start = 0; start < STARTS; start += 1) {
-    const given = lengths[start % Math.max(lengths.length, 1)] ?? {};
-    const at = solved(piece, randomPose(given, space, random), space);
-    if (!at) continue;
+    const at = solved(ready, randomPose(given(start), space, random));
+    if (!at || !holds(piece, at, space)) continue;
     found += 1;
-    if (!isSingular(at)) return at;
+    if (!isSingular(at) || isRoundedAt(piece, at, poses, space)) return at;
   }
-  return found > 0 ? null : "nowhere";
+  if (found > 0) return null;
+  if (ready.zeros.length === 0 || ready.free.length === 0) return "nowhere";
+  const nearest = Math.min(
+    ...Array.from({ length: LOOKED_AT }, (_, k) => missOf(ready, randomPose(given(k), space, random))),
+  );
+  return nearest < NEAR_MISS ? "close" : "nowhere";
+}
+
+/** How far from zero the conditions are in a pose, of the size of their terms. */
+function missOf({ zeros }: Ready, at: At): number {
+  const misses = zeros.map((zero) => {
+    const { re, im, size } = evaluate(zero, at);
+    return Math.abs(im) < NEAR ? Math.abs(re) / Math.max(size, 1e-300) : Infinity;
+  });
+  return misses.some(Number.isNaN) ? Infinity : Math.max(...misses);
+}
+
+/** Whether a value was typed that is the right one but for rounding: 3.14 is not pi, nor is 355/113. */
+function isRoundedAt(piece: Piece, at: At, poses: readonly (readonly At[])[], space: Space): boolean {
+  return piece.some(({ joint, zero }) => {
+    if (joint === null || namesIn(zero).size > 0) return false;
+    if (anyNode(zero, isNothing)) return true;
+    const value = at[joint] as number;
+    return poses.some((others) => {
+      const dues = others.map((other) => other[joint] as number);
+      const due = dues[0] as number;
+      if (dues.some((other) => distance(joint, other, due, space) > STATED)) return false;
+      const off = distance(joint, value, due, space);
+      return off > STATED && off < ROUNDED;
+    });
+  });
+}
+
+/** Whether a decimal is so small that keys, which have nine decimals, don't show it; what a program prints for 0 is none. */
+function isNothing({ kind, value, digits }: Node): boolean {
+  return kind === "decimal" && digits > 0 && digits < 16 && Math.abs(value) < STATED;
 }
 
 function randomPose(given: At, { joints, angles }: Space, random: () => number): At {
@@ -130,19 +234,42 @@ function randomPose(given: At, { joints, angles }: Space, random: () => number):
   return { ...given, ...Object.fromEntries(values) };
 }
 
-/** The pose moved onto the piece: values assigned, the free joints moved by Gauss-Newton steps of least norm. */
-function solved(piece: Piece, start: At, space: Space): At | null {
-  const assigned = new Set(piece.map((atom) => atom.joint));
-  const free = space.joints.filter((joint) => !assigned.has(joint));
-  const zeros = piece.filter((atom) => atom.joint === null).map((atom) => atom.zero);
-  let at = assign(piece, start);
-  for (let step = 0; at && zeros.length > 0 && step < STEPS; step += 1) {
+/** A piece made ready: values to be put in, those without joints first; what has to vanish; the joints that may move. */
+interface Ready {
+  readonly values: readonly (readonly [joint: string, value: Node])[];
+  readonly zeros: readonly Node[];
+  readonly free: readonly string[];
+}
+
+function made(piece: Piece, { joints }: Space): Ready {
+  const all = new Set(joints);
+  const follows = (zero: Node) => Number(joints.some((joint) => namesIn(zero).has(joint)));
+  const values: (readonly [string, Node])[] = [];
+  const zeros: Node[] = [];
+  for (const atom of piece) {
+    if (atom.joint === null) zeros.push(atom.zero);
+    else if (isTied(atom, piece, all)) zeros.push(node("-", name(atom.joint), atom.zero));
+    else values.push([atom.joint, atom.zero]);
+  }
+  values.sort(([, a], [, b]) => follows(a) - follows(b));
+  const fixed = new Set(values.map(([joint]) => joint));
+  const named = new Set(zeros.flatMap((zero) => [...namesIn(zero)]));
+  return { values, zeros, free: joints.filter((joint) => !fixed.has(joint) && named.has(joint)) };
+}
+
+/** The pose moved to where the conditions hold: values put in, the free joints moved by Gauss-Newton steps of least norm. */
+function solved({ values, zeros, free }: Ready, start: At): At | null {
+  let at = assign(values, start);
+  for (let step = 0; at && free.length > 0 && step < STEPS; step += 1) {
     const here = at;
-    const values = zeros.map((zero) => evaluate(zero, here).re);
+    const off = zeros.map((zero) => {
+      const { re, size } = evaluate(zero, here);
+      return Math.abs(re) <= ROUNDING * size ? 0 : re;
+    });
     const rows = zeros.map((zero) => free.map((joint) => slopeOf(zero, here, joint)));
-    const moves = leastNorm(rows, values);
+    const moves = leastNorm(rows, off);
     if (!moves || moves.some((move) => !Number.isFinite(move))) return null;
-    at = assign(piece, {
+    at = assign(values, {
       ...here,
       ...Object.fromEntries(
         free.map((joint, i) => [joint, (here[joint] as number) - limited(moves[i] as number)]),
@@ -150,36 +277,40 @@ function solved(piece: Piece, start: At, space: Space): At | null {
     });
     if (Math.max(0, ...moves.map(Math.abs)) < 1e-12) break;
   }
-  return at && holds(piece, at, space) ? at : null;
+  return at;
 }
 
 function limited(move: number): number {
   return Math.max(-1, Math.min(1, move));
 }
 
-function assign(piece: Piece, at: At): At | null {
+function assign(values: Ready["values"], at: At): At | null {
   let found = at;
-  for (let round = 0; round < 2; round += 1) {
-    for (const { joint, zero } of piece) {
-      if (joint === null) continue;
-      const { re, im } = evaluate(zero, found);
-      if (!Number.isFinite(re) || Math.abs(im) > NEAR) return null;
-      found = { ...found, [joint]: re };
-    }
+  for (const [joint, value] of values) {
+    const { re, im } = evaluate(value, found);
+    if (!Number.isFinite(re) || Math.abs(im) > NEAR) return null;
+    found = { ...found, [joint]: re };
   }
   return found;
 }
 
-/** The shortest x with A x = b, by the normal equations of A Aᵀ; null where its rows depend on each other. */
+/**
+ * The shortest x with A x = b, by the normal equations of A Aᵀ; null where its rows depend on each other. Rows are of
+ * length 1 in it: at a double zero, as of sin² or of cos = 1, slopes become as small as what is left to go.
+ */
 function leastNorm(a: readonly (readonly number[])[], b: readonly number[]): number[] | null {
-  const gram = a.map((row, i) => [
-    ...a.map((other, j) => dot(row, other) + (i === j ? 1e-14 : 0)),
-    b[i] as number,
+  const open = a.flatMap((row, i) => {
+    const length = Math.hypot(...row);
+    return b[i] === 0 ? [] : [{ row: row.map((x) => x / length), due: (b[i] as number) / length }];
+  });
+  const gram = open.map(({ row, due }, i) => [
+    ...open.map((other, j) => dot(row, other.row) + (i === j ? 1e-14 : 0)),
+    due,
   ]);
   const weights = eliminated(gram);
   if (!weights) return null;
   return (a[0] ?? []).map((_, j) =>
-    a.reduce((sum, row, i) => sum + (row[j] as number) * (weights[i] as number), 0),
+    open.reduce((sum, { row }, i) => sum + (row[j] as number) * (weights[i] as number), 0),
   );
 }
 

@@ -21,6 +21,8 @@ import { type At, correct, graded, missing, unreadable, type Verdict, wrong } fr
 const SAME = 1e-9;
 /** Share by which the print of a mistake, which is kept with six digits, may differ. */
 const PRINT = 2e-5;
+/** So many times an entry its terms may be: rounding is still far below it then. */
+const HIDING = 1e4;
 const GOLDEN = 0.6180339887498949;
 /** Functions of which two formulas may be the same in one region and differ in another. */
 const BRANCHING = new Set(["sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log"]);
@@ -30,8 +32,9 @@ export function judgeValues(answer: string, key: ValuesKey, labels: readonly str
   const known = new Set(key.symbols);
   if (!answer.trim()) return missing();
   try {
-    const tree = unlabelled(rightSide(read(answer, known), known), labels);
-    if (isBlank(tree)) return missing();
+    const typed = read(answer, known);
+    if (isBlank(typed)) return missing();
+    const tree = unlabelled(rightSide(typed, known), labels);
     const isSingle = key.rows * key.columns === 1;
     if (isSingle && tree.kind === "list" && withPoints(answer) !== answer)
       return judgeValues(withPoints(answer), key);
@@ -68,14 +71,19 @@ function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   const differing = entries.map((_, i) =>
     key.points.findIndex((_point, k) => !same(mine(k)[i] ?? null, key.right[i]?.[k] ?? null)),
   );
-  if (differing.every((k) => k < 0)) return agreed(entries, key.points.length);
+  if (differing.every((k) => k < 0))
+    return agreed(
+      entries,
+      message("verdict.values", { points: key.points.length }),
+      key.points.map((_, k) => mine(k)),
+    );
   const right = differing.map((k) => k < 0);
   const zeros = scales.map((scale) => scale === 0 && largest > 0);
   const share = Math.min(shareOf(right, zeros, blank), 0.99);
   const marks = rows.map((row, r) => row.map((_, c) => right[r * row.length + c] as boolean));
   const first = differing.findIndex((k) => k >= 0);
   const k = differing[first] as number;
-  const reason = difference(entries, first, mine(k)[first] ?? null, key, k);
+  const reason = unknownSymbols(names, key) ?? difference(entries, first, mine(k)[first] ?? null, key, k);
   const mistake = mistakeBehind(mine, key);
   return graded(share, [...counted(right, zeros), reason], {
     entries: marks,
@@ -91,7 +99,13 @@ function same(mine: Value | null, due: number | null): boolean {
   return Number.isFinite(mine.re) && Number.isFinite(mine.im) && Math.hypot(mine.re - due, mine.im) <= room;
 }
 
-function agreed(entries: readonly Node[], points: number): Verdict {
+/** What is said of entries that are right at all configurations, where these may not tell all. */
+export function agreed(
+  entries: readonly Node[],
+  sure: Message,
+  values: readonly (readonly (Value | null)[])[],
+): Verdict {
+  const points = values.length;
   const functions = new Set<string>();
   for (const entry of entries)
     anyNode(entry, ({ text }) => {
@@ -100,8 +114,36 @@ function agreed(entries: readonly Node[], points: number): Verdict {
     });
   const digits = Math.max(...entries.map(digitsOfDecimals));
   if (digits > 8 && digits < 16) return correct(message("verdict.decimals", { points, digits }), false);
-  if (functions.size === 0) return correct(message("verdict.values", { points }));
+  const unseen = entries.map(outOfSight).find((number) => number !== null) ?? hiddenBy(values);
+  if (unseen) return correct(message("verdict.out-of-sight", { points, number: unseen }), false);
+  if (functions.size === 0) return correct(sure);
   return correct(message("verdict.branches", { points, functions: [...functions].sort().join(", ") }), false);
+}
+
+/** A number, or a power of numbers, that values of nine digits can't tell from none or from infinity; null without one. */
+function outOfSight(tree: Node): string | null {
+  let found: string | null = null;
+  anyNode(tree, (each) => {
+    const isNumber = each.kind === "number" || each.kind === "decimal";
+    if (!isNumber && !(each.kind === "^" && namesIn(each).size === 0)) return false;
+    const { size } = evaluate(each, {});
+    const isNothing = isNumber ? !/[1-9]/.test(each.text) : size === 0;
+    if (!isNothing && !(size >= 1e-6 && size <= 1e6)) found = isNumber ? each.text : size.toExponential(0);
+    return found !== null;
+  });
+  return found;
+}
+
+/** How large terms are that cancel each other, where nine digits of them are more than the entry itself; else null. */
+function hiddenBy(values: readonly (readonly (Value | null)[])[]): string | null {
+  const most = (of: (value: Value) => number) =>
+    (values[0] ?? []).map((_, i) => Math.max(...values.map((each) => (each[i] ? of(each[i]) : 0))));
+  const lengths = most(({ re, im }) => Math.hypot(re, im));
+  const largest = Math.max(...lengths) || 1;
+  const hiding = most(({ size }) => size).find(
+    (size, i) => !(size <= HIDING * Math.max(lengths[i] as number, largest / 100)),
+  );
+  return hiding === undefined ? null : hiding.toExponential(0);
 }
 
 /** Of the entries that are not zero, those that are right, less the zeros that were answered with something else. */
@@ -158,7 +200,7 @@ export function weight(index: number): number {
 // --- configurations ---
 
 /** The values of all symbols at point k; a name that no one knows is any number. */
-function configuration(key: ValuesKey, k: number, names: ReadonlySet<string>): At {
+export function configuration(key: ValuesKey, k: number, names: ReadonlySet<string>): At {
   const found: Record<string, number> = {};
   for (const unknown of names) found[unknown] = anyNumber(unknown, k);
   key.symbols.forEach((symbol, i) => (found[symbol] = key.points[k]?.[i] ?? NaN));
@@ -167,7 +209,7 @@ function configuration(key: ValuesKey, k: number, names: ReadonlySet<string>): A
 
 const NOTHING: ReadonlySet<string> = new Set();
 
-function anyNumber(name: string, k: number): number {
+export function anyNumber(name: string, k: number): number {
   const turned = [...name].reduce((sum, sign) => (sum * 31 + (sign.codePointAt(0) ?? 0)) % 9973, 7 + k);
   return 0.3 + ((turned * GOLDEN) % 1.4);
 }
@@ -185,6 +227,13 @@ export function atText(at: At): string {
   return Object.entries(at)
     .map(([symbol, value]) => `${symbol} = ${inDigits(value)}`)
     .join(", ");
+}
+
+/** What is said of words in an answer that are no symbols of the problem; null where there are none. */
+export function unknownSymbols(names: ReadonlySet<string>, { symbols }: ValuesKey): Message | null {
+  const unknown = [...names].filter((each) => !symbols.includes(each)).sort();
+  if (unknown.length === 0) return null;
+  return message("read.unknown", { names: unknown.slice(0, 5).join(", "), known: symbols.join(", ") });
 }
 
 function numberText(value: number | null): string {

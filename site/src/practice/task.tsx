@@ -4,7 +4,7 @@ import type { ComponentChildren, JSX } from "preact";
 import { lazy, memo, Suspense } from "preact/compat";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
-import { armOf, measuresOf, stateAt } from "../arm/model.js";
+import { singularIn } from "../arm/singular.js";
 import type { Part, Problem, Solutions } from "../bank.js";
 import type { At, Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
@@ -23,9 +23,6 @@ const Arm = lazy(() =>
 );
 const NoArm = () => <p role="status">{said(message("practice.arm-failed"))}</p>;
 const grading = () => import("../grade/judge.js");
-
-/** Smallest singular value of J, as a share of the largest, below which an arm counts as singular. */
-const SINGULAR = 1e-5;
 
 interface TaskProps {
   readonly item: Item;
@@ -170,23 +167,6 @@ function Near({ wanted, joints, children }: NearProps) {
 function promptOf(part: Part): string {
   if (part.options === null) return part.prompt;
   return part.prompt.replace(/<ul>\s*<li>\s*(?:<p>)?<strong>A\.<\/strong>[\s\S]*?<\/ul>/, "");
-}
-
-/** Tells of poses of a problem's arm whether they are singular; lengths have the values that go with the pose. */
-function singularIn(problem: Problem): (at: At) => boolean {
-  return (at) => {
-    const names = armOf(problem.robot).joints.map(({ name }) => name);
-    const lengths = Object.fromEntries(Object.entries(at).filter(([name]) => !names.includes(name)));
-    const arm = armOf({ ...problem.robot, values: { ...problem.robot.values, ...lengths } });
-    return (
-      measuresOf(
-        stateAt(
-          arm,
-          names.map((name) => at[name] ?? 0),
-        ),
-      ).ratio < SINGULAR
-    );
-  };
 }
 
 // --- hints and solution ---

@@ -23,7 +23,11 @@ export interface Value {
   readonly size: number;
 }
 
-const CONSTANTS: Readonly<Record<string, Scalar>> = { pi: Math.PI, E: Math.E, I: math.complex(0, 1) };
+const CONSTANTS = new Map<string, Scalar>([
+  ["pi", Math.PI],
+  ["E", Math.E],
+  ["I", math.complex(0, 1)],
+]);
 /** Kinds of nodes that have no value, by what they are called. */
 const NAMES: Readonly<Partial<Record<Node["kind"], TextKey>>> = {
   list: "read.a-list",
@@ -90,7 +94,8 @@ function valued(tree: Node, values: Readonly<Record<string, number>>): Scalar {
       size = Math.abs(tree.value);
       return tree.value;
     case "name": {
-      const value = CONSTANTS[tree.text] ?? values[tree.text] ?? NaN;
+      const value =
+        CONSTANTS.get(tree.text) ?? (Object.hasOwn(values, tree.text) ? values[tree.text] : NaN) ?? NaN;
       size = absolute(value);
       return value;
     }
@@ -99,20 +104,9 @@ function valued(tree: Node, values: Readonly<Record<string, number>>): Scalar {
     case "+":
     case "-":
       return sum(tree, values);
-    case "*": {
-      const x = inner(tree, 0, values);
-      const mx = size;
-      const y = inner(tree, 1, values);
-      size *= mx;
-      return times(x, y);
-    }
-    case "/": {
-      const x = inner(tree, 0, values);
-      const mx = size;
-      const y = inner(tree, 1, values);
-      size = (mx * size) / absolute(y) ** 2;
-      return over(x, y);
-    }
+    case "*":
+    case "/":
+      return product(tree, values);
     case "^":
       return power(tree, values);
     case "call":
@@ -134,6 +128,23 @@ function sum(tree: Node, values: Readonly<Record<string, number>>): Scalar {
     const x = inner(each, 1, values);
     total = plus(total, each.kind === "+" ? x : minus(x));
     all += size;
+  }
+  size = all;
+  return total;
+}
+
+/** A product or quotient, along its left spine, too. */
+function product(tree: Node, values: Readonly<Record<string, number>>): Scalar {
+  const spine: Node[] = [];
+  let top = tree;
+  for (; top.kind === "*" || top.kind === "/"; top = top.args[0] as Node) spine.push(top);
+  let total = valued(top, values);
+  let all = size;
+  for (let k = spine.length - 1; k >= 0; k -= 1) {
+    const each = spine[k] as Node;
+    const y = inner(each, 1, values);
+    all = each.kind === "*" ? all * size : (all * size) / absolute(y) ** 2;
+    total = each.kind === "*" ? times(total, y) : over(total, y);
   }
   size = all;
   return total;

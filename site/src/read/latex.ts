@@ -1,52 +1,12 @@
 // LaTeX as the plain text that the grammar reads; what is not known is left, for the grammar to complain about.
 
 import { FUNCTIONS } from "./names.js";
+import { isSpace, LIMITS, pattern, stripped, table, VOCABULARY } from "./vocabulary.js";
 
-const TOKEN = /\\[a-zA-Z]+|\\[\s\S]|\s+|[\s\S]/gu;
-const SPACES = new Set(["quad", "qquad", ",", ";", ":", " "]);
-const NOTHING = new Set([
-  "left",
-  "right",
-  "displaystyle",
-  "limits",
-  "big",
-  "Big",
-  "bigl",
-  "bigr",
-  "!",
-  "(",
-  ")",
-  "[",
-  "]",
-]);
-const FONTS = new Set([
-  "mathrm",
-  "text",
-  "operatorname",
-  "mathbf",
-  "mathit",
-  "rm",
-  "textrm",
-  "mathsf",
-  "boldsymbol",
-]);
-const WORDS: Readonly<Record<string, string>> = {
-  cdot: "*",
-  times: "*",
-  ast: "*",
-  div: "/",
-  arcsin: " asin",
-  arccos: " acos",
-  arctan: " atan",
-  infty: " oo",
-  in: " in ",
-  lor: " or ",
-  vee: " or ",
-  land: " and ",
-  wedge: " and ",
-};
-const MATRIX = /^(?:[bpvBV]?matrix|array|smallmatrix)$/;
-const DEEPEST = 40;
+const TOKEN = pattern("latex_token", "g");
+const { latex } = VOCABULARY;
+const WORDS = table(latex.words);
+const RATES = table(latex.rates);
 
 export function latexAsText(text: string): string {
   return new Walk(text.match(TOKEN) ?? []).until([]);
@@ -67,7 +27,7 @@ class Walk {
   until(ends: readonly string[]): string {
     this.depth += 1;
     let out = "";
-    while (this.at < this.tokens.length && !ends.includes(this.peek()) && this.depth <= DEEPEST)
+    while (this.at < this.tokens.length && !ends.includes(this.peek()) && this.depth <= LIMITS.latex_depth)
       out += this.one();
     this.depth -= 1;
     return out;
@@ -76,9 +36,10 @@ class Walk {
   private one(): string {
     const found = this.peek();
     this.at += 1;
-    if (/^\s+$/.test(found)) return " ";
+    if (isSpace(found[0])) return " ";
     if (found === "{") return `(${this.group()})`;
-    if (found === "_") return this.argument().replace(/[\s,()]+/g, "");
+    if (found === "_")
+      return [...this.argument()].filter((sign) => !isSpace(sign) && !",()".includes(sign)).join("");
     if (found === "^") return `^(${this.argument()})`;
     return found.startsWith("\\") && found.length > 1 ? this.command(found.slice(1)) : found;
   }
@@ -92,8 +53,8 @@ class Walk {
 
   /** A group, or the one token that stands for it; nothing where there is none, or too deep a nest. */
   private argument(): string {
-    while (/^\s+$/.test(this.peek())) this.at += 1;
-    if (this.at >= this.tokens.length || this.depth > DEEPEST) return "";
+    while (isSpace(this.peek()[0])) this.at += 1;
+    if (this.at >= this.tokens.length || this.depth > LIMITS.latex_depth) return "";
     this.depth += 1;
     let found: string;
     if (this.peek() === "{") {
@@ -107,23 +68,17 @@ class Walk {
   }
 
   private command(name: string): string {
-    if (SPACES.has(name)) return " ";
-    if (NOTHING.has(name)) return "";
-    if (name === "{" || name === "}") return name;
-    if (FONTS.has(name)) return this.argument().trim();
-    if (["frac", "dfrac", "tfrac"].includes(name)) return `((${this.argument()})/(${this.argument()}))`;
-    if (name === "sqrt") return this.root();
-    if (name === "dot" || name === "ddot") {
-      // the rate of whichever joint variable has the index inside, or that follows
-      const index = /\d*$/.exec(
-        this.argument()
-          .trim()
-          .replace(/^[ ()]+|[ ()]+$/g, ""),
-      );
-      return ` ${name === "dot" ? "qd" : "qdd"}${index?.[0] ?? ""}`;
-    }
+    if (latex.spaces.includes(name)) return " ";
+    if (latex.nothing.includes(name)) return "";
+    if (latex.braces.includes(name)) return name;
+    if (latex.fonts.includes(name)) return stripped(this.argument());
+    if (latex.fractions.includes(name)) return `((${this.argument()})/(${this.argument()}))`;
+    if (latex.roots.includes(name)) return this.root();
+    const rate = RATES.get(name); // of whichever joint variable has the index inside, or that follows
+    if (rate !== undefined)
+      return ` ${rate}${/[0-9]*$/.exec(this.argument().replace(/^[ ()]+|[ ()]+$/g, ""))?.[0] ?? ""}`;
     if (name === "begin") return this.matrix();
-    return WORDS[name] ?? (Object.hasOwn(FUNCTIONS, name) ? ` ${name} ` : ` ${name}`);
+    return WORDS.get(name) ?? (FUNCTIONS.has(name) ? ` ${name} ` : ` ${name}`);
   }
 
   private root(): string {
@@ -137,11 +92,11 @@ class Walk {
   /** The rows of \begin{matrix} … \end{matrix} as nested lists. */
   private matrix(): string {
     const kind = this.argument();
-    if (!MATRIX.test(kind)) return "";
-    if (kind === "array" && this.peek() === "{") this.argument();
+    if (!latex.matrices.includes(kind)) return "";
+    if (latex.with_columns.includes(kind) && this.peek() === "{") this.argument();
     const rows: string[][] = [[]];
     while (this.at < this.tokens.length) {
-      rows.at(-1)?.push(this.until(["&", "\\\\", "\\end"]));
+      rows.at(-1)?.push(stripped(this.until(["&", "\\\\", "\\end"])));
       const end = this.peek();
       this.at += 1;
       if (end === "\\\\") rows.push([]);
@@ -150,7 +105,7 @@ class Walk {
         break;
       }
     }
-    const filled = rows.filter((row) => row.some((entry) => entry.trim()));
-    return `[${filled.map((row) => `[${row.map((entry) => entry.trim()).join(", ")}]`).join(", ")}]`;
+    const filled = rows.filter((row) => row.some((entry) => entry !== ""));
+    return `[${filled.map((row) => `[${row.join(", ")}]`).join(", ")}]`;
   }
 }

@@ -1,60 +1,24 @@
 // What a name in an answer stands for: a symbol, a function, a sine in the shorthand of robotics, a product of such.
-// The same rules as in ../../../exercises/formula/names.py; tests hold both against the corpus.
+// The rules of ../../../exercises/formula/names.py; ../../tests/readers.test.ts holds both together.
 
-export const FUNCTIONS: Readonly<Record<string, string>> = {
-  ...Object.fromEntries(
-    [
-      "sin",
-      "cos",
-      "tan",
-      "cot",
-      "sec",
-      "csc",
-      "asin",
-      "acos",
-      "atan",
-      "acot",
-      "sinh",
-      "cosh",
-      "tanh",
-      "exp",
-      "log",
-    ]
-      .concat(["sqrt", "atan2", "sign", "abs"])
-      .map((name) => [name, name]),
-  ),
-  Abs: "abs",
-  fabs: "abs",
-  ln: "log",
-  arcsin: "asin",
-  arccos: "acos",
-  arctan: "atan",
-  arctan2: "atan2",
-  deg2rad: "radians",
-  radians: "radians",
-};
+import { compiled, LIMITS, literally, table, VOCABULARY, whole } from "./vocabulary.js";
+
+/** Every function that an expression may call, under each name that is understood for it. */
+export const FUNCTIONS = table(VOCABULARY.functions);
 
 /** How many arguments a function takes; the others take one. */
-export const ARITY: Readonly<Record<string, number>> = { atan2: 2 };
+export const ARITY = table(VOCABULARY.arity);
 
 /** No name of this field is longer. */
-export const LONGEST = 60;
+export const LONGEST = LIMITS.name;
 
-const GREEK: Readonly<Record<string, string>> = {
-  θ: "theta",
-  ϑ: "theta",
-  α: "alpha",
-  β: "beta",
-  ω: "w",
-  π: "pi",
-  φ: "phi",
-};
-const MODULES = ["np.", "numpy.", "math.", "sp.", "sympy.", "sym."];
-const RATE = new RegExp(
-  "^(?:(?:theta|th|q|d)_?dot_?(\\d)|(?:theta|th|q|d)_?(\\d)_?dot|dot_?(?:theta|th|q|d)_?(\\d)" +
-    "|d(?:theta|th|q)_?(\\d)|(?:theta|th)d_?(\\d)|(?:theta|th|q)_?(\\d)_?d|qd_?(\\d))$",
-);
-const SHORT = /^([csCS])_?\{?(\d{1,4})\}?$/;
+const CONSTANTS = table(VOCABULARY.constants);
+const LETTERS = table(VOCABULARY.letters);
+const RATE = whole("rate");
+const SHORT = whole("short");
+/** What q1, th1 and t1 may be, the first of them that is a symbol of the problem. */
+const JOINTS = table<readonly string[]>(VOCABULARY.joints);
+const JOINT = compiled(`^(${[...JOINTS.keys()].join("|")})([0-9]{1,4})$`);
 
 /** A part of a name: `kind` is "name", "function", or "sin", "cos" or "sum" of the angles in `parts`. */
 export interface Piece {
@@ -62,32 +26,30 @@ export interface Piece {
   readonly parts: readonly string[];
 }
 
+const named = (symbol: string): Piece => ({ kind: "name", parts: [symbol] });
+
 /** A name in the form that the symbol tables use: no module, no Greek, no underscore before digits. */
 export function plainName(name: string): string {
-  if (/^[a-z]+\d*$/.test(name)) return name; // the many that are plain already
+  if (/^[a-z]+[0-9]*$/.test(name)) return name; // the many that are plain already
   let plain = name;
-  for (const module of MODULES) if (plain.startsWith(module)) plain = plain.slice(module.length);
+  for (const module of VOCABULARY.modules) if (plain.startsWith(module)) plain = plain.slice(module.length);
   return [...plain.normalize("NFKC")]
-    .map((sign) => GREEK[sign] ?? sign)
+    .map((sign) => LETTERS.get(sign) ?? sign)
     .join("")
-    .replace(/_(?=\d)/g, "");
+    .replace(/_(?=[0-9])/g, "");
 }
 
 /** What a name stands for, `known` being the symbols of the problem, which win over everything else. */
 export function piecesOf(raw: string, known: ReadonlySet<string>): readonly Piece[] {
   const plain = plainName(raw);
   const name = known.has(plain) || !known.has(plain.toLowerCase()) ? plain : plain.toLowerCase();
-  if (known.has(name)) return [{ kind: "name", parts: [name] }];
-  const called = functionNamed(name) ?? functionNamed(name.toLowerCase());
-  if (called) return [{ kind: "function", parts: [called] }];
+  if (known.has(name)) return [named(name)];
+  const called = FUNCTIONS.get(name) ?? FUNCTIONS.get(name.toLowerCase());
+  if (called !== undefined) return [{ kind: "function", parts: [called] }];
   const one = custom(name, known);
   if (one) return [one];
   const several = split(name, known);
-  return several.length > 0 ? several : [{ kind: "name", parts: [name] }];
-}
-
-function functionNamed(name: string): string | undefined {
-  return Object.hasOwn(FUNCTIONS, name) ? FUNCTIONS[name] : undefined;
+  return several.length > 0 ? several : [named(name)];
 }
 
 /** What a name that is no symbol of the problem means by custom; null where it means nothing. */
@@ -99,22 +61,26 @@ function custom(name: string, known: ReadonlySet<string>): Piece | null {
   const rate = RATE.exec(name);
   if (rate) {
     const symbol = `qd${rate.slice(1).find((digit) => digit)}`;
-    return known.has(symbol) || known.size === 0 ? { kind: "name", parts: [symbol] } : null;
+    return known.has(symbol) || known.size === 0 ? named(symbol) : null;
   }
-  if (["e", "i", "j"].includes(name)) return { kind: "name", parts: [name === "e" ? "E" : "I"] };
+  const constant = CONSTANTS.get(name);
+  if (constant !== undefined) return named(constant);
   return known.size === 0 ? null : together(name, known);
 }
 
 function together(name: string, known: ReadonlySet<string>): Piece | null {
-  const joined = name.replace(/_/g, "").replace("omega", "w");
-  if (known.has(joined)) return { kind: "name", parts: [joined] };
-  const digits = /^(?:q|th|t|theta)(\d{1,4})$/.exec(joined)?.[1];
+  let joined = name.replaceAll("_", "");
+  for (const [spelled, letter] of Object.entries(VOCABULARY.spelled))
+    joined = joined.replaceAll(spelled, letter);
+  if (known.has(joined)) return named(joined);
+  const [, spelled = "", digits = ""] = JOINT.exec(joined) ?? [];
   if (!digits) return null;
   if (digits.length === 1) {
-    const own = [`theta${digits}`, `d${digits}`].find((symbol) => known.has(symbol));
-    return own && (own.startsWith("t") || joined.startsWith("q")) ? { kind: "name", parts: [own] } : null;
+    const own = JOINTS.get(spelled)?.map((symbol) => symbol + digits);
+    const symbol = own?.find((each) => known.has(each));
+    return symbol === undefined ? null : named(symbol);
   }
-  const counted = joined.startsWith("th") ? angles(digits, known) : [];
+  const counted = VOCABULARY.sums_of_angles.includes(spelled) ? angles(digits, known) : [];
   return counted.length > 0 ? { kind: "sum", parts: counted } : null;
 }
 
@@ -127,21 +93,21 @@ function angles(digits: string, known: ReadonlySet<string>): string[] {
 /** The pieces of names without a space between, as a1c12 or costheta1; nothing if a part means nothing. */
 function split(name: string, known: ReadonlySet<string>): Piece[] {
   if (known.size === 0) return [];
-  const words = [...new Set([...known, ...Object.keys(FUNCTIONS), "pi"])];
+  const words = [...new Set([...known, ...FUNCTIONS.keys(), "pi"])];
   words.sort((a, b) => b.length - a.length || (a < b ? -1 : 1));
-  const pattern = new RegExp(
-    [...words.map((word) => word.replace(/\W/g, "\\$&")), "[csCS]\\d{1,4}"].join("|"),
+  const pattern = compiled(
+    [...words.map(literally), VOCABULARY.patterns.short_without_space].join("|"),
     "gy",
   );
   const found: Piece[] = [];
   let at = 0;
   for (let match = pattern.exec(name); match; match = pattern.exec(name)) {
     const word = match[0];
-    const called = functionNamed(word);
+    const called = FUNCTIONS.get(word);
     const piece: Piece | null =
       known.has(word) || word === "pi"
-        ? { kind: "name", parts: [word] }
-        : called
+        ? named(word)
+        : called !== undefined
           ? { kind: "function", parts: [called] }
           : custom(word, known);
     if (!piece) return [];

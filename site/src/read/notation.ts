@@ -1,117 +1,101 @@
 // What people bring along, turned into the plain text that the grammar reads: LaTeX, typography, units.
-// The same rules as in ../../../exercises/formula/notation.py; tests hold both against the corpus.
+// The rules of ../../../exercises/formula/notation.py; ../../tests/readers.test.ts holds both together.
 
 import { latexAsText } from "./latex.js";
+import {
+  compiled,
+  isSpace,
+  lengthOf,
+  LIMITS,
+  literally,
+  pattern,
+  stripped,
+  table,
+  VOCABULARY,
+  whole,
+  withoutSpacesAtEnd,
+} from "./vocabulary.js";
 
-const LONGEST_LATEX = 20_000;
-const SUPERSCRIPTS = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺";
-const PLAIN_SUPERSCRIPTS = "0123456789-+";
-const SIGNS: Readonly<Record<string, string>> = {
-  "−": "-",
-  "–": "-",
-  "×": "*",
-  "·": "*",
-  "⋅": "*",
-  "∗": "*",
-  "÷": "/",
-  "…": "...",
-  "√": "sqrt",
-  ḋ: "qd",
-  "′": "'",
-  "½": "(1/2)",
-  "⅓": "(1/3)",
-  "⅔": "(2/3)",
-  "¼": "(1/4)",
-  "¾": "(3/4)",
-  "⅛": "(1/8)",
-  "\u00a0": " ",
-  "\u2009": " ",
-};
-const UNITS: Readonly<Record<string, string>> = {
-  m: "",
-  rad: "",
-  "m/s": "",
-  "rad/s": "",
-  N: "",
-  Nm: "",
-  "N*m": "",
-  "N m": "",
-  cm: "/100",
-  mm: "/1000",
-  deg: "*pi/180",
-  degree: "*pi/180",
-  degrees: "*pi/180",
-};
-const WORD = "[\\p{L}\\p{N}_]";
-const UNIT_NAMES = Object.keys(UNITS)
-  .sort((a, b) => b.length - a.length)
-  .map((unit) => unit.replace("*", "\\*"));
-const UNIT_AT_END = new RegExp(
-  `(?<=[\\p{L}\\p{N}_)\\]}])(?:\\s*\\*\\s*|\\s+)(${UNIT_NAMES.join("|")})$`,
-  "u",
-);
-/** So near to the end of a text a unit begins. */
-const LAST = 30;
+const SUPERSCRIPTS = table(VOCABULARY.superscripts);
+const SUPERSCRIPT = compiled(`[${[...SUPERSCRIPTS.keys()].join("")}]+`, "g");
+const SIGNS = table(VOCABULARY.signs);
+const RATE_WITH_DOT = pattern("rate_with_dot", "g");
+const DOLLARS = whole("dollars");
+/** The semicolon or full stop that ends a statement or a sentence. */
+const END = pattern("end");
 
-/** What stands before the result, a unit in brackets behind it, degrees inside it, roots by their sign. */
-const HABITS: readonly (readonly [RegExp, string])[] = [
-  [/^(\s{0,9}\${0,2}) ?(?:\\?det ?[({]? ?J ?[)}]?|(?:\\left)?\|J(?:\\right)?\|) ?=(?!=)/, "$1"],
-  [/(?<=[\p{L}\p{N}_)\]}])\s?\[(?:m|rad|m\/s|rad\/s)\]\s*$/u, ""],
-  [/(?<![\p{L}\p{N}_.])(\d{1,9}(?:\.\d{1,12})?) ?deg(?:rees?)?\b/gu, "($1*pi/180)"],
-  [/(?:√ ?|(?<![A-Za-z_\\])sqrt)(\d{1,9}(?:\.\d{1,12})?)(?![\d.])/g, "sqrt($1)"],
-  [new RegExp(`√ ?((?!\\d)${WORD}{1,21})(?!${WORD})`, "gu"), "sqrt($1)"],
-];
+const { whole_numbers: WHOLE, before_whole_numbers: BEFORE_WHOLE } = VOCABULARY;
+const UNITS = table(VOCABULARY.units);
+const UNIT_NAMES = [...UNITS.keys()].sort((a, b) => b.length - a.length).map(literally);
+const UNIT_AT_END = compiled(`${VOCABULARY.patterns.before_unit}(${UNIT_NAMES.join("|")})$`);
 
-const LONG = 2000;
-const MANY = 100;
-const SYMBOLS_IN_A_ROW = /(?:[-+]\s{0,2}(?!\d)[\p{L}\p{N}_]+(?![\p{L}\p{N}_.([{])\s{0,2})+/gu;
+/**
+ * What stands before the result, a unit in brackets behind it, degrees inside it, roots by their sign; each with what
+ * there must be in a text that has it, for the search takes longer.
+ */
+const HABITS = VOCABULARY.habits.map(({ mark, pattern: source, meant }) => ({
+  mark,
+  pattern: compiled(source, "g"),
+  meant: meant.replace("\\1", () => "$1"),
+}));
+
+/** Digits of all scripts, wide signs of East Asian keyboards, spaces of typesetters, and marks that nobody sees. */
+let lookAlikes: ReadonlyMap<string, string> | null = null; // seven hundred, which few texts have
+
+function withoutLookAlikes(text: string): string {
+  lookAlikes ??= new Map([
+    ...Object.entries(VOCABULARY.look_alikes),
+    ...[...VOCABULARY.zeros].flatMap((zero) =>
+      Array.from({ length: 10 }, (_, k): [string, string] => [
+        String.fromCodePoint((zero.codePointAt(0) as number) + k),
+        String(k),
+      ]),
+    ),
+  ]);
+  const meant = lookAlikes;
+  return [...text].map((sign) => meant.get(sign) ?? sign).join("");
+}
+
+const SYMBOLS_IN_A_ROW = pattern("symbols_in_a_row", "g");
+const SIGNED_SYMBOL = pattern("signed_symbol", "g");
 
 /** + a1 - a1 + a1 … with equal symbols counted; the first and the last may belong to what stands beside them. */
 function counted(row: string, known: ReadonlySet<string>): string {
-  const terms = [...row.matchAll(/([-+])\s*([\p{L}\p{N}_]+)/gu)].map(([, sign = "", symbol = ""]) => ({
-    sign,
-    symbol,
-  }));
+  const terms = [...row.matchAll(SIGNED_SYMBOL)].map(([, sign = "", symbol = ""]) => ({ sign, symbol }));
   const inner = terms.slice(1, -1);
   const first = terms[0];
   const last = terms.at(-1);
-  if (terms.length < MANY || !first || !last || inner.some(({ symbol }) => !known.has(symbol))) return row;
+  if (terms.length < LIMITS.many || !first || !last || inner.some(({ symbol }) => !known.has(symbol)))
+    return row;
   const counts = new Map<string, number>();
-  for (const { sign, symbol } of inner)
-    counts.set(symbol, (counts.get(symbol) ?? 0) + (sign === "+" ? 1 : -1));
-  const sums = [...counts].map(([symbol, count]) => `${count < 0 ? "-" : "+"}${Math.abs(count)}*${symbol}`);
+  for (const { sign, symbol } of inner) counts.set(sign + symbol, (counts.get(sign + symbol) ?? 0) + 1);
+  const sums = [...counts.keys()].sort().map((each) => `${each[0]}${counts.get(each)}*${each.slice(1)}`);
   return `${first.sign}${first.symbol}${sums.join("")}${last.sign}${last.symbol}`;
 }
 
+// eslint-disable-next-line no-control-regex
+const isAscii = (text: string): boolean => /^[\x00-\x7f]*$/.test(text);
+
 /** An answer in plain text; the names that are `known` are never taken for units. */
 export function plain(answer: string, known: ReadonlySet<string>): string {
-  let text = answer.length > LONG ? answer.replace(SYMBOLS_IN_A_ROW, (row) => counted(row, known)) : answer;
-  for (const [pattern, meant] of HABITS) text = text.replace(pattern, meant);
-  const latex = ["\\", "_{", "^{"].some((mark) => text.includes(mark)) && text.length <= LONGEST_LATEX;
-  // eslint-disable-next-line no-control-regex
-  const ascii = /^[\x00-\x7f]*$/.test(text);
+  let text = withoutSpacesAtEnd(isAscii(answer) ? answer : withoutLookAlikes(answer));
+  if (lengthOf(text, LIMITS.long) > LIMITS.long)
+    text = text.replace(SYMBOLS_IN_A_ROW, (row) => counted(row, known));
+  for (const habit of HABITS) if (text.includes(habit.mark)) text = text.replace(habit.pattern, habit.meant);
+  const isShort = lengthOf(text, LIMITS.latex_characters) <= LIMITS.latex_characters;
+  const latex = isShort && ["\\", "_{", "^{"].some((mark) => text.includes(mark));
   const last = text.at(-1) ?? "";
-  if (ascii && !latex && !".;\n$".includes(last) && !/[A-Za-z]/.test(last)) return ofJoints(text);
-  text = text.replace(new RegExp(`[${SUPERSCRIPTS}]+`, "g"), (found) => `^(${fromSuperscript(found)})`);
-  text = text.replace(/(?:θ|q|d|theta|ϑ)\u0307_?/g, "qd");
-  text = [...text].map((sign) => SIGNS[sign] ?? sign).join("");
-  text = /^\s*(\$\$?)([^$]*)\1\s*$/.exec(text)?.[2] ?? text;
+  if (isAscii(text) && !latex && !".;$".includes(last) && !/[A-Za-z]/.test(last)) return ofJoints(text);
+  const raised = (found: string): string => [...found].map((sign) => SUPERSCRIPTS.get(sign)).join("");
+  text = text.replace(SUPERSCRIPT, (found) => `^(${raised(found)})`).replace(RATE_WITH_DOT, "qd");
+  text = [...text].map((sign) => SIGNS.get(sign) ?? sign).join("");
+  text = DOLLARS.exec(text)?.[2] ?? text;
   if (latex) text = latexAsText(text);
-  return withoutUnit(ofJoints(withoutEnd(text).replaceAll("°", "*pi/180")), known);
+  return withoutUnit(ofJoints(withoutSpacesAtEnd(text).replace(END, "")), known);
 }
 
-function fromSuperscript(text: string): string {
-  return [...text].map((sign) => PLAIN_SUPERSCRIPTS[[...SUPERSCRIPTS].indexOf(sign)]).join("");
-}
-
-const JOINT = "(?:theta|th|q|θ|ϑ)_?(\\d)";
-const RATES = new RegExp(
-  `\\(\\( ?d ?${JOINT} ?\\)/\\( ?d ?t ?\\)\\)|\\(\\( ?d ?\\)/\\( ?d ?t ?\\)\\) ?${JOINT}` +
-    `|\\bd ?${JOINT} ?/ ?d ?t\\b|(?<!${WORD})${JOINT}(?:\\(t\\))?'`,
-  "gu",
-);
-const VECTORS =
-  /\b(?:(q|theta|th)|(?:qd|dq|qp|qdot|q_dot|dtheta|thetadot|theta_dot))(?:\[([0-8])\]|\(([1-9])\))/g;
+const RATES = pattern("rate_as_derivative", "g");
+const VECTORS = pattern("entry_of_vector", "g");
 
 /**
  * A text with rates written as derivatives, and joints as the entries q[0] or q(1) of a vector, by name. In brackets
@@ -129,25 +113,18 @@ function ofJoints(answer: string): string {
   });
 }
 
-/** A text without the semicolon or full stop that ends a statement or a sentence. */
-function withoutEnd(answer: string): string {
-  const text = answer.trimEnd();
-  const ends = text.endsWith(";") || (text.endsWith(".") && !text.endsWith(".."));
-  return ends ? text.slice(0, -1).trimEnd() : text;
-}
-
 function withoutUnit(text: string, known: ReadonlySet<string>): string {
-  const from = Math.max(0, text.length - LAST - 1);
-  const found = UNIT_AT_END.exec(text.slice(from));
+  const found = UNIT_AT_END.exec(text);
   const unit = found?.[1];
   if (!found || unit === undefined || known.has(unit)) return text;
-  const factor = UNITS[unit] ?? "";
-  const rest = text.slice(0, from + found.index);
+  const factor = UNITS.get(unit) ?? "";
+  const rest = text.slice(0, found.index);
   // A list can't be scaled, and in theta2 = pi*m the m is any whole number.
+  const isList = factor !== "" && "[{".includes(rest[0] ?? " ");
   if (
-    (factor && "[{".includes(rest[0] ?? " ")) ||
+    isList ||
     text.includes("=") ||
-    (unit === "m" && /(pi|π)$/.test(rest))
+    (WHOLE.includes(unit) && BEFORE_WHOLE.some((sign) => rest.endsWith(sign)))
   )
     return text;
   return factor ? `(${rest})${factor}` : rest;
@@ -155,12 +132,13 @@ function withoutUnit(text: string, known: ReadonlySet<string>): string {
 
 /** A matrix whose rows end with semicolons, [a, b; c, d], as nested lists; any other text as it is. */
 export function rowsOfSemicolons(text: string): string {
-  const inner = text.trim();
+  const inner = stripped(text);
   const ends = `${inner[0] ?? ""}${inner.at(-1) ?? ""}`;
   if (!inner.includes(";") || inner.length < 2 || !["[]", "{}", "()"].includes(ends)) return text;
   const rows = inner.slice(1, -1).split(";");
+  const isFilled = (row: string): boolean => [...row].some((sign) => !isSpace(sign));
   return `[${rows
-    .filter((row) => row.trim())
+    .filter(isFilled)
     .map((row) => `[${row}]`)
     .join(", ")}]`;
 }

@@ -1,46 +1,28 @@
 // Text to a tree of plain nodes, by a grammar and a whitelist; nothing of the text is ever executed.
-// The same grammar as in ../../../exercises/formula/expression.py; tests hold both against the corpus.
+// The grammar of ../../../exercises/formula/expression.py; ../../tests/readers.test.ts holds both together.
 
 import type { TextKey } from "../text/en.js";
 import { type Message, message, type Values } from "../text/text.js";
 import { ARITY, LONGEST, type Piece, piecesOf, plainName } from "./names.js";
 import { plain, rowsOfSemicolons } from "./notation.js";
-import { MAX_DEPTH, type Token, tokensOf } from "./tokens.js";
-import { call, integer, name, type Node, node, placed, ReadError, replaced } from "./tree.js";
+import { type Token, tokensOf } from "./tokens.js";
+import { call, integer, type Kind, name, type Node, node, placed, ReadError, replaced } from "./tree.js";
+import { lengthOf, LIMITS, table, VOCABULARY, whole } from "./vocabulary.js";
 
-const MAX_LENGTH = 300_000;
-const MAX_DIAGONAL = 20;
-
-const CONTAINERS = new Set([
-  ...["Matrix", "Union", "ImageSet", "diag", "MutableDenseMatrix", "ImmutableDenseMatrix", "ImmutableMatrix"],
-  ...["array", "FiniteSet", "simplify", "trigsimp", "expand", "expand_trig", "factor", "cancel", "together"],
-  ...[
-    "radsimp",
-    "Eq",
-    "Equality",
-    "Or",
-    "And",
-    "Rational",
-    "Integer",
-    "Float",
-    "Pow",
-    "list",
-    "set",
-    "tuple",
-    "Tuple",
-  ],
-]);
-const UNDEFINED = new Set(["nan", "NaN", "inf", "oo", "zoo", "None", "True", "False", "undefined"]);
-const BLANK = new Set(["blank", "Ellipsis"]);
-const WORDS = new Set(["in", "and", "or"]);
-const INVERSES = new Set(["asin", "acos", "atan"]);
-const JOINT = /^(?:theta|q|d)(\d+)$/;
+/** What a call of SymPy, NumPy or Python that is no function of numbers stands for. */
+const CONTAINERS = table(VOCABULARY.containers);
+const BOUND = table(VOCABULARY.bound);
+const UNDEFINED = new Set(VOCABULARY.undefined);
+const BLANK = new Set(VOCABULARY.blank);
+/** Names that stand between two conditions, and are no factor. */
+const WORDS = new Set(VOCABULARY.words);
+const INVERSES = table(VOCABULARY.inverses);
+const JOINT = whole("joint");
 
 /** The tree of a text; `known` are the names of the problem's symbols, which win over any shorthand. */
 export function read(text: string, known: ReadonlySet<string>): Node {
-  if (text.length > MAX_LENGTH) {
-    throw new ReadError("read.long", { length: text.length, most: MAX_LENGTH });
-  }
+  const length = lengthOf(text, LIMITS.characters);
+  if (length > LIMITS.characters) throw new ReadError("read.long", { length, most: LIMITS.characters });
   return new Parser(rowsOfSemicolons(plain(text, known)), known).whole();
 }
 
@@ -49,6 +31,7 @@ class Parser {
   private readonly tokens: readonly Token[];
   /** Functions' names and symbols of the problem that were met: what they mean does not hang on where they stand. */
   private readonly plain = new Map<string, string | Node>();
+  private readonly pieces = new Map<string, readonly Piece[]>();
   private at = 0;
   private depth = 0;
 
@@ -106,7 +89,7 @@ class Parser {
 
   private deeper<T>(work: () => T, tooDeep: TextKey): T {
     this.depth += 1;
-    if (this.depth > MAX_DEPTH) throw this.fail(tooDeep, { most: MAX_DEPTH });
+    if (this.depth > LIMITS.depth) throw this.fail(tooDeep, { most: LIMITS.depth });
     const found = work();
     this.depth -= 1;
     return found;
@@ -146,7 +129,7 @@ class Parser {
   private relation(): Node {
     const left = this.sum();
     if (this.take("=", "==")) return node("eq", left, this.sum());
-    return this.take("in", "∈") ? node("in", left, this.sum()) : left;
+    return this.take("in") ? node("in", left, this.sum()) : left;
   }
 
   private sum(): Node {
@@ -200,7 +183,7 @@ class Parser {
       const negative = this.sign();
       const exponent = this.primary();
       exponents.push(negative ? node("neg", exponent) : exponent);
-      if (exponents.length > MAX_DEPTH) throw this.fail("read.powers", { most: MAX_DEPTH });
+      if (exponents.length > LIMITS.depth) throw this.fail("read.powers", { most: LIMITS.depth });
     }
     let tower = exponents.pop();
     if (!tower) return base;
@@ -254,7 +237,8 @@ class Parser {
   }
 
   private named(raw: string): Node {
-    if (raw.length > LONGEST) throw this.fail("read.long-name", { length: raw.length });
+    const length = lengthOf(raw, LONGEST);
+    if (length > LONGEST) throw this.fail("read.long-name", { length });
     const opens = this.peek() === "(";
     const plain = this.plain.get(raw);
     if (typeof plain === "string") return this.function(plain);
@@ -262,7 +246,7 @@ class Parser {
     if (raw.endsWith(".diff") && opens)
       return this.bound("Derivative", this.first(raw.slice(0, -".diff".length)));
     const own = plainName(raw);
-    if (opens && ["Derivative", "diff", "Lambda"].includes(own)) return this.bound(own, null);
+    if (opens && BOUND.has(own)) return this.bound(own, null);
     const varies = this.known.has(own) || JOINT.test(own);
     if (opens && varies && this.textAt(1) === "t" && this.textAt(2) === ")") {
       this.at += 3; // theta1(t), as dynamicsymbols prints it
@@ -274,7 +258,7 @@ class Parser {
     }
     if (UNDEFINED.has(own)) throw this.fail("read.no-answer", { name: own });
     if (BLANK.has(own)) return node("blank");
-    const pieces = piecesOf(raw, this.known);
+    const pieces = this.piecesOf(raw);
     const one = pieces.length === 1 && pieces[0]?.kind === "name" ? pieces[0].parts[0] : undefined;
     if (opens && one && !this.known.has(own) && !this.known.has(one)) {
       throw this.fail("read.function", { name: own });
@@ -285,8 +269,14 @@ class Parser {
     return this.productOf(pieces);
   }
 
+  private piecesOf(raw: string): readonly Piece[] {
+    const found = this.pieces.get(raw) ?? piecesOf(raw, this.known);
+    this.pieces.set(raw, found);
+    return found;
+  }
+
   private first(raw: string): Node {
-    return meant(piecesOf(raw, this.known)[0] as Piece);
+    return meant(this.piecesOf(raw)[0] as Piece);
   }
 
   /** The product that names without a space stand for; a function is of what follows it. */
@@ -297,7 +287,7 @@ class Parser {
       const next = pieces[i + 1];
       const called = piece.parts[0] as string;
       if (piece.kind !== "function") factors.push(meant(piece));
-      else if (next && next.kind !== "function" && !(called in ARITY)) {
+      else if (next && next.kind !== "function" && !ARITY.has(called)) {
         factors.push(applied(called, [meant(next)]));
         i += 1;
       } else if (!next) factors.push(this.function(called));
@@ -311,12 +301,13 @@ class Parser {
     this.at += 1;
     const args = [...(of ? [of] : []), ...this.args(")")];
     const [first, second] = args;
-    if (kind !== "Lambda" && first?.kind === "name" && args.length <= 2) {
+    const isRate = BOUND.get(kind) === "rate";
+    if (isRate && first?.kind === "name" && args.length <= 2) {
       const joint = JOINT.exec(first.text);
       if (joint) return name(`qd${joint[1]}`);
     }
-    if (kind === "Lambda" && first?.kind === "name" && second && args.length === 2) {
-      return replaced(second, first.text, name("k"));
+    if (!isRate && first?.kind === "name" && second && args.length === 2) {
+      return replaced(second, first.text, name(VOCABULARY.whole_numbers[0] as string));
     }
     throw this.fail("read.bound", { name: kind });
   }
@@ -338,10 +329,11 @@ class Parser {
       : this.take("[")
         ? this.args("]")
         : [this.bareArgument(called)];
-    const due = ARITY[called] ?? 1;
+    const due = ARITY.get(called) ?? 1;
     if (args.length !== due) throw this.fail("read.arguments", { name: called, due, count: args.length });
     const inverted = power?.kind === "neg" && power.args[0]?.kind === "number" && power.args[0].value === 1;
-    if (inverted && INVERSES.has(`a${called}`)) return applied(`a${called}`, args); // sin^-1(x) is the arc sine
+    const inverse = inverted ? INVERSES.get(called) : undefined;
+    if (inverse !== undefined) return applied(inverse, args); // sin^-1(x) is the arc sine
     const made = applied(called, args);
     return power ? node("^", made, power) : made;
   }
@@ -364,34 +356,34 @@ class Parser {
 
   private container(kind: string, args: readonly Node[]): Node {
     const [first, second, third] = args;
-    if (["Eq", "Equality"].includes(kind) && args.length === 2) return node("eq", ...args);
-    if (kind === "Or" && first) return node("or", ...args);
-    if (kind === "And" && first) return node("and", ...args);
-    if (kind === "FiniteSet" || kind === "Union") return node("set", ...args);
-    if (kind === "ImageSet" && first && args.length === 2 && second?.text === "Integers") return first;
-    if (["Rational", "Pow"].includes(kind) && args.length === 2)
-      return node(kind === "Pow" ? "^" : "/", ...args);
+    const meant = CONTAINERS.get(kind) as string;
+    const isCondition = first !== undefined && (meant === "or" || meant === "and");
+    const isPair = args.length === 2 && (meant === "eq" || meant === "/" || meant === "^");
+    if (meant === "set" || isCondition || isPair) return node(meant as Kind, ...args);
+    if (meant === "image" && first && args.length === 2 && isWholeNumbers(second as Node)) return first;
     if (first && args.length === 1) return first;
-    if (kind.endsWith("Matrix") && args.length === 3 && first && second && third?.kind === "list") {
+    if (meant === "matrix" && args.length === 3 && first && second && third?.kind === "list") {
       const filled = filledRows(first, second, third);
       if (filled) return filled;
     }
-    if (kind === "diag" && args.length <= MAX_DIAGONAL) {
+    if (meant === "diagonal" && args.length <= LIMITS.diagonal) {
       return node(
         "list",
         ...args.map((arg, i) => node("list", ...args.map((_, j) => (i === j ? arg : integer(0))))),
       );
     }
-    if (kind === "Tuple") return node("list", ...args);
+    if (meant === "list") return node("list", ...args);
     throw this.fail("read.container", { name: kind, count: args.length });
   }
 }
 
+const isWholeNumbers = ({ text }: Node): boolean => VOCABULARY.whole_number_sets.includes(text);
+
 /** Matrix(rows, columns, [entries]). */
 function filledRows(rows: Node, columns: Node, entries: Node): Node | null {
   const [r, c] = [rows.value, columns.value];
-  const whole = rows.kind === "number" && columns.kind === "number";
-  if (!whole || !(r > 0) || r * c !== entries.args.length) return null;
+  const isWhole = rows.kind === "number" && columns.kind === "number";
+  if (!isWhole || !(r * c > 0) || r * c !== entries.args.length) return null;
   return node(
     "list",
     ...Array.from({ length: r }, (_, i) => node("list", ...entries.args.slice(i * c, (i + 1) * c))),
@@ -409,12 +401,13 @@ function applied(called: string, args: readonly Node[]): Node {
   return call(called, ...args);
 }
 
-const DIGITS = /^\d+$/;
+const DIGITS = /^[0-9]+$/;
 
 function numberOf(text: string): Node {
   if (text.length < 16 && DIGITS.test(text)) return integer(Number(text), text);
   const [mantissa = "", exponent = ""] = text.toLowerCase().split("e");
-  if (mantissa.length > 1000 || exponent.length > 4 || Math.abs(Number(exponent)) > 400) {
+  const isLong = mantissa.length > LIMITS.mantissa || exponent.length > LIMITS.exponent_characters;
+  if (isLong || Math.abs(Number(exponent)) > LIMITS.exponent) {
     throw new ReadError("read.range", { number: text.slice(0, 20) });
   }
   const decimal = mantissa.includes(".") || exponent !== "";

@@ -1,19 +1,11 @@
 // A text as its words, numbers and signs.
 
 import { placed } from "./tree.js";
+import { compiled, LIMITS, VOCABULARY } from "./vocabulary.js";
 
-/** So deep brackets, functions and powers may be nested. */
-export const MAX_DEPTH = 60;
-
-const NAME = "(?!\\d)[\\p{L}\\p{N}_]+";
+const { passed, number, name, operator } = VOCABULARY.patterns;
 /** All that there is; what most texts are made of is found without it, ten times as fast. */
-const TOKEN = new RegExp(
-  "[ \\t\\r\\n\\f]+|#[^\\n]*" +
-    "|((?:\\d+\\.?\\d*|\\.\\d+)(?:[eE][+-]?\\d+)?)" +
-    `|(${NAME}(?:\\.${NAME})*)` +
-    "|(\\*\\*|==|\\.\\.\\.|[-+*/^()\\[\\]{},:=&|∈])",
-  "gyu",
-);
+const TOKEN = compiled(`${passed}|(${number})|(${name})|(${operator})`, "gy");
 
 export interface Token {
   readonly kind: "number" | "name" | "op" | "end";
@@ -41,7 +33,7 @@ export function tokensOf(text: string): Token[] {
     if (kind === "op") {
       if (sign === "(" || sign === "[" || sign === "{") depth += 1;
       else if (sign === ")" || sign === "]" || sign === "}") depth -= 1;
-      if (depth > MAX_DEPTH) throw placed("read.brackets", { most: MAX_DEPTH }, text, at);
+      if (depth > LIMITS.depth) throw placed("read.brackets", { most: LIMITS.depth }, text, at);
     }
     at += sign.length;
   }
@@ -79,8 +71,8 @@ function anyToken(text: string, at: number): Token | number {
   TOKEN.lastIndex = at;
   const match = TOKEN.exec(text);
   if (!match) throw placed("read.sign", { sign: text[at] ?? "" }, text, at);
-  const [, number, called, op] = match;
-  if (number !== undefined) return { kind: "number", text: number, at };
+  const [, digits, called, op] = match;
+  if (digits !== undefined) return { kind: "number", text: digits, at };
   if (called !== undefined) return { kind: "name", text: called, at };
   return op === undefined ? TOKEN.lastIndex : { kind: "op", text: op, at };
 }

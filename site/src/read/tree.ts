@@ -2,6 +2,7 @@
 
 import type { TextKey } from "../text/en.js";
 import { ENGLISH, type Message, message, said, type Values } from "../text/text.js";
+import { VOCABULARY } from "./vocabulary.js";
 
 export type Kind =
   | "number"
@@ -33,7 +34,7 @@ export interface Node {
   readonly digits: number;
 }
 
-export const CONSTANTS: readonly string[] = ["pi", "E", "I"];
+export const CONSTANTS: readonly string[] = [...new Set(Object.values(VOCABULARY.constants))];
 
 /** Text that is no answer: what was found, where, and what would be understood, as a text of the catalogue. */
 export class ReadError extends Error {
@@ -73,9 +74,20 @@ export function integer(value: number, text = String(value)): Node {
 
 /** The tree with another tree put for a name. */
 export function replaced(tree: Node, old: string, put: Node): Node {
-  if (tree.kind === "name") return tree.text === old ? put : tree;
-  if (tree.args.length === 0) return tree;
-  return { ...tree, args: tree.args.map((arg) => replaced(arg, old, put)) };
+  const done: Node[] = [];
+  const todo: (readonly [top: Node, ready: boolean])[] = [[tree, false]];
+  for (let next = todo.pop(); next; next = todo.pop()) {
+    // no recursion: a long sum is a deep tree
+    const [top, ready] = next;
+    if (top.kind === "name") done.push(top.text === old ? put : top);
+    else if (top.args.length === 0) done.push(top);
+    else if (ready) done.push({ ...top, args: done.splice(done.length - top.args.length) });
+    else {
+      todo.push([top, true]);
+      for (let i = top.args.length - 1; i >= 0; i -= 1) todo.push([top.args[i] as Node, false]);
+    }
+  }
+  return done[0] as Node;
 }
 
 /** Whether a node of a tree passes a test; none is tested after that. */

@@ -15,7 +15,11 @@ const FUNCTIONS: Readonly<Record<string, string>> = {
   sign: "\\operatorname{sign}",
   acot: "\\operatorname{arccot}",
 };
-const CONSTANTS: Readonly<Record<string, string>> = { pi: "\\pi", E: "e", I: "i" };
+const CONSTANTS = new Map([
+  ["pi", "\\pi"],
+  ["E", "e"],
+  ["I", "i"],
+]);
 const SUM = 0;
 const PRODUCT = 1;
 const FACTOR = 2;
@@ -96,7 +100,7 @@ function product(left: string, right: string): string {
 }
 
 function named(name: string, symbols: Symbols): string {
-  const known = CONSTANTS[name] ?? symbols[name]?.latex;
+  const known = CONSTANTS.get(name) ?? (Object.hasOwn(symbols, name) ? symbols[name]?.latex : undefined);
   return known ?? `\\text{${name.replace(/[^\p{L}\p{N}.]/gu, " ")}}`;
 }
 

@@ -1,4 +1,4 @@
-// Every text of the site in German.
+// Made of exercises/locale/de.po by `make messages`, and not to be edited here.
 
 import type { Catalogue } from "./en.js";
 
@@ -8,6 +8,7 @@ export const de: Catalogue = {
   "read.unreadable": "Das lässt sich nicht als Antwort lesen: {why}.",
   "read.shape": "Die Antwort hat {found} Einträge, verlangt sind {due} (Zeilen × Spalten).",
   "read.list": "Verlangt ist ein einzelner Ausdruck, dort steht eine Liste oder Matrix.",
+  "read.unknown": "In dieser Aufgabe gibt es kein {names}; ihre Größen sind {known}.",
   "read.numbers": "Verlangt sind Zahlen, in der Antwort steht noch {names}.",
   "read.empty-list": "die Liste ist leer",
   "read.ragged": "die Zeilen der Matrix sind verschieden lang: {lengths}",
@@ -22,6 +23,7 @@ export const de: Catalogue = {
   "read.function": "die Funktion „{name}“ ist unbekannt",
   "read.alone": "{joint} steht allein; schreibe, was es ist, etwa {joint} = pi/3",
   "read.no-joint": "dort steht ein Wert ohne Gelenk; schreibe ihn etwa als theta1 = pi/3",
+  "read.many-cases": "die Bedingungen sind zu lang, oder es sind zu viele ganze Zahlen darin",
   "read.cases": "die Bedingungen ergeben {count} Fälle; mehr als {most} werden nicht gelesen",
   "read.long": "die Antwort ist {length} Zeichen lang; mehr als {most} werden nicht gelesen",
   "read.at": "{what}, bei Zeichen {at}, nahe „{near}“",
@@ -45,14 +47,10 @@ export const de: Catalogue = {
   "read.container": "{name} mit {count} Argumenten ist nicht verständlich",
   "read.range": "die Zahl {number}… ist zu groß oder zu klein",
   "verdict.values": "An {points} zufälligen Konfigurationen auf neun Stellen gleich der richtigen Antwort.",
-  "verdict.branches":
-    "An allen {points} versuchten Konfigurationen gleich. Eine Antwort mit {functions} kann dort abweichen, wo nicht " +
-    "nachgesehen wurde: qdot selbst sieht an mehr Konfigurationen nach.",
-  "verdict.decimals":
-    "An {points} zufälligen Konfigurationen auf neun Stellen gleich. Deine Dezimalzahlen haben {digits} Stellen: qdot selbst " +
-    "nimmt sie beim Wort und nicht für π oder eine Wurzel.",
-  "verdict.entry":
-    "Eintrag ({row}, {column}) weicht ab bei {at}: deiner ist {yours}, richtig wäre {expected}.",
+  "verdict.branches": "An allen {points} versuchten Konfigurationen gleich. Eine Antwort mit {functions} kann dort abweichen, wo nicht nachgesehen wurde: qdot selbst sieht an mehr Konfigurationen nach.",
+  "verdict.decimals": "An {points} zufälligen Konfigurationen auf neun Stellen gleich. Deine Dezimalzahlen haben {digits} Stellen: qdot selbst nimmt sie beim Wort und nicht für π oder eine Wurzel.",
+  "verdict.out-of-sight": "An {points} zufälligen Konfigurationen auf neun Stellen gleich. Neben {number} sagen sie nicht alles: qdot selbst vergleicht exakt.",
+  "verdict.entry": "Eintrag ({row}, {column}) weicht ab bei {at}: deiner ist {yours}, richtig wäre {expected}.",
   "verdict.differs": "Abweichung bei {at}: deine Antwort ist {yours}, richtig wäre {expected}.",
   "verdict.entries": "{right} von {count} Einträgen sind richtig.",
   "verdict.blank": "Eintrag ({row}, {column}) ist leer geblieben.",
@@ -75,8 +73,7 @@ export const de: Catalogue = {
   "practice.english-drawings": "Beschreibungen der Zeichnungen sind auf Englisch.",
   "practice.loading": "Wird geladen …",
   "practice.arm-failed": "Der Arm ließ sich nicht laden. Prüfe die Verbindung und lade die Seite neu.",
-  "practice.failed":
-    "Die Aufgaben ließen sich nicht laden: {why}. Prüfe die Verbindung und versuche es erneut.",
+  "practice.failed": "Die Aufgaben ließen sich nicht laden: {why}. Prüfe die Verbindung und versuche es erneut.",
   "practice.again": "Erneut versuchen",
   "practice.none": "Zu dieser Auswahl gibt es keine Aufgabe.",
   "practice.arm": "Arm",
@@ -150,12 +147,9 @@ export const de: Catalogue = {
   "page.skip": "Zum Inhalt",
   "arm.title": "Der Arm: {robot}",
   "arm.drawing.role": "Zeichnung eines Arms",
-  "arm.drawing.label":
-    "{robot}. Auf und ab wählt ein Gelenk, links und rechts bewegt es; p greift den Punkt P, den dann die Pfeile bewegen.",
-  "arm.hint.joint":
-    "Ziehe ein Glied oder den Punkt P. Tasten: ← → bewegen {joint}, ↑ ↓ wählen ein Gelenk, P den Punkt; mit Umschalt größere Schritte.",
-  "arm.hint.point":
-    "Ziehe ein Glied oder den Punkt P. Tasten: Pfeile bewegen den Punkt P, 1, 2, … wählen ein Gelenk; mit Umschalt größere Schritte.",
+  "arm.drawing.label": "{robot}. Auf und ab wählt ein Gelenk, links und rechts bewegt es; p greift den Punkt P, den dann die Pfeile bewegen.",
+  "arm.hint.joint": "Ziehe ein Glied oder den Punkt P. Tasten: ← → bewegen {joint}, ↑ ↓ wählen ein Gelenk, P den Punkt; mit Umschalt größere Schritte.",
+  "arm.hint.point": "Ziehe ein Glied oder den Punkt P. Tasten: Pfeile bewegen den Punkt P, 1, 2, … wählen ein Gelenk; mit Umschalt größere Schritte.",
   "arm.hint.space": "Ziehe neben dem Arm, um von anderswo hinzusehen (Tasten A D W S, + −, 0).",
   "arm.view.up": "Von weiter oben",
   "arm.view.down": "Von weiter unten",
@@ -197,8 +191,7 @@ export const de: Catalogue = {
   "arm.words.lost": "Der Punkt lässt sich nicht entlang ({x}, {y}, {z}) bewegen.",
   "arm.map.title": "Karte von det J",
   "arm.map.role": "Karte",
-  "arm.map.label":
-    "Karte von {value} über {across} (links und rechts) und {up} (ab und auf). Mit den Pfeiltasten geht man darauf, der Arm folgt.",
+  "arm.map.label": "Karte von {value} über {across} (links und rechts) und {up} (ab und auf). Mit den Pfeiltasten geht man darauf, der Arm folgt.",
   "arm.map.across": "Quer",
   "arm.map.up": "Hoch",
   "arm.map.shown": "Gezeigt",
@@ -209,12 +202,10 @@ export const de: Catalogue = {
   "arm.map.none": "Auf dieser Karte ist keine Konfiguration singulär.",
   "arm.map.always": "J hat nirgends auf dieser Karte vollen Rang.",
   "arm.map.here": "Hier: {value} = {number}.",
-  "arm.map.hint":
-    "Ziehe auf der Karte oder gehe mit den Pfeiltasten, mit Umschalt in größeren Schritten. Die anderen Gelenke bleiben.",
+  "arm.map.hint": "Ziehe auf der Karte oder gehe mit den Pfeiltasten, mit Umschalt in größeren Schritten. Die anderen Gelenke bleiben.",
   "arm.map.one": "Eine Karte braucht zwei Gelenke.",
   "arm.weld.title": "Schweißbahn",
-  "arm.weld.task":
-    "P geht gerade von A nach B mit der Geschwindigkeit v. Ziehe B in der Zeichnung oder gib den Ort ein; spiele ab und sieh, welche Gelenkgeschwindigkeiten ihre Grenzen überschreiten.",
+  "arm.weld.task": "P geht gerade von A nach B mit der Geschwindigkeit v. Ziehe B in der Zeichnung oder gib den Ort ein; spiele ab und sieh, welche Gelenkgeschwindigkeiten ihre Grenzen überschreiten.",
   "arm.weld.here": "A: wo P jetzt ist",
   "arm.weld.regular": "Eine reguläre Bahn",
   "arm.weld.singular": "Auf eine Singularität zu",
@@ -238,10 +229,8 @@ export const de: Catalogue = {
   "arm.weld.exceeds-slide": "{joint} müsste ab {s} m schneller als {limit} m/s schieben.",
   "arm.weld.keeps": "Alle Gelenkgeschwindigkeiten bleiben in ihren Grenzen.",
   "arm.weld.no-way": "A und B sind derselbe Punkt.",
-  "arm.weld.not-turns":
-    "Die Aufgabe dieses Arms zählt keine Geschwindigkeit eines Punkts, es gibt also keine Bahn zu schweißen.",
-  "arm.weld.not-rows":
-    "Die Aufgabe hat mehr Zeilen als der Arm Gelenke: P lässt sich nicht entlang einer gegebenen Linie führen.",
+  "arm.weld.not-turns": "Die Aufgabe dieses Arms zählt keine Geschwindigkeit eines Punkts, es gibt also keine Bahn zu schweißen.",
+  "arm.weld.not-rows": "Die Aufgabe hat mehr Zeilen als der Arm Gelenke: P lässt sich nicht entlang einer gegebenen Linie führen.",
   "arm.chart.title": "Gelenkgeschwindigkeiten über der Zeit, als Teile ihrer Grenzen",
   "arm.chart.seconds": "{time} s",
 };

@@ -6,6 +6,7 @@ export const en = {
   "read.unreadable": "This can't be read as an answer: {why}.",
   "read.shape": "The answer has {found} entries; it should have {due} (rows × columns).",
   "read.list": "A list or matrix stands where a single expression is due.",
+  "read.unknown": "This problem has no {names}; its symbols are {known}.",
   "read.numbers": "Numbers are due, and {names} is left in the answer.",
   "read.empty-list": "the list is empty",
   "read.ragged": "the rows of the matrix have different lengths: {lengths}",
@@ -20,6 +21,7 @@ export const en = {
   "read.function": "the function '{name}' is not understood",
   "read.alone": "{joint} stands alone; say what it is, as in {joint} = pi/3",
   "read.no-joint": "a value stands there without a joint; write it as in theta1 = pi/3",
+  "read.many-cases": "the conditions are too long, or there are too many whole numbers in them",
   "read.cases": "the conditions make {count} cases; more than {most} are not read",
   "read.long": "the answer is {length} characters long; more than {most} are not read",
   "read.at": "{what} at character {at}, near '{near}'",
@@ -49,6 +51,9 @@ export const en = {
   "verdict.decimals":
     "Equal at {points} random configurations to nine digits. Your decimals have {digits} digits: the grader of qdot takes " +
     "them for what they say, and not for pi or a root.",
+  "verdict.out-of-sight":
+    "Equal at {points} random configurations to nine digits. Beside {number} these don't tell all: the grader of qdot " +
+    "is exact.",
   "verdict.entry": "Entry ({row}, {column}) differs at {at}: yours {yours}, expected {expected}.",
   "verdict.differs": "It differs at {at}: yours {yours}, expected {expected}.",
   "verdict.entries": "{right} of {count} entries are right.",

@@ -5,7 +5,8 @@ import re
 import shutil
 import subprocess
 import sys
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
@@ -66,40 +67,76 @@ def results(clone: Path) -> dict[str, dict[str, object]]:
     return {result["student"]: result for result in map(json.loads, lines)}
 
 
-def test_a_fresh_clone_on_github_grades_by_the_workflows_own_commands(
-    assignment: Assignment, machine: Machine, tmp_path: Path
-) -> None:
-    server = pushed(assignment, "github", tmp_path, "ada", "bo")
-    api, clone = tmp_path / "api", tmp_path / "clone"
+@dataclass(frozen=True)
+class OnGitHub:
+    """The repository that grades, cloned on a machine of GitHub, beside the server with the students' repositories."""
+
+    machine: Machine
+    server: Path
+    clone: Path
+    given: Mapping[str, str]
+
+    def steps(self) -> dict[str, subprocess.CompletedProcess[str]]:
+        """Run the workflow up to the step that hands the feedback back, which is not run; return what each said."""
+        done = {}
+        for command, env in self._commands():
+            if "hand-back" not in command:
+                done[command] = self.machine.run(command, self.clone, **self.given, **env)
+        return done
+
+    def hand_back(self) -> subprocess.CompletedProcess[str]:
+        """Run the last step."""
+        command, env = self._commands()[-1]
+        assert "hand-back" in command
+        return self.machine.run(command, self.clone, **self.given, **env)
+
+    def _commands(self) -> list[tuple[str, dict[str, str]]]:
+        secrets = {"QDOT_SECRET": SECRET, "QDOT_TOKEN": "not-checked-here"}
+        return github_steps(self.clone / ".github" / "workflows" / "grade.yml", secrets)
+
+
+@pytest.fixture(scope="module")
+def on_github(assignment: Assignment, machine: Machine, tmp_path_factory: pytest.TempPathFactory) -> OnGitHub:
+    """Ada and Bo have pushed their answers, and Cy has no repository."""
+    place = tmp_path_factory.mktemp("github")
+    server = pushed(assignment, "github", place, "ada", "bo")
     for student in ("ada", "bo"):
-        write_json(api / "repos" / "course" / f"hw-{student}" / "activity", [{"timestamp": PUSHED}])
-    git("clone", "--quiet", hosted(_copy(assignment, "github", tmp_path), server, "course/grading"), clone)
-    steps = github_steps(
-        clone / ".github" / "workflows" / "grade.yml", {"QDOT_SECRET": SECRET, "QDOT_TOKEN": "not-checked-here"}
-    )
+        write_json(place / "api" / "repos" / "course" / f"hw-{student}" / "activity", [{"timestamp": PUSHED}])
+    clone = place / "clone"
+    git("clone", "--quiet", hosted(_copy(assignment, "github", place), server, "course/grading"), clone)
     given = {
-        "GITHUB_STEP_SUMMARY": str(tmp_path / "summary.md"), "GITHUB_SERVER_URL": f"file://{server}",
-        "GITHUB_API_URL": f"file://{api}", "GITHUB_REPOSITORY_OWNER": "course",
+        "GITHUB_STEP_SUMMARY": str(place / "summary.md"), "GITHUB_SERVER_URL": f"file://{server}",
+        "GITHUB_API_URL": f"file://{place / 'api'}", "GITHUB_REPOSITORY_OWNER": "course",
     }  # fmt: skip
-    for command, env in steps:
-        done = machine.run(command, clone, **given, **env)
+    return OnGitHub(machine, server, clone, given)
+
+
+def test_a_fresh_clone_on_github_grades_by_the_workflows_own_commands(on_github: OnGitHub) -> None:
+    for command, done in on_github.steps().items():
         assert done.returncode == 0, done.stderr
         if "collect" in command:
             assert "cy: course/hw-cy can't be fetched" in done.stderr
-    got = results(clone)
+    got = results(on_github.clone)
     assert [got[student]["score"] for student in ("ada", "bo", "cy")] == [4, 3, 0]
     assert got["ada"]["submission"]["received"] == "2027-01-15T22:00:00+00:00"  # type: ignore[index]
-    summary = (tmp_path / "summary.md").read_text(encoding="utf-8")
+    summary = Path(on_github.given["GITHUB_STEP_SUMMARY"]).read_text(encoding="utf-8")
     assert "| bo | 3 | 4 | graded |" in summary
-    # what students get: their own points, in a branch of its own, and nobody else's
-    back = tmp_path / "server" / "course" / "hw-bo.git"
+
+
+def test_students_get_their_own_feedback_back_on_github(on_github: OnGitHub) -> None:
+    """After the test before: their own points, in a branch of its own, and nobody else's."""
+    if not (on_github.clone / "graded").exists():
+        on_github.steps()
+    done = on_github.hand_back()
+    assert done.returncode == 0, done.stderr
+    back = on_github.server / "course" / "hw-bo.git"
     told = git("-C", back, "show", "feedback:README.md")
     assert "**3 of 4 points**" in told
     assert "ada" not in told
     assert "<html" in git("-C", back, "show", "feedback:feedback.html")
     assert git("-C", back, "log", "--format=%s", "main").splitlines() == ["first"]
     with pytest.raises(subprocess.CalledProcessError):
-        git("-C", server / "course" / "hw-cy.git", "log")
+        git("-C", on_github.server / "course" / "hw-cy.git", "log")
 
 
 def _copy(assignment: Assignment, platform: str, place: Path) -> Path:

@@ -44,25 +44,38 @@ def laid_out(of: Assignment, root: Path, notebook: str, **metadata: Any) -> Path
     return root
 
 
-def test_set_up_and_run_by_its_own_scripts(assignment: Assignment, tmp_path: Path) -> None:
-    """A notebook that looks for the secret finds nothing, and costs itself the parts after that."""
+@pytest.fixture(scope="module")
+def set_up(assignment: Assignment, tmp_path_factory: pytest.TempPathFactory) -> tuple[Machine, Path, dict[str, str]]:
+    """A machine that Gradescope's setup has run on, the folder with the submission, and its variables.
+
+    The notebook looks for the secret, finds nothing, and costs itself the parts after that.
+    """
+    place = tmp_path_factory.mktemp("gradescope")
 
     def spy(cells: Cells) -> None:
-        cells.insert(1, code(f"stolen = open({str(tmp_path / 'source/assignment/secret.txt')!r}).read()"))
+        cells.insert(1, code(f"stolen = open({str(place / 'source/assignment/secret.txt')!r}).read()"))
         cells[-1]["source"] = "p1_determinant = stolen"
 
-    root = laid_out(assignment, tmp_path, right(assignment, "ada", spy))
-    assert "setup.sh" in {path.name for path in (root / "source").iterdir()}
-    machine = Machine(tmp_path / "machine")
-    given = {"AUTOGRADER": str(root), "QDOT_HOME": str(tmp_path / "opt")}
+    root = laid_out(assignment, place, right(assignment, "ada", spy))
+    machine = Machine(place / "machine")
+    given = {"AUTOGRADER": str(root), "QDOT_HOME": str(place / "opt")}
     setup = (root / "source" / "setup.sh").read_text()
     setup = setup.replace('"$home/python/bin/qdot" doctor\n', "")  # needs libraries, which are lent afterwards
     done = subprocess.run(["bash"], input=setup, env={**machine.variables, **given}, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    assert stat.S_IMODE((root / "source" / "assignment").stat().st_mode) == 0o700
-    machine.home = tmp_path / "opt"
+    machine.home = place / "opt"
     machine.lend()
-    done = machine.run(str(root / "source" / "run_autograder"), tmp_path, **given)
+    return machine, root, given
+
+
+def test_set_up_by_its_own_script(set_up: tuple[Machine, Path, dict[str, str]]) -> None:
+    _, root, _ = set_up
+    assert stat.S_IMODE((root / "source" / "assignment").stat().st_mode) == 0o700
+
+
+def test_run_by_its_own_script(set_up: tuple[Machine, Path, dict[str, str]]) -> None:
+    machine, root, given = set_up
+    done = machine.run(str(root / "source" / "run_autograder"), root, **given)
     assert done.returncode == 0, done.stderr
     text = (root / "results" / "results.json").read_text()
     assert SECRET not in text

@@ -8,9 +8,9 @@ import copy
 import json
 import os
 import subprocess
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import nbformat
 import pytest
@@ -38,25 +38,29 @@ from nbgrader.apps import NbGrader, NbGraderAPI
 app = NbGrader()
 app.initialize([])
 api = NbGraderAPI(app.coursedir, parent=app)  # what the formgrader does; one process is enough for all of it
-for step, *given in json.loads(sys.argv[1]):
+steps = app.config.Autograde
+print(json.dumps([step.__name__ for step in steps.sanitize_preprocessors + steps.autograde_preprocessors]), flush=True)
+for line in sys.stdin:
+    step, *given = json.loads(line)
     done = getattr(api, step)("hw", *given)
-    assert done["success"], done
-with api.gradebook as book:
-    for one in book.assignment_submissions("hw"):
-        found = {grade.name: grade.score for notebook in one.notebooks for grade in notebook.grades}
-        found |= {note.name: note.auto_comment for notebook in one.notebooks for note in notebook.comments}
-        print(json.dumps([one.student_id, one.score - one.late_submission_penalty, one.max_score, found]))
+    marks = []
+    with api.gradebook as book:
+        for one in book.assignment_submissions("hw") if done["success"] else []:
+            found = {grade.name: grade.score for notebook in one.notebooks for grade in notebook.grades}
+            found |= {note.name: note.auto_comment for notebook in one.notebooks for note in notebook.comments}
+            marks.append([one.student_id, one.score - one.late_submission_penalty, one.max_score, found])
+    print(json.dumps([done, marks]), flush=True)
 """
 
 
-STUDENTS = ("late", "wrong", "meddles", "blank", "dies", "loops")
-SCORES = {"late": 2.7, "wrong": 2.5, "meddles": 3, "blank": 0}
+STUDENTS = ("late", "meddles", "wrong", "blank", "dies", "loops")
+SCORES = {"late": 2.25, "wrong": 2.5, "meddles": 3, "blank": 0}
 
 
 @pytest.fixture(scope="module")
 def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     folder = tmp_path_factory.mktemp("course") / "hw"
-    a_class(folder, [Student(name) for name in several(STUDENTS[:3], STUDENTS)])
+    a_class(folder, [Student(name) for name in several(STUDENTS[:2], STUDENTS)])
     late = "due = 2027-01-10T00:00:00Z\nlate = {per_day = 0.1}\n[[problem]]"
     (folder / "assignment.toml").write_text(TOML.replace("[[problem]]", late))
     run("export", folder, "--to", "nbgrader", "--jobs", "1")
@@ -108,30 +112,83 @@ def dies(_: list[Any], cells: Cells) -> None:
     cells["p1-jacobian"]["source"] += "\nimport os; os._exit(0)"
 
 
-def leaves_one(_: list[Any], cells: Cells) -> None:
-    cells["p1-determinant"]["source"] = "p1_determinant = blank"
+def leaves_one(cells: list[Any], by_id: Cells) -> None:
+    wrong(cells, by_id)
+    by_id["p1-determinant"]["source"] = "p1_determinant = blank"
 
 
 CHANGES = {"late": leaves_one, "wrong": wrong, "dies": dies, "loops": loops, "meddles": meddles}
 
 
-def stepped(python: str, place: Path, *steps: Sequence[str]) -> list[Any]:
-    """Have nbgrader take these steps; return the lines that STEPS prints, one for everybody who was marked."""
-    variables = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "QDOT"))}
-    variables["PATH"] = f"{Path(python).parent}{os.pathsep}{variables['PATH']}"  # nbgrader starts alembic by its name
-    command = [python, "-c", STEPS, json.dumps(steps)]
-    done = subprocess.run(command, cwd=place, env=variables, capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0, done.stderr[-3000:]
-    return [json.loads(line) for line in done.stdout.splitlines()]
+class NbGrader:
+    """A process of nbgrader in a course, which takes steps as the formgrader has it take them."""
+
+    def __init__(self, python: str, place: Path, errors: IO[str]) -> None:
+        variables = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "QDOT"))}
+        variables["PATH"] = f"{Path(python).parent}{os.pathsep}{variables['PATH']}"  # alembic is called by its name
+        self.errors = errors
+        self.process = subprocess.Popen(
+            [python, "-c", STEPS], cwd=place, env=variables, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            stderr=errors, text=True,
+        )  # fmt: skip
+        self.configured: list[str] = self._line()
+
+    def step(self, name: str, *given: str) -> list[Any]:
+        """Take a step, and return student, score, most points and what was found of everybody who was marked."""
+        assert self.process.stdin is not None
+        self.process.stdin.write(json.dumps([name, *given]) + "\n")
+        self.process.stdin.flush()
+        done, marks = self._line()
+        assert done["success"], done
+        return list(marks)
+
+    def _line(self) -> Any:
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        assert line, Path(self.errors.name).read_text()[-3000:]
+        return json.loads(line)
 
 
 @pytest.fixture(scope="module")
-def generated(assignment: Assignment) -> Path:
-    """The course, from whose source nbgrader has made what it would hand out."""
+def running(assignment: Assignment, tmp_path_factory: pytest.TempPathFactory) -> Iterator[NbGrader]:
+    """nbgrader, in one process for all that is done with it."""
     with (course(assignment) / "nbgrader_config.py").open("a") as file:
         file.write("c.Mark.seconds = 12\n")
-    stepped(reader("python", "nbgrader"), course(assignment), ["generate_assignment"])
+    with (tmp_path_factory.mktemp("nbgrader") / "errors.txt").open("w+") as errors:
+        made = NbGrader(reader("python", "nbgrader"), course(assignment), errors)
+        yield made
+        made.process.communicate(timeout=60)
+        assert made.process.returncode == 0
+
+
+@pytest.fixture(scope="module")
+def generated(assignment: Assignment, running: NbGrader) -> Path:
+    """The course, from whose source nbgrader has made what it would hand out."""
+    running.step("generate_assignment")
     return course(assignment)
+
+
+@pytest.fixture(scope="module")
+def marked(assignment: Assignment, generated: Path, running: NbGrader) -> list[Any]:
+    """What nbgrader gives everybody, whose notebooks are handed in to qdot, too."""
+    for student in (one.id for one in assignment.roster):
+        blank = json.dumps(handout(assignment, student))
+        text = answered(assignment, student, CHANGES[student]) if student in CHANGES else blank
+        for target in (generated / "submitted" / student / "hw", assignment.folder / "submitted" / student):
+            target.mkdir(parents=True)
+            (target / "hw.ipynb").write_text(text)
+            seconds = 1799625600  # 2027-01-11
+            if student == "late":
+                os.utime(target / "hw.ipynb", (seconds, seconds))
+        if student == "late":
+            (generated / "submitted" / student / "hw" / "timestamp.txt").write_text("2027-01-11 00:00:00 UTC")
+    return running.step("autograde", "*")
+
+
+def test_qdots_steps_are_in_the_courses_configuration(running: NbGrader) -> None:
+    assert running.configured[0] == "MakeWhole"
+    assert {"Mark", "Late"} <= set(running.configured)
+    assert not {"Execute", "AssignLatePenalties"} & set(running.configured)
 
 
 def test_what_was_written_without_nbgrader_is_what_nbgrader_writes(assignment: Assignment, generated: Path) -> None:
@@ -145,33 +202,24 @@ def test_what_was_written_without_nbgrader_is_what_nbgrader_writes(assignment: A
         assert ours[f"{name}-marks"] == theirs
 
 
-def test_nbgrader_gives_what_qdot_gives_and_says_why(assignment: Assignment, generated: Path) -> None:
-    place = generated
-    for student in (one.id for one in assignment.roster):
-        blank = json.dumps(handout(assignment, student))
-        text = answered(assignment, student, CHANGES[student]) if student in CHANGES else blank
-        for target in (place / "submitted" / student / "hw", assignment.folder / "submitted" / student):
-            target.mkdir(parents=True)
-            (target / "hw.ipynb").write_text(text)
-            seconds = 1799625600  # 2027-01-11
-            if student == "late":
-                os.utime(target / "hw.ipynb", (seconds, seconds))
-        if student == "late":
-            (place / "submitted" / student / "hw" / "timestamp.txt").write_text("2027-01-11 00:00:00 UTC")
-    python = reader("python", "nbgrader")
-    lines = stepped(python, place, ["autograde", "*"], ["generate_feedback", "wrong"])
+def test_nbgrader_gives_what_qdot_gives(assignment: Assignment, marked: list[Any]) -> None:
     results, _ = grade(assignment)
-    assert {line[0] for line in lines} == set(results)
-    for student, score, worth, found in lines:
+    assert {line[0] for line in marked} == set(results)
+    for student, score, worth, found in marked:
         parts = {f"p1-{part['name']}": part["points"] for part in results[student]["problems"][0]["parts"]}
         assert (score, worth) == (pytest.approx(results[student]["score"]), 4), student
         assert {name: found[name] for name in NAMES} == parts, student
         answers = {found[f"{name}-answer"] for name in NAMES if f"{name}-answer" in found}
         unanswered = {"blank": {"No response."}, "late": {"No response.", None}}
         assert answers == unanswered.get(student, {None}), student
-    assert all(line[1] == pytest.approx(SCORES.get(line[0], line[1])) for line in lines)
-    page = (place / "feedback" / "wrong" / "hw" / "hw.html").read_text()
-    reason = next(part["reason"] for part in results["wrong"]["problems"][0]["parts"] if part["name"] == "jacobian")
+    assert all(line[1] == pytest.approx(SCORES.get(line[0], line[1])) for line in marked)
+
+
+def test_nbgraders_page_says_why(assignment: Assignment, generated: Path, marked: list[Any], running: NbGrader) -> None:
+    assert [line[0] for line in running.step("generate_feedback", "late")] == [line[0] for line in marked]
+    results, _ = grade(assignment)
+    page = (generated / "feedback" / "late" / "hw" / "hw.html").read_text()
+    reason = next(part["reason"] for part in results["late"]["problems"][0]["parts"] if part["name"] == "jacobian")
     assert reason.split(";")[0].split("(")[0].strip() in page
     assert assignment.secret not in page
 

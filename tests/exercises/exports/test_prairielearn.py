@@ -308,7 +308,7 @@ def test_what_fails_in_qdot_costs_no_attempt(course: Path, monkeypatch: pytest.M
         raise RuntimeError("ours")
 
     question = Question(course, "hw-p3", 1)
-    monkeypatch.setattr("grader.marking.judge", fails)
+    monkeypatch.setattr("grader.marking.judge_given", fails)
     question.submit({"rank": "2"})
     assert "qdot failed" in question.data["format_errors"]["rank"]
     assert "rank" not in question.data["partial_scores"]

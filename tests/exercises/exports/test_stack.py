@@ -27,11 +27,10 @@ from exercises.formula.text import text_of
 from exercises.generation import generate
 from exercises.problem import Problem, ProblemId
 from grader.certify import failures_of
-from grader.credit import credited
-from grader.diagnosis import diagnose
 from grader.parts import judge
 from grader.verdict import Outcome
 from tests.support.handing_in import a_class
+from tests.support.judging import diagnose, earned
 from tests.support.programs import MAXIMA, needs
 
 TOML = """title = "Velocity kinematics/1"
@@ -290,7 +289,7 @@ def test_shares_are_those_of_the_grader_whatever_the_policy(order: Order) -> Non
     for wrong in known_wrong(variant.problem, part, 6):
         assert isinstance(wrong.answer, sp.MatrixBase)
         text = str(wrong.answer.tolist())
-        judged = credited(variant.problem, part, judge(variant.problem, part, text, "s"), text, "s")
+        judged = earned(variant.problem, part, text, "s")
         assert share_of(part, wrong.equal) == pytest.approx(judged.share)
 
 

@@ -20,8 +20,8 @@ from exercises.families.random_n import _arm as arm_of
 from exercises.families.random_n import _order as order
 from exercises.families.structures import (
     TABLE,
-    Row,
     Structure,
+    StructureRow,
     chain_of,
     clean_classes,
     clean_structures,
@@ -69,17 +69,17 @@ def test_the_table_holds_the_clean_ones_of_a_sample(n: int, each: int) -> None:
 
 @pytest.mark.parametrize("n", [2, 3])
 def test_a_normal_form_is_regular_where_its_tables_are(n: int) -> None:
-    seen: dict[tuple[Row, ...], set[int]] = {}
+    seen: dict[tuple[StructureRow, ...], set[int]] = {}
     for rows in tables(n, True):
         assert normal(normal(rows)) == normal(rows)
         seen.setdefault(normal(rows), set()).add(len(regular_tasks(rows)) > 0)
     assert all(len(found) == 1 for found in seen.values())
 
 
-def drawn(chain: Chain) -> tuple[tuple[Row, ...], tuple[str, ...]]:
+def drawn(chain: Chain) -> tuple[tuple[StructureRow, ...], tuple[str, ...]]:
     """The structure of an arm, and its task in the axes of the base; lengths that P has are put back into the table."""
     rows = tuple(
-        Row(j.kind, j.a != 0, bool((j.d if j.kind == "R" else j.theta) != 0), j.alpha != 0)
+        StructureRow(j.kind, j.a != 0, bool((j.d if j.kind == "R" else j.theta) != 0), j.alpha != 0)
         for j in as_table(chain).joints
     )
     rotation = rot_z(chain.base.yaw) * rot_x(chain.base.tilt)

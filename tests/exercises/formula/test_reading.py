@@ -7,8 +7,8 @@ from exercises.formula.identity import Domain
 from exercises.formula.names import pieces_of
 from exercises.formula.notation import plain, rows_of_semicolons
 from exercises.formula.trees import ReadError
-from grader.formulas import judge_expression, judge_matrix, judge_singular
 from grader.verdict import Outcome
+from tests.support.judging import judge_expression, judge_matrix, judge_singular
 
 ANGLES = dict.fromkeys(("theta1", "theta2", "theta3", "alpha1"), "angle")
 LENGTHS = dict.fromkeys(("a1", "a2", "a3"), "length")

@@ -6,7 +6,7 @@ import pytest
 
 from exercises.docs import planar_2r
 from exercises.mistakes.catalogue import CATALOGUE
-from grader.diagnosis import diagnose
+from tests.support.judging import diagnose
 from tests.support.problems import asked, drawn
 from tests.tools.diagnoses import Made, answers_with, verdict_on
 

@@ -7,7 +7,6 @@ from exercises.arm.stages import numbers
 from exercises.mistakes.catalogue import CATALOGUE, made
 from exercises.mistakes.given import configurations
 from exercises.stream import Stream
-from grader.parts import domain_of
 from tests.support.problems import drawn
 
 
@@ -16,7 +15,7 @@ def test_the_next_one_is_taken_and_at_the_last_joint_its_own(mistake: str, stage
     """Three joints, so that it is told apart from taking the second one twice, or the first."""
     problem = drawn("elbow-3r", 0)
     part = next(part for part in problem.parts if part.kind == "geometric-jacobian")
-    values = configurations(problem.chain, part, domain_of(problem), 3, Stream("propagation"))
+    values = configurations(problem.chain, part, problem.domain(), 3, Stream("propagation"))
     right = numbers(problem.chain, values)
     count, columns = right.n, []
     for i in range(count):

@@ -22,7 +22,7 @@ from exercises.verify import certify
 from exercises.writing.statement import prompt, worked_solution
 from exercises.writing.worked import three_digits
 from grader.certify import failures_of
-from grader.formulas import judge_numbers
+from tests.support.judging import judge_numbers
 from tests.support.problems import asked
 from tests.support.suites import families_for, several
 

@@ -14,11 +14,10 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from exercises import ENGINE
 from exercises.answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from exercises.families import FAMILIES
 from exercises.formula.expression import read
-from exercises.problem import Part, Problem, ProblemId
+from exercises.problem import ENGINE, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.record import plain
 from exercises.stream import Stream

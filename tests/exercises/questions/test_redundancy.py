@@ -20,7 +20,7 @@ from exercises.questions.redundancy import null_vector, self_motion
 from exercises.verify import certify
 from exercises.writing.statement import prompt, worked_solution
 from grader.certify import failures_of
-from grader.direction import judge_direction
+from tests.support.judging import judge_direction
 from tests.support.problems import asked
 
 T1, T2, T3, T4 = sp.symbols("theta1:5")

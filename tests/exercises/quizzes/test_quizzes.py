@@ -33,13 +33,12 @@ from exercises.record import digests
 from exercises.verify import certify
 from exercises.writing.statement import hints, prompt, worked_solution
 from grader.certify import failures_of
-from grader.choices import judge_matching, judge_selection
 from grader.cli import app
-from grader.diagnosis import diagnose
-from grader.parts import domain_of, judge
+from grader.parts import judge
 from grader.verdict import Outcome
 from tests.exercises.writing.test_statement import _is_clean
 from tests.support import SNAPSHOTS
+from tests.support.judging import diagnose, judge_matching, judge_selection
 from tests.support.problems import with_answer
 from tests.support.suites import of_families, several
 
@@ -150,7 +149,7 @@ def test_options_are_told_apart_by_the_grader_too() -> None:
                 problem = problem_of(family, 1, name)
                 part = problem.parts[0]
                 assert isinstance(part.answer, Choice)
-                domain = domain_of(problem)
+                domain = problem.domain()
                 texts = [as_matrix(read(option.text, domain.roles)) for option in part.details["offered"]]  # type: ignore[attr-defined]
                 trees = [[entry for row in rows for entry in row] for rows in texts]
                 for index, tree in enumerate(trees):

@@ -19,7 +19,7 @@ from exercises.notebook import notebook_text, solution_notebook, student_noteboo
 from exercises.problem import Part, Problem
 from exercises.questions import QUESTIONS
 from exercises.release import init_assignment, release_one
-from exercises.show import show
+from exercises.showing import show
 from exercises.writing.hint_context import Entry, HintContext
 from exercises.writing.latex import AngleNames, tex, tex_angle
 from exercises.writing.statement import hints, prompt

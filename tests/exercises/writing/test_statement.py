@@ -18,7 +18,7 @@ from exercises.problem import Part, Problem
 from exercises.questions import QUESTIONS
 from exercises.quizzes import ASKED
 from exercises.render import template_folder
-from exercises.show import FORMATS, problem_json, show
+from exercises.showing import FORMATS, problem_json, show
 from exercises.writing.latex import tex
 from exercises.writing.markup import to_html, to_latex, to_text
 from exercises.writing.statement import prompt, statement, worked_solution

@@ -15,11 +15,11 @@ import pytest
 
 from exercises.answers import Choice, Matrix
 from exercises.assignment import Assignment, Student, load_assignment
-from exercises.problem import Problem, variable
+from exercises.problem import Problem
 from exercises.release import init_assignment
 from exercises.render import template_folder
 from grader.contained.callables import TABLE
-from grader.functions import SHOWN
+from grader.function_values import SHOWN
 from grader.marking import mark, total
 from grader.reports.answers import answer_of
 from grader.reports.differs import decimal, table_of
@@ -100,8 +100,8 @@ def result_of(assignment: Assignment, answers: Answers = lambda slot, part, code
     marked: list[dict[str, Any]] = []
     for slot, problem in assignment.problems("s1"):
         own = {part.name: answers(slot, part.name, right(problem, part.name)) for part in problem.parts}
-        handed_in = {variable(slot, name): text for name, text in own.items() if text is not None}
-        verdicts = mark(problem, slot, handed_in, {}, assignment.secret, "points")
+        handed_in = {name: text for name, text in own.items() if text is not None}
+        verdicts = mark(problem, handed_in, secret=assignment.secret, points_seed="points")
         marked.append({"id": str(problem.id), "slot": slot, "parts": [verdict.as_json() for verdict in verdicts]})
     parts = [part for problem in marked for part in problem["parts"]]
     return {

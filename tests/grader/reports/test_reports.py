@@ -173,6 +173,10 @@ def test_every_part_is_a_test_of_pytest(assignment: Assignment, pytester: pytest
     done.stdout.fnmatch_lines(["*bo::p1.jacobian*", "Jacobian by differentiation: * of 2 points, partial"])
     done.stdout.no_fnmatch_line("*Traceback*")
     done.stdout.no_fnmatch_line("*raise PartFailed*")
+
+
+def test_pytest_shares_parts_out_among_processes(assignment: Assignment, pytester: pytest.Pytester) -> None:
+    given = ("--qdot", str(assignment.folder), "-p", "no:randomly")
     split = pytester.runpytest_subprocess(*given, "-n", "2", "-k", "ada")
     split.assert_outcomes(passed=3)
 

@@ -1,0 +1,184 @@
+"""A student's answer, read once: what it is in the form that is due, or why it is none.
+
+Everybody behind the door (judgement, credit, diagnosis, what follows, the pages) is given what was read here, and does
+not look at the text again. What was typed stays beside it, for reports. `reading` opens the door to each part.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from exercises.formula.algebra import Matrix
+from exercises.formula.expression import read
+from exercises.formula.identity import Domain
+from exercises.formula.trees import Node, ReadError, as_matrix, has_blank, names, refuse_statements
+from grader.function_values import Table
+from grader.verdict import Judgement, missing, wrong
+
+
+@dataclass(frozen=True)
+class Given:
+    """What was answered: `text` as it was typed, and what it was read as; `refusal` is the judgement on what is none.
+
+    `tree` is the formula, list or set of conditions that was typed, without "det J =" before it; `rows` are the entries
+    of what is in rows and columns, or a single one, in the order that is due where they were named. Both are there
+    for an answer that is refused, too, where it could be read so far. `table` holds the values of a Python function,
+    `chosen` the options that letters mean, counted from 0.
+    """
+
+    text: str
+    refusal: Judgement | None = None
+    tree: Node | None = None
+    rows: Matrix | None = None
+    table: Table | None = None
+    chosen: tuple[int, ...] = ()
+
+    @property
+    def entries(self) -> list[Node]:
+        """The entries row by row; nothing where there are none."""
+        return [entry for row in self.rows or () for entry in row]
+
+    @property
+    def symbols(self) -> set[str]:
+        """The names in the entries that are no constants."""
+        return set().union(*map(names, self.entries))
+
+    @property
+    def blanks(self) -> list[bool]:
+        """Which entries were left blank."""
+        return [has_blank(entry) for entry in self.entries]
+
+    def refused(self, why: str) -> "Given":
+        """Return it as no answer of the form that is due."""
+        return replace(self, refusal=wrong(why))
+
+
+def read_formula(text: str, domain: Domain) -> Given:
+    """Read one formula; 0,5 is a half."""
+    given = _right_side(_read(text, domain), domain)
+    if given.tree is None:
+        return given
+    if given.tree.kind == "list" and (point := with_points(text)) != text:
+        return replace(read_formula(point, domain), text=text)
+    given = _in_rows(given, (), "an answer")
+    if given.tree is not None and given.tree.kind in ("list", "set", "dict"):
+        return given.refused("a list or matrix stands where a single expression is due")
+    given = _of_scalars(given, "an answer")
+    if given.refusal is None and any(given.blanks):
+        return given.refused("this can't be read as an answer: a blank stands where a single expression is due")
+    return given
+
+
+def read_matrix(text: str, shape: tuple[int, int], domain: Domain, labels: Sequence[str] = ()) -> Given:
+    """Read a matrix or vector; a vector may be a row where a column is due, or have its entries named by `labels`."""
+    given = _in_rows(_right_side(_read(text, domain), domain), labels, "a matrix")
+    return _of_scalars(_in_shape(given, shape), "a matrix of expressions")
+
+
+def read_numbers(text: str, count: int, labels: Sequence[str] = ()) -> Given:
+    """Read numbers, or formulas without symbols, that may be named by `labels`; where one is due, 0,5 is a half."""
+    if count == 1 and (point := with_points(text)) != text:
+        return replace(read_numbers(point, count, labels), text=text)
+    given = _in_shape(_in_rows(_right_side(_read(text, Domain({})), Domain({})), labels, "numbers"), (count, 1))
+    if given.refusal is None and given.symbols:
+        return given.refused(f"numbers are due, and {', '.join(sorted(given.symbols)[:5])} is left in the answer")
+    return _of_scalars(given, "numbers")
+
+
+def read_conditions(text: str, domain: Domain) -> Given:
+    """Read conditions, without the places that were left blank. Which joint bare values are of is for the judgement."""
+    given = _read(text, domain)
+    if given.tree is None or given.tree.kind not in ("list", "set"):
+        return given
+    return replace(given, tree=Node(given.tree.kind, tuple(arg for arg in given.tree.args if not has_blank(arg))))
+
+
+def read_any(text: str) -> Given:
+    """Read an answer of which is not known what is due."""
+    given = _read(text, Domain({}))
+    return replace(_in_rows(given, (), "a matrix"), refusal=given.refusal)
+
+
+def with_points(text: str) -> str:
+    """Return a text with the commas of numbers as in 0,5 written as points, those inside brackets left alone."""
+    depth, out = 0, []
+    for before, char, after in zip(f" {text}", text, f"{text[1:]} ", strict=False):
+        depth += (char in "([{") - (char in ")]}")
+        out.append("." if char == "," and depth == 0 and before.isdecimal() and after.isdecimal() else char)
+    return "".join(out)
+
+
+# --- steps ---
+
+
+def _read(text: str, domain: Domain) -> Given:
+    """Return the tree of an answer, or the judgement on one that is empty or can't be read."""
+    if not text.strip():
+        return Given(text, missing())
+    try:
+        tree = read(text, domain.roles)
+    except ReadError as error:
+        return Given(text).refused(f"this can't be read as an answer: {error}")
+    return Given(text, missing("the answer was left blank")) if is_all_blank(tree) else Given(text, tree=tree)
+
+
+def is_all_blank(node: Node) -> bool:
+    """Tell whether nothing but blanks is in a tree."""
+    if node.kind in ("list", "set"):
+        return all(map(is_all_blank, node.args)) and bool(node.args)
+    return node.kind == "blank"
+
+
+def _right_side(given: Given, domain: Domain) -> Given:
+    """Take what stands right of "J = …": an equation whose left side is a name of the student's own."""
+    tree = given.tree
+    if tree is not None and tree.kind == "eq" and tree.args[0].kind == "name":
+        return given if tree.args[0].value in domain.roles else replace(given, tree=tree.args[1])
+    return given
+
+
+def _in_rows(given: Given, labels: Sequence[str], what: str) -> Given:
+    if given.tree is None:
+        return given
+    try:
+        return replace(given, rows=as_matrix(_unlabelled(given.tree, labels)))
+    except ReadError as error:
+        return given.refused(f"this can't be read as {what}: {error}")
+
+
+def _unlabelled(node: Node, labels: Sequence[str]) -> Node:
+    """Return the entries of {qd1: …, qd2: …}, of [qd1 = …, qd2 = …], or of either inside a list, in their order."""
+    while node.kind in ("list", "set") and len(node.args) == 1 and node.args[0].kind in ("dict", "list"):
+        if node.kind == "list" and node.args[0].kind == "list":
+            break
+        node = node.args[0]
+    if not labels or node.kind not in ("dict", "list") or not all(arg.kind in ("pair", "eq") for arg in node.args):
+        return node
+    named = {arg.args[0].value: arg.args[1] for arg in node.args}
+    return Node("list", tuple(named[label] for label in labels)) if set(named) == set(labels) else node
+
+
+def _in_shape(given: Given, due: tuple[int, int]) -> Given:
+    """Take a row for the column that is due: a vector written the other way is the same vector."""
+    if given.refusal is not None or given.rows is None:
+        return given
+    rows = given.rows
+    if due[1] == 1 and len(rows) == 1 and len(rows[0]) == due[0]:
+        rows = [[entry] for entry in rows[0]]
+    given, shape = replace(given, rows=rows), (len(rows), len(rows[0]))
+    if shape == due:
+        return given
+    turned = " (transposed?)" if shape == due[::-1] and due[0] != due[1] and 1 not in due else ""
+    return given.refused(f"the answer is {shape[0]} x {shape[1]}, and {due[0]} x {due[1]} is due{turned}")
+
+
+def _of_scalars(given: Given, what: str) -> Given:
+    """Refuse entries that are lists or statements, but for those that were left blank."""
+    if given.refusal is not None:
+        return given
+    try:
+        for entry, blank in zip(given.entries, given.blanks, strict=True):
+            if not blank:
+                refuse_statements(entry)
+    except ReadError as error:
+        return given.refused(f"this can't be read as {what}: {error}")
+    return given

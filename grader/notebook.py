@@ -1,0 +1,60 @@
+"""A notebook graded by itself, against problems that are at hand: without an assignment, a roster or a folder."""
+
+import secrets
+from collections.abc import Mapping
+from pathlib import Path
+
+from exercises.errors import QdotError
+from exercises.problem import Problem
+from grader.cells import Unreadable
+from grader.finding import find_answers
+from grader.function_values import asked_of
+from grader.marking import mark
+from grader.sandbox import Limits, Sandbox
+from grader.submission import read_submission
+from grader.uncounted import without_self_checks
+from grader.verdict import Verdict
+
+
+def grade_notebook(
+    path: Path | str,
+    problems: Mapping[str, Problem],
+    *,
+    secret: str | None = None,
+    limits: Limits | None = None,
+    strict: bool = False,
+) -> dict[str, list[Verdict]]:
+    r"""Run a notebook, contained, and return the verdicts on the answers to problems, by slot ("p1", "p2", …).
+
+    `secret` draws the points at which answers are compared, as in `mark`; `limits` are seconds and memory; a `strict`
+    run refuses a machine that can't contain a notebook. The notebook is read only; whoever wants late work,
+    attempts and feedback has an assignment (`qdot grade`). Raises QdotError for a file that is no notebook.
+
+    >>> import tempfile
+    >>> from exercises import generate
+    >>> problem = generate("polar-rp/1", ["determinant"])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "mine.md"
+    ...     _ = path.write_text("```python\np1_determinant = '-d2 - 0.646'\n```")
+    ...     grade_notebook(path, {"p1": problem})
+    {'p1': [Verdict(determinant: correct, 1 of 1)]}
+    """
+    try:
+        submission = read_submission(Path(path))
+    except Unreadable as error:
+        raise QdotError(str(error)) from None
+    secret = secrets.token_hex(16) if secret is None else secret
+    drawn = f"{secret}/{submission.sha256}"
+    parts = [f"{slot}.{part.name}" for slot, problem in problems.items() for part in problem.parts]
+    asked = {slot: asked_of(problem, problem.domain(), drawn) for slot, problem in problems.items()}
+    cells = without_self_checks(submission.cells, list(problems.items()))
+    with Sandbox(limits, strict=strict) as sandbox:
+        answers = find_answers(cells, parts, lambda cells, names: sandbox.run(cells, names, asked))
+    return {
+        slot: mark(
+            problem, answers.of(slot, problem),
+            {part.name: answers.reason(slot, part.name) for part in problem.parts},
+            secret=secret, points_seed=drawn,
+        )
+        for slot, problem in problems.items()
+    }  # fmt: skip

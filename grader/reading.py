@@ -1,0 +1,69 @@
+"""The door: a text as the answer to one part of a problem, read in the form that is due there."""
+
+from dataclasses import dataclass, replace
+
+from exercises.answers import Choice, ConditionSet, Direction, Expression, Forms, Matching, Matrix, Number, Selection
+from exercises.formula.identity import Domain
+from exercises.problem import Part, Problem
+from exercises.quizzes import ASKED
+from grader.answer import Given, read_conditions, read_formula, read_matrix, read_numbers
+from grader.choices import read_choice, read_matching, read_selection
+from grader.function_values import constant_text, is_table, read_table
+
+
+def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") -> Given:
+    """Return what a text is as the answer to a part; `points_seed` drew the points at which a function was called.
+
+    >>> from exercises import generate
+    >>> problem = generate("planar-2r/7", ["position"])
+    >>> read_answer(problem, problem["position"], "[a1, a2, a3]").refusal
+    Judgement(wrong, 0: the answer is 3 x 1, and 2 x 1 is due)
+    """
+    domain = problem.domain()
+    if is_table(text):
+        same = constant_text(text)
+        if same is None:
+            return Given(text, table=read_table(text, domain, points_seed))
+        return replace(read_answer(problem, part, same), text=text)
+    return part.answer.told_to(_Reading(text, domain, ASKED[part.kind].labels(problem.chain)))
+
+
+@dataclass(frozen=True)
+class _Reading(Forms[Given]):
+    """Reads a text by the form of the answer that is due; the entries of a vector may be named by `labels`."""
+
+    text: str
+    domain: Domain
+    labels: tuple[str, ...]
+
+    def formula(self, answer: Expression) -> Given:
+        """Read a formula."""
+        return read_formula(self.text, self.domain)
+
+    def matrix(self, answer: Matrix) -> Given:
+        """Read rows of formulas."""
+        return read_matrix(self.text, answer.shape, self.domain, self.labels)
+
+    def direction(self, answer: Direction) -> Given:
+        """Read a vector."""
+        return read_matrix(self.text, answer.shape, self.domain, self.labels)
+
+    def numbers(self, answer: Number) -> Given:
+        """Read numbers."""
+        return read_numbers(self.text, len(answer.reference), self.labels)
+
+    def conditions(self, answer: ConditionSet) -> Given:
+        """Read conditions."""
+        return read_conditions(self.text, self.domain)
+
+    def one_of(self, answer: Choice) -> Given:
+        """Read an option."""
+        return read_choice(self.text, answer.options)
+
+    def some_of(self, answer: Selection) -> Given:
+        """Read letters."""
+        return read_selection(self.text, len(answer.options))
+
+    def matching(self, answer: Matching) -> Given:
+        """Read a letter for each item."""
+        return read_matching(self.text, answer.items, len(answer.options))

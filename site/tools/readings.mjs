@@ -1,0 +1,10 @@
+// Answers what tests/tools/readers.py asks on standard input: how the site reads texts, and what it says of answers.
+import { dirname, join } from "node:path";
+import { text } from "node:stream/consumers";
+import { fileURLToPath } from "node:url";
+
+import { runnerImport } from "vite";
+
+const root = join(dirname(fileURLToPath(import.meta.url)), "..");
+const { module } = await runnerImport("./tests/readings.ts", { root, configFile: false, logLevel: "error" });
+process.stdout.write(JSON.stringify(module.answered(JSON.parse(await text(process.stdin)))));

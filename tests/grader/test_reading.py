@@ -1,0 +1,110 @@
+"""The door: what an answer is read as in the form that is due, once, and what is refused there."""
+
+import json
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from exercises.assignment import Student
+from exercises.formula.expression import read
+from exercises.formula.trees import Node
+from exercises.problem import Problem
+from grader.check import check_notebook
+from grader.marking import mark
+from grader.parts import judge
+from grader.reading import read_answer
+from grader.verdict import Outcome
+from tests.support.handing_in import Cells, a_class, hand_in, right
+
+SMALL = ("planar-2r", "elbow-3r", "polar-rp", "scara")
+
+
+def test_a_reference_as_it_is_typed_is_read_as_the_tree_that_it_is(problem: Problem) -> None:
+    known = problem.domain().roles
+    for part in problem.parts:
+        given = read_answer(problem, part, part.answer.as_typed())
+        assert given.refusal is None, (part.name, given.refusal)
+        if part.answer.offered:
+            assert tuple(sorted(given.chosen)) == tuple(sorted(part.answer.right))
+        elif not part.answer.is_a_set:
+            shape = part.shape or (1, 1)
+            assert given.rows is not None and (len(given.rows), len(given.rows[0])) == shape
+            if not part.answer.is_in_numbers:
+                assert [list(row) for row in given.rows] == part.answer.trees(known), part.name
+
+
+@pytest.mark.families(SMALL)
+def test_however_wrong_the_answers_are_each_is_read_once(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Judged, credited, diagnosed and followed through; 0,5 alone is read a second time, with a point."""
+    seen = Counter[str]()
+
+    def counted(text: str, known: object) -> Node:
+        seen[text] += 1
+        return read(text, known)  # type: ignore[arg-type]
+
+    monkeypatch.setattr("grader.answer.read", counted)
+    answers = {
+        part.name: f"2*({part.answer.as_typed()})" if part.shape is None else part.answer.as_typed()
+        for part in problem.parts
+        if not part.answer.offered
+    }
+    first = next(name for name in answers if "sin" in answers[name])
+    answers[first] = answers[first].replace("sin", "cos")
+    verdicts = mark(problem, answers, secret="secret")
+    assert any(one.judgement.outcome in (Outcome.WRONG, Outcome.PARTIAL) for one in verdicts)
+    assert set(seen) == set(answers.values())
+    same = Counter(answers.values())
+    assert all(seen[text] == same[text] for text in seen)
+
+
+UNFIT = (
+    ("position", "[a1, a1, a1, a1]", "is due"), ("determinant", "[a1, a2]", "a single expression is due"),
+    ("jacobian", "a1", "is due"), ("determinant", "theta1 = a1", "a single expression is due"),
+    ("joint-rates", "[a1, theta1]", "numbers are due"), ("position", "[a1, {a2}]", "itself a list"),
+    ("jacobian", "sin(", "can't be read"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "text", "why"), UNFIT)
+def test_what_is_no_answer_of_the_form_that_is_due_is_refused(
+    kind: str, text: str, why: str, drawn: Callable[[str, int], Problem]
+) -> None:
+    problem = drawn("planar-2r", 0)
+    part = next(part for part in problem.parts if part.kind == kind)
+    given = read_answer(problem, part, text)
+    assert given.refusal is not None and why in given.refusal.reason
+    assert given.text == text
+    assert judge(problem, part, text, "seed") == given.refusal
+
+
+def test_check_says_of_every_answer_what_the_grader_says_of_its_form(tmp_path: Path) -> None:
+    assignment = a_class(tmp_path / "hw", [Student("ada")])
+    names = ("position", "jacobian", "determinant")
+
+    def answered(kind: str, text: str) -> str:
+        def change(cells: Cells) -> None:
+            cells[names.index(kind) - 3]["source"] = f"p1_{kind} = {text!r}"
+
+        return right(assignment, "ada", change)
+
+    right_notebook = hand_in(assignment, "ada/hw.ipynb", right(assignment, "ada"))
+    assert all(row.readable for row in check_notebook(right_notebook).rows)
+    for kind, text, why in UNFIT:
+        if kind in names:
+            rows = check_notebook(hand_in(assignment, "ada/hw.ipynb", answered(kind, text))).rows
+            (row,) = (row for row in rows if row.part == f"p1.{kind}")
+            assert not row.readable and why in row.said, (kind, text, row.said)
+
+
+def test_check_knows_no_shape_of_an_arm_that_is_drawn_with_its_structure(tmp_path: Path) -> None:
+    assignment = a_class(tmp_path / "hw", [Student("ada")])
+    text = right(assignment, "ada", lambda cells: cells[-2].update(source="p1_jacobian = [1, 2, 3]"))
+    (row,) = (r for r in check_notebook(hand_in(assignment, "a/hw.ipynb", text)).rows if r.part == "p1.jacobian")
+    assert not row.readable and "is due" in row.said
+    for family in ("random-3", "nothing", 5):
+        told = json.loads(text)
+        told["metadata"]["qdot"]["problems"] = {"p1": family}
+        rows = check_notebook(hand_in(assignment, "a/hw.ipynb", json.dumps(told))).rows
+        assert [row.said for row in rows if row.part == "p1.jacobian"] == ["3 x 1 matrix [1, 2, 3]"]

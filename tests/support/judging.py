@@ -1,0 +1,78 @@
+"""One text judged against another, as an answer is that was read in the form that is due."""
+
+from collections.abc import Sequence
+
+from exercises.formula.expression import read
+from exercises.formula.identity import Domain, Rounding
+from exercises.problem import Part, Problem
+from grader import choices, credit, diagnosis, direction, formulas
+from grader.answer import read_conditions, read_formula, read_matrix, read_numbers
+from grader.parts import judge_given
+from grader.reading import read_answer
+from grader.verdict import Diagnosis, Judgement
+
+
+def judge_expression(
+    student: str, reference: str, domain: Domain, seed: str, rounding: Rounding | None = None
+) -> Judgement:
+    return formulas.judge_expression(
+        read_formula(student, domain), read(reference, domain.roles), domain, seed, rounding
+    )
+
+
+def judge_matrix(
+    student: str, reference: Sequence[Sequence[str]], domain: Domain, seed: str, labels: Sequence[str] = (),
+    rounding: Rounding | None = None,
+) -> Judgement:  # fmt: skip
+    rows = [[read(entry, domain.roles) for entry in row] for row in reference]
+    given = read_matrix(student, (len(rows), len(rows[0])), domain, labels)
+    return formulas.judge_matrix(given, rows, domain, seed, rounding)
+
+
+def judge_numbers(
+    student: str, reference: Sequence[float], units: Sequence[str], tolerance: float, floor: float,
+    labels: Sequence[str] = (),
+) -> Judgement:  # fmt: skip
+    return formulas.judge_numbers(read_numbers(student, len(reference), labels), reference, units, tolerance, floor)
+
+
+def judge_singular(
+    student: str, reference: Sequence[str], joints: Sequence[str], domain: Domain, seed: str,
+    rounding: Rounding | None = None,
+) -> Judgement:  # fmt: skip
+    pieces = [read(text, domain.roles) for text in reference]
+    return formulas.judge_singular(read_conditions(student, domain), pieces, joints, domain, seed, rounding)
+
+
+def judge_angles(student: str, reference: str, domain: Domain, seed: str) -> Judgement:
+    return formulas.judge_angles(read_conditions(student, domain), read(reference, domain.roles), domain, seed)
+
+
+def judge_direction(
+    student: str, reference: Sequence[str], domain: Domain, seed: str, tolerance: float | None = None,
+    labels: Sequence[str] = (),
+) -> Judgement:  # fmt: skip
+    given = read_matrix(student, (len(reference), 1), domain, labels)
+    due = [read(entry, domain.roles) for entry in reference]
+    return direction.judge_direction(given, due, domain, seed, tolerance)
+
+
+def judge_choice(student: str, options: Sequence[str], right: int) -> Judgement:
+    return choices.judge_choice(choices.read_choice(student, options), options, right)
+
+
+def judge_selection(student: str, options: int, right: Sequence[int]) -> Judgement:
+    return choices.judge_selection(choices.read_selection(student, options), options, right)
+
+
+def judge_matching(student: str, items: Sequence[str], options: int, right: Sequence[int]) -> Judgement:
+    return choices.judge_matching(choices.read_matching(student, items, options), items, right)
+
+
+def diagnose(problem: Problem, part: Part, text: str, seed: str, points_seed: str = "") -> Diagnosis | None:
+    return diagnosis.diagnose(problem, part, read_answer(problem, part, text, points_seed), seed)
+
+
+def earned(problem: Problem, part: Part, text: str, seed: str) -> Judgement:
+    given = read_answer(problem, part, text)
+    return credit.credited(problem, part, judge_given(problem, part, given, seed), given, seed)

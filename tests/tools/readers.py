@@ -1,0 +1,364 @@
+"""Both readers of answers, Python's and the site's, asked the same: which tree a text is, and what an answer earns.
+
+`python -m tests.tools.readers --count 5000` makes so many texts and answers out of what students write, by a stream
+that is the same each time, asks both, and prints where they differ. Sentences may differ; what is accepted, the tree
+and the verdict may not. Python's answers to texts chosen by hand are kept for the site's own tests (`site_corpus`).
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+import unicodedata
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from functools import cache
+from itertools import product
+from typing import Any
+
+import sympy as sp
+
+from exercises.answers import ConditionSet
+from exercises.arm.chain import Chain, Joint
+from exercises.formula.expression import read
+from exercises.formula.trees import Node, ReadError
+from exercises.formula.vocabulary import VOCABULARY
+from exercises.problem import Part, Problem
+from exercises.quizzes import ASKED
+from exercises.site.keys import key_of
+from exercises.site.record import arm_record
+from exercises.stream import Stream
+from grader.parts import judge
+from tests.exercises.formula import test_reading as writings
+from tests.support import ROOT
+from tests.support.problems import asked, drawn
+from tests.support.programs import needs
+from tests.tools.fuzz import KNOWN, TOKENS, changed, seeds
+
+NODE = "install Node 20.19 or later"
+SITE = ROOT / "site"
+
+_TURNING = tuple(Joint("R", sp.Symbol(f"theta{i}"), 0, sp.Symbol(f"a{i}", positive=True), 0) for i in (1, 2))
+FAMILIES = ("planar-2r", "planar-3r", "elbow-3r", "polar-rp", "scara", "wrist-zyz")
+TEXTBOOK = ("position", "jacobian", "determinant", "singular-angles", "lost-direction", "rank")
+"""Questions of the plain 2R arm, whose formulas are short and whose singular angles are 0 and pi."""
+KINDS = (
+    "position", "velocity-component", "jacobian", "determinant", "gram-determinant", "inverse-velocity", "joint-rates",
+    "least-norm-rates", "rank", "manipulability", "lost-direction", "self-motion", "singular-angles", "joint-torques",
+)  # fmt: skip
+"""Questions of which answers are compared: of each form of answer that is typed, some."""
+
+Reading = tuple[str, int]
+Answer = tuple[int, str, str]
+
+
+@dataclass
+class Asked:
+    """Texts with the index of their symbols, and answers with the index of their problem and the name of their part."""
+
+    readings: list[Reading] = field(default_factory=list)
+    answers: list[Answer] = field(default_factory=list)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the question in the form of site/tests/readings.ts."""
+        known = [sorted(each) for each in KNOWN]
+        return {"symbols": known, "readings": self.readings, "problems": problems_json(), "answers": self.answers}
+
+
+@cache
+def problems() -> tuple[Problem, ...]:
+    """Return the problems of which answers are compared, with the parts that are typed as formulas or numbers."""
+    arms = [drawn(family, 0) for family in FAMILIES]
+    plain = asked("position", Chain("plain 2R", _TURNING, ("vx", "vy")))
+    parts = tuple(part for kind in TEXTBOOK for part in asked(kind, plain.chain).parts)
+    few = (replace(arm, parts=tuple(part for part in arm.parts if part.kind in KINDS)) for arm in arms)
+    return (replace(plain, parts=parts), *few)
+
+
+@cache
+def problems_json() -> list[dict[str, Any]]:
+    """Return the problems as the site's bank has them, as far as answers are judged by it."""
+    return [
+        {
+            "id": f"{problem.chain.name} {problem.id}",
+            "robot": arm_record(problem)["robot"],
+            "parts": [_part_json(problem, part) for part in problem.parts],
+        }
+        for problem in problems()
+    ]
+
+
+def _part_json(problem: Problem, part: Part) -> dict[str, Any]:
+    labels, key = list(ASKED[part.kind].labels(problem.chain)), key_of(problem, part)
+    return {"name": part.name, "labels": labels, "key": {**key, "mistakes": []}}
+
+
+# --- what Python says ---
+
+
+def tree_text(text: str, known: frozenset[str]) -> str | None:
+    """Return the tree of a text in the form of `canonical`, None where it is refused."""
+    try:
+        return canonical(read(text, known))
+    except ReadError:
+        return None
+
+
+def canonical(tree: Node) -> str:
+    """Return a tree as a text: (kind inner inner), names as they are, numbers exactly.
+
+    >>> canonical(read("2*a1 + sin(0.50)"))
+    '(+ (* #2 a1) (call sin #5e-1))'
+    """
+    parts: list[str] = []
+    todo: list[Node | None] = [tree]
+    while todo:  # no recursion: a long sum is a deep tree
+        top = todo.pop()
+        if top is None:
+            parts.append(")")
+        elif top.kind == "name":
+            parts.append(f" {top.value}")
+        elif top.kind in ("number", "decimal"):
+            parts.append(f" {_exactly(top)}")
+        else:
+            parts.append(f" ({top.kind}{f' {top.value}' if top.kind == 'call' else ''}")
+            todo += [None, *reversed(top.args)]
+    return "".join(parts)[1:]
+
+
+def _exactly(node: Node) -> str:
+    value: Fraction = node.value
+    if node.kind == "number":
+        return f"#{value.numerator}"
+    digits, places = value.numerator, 0
+    while digits % value.denominator:  # a decimal: some power of ten makes it whole
+        digits, places = digits * 10, places + 1
+    digits //= value.denominator
+    while digits and digits % 10 == 0:
+        digits, places = digits // 10, places - 1
+    return f"#{digits}e{-places if digits else 0}"
+
+
+def verdict(problem: int, name: str, text: str) -> tuple[str, float]:
+    """Return the outcome of an answer, and its share of the points before an assignment says what earns how much."""
+    judged = judge(problems()[problem], part_of(problem, name), text, f"readers/{text!a}")
+    return judged.outcome.value, round(judged.share, 9)
+
+
+def part_of(problem: int, name: str) -> Part:
+    """Return a part of one of the problems."""
+    return next(part for part in problems()[problem].parts if part.name == name)
+
+
+# --- what the site says ---
+
+
+def site_says(question: Asked) -> dict[str, Any]:
+    """Return what the site's reader and its grader say, in one process of Node; without it a test is skipped."""
+    node = needs("node", NODE)
+    if not (SITE / "node_modules" / "vite").is_dir():
+        needs("the site's libraries", "cd site && npm ci")
+    done = subprocess.run(
+        [node, "tools/readings.mjs"], cwd=SITE, input=json.dumps(question.as_json()), capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    found: dict[str, Any] = json.loads(done.stdout)
+    return found
+
+
+def differences(question: Asked) -> Iterator[str]:
+    """Yield a line for each text and each answer of which both do not say the same.
+
+    Where the browser is not sure that an answer is right, and says so, the grader may find it wrong.
+    """
+    told = site_says(question)
+    for (text, k), theirs in zip(question.readings, told["readings"], strict=True):
+        ours = tree_text(text, KNOWN[k])
+        if ours != theirs:
+            yield f"{text!a} with symbols {k}: Python {ours}, site {theirs}"
+    for (problem, name, text), (outcome, share, sure) in zip(question.answers, told["verdicts"], strict=True):
+        ours_outcome, ours_share = verdict(problem, name, text)
+        if outcome == "correct" and not sure and ours_outcome in ("wrong", "partial") and not _is_set(problem, name):
+            continue
+        if (outcome, round(share, 6)) != (ours_outcome, round(ours_share, 6)):
+            both = f"Python {ours_outcome} {ours_share:g}, site {outcome} {share:g}{'' if sure else ', unsure'}"
+            yield f"{problems()[problem].id} {name} {text!a}: {both}"
+
+
+def _is_set(problem: int, name: str) -> bool:
+    return isinstance(part_of(problem, name).answer, ConditionSet)
+
+
+# --- texts made ---
+
+SETS = (
+    "0", "det(J) = 0", "theta1 = theta1", "0 = 0", "pi", "{0, pi}", "[0, pi]", "k*pi", "theta2 = k*pi", "theta2 = 0",
+    "theta2 = 0, pi", "theta2 = 0 or theta2 = pi", "theta2 in {0, pi}", "theta2 ∈ {0} ∪ {π}", "sin(theta2) = 0", "s2",
+    "sin(theta2)^2 = 0", "{theta2: [0, pi]}", "theta2 = n*pi/2", "theta2 = 3.14159", "theta2 = 180 deg",
+    "theta2 = 180°", "theta2 = 0, theta2 = pi, sin(theta1) = 2", "theta2 = 0, theta2 = pi, theta1 = foo",
+    "foo*sin(theta2) = 0", "theta2 = 0, theta2 = 0, theta2 = pi", "theta2 = acos(2)", "theta1 = 0", "theta2 = _n*pi",
+    "theta3 = k*pi", "ImageSet(Lambda(_n, pi*_n), Integers)", "theta2 = 2*k*pi or theta2 = pi + 2*k*pi",
+    "abs(cos(theta2)) = 1", "theta3 = 0, pi", "cos(theta2) = 1, cos(theta2) = -1",
+    "theta1 = theta2 and sin(theta2) = 0", "d2 = 0", "d3 = 0", "theta2 = -pi, 0, pi", "blank", "[0, blank]", "theta2",
+    "theta2 = [0, 180]", "theta2 = 0 and theta1 = 0", "a1 + a2*cos(theta2) = 0", "sqrt(sin(theta2)^2) = 0",
+    "tan(theta2) = 0", "theta2 = k", "hello world", "theta2 = 355/113",
+)  # fmt: skip
+"""Answers to the question where an arm is singular, right ones and wrong ones; for most arms wrong."""
+
+ANYTHING = (
+    "0", "1", "-1", "hello world", "a1", "x", "[0, 0]", "[[1, 0], [0, 1]]", "nan", "", " ", "blank", "...", "I",
+    "1/0", "[blank, 1]", "det(J) = 1", "0,5", "2,0", "２,０", "a1²,3", "30 deg", "{qd1: 1, qd2: 2}",
+    "qd1 = 1, qd2 = 2", "constructor", "toString",
+)  # fmt: skip
+
+MORE = (
+    "１２ a1", "٣*a1", "𝟙a1", "ｓｉｎ（θ１）", "a1 ＋ a2", "1．5", "a1\u2062cos\u2061(θ1)", "a1\u200b*a2", "\ufeffa1",
+    "q1’", "0.3 m ", "a1*2; ", "5 N  m", "5 N m", "5*N*m", "2 cm 3", "[1] cm", "Matrix(1, 0, [])", "Matrix(0, 0, [])",
+    "theta2 ∈ {0, π}", "theta1 = 0 ∧ theta2 = 0", "theta1 = 0 ∨ theta2 = 0", "sin^-1(a1)", "sin^(-1)(a1)",
+    "sinh^-1(a1)", "constructor", "toString(1)", "\\constructor", "__proto__", "hasOwnProperty", "theta1(t).diff(t)",
+    "sin.diff(t)", "1e400", "1e401", "1E-400", "1e+0400", "07.50e1", "(" * 60 + "a1" + ")" * 60,
+    "(" * 61 + "a1" + ")" * 61, "x" * 60, "x" * 61, "\U0001d465" * 60, "\U0001d465" * 61, "2" + "^2" * 60,
+    "2" + "^2" * 61, "{" * 40 + "a_{1}" + "}" * 40, "a1" + " + a1" * 400, "[" + "a1 + " * 450 + "a1, 0]",
+    "+a2-a1" * 420,
+)  # fmt: skip
+"""Texts at the limits, and of kinds in which both readers once differed."""
+
+WORDS = (
+    ("theta1", "theta2"), ("theta1", "θ₁"), ("sin", "cos"), ("+", "-"), ("*", " "), ("a1", "a2"), ("1", "１"),
+    ("2", "2.0"), ("theta", "q"), ("theta1", "foo"), ("cos(theta1)", "c1"), ("sin(theta2)", "s2"), ("**", "^"),
+    (".", ","), ("theta", "th"), ("theta1", "theta_1"), ("a1", "a_{1}"), ("sin", "np.sin"), ("*", "·"), ("-", "−"),
+    ("0", "0.0"), ("(", "（"),
+)  # fmt: skip
+"""What is put for what in an answer."""
+
+ENDS = (" ", ";", ".", " m", " rad/s", " [m]", "; ", " + 0", " + x - x", " m ", "*1", "/1", " + 1e-12", "\n", " N m")
+
+
+STARTS = ("", "", "", "x = ", "det(J) = ", "J = ", "\n", "qd1 = ", "a1 = ", "lambda theta1: ", "Matrix(", "√", "$")
+
+
+def question_of(count: int, seed: str) -> Asked:
+    """Return so many texts, and a quarter as many answers, that a stream makes of what students write."""
+    rng = Stream(f"readers/{seed}")
+    texts = [text for text in (*seeds(), *written()) if len(text) < 300]
+    question = Asked([(text, k) for text in (*written(), *SETS, *ANYTHING) for k in range(len(KNOWN))][: count // 4])
+    while len(question.readings) < count:
+        text = rng.choice(texts) if rng.below(3) else _thrown_together(rng)
+        for _ in range(rng.below(3)):
+            text = _replaced_at(text, *rng.choice(WORDS), rng)
+        for _ in range(rng.below(3)):
+            text = changed(text, rng, TOKENS, most=600)
+        question.readings.append((text + (rng.choice(ENDS) if rng.below(5) == 0 else ""), rng.below(len(KNOWN))))
+    while len(question.answers) < count // 4:
+        question.answers.append(_answer(rng))
+    return question
+
+
+def _thrown_together(rng: Stream) -> str:
+    """Return words and signs of the vocabulary in a row, with some others of all scripts."""
+    return "".join(rng.choice(_all_words()) if rng.below(12) else _sign(rng) for _ in range(1 + rng.below(12)))
+
+
+@cache
+def _all_words() -> tuple[str, ...]:
+    found = (word for name in VOCABULARY if name not in ("about", "patterns") for word in _words_in(VOCABULARY[name]))
+    return (*TOKENS, *found)
+
+
+def _words_in(table: Any) -> Iterator[str]:
+    if isinstance(table, str):
+        yield table if len(table) < 20 else ""
+    elif isinstance(table, dict):
+        yield from table
+        yield from _words_in(list(table.values()))
+    elif isinstance(table, list):
+        for each in table:
+            yield from _words_in(each)
+
+
+def _sign(rng: Stream) -> str:
+    """Return a character of any script; those of Unicode 3.2 are the same to every Python and every Node."""
+    while True:
+        sign = chr(rng.below(0x2300 if rng.below(3) else 0xFFFF))
+        if unicodedata.ucd_3_2_0.category(sign) not in ("Cn", "Cs"):
+            return sign
+
+
+def kept_question() -> Asked:
+    """Return the texts and answers whose trees and verdicts are kept for the site's own tests."""
+    texts = (*(text for text in (*written(), *seeds()) if len(text) < 300), *SETS, *ANYTHING, *MORE)
+    question = Asked([(text, k) for text in dict.fromkeys(texts) for k in range(len(KNOWN))])
+    for k, problem in enumerate(problems()):
+        for part in problem.parts:
+            right = right_answers(k, part.name)
+            answers = list(right)
+            if k == 0:
+                answers += [*ANYTHING, *(right[0].replace(old, new) for old, new in WORDS)]
+                answers += [f"{start}{right[0]}{end}" for start, end in product(STARTS[3:], ENDS[:2])]
+            if isinstance(part.answer, ConditionSet):
+                answers += SETS if k == 0 else SETS[:: len(problems())]
+            question.answers += [(k, part.name, text) for text in dict.fromkeys(answers)]
+    return question
+
+
+def written() -> list[str]:
+    """Return texts that are known to be read, or refused, as they should be."""
+    own = [*writings.POSITIONS, *writings.MATRICES, *(text for text, _ in writings.REFUSED)]
+    return [*own, *(text for texts in writings.WRITINGS.values() for text in texts)]
+
+
+def _answer(rng: Stream) -> Answer:
+    k = rng.below(len(problems()))
+    part = rng.choice(problems()[k].parts)
+    is_set = isinstance(part.answer, ConditionSet)
+    text = rng.choice(SETS) if is_set and rng.below(3) else rng.choice(right_answers(k, part.name))
+    if rng.below(12) == 0:
+        text = rng.choice(ANYTHING)
+    for _ in range(rng.below(3)):
+        text = _replaced_at(text, *rng.choice(WORDS), rng)
+    if rng.below(4) == 0:
+        text = rng.choice(STARTS) + text + rng.choice(ENDS)
+    if rng.below(4) == 0:
+        text = changed(text, rng, TOKENS, most=600)
+    return (k, part.name, text)
+
+
+def _replaced_at(text: str, old: str, new: str, rng: Stream) -> str:
+    """Return a text with another put for one, everywhere or in one place."""
+    places = text.count(old)
+    if places == 0 or rng.below(2):
+        return text.replace(old, new)
+    head = text.split(old)
+    at = 1 + rng.below(places)
+    return old.join(head[:at]) + new + old.join(head[at:])
+
+
+@cache
+def right_answers(problem: int, name: str) -> Sequence[str]:
+    """Return the right answer to a part as it is typed in Python, and in LaTeX."""
+    part = part_of(problem, name)
+    found = [part.answer.code(), part.answer.as_typed()]
+    if isinstance(part.answer, ConditionSet):
+        return [*found, ", ".join(part.answer.pieces()), *part.answer.pieces()]
+    if part.answer.is_formulas:
+        matrix = part.answer.as_matrix()
+        found.append(sp.latex(matrix if matrix.shape != (1, 1) else matrix[0, 0]))
+    return list(dict.fromkeys(found))
+
+
+def main() -> int:
+    """Ask both, and print where they differ."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--count", type=int, default=2000, help="so many texts, and a quarter as many answers")
+    parser.add_argument("--seed", default="1", help="another one makes other texts")
+    options = parser.parse_args()
+    question = question_of(options.count, options.seed)
+    found = list(differences(question))
+    sys.stdout.writelines(f"{line}\n" for line in found)
+    sys.stdout.write(f"{len(question.readings)} texts, {len(question.answers)} answers: {len(found)} differences\n")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
