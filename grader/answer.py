@@ -103,7 +103,7 @@ def with_points(text: str) -> str:
     depth, out = 0, []
     for before, char, after in zip(f" {text}", text, f"{text[1:]} ", strict=False):
         depth += (char in "([{") - (char in ")]}")
-        out.append("." if char == "," and depth == 0 and before.isdigit() and after.isdigit() else char)
+        out.append("." if char == "," and depth == 0 and before.isdecimal() and after.isdecimal() else char)
     return "".join(out)
 
 

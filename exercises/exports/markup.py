@@ -8,9 +8,11 @@ from collections.abc import Callable, Sequence
 from decimal import Decimal
 
 from exercises.exports.items import Item, Picture
+from exercises.formula.latex import parsed
 from exercises.formula.layout import Layout
 from exercises.render import render
-from exercises.writing.markup import to_html_for_mathjax, to_html_with
+from exercises.writing.fit import fitted
+from exercises.writing.markup import SCREEN, to_html, to_html_for_mathjax
 
 DIGITS = 10
 """Significant digits to which right values are given to platforms."""
@@ -21,7 +23,13 @@ SetFormula = Callable[[Layout, bool], str]
 
 def text_html(text: str, set_formula: SetFormula | None = None) -> str:
     """Return Markdown as HTML for a platform."""
-    return (to_html_with(text, set_formula) if set_formula else to_html_for_mathjax(text)).strip()
+    if set_formula is None:
+        return to_html_for_mathjax(text).strip()
+
+    def formula(latex: str, block: bool) -> str:
+        return set_formula(fitted(parsed(latex), SCREEN) if block else parsed(latex), block)
+
+    return to_html(text, formula).strip()
 
 
 def line_html(text: str, set_formula: SetFormula | None = None) -> str:

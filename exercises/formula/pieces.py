@@ -110,10 +110,11 @@ def _vanishing(node: Node) -> list[Piece]:
 
 
 def _bare(node: Node) -> Node:
-    """Return what vanishes where an expression does, X of sqrt(X) = 0: the search needs a slope, which a root lacks."""
+    """Return what vanishes where an expression does, X of sqrt(X) or X^4: they lack the slope that a search needs."""
     while True:
         less_nothing = node.kind == "-" and node.args[1].kind in ("number", "decimal") and not node.args[1].value
-        if less_nothing or node.kind == "neg" or (node.kind == "call" and node.value in ("sqrt", "abs")):
+        is_power = node.kind == "^" and node.args[1].kind in ("number", "decimal") and node.args[1].value > 0
+        if less_nothing or is_power or node.kind == "neg" or (node.kind == "call" and node.value in ("sqrt", "abs")):
             node = node.args[0]
         else:
             return node

@@ -3,7 +3,6 @@
 Understood is what the templates use: headings, paragraphs, emphasis, code, lists, tables, `$…$` and `$$…$$`.
 """
 
-import math
 import re
 import textwrap
 from collections.abc import Callable, Sequence
@@ -14,7 +13,6 @@ from markdown_it import MarkdownIt
 from markdown_it.token import Token
 
 from exercises.formula.latex import parsed
-from exercises.formula.layout import Layout
 from exercises.formula.printers.latex import latex as latex_of
 from exercises.formula.printers.mathml import mathml
 from exercises.formula.printers.unicode import shown_width, unicode_math
@@ -23,7 +21,8 @@ from exercises.writing.fit import fitted, width
 WIDTH = 100
 SCREEN, PAPER = 44.0, 38.0
 """How wide formulas may be in HTML, for a page of 900 pixels and for A4 in print, and in LaTeX, in em (see `fit`)."""
-_FORMULA = re.compile(r"\$\$(.+?)\$\$|\$([^$]+?)\$", re.DOTALL)
+_FORMULA = re.compile(r"```.*?```|`[^`]+`|\$\$(.+?)\$\$|\$([^$]+?)\$", re.DOTALL)
+"""Code, in which a dollar is a dollar, or a formula."""
 HOLDER = re.compile("\ue000(\\d+)\ue001")
 """What stands for a formula while the text around it is taken apart: its number among the formulas."""
 
@@ -34,7 +33,10 @@ def parsed_markdown(text: str) -> tuple[list[Token], list[tuple[str, bool]]]:
 
     def hold(match: re.Match[str]) -> str:
         block = match.group(1) is not None
-        formulas.append((" ".join((match.group(1) or match.group(2)).split()), block))
+        latex = match.group(1) or match.group(2)
+        if latex is None:
+            return match[0]
+        formulas.append((" ".join(latex.split()), block))
         return f"\ue000{len(formulas) - 1}\ue001"
 
     return MarkdownIt("commonmark").enable("table").parse(_FORMULA.sub(hold, text)), formulas
@@ -78,11 +80,6 @@ def to_html_for_mathjax(text: str) -> str:
         return rf"\[{shown}\]" if block else rf"\({shown}\)"
 
     return to_html(text, formula)
-
-
-def to_html_with(text: str, printed: Callable[[Layout, bool], str]) -> str:
-    """Return HTML with formulas that fit as they are `printed`, told whether they stand on lines of their own."""
-    return to_html(text, lambda latex, block: printed(fitted(parsed(latex), SCREEN if block else math.inf), block))
 
 
 # --- LaTeX ---

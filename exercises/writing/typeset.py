@@ -152,7 +152,8 @@ class _Setter:
 
     def power(self, base: Node, exponent: Node) -> _Set:
         above = row(*self.exponent(exponent))
-        if base.kind == "call" and base.value in ("sin", "cos", "tan") and _is_whole(above.inner):
+        is_whole = len(above.inner) == 1 and above.inner[0].text.isdigit()
+        if base.kind == "call" and base.value in ("sin", "cos", "tan") and is_whole:
             return self.call(base, above)
         return _Set(layout.raised(self.set(base).at(_ATOM), above), _FACTOR)
 
@@ -205,10 +206,6 @@ def _between(before: Pieces, factor: Layout) -> Pieces:
     if first.kind == "number" or (factor.kind == "fraction" and last.kind == "number"):
         return (layout.DOT,)
     return (layout.THIN,) if "text" in (start.kind, first.kind) or last.text == "()" else ()
-
-
-def _is_whole(pieces: Pieces) -> bool:
-    return len(pieces) == 1 and pieces[0].kind == "number" and pieces[0].text.isdigit()
 
 
 def _are_numbers(factors: Sequence[Node]) -> bool:

@@ -134,9 +134,30 @@ test.each([
   ["theta2 = 0, theta2 = pi, theta1 = 0", "partial", 0.5],
   ["theta2", "wrong", 0],
   ["sin(theta2)^2 + 1 = 0", "wrong", 0],
+  ["theta1 = theta1", "wrong", 0], // always true: it covers everything, and earns nothing
+  ["det(J) = 0", "wrong", 0],
+  ["0 = 0", "wrong", 0],
+  ["{0, pi}", "correct", 1],
+  ["sin(theta2)^2 = 0", "correct", 1],
+  ["theta2 = 0, theta2 = pi, sin(theta1) = 2", "correct", 1],
+  ["theta2 = 0, theta2 = pi, theta1 = foo", "partial", 0.5],
+  ["theta2 = 0, theta2 = 3.14159", "wrong", 0],
 ])("a set: %s is %s", (typed, outcome, share) => {
   const found = judgeSet(typed, SET, ANGLES, stretched);
   expect([found.outcome, found.share]).toEqual([outcome, share]);
+});
+
+test.each(["hello world", "a1 + foo", "constructor"])("words that are no symbols are told: %s", (typed) => {
+  const key: ValuesKey = { ...ALONG, type: "values", rows: 1, right: [[1, 2]] };
+  const found = judgeValues(typed, key);
+  expect([found.outcome, found.reasons[0]?.key]).toEqual(["wrong", "read.unknown"]);
+});
+
+test("terms that hide an entry leave the browser unsure", () => {
+  const key: ValuesKey = { ...ALONG, type: "values", rows: 1, right: [[0.5, 1.2]] };
+  expect(judgeValues("a1 + x - x", key)).toMatchObject({ outcome: "correct", sure: true });
+  for (const typed of ["a1 + 1e-12", "a1 + 9^9*(x - x)", "a1 + 1/10^12"])
+    expect(judgeValues(typed, key)).toMatchObject({ outcome: "correct", sure: false });
 });
 
 test("a matrix is marked by entry, zeros earn nothing, and the mistake behind it is named", () => {

@@ -9,6 +9,7 @@ import argparse
 import json
 import subprocess
 import sys
+import unicodedata
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -22,6 +23,7 @@ from exercises.answers import ConditionSet
 from exercises.arm.chain import Chain, Joint
 from exercises.formula.expression import read
 from exercises.formula.trees import Node, ReadError
+from exercises.formula.vocabulary import VOCABULARY
 from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
 from exercises.site.keys import key_of
@@ -193,7 +195,8 @@ def _is_set(problem: int, name: str) -> bool:
 SETS = (
     "0", "det(J) = 0", "theta1 = theta1", "0 = 0", "pi", "{0, pi}", "[0, pi]", "k*pi", "theta2 = k*pi", "theta2 = 0",
     "theta2 = 0, pi", "theta2 = 0 or theta2 = pi", "theta2 in {0, pi}", "theta2 ∈ {0} ∪ {π}", "sin(theta2) = 0", "s2",
-    "sin(theta2)^2 = 0", "{theta2: [0, pi]}", "theta2 = n*pi/2", "theta2 = 3.14159", "theta2 = 180 deg",
+    "sin(theta2)^2 = 0", "(a1*sin(theta2)^2)^2", "sin(theta2)^-2 = 0",
+    "{theta2: [0, pi]}", "theta2 = n*pi/2", "theta2 = 3.14159", "theta2 = 180 deg",
     "theta2 = 180°", "theta2 = 0, theta2 = pi, sin(theta1) = 2", "theta2 = 0, theta2 = pi, theta1 = foo",
     "foo*sin(theta2) = 0", "theta2 = 0, theta2 = 0, theta2 = pi", "theta2 = acos(2)", "theta1 = 0", "theta2 = _n*pi",
     "theta3 = k*pi", "ImageSet(Lambda(_n, pi*_n), Integers)", "theta2 = 2*k*pi or theta2 = pi + 2*k*pi",
@@ -206,8 +209,8 @@ SETS = (
 
 ANYTHING = (
     "0", "1", "-1", "hello world", "a1", "x", "[0, 0]", "[[1, 0], [0, 1]]", "nan", "", " ", "blank", "...", "I",
-    "1/0", "[blank, 1]", "det(J) = 1", "0,5", "30 deg", "{qd1: 1, qd2: 2}", "qd1 = 1, qd2 = 2", "constructor",
-    "toString",
+    "1/0", "[blank, 1]", "det(J) = 1", "0,5", "2,0", "２,０", "a1²,3", "30 deg", "{qd1: 1, qd2: 2}",
+    "qd1 = 1, qd2 = 2", "constructor", "toString",
 )  # fmt: skip
 
 MORE = (
@@ -242,7 +245,7 @@ def question_of(count: int, seed: str) -> Asked:
     texts = [text for text in (*seeds(), *written()) if len(text) < 300]
     question = Asked([(text, k) for text in (*written(), *SETS, *ANYTHING) for k in range(len(KNOWN))][: count // 4])
     while len(question.readings) < count:
-        text = rng.choice(texts)
+        text = rng.choice(texts) if rng.below(3) else _thrown_together(rng)
         for _ in range(rng.below(3)):
             text = _replaced_at(text, *rng.choice(WORDS), rng)
         for _ in range(rng.below(3)):
@@ -251,6 +254,36 @@ def question_of(count: int, seed: str) -> Asked:
     while len(question.answers) < count // 4:
         question.answers.append(_answer(rng))
     return question
+
+
+def _thrown_together(rng: Stream) -> str:
+    """Return words and signs of the vocabulary in a row, with some others of all scripts."""
+    return "".join(rng.choice(_all_words()) if rng.below(12) else _sign(rng) for _ in range(1 + rng.below(12)))
+
+
+@cache
+def _all_words() -> tuple[str, ...]:
+    found = (word for name in VOCABULARY if name not in ("about", "patterns") for word in _words_in(VOCABULARY[name]))
+    return (*TOKENS, *found)
+
+
+def _words_in(table: Any) -> Iterator[str]:
+    if isinstance(table, str):
+        yield table if len(table) < 20 else ""
+    elif isinstance(table, dict):
+        yield from table
+        yield from _words_in(list(table.values()))
+    elif isinstance(table, list):
+        for each in table:
+            yield from _words_in(each)
+
+
+def _sign(rng: Stream) -> str:
+    """Return a character of any script; those of Unicode 3.2 are the same to every Python and every Node."""
+    while True:
+        sign = chr(rng.below(0x2300 if rng.below(3) else 0xFFFF))
+        if unicodedata.ucd_3_2_0.category(sign) not in ("Cn", "Cs"):
+            return sign
 
 
 def kept_question() -> Asked:

@@ -1,17 +1,17 @@
 r"""Formulas as LaTeX: blanks between factors and around signs, none beside brackets, c_{1} (a_{1} + a_{2})."""
 
+from functools import lru_cache
 from itertools import pairwise
 
 from exercises.formula.latex import LETTERS, PRIMES, SIGNS
 from exercises.formula.layout import EMPTY, MINUS, PLUS, THIN, Layout, Pieces, base, is_binary, parts, row
 
 _COMMANDS = {char: f"\\{name}" for known in (SIGNS, LETTERS) for name, char in reversed(known.items())} | {"−": "-"}
-_AROUND = frozenset(Layout("sign", sign) for sign in "=≠<>≤≥≈∈→⋅×±")
+_AROUND, _OPENS, _CLOSES = "=≠<>≤≥≈∈→⋅×±", "([{/+−", ")]},;/."
 _STAR = Layout("sign", "*")
-_OPENS = frozenset(Layout("sign", sign) for sign in "([{/")
-_CLOSES = frozenset((*(Layout("sign", sign) for sign in ")]},;/."), THIN))
 
 
+@lru_cache(maxsize=2048)
 def latex(formula: Layout) -> str:
     r"""Return a formula as LaTeX.
 
@@ -45,15 +45,19 @@ def _index(one: Layout) -> str:
 
 def _touch(before: Layout, piece: Layout) -> bool:
     """Return whether two pieces stand side by side without a blank."""
-    if before in _AROUND or piece in _AROUND:
+    if _is_sign(before, _AROUND) or _is_sign(piece, _AROUND):
         return False
-    if before in _OPENS or base(piece) in _CLOSES or before in (MINUS, PLUS):
+    if _is_sign(before, _OPENS) or _is_sign(base(piece), _CLOSES) or piece == THIN:
         return True
     if before == THIN:
         return piece.kind == "text"
     if before.kind == "script" and before.inner[0] == EMPTY:  # {}^{0}z_{1}
         return True
     return (base(piece).kind == "fenced" or base(piece).text == "(") and base(before).kind in ("word", "text")
+
+
+def _is_sign(one: Layout, signs: str) -> bool:
+    return one.kind == "sign" and one.text in signs
 
 
 def _piece(one: Layout) -> str:
@@ -80,6 +84,7 @@ def _piece(one: Layout) -> str:
     return rf"\begin{{{name}}} {rows} \end{{{name}}}"
 
 
+@lru_cache(maxsize=2048)
 def _script(foot: Layout, below: Layout, above: Layout) -> str:
     first, *others = *parts(above), EMPTY
     primes = PRIMES.find(first.text) + 1 if first.text else 0

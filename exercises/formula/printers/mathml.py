@@ -5,7 +5,7 @@ around a matrix are drawn as its border, and alignment is written as a style.
 """
 
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, lru_cache
 from html import escape
 from itertools import cycle
 
@@ -18,7 +18,6 @@ _BRACKETS = (
     f"border: solid currentColor; border-width: 0 1.5px; padding: 0.15em 0.2em; background: {_CORNERS}; "
     "background-repeat: no-repeat"
 )
-_ALIGNED = '<mtable displaystyle="true" rowspacing="3pt" columnspacing="{}">'
 _NAMESPACE = 'xmlns="http://www.w3.org/1998/Math/MathML"'
 _SMALL, _LARGE = (f'<mstyle displaystyle="{size}" scriptlevel="0">' for size in ("false", "true"))
 _BRACKET = '<mo stretchy="false">'
@@ -59,11 +58,11 @@ def _char(char: str) -> str:
 
 
 class _Writer:
-    """Writes layouts, on lines of their own if in a `block`, for browsers if it `mends`; small pieces are kept."""
+    """Writes layouts, on lines of their own if in a `block`, for browsers if it `mends`; pieces are kept."""
 
     def __init__(self, mends: bool, block: bool) -> None:
         self.mends, self.block = mends, block
-        self.kept: dict[Layout, str] = {}
+        self.piece = lru_cache(2048)(self.made)
 
     def element(self, formula: Layout, style: str = "") -> str:
         display = "block" if self.block else "inline"
@@ -82,16 +81,6 @@ class _Writer:
             return self.piece(one)
         shown = self.row(one.inner) if one.kind == "row" else self.matrix(one.inner)
         return f"<mrow>{shown}</mrow>" if shown else "<mrow />"
-
-    def piece(self, one: Layout) -> str:
-        if one.kind not in ("letter", "number", "sign", "word", "space", "script"):
-            return self.made(one)
-        known = self.kept.get(one)
-        if known is None:
-            if len(self.kept) > 4096:
-                self.kept.clear()
-            known = self.kept[one] = self.made(one)
-        return known
 
     def made(self, one: Layout) -> str:
         kind, text, inner = one
@@ -141,17 +130,14 @@ class _Writer:
 
     def aligned(self, one: Layout) -> str:
         over = "1.1ex" if one.text else "0.5ex"
-        sides = ("right", "0.3em"), ("left", "1.5em")
-        styles = [
-            f' style="text-align: {side}; padding: {over} {gap} {over} 0"' if self.mends else f' columnalign="{side}"'
-            for side, gap in sides
-        ]
+        style = ' style="text-align: {}; padding: {} {} {} 0"' if self.mends else ' columnalign="{}"'
+        styles = [style.format(side, over, gap, over) for side, gap in (("right", "0.3em"), ("left", "1.5em"))]
         spaces = " ".join(("0em", "2em") * (max(len(cells.inner) for cells in one.inner) // 2))
         shown = ""
         for line in one.inner:
             cells = ("<mi />" * (k % 2) + self.row(cell.inner) for k, cell in enumerate(line.inner))
             shown += f"<mtr>{''.join(map(_cell, cycle(styles), cells))}</mtr>"
-        return f"{_ALIGNED.format(spaces)}{shown}</mtable>"
+        return f'<mtable displaystyle="true" rowspacing="3pt" columnspacing="{spaces}">{shown}</mtable>'
 
 
 def _mended(pieces: Pieces, shown: Sequence[str]) -> list[str]:

@@ -5,9 +5,7 @@ from functools import lru_cache
 from exercises.formula.latex import LETTERS
 from exercises.formula.layout import SPACES, Layout
 
-_NAMES = {char: name for name, char in LETTERS.items()} | {
-    "φ": "phi", "□": "blank", "′": "prime", "″": "double prime",
-}  # fmt: skip
+_NAMES = {char: name for name, char in LETTERS.items()} | {"φ": "phi", "□": "blank", "′": "prime"}
 _SIGNS = {
     "+": "plus", "−": "minus", "=": "equals", "×": "times", "⋅": "times", "≠": "is not", "≤": "is at most",
     "≥": "is at least", "≈": "is about", "∂": "partial", "∑": "sum", "±": "plus or minus", "∈": "is in", "→": "to",
@@ -15,7 +13,7 @@ _SIGNS = {
     "*": "star", "%": "per cent", "<": "is less than", ">": "is greater than",
 }  # fmt: skip
 _POWERS = {"2": "squared", "3": "cubed", "T": "transposed", "minus 1": "inverse"}
-_BY_THEMSELVES = ("prime", "double prime", "degrees", "star")
+_POWERS |= {word: word for word in ("prime", "degrees", "star")}
 _WORDS = {
     "sin": "sine", "cos": "cosine", "tan": "tangent", "det": "determinant of", "ln": "natural logarithm of",
     "arcsin": "arc sine", "arccos": "arc cosine", "arctan": "arc tangent", "exp": "exponential of",
@@ -62,7 +60,7 @@ def _said(one: Layout) -> str:
 
 
 def _script(base: str, below: str, above: str) -> str:
-    power = _POWERS.get(above, above if above in _BY_THEMSELVES else f"to the power {above}") if above else ""
+    power = _POWERS.get(above, f"to the power {above}") if above else ""
     return " ".join(filter(None, (base, below, power)))
 
 

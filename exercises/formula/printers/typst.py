@@ -39,7 +39,13 @@ def typst_math(one: Layout) -> str:
     if one.kind == "matrix":
         rows = "; ".join(", ".join(map(typst_math, cells.inner)) for cells in inner)
         return f'mat(delim: "{one.text[0]}", {rows})'
-    return _leaf(one)
+    if one.kind == "word":
+        return f'op("{one.text}")'
+    if one.kind == "space":
+        return f"#h({round(SPACES[one.text], 2)}em)"
+    if one.kind == "text" or "," in one.text.strip(","):  # a decimal comma would part two numbers
+        return typst_string(one.text)
+    return _sign(one.text)
 
 
 def _script(base: Layout, below: Layout, above: Layout) -> str:
@@ -49,16 +55,6 @@ def _script(base: Layout, below: Layout, above: Layout) -> str:
     for mark, part in (("_", below), ("^", above)):
         shown += f"{mark}({typst_math(part)})" if part.inner or part.text else ""
     return shown
-
-
-def _leaf(one: Layout) -> str:
-    if one.kind == "word":
-        return f'op("{one.text}")'
-    if one.kind == "text" or "," in one.text.strip(","):
-        return typst_string(one.text)  # also of a number with a decimal comma, which would part two numbers
-    if one.kind == "space":
-        return f"#h({round(SPACES[one.text], 2)}em)"
-    return _sign(one.text)
 
 
 def _sign(text: str) -> str:

@@ -113,7 +113,7 @@ function along(entries: readonly Node[], key: ValuesKey): Verdict {
       ) <= room
     );
   });
-  if (off < 0) return agreed(entries, message("verdict.direction"), key.points.length);
+  if (off < 0) return agreed(entries, message("verdict.direction"), found);
   const unknown = unknownSymbols(names, key);
   return unknown ? graded(0, [unknown]) : differs(names, configuration(key, off, new Set()));
 }

@@ -115,14 +115,16 @@ function vanishing(tree: Node): Piece[] {
   return cases(bare(tree)).map((zero) => [{ joint: null, zero }]);
 }
 
-/** What vanishes where an expression does, X of sqrt(X) = 0: the search needs a slope, which a root lacks. */
+/** What vanishes where an expression does, X of sqrt(X) or of X^4: the search needs a slope, which these lack. */
 function bare(tree: Node): Node {
   const [first, second] = tree.args;
   if (!first) return tree;
   const lessNothing =
     tree.kind === "-" && second && ["number", "decimal"].includes(second.kind) && second.value === 0;
   const rooted = tree.kind === "call" && ["sqrt", "abs"].includes(tree.text);
-  return lessNothing || tree.kind === "neg" || rooted ? bare(first) : tree;
+  const power =
+    tree.kind === "^" && second && ["number", "decimal"].includes(second.kind) && second.value > 0;
+  return lessNothing || power || tree.kind === "neg" || rooted ? bare(first) : tree;
 }
 
 /** The cases of a whole number k in an expression; values whole turns apart are one. */

@@ -12,7 +12,6 @@ import {
   namesIn,
   type Node,
   node,
-  outOfSight,
   ReadError,
 } from "../read/tree.js";
 import { inDigits, message, type Message } from "../text/text.js";
@@ -22,6 +21,8 @@ import { type At, correct, graded, missing, unreadable, type Verdict, wrong } fr
 const SAME = 1e-9;
 /** Share by which the print of a mistake, which is kept with six digits, may differ. */
 const PRINT = 2e-5;
+/** So many times an entry its terms may be: rounding is still far below it then. */
+const HIDING = 1e4;
 const GOLDEN = 0.6180339887498949;
 /** Functions of which two formulas may be the same in one region and differ in another. */
 const BRANCHING = new Set(["sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log"]);
@@ -71,7 +72,11 @@ function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
     key.points.findIndex((_point, k) => !same(mine(k)[i] ?? null, key.right[i]?.[k] ?? null)),
   );
   if (differing.every((k) => k < 0))
-    return agreed(entries, message("verdict.values", { points: key.points.length }), key.points.length);
+    return agreed(
+      entries,
+      message("verdict.values", { points: key.points.length }),
+      key.points.map((_, k) => mine(k)),
+    );
   const right = differing.map((k) => k < 0);
   const zeros = scales.map((scale) => scale === 0 && largest > 0);
   const share = Math.min(shareOf(right, zeros, blank), 0.99);
@@ -95,7 +100,12 @@ function same(mine: Value | null, due: number | null): boolean {
 }
 
 /** What is said of entries that are right at all configurations, where these may not tell all. */
-export function agreed(entries: readonly Node[], sure: Message, points: number): Verdict {
+export function agreed(
+  entries: readonly Node[],
+  sure: Message,
+  values: readonly (readonly (Value | null)[])[],
+): Verdict {
+  const points = values.length;
   const functions = new Set<string>();
   for (const entry of entries)
     anyNode(entry, ({ text }) => {
@@ -104,10 +114,36 @@ export function agreed(entries: readonly Node[], sure: Message, points: number):
     });
   const digits = Math.max(...entries.map(digitsOfDecimals));
   if (digits > 8 && digits < 16) return correct(message("verdict.decimals", { points, digits }), false);
-  const unseen = entries.map(outOfSight).find((number) => number !== null);
+  const unseen = entries.map(outOfSight).find((number) => number !== null) ?? hiddenBy(values);
   if (unseen) return correct(message("verdict.out-of-sight", { points, number: unseen }), false);
   if (functions.size === 0) return correct(sure);
   return correct(message("verdict.branches", { points, functions: [...functions].sort().join(", ") }), false);
+}
+
+/** A number, or a power of numbers, that values of nine digits can't tell from none or from infinity; null without one. */
+function outOfSight(tree: Node): string | null {
+  let found: string | null = null;
+  anyNode(tree, (each) => {
+    const isNumber = each.kind === "number" || each.kind === "decimal";
+    if (!isNumber && !(each.kind === "^" && namesIn(each).size === 0)) return false;
+    const { size } = evaluate(each, {});
+    const isNothing = isNumber ? !/[1-9]/.test(each.text) : size === 0;
+    if (!isNothing && !(size >= 1e-6 && size <= 1e6)) found = isNumber ? each.text : size.toExponential(0);
+    return found !== null;
+  });
+  return found;
+}
+
+/** How large terms are that cancel each other, where nine digits of them are more than the entry itself; else null. */
+function hiddenBy(values: readonly (readonly (Value | null)[])[]): string | null {
+  const most = (of: (value: Value) => number) =>
+    (values[0] ?? []).map((_, i) => Math.max(...values.map((each) => (each[i] ? of(each[i]) : 0))));
+  const lengths = most(({ re, im }) => Math.hypot(re, im));
+  const largest = Math.max(...lengths) || 1;
+  const hiding = most(({ size }) => size).find(
+    (size, i) => !(size <= HIDING * Math.max(lengths[i] as number, largest / 100)),
+  );
+  return hiding === undefined ? null : hiding.toExponential(0);
 }
 
 /** Of the entries that are not zero, those that are right, less the zeros that were answered with something else. */

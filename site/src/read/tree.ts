@@ -124,18 +124,6 @@ export function digitsOfDecimals(tree: Node): number {
   return most;
 }
 
-/** The smallest or the largest number in a tree that values of nine digits can't tell from none; null without one. */
-export function outOfSight(tree: Node): string | null {
-  let found: string | null = null;
-  anyNode(tree, ({ kind, value, text }) => {
-    const size = Math.abs(value);
-    const isNumber = (kind === "number" || kind === "decimal") && /[1-9]/.test(text);
-    if (isNumber && (size < 1e-6 || size > 1e6)) found = text;
-    return found !== null;
-  });
-  return found;
-}
-
 /** Whether a placeholder is still there somewhere in the tree. */
 export function hasBlank(tree: Node): boolean {
   return anyNode(tree, ({ kind }) => kind === "blank");

@@ -217,6 +217,11 @@ def test_markdown_subset() -> None:
     assert "• one\n  • two" in to_text(text) and "A x₁" in to_text(text)
 
 
+def test_a_dollar_in_code_begins_no_formula() -> None:
+    shown = to_html("`$a` and $b$\n\n```yaml\nenv: ${{ one }}, ${{ two }}\n```\n\n$c$")
+    assert shown.count("<math ") == 2 and "<code>$a</code>" in shown and "env: ${{ one }}, ${{ two }}" in shown
+
+
 def test_conditions_are_listed_with_the_signs_that_they_have_in_the_determinant(family: str, drawn: Draw) -> None:
     chain = drawn(family, 0).chain
     steps = Worked(chain)
