@@ -7,7 +7,7 @@ from types import ModuleType
 import numpy as np
 
 from exercises.arm.chain import Chain
-from exercises.arm.stages import RESULT, Working, propagated
+from exercises.arm.stages import RESULT, STAGES, Working, built_on, propagated
 from exercises.mistakes import algebra, arrangement, choices, columns, numeric, position, sets, table
 from exercises.mistakes.base import Mistake, Shape, Slip, Taken
 from exercises.problem import Part
@@ -35,11 +35,9 @@ ON_THE_WAY = frozenset(mistake.name for module in (position, columns) for mistak
 """What is looked for together with a second mistake behind J."""
 
 _POSITIONS = frozenset({"table", "rotations", "own links", "links"})
-_LATE = frozenset(
-    {"minors", "cofactors", "adjugate", "determinant", "inverse", "wanted velocity", "rates"}
-    | {"transposed jacobian", "gram determinant", "pseudo-inverse", "joint rates", RESULT}
-)
-"""Stages behind J."""
+_BEHIND = {stage for stage in STAGES if "jacobian" in built_on(stage)}
+_LATE = frozenset(_BEHIND | {"wanted velocity", "joint rates", RESULT})
+"""Stages behind J, and what J is multiplied by."""
 
 
 @dataclass(frozen=True)

@@ -68,6 +68,9 @@ def test_every_outlet_writes_the_same_files_twice(order: Order) -> None:
         return certified[name]
 
     asked = replace(order, variants=2, solutions=True, failures=once)
+    ids = {variant.problem.id for variant in bank(asked)} | {
+        problem.id for _, problem in order.assignment.problems("ada")
+    }
     for outlet in OUTLETS.values():
         files = list(outlet.files(asked))
         assert files
@@ -79,6 +82,10 @@ def test_every_outlet_writes_the_same_files_twice(order: Order) -> None:
         public = [file.content for file in files if not file.private]
         content = [one if isinstance(one, bytes) else one.encode() for one in public]
         assert not [data for data in content if secret.encode() in data]
+        # Who knows the id of a problem is shown its solution by `qdot show`.
+        assert not [identity for identity in ids for data in content if str(identity.seed).encode() in data], (
+            outlet.name
+        )
 
 
 def test_export_as_an_instructor_uses_it(order: Order, tmp_path: Path) -> None:
