@@ -196,7 +196,7 @@ def _faults_of(message: Message, forms: int) -> Iterator[str]:
         yield f"not translated: {_shown(message)}"
         return
     if message.fuzzy:
-        yield f"its English has changed since it was translated (“fuzzy”): {_shown(message)}"
+        yield f"its English has changed, or it was guessed from a text like it (“fuzzy”): check it: {_shown(message)}"
     if len(texts) > 1 and len(strings) != forms:
         yield f"has {len(strings)} plural forms, and {forms} are due: {_shown(message)}"
     due = _filled(message, texts[-1])

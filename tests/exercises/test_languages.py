@@ -13,7 +13,7 @@ from babel.messages.catalog import Catalog, Message
 from exercises import languages, messages, phrases
 from exercises.answers import Choice, Matching, Selection
 from exercises.families import FAMILIES
-from exercises.generation import generate, short_quiz
+from exercises.generation import generate, sample_chain, short_quiz
 from exercises.languages import LANGUAGES, LOCALE, catalogue, mistake_context, pattern, read
 from exercises.messages import collected, faults, merged, opened, po_text, site_english, site_text
 from exercises.mistakes.catalogue import CATALOGUE
@@ -89,6 +89,12 @@ def due() -> Catalog:
 
 def others(but: str) -> Mapping[str, Catalog]:
     return {code: opened(LOCALE / f"{code}.po") for code in LANGUAGES if code != but}
+
+
+def test_every_arm_of_a_family_has_a_name_that_languages_know() -> None:
+    known = [pattern(name) for name in phrases.ARMS if name != "{name}"]
+    titles = {name: sample_chain(ProblemId(name, 0)).title for name in FAMILIES}
+    assert not {name: title for name, title in titles.items() if not any(one.fullmatch(title) for one in known)}
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -167,7 +173,9 @@ def test_what_is_wrong_with_a_translation_is_said(due: Catalog) -> None:
     assert told(changed("By (6.7),", string=" Nach (6.7) ist")) == ["has other spaces at its ends: “By (6.7),”"]
     fuzzy = german()
     found(fuzzy, "By (6.7),").flags.add("fuzzy")
-    assert told(fuzzy) == ["its English has changed since it was translated (“fuzzy”): “By (6.7),”"]
+    assert told(fuzzy) == [
+        "its English has changed, or it was guessed from a text like it (“fuzzy”): check it: “By (6.7),”"
+    ]
 
 
 def test_a_source_that_changed_is_noticed(due: Catalog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -180,7 +188,7 @@ def test_a_source_that_changed_is_noticed(due: Catalog, tmp_path: Path, monkeypa
     ]
     again = merged(LOCALE / "de.po", now)
     assert faults("de", again, now, {}) == [
-        "its English has changed since it was translated (“fuzzy”): “row number {n}” (phrase)"
+        "its English has changed, or it was guessed from a text like it (“fuzzy”): check it: “row number {n}” (phrase)"
     ]
     path = tmp_path / "de.po"
     path.write_text(po_text(again), encoding="utf-8")
