@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 from typing import TypeVar
 
 import sympy as sp
@@ -194,6 +195,10 @@ class Problem:
 
     def domain(self) -> Domain:
         """Return what each symbol of the problem may be; a length that is given has its value."""
+        return self._domain
+
+    @cached_property
+    def _domain(self) -> Domain:
         roles: dict[str, str | float | Fraction] = {}
         for name, info in self.symbols().items():
             if info.value is not None:
