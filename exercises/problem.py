@@ -175,23 +175,23 @@ class Problem:
 
     def symbols(self) -> dict[str, SymbolInfo]:
         """Return every symbol that an answer may use, the table's numbers under their usual names included."""
-        found: dict[str, SymbolInfo] = {}
+        known: dict[str, SymbolInfo] = {}
         for joint, q, rate in zip(self.chain.joints, self.chain.q, self.chain.rates, strict=True):
             revolute = joint.kind == "R"
-            found[q.name] = SymbolInfo("joint", "rad" if revolute else "m")
-            found[rate.name] = SymbolInfo("rate", "rad/s" if revolute else "m/s")
+            known[q.name] = SymbolInfo("joint", "rad" if revolute else "m")
+            known[rate.name] = SymbolInfo("rate", "rad/s" if revolute else "m/s")
         for row in self.chain.task:
-            found[row] = SymbolInfo("velocity", "m/s" if row[0] == "v" else "rad/s")
+            known[row] = SymbolInfo("velocity", "m/s" if row[0] == "v" else "rad/s")
         for symbol in self.chain.parameters:
             angle = symbol.name.startswith(("alpha", "beta"))
-            found[symbol.name] = SymbolInfo("angle" if angle else "length", "rad" if angle else "m")
+            known[symbol.name] = SymbolInfo("angle" if angle else "length", "rad" if angle else "m")
         for number, joint in enumerate(self.chain.joints, 1):
             for letter, value in (("a", joint.a), ("d", joint.d if joint.kind == "R" else sp.S.Zero)):
                 if value.is_number and value != 0:
-                    found.setdefault(f"{letter}{number}", SymbolInfo("length", "m", value))
+                    known.setdefault(f"{letter}{number}", SymbolInfo("length", "m", value))
         for part in self.parts:
-            found.update(part.symbols)
-        return found
+            known.update(part.symbols)
+        return known
 
     def domain(self) -> Domain:
         """Return what each symbol of the problem may be; a length that is given has its value."""

@@ -37,10 +37,10 @@ def robot_json(chain: Chain) -> Json:
 
 def symbol_json(info: SymbolInfo) -> Json:
     """Return what a symbol stands for as plain data; `value` for lengths and angles only."""
-    found: Json = {"role": info.role, "unit": info.unit}
+    content: Json = {"role": info.role, "unit": info.unit}
     if info.role in ("length", "angle"):
-        found["value"] = None if info.value is None else str(info.value)
-    return found
+        content["value"] = None if info.value is None else str(info.value)
+    return content
 
 
 def plain(value: object) -> Any:

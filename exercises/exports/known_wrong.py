@@ -87,11 +87,11 @@ def _that_differ(right: np.ndarray, wrongs: Iterable[Wrong]) -> Iterator[Wrong]:
     """Yield a wrong answer of each mistake, in numbers: finite, of the right shape, and none that was there before."""
     seen, mistakes = [right], set[str]()
     for wrong in wrongs:
-        found = wrong.answer
-        if wrong.mistake.name in mistakes or found.shape != right.shape or not np.isfinite(found).all():
+        answer = wrong.answer
+        if wrong.mistake.name in mistakes or answer.shape != right.shape or not np.isfinite(answer).all():
             continue
-        if np.abs(found).max() > LEAST and all(differ(found, other) for other in seen):
-            seen.append(found)
+        if np.abs(answer).max() > LEAST and all(differ(answer, other) for other in seen):
+            seen.append(answer)
             mistakes.add(wrong.mistake.name)
             yield wrong
 
@@ -139,11 +139,11 @@ def _slip(subject: _Subject, index: int) -> _Slip | None:
         return _Slip(wrong.mistake, wrong.sentence, None, tuple(change for _, change in changes))
     if generic.n > MOST_JOINTS and QUESTIONS[part.kind].is_made_of_minors:
         return None  # it would take minutes
-    found = as_formulas(result(in_formulas(generic).but(dict(changes)), part))
-    if found.has(*NO_NUMBER) or len(str(found.tolist())) > LONGEST_RAW:
+    formulas = as_formulas(result(in_formulas(generic).but(dict(changes)), part))
+    if formulas.has(*NO_NUMBER) or len(str(formulas.tolist())) > LONGEST_RAW:
         return None
     try:
-        return _Slip(wrong.mistake, wrong.sentence, found.applyfunc(tidied))
+        return _Slip(wrong.mistake, wrong.sentence, formulas.applyfunc(tidied))
     except (TypeError, ValueError, BasePolynomialError):  # no trigonometric polynomial
         return None
 
@@ -153,10 +153,10 @@ def _filled(problem: Problem, part: Part, slips: Iterable[_Slip]) -> Iterator[Kn
     reference, fill = _reference(part), derive(problem.chain).fill_matrix
     for slip in slips:
         if slip.answer is None:
-            found = np.array(reference.tolist(), dtype=object)[..., None]
+            entries = np.array(reference.tolist(), dtype=object)[..., None]
             for change in slip.changes:
-                found = change(formulas(problem.chain), found)
-            answer = as_formulas(found)
+                entries = change(formulas(problem.chain), entries)
+            answer = as_formulas(entries)
         else:
             answer = fill(slip.answer)
         if answer.shape == reference.shape and len(str(answer.tolist())) <= LONGEST:
@@ -187,11 +187,11 @@ def _numbers(problem: Problem, part: Part, most: int) -> Iterator[Known]:
     room = room_of(part)
     seen = [due]
     for wrong in wrongs:
-        found = [float(value) for value in wrong.answer[..., 0].ravel()]
-        if all(_is_off(found, other, room) for other in seen) and len(seen) <= most:
-            seen.append(found)
-            near = [abs(value - right) <= allowed for value, right, allowed in zip(found, due, room, strict=True)]
-            shown = sp.Matrix([sp.Rational(f"{value:.6g}") for value in found])
+        typed = [float(value) for value in wrong.answer[..., 0].ravel()]
+        if all(_is_off(typed, other, room) for other in seen) and len(seen) <= most:
+            seen.append(typed)
+            near = [abs(value - right) <= allowed for value, right, allowed in zip(typed, due, room, strict=True)]
+            shown = sp.Matrix([sp.Rational(f"{value:.6g}") for value in typed])
             yield Known(wrong.mistake.name, wrong.mistake.title, wrong.sentence, shown, tuple(near))
 
 

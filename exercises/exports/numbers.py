@@ -80,8 +80,8 @@ def in_numbers(problem: Problem, part: Part) -> InNumbers | None:
         return _scaled(_of_numbers(problem, replace(part, answer=_as_number(part, answer.as_matrix())), direction=True))
     if not answer.entries() or not is_derived(part):
         return None
-    found = _of_formulas(problem, part)
-    return _scaled(found) if answer.counts_up_to_a_factor and found is not None else found
+    asked = _of_formulas(problem, part)
+    return _scaled(asked) if answer.counts_up_to_a_factor and asked is not None else asked
 
 
 def _as_number(part: Part, values: sp.Matrix) -> Number:
@@ -145,10 +145,10 @@ def _of_formulas(problem: Problem, part: Part) -> InNumbers | None:
         return None
     exact = _precise(reference, _exact(part, drawn[best]))
     as_number = replace(part, answer=_as_number(part, exact))
-    found = np.array(exact.tolist(), dtype=float)
-    _hold(problem, part, found, right[..., best], part.answer.counts_up_to_a_factor)
+    doubles = np.array(exact.tolist(), dtype=float)
+    _hold(problem, part, doubles, right[..., best], part.answer.counts_up_to_a_factor)
     wrong = tuple(_told(one, one.answer[..., best]) for one in mistakes)
-    return InNumbers(as_number, found, _given(chain, part, drawn[best], reference), wrong)
+    return InNumbers(as_number, doubles, _given(chain, part, drawn[best], reference), wrong)
 
 
 Drawn = dict[sp.Symbol, sp.Expr]
@@ -189,9 +189,9 @@ def _exact(part: Part, drawn: Drawn) -> Drawn:
 def _columns(chain: Chain, part: Part, drawn: Sequence[Drawn]) -> Values:
     """Return the values of each symbol at all configurations, (N,)."""
     exact = [_exact(part, one) for one in drawn]
-    found = {symbol.name: np.array([float(one[symbol]) for one in exact]) for symbol in exact[0]}
-    others = {*domain_of(chain).roles} - set(found)
-    return found | {name: np.ones(len(drawn)) for name in sorted(others)}
+    columns = {symbol.name: np.array([float(one[symbol]) for one in exact]) for symbol in exact[0]}
+    others = {*domain_of(chain).roles} - set(columns)
+    return columns | {name: np.ones(len(drawn)) for name in sorted(others)}
 
 
 def _precise(reference: sp.Matrix, values: Drawn) -> sp.Matrix:

@@ -85,9 +85,9 @@ def _numbers(kind: str, value: Callable[[Chain, Part], Iterator[list[int]]]) -> 
     def takes(chain: Chain, part: Part) -> Iterator[Taken]:
         if part.kind == kind and isinstance(part.answer, Number):
             right = list(part.answer.reference)
-            for found in value(chain, part):
-                if found != right:
-                    yield Taken(replace(part.answer, reference=sp.Matrix(found)))
+            for taken_for in value(chain, part):
+                if taken_for != right:
+                    yield Taken(replace(part.answer, reference=sp.Matrix(taken_for)))
 
     return takes
 

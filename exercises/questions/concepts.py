@@ -42,8 +42,8 @@ DIFFERENT = 0.2
 def _tasks(chain: Chain) -> list[tuple[str, ...]]:
     """Return the tasks in which an arm can move, other than its own: the rows that are not zero identically."""
     rows = moving_rows(derive(chain).geometric)
-    found = [task for size in range(1, len(rows) + 1) for task in combinations(rows, size)]
-    return [task for task in found if task != chain.task]
+    tasks = [task for size in range(1, len(rows) + 1) for task in combinations(rows, size)]
+    return [task for task in tasks if task != chain.task]
 
 
 def moving_rows(geometric: sp.Matrix) -> tuple[str, ...]:
@@ -132,21 +132,21 @@ def _slips(
 ) -> list[sp.Matrix]:
     """Return what mistakes make of a column: sign, another column, p* itself, p* from the next origin, next frame."""
     column = shown.col(joint)
-    found = [-column, *(shown.col(i) for i in range(chain.n) if i != joint)]
+    slips = [-column, *(shown.col(i) for i in range(chain.n) if i != joint)]
     if rows[0] < 3:
         derivation = derive(chain)
         z, p_star = precise(chain, pose, derivation.z), precise(chain, pose, derivation.p_star)
         linear = [row for row in rows if row < 3]
-        found.append(p_star.col(joint).extract(linear, [0]))
+        slips.append(p_star.col(joint).extract(linear, [0]))
         if chain.joints[joint].kind == "R" and joint + 1 < chain.n:
-            found.append(z.col(joint).cross(p_star.col(joint + 1)).extract(linear, [0]))
+            slips.append(z.col(joint).cross(p_star.col(joint + 1)).extract(linear, [0]))
         if chain.joints[joint].kind == "P":
-            found.append(z.col(joint).cross(p_star.col(joint)).extract(linear, [0]))
+            slips.append(z.col(joint).cross(p_star.col(joint)).extract(linear, [0]))
     turned = [-column[1], column[0], *column[2:]]  # a quarter turn too far
-    found.append(sp.Matrix(turned))
-    found.append(sp.Matrix([column[1], column[0], *column[2:]]))
-    found.append(sp.Matrix([column[0], -column[1], *column[2:]]))
-    return [vector for vector in found if _size_of(vector) > 0.05]
+    slips.append(sp.Matrix(turned))
+    slips.append(sp.Matrix([column[1], column[0], *column[2:]]))
+    slips.append(sp.Matrix([column[0], -column[1], *column[2:]]))
+    return [vector for vector in slips if _size_of(vector) > 0.05]
 
 
 def _size_of(vector: Iterable[sp.Expr]) -> float:
@@ -279,10 +279,10 @@ class OfCost(Details):
 
 
 def _no_cost(chain: Chain) -> str | None:
-    found = singular_set(chain)
-    if found is None:
+    components = singular_set(chain)
+    if components is None:
         return "its Jacobian has less than full rank everywhere"
-    if not found:
+    if not components:
         return "it has no singular configuration"
     m = len(chain.task)
     if m > chain.n:

@@ -48,8 +48,8 @@ def _position(chain: Chain, rng: Stream) -> Asked:
 
 def linear_velocity(chain: Chain) -> sp.Matrix:
     """Return the velocity of the point, the coordinates that the task counts, as J qd (6.2)."""
-    found = derive(chain)
-    return found.geometric.extract(moving_rows(chain), list(range(chain.n))) * sp.Matrix(chain.rates)
+    d = derive(chain)
+    return d.geometric.extract(moving_rows(chain), list(range(chain.n))) * sp.Matrix(chain.rates)
 
 
 def _velocity(chain: Chain, rng: Stream) -> Asked:

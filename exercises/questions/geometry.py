@@ -143,8 +143,8 @@ def singular_pose(
         if joints is None or not all(_is_real(value) for value in joints.values()):
             continue
         pose = pose_of(chain, lengths, joints)
-        found = clear_rank(jacobian_at(chain, pose), CLEAR / 5 if wide else CLEAR)
-        if found is not None and found < min(len(chain.task), chain.n) and rank in (None, found):
+        is_clear = clear_rank(jacobian_at(chain, pose), CLEAR / 5 if wide else CLEAR)
+        if is_clear is not None and is_clear < min(len(chain.task), chain.n) and rank in (None, is_clear):
             return pose
     return None
 
@@ -191,19 +191,19 @@ def branches(chain: Chain) -> tuple[Branch, ...]:
     """Return the singular set of an arm in branches, each with that of its structure."""
     derivation = derive(chain)
     generic = {tuple(map(derivation.fill, c.conditions)): c for c in singular_set(structure(chain).chain) or ()}
-    found: list[Branch] = []
+    reached: list[Branch] = []
     for own in singular_set(chain) or ():
         other = generic.get(own.conditions)
         if other is None or (own.solutions is None) != (other.solutions is None):
             continue
         if own.solutions is None or other.solutions is None:
-            found.append(Branch(own, other))
+            reached.append(Branch(own, other))
             continue
         for values in value_sets(own):
             theirs = next((theirs for theirs in value_sets(other) if _same_values(chain, values, theirs)), None)
             if theirs is not None:
-                found.append(Branch(at_values(own, values), at_values(other, theirs)))
-    return tuple(found)
+                reached.append(Branch(at_values(own, values), at_values(other, theirs)))
+    return tuple(reached)
 
 
 def _same_values(chain: Chain, own: Values, generic: Values) -> bool:
@@ -271,8 +271,8 @@ def _zeros(condition: sp.Expr, joint: sp.Symbol, turns: bool) -> list[sp.Expr]:
         ):
             return []
         middle, away = sp.atan2(c, b), sp.acos(-a / size)
-        found = [sp.N(middle + sign * away, KEPT) for sign in (1, -1)]
-        return [value - 2 * sp.N(sp.pi, KEPT) * round(value / sp.N(2 * sp.pi, KEPT)) for value in found]
+        zeros = [sp.N(middle + sign * away, KEPT) for sign in (1, -1)]
+        return [value - 2 * sp.N(sp.pi, KEPT) * round(value / sp.N(2 * sp.pi, KEPT)) for value in zeros]
 
 
 def _is_real(value: sp.Expr) -> bool:

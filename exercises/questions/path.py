@@ -126,9 +126,9 @@ class AtDistance(OnPath):
         """Return the lengths, the joint values at the distance, and the velocity along the line."""
         seam, line = self.seam, self.seam.line(chain, PRECISE)
         joints = joints_on(line, seam.line(chain), self.distance)
-        found = {symbol.name: float(value) for symbol, value in seam.lengths.items()}
-        found |= {q.name: float(value) for q, value in zip(chain.q, joints, strict=True)}
-        return found | {row: float(u) * float(seam.speed) for row, u in zip(chain.task, line.unit, strict=True)}
+        values = {symbol.name: float(value) for symbol, value in seam.lengths.items()}
+        values |= {q.name: float(value) for q, value in zip(chain.q, joints, strict=True)}
+        return values | {row: float(u) * float(seam.speed) for row, u in zip(chain.task, line.unit, strict=True)}
 
 
 def _objection(chain: Chain) -> str | None:
@@ -136,8 +136,8 @@ def _objection(chain: Chain) -> str | None:
         return f"its task counts {', '.join(chain.task)}, and a path of the point tells linear velocities only"
     if not 2 <= chain.n <= 3:
         return f"it has {chain.n} joints; a path is asked of two or three"
-    if found := square(chain):
-        return found
+    if refused := square(chain):
+        return refused
     if angles(chain):
         return f"its angle {angles(chain)[0]} is left open"
     if singular_set(chain) == () and all(joint.kind == "P" for joint in chain.joints):
@@ -217,8 +217,8 @@ class Crossing:
 
 
 def _objection_to_limit(chain: Chain) -> str | None:
-    found = _objection(chain)
-    return found if found else None if singular_set(chain) else "it has no singular configuration to come near to"
+    refused = _objection(chain)
+    return refused if refused else None if singular_set(chain) else "it has no singular configuration to come near to"
 
 
 def _path_limit(chain: Chain, rng: Stream) -> Asked:
@@ -262,14 +262,14 @@ def _leading(chain: Chain, rng: Stream, regular: float) -> Seam | None:
 
 def _crossings(stations: Sequence[Station], speed: float) -> list[Crossing]:
     """Return where a joint's speed clearly exceeds a round limit for the first time, growing towards a singularity."""
-    found = []
+    crossings = []
     for joint in range(len(stations[0].slopes) if stations else 0):
         speeds = [abs(station.slopes[joint]) * speed for station in stations]
         for tenths in range(3, 31):
             k = next((i for i, value in enumerate(speeds) if value > tenths / 10), len(speeds))
             if _is_clear(stations, speeds, k, tenths / 10):
-                found.append(Crossing(joint, sp.Rational(tenths, 10), stations[k - 1], stations[k]))
-    return found
+                crossings.append(Crossing(joint, sp.Rational(tenths, 10), stations[k - 1], stations[k]))
+    return crossings
 
 
 def _is_clear(stations: Sequence[Station], speeds: Sequence[float], k: int, limit: float) -> bool:
@@ -306,9 +306,9 @@ def _root(
 
     def excess(s: Any) -> Any:
         nonlocal q
-        found = line.joints_at(s, q)
-        assert found is not None
-        q = found
+        joints = line.joints_at(s, q)
+        assert joints is not None
+        q = joints
         return abs(line.slopes(q)[crossing.joint]) * speed - limit
 
     a, b = (context.mpf(end) for end in ends)

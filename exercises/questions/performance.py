@@ -25,8 +25,8 @@ def _objection(chain: Chain) -> str | None:
         return f"it has {n} joints for the {m} rows {', '.join(chain.task)}: J J^T is singular everywhere"
     if len({row[0] for row in chain.task}) > 1:
         return f"its task {', '.join(chain.task)} has linear and angular rows, which have no common unit"
-    if n > m and (found := one_kind_of_joint(chain)):
-        return found
+    if n > m and (refused := one_kind_of_joint(chain)):
+        return refused
     if angles(chain):
         return f"its angle {angles(chain)[0]} is left open"
     if all(joint.kind == "P" for joint in chain.joints):
@@ -65,11 +65,11 @@ class Measured(InSituation):
 
 
 def _details(chain: Chain, situation: Situation, power: int | None = None) -> Measured:
-    found = sorted((value**2 for value in singular_values(chain, situation)), reverse=True)
+    squares = sorted((value**2 for value in singular_values(chain, situation)), reverse=True)
     return Measured(
         situation=situation,
         gram=shown(gram(jacobian_at(chain, situation))),
-        eigenvalues=tuple(map(four_digits, found)),
+        eigenvalues=tuple(map(four_digits, squares)),
         power=power,
         pose=pose_of(situation, chain),
     )

@@ -44,8 +44,8 @@ def _twist(chain: Chain, rng: Stream) -> Asked:
 def _link_velocity(chain: Chain, rng: Stream) -> Asked:
     # Frame 1 moves alike on too many arms; frames beyond the third are too much work.
     k = rng.integer(min(2, chain.n - 1), min(chain.n - 1, 3))
-    found = derive(chain)
-    return Matrix(found.twist(found.link_jacobian(k))), OfFrame(frame=k)
+    d = derive(chain)
+    return Matrix(d.twist(d.link_jacobian(k))), OfFrame(frame=k)
 
 
 def _has_inner_frame(chain: Chain) -> str | None:

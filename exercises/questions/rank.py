@@ -47,10 +47,10 @@ KINDS = 20
 
 
 def _singular_somewhere(chain: Chain) -> str | None:
-    found = singular_set(chain)
-    if found is None:
+    components = singular_set(chain)
+    if components is None:
         return "its Jacobian has less than full rank everywhere"
-    return None if found else "it has no singular configuration"
+    return None if components else "it has no singular configuration"
 
 
 # --- rank ---
@@ -60,14 +60,14 @@ def _singular_somewhere(chain: Chain) -> str | None:
 def _deep_sets(generic: Chain) -> tuple[tuple[int, ...], ...]:
     """Return which components of a structure, together, take more than one from the rank."""
     components, full = singular_set(generic) or (), min(len(generic.task), generic.n)
-    found = []
+    deep = []
     for size in (1, 2, 3):
         for chosen in combinations(range(len(components)), size):
             for rank in range(full - 2, -1, -1):
                 if singular_pose(generic, [components[i] for i in chosen], Stream(f"deep/{chosen}"), rank):
-                    found.append(chosen)
+                    deep.append(chosen)
                     break
-    return tuple(found)
+    return tuple(deep)
 
 
 def _deep_pose(chain: Chain, rng: Stream) -> Pose | None:
@@ -147,9 +147,9 @@ def _vanishing(chain: Chain, pose: Pose) -> tuple[tuple[sp.Expr, ...], ...]:
 
 
 def _no_lost_direction(chain: Chain) -> str | None:
-    found = _singular_somewhere(chain)
-    if found is not None:
-        return found
+    refused = _singular_somewhere(chain)
+    if refused is not None:
+        return refused
     m = len(chain.task)
     if m > chain.n:
         return f"its task counts {m} components, more than its {chain.n} joints can give anywhere"
@@ -159,12 +159,12 @@ def _no_lost_direction(chain: Chain) -> str | None:
 
 
 def _no_vector(chain: Chain) -> str | None:
-    found = _no_lost_direction(chain)
-    if found is None and len(chain.task) > MOST_ROWS:
+    refused = _no_lost_direction(chain)
+    if refused is None and len(chain.task) > MOST_ROWS:
         return f"its Jacobian has {len(chain.task)} rows, too many to find a null space by hand"
-    if found is None and not _with_vector(chain):
+    if refused is None and not _with_vector(chain):
         return "no singular configuration loses exactly one direction"
-    return found
+    return refused
 
 
 def _with_vector(chain: Chain) -> list[Branch]:
@@ -257,10 +257,10 @@ def _motions(chain: Chain) -> list[tuple[Where, Branch, Motion]]:
 
 
 def _no_motion(chain: Chain) -> str | None:
-    found = _no_lost_direction(chain)
-    if found is None and not _motions(chain):
+    refused = _no_lost_direction(chain)
+    if refused is None and not _motions(chain):
         return "no line of the arm tells a direction that is lost"
-    return found
+    return refused
 
 
 @dataclass(frozen=True)
@@ -298,10 +298,10 @@ def _motion(chain: Chain, rng: Stream) -> Asked:
 @lru_cache(maxsize=1024)
 def reading_of(generic: Chain, component: Component) -> Reading | None:
     """Return what all configurations of a branch of a structure look like; None where nothing is told."""
-    found = read_meanings(generic, singular_samples(generic, component, SAMPLES))
-    if found is None or (len(found.wrong) < 2 and kind_of(generic, component) is None):
+    meanings = read_meanings(generic, singular_samples(generic, component, SAMPLES))
+    if meanings is None or (len(meanings.wrong) < 2 and kind_of(generic, component) is None):
         return None
-    return found
+    return meanings
 
 
 @lru_cache(maxsize=1024)
@@ -320,10 +320,10 @@ def _readings(chain: Chain, order: Sequence[Branch]) -> Iterator[tuple[Branch, R
 
 
 def _no_meaning(chain: Chain) -> str | None:
-    found = _singular_somewhere(chain)
-    if found is None and next(_readings(chain, branches(chain)), None) is None:
+    refused = _singular_somewhere(chain)
+    if refused is None and next(_readings(chain, branches(chain)), None) is None:
         return "nothing that can be told at sight is common to a whole component of its singular set"
-    return found
+    return refused
 
 
 @dataclass(frozen=True)

@@ -86,15 +86,15 @@ class OfMinors(Details):
 
 
 def _gram(chain: Chain, rng: Stream) -> Asked:
-    found, values = structure(chain), dict(structure(chain).values)
-    squares = tuple(minor.substituted(values) ** 2 for minor in split(found.chain)[1])
-    return Expression(_generic_gram(found.chain).substituted(values)), OfMinors(shared=_shared(chain), squares=squares)
+    known, values = structure(chain), dict(structure(chain).values)
+    squares = tuple(minor.substituted(values) ** 2 for minor in split(known.chain)[1])
+    return Expression(_generic_gram(known.chain).substituted(values)), OfMinors(shared=_shared(chain), squares=squares)
 
 
 def _shared(chain: Chain) -> sp.Expr:
     """Return the factors that all maximal minors have in common, 1 if there are none."""
-    found = structure(chain)
-    return split(found.chain)[0].substituted(dict(found.values))
+    known = structure(chain)
+    return split(known.chain)[0].substituted(dict(known.values))
 
 
 @lru_cache(maxsize=1024)
@@ -172,8 +172,8 @@ def _least_norm(chain: Chain, rng: Stream) -> Asked:
 
 
 def _objection_to_motion(chain: Chain) -> str | None:
-    if found := redundant(chain):
-        return found
+    if refused := redundant(chain):
+        return refused
     m, n = len(chain.task), chain.n
     if n != m + 1:
         return f"its self-motion has {n - m} dimensions for the task {', '.join(chain.task)}, not one"
@@ -220,10 +220,10 @@ def self_motion(chain: Chain) -> sp.Matrix:
     Factors that all minors share are left out, so that the vector vanishes nowhere but where J loses rank for more
     than one reason.
     """
-    found = structure(chain)
-    _, left = split(found.chain)
+    known = structure(chain)
+    _, left = split(known.chain)
     # The minors are in the order of the columns that they keep: the last column is the first to be left out.
-    minors = [minor.substituted(dict(found.values)) for minor in reversed(left)]
+    minors = [minor.substituted(dict(known.values)) for minor in reversed(left)]
     return sp.Matrix([(-1) ** i * minor for i, minor in enumerate(minors)])
 
 

@@ -31,10 +31,10 @@ def _conditions(chain: Chain, rng: Stream) -> Asked:
 
 
 def _has_singularities(chain: Chain) -> str | None:
-    found = singular_set(chain)
-    if found is None:
+    components = singular_set(chain)
+    if components is None:
         return "its Jacobian has less than full rank everywhere"
-    return None if found else "it has no singular configuration"
+    return None if components else "it has no singular configuration"
 
 
 def _has_sure_kinds(chain: Chain) -> str | None:
@@ -79,9 +79,9 @@ def _place(chain: Chain, components: tuple[Component, ...], kind: str, rng: Stre
         return _regular_place(chain, components, rng)
     for component in rng.shuffled(components):
         if component.solutions is None:
-            found = classify_pieces(chain, component.pieces())
-            words = found.meaning.split(",")[0]
-            if len(component.conditions) == 1 and found.uniform and found.kind == kind and "axis" in words:
+            kinds = classify_pieces(chain, component.pieces())
+            words = kinds.meaning.split(",")[0]
+            if len(component.conditions) == 1 and kinds.uniform and kinds.kind == kind and "axis" in words:
                 return Place({}, component.conditions[0], words)
         else:
             for joints in _poses(chain, component, rng):

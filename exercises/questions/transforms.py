@@ -110,8 +110,8 @@ def first_angle_sum(joints: tuple[Joint, ...], poses: tuple[sp.Matrix, ...]) -> 
 
 
 def _transform(chain: Chain, rng: Stream) -> Asked:
-    found = derive(chain)
-    poses = tuple(pose.applyfunc(found.fill) for pose in _poses(structure(chain).chain))
+    d = derive(chain)
+    poses = tuple(pose.applyfunc(d.fill) for pose in _poses(structure(chain).chain))
     return Matrix(poses[-1]), ByTransforms(poses=poses, sum=first_angle_sum(chain.joints, poses))
 
 
@@ -121,9 +121,9 @@ def _filled(seen: Seen, found: Derivation) -> Seen:
 
 
 def _tool_jacobian(chain: Chain, rng: Stream) -> Asked:
-    found, generic = derive(chain), structure(chain).chain
-    columns = tuple(_filled(seen, found) for seen in _seen_from_tool(generic))
-    return Matrix(_in_tool_frame(generic).applyfunc(found.fill)), InToolFrame(columns=columns)
+    d, generic = derive(chain), structure(chain).chain
+    columns = tuple(_filled(seen, d) for seen in _seen_from_tool(generic))
+    return Matrix(_in_tool_frame(generic).applyfunc(d.fill)), InToolFrame(columns=columns)
 
 
 def _point_on_last_link(chain: Chain) -> str | None:

@@ -67,7 +67,7 @@ def wrist_block(chain: Chain) -> sp.Matrix:
 def block_determinants(chain: Chain) -> sp.Matrix:
     """Return [det J11, det J22] in factored form."""
     values = dict(structure(chain).values)
-    return sp.Matrix([found.substituted(values) for found in _determinants(structure(chain).chain)])
+    return sp.Matrix([factored.substituted(values) for factored in _determinants(structure(chain).chain)])
 
 
 @dataclass(frozen=True)
@@ -108,12 +108,12 @@ class WristAxes(Details):
 
 def blocks(chain: Chain) -> Blocks:
     """Return the blocks of an arm that falls into them."""
-    found, fill = structure(chain), derive(chain).fill
+    known, fill = structure(chain), derive(chain).fill
     wrist = wrist_block(chain)
-    factors = (substitute(factor, dict(found.values)) for factor, _ in _determinants(found.chain)[0].factors)
+    factors = (substitute(factor, dict(known.values)) for factor, _ in _determinants(known.chain)[0].factors)
     return Blocks(
         arm_block(chain),
-        _arm_from_frame_1(found.chain).applyfunc(fill),
+        _arm_from_frame_1(known.chain).applyfunc(fill),
         wrist,
         wrist[0, 1] * wrist[1, 2] - wrist[1, 1] * wrist[0, 2],
         tuple(_unsigned(factor) for factor in factors if factor.free_symbols & set(chain.q)),

@@ -48,8 +48,8 @@ def _true_or_false(chain: Chain, rng: Stream) -> Asked | None:
 
 def _statements(chain: Chain, truth: bool, rng: Stream) -> Iterator[Said]:
     for kind in rng.shuffled(("singular", "moves")):
-        if kind == "singular" and (found := singular_set(chain)):
-            pose = singular_pose(chain, (rng.choice(found),), rng) if truth else regular_pose(chain, rng, 0.12)
+        if kind == "singular" and (components := singular_set(chain)):
+            pose = singular_pose(chain, (rng.choice(components),), rng) if truth else regular_pose(chain, rng, 0.12)
             if pose is not None:
                 yield Said(said="singular", place=pose, pose=pose.figure)
         if kind == "moves":

@@ -77,13 +77,13 @@ def regular_poses(chain: Chain, rng: Stream) -> Iterator[Found]:
 def _called_singular(chain: Chain) -> list[tuple[Component, Blame]]:
     right = singular_set(chain) or ()
     part = Part("singular-angles", "singular-angles", ConditionSet(right))
-    found = []
+    places = []
     for mistake, slip in taken(chain, part):
         answer = slip.answer
         if not mistake.rare and mistake.name not in SHOWS_ITSELF and isinstance(answer, ConditionSet):
             new = [one for one in answer.components if one not in right and one.solutions is not None]
-            found += [(one, Blame.of(mistake, slip.words.items())) for one in new]
-    return found
+            places += [(one, Blame.of(mistake, slip.words.items())) for one in new]
+    return places
 
 
 def _regular(chain: Chain, component: Component, rng: Stream) -> Pose | None:
@@ -94,9 +94,9 @@ def _regular(chain: Chain, component: Component, rng: Stream) -> Pose | None:
         if pose is None:
             return None
         values = {q: rng.choice(values) for q, values in component.solutions}
-        found = posed(chain, {**pose.joints, **values})
-        if found is not None:
-            return found
+        regular = posed(chain, {**pose.joints, **values})
+        if regular is not None:
+            return regular
     return None
 
 

@@ -48,12 +48,12 @@ class Quantity:
 
     def of(self, chain: Chain) -> sp.Matrix:
         """Return its formulas, a column."""
-        found = derive(chain)
+        d = derive(chain)
         if self.name == "determinant":
-            return sp.Matrix([found.determinant])
+            return sp.Matrix([d.determinant])
         if self.name == "position":
-            return sp.Matrix([found.position[self.row]])
-        column = found.jacobian.col(self.column)
+            return sp.Matrix([d.position[self.row]])
+        column = d.jacobian.col(self.column)
         return column if self.row is None else sp.Matrix([column[self.row]])
 
 
@@ -73,9 +73,9 @@ class EqualForms(Options):
 
 def quantities(chain: Chain) -> list[Quantity]:
     """Return what can be asked about on an arm."""
-    found = [] if square(chain) else [Quantity("determinant")]
-    found += [Quantity("position", "xyz".index(axis)) for axis in chain.linear_rows]
-    return found + [Quantity("column", None, column) for column in range(chain.n)]
+    asked = [] if square(chain) else [Quantity("determinant")]
+    asked += [Quantity("position", "xyz".index(axis)) for axis in chain.linear_rows]
+    return asked + [Quantity("column", None, column) for column in range(chain.n)]
 
 
 def joints_of(chain: Chain, quantity: Quantity) -> tuple[int, ...]:
@@ -90,10 +90,10 @@ def _telling(chain: Chain) -> list[Quantity]:
 
 
 def _dependence(chain: Chain, rng: Stream) -> Asked | None:
-    found = _telling(chain)
-    if not found:
+    telling = _telling(chain)
+    if not telling:
         return None
-    quantity = rng.choice(found)
+    quantity = rng.choice(telling)
     return Selection(tuple(q.name for q in chain.q), joints_of(chain, quantity)), OfQuantity(quantity=quantity)
 
 
@@ -113,8 +113,8 @@ def _forms(chain: Chain, rng: Stream) -> Asked | None:
 
 def _short(chain: Chain) -> list[Quantity]:
     entries = [Quantity("column", row, column) for row in range(len(chain.task)) for column in range(chain.n)]
-    found = ([] if square(chain) else [Quantity("determinant")]) + entries
-    return [one for one in found if one.of(chain)[0].has(sp.sin, sp.cos) and len(str(one.of(chain)[0])) <= LONGEST]
+    asked = ([] if square(chain) else [Quantity("determinant")]) + entries
+    return [one for one in asked if one.of(chain)[0].has(sp.sin, sp.cos) and len(str(one.of(chain)[0])) <= LONGEST]
 
 
 def _five(chain: Chain, quantity: Quantity, rng: Stream) -> list[Offered] | None:
@@ -143,11 +143,11 @@ def _five(chain: Chain, quantity: Quantity, rng: Stream) -> list[Offered] | None
 def _ways(generic: Chain, formula: sp.Expr, quantity: Quantity | None = None) -> list[sp.Expr]:
     """Return a formula as it is and with sums of angles taken apart; a determinant also as the products of entries."""
     apart = sp.expand(sp.expand_trig(formula))
-    found = [formula, apart, sp.expand(formula)]
+    ways = [formula, apart, sp.expand(formula)]
     if quantity is not None and quantity.name == "determinant" and generic.n == 2:
         (a, b), (c, d) = derive(generic).jacobian.tolist()
-        found.append(sp.expand(a * d) - sp.expand(b * c))
-    return [way for way in dict.fromkeys(found) if len(str(way)) <= 2 * LONGEST]
+        ways.append(sp.expand(a * d) - sp.expand(b * c))
+    return [way for way in dict.fromkeys(ways) if len(str(way)) <= 2 * LONGEST]
 
 
 SELECTIONS = (

@@ -58,11 +58,11 @@ def _use(numeric: NumericReference, part: Part) -> Iterator[Check]:
     jacobian = exponential_at(numeric, asked.place)[[TASK_ROWS.index(row) for row in asked.task]]
     rank, clear = rank_of(jacobian)
     m, n = jacobian.shape
-    found = ("regular" if rank == n else "singular") if m == n else "redundant" if m < n else "few"
+    due = ("regular" if rank == n else "singular") if m == n else "redundant" if m < n else "few"
     yield Check("clear", clear and (m == n or rank == min(m, n)), f"{m} x {n}, rank {rank}")
     options = answer.options
-    said = options[answer.correct] == USES[found] and sorted(options) == sorted(USES.values())
-    yield Check("use", said and asked.use == found, f"{answer.letter} is {options[answer.correct]}")
+    said = options[answer.correct] == USES[due] and sorted(options) == sorted(USES.values())
+    yield Check("use", said and asked.use == due, f"{answer.letter} is {options[answer.correct]}")
 
 
 def _cost(numeric: NumericReference, part: Part) -> Iterator[Check]:

@@ -41,9 +41,9 @@ def formula(expected: Expected) -> Callable[[NumericReference, Part], Iterator[C
     """Return the check that a symbolic reference has the values expected, by each way of finding them."""
 
     def check(numeric: NumericReference, part: Part) -> Iterator[Check]:
-        found = numeric.read(part.answer.as_matrix())
+        claimed = numeric.read(part.answer.as_matrix())
         for name, (values, allowed) in expected(numeric, part).items():
-            yield agree(name, found, values, allowed)
+            yield agree(name, claimed, values, allowed)
 
     return check
 
@@ -57,8 +57,8 @@ def each_way(
     numeric: NumericReference, take: Callable[[np.ndarray], np.ndarray]
 ) -> dict[str, tuple[np.ndarray, float]]:
     """Return what `take` makes of the 6 x n Jacobian: by propagation, finite differences and exponentials."""
-    found = both(take(numeric.jacobian), take(numeric.differenced_jacobian))
-    return {**found, "product of exponentials": (take(numeric.exponential_jacobian), EXACT)}
+    due = both(take(numeric.jacobian), take(numeric.differenced_jacobian))
+    return {**due, "product of exponentials": (take(numeric.exponential_jacobian), EXACT)}
 
 
 def _position(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
@@ -116,11 +116,11 @@ def _rate_law(numeric: NumericReference, part: Part) -> Iterator[Check]:
 
 
 def _undone(numeric: NumericReference, part: Part, expected: np.ndarray) -> Check:
-    found = numeric.read(part.answer.as_matrix())
-    if found.shape != expected.shape:
-        return agree("J times it", found, expected, EXACT)
-    size = (np.abs(numeric.task_jacobian) @ np.abs(found)).max(axis=(1, 2), keepdims=True)
-    return agree("J times it", numeric.task_jacobian @ found / size, expected / size, EXACT)
+    claimed = numeric.read(part.answer.as_matrix())
+    if claimed.shape != expected.shape:
+        return agree("J times it", claimed, expected, EXACT)
+    size = (np.abs(numeric.task_jacobian) @ np.abs(claimed)).max(axis=(1, 2), keepdims=True)
+    return agree("J times it", numeric.task_jacobian @ claimed / size, expected / size, EXACT)
 
 
 def _joint_rates(numeric: NumericReference, part: Part) -> Iterator[Check]:
@@ -130,8 +130,8 @@ def _joint_rates(numeric: NumericReference, part: Part) -> Iterator[Check]:
     jacobian = arm.jacobian(np.array([float(situation.joints[q]) for q in numeric.chain.q]))[numeric.task]
     velocity = np.array([float(situation.velocity[sp.Symbol(row)]) for row in numeric.chain.task])
     expected = np.linalg.solve(jacobian, velocity)
-    found = np.array(part.answer.as_matrix().tolist(), dtype=float)
-    yield agree("linear solve", found[None], expected[None, :, None], 1e-8)
+    claimed = np.array(part.answer.as_matrix().tolist(), dtype=float)
+    yield agree("linear solve", claimed[None], expected[None, :, None], 1e-8)
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     detail = f"sigma_min/sigma_max = {sigma[-1] / sigma[0]:.3f}"
     enough = WELL_CONDITIONED * well_conditioned(numeric.chain)

@@ -46,12 +46,12 @@ class Followed:
 
     def joints(self, places: np.ndarray) -> np.ndarray:
         """Return the joint values at places in order, the first of them near the start."""
-        q, found, last = self.first, [], 0.0
+        q, followed, last = self.first, [], 0.0
         for s in places:
             q = self.placed(q + (s - last) * np.linalg.solve(self.jacobian(q), self.unit), s)
             last = s
-            found.append(q)
-        return np.array(found)
+            followed.append(q)
+        return np.array(followed)
 
     def rates(self, q: np.ndarray) -> np.ndarray:
         """Return the joint rates at q, by a linear solve."""
@@ -93,11 +93,11 @@ def _one_branch(line: Followed, joints: np.ndarray, s: float, least: float) -> C
 def _path_limit(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Follow the line past the place: the speed is the limit there, less before it and more behind it."""
     answer, details = part.of(Number), part.about(ToLimit)
-    line, found = Followed(numeric, details.seam), numbers(part)
-    if found.shape != (1, 1, 1) or not 0 < float(found[0, 0, 0]) < line.length:
-        yield Check("on the line", False, f"{found.ravel()} is no distance on {line.length:.3f} m")
+    line, claimed = Followed(numeric, details.seam), numbers(part)
+    if claimed.shape != (1, 1, 1) or not 0 < float(claimed[0, 0, 0]) < line.length:
+        yield Check("on the line", False, f"{claimed.ravel()} is no distance on {line.length:.3f} m")
         return
-    s, joint, limit = float(found[0, 0, 0]), details.joint - 1, float(details.limit)
+    s, joint, limit = float(claimed[0, 0, 0]), details.joint - 1, float(details.limit)
     joints = line.joints(np.linspace(0, s, STATIONS))
     here, differenced = line.rates(joints[-1])[joint], line.differenced(joints[-1], s)[joint]
     yield agree("limit", np.full((1, 1, 1), abs(here)), np.full((1, 1, 1), limit), 1e-7)
@@ -109,7 +109,7 @@ def _path_limit(numeric: NumericReference, part: Part) -> Iterator[Check]:
     detail = f"{behind:.4f} and {ahead:.4f} at the ends of what is accepted"
     yield Check("clear crossing", bool(behind < 0.995 * limit and 1.005 * limit < ahead), detail)
     yield _one_branch(line, joints, s, NEAR)
-    yield three_digits(part, found.ravel())
+    yield three_digits(part, claimed.ravel())
 
 
 CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {

@@ -122,28 +122,28 @@ def _quantity(numeric: NumericReference, asked: Quantity, moved: int | None = No
     poses = np.stack([numeric.values[q.name] for q in numeric.chain.q], axis=1)
     if moved is not None:
         poses[:, moved] += STEP
-    found = []
+    values = []
     for number, arm in enumerate(numeric.arms):
         q = poses[number * POSES : (number + 1) * POSES]
         jacobian = exponential_jacobian(arm, q)[:, numeric.task]
         if asked.column is not None:
             column = jacobian[:, :, asked.column]
-            found.append(column if asked.row is None else column[:, [asked.row]])
+            values.append(column if asked.row is None else column[:, [asked.row]])
         elif asked.row is not None:
-            found.append(arm.point(q)[:, [asked.row]])
+            values.append(arm.point(q)[:, [asked.row]])
         else:
-            found.append(np.linalg.det(jacobian)[:, None])
-    return np.concatenate(found)
+            values.append(np.linalg.det(jacobian)[:, None])
+    return np.concatenate(values)
 
 
 def _forms(numeric: NumericReference, part: Part) -> Iterator[Check]:
     answer, expected = part.of(Selection), _quantity(numeric, part.about(EqualForms).quantity)
     right = []
     for index, option in enumerate(_offered(part)):
-        found = numeric.read(sp.Matrix([option.shown]))
-        if agree("", found, expected[:, :, None], EXACT).passed:
+        values = numeric.read(sp.Matrix([option.shown]))
+        if agree("", values, expected[:, :, None], EXACT).passed:
             right.append(index)
-        elif np.abs(found[:, :, 0] - expected).max() <= APART * np.abs(expected).max():
+        elif np.abs(values[:, :, 0] - expected).max() <= APART * np.abs(expected).max():
             yield Check("clearly different", False, f"option {index}, from 0, is near the right value")
     yield Check("right options", tuple(right) == answer.correct, f"equal in value, from 0: {right}")
     yield Check("different options", len(set(answer.options)) == len(answer.options), "no two are written the same")
@@ -153,10 +153,10 @@ def _dependence(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Move one joint at a time, and look whether the values of what is asked about change."""
     answer, asked = part.of(Selection), part.about(OfQuantity).quantity
     here = _quantity(numeric, asked)
-    found = tuple(
+    depends = tuple(
         index for index in range(numeric.chain.n) if np.abs(_quantity(numeric, asked, index) - here).max() > EXACT
     )
-    yield Check("moving one joint", found == answer.correct, f"it changes with joints, from 0: {found}")
+    yield Check("moving one joint", depends == answer.correct, f"it changes with joints, from 0: {depends}")
 
 
 # --- columns to joints ---
@@ -167,11 +167,11 @@ def _columns(numeric: NumericReference, part: Part) -> Iterator[Check]:
     offered = _offered(part)
     jacobian = numeric.exponential_jacobian[:, numeric.task]
     read = [numeric.read(sp.Matrix(option.shown)) for option in offered]
-    found = []
+    effects = []
     for joint in range(numeric.chain.n):
         same = [k for k, value in enumerate(read) if agree("", value, jacobian[:, :, [joint]], EXACT).passed]
-        found.append(same[0] if len(same) == 1 else -1)
-    yield Check("columns", tuple(found) == answer.correct, f"options of the joints, from 0: {found}")
+        effects.append(same[0] if len(same) == 1 else -1)
+    yield Check("columns", tuple(effects) == answer.correct, f"options of the joints, from 0: {effects}")
     yield _different(numeric, [sp.Matrix(option.shown) for option in offered])
 
 
@@ -180,8 +180,8 @@ def _columns(numeric: NumericReference, part: Part) -> Iterator[Check]:
 
 def _value(part: Part, expected: float) -> Iterator[Check]:
     answer = part.of(Number)
-    found = float(answer.reference[0])
-    yield agree("in numbers", np.array([[[found]]]), np.array([[[expected]]]), 1e-8)
+    claimed = float(answer.reference[0])
+    yield agree("in numbers", np.array([[[claimed]]]), np.array([[[expected]]]), 1e-8)
     rounded = abs(float(f"{expected:.2e}") - expected)
     enough = rounded <= max(answer.tolerance * abs(expected), answer.floor)
     yield Check("three digits", enough, "rounding keeps it right")

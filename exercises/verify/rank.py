@@ -49,8 +49,8 @@ def rank_of(jacobian: np.ndarray) -> tuple[int, bool]:
 
 def _rank(numeric: NumericReference, part: Part) -> Iterator[Check]:
     part.of(Number)
-    found, clear = rank_of(exponential_at(numeric, part.about(AtPose).place)[numeric.task])
-    yield agree("rank", np.array(part.answer.as_matrix().tolist(), float)[None], np.array([[[float(found)]]]), EXACT)
+    largest, clear = rank_of(exponential_at(numeric, part.about(AtPose).place)[numeric.task])
+    yield agree("rank", np.array(part.answer.as_matrix().tolist(), float)[None], np.array([[[float(largest)]]]), EXACT)
     yield Check("clear", clear, "every singular value is clearly zero or clearly not")
 
 
@@ -68,9 +68,9 @@ def _direction(numeric: NumericReference, part: Part) -> Iterator[Check]:
         yield from _formula(numeric, part, part.details.lost)
         return
     jacobian = exponential_at(numeric, part.about(AtPose).place)[numeric.task]
-    found = np.array(part.answer.as_matrix().tolist(), float)
-    yield Check("unit length", bool(abs(np.linalg.norm(found) - 1) < 1e-8), f"length {np.linalg.norm(found):.10f}")
-    yield _perpendicular(found[None], jacobian[None])
+    claimed = np.array(part.answer.as_matrix().tolist(), float)
+    yield Check("unit length", bool(abs(np.linalg.norm(claimed) - 1) < 1e-8), f"length {np.linalg.norm(claimed):.10f}")
+    yield _perpendicular(claimed[None], jacobian[None])
 
 
 def _written(part: Part) -> Check:
@@ -120,7 +120,7 @@ def samples_at(
     """Return configurations at joint values, or where a condition holds, for other lengths."""
     if condition is not None:
         return samples_on(numeric.chain, f"{condition} = 0", f"verify/{numeric.problem.id}", arms=4, each=each)
-    found = []
+    samples = []
     for arm, lengths in _more_arms(numeric.chain, numeric):
         numbers = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
         put = {numeric.chain.q.index(q): complex(sp.N(value.xreplace(numbers))) for q, value in values}
@@ -128,8 +128,8 @@ def samples_at(
             continue
         for q in random_poses(numeric.chain, numeric.stream, each):
             q[list(put)] = [value.real for value in put.values()]
-            found.append(Sample(arm, q))
-    return found
+            samples.append(Sample(arm, q))
+    return samples
 
 
 def _more_arms(chain: Chain, numeric: NumericReference) -> Iterator[tuple[NumericChain, Mapping[str, float]]]:
@@ -155,11 +155,11 @@ def _motion(numeric: NumericReference, part: Part) -> Iterator[Check]:
     sizes = np.array([[float(np.abs(d @ v).max()) for d, v in zip(vectors, moving, strict=True)] for vectors in along])
     scale = np.array([float(np.abs(v).max()) for v in moving])
     shares = sizes / np.maximum(scale, 1e-12)
-    for index, (text, found) in enumerate(zip(texts, shares, strict=True)):
+    for index, (text, share) in enumerate(zip(texts, shares, strict=True)):
         if index == answer.correct:
-            yield Check("nothing along it", bool(len(found) and found.max() < 1e-7), f"{text}: {found.max():.1e}")
+            yield Check("nothing along it", bool(len(share) and share.max() < 1e-7), f"{text}: {share.max():.1e}")
         else:
-            yield Check("something along it", bool(np.mean(found > ALONG) >= MOST), f"{text}: {np.median(found):.2f}")
+            yield Check("something along it", bool(np.mean(share > ALONG) >= MOST), f"{text}: {np.median(share):.2f}")
 
 
 def _possible(sample: Sample, task: Sequence[int], moving: str, held: bool) -> np.ndarray:

@@ -56,10 +56,10 @@ def _least_norm(numeric: NumericReference, part: Part) -> Iterator[Check]:
     jacobian = jacobian_at(numeric, situation)
     velocity = np.array([float(value) for value in situation.velocity.values()])
     expected = np.linalg.pinv(jacobian) @ velocity
-    found = numbers(part)
-    yield agree("pseudo-inverse", found, expected[None, :, None], NUMBERS)
-    if found.shape[1:] == (numeric.chain.n, 1):
-        yield agree("velocity", jacobian @ found, velocity[None, :, None], NUMBERS)
+    claimed = numbers(part)
+    yield agree("pseudo-inverse", claimed, expected[None, :, None], NUMBERS)
+    if claimed.shape[1:] == (numeric.chain.n, 1):
+        yield agree("velocity", jacobian @ claimed, velocity[None, :, None], NUMBERS)
     yield stays_small(numeric, jacobian)
     yield three_digits(part, expected)
 
@@ -68,14 +68,14 @@ def _self_motion(numeric: NumericReference, part: Part) -> Iterator[Check]:
     """Multiply the Jacobian by the motion; the result is zero, and the motion is not."""
     answer = part.of(Direction)
     formulas = answer.tolerance is None
-    found = numeric.read(part.answer.as_matrix()) if formulas else numbers(part)
+    claimed = numeric.read(part.answer.as_matrix()) if formulas else numbers(part)
     given = None if formulas else part.about(InSituation).situation
     jacobian = numeric.task_jacobian if given is None else jacobian_at(numeric, given)[None]
-    size = np.linalg.norm(found, axis=1, keepdims=True) if np.all(np.isfinite(found)) else np.zeros(1)
-    if found.shape[1:] != (numeric.chain.n, 1) or not np.all(size > EXACT):
+    size = np.linalg.norm(claimed, axis=1, keepdims=True) if np.all(np.isfinite(claimed)) else np.zeros(1)
+    if claimed.shape[1:] != (numeric.chain.n, 1) or not np.all(size > EXACT):
         yield Check("motion", False, f"no motion of {numeric.chain.n} joints at some place")
         return
-    yield agree("null space", jacobian @ (found / size), np.zeros((len(found), len(numeric.task), 1)), NUMBERS)
+    yield agree("null space", jacobian @ (claimed / size), np.zeros((len(claimed), len(numeric.task), 1)), NUMBERS)
     if not formulas:
         yield agree("unit vector", size, np.ones((1, 1, 1)), NUMBERS)
         yield stays_small(numeric, jacobian[0])

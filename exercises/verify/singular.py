@@ -47,7 +47,7 @@ def _sound(numeric: NumericReference, texts: Sequence[str], claimed: list[Any], 
     """Draw configurations on every piece: there are some, and the Jacobian has lost rank there."""
     for text, piece in zip(texts, claimed, strict=True):
         on_arms = [_ratios_on(numeric, piece, lengths, joints) for lengths in numeric.lengths]
-        ratios = [ratio for found in on_arms for ratio in found] or _ratios_elsewhere(numeric, piece, joints)
+        ratios = [ratio for on_arm in on_arms for ratio in on_arm] or _ratios_elsewhere(numeric, piece, joints)
         detail = f"{len(ratios)} configurations, sigma_min/sigma_max at most {max(ratios, default=0.0):.1e}"
         yield Check(f"rank at {text}", bool(ratios) and max(ratios) < REGULAR, detail)
 
@@ -77,7 +77,7 @@ def _ratios(jacobians: np.ndarray) -> np.ndarray:
 
 def _complete(numeric: NumericReference, claimed: list[Any], joints: list[str]) -> Check:
     """Search for singular configurations from random poses, and look for each in the claimed set."""
-    found, redundant = 0, numeric.chain.n > len(numeric.task)
+    count, redundant = 0, numeric.chain.n > len(numeric.task)
     for lengths, arm in zip(numeric.lengths, numeric.arms, strict=True):
 
         def outside(q: np.ndarray, lengths: dict[str, float] = lengths) -> np.ndarray:
@@ -88,7 +88,7 @@ def _complete(numeric: NumericReference, claimed: list[Any], joints: list[str]) 
 
         starts = random_poses(numeric.chain, numeric.stream, STARTS_REDUNDANT if redundant else STARTS)
         q = singular_configurations(arm, starts, numeric.task)
-        found += len(q)
+        count += len(q)
         for left in outside(q):
             around = left + AROUND * random_poses(numeric.chain, numeric.stream, STARTS)
             near = singular_configurations(arm, around, numeric.task)
@@ -97,7 +97,7 @@ def _complete(numeric: NumericReference, claimed: list[Any], joints: list[str]) 
                     f"{name} = {value:.4g}" for name, value in [*zip(joints, left, strict=True), *lengths.items()]
                 )
                 return Check("complete", False, f"J loses rank at {at}, which no condition covers")
-    return Check("complete", True, f"all of {found} singular configurations found by search are covered")
+    return Check("complete", True, f"all of {count} singular configurations found by search are covered")
 
 
 def singular_configurations(arm: NumericChain, starts: np.ndarray, task: Sequence[int]) -> np.ndarray:
