@@ -114,31 +114,31 @@ def _placed(
     if not joint.name.startswith("theta") or (2 * value / sp.pi).is_Integer:
         return jacobian.applyfunc(lambda entry: sp.expand(substitute(entry, {joint: value})))
     cosine, sine = sp.Dummy("c"), sp.Dummy("s")
-    wave = sp.expand(_in_one_angle(condition, joint, cosine, sine))
-    a, b = wave.coeff(cosine), wave.coeff(sine)
-    if sp.expand(wave - a * cosine - b * sine) != 0 or (a.free_symbols | b.free_symbols) & set(_angles(jacobian)):
+    trig = sp.expand(_in_one_angle(condition, joint, cosine, sine))
+    a, b = trig.coeff(cosine), trig.coeff(sine)
+    if sp.expand(trig - a * cosine - b * sine) != 0 or (a.free_symbols | b.free_symbols) & set(_angles(jacobian)):
         return None
     return jacobian.applyfunc(lambda entry: sp.expand(_in_one_angle(entry, joint, b * scale, -a * scale)))
 
 
 def _angles(matrix: sp.Matrix) -> list[sp.Symbol]:
-    waves = (wave for entry in matrix for wave in entry.atoms(sp.sin, sp.cos))
-    return [symbol for wave in waves for symbol in wave.free_symbols]
+    trigs = (trig for entry in matrix for trig in entry.atoms(sp.sin, sp.cos))
+    return [symbol for trig in trigs for symbol in trig.free_symbols]
 
 
 def _in_one_angle(expression: sp.Expr, joint: sp.Symbol, cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
     """Return an expression with cos and sin of one joint's angle taken out of the angle sums and replaced."""
     angles = {}
-    for wave in expression.atoms(sp.sin, sp.cos):
-        factor = sp.diff(wave.args[0], joint)
+    for trig in expression.atoms(sp.sin, sp.cos):
+        factor = sp.diff(trig.args[0], joint)
         if factor == 0:
             continue
-        rest = wave.args[0] - factor * joint
+        rest = trig.args[0] - factor * joint
         own = factor * sine
-        if isinstance(wave, sp.sin):
-            angles[wave] = sp.sin(rest) * cosine + sp.cos(rest) * own
+        if isinstance(trig, sp.sin):
+            angles[trig] = sp.sin(rest) * cosine + sp.cos(rest) * own
         else:
-            angles[wave] = sp.cos(rest) * cosine - sp.sin(rest) * own
+            angles[trig] = sp.cos(rest) * cosine - sp.sin(rest) * own
     return expression.xreplace(angles)
 
 

@@ -31,14 +31,14 @@ class PreciseArm:
         def number(expression: sp.Expr) -> Any:
             return numeric(sp.sympify(expression).xreplace(dict(values)), context)
 
-        def wave(angle: sp.Expr) -> tuple[Any, Any]:
+        def cos_sin(angle: sp.Expr) -> tuple[Any, Any]:
             return number(sp.cos(angle)), number(sp.sin(angle))
 
         self.number, self.revolute = number, [joint.kind == "R" for joint in chain.joints]
         self._offsets = [number(value) for value in chain.offsets]
-        self._links = [(number(joint.a), *wave(joint.alpha)) for joint in chain.joints]
-        self._fixed = [number(joint.d) if joint.kind == "R" else wave(joint.theta) for joint in chain.joints]
-        self._base = (*wave(chain.base.yaw), *wave(chain.base.tilt))
+        self._links = [(number(joint.a), *cos_sin(joint.alpha)) for joint in chain.joints]
+        self._fixed = [number(joint.d) if joint.kind == "R" else cos_sin(joint.theta) for joint in chain.joints]
+        self._base = (*cos_sin(chain.base.yaw), *cos_sin(chain.base.tilt))
         self._origin = [number(value) for value in chain.base.position]
         self._frame, self._offset = chain.point.frame, [number(value) for value in chain.point.offset]
 

@@ -143,11 +143,11 @@ def _solve_angle(condition: sp.Expr, joint: sp.Symbol) -> tuple[sp.Symbol, tuple
     if polynomial.total_degree() != 1 or polynomial.free_symbols & {joint}:
         return None
     a, b, c = (polynomial.coeff_monomial(monomial) for monomial in (1, cosine, sine))
-    values = (_principal(value - offset) for value in _roots_of_wave(a, b, c))
+    values = (_principal(value - offset) for value in _roots_of_trig(a, b, c))
     return joint, tuple(dict.fromkeys(values))
 
 
-def _roots_of_wave(a: sp.Expr, b: sp.Expr, c: sp.Expr) -> list[sp.Expr]:
+def _roots_of_trig(a: sp.Expr, b: sp.Expr, c: sp.Expr) -> list[sp.Expr]:
     if a == 0:
         if b == 0:
             return [sp.S.Zero, sp.pi]
@@ -177,11 +177,11 @@ def _principal(angle: sp.Expr) -> sp.Expr:
 
 
 def _excess(condition: sp.Expr, chain: Chain) -> sp.Expr | None:
-    """Return by how much the constant part of a sum of waves is larger than all amplitudes together, None for others.
+    """Return by how much the constant part of a sum of sines and cosines exceeds all amplitudes, None for others.
 
-    Above zero the sum cannot vanish; at zero it can only where every wave is at an end of its range.
+    Above zero the sum cannot vanish; at zero it can only where each of them is at an end of its range.
     """
-    polynomial = _in_waves(condition, chain)
+    polynomial = _in_trigs(condition, chain)
     if polynomial is None:
         return None
     constant = polynomial.coeff_monomial(1)
@@ -191,21 +191,21 @@ def _excess(condition: sp.Expr, chain: Chain) -> sp.Expr | None:
 
 
 def _touched(condition: sp.Expr, chain: Chain) -> Component | None:
-    """Return the only configuration in which the waves of a sum with no excess cancel its constant part.
+    """Return the only configuration in which the sines and cosines of a sum with no excess cancel its constant part.
 
     As in 0.8 + 0.4 c2 + 0.4 c23, whose cosines both have to be -1. Returns None where that does not fix one value for
     each joint in it.
     """
-    polynomial = _in_waves(condition, chain)
+    polynomial = _in_trigs(condition, chain)
     assert polynomial is not None
     if polynomial.total_degree() != 1:
         return None
     sign = sp.sign(polynomial.coeff_monomial(1))
     equations = []
-    for wave in polynomial.gens:
-        highest = sp.sign(polynomial.coeff_monomial(wave)) != sign
-        crest = sp.S.Zero if isinstance(wave, sp.cos) else sp.pi / 2
-        equations.append(wave.args[0] - crest - (0 if highest else sp.pi))
+    for trig in polynomial.gens:
+        highest = sp.sign(polynomial.coeff_monomial(trig)) != sign
+        crest = sp.S.Zero if isinstance(trig, sp.cos) else sp.pi / 2
+        equations.append(trig.args[0] - crest - (0 if highest else sp.pi))
     joints = [q for q in chain.q if condition.has(q)]
     turns, rest = sp.linear_eq_to_matrix(equations, joints)
     if not turns.is_square or abs(turns.det()) != 1:  # several joint values, or none, lead to the same angles
@@ -214,13 +214,13 @@ def _touched(condition: sp.Expr, chain: Chain) -> Component | None:
     return Component(tuple(1 - sp.cos(q - value) for q, value in touched), tuple((q, (value,)) for q, value in touched))
 
 
-def _in_waves(condition: sp.Expr, chain: Chain) -> sp.Poly | None:
+def _in_trigs(condition: sp.Expr, chain: Chain) -> sp.Poly | None:
     """Return a condition in numbers and joint angles as a polynomial in its sines and cosines; None for others."""
-    waves = sorted(condition.atoms(sp.sin, sp.cos), key=sp.default_sort_key)
-    plain = condition.xreplace({wave: sp.Dummy() for wave in waves})
-    if not waves or condition.free_symbols - set(chain.q) or plain.free_symbols & set(chain.q):
+    trigs = sorted(condition.atoms(sp.sin, sp.cos), key=sp.default_sort_key)
+    plain = condition.xreplace({trig: sp.Dummy() for trig in trigs})
+    if not trigs or condition.free_symbols - set(chain.q) or plain.free_symbols & set(chain.q):
         return None
-    return sp.Poly(condition, *waves)
+    return sp.Poly(condition, *trigs)
 
 
 # --- common zeros of several minors, on the structure (no offsets, lengths as symbols) ---
@@ -397,14 +397,14 @@ def _follows_at(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], plain: lis
 
 def _roots(condition: sp.Expr) -> list[tuple[sp.Symbol, sp.Expr]]:
     """Return the joint that a condition fixes by itself with each of its values; nothing where it ties several."""
-    wave = 1 - condition if condition.is_Add and (1 - condition).func == sp.cos else condition
-    if not isinstance(wave, (sp.sin, sp.cos)) or len(wave.free_symbols) != 1:
+    trig = 1 - condition if condition.is_Add and (1 - condition).func == sp.cos else condition
+    if not isinstance(trig, (sp.sin, sp.cos)) or len(trig.free_symbols) != 1:
         return []
-    if wave is not condition:
+    if trig is not condition:
         roots: tuple[sp.Expr, ...] = (sp.S.Zero,)
     else:
-        roots = (sp.S.Zero, sp.pi) if isinstance(wave, sp.sin) else (sp.pi / 2, -sp.pi / 2)
-    return [item for root in roots for item in _value_at(wave, root).items()]
+        roots = (sp.S.Zero, sp.pi) if isinstance(trig, sp.sin) else (sp.pi / 2, -sp.pi / 2)
+    return [item for root in roots for item in _value_at(trig, root).items()]
 
 
 def _without_subsumed(conjunctions: list[Conjunction]) -> list[Conjunction]:

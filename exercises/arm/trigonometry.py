@@ -129,10 +129,10 @@ class _Converter:
                 product = product * self(factor)
             return product
         if isinstance(e, (sp.sin, sp.cos)):
-            return self._wave(e)
+            return self._trig(e)
         raise ValueError(f"{e} is not a trigonometric polynomial")
 
-    def _wave(self, e: sp.Expr) -> Fourier:
+    def _trig(self, e: sp.Expr) -> Fourier:
         factors = e.args[0].expand().as_coefficients_dict()
         if any(k not in self.angles or not v.is_Integer for k, v in factors.items()):
             raise ValueError(f"{e}: the angle is not a whole-number sum of {self.angles}")
@@ -151,10 +151,10 @@ class _Circles:
     def __init__(self, expressions: Sequence[sp.Expr]) -> None:
         angles = _sorted(set().union(*(atom.free_symbols for e in expressions for atom in _trig_atoms(e))))
         others = _sorted(set().union(*(e.free_symbols for e in expressions)) - set(angles))
-        names = [sp.Dummy(f"{wave}{i}") for i in range(len(angles)) for wave in "cs"]
+        names = [sp.Dummy(f"{trig}{i}") for i in range(len(angles)) for trig in "cs"]
         self.ring = sp.polys.rings.PolyRing((*others, *names, sp.Dummy("one")), sp.QQ)
-        waves = self.ring.gens[len(others) : len(others) + len(names)]
-        self._pairs = {angle: (waves[2 * i], waves[2 * i + 1]) for i, angle in enumerate(angles)}
+        trigs = self.ring.gens[len(others) : len(others) + len(names)]
+        self._pairs = {angle: (trigs[2 * i], trigs[2 * i + 1]) for i, angle in enumerate(angles)}
         self._others = dict(zip(others, self.ring.gens, strict=False))
         self._sines = range(len(others) + 1, len(others) + len(names), 2)
         self._known: dict[sp.Expr, Any] = {}
@@ -181,10 +181,10 @@ class _Circles:
                 product = self._reduced(product * self(factor))
             return product
         if isinstance(e, (sp.sin, sp.cos)):
-            return self._wave(e.args[0])[isinstance(e, sp.sin)]
+            return self._trig(e.args[0])[isinstance(e, sp.sin)]
         raise ValueError(f"{e} is not a trigonometric polynomial")
 
-    def _wave(self, angle: sp.Expr) -> tuple[Any, Any]:
+    def _trig(self, angle: sp.Expr) -> tuple[Any, Any]:
         """Return the cosine and the sine of a sum, one angle of it added after the other."""
         c, s = self.ring.one, self.ring.zero
         for symbol, count in angle.expand().as_coefficients_dict().items():
@@ -375,10 +375,10 @@ def _shortest(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
 def _reduced(expression: sp.Expr) -> list[sp.Expr]:
     """Return the expression with s^2 = 1 - c^2, and with c^2 = 1 - s^2, for every angle sum in it."""
     names, back = _as_symbols(expression)
-    waves = list(names.values())
-    if not waves:
+    trigs = list(names.values())
+    if not trigs:
         return []
-    polynomial = sp.Poly(expression.xreplace(names), *waves)
+    polynomial = sp.Poly(expression.xreplace(names), *trigs)
     if all(power < 2 for powers in polynomial.monoms() for power in powers):
         return []  # there is nothing to replace
     forms = []
@@ -386,10 +386,10 @@ def _reduced(expression: sp.Expr) -> list[sp.Expr]:
         out = []
         for powers, coefficient in polynomial.terms():
             term = coefficient
-            for k in range(0, len(waves), 2):
+            for k in range(0, len(trigs), 2):
                 kept, dropped = k + first, k + 1 - first
                 half, rest = divmod(powers[dropped], 2)
-                term *= waves[kept] ** powers[kept] * waves[dropped] ** rest * (1 - waves[kept] ** 2) ** half
+                term *= trigs[kept] ** powers[kept] * trigs[dropped] ** rest * (1 - trigs[kept] ** 2) ** half
             out.append(term)
         forms.append(sp.expand(sp.Add(*out)).xreplace(back))
     return forms

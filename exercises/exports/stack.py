@@ -166,8 +166,8 @@ def _variables(problem: Problem, parts: Iterable[StackPart]) -> tuple[str, ...]:
                 break
             total, digits = " + ".join(angles[i] for i in run), "".join(map(str, run))
             short += [
-                f"{letter}{digits} = {wave}({total})"
-                for letter, wave in (("c", "cos"), ("s", "sin"))
+                f"{letter}{digits} = {trig}({total})"
+                for letter, trig in (("c", "cos"), ("s", "sin"))
                 if f"{letter}{digits}" not in known
             ]
     own = (line for one in parts for line in one.variables)

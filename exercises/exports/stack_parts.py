@@ -25,9 +25,9 @@ _FITS = "is(abs(float(sin((rhs(c) - rhs(t))/2))) < 1.0e-9) else is(abs(float(rhs
 _MET = "makelist(is(qdot_count(makelist(qdot_fits(c, t, turning), {0}, {1})) > 0), {2}, {3})"
 
 _RIGHT_ANGLES = ", ".join(
-    f"{wave.__name__}({k}*%pi/12) = {maxima_text(sp.expand(sp.expand_trig(wave(sp.pi * k / 12))))}"
+    f"{trig.__name__}({k}*%pi/12) = {maxima_text(sp.expand(sp.expand_trig(trig(sp.pi * k / 12))))}"
     for k in (1, 5, 7, 11)
-    for wave in (sp.sin, sp.cos)
+    for trig in (sp.sin, sp.cos)
 )
 """What Maxima does not know: sines and cosines of 15 degrees and the like, which offsets of joints bring in."""
 

@@ -20,14 +20,14 @@ MOST_BITS = 10_000
 
 
 @dataclass(frozen=True)
-class Wave:
+class Phase:
     """exp(i angle) as a product of powers of the w and of the root of unity."""
 
     powers: tuple[tuple[str, int], ...]
     turn: int
 
 
-def wave_of(angle: Angle) -> Wave | None:
+def phase_of(angle: Angle) -> Phase | None:
     """Return exp(i angle); None where a factor is not in eighths, or a constant no multiple of half a degree."""
     powers, turn = [], Fraction(0)
     for name, factor in angle.items():
@@ -39,7 +39,7 @@ def wave_of(angle: Angle) -> Wave | None:
             powers.append((name, factor * PARTS))
     if turn.denominator != 1 or any(power.denominator != 1 for _, power in powers):
         return None
-    return Wave(tuple((name, int(power)) for name, power in powers), int(turn) % ORDER)
+    return Phase(tuple((name, int(power)) for name, power in powers), int(turn) % ORDER)
 
 
 class Angles:

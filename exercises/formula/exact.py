@@ -26,7 +26,7 @@ from fractions import Fraction
 from math import comb, inf, isqrt, log2
 from typing import Any
 
-from exercises.formula.angles import Angle, Angles, Wave, wave_of
+from exercises.formula.angles import Angle, Angles, Phase, phase_of
 from exercises.formula.field import BITS, ORDER, PRIMES, Field, SharedField, below, draw_field
 from exercises.formula.program import Program, Step
 from exercises.stream import Stream
@@ -96,8 +96,8 @@ def modular_program(program: Program, fixed: Mapping[str, Fraction | None]) -> M
     ops: list[Op | None] = []
     sizes: list[Size] = []
     for op, operands, constant in steps:
-        if op in _WAVES:
-            made = _wave_op(op, angles.at(operands[0]))
+        if op in _TRIGONOMETRIC:
+            made = _trigonometric_op(op, angles.at(operands[0]))
         elif op == "sqrt":
             made = _root_op(angles.at(operands[0]))
         elif any(ops[i] is None for i in operands):
@@ -146,23 +146,23 @@ def _known(step: Step, fixed: Mapping[str, Fraction | None]) -> Step:
     return ("number", (), value) if value is not None else ("unknown number", (), None)
 
 
-_WAVES = frozenset({"sin", "cos", "tan", "cot", "sec", "csc", "exp"})
+_TRIGONOMETRIC = frozenset({"sin", "cos", "tan", "cot", "sec", "csc", "exp"})
 
 
-def _wave_op(op: str, angle: tuple[Angle, bool] | None) -> tuple[Op, Size] | None:
+def _trigonometric_op(op: str, angle: tuple[Angle, bool] | None) -> tuple[Op, Size] | None:
     """Return a sine and the like of an angle that is real, an exponential of one that is imaginary."""
     if angle is None or angle[1] != (op == "exp"):
         return None
-    wave = wave_of(angle[0])
-    if wave is None:
+    phase = phase_of(angle[0])
+    if phase is None:
         return None
-    turns = sum(abs(power) for _, power in wave.powers)
+    turns = sum(abs(power) for _, power in phase.powers)
     if turns > _LARGEST:  # more than a double holds, it may be
         return None
     degree = float(turns)
     one, two = (degree, 0.0, degree, 0.0), (2 * degree, 1.0, degree, 1.0)
     size = {"exp": one, "sin": two, "cos": two, "sec": _inverted(two), "csc": _inverted(two)}.get(op)
-    return (op, (), wave), size or (2 * degree, 1.0, 2 * degree, 1.0)
+    return (op, (), phase), size or (2 * degree, 1.0, 2 * degree, 1.0)
 
 
 _ROOTS = {2: ((1, 180), (1, -180)), 3: ((1, 120), (1, -120)), 5: ((1, 0), (2, 288), (2, -288))}
@@ -203,20 +203,20 @@ class _Point:
     def __init__(self, field: Field, stream: Stream) -> None:
         self.field, self.stream = field, stream
         self.names: dict[str, int] = {}
-        self.waves: dict[str, int] = {}
+        self.phases: dict[str, int] = {}
 
     def name(self, name: str) -> int:
         if name not in self.names:
             self.names[name] = 1 + below(self.stream, self.field.prime - 1)
         return self.names[name]
 
-    def wave(self, wave: Wave) -> int:
+    def phase(self, phase: Phase) -> int:
         prime = self.field.prime
-        value = self.field.power(wave.turn)
-        for name, power in wave.powers:
-            if name not in self.waves:
-                self.waves[name] = 1 + below(self.stream, prime - 1)
-            value = value * pow(self.waves[name], power, prime) % prime
+        value = self.field.power(phase.turn)
+        for name, power in phase.powers:
+            if name not in self.phases:
+                self.phases[name] = 1 + below(self.stream, prime - 1)
+            value = value * pow(self.phases[name], power, prime) % prime
         return value
 
 
@@ -253,8 +253,8 @@ def _done(op: str, args: list[Any], data: Any, point: _Point) -> int:
         return args[0] * args[1]
     if op == "sum":
         return sum(count * arg for count, arg in zip(data, args, strict=True))
-    if op in _WAVES:
-        return _wave_value(op, point.wave(data), point.field)
+    if op in _TRIGONOMETRIC:
+        return _trigonometric_value(op, point.phase(data), point.field)
     if op == "neg":
         return -args[0]
     if op == "name":
@@ -274,13 +274,13 @@ def _done(op: str, args: list[Any], data: Any, point: _Point) -> int:
     return value
 
 
-def _wave_value(op: str, wave: int, field: Field) -> int:
+def _trigonometric_value(op: str, phase: int, field: Field) -> int:
     """Return a function of an angle of which exp(i angle) is given."""
     if op == "exp":
-        return wave
+        return phase
     prime, i = field.prime, field.power(ORDER // 4)
-    back = pow(wave, -1, prime)
-    sine, cosine = (back - wave) * i, wave + back  # twice of each
+    back = pow(phase, -1, prime)
+    sine, cosine = (back - phase) * i, phase + back  # twice of each
     above, below = {
         "sin": (sine, 2), "cos": (cosine, 2), "tan": (sine, cosine),
         "cot": (cosine, sine), "sec": (2, cosine), "csc": (2, sine),

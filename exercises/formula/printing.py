@@ -1,4 +1,4 @@
-"""Expressions as text, letter by letter as SymPy prints them, in a quarter of the time for sums, products and waves.
+"""Expressions as text, letter by letter as SymPy prints them, in a quarter of the time for sums, products and sines.
 
 SymPy asks every node for its class and its precedence and, to order a sum, mpmath for the value of every coefficient.
 Here the few kinds that answers are made of are put together directly. Whatever else there is, SymPy prints. It needs
@@ -15,7 +15,7 @@ from sympy.core.sorting import default_sort_key
 from sympy.printing.str import StrPrinter
 
 MOST_KEPT, LONGEST_KEPT = 4096, 1000
-"""Sums and waves whose text is kept, and the characters of the longest: angles come a dozen times in an answer."""
+"""Sums, sines and cosines whose text is kept, and the characters of the longest: angles come often in an answer."""
 
 LONGEST_NUMBER = 500
 """Bits of a number that is as good as a double when terms are put in order."""
@@ -64,7 +64,7 @@ def kept(make: Direct) -> Direct:
 
 
 @kept
-def _wave(printer: Printer, expr: Any) -> str | None:
+def _sine_or_cosine(printer: Printer, expr: Any) -> str | None:
     (angle,) = expr.args
     return f"{type(expr).__name__}({printer._print(angle)})" if type(angle) in DIRECT else None
 
@@ -166,6 +166,6 @@ FACTORS = (sympy.Symbol, sympy.sin, sympy.cos, sympy.Add)
 """What products and powers are made of that are put together here."""
 
 DIRECT: dict[type, Direct] = {
-    sympy.Add: _sum, sympy.Mul: _product, sympy.sin: _wave, sympy.cos: _wave, sympy.Symbol: _name,
+    sympy.Add: _sum, sympy.Mul: _product, sympy.sin: _sine_or_cosine, sympy.cos: _sine_or_cosine, sympy.Symbol: _name,
     type(sympy.pi): _pi, **dict.fromkeys(RATIONALS, _number),
 }  # fmt: skip

@@ -229,7 +229,7 @@ def _bounded(function: Callable[[Any], Any], largest: float) -> Callable[[Any], 
     return lambda x: function(x) if abs(x) < largest else mpmath.nan
 
 
-def _wave(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
+def _trigonometric(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
     inside = _bounded(function, _LARGEST_ANGLE)
     return lambda x: inside(x) if abs(mpmath.im(x)) < _LARGEST_EXPONENT else mpmath.nan
 
@@ -241,7 +241,7 @@ def _power(x: Any, y: Any) -> Any:
 
 
 _MP: dict[str, Callable[..., Any]] = {
-    **{name: _wave(getattr(mpmath, name)) for name in ("sin", "cos", "tan", "cot", "sec", "csc")},
+    **{name: _trigonometric(getattr(mpmath, name)) for name in ("sin", "cos", "tan", "cot", "sec", "csc")},
     **{name: _bounded(getattr(mpmath, name), _LARGEST_EXPONENT) for name in ("exp", "sinh", "cosh", "tanh")},
     **{name: getattr(mpmath, name) for name in ("log", "sqrt", "asin", "acos", "atan", "sign")},
     "abs": abs, "acot": lambda x: mpmath.atan(1 / x), "atan2": lambda y, x: mpmath.atan2(mpmath.re(y), mpmath.re(x)),

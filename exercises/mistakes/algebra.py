@@ -52,7 +52,7 @@ def _factors(chain: Chain, _: Shape) -> Iterator[Slip]:
             yield Slip({"determinant": _divided(own)}, {"factor": _kind_of_factor(chain, own)})
 
 
-def _wave_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
+def _trig_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
     if _square(chain, 1):
         values = dict(structure(chain).values)
         for factor, _power in derive(chain).generic_minors[0].factors:
@@ -185,7 +185,7 @@ MISTAKES = (
     ),
     Mistake(
         "wave-exchanged", "Sine and cosine exchanged in the determinant",
-        "Sine and cosine seem to be exchanged in the determinant.", "6.8", _wave_exchanged,
+        "Sine and cosine seem to be exchanged in the determinant.", "6.8", _trig_exchanged,
     ),
     Mistake(
         "factor-lost", "Factor of the determinant lost",

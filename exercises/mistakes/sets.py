@@ -169,13 +169,13 @@ def _term_lost(chain: Chain, part: Part) -> Iterator[Taken]:
 
 def _relative(chain: Chain, part: Part) -> Iterator[Taken]:
     for k, index, condition in _conditions(part):
-        sums = {wave.args[0] for wave in condition.atoms(sp.sin, sp.cos) if wave.args[0].is_Add}
+        sums = {trig.args[0] for trig in condition.atoms(sp.sin, sp.cos) if trig.args[0].is_Add}
         own = {angle: max(angle.free_symbols, key=lambda symbol: symbol.name) for angle in sums}
         if own:
             yield _altered(part, k, index, condition.xreplace(own))
 
 
-def _waves(chain: Chain, part: Part) -> Iterator[Taken]:
+def _trigs(chain: Chain, part: Part) -> Iterator[Taken]:
     for k, index, condition in _conditions(part):
         swap = {w: (sp.cos if isinstance(w, sp.sin) else sp.sin)(w.args[0]) for w in condition.atoms(sp.sin, sp.cos)}
         yield _altered(part, k, index, condition.xreplace(swap))
@@ -235,6 +235,6 @@ MISTAKES = (
     ),
     Mistake(
         "waves-exchanged-in-condition", "Sine and cosine exchanged in the condition",
-        "In the condition that ties several joints, sine and cosine seem to be exchanged.", "6.8", takes=_waves,
+        "In the condition that ties several joints, sine and cosine seem to be exchanged.", "6.8", takes=_trigs,
     ),
 )  # fmt: skip

@@ -122,7 +122,7 @@ def split(chain: Chain) -> tuple[Factored, tuple[Factored, ...]]:
 def _terms(found: Factored) -> int:
     """Return how many terms are in the sums of a product, those of sums inside of others counted one by one."""
     expression = found.expression()
-    return _leaves(expression.xreplace({wave: sp.Dummy() for wave in expression.atoms(sp.sin, sp.cos)}))
+    return _leaves(expression.xreplace({trig: sp.Dummy() for trig in expression.atoms(sp.sin, sp.cos)}))
 
 
 def _leaves(expression: sp.Expr) -> int:

@@ -80,10 +80,10 @@ def natural(name: str) -> Key:
     return (match.group(1), int(match.group(2) or -1))
 
 
-def _wave_key(wave: sp.Expr) -> Key:
+def _trig_key(trig: sp.Expr) -> Key:
     """Sort sines and cosines by the last joint in them, by how many joints they sum, cosines first."""
-    joints = sorted(joint for s in wave.args[0].free_symbols for joint in _joints(s))
-    return (max(joints, default=0), -len(joints), joints, isinstance(wave, sp.sin), ByText(wave))
+    joints = sorted(joint for s in trig.args[0].free_symbols for joint in _joints(s))
+    return (max(joints, default=0), -len(joints), joints, isinstance(trig, sp.sin), ByText(trig))
 
 
 def _joints(symbol: sp.Symbol) -> list[int]:
@@ -101,12 +101,12 @@ def _index(symbol: sp.Symbol) -> int:
 def _term_key(term: sp.Expr) -> Key:
     """Sort the terms of a sum: by rate or velocity, then by the sines and cosines in them, then by their symbols."""
     moving = sorted(_moving_key(s) for s in term.free_symbols if _moves(s))
-    waves = sorted(_wave_key(wave)[:4] for wave in term.atoms(sp.sin, sp.cos))
+    trigs = sorted(_trig_key(trig)[:4] for trig in term.atoms(sp.sin, sp.cos))
     names = sorted(natural(s.name) for s in term.free_symbols)
     joint_first = not any(name[0] == "theta" for name in names)
-    if not waves and not moving and names:
+    if not trigs and not moving and names:
         return ([], [], joint_first, False, names, ByText(term))
-    return (moving, waves, joint_first, term.is_number, names, ByText(term))
+    return (moving, trigs, joint_first, term.is_number, names, ByText(term))
 
 
 def _moves(symbol: sp.Symbol) -> bool:
@@ -126,12 +126,12 @@ def _factor_key(factor: sp.Expr) -> Key:
     if base.is_Symbol:
         return (5, _moving_key(base)) if _moves(base) else (1, natural(base.name))
     if isinstance(base, (sp.sin, sp.cos)):
-        return (2 if joint_sum(base.args[0]) is not None else 4, _wave_key(base))
+        return (2 if joint_sum(base.args[0]) is not None else 4, _trig_key(base))
     return (3, base.is_Add, ByText(factor))
 
 
 def _place_in_sum(term: sp.Expr, negative: bool) -> int:
-    """Sort a sum of waves: constants that are added, the waves, constants that are subtracted."""
+    """Sort a sum of sines and cosines: constants that are added, sines and cosines, constants that are subtracted."""
     if term.atoms(sp.sin, sp.cos) or any(map(_moves, term.free_symbols)):
         return 1
     return 2 if negative else 0
@@ -319,10 +319,10 @@ def joint_sum(angle: sp.Expr) -> str | None:
 class AngleNames:
     r"""Short names, as in \varphi_{12}, for angles that c_{12} can't say.
 
-    `waves` says each sine and cosine with symbols of these names, `meanings` says what these symbols are.
+    `trigs` says each sine and cosine with symbols of these names, `meanings` says what these symbols are.
     """
 
-    waves: Mapping[sp.Expr, sp.Expr]
+    trigs: Mapping[sp.Expr, sp.Expr]
     meanings: Mapping[sp.Symbol, sp.Expr]
 
 
@@ -333,11 +333,11 @@ def angle_names(links: Sequence[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
 
     >>> t1, (a1, phi) = sp.Symbol("theta1"), sp.symbols(r"a1 \varphi_{1}")
     >>> names = angle_names([t1 - 2 * sp.pi / 3], sp.Matrix([a1 * sp.cos(t1 - 2 * sp.pi / 3)]))
-    >>> names.meanings, (a1 * sp.cos(t1 - 2 * sp.pi / 3)).xreplace(names.waves) == a1 * sp.cos(phi)
+    >>> names.meanings, (a1 * sp.cos(t1 - 2 * sp.pi / 3)).xreplace(names.trigs) == a1 * sp.cos(phi)
     ({\varphi_{1}: theta1 - 2*pi/3}, True)
     """
-    angles = {wave.args[0] for matrix in matrices for wave in matrix.atoms(sp.sin, sp.cos)}
-    waves: dict[sp.Expr, sp.Expr] = {}
+    angles = {trig.args[0] for matrix in matrices for trig in matrix.atoms(sp.sin, sp.cos)}
+    trigs: dict[sp.Expr, sp.Expr] = {}
     meanings: dict[sp.Symbol, sp.Expr] = {}
     for angle in sorted(angles, key=lambda a: (len(a.free_symbols), ByText(a))):
         if joint_sum(angle) is not None or not angle.free_symbols:
@@ -345,8 +345,8 @@ def angle_names(links: Sequence[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
         meaning, sense, rest = _as_link(angle, links) or (angle, 1, sp.S.Zero)
         name = next((symbol for symbol, other in meanings.items() if other == meaning), None) or _new(meaning, meanings)
         meanings[name] = meaning
-        waves |= {wave(angle): wave(sense * name + rest) for wave in (sp.sin, sp.cos)}
-    return AngleNames(waves, meanings)
+        trigs |= {trig(angle): trig(sense * name + rest) for trig in (sp.sin, sp.cos)}
+    return AngleNames(trigs, meanings)
 
 
 def _as_link(angle: sp.Expr, links: Sequence[sp.Expr]) -> tuple[sp.Expr, int, sp.Expr] | None:
@@ -381,7 +381,7 @@ def laid_out(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles
     prismatic = () if chain is None else prismatic_joints(chain)
     expression = sp.sympify(expression)
     if angles is not None:
-        expression = expression.xreplace(angles.waves)
+        expression = expression.xreplace(angles.trigs)
     if not isinstance(expression, sp.MatrixBase):
         return row(*_pieces_of(expression, prismatic))
     return row(layout.matrix([[_pieces_of(entry, prismatic) for entry in entries] for entries in expression.tolist()]))

@@ -218,7 +218,7 @@ def test_a_function_that_needs_numbers_is_diagnosed_by_its_values() -> None:
     problem = asked("position", PLANAR)
     called = asked_of(problem, problem.domain(), "points")
     at = dict(zip(called["symbols"], np.array(called["points"]).T, strict=True))
-    rows = [at["a1"] * wave(at["theta1"]) + at["a2"] * wave(at["theta2"]) for wave in (np.cos, np.sin)]
+    rows = [at["a1"] * trig(at["theta1"]) + at["a2"] * trig(at["theta2"]) for trig in (np.cos, np.sin)]
     values = [[[value, 0.0] for value in row] for row in np.array(rows).T.tolist()]
     table = TABLE + json.dumps({"shape": [2], "values": values})
     found = diagnose(problem, problem.parts[0], table, "s", "points")

@@ -231,7 +231,7 @@ def test_angles_are_equal_modulo_whole_turns() -> None:
 
 THREE = [f"theta2 = {p} and theta3 = {q}" for p in ("0", "pi") for q in ("0", "pi")]
 SINE, FACTORS = ["sin(theta3) = 0"], ["sin(theta3) = 0", "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) = 0"]
-WAVE = "acos((-a1 - a2*cos(theta2))/a3)"
+ANGLE = "acos((-a1 - a2*cos(theta2))/a3)"
 
 
 @pytest.mark.parametrize(
@@ -249,7 +249,7 @@ WAVE = "acos((-a1 - a2*cos(theta2))/a3)"
         (FACTORS, f"theta3 = 0, pi, {SHOULDER}"),
         (FACTORS, f"[(theta3, [0, pi]), {SHOULDER}]"),
         (FACTORS, f"[(theta3, 0), (theta3, pi), {SHOULDER}]"),
-        (FACTORS, f"sin(theta3) = 0, theta3 = -theta2 + {WAVE}, theta3 = -theta2 - {WAVE}"),
+        (FACTORS, f"sin(theta3) = 0, theta3 = -theta2 + {ANGLE}, theta3 = -theta2 - {ANGLE}"),
         (FACTORS, f"sin(theta3) = 0, cos(theta2) = 2, {SHOULDER}"),
         (
             THREE,
@@ -277,7 +277,7 @@ def test_conditions_of_any_order_and_scale_are_right(reference: list[str], stude
         (SINE, "theta3 = 0"),
         (SINE, "theta3 = 0, theta3 = 3.1416"),
         (SINE, "theta3 = 0.000001, theta3 = pi"),
-        (FACTORS, f"sin(theta3) = 0, theta3 = -theta2 + {WAVE}"),
+        (FACTORS, f"sin(theta3) = 0, theta3 = -theta2 + {ANGLE}"),
         (FACTORS, "sin(theta3) = 0, a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) + 1e-6 = 0"),
     ],
 )

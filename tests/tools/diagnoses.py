@@ -169,13 +169,13 @@ def random_answers(problem: Problem, part: Part, count: int) -> Iterator[str]:
     joints = [q.name for joint, q in zip(problem.chain.joints, problem.chain.q, strict=True) if joint.kind == "R"]
     lengths = [s.name for s in problem.chain.parameters] or ["1"]
 
-    def wave() -> str:
+    def sine_or_cosine() -> str:
         angle = " + ".join(rng.choice(joints or ["1"]) for _ in range(rng.randint(1, 2)))
         return f"{rng.choice(('sin', 'cos'))}({angle})"
 
     def noise() -> str:
-        waves = "*".join(wave() for _ in range(rng.randint(1, 2)))
-        return f"{rng.randint(2, 9)}/{rng.choice((7, 11, 13))}*{rng.choice(lengths)}*{waves}"
+        trigs = "*".join(sine_or_cosine() for _ in range(rng.randint(1, 2)))
+        return f"{rng.randint(2, 9)}/{rng.choice((7, 11, 13))}*{rng.choice(lengths)}*{trigs}"
 
     answer = part.answer
     for _ in range(count):

@@ -153,15 +153,15 @@ def test_a_condition_on_one_angle_is_solved(condition: sp.Expr, values: set[floa
     assert sorted(float(value) for value in solved[1]) == pytest.approx(sorted(values))
 
 
-def test_every_solution_of_a_wave_solves_it() -> None:
+def test_every_solution_of_a_trig_solves_it() -> None:
     chain = Chain("2R", (Joint("R", T1, 0, A1, 0), Joint("R", T2, 0, A2, 0)), ("vx", "vy"))
     for a, b, c in [(1, 2, 3), (-1, 2, -3), (0, 1, -5), (2, 0, -3), (-1, -4, 0), (0, -1, 2)]:
-        wave = a + b * sp.cos(T2 + PI / 7) + c * sp.sin(T2 + PI / 7)
-        solved = solve_condition(wave, chain)
+        trig = a + b * sp.cos(T2 + PI / 7) + c * sp.sin(T2 + PI / 7)
+        solved = solve_condition(trig, chain)
         assert solved is not None
         assert len(solved[1]) == 2
         for value in solved[1]:
-            assert abs(float(wave.subs(T2, value))) < 1e-12
+            assert abs(float(trig.subs(T2, value))) < 1e-12
             assert -np.pi - 1e-12 < float(value) <= np.pi + 1e-12
 
 

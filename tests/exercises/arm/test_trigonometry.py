@@ -12,7 +12,7 @@ T1, T2, T3, A1, A2, A3 = sp.symbols("theta1 theta2 theta3 a1 a2 a3")
 ANGLES = [T1, T2, T1 + T2, T1 - T2, T1 + T2 + T3, 2 * T1, T3]
 
 terms = st.builds(
-    lambda number, length, waves: sp.Mul(number, length, *waves),
+    lambda number, length, trigs: sp.Mul(number, length, *trigs),
     st.integers(-3, 3),
     st.sampled_from([sp.S.One, A1, A2, A1 * A2, A3**2]),
     st.lists(st.sampled_from([f(angle) for f in (sp.sin, sp.cos) for angle in ANGLES]), max_size=3),

@@ -148,8 +148,8 @@ def test_a_given_number_may_be_typed_or_named() -> None:
 
 def test_no_answer_stalls_the_comparison() -> None:
     """A long answer with branches whose terms all but cancel: every point would want many digits."""
-    waves = "".join(f"{sign}1e9*cos({k}*theta1)*sqrt(a1)" for sign in ("+", "-1.0*") for k in range(2, 4000))
-    compare("a1*cos(theta1)" + waves, "a1*cos(theta1)")
+    trigs = "".join(f"{sign}1e9*cos({k}*theta1)*sqrt(a1)" for sign in ("+", "-1.0*") for k in range(2, 4000))
+    compare("a1*cos(theta1)" + trigs, "a1*cos(theta1)")
 
 
 def test_points_are_drawn_from_all_that_a_symbol_may_be() -> None:

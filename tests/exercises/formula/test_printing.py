@@ -36,9 +36,9 @@ def test_what_is_put_together_directly_is_what_sympy_prints(depth: int) -> None:
 
 
 def test_doubles_have_all_their_digits() -> None:
-    wave = sp.sin(sp.Float(3**0.5 / 2) * SYMBOLS[0] + SYMBOLS[1])
-    assert Printer().doprint(wave) == str(wave) == "sin(0.866025403784439*theta1 + theta2)"
-    assert FullPrinter().doprint(wave) == "sin(0.8660254037844386*theta1 + theta2)"
+    trig = sp.sin(sp.Float(3**0.5 / 2) * SYMBOLS[0] + SYMBOLS[1])
+    assert Printer().doprint(trig) == str(trig) == "sin(0.866025403784439*theta1 + theta2)"
+    assert FullPrinter().doprint(trig) == "sin(0.8660254037844386*theta1 + theta2)"
 
 
 def test_what_is_equal_and_written_otherwise_keeps_its_own_text() -> None:

@@ -119,7 +119,7 @@ def dropped_term(m: sp.Matrix) -> sp.Matrix:
     return sp.Matrix(m.rows, m.cols, entries)
 
 
-def swapped_waves(m: sp.Matrix) -> sp.Matrix:
+def swapped_trigs(m: sp.Matrix) -> sp.Matrix:
     return m.replace(sp.sin, sp.cos)
 
 
@@ -164,7 +164,7 @@ def undefined(m: sp.Matrix) -> sp.Matrix:
 
 
 BUGS: list[Callable[[sp.Matrix], sp.Matrix]] = [
-    negated, one_sign, dropped_term, swapped_waves, shifted, scaled, columns_turned, rows_turned, transposed,
+    negated, one_sign, dropped_term, swapped_trigs, shifted, scaled, columns_turned, rows_turned, transposed,
     other_angle, a_row_short, stranger, undefined,
 ]  # fmt: skip
 

@@ -115,7 +115,7 @@ def _entries(problem: Problem) -> list[sp.Expr]:
     return found
 
 
-def _long_wave(match: re.Match[str]) -> str:
+def _long_trig(match: re.Match[str]) -> str:
     angles = "+".join(f"theta{digit}" for digit in match.group(2))
     return f"{'cos' if match.group(1) == 'c' else 'sin'}({angles})"
 
@@ -133,7 +133,7 @@ def _read_back(text: str) -> sp.Expr:
     text = re.sub(r"\\sqrt\{(\d+)\}", r" sqrt(\1)", text)
     text = re.sub(r"\b(sin|cos)\^\{2\}(\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*\))", r"\1\2^{2}", text)
     text = re.sub(r"\\omega_\{(\w)\}", r"w\1", text)
-    text = re.sub(r"\b([cs])_\{(\d+)\}", _long_wave, text)
+    text = re.sub(r"\b([cs])_\{(\d+)\}", _long_trig, text)
     text = text.replace(r"\left", "").replace(r"\right", "").replace("\\", "").replace("^{2}", "**2")
     text = re.sub(r"(?<=[\w)]) (?=[\w(])", "*", text)
     names = {name: sp.Symbol(name) for name in re.findall(r"[a-zL]+\d|[vwfm][xyz]", text)}
@@ -162,5 +162,5 @@ def test_named_angles_are_the_links_own(problem: Problem) -> None:
         assert all(any(sp.expand(meaning - link) == 0 for link in links) for meaning in names.meanings.values())
     for entry in set(_entries(problem)):
         values = {s: sp.Float(0.3 + 0.17 * i) for i, s in enumerate(sorted(entry.free_symbols, key=str))}
-        back = entry.xreplace(names.waves).subs(names.meanings)
+        back = entry.xreplace(names.trigs).subs(names.meanings)
         assert abs(float((back - entry).xreplace(values))) < 1e-9
