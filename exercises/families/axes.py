@@ -67,6 +67,19 @@ class Lengths:
         return filled(chain, {sp.Symbol(name): metres(length) for name, length in zip(names, drawn, strict=True)})
 
 
+@dataclass(frozen=True)
+class LengthsTogether:
+    """Numbers in centimetres for lengths, one of several rows: they go together where roots depend on their ratios."""
+
+    names: Sequence[str]
+    rows: Sequence[Sequence[int]]
+
+    def __call__(self, chain: Chain, rng: Stream) -> Chain:
+        """Return the arm with them."""
+        row = rng.choice(self.rows)
+        return filled(chain, {sp.Symbol(name): metres(length) for name, length in zip(self.names, row, strict=True)})
+
+
 def filled(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
     """Return a chain with numbers for some of its symbols."""
     joints = tuple(

@@ -4,10 +4,10 @@ from exercises.arm.chain import Chain
 from exercises.families.axes import (
     FREE,
     LINK,
-    OFFSET,
     OR_NONE,
     Centimetres,
     Lengths,
+    LengthsTogether,
     Zeros,
     hung,
     senses,
@@ -46,7 +46,7 @@ ELBOWS = (
     Family(
         "orthogonal-3r", "Orthogonal 3R arm", "equations 6.1 to 6.3",
         Chain("orthogonal-3r", dh("R 0 a1 90", "R 0 a2 -90", "R 0 a3 0"), SPACE, title="orthogonal 3R arm"),
-        # a2 < a3, so that the third joint can bring P to the second axis
-        _axes(Lengths({"a1": OFFSET, "a2": (30, 35, 40, 45, 50), "a3": (60, 70, 75, 80, 90)}), OR_NONE, (1, 2)),
+        # singular where cos(theta3) = -a2/a3, among others: a1 : a2 : a3 = 1 : 2 : 4 makes that 120 degrees
+        _axes(LengthsTogether(("a1", "a2", "a3"), [(k, 2 * k, 4 * k) for k in (10, 15, 20, 25)]), OR_NONE, (1, 2)),
     ),
 )  # fmt: skip

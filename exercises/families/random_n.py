@@ -46,6 +46,7 @@ Values = dict[sp.Symbol, sp.Rational]
 
 TRIES, ROUNDS, NUMBERS = 400, 4, 60
 """Arms drawn in all, arms of one structure, and draws of numbers for one arm, before there is said to be none."""
+INVERSE = (sp.atan, sp.acos, sp.asin)
 POSES, CLEARLY = 400, 0.02
 """A condition can hold if it takes both signs at so many poses, on either side by that part of its largest value."""
 
@@ -94,7 +95,7 @@ def _arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Chain | No
     turns = tuple(sign(turning) for _ in structure.rows) if "senses" in axes else ()
     chain = chain_of(structure.rows, structure.task, f"random-{len(structure.rows)}", turns)
     if "lengths" in axes:
-        values = _lengths(chain, rng.part("lengths"))
+        values = _lengths(chain, rng.part("lengths"), clean_roots="tool" not in axes)
         if values is None:
             return None
         chain = filled(chain, values)
@@ -105,16 +106,22 @@ def _arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Chain | No
     return with_point(chain, rng.part("tool")) if "tool" in axes else chain
 
 
-def _lengths(chain: Chain, rng: Stream) -> Values | None:
-    """Return a number for every length but one that no condition depends on, for which every condition can hold."""
-    conditions = tuple(condition for component in singular_set(chain) or () for condition in component.conditions)
+def _lengths(chain: Chain, rng: Stream, clean_roots: bool) -> Values | None:
+    """Return a number for every length but one that no condition depends on, for which every condition can hold.
+
+    With `clean_roots`, angles in the singular set are multiples of 15 degrees, and no arctan(35/6).
+    """
+    components = singular_set(chain) or ()
+    conditions = tuple(condition for component in components for condition in component.conditions)
+    roots = [root for component in components for _, values in component.solutions or () for root in values]
     free = [s for s in chain.parameters if not any(condition.has(s) for condition in conditions)]
     kept = rng.choice(free) if free else None
     for _ in range(NUMBERS):
         drawn = {symbol: rng.choice(LENGTHS) for symbol in chain.parameters if symbol != kept}
         values = {symbol: metres(length) for symbol, length in drawn.items()}
         apart = all(abs(x - y) >= APART for x, y in combinations(drawn.values(), 2))
-        if apart and _can_hold(conditions, chain, values):
+        clean = not clean_roots or not any(root.xreplace(values).has(*INVERSE) for root in roots)
+        if apart and clean and _can_hold(conditions, chain, values):
             return values
     return None
 

@@ -2,7 +2,8 @@
 
 At the wrist centre J is block triangular, det J = det J11 det J22, and does not depend on the tool. The wrist centre is
 the origin of two frames; either may be named as what carries it. The point of the UR kind is O_5, which O_6 coincides
-with; a tool beyond it would add terms to every entry.
+with; a tool beyond it would add terms to every entry. Where a3 is an offset of the elbow, it and d4 stay symbols, as
+the arm is singular at tan(theta3) = -d4/a3.
 """
 
 from exercises.arm.chain import TASK_ROWS, Chain, Point
@@ -27,6 +28,7 @@ WRIST = ("R d4 0 90", "R 0 0 -90", "R d6 0 0")
 """Rows 4, 5 and 6 of a spherical wrist on a forearm d4, the axis of joint 4 running along the forearm."""
 
 
+UPPER_ARM: Centimetres = (50, 60, 70, 75, 80, 90)
 PROPAGATION = "equations 6.9 to 6.12"
 
 
@@ -51,7 +53,7 @@ SIX_JOINTS = (
     _long_arm(
         "puma-560", "PUMA 560", PROPAGATION, ("R d1 0 90", "R 0 a2 0", "R d3 a3 -90", *WRIST), 4, "PUMA 560 arm",
         {
-            "lengths": Lengths({"d3": (15, 20, 25), "a3": (5, 10), "d4": FOREARM}),
+            "lengths": Lengths({"a2": UPPER_ARM, "d3": (15, 20, 25)}),
             "zeros": Zeros(SHOULDER),
             "senses": senses((4, 5)),
         },
@@ -71,7 +73,7 @@ SIX_JOINTS = (
         ("R d1 a1 -90", "R 0 a2 0", "R 0 a3 -90", *WRIST), 4,
         "industrial arm with offsets",
         {
-            "lengths": Lengths({"a1": (10, 15, 20, 25, 30), "a2": (75, 80, 90), "d4": FOREARM}),
+            "lengths": Lengths({"a1": (10, 15, 20, 25, 30), "a2": UPPER_ARM}),
             "zeros": Zeros(SHOULDER),
             "senses": senses((4, 5)),
         },
