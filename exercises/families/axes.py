@@ -21,7 +21,7 @@ FOREARM: Centimetres = (35, 40, 45, 50, 60, 70)
 HAND: Centimetres = (5, 10, 15, 20)
 """Lengths in centimetres, by what they are of."""
 
-FREE = (30, 45, 60, 90, 120, 135, 150, 180, -30, -45, -60, -90, -120, -135, -150)
+FREE = (30, 45, 60, 90, -30, -45, -60, -90)
 RIGHT_ANGLES = (90, 180, -90)
 OR_NONE = (0, 90, 180, -90)
 """Angles of a joint where its variable is zero, in degrees: any, those that keep the terms of J few, or none, too."""

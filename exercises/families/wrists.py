@@ -14,7 +14,7 @@ from exercises.families.base import Axis, Family, dh
 from exercises.stream import Stream
 
 TURNS = ("wx", "wy", "wz")
-NEAR = (0, 15, 30, 150, 165, 180, -165, -150, -30, -15)
+NEAR = (30, 150, 180, -150, -30)
 """Degrees by which the zero of joint 2 moves: within 30 of outer axes in line (ZYZ) or at right angles."""
 
 
