@@ -22,9 +22,8 @@ HAND: Centimetres = (5, 10, 15, 20)
 """Lengths in centimetres, by what they are of."""
 
 FREE = (30, 45, 60, 90, -30, -45, -60, -90)
-RIGHT_ANGLES = (90, 180, -90)
 OR_NONE = (0, 90, 180, -90)
-"""Angles of a joint where its variable is zero, in degrees: any, those that keep the terms of J few, or none, too."""
+"""Angles of a joint where its variable is zero, in degrees: any that one knows the sine of, or right ones and none."""
 
 SLIDE: Centimetres = (10, 15, 20, 25, 30, 40, 45, 50, 60, 70, 75, 80, 90)
 PLACES = tuple(k for k in range(-9, 10) if k)
