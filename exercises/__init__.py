@@ -4,6 +4,7 @@ The map, from the bottom up: nothing here imports what stands below it, nor anyt
 its own in its `__init__`.
 
     errors                          the one exception that users are meant to read
+    variation                       how far arms lead away from the chapter's: axes, and steps of them
     files, input_file               files written whole or not at all; files that people wrote, and where they are wrong
     stream                          the random stream behind every problem (SHAKE-256)
     console, parallel               results, notes and progress; one thing done to many items on several processes
@@ -27,7 +28,8 @@ its own in its `__init__`.
     docs/                           the pages of docs/ that are made from the code (`make docs`)
     gradebook                       Canvas's and Moodle's own exports as rosters
     assignment                      an instructor's folder, read and checked
-    store, release                  what was worked out, kept for grading; an assignment made, its notebooks written
+    store                           what was worked out, kept for grading
+    sets, release                   ready-made sets of problems; an assignment made, its notebooks written
     exports/                        every other form in which an assignment is handed out (`qdot export`)
     site/                           the web site: pages, and problems that a browser can grade
     commands                        the commands about what is asked

@@ -19,6 +19,7 @@ from exercises.generation import listed, short_quiz
 from exercises.questions import QUESTIONS
 from exercises.quizzes import QUIZZES
 from exercises.release import init_assignment
+from exercises.sets import DEFAULT_SET, SETS, set_named
 from exercises.solving import solution_json, solution_latex, solution_text
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
@@ -26,19 +27,33 @@ SOLVE_FORMATS = ("text", "latex", "json")
 
 
 def init(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder to make.")],
-    title: Annotated[str, typer.Option(help="The assignment's title.")] = "Velocity kinematics",
+    folder: Annotated[Path | None, typer.Argument(metavar="DIR", help="The folder to make.")] = None,
+    title: Annotated[str, typer.Option(help="The assignment's title; default: the set's.")] = "",
     key: Annotated[str, typer.Option(help="File name of the notebooks, without .ipynb.")] = "velocity",
     roster: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Your class: a roster, or what Canvas or Moodle exports.")
     ] = None,
+    problems: Annotated[
+        str, typer.Option("--set", metavar="NAME", help="Begin with a ready-made set of problems.")
+    ] = DEFAULT_SET,
+    list_sets: Annotated[bool, typer.Option("--list", help="List the sets, and make nothing.")] = False,
 ) -> None:
     """Make a new assignment folder.
 
     In it are assignment.toml, roster.csv, .gitignore, a secret, a README and the folder submitted. Edit
     assignment.toml and roster.csv, then run `qdot generate DIR`. Nothing that is there already is overwritten.
     """
-    init_assignment(folder, title, key, roster=roster)
+    if list_sets:
+        for one in SETS.values():
+            say(
+                f"{one.name:<18} {one.title}: {one.purpose}\n{'':<18} {one.problems} problems, {one.points:g} points, "
+                f"about {one.minutes} minutes"
+            )
+        return
+    if folder is None:
+        raise QdotError("name the folder to make, as in 'qdot init homework', or list the sets with 'qdot init --list'")
+    chosen = set_named(problems)
+    init_assignment(folder, title or chosen.title, key, roster=roster, problems=chosen)
     first = f"put your class into {folder / 'roster.csv'}" if roster is None else "edit assignment.toml"
     say(f"made {folder}: {first}, then run: qdot generate {folder}")
 

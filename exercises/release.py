@@ -17,18 +17,20 @@ from exercises.notebook import notebook_text, solution_notebook, student_noteboo
 from exercises.parallel import ordered_map
 from exercises.problem import Problem
 from exercises.render import render
+from exercises.sets import DEFAULT_SET, SETS, ProblemSet
 from exercises.store import keep, store_path
+from exercises.variation import DEFAULT
 
 EXAMPLE_STUDENTS = (Student("s001", "Ada Example", "ada@example.org"), Student("s002", "Bo Example", "bo@example.org"))
 
 
 def init_assignment(
     folder: Path, title: str, key: str, students: Sequence[Student] = EXAMPLE_STUDENTS, secret: str | None = None,
-    roster: Path | None = None,
+    roster: Path | None = None, problems: ProblemSet = SETS[DEFAULT_SET],
 ) -> None:  # fmt: skip
     """Make a new assignment folder. Raises QdotError where one is there already: nothing is overwritten.
 
-    `roster` is a file that becomes roster.csv as it stands, in the place of `students`.
+    `roster` is a file that becomes roster.csv as it stands, in the place of `students`; `problems` is what is asked.
     """
     if roster is not None:
         read_roster(roster)
@@ -36,7 +38,10 @@ def init_assignment(
     there = [name for name in names if (folder / name).exists()]
     if there:
         raise QdotError(f"{folder} has {', '.join(there)} already; name a new folder")
-    context = {"title": title, "key": key, "students": students, "secret_file": SECRET_FILE}
+    context = {
+        "title": title, "key": key, "students": students, "secret_file": SECRET_FILE, "set": problems,
+        "default_variation": DEFAULT,
+    }  # fmt: skip
     write_atomically(folder / SECRET_FILE, (secret or secrets.token_hex(32)) + "\n", mode=0o600)
     listed = render("init/roster.csv.j2", **context) if roster is None else roster.read_bytes()
     write_atomically(folder / "roster.csv", listed)

@@ -31,6 +31,7 @@ TOML = """title = "T"
 key = "hw"
 [[problem]]
 family = "planar-2r"
+variation = "full"
 questions = ["position", "jacobian", "determinant"]
 [[problem]]
 family = "polar-rp"
