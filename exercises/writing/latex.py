@@ -6,7 +6,7 @@ multiplies but \cos\varphi_1 behind it, rates and velocities behind their coeffi
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 
@@ -18,6 +18,7 @@ from exercises.formula.latex import parsed
 from exercises.formula.layout import Layout, Pieces, number, row, script
 from exercises.formula.printers.latex import latex
 from exercises.formula.text import ByText
+from exercises.writing.angles import NAME, AngleNames, index_of, joint_sum
 
 Key = tuple[object, ...]
 
@@ -31,8 +32,6 @@ _TALL = frozenset(("frac", "root"))
 _NAMED = re.compile(r"(theta|alpha|beta|qd|[a-zA-Z])(\d*)")
 _COMPONENT = re.compile(r"[vwfm][xyz]")
 _RATE = re.compile(r"qd\d+")
-_ANGLE = re.compile(r"\\varphi'*_\{(\d+)\}")
-"""The name of a symbol that stands for an angle."""
 
 
 @cache
@@ -88,13 +87,8 @@ def _trig_key(trig: sp.Expr) -> Key:
 
 def _joints(symbol: sp.Symbol) -> list[int]:
     """Return the joint that a symbol belongs to, or those whose angles are summed in a named angle."""
-    named = _ANGLE.fullmatch(symbol.name)
-    return [int(digit) for digit in named.group(1)] if named else [_index(symbol)]
-
-
-def _index(symbol: sp.Symbol) -> int:
-    digits = re.sub(r"\D", "", symbol.name)
-    return int(digits) if digits else 0
+    named = NAME.fullmatch(symbol.name)
+    return [int(digit) for digit in named.group(1)] if named else [index_of(symbol)]
 
 
 @lru_cache(maxsize=4096)
@@ -114,8 +108,9 @@ def _moves(symbol: sp.Symbol) -> bool:
 
 
 def _moving_key(symbol: sp.Symbol) -> Key:
-    order = ("vx", "vy", "vz", "wx", "wy", "wz")
-    return (1, order.index(symbol.name)) if symbol.name in order else (0, _index(symbol))
+    if not _COMPONENT.fullmatch(symbol.name):
+        return (0, index_of(symbol))
+    return (1, "vwfm".index(symbol.name[0]), symbol.name[1])
 
 
 def _factor_key(factor: sp.Expr) -> Key:
@@ -171,8 +166,11 @@ class _Setter:
         if any(term.atoms(sp.sin, sp.cos) or any(map(_moves, term.free_symbols)) for term in in_order):
             # 0.12 + a_2 c_2, but a_1 c_1 - 0.6: a constant stands first unless it is subtracted
             shown.sort(key=lambda pair: _place_in_sum(pair[0], pair[1].negative))
-        else:  # theta_2 - theta_1 + pi/3, d_2 + 0.33: numbers last, what is subtracted behind what is added
-            shown.sort(key=lambda pair: (pair[0].is_number, pair[1].negative))
+        else:  # theta_1 - theta_2 + theta_3 + 0.1, but d_2 - d_1: numbers last, and no minus first
+            behind = shown[0][1].negative
+            shown.sort(key=lambda pair: (pair[0].is_number, behind and pair[1].negative))
+            if shown[0][1].negative and not shown[-1][1].negative:  # 0.2 - a_1
+                shown = [shown[-1], *shown[:-1]]
         return [signed for _, signed in shown]
 
     def product(self, expression: sp.Expr) -> _Signed:
@@ -256,10 +254,25 @@ class _Setter:
             short = joint_sum(argument)
             if short is not None:
                 return (script(Layout("letter", word.text[0]), row(*number(short)), above),)
-            if _ANGLE.fullmatch(str(argument)):
+            if NAME.fullmatch(str(argument)):
                 return (called, *parsed(argument.name).inner)
+            return (called, *layout.bracketed(self.angle(argument), _TALL))
         inside = layout.joined((layout.COMMA,), map(self.pieces, expression.args))
         return (called, *layout.bracketed(inside, _TALL))
+
+    def angle(self, value: sp.Expr) -> Pieces:
+        """Return an angle, what is a simple number of degrees of it in degrees: theta_1 + 30, but 30 - theta_1."""
+        turn = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if (term / sp.pi).is_Rational))
+        rest, digits = sp.expand(value - turn), decimal(abs(180 * turn / sp.pi))
+        if turn == 0 or digits is None:
+            return self.pieces(value)
+        degrees = script(Layout("number", digits), above=layout.DEGREE)
+        if rest == 0:
+            return (layout.MINUS, degrees) if turn < 0 else (degrees,)
+        shown = self.pieces(rest)
+        if turn < 0 or shown[0] != layout.MINUS:
+            return (*shown, layout.MINUS if turn < 0 else layout.PLUS, degrees)
+        return (degrees, *shown)
 
     def number(self, value: sp.Expr) -> _Signed:
         negative, size = bool(value.is_negative), abs(value)
@@ -270,9 +283,7 @@ class _Setter:
         digits = decimal(size)
         if digits is not None:
             return _Signed(negative, number(digits))
-        inverse = decimal(1 / size)
-        above, below = ("1", inverse) if inverse is not None and size > 1 else (str(size.p), str(size.q))
-        return _Signed(negative, (layout.fraction(number(above), number(below), small=True),))
+        return _Signed(negative, (layout.fraction(number(str(size.p)), number(str(size.q)), small=True),))
 
     def coefficient(self, value: sp.Expr, rest: sp.Expr, is_fraction: bool) -> tuple[Pieces, Pieces]:
         """Return what a number contributes above and below the line: 0.35 for 7/20, below the line for 20/7."""
@@ -304,68 +315,6 @@ def _float_digits(value: sp.Float) -> Pieces:
     return layout.scientific(digits, int(power)) if power else number(digits)
 
 
-def joint_sum(angle: sp.Expr) -> str | None:
-    """Return "12" for theta1 + theta2, and None for an angle that the shorthand can't say."""
-    digits = []
-    for term in sp.Add.make_args(angle):
-        match = re.fullmatch(r"theta(\d)", str(term))
-        if match is None:
-            return None
-        digits.append(match.group(1))
-    return "".join(sorted(digits))
-
-
-@dataclass(frozen=True)
-class AngleNames:
-    r"""Short names, as in \varphi_{12}, for angles that c_{12} can't say.
-
-    `trigs` says each sine and cosine with symbols of these names, `meanings` says what these symbols are.
-    """
-
-    trigs: Mapping[sp.Expr, sp.Expr]
-    meanings: Mapping[sp.Symbol, sp.Expr]
-
-
-def angle_names(links: Sequence[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
-    r"""Name the angles in the sines and cosines of `matrices`, preferably as those of the links.
-
-    SymPy has -cos(theta1 + pi/3) for cos(theta1 - 2 pi/3); where the latter is a link's angle, it is what is named.
-
-    >>> t1, (a1, phi) = sp.Symbol("theta1"), sp.symbols(r"a1 \varphi_{1}")
-    >>> names = angle_names([t1 - 2 * sp.pi / 3], sp.Matrix([a1 * sp.cos(t1 - 2 * sp.pi / 3)]))
-    >>> names.meanings, (a1 * sp.cos(t1 - 2 * sp.pi / 3)).xreplace(names.trigs) == a1 * sp.cos(phi)
-    ({\varphi_{1}: theta1 - 2*pi/3}, True)
-    """
-    angles = {trig.args[0] for matrix in matrices for trig in matrix.atoms(sp.sin, sp.cos)}
-    trigs: dict[sp.Expr, sp.Expr] = {}
-    meanings: dict[sp.Symbol, sp.Expr] = {}
-    for angle in sorted(angles, key=lambda a: (len(a.free_symbols), ByText(a))):
-        if joint_sum(angle) is not None or not angle.free_symbols:
-            continue
-        meaning, sense, rest = _as_link(angle, links) or (angle, 1, sp.S.Zero)
-        name = next((symbol for symbol, other in meanings.items() if other == meaning), None) or _new(meaning, meanings)
-        meanings[name] = meaning
-        trigs |= {trig(angle): trig(sense * name + rest) for trig in (sp.sin, sp.cos)}
-    return AngleNames(trigs, meanings)
-
-
-def _as_link(angle: sp.Expr, links: Sequence[sp.Expr]) -> tuple[sp.Expr, int, sp.Expr] | None:
-    """Return a link's angle, a sense and quarter turns that make up `angle`, or None."""
-    for link in links:
-        for sense in (1, -1):
-            rest = sp.expand(angle - sense * link)
-            if (2 * rest / sp.pi).is_Integer:
-                return link, sense, rest
-    return None
-
-
-def _new(angle: sp.Expr, names: Mapping[sp.Symbol, sp.Expr]) -> sp.Symbol:
-    name = rf"\varphi_{{{''.join(map(str, sorted(_index(symbol) for symbol in angle.free_symbols)))}}}"
-    while sp.Symbol(name) in names:
-        name = name.replace(r"\varphi", r"\varphi'", 1)
-    return sp.Symbol(name)
-
-
 def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
     r"""Return the LaTeX of an expression or matrix in the textbook's notation, with names for angles if given.
 
@@ -381,7 +330,7 @@ def laid_out(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles
     prismatic = () if chain is None else prismatic_joints(chain)
     expression = sp.sympify(expression)
     if angles is not None:
-        expression = expression.xreplace(angles.trigs)
+        expression = angles.put_into(expression)
     if not isinstance(expression, sp.MatrixBase):
         return row(*_pieces_of(expression, prismatic))
     return row(layout.matrix([[_pieces_of(entry, prismatic) for entry in entries] for entries in expression.tolist()]))
@@ -436,21 +385,19 @@ def tex_length(value: sp.Expr) -> str:
 def tex_angle(value: sp.Expr) -> str:
     r"""Return an angle, constants in degrees.
 
-    >>> tex_angle(sp.Symbol("theta2") + sp.pi / 2)
-    '\\theta_{2} + 90^\\circ'
+    >>> tex_angle(sp.Symbol("theta2") + sp.pi / 2), tex_angle(sp.pi - sp.atan(4))
+    ('\\theta_{2} + 90^\\circ', '180^\\circ - \\arctan(4)')
     """
+    value = sp.sympify(value)
     constant = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if term.is_number))
-    rest = sp.expand(value - constant)
-    degrees = sp.deg(constant)
-    shown = decimal(abs(degrees)) if degrees.is_Rational else None
-    if shown is None:  # an angle such as atan(4) or 0.7, which is no simple number of degrees
-        return _with_unit(value, "rad" if constant.is_Rational else "")
-    if constant == 0:
-        return tex(rest)
-    size = script(Layout("number", shown), above=layout.DEGREE)
-    if rest == 0:
-        return latex(row(layout.MINUS, size) if degrees < 0 else size)
-    return latex(row(*laid_out(rest).inner, layout.MINUS if degrees < 0 else layout.PLUS, size))
+    if constant != 0 and constant.is_Rational:  # an angle such as 0.7
+        return _with_unit(value, "rad")
+    return latex(row(*_Setter(()).angle(value)))
+
+
+def tex_value(value: sp.Expr, joint: sp.Symbol) -> str:
+    """Return what a joint is at: an angle in degrees, a length with its unit."""
+    return tex_length(value) if joint.name.startswith("d") else tex_angle(value)
 
 
 def _with_unit(value: sp.Expr, unit: str) -> str:

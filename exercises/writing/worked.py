@@ -21,8 +21,9 @@ from exercises.problem import Part
 from exercises.questions.inversion import Situation, jacobian_at
 from exercises.questions.singular import Place
 from exercises.questions.wrist import block_determinants, not_partitioned
+from exercises.writing.angles import AngleNames, angle_names, arm_angles, joint_sum, link_angles
 from exercises.writing.hint_context import HintContext
-from exercises.writing.latex import AngleNames, angle_names, joint_sum, tex
+from exercises.writing.latex import tex
 from exercises.writing.wording import join
 
 
@@ -96,9 +97,9 @@ class Worked:
 
     @cached_property
     def angles(self) -> AngleNames:
-        """Short names for the sums of angles that c_{12} can't say, for display."""
+        """Short names for the angles that c_{12} can't say: the same in all that is shown of the arm."""
         shown = (self.d.position, self.d.geometric, self.d.p_star, *self.d.rotations)
-        return angle_names(link_angles(self.chain), *shown)
+        return angle_names(arm_angles(self.chain), *shown)
 
     @cached_property
     def hint_context(self) -> HintContext:
@@ -365,26 +366,6 @@ class Worked:
     def three_digits(self, part: Part) -> list[str]:
         """Return the numbers of an answer to three significant digits."""
         return [three_digits(value) for value in part.answer.as_matrix()]
-
-
-def link_angles(chain: Chain) -> list[sp.Expr]:
-    """Return the angle of every link inside its run of parallel joints, multiples of pi in (-pi, pi].
-
-    Where all axes are parallel, this is the angle of x_i in the world frame.
-    """
-    total, sense = chain.base.yaw, 1
-    angles: list[sp.Expr] = []
-    for turn, alpha in [(sp.S.Zero, chain.base.tilt), *((joint.theta, joint.alpha) for joint in chain.joints)]:
-        total = sp.expand(total + sense * turn)
-        rest = sp.Add(*(t for t in sp.Add.make_args(total) if t.is_number))
-        if (rest / sp.pi).is_Rational:
-            total = total - rest + sp.pi - sp.Mod(sp.pi - rest, 2 * sp.pi)
-        angles.append(total)
-        if alpha in (sp.pi, -sp.pi):
-            sense = -sense
-        elif alpha != 0:
-            total, sense = sp.S.Zero, 1
-    return angles[1:]
 
 
 @lru_cache(maxsize=256)
