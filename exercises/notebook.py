@@ -14,12 +14,12 @@ from nbformat import NotebookNode
 from nbformat.v4 import new_notebook
 
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
+from exercises.formula.order import natural
 from exercises.formula.printers.python import WIDTH, python_text
 from exercises.problem import ENGINE, Part, Problem, variable
 from exercises.quizzes import ASKED
 from exercises.render import render
-from exercises.writing.latex import natural
-from exercises.writing.statement import hints, prompt, statement, worked_solutions
+from exercises.writing.statement import answer_code, hints, prompt, statement, worked_solutions
 
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 Problems = Sequence[tuple[str, Problem]]
@@ -86,7 +86,8 @@ def _problem_cells(kind: str, number: int, slot: str, problem: Problem, hinted: 
         label = f"{number}.{index}"
         yield _markdown(f"{slot}-{part.name}-question", _prompt(label, slot, problem, part, hinted))
         start = f"{variable(slot, part.name)} = "
-        source = start + (part.answer.placeholder if kind == "student" else part.answer.code)(len(start))
+        taken = len(start)
+        source = start + (part.answer.placeholder(taken) if kind == "student" else answer_code(problem, part, taken))
         yield _code(f"{slot}-{part.name}", source, {"qdot": {"part": f"{slot}.{part.name}"}})
         if part.name in solved:
             svg = solution_figure(problem, part, f"{slot}-{part.name}")

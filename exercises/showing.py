@@ -20,7 +20,7 @@ from exercises.quizzes import ASKED
 from exercises.record import Json, robot_json, symbol_json
 from exercises.render import render
 from exercises.writing.markup import latex_escaped, to_html, to_latex, to_text
-from exercises.writing.statement import hints, prompt, statement, worked_solution, worked_solutions
+from exercises.writing.statement import answer_code, hints, prompt, statement, worked_solution, worked_solutions
 
 LEAD = "**Hint {}.** "
 """What a hint begins with where there is nothing to open it with."""
@@ -77,7 +77,7 @@ def _pieces(
             convert(prompt(problem, part)),
             [convert(lead.format(i) + hint) for i, hint in enumerate(hints(problem, part), 1)] if hinted else [],
             convert(solved[part.name]) if solution else "",
-            part.answer.code() if solution else "",
+            answer_code(problem, part) if solution else "",
             part_svg(problem.chain, part, part.name),
             solution_figure(problem, part, f"{part.name}-solution") if solution else "",
         )

@@ -1,10 +1,9 @@
 r"""Angles as a solution names them: one name for each, as in \varphi_{12} for \theta_1 + \theta_2 + 30 degrees.
 
-c_{12} is the cosine of \theta_1 + \theta_2 and of nothing else: were it that of the sum with the table's offsets, a student
-who has forgotten them would read the right answer as his own.
+c_{12} is the cosine of \theta_1 + \theta_2 and of nothing else: were it that of the sum with the table's offsets, a
+student who has forgotten them would read the right answer as his own.
 """
 
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import combinations
@@ -12,10 +11,9 @@ from itertools import combinations
 import sympy as sp
 
 from exercises.arm.chain import Chain
+from exercises.formula.order import index_of, joint_sum
+from exercises.formula.printers.python import python_text
 from exercises.formula.text import ByText
-
-NAME = re.compile(r"\\varphi'*_\{(\d+)\}")
-"""The name of a symbol that stands for an angle; its index says which joints are in it."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +26,10 @@ class AngleNames:
     def put_into(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
         """Return an expression or matrix with the sines and cosines of angles that have a name said by it."""
         return expression.xreplace({trig: self._said(trig) for trig in expression.atoms(sp.sin, sp.cos)})
+
+    def typed(self, expression: sp.Expr) -> str:
+        """Return an expression as Python code with the angles that have a name as these are: theta1 + 5*pi/6."""
+        return python_text(self.put_into(expression), {name: python_text(m) for name, m in self.meanings.items()})
 
     def _said(self, trig: sp.Expr) -> sp.Expr:
         if trig not in self._known:
@@ -126,20 +128,3 @@ def _forwards(angle: sp.Expr) -> sp.Expr:
     """Return an angle or what is opposite to it: that in which the first joint counts as it turns."""
     first = min(angle.free_symbols, key=lambda symbol: symbol.name, default=sp.S.One)
     return _reduced(-angle) if angle.coeff(first) == -1 else angle
-
-
-def joint_sum(angle: sp.Expr) -> str | None:
-    """Return "12" for theta1 + theta2, and None for an angle that the shorthand can't say."""
-    digits = []
-    for term in sp.Add.make_args(angle):
-        match = re.fullmatch(r"theta(\d)", str(term))
-        if match is None:
-            return None
-        digits.append(match.group(1))
-    return "".join(sorted(digits))
-
-
-def index_of(symbol: sp.Symbol) -> int:
-    """Return the number in a symbol's name, 0 where there is none."""
-    digits = re.sub(r"\D", "", symbol.name)
-    return int(digits) if digits else 0

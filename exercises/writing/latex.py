@@ -1,9 +1,4 @@
-r"""Formulas as the textbook prints them: c_1, s_{12}, decimals for lengths, dotted joint rates.
-
-The order of terms and factors is decided here, by what a reader expects and never by SymPy's internal order: joint
-angles before constants, a_1 + a_2 c_2 + a_3 c_{23} by the last joint that occurs, c_1 before the bracket that it
-multiplies but \cos\varphi_1 behind it, rates and velocities behind their coefficients, by index.
-"""
+"""Formulas as the textbook prints them: c_1, s_{12}, decimals for lengths, dotted joint rates."""
 
 import re
 from collections.abc import Sequence
@@ -13,14 +8,12 @@ from functools import cache, lru_cache
 import sympy as sp
 
 from exercises.arm.chain import Chain
-from exercises.formula import layout
+from exercises.formula import layout, order
 from exercises.formula.latex import parsed
 from exercises.formula.layout import Layout, Pieces, number, row, script
+from exercises.formula.order import COMPONENT, NAMED_ANGLE, decimal, joint_sum, moves
 from exercises.formula.printers.latex import latex
-from exercises.formula.text import ByText
-from exercises.writing.angles import NAME, AngleNames, index_of, joint_sum
-
-Key = tuple[object, ...]
+from exercises.writing.angles import AngleNames
 
 _FUNCTIONS = {
     **{getattr(sp, name): Layout("word", name) for name in ("sin", "cos", "tan", "exp")},
@@ -30,8 +23,6 @@ _FUNCTIONS = {
 _TALL = frozenset(("frac", "root"))
 """What brackets grow around: a fraction that is small fits in brackets of a line."""
 _NAMED = re.compile(r"(theta|alpha|beta|qd|[a-zA-Z])(\d*)")
-_COMPONENT = re.compile(r"[vwfm][xyz]")
-_RATE = re.compile(r"qd\d+")
 
 
 @cache
@@ -41,7 +32,7 @@ def symbol_latex(name: str, prismatic: tuple[str, ...] = ()) -> str:
     >>> symbol_latex("theta12"), symbol_latex("qd2", ("2",)), symbol_latex("wx"), symbol_latex("fx")
     ('\\theta_{12}', '\\dot{d}_{2}', '\\omega_{x}', 'f_{x}')
     """
-    if _COMPONENT.fullmatch(name):
+    if COMPONENT.fullmatch(name):
         return (r"\omega" if name[0] == "w" else name[0]) + f"_{{{name[1]}}}"
     match = _NAMED.fullmatch(name)
     if match is None:
@@ -52,84 +43,6 @@ def symbol_latex(name: str, prismatic: tuple[str, ...] = ()) -> str:
     elif letter in ("theta", "alpha", "beta"):
         letter = "\\" + letter
     return f"{letter}_{{{index}}}" if index else letter
-
-
-def decimal(value: sp.Expr) -> str | None:
-    """Return a terminating decimal's digits, as in "0.35", or None for any other number."""
-    if not value.is_Rational:
-        return None
-    denominator = int(value.q)
-    for prime in (2, 5):
-        while denominator % prime == 0:
-            denominator //= prime
-    if denominator != 1:
-        return None
-    if value.is_Integer:
-        return str(value)
-    return f"{float(value):.12f}".rstrip("0").rstrip(".")
-
-
-# --- order ---
-
-
-def natural(name: str) -> Key:
-    """Return a key that sorts names by their letters, then by their numbers: a2 before a10."""
-    match = re.fullmatch(r"(.*?)(\d*)", name)
-    assert match is not None
-    return (match.group(1), int(match.group(2) or -1))
-
-
-def _trig_key(trig: sp.Expr) -> Key:
-    """Sort sines and cosines by the last joint in them, by how many joints they sum, cosines first."""
-    joints = sorted(joint for s in trig.args[0].free_symbols for joint in _joints(s))
-    return (max(joints, default=0), -len(joints), joints, isinstance(trig, sp.sin), ByText(trig))
-
-
-def _joints(symbol: sp.Symbol) -> list[int]:
-    """Return the joint that a symbol belongs to, or those whose angles are summed in a named angle."""
-    named = NAME.fullmatch(symbol.name)
-    return [int(digit) for digit in named.group(1)] if named else [index_of(symbol)]
-
-
-@lru_cache(maxsize=4096)
-def _term_key(term: sp.Expr) -> Key:
-    """Sort the terms of a sum: by rate or velocity, then by the sines and cosines in them, then by their symbols."""
-    moving = sorted(_moving_key(s) for s in term.free_symbols if _moves(s))
-    trigs = sorted(_trig_key(trig)[:4] for trig in term.atoms(sp.sin, sp.cos))
-    names = sorted(natural(s.name) for s in term.free_symbols)
-    joint_first = not any(name[0] == "theta" for name in names)
-    if not trigs and not moving and names:
-        return ([], [], joint_first, False, names, ByText(term))
-    return (moving, trigs, joint_first, term.is_number, names, ByText(term))
-
-
-def _moves(symbol: sp.Symbol) -> bool:
-    return bool(_RATE.fullmatch(symbol.name) or _COMPONENT.fullmatch(symbol.name))
-
-
-def _moving_key(symbol: sp.Symbol) -> Key:
-    if not _COMPONENT.fullmatch(symbol.name):
-        return (0, index_of(symbol))
-    return (1, "vwfm".index(symbol.name[0]), symbol.name[1])
-
-
-def _factor_key(factor: sp.Expr) -> Key:
-    r"""Sort the factors of a product: numbers, symbols, c_1 and s_1, brackets, \cos\varphi_1, rates and velocities."""
-    base = factor.base if factor.is_Pow else factor
-    if base.is_number:
-        return (0, ByText(factor))
-    if base.is_Symbol:
-        return (5, _moving_key(base)) if _moves(base) else (1, natural(base.name))
-    if isinstance(base, (sp.sin, sp.cos)):
-        return (2 if joint_sum(base.args[0]) is not None else 4, _trig_key(base))
-    return (3, base.is_Add, ByText(factor))
-
-
-def _place_in_sum(term: sp.Expr, negative: bool) -> int:
-    """Sort a sum of sines and cosines: constants that are added, sines and cosines, constants that are subtracted."""
-    if term.atoms(sp.sin, sp.cos) or any(map(_moves, term.free_symbols)):
-        return 1
-    return 2 if negative else 0
 
 
 # --- layout ---
@@ -159,19 +72,7 @@ class _Setter:
 
     def terms(self, expression: sp.Expr, flip: bool = False) -> list[_Signed]:
         """Return the terms of a sum in reading order, with all signs changed if `flip`."""
-        in_order = sorted(sp.Add.make_args(expression), key=_term_key)
-        shown = [(term, self.product(term)) for term in in_order]
-        if flip:
-            shown = [(term, _Signed(not signed.negative, signed.body)) for term, signed in shown]
-        if any(term.atoms(sp.sin, sp.cos) or any(map(_moves, term.free_symbols)) for term in in_order):
-            # 0.12 + a_2 c_2, but a_1 c_1 - 0.6: a constant stands first unless it is subtracted
-            shown.sort(key=lambda pair: _place_in_sum(pair[0], pair[1].negative))
-        else:  # theta_1 - theta_2 + theta_3 + 0.1, but d_2 - d_1: numbers last, and no minus first
-            behind = shown[0][1].negative
-            shown.sort(key=lambda pair: (pair[0].is_number, behind and pair[1].negative))
-            if shown[0][1].negative and not shown[-1][1].negative:  # 0.2 - a_1
-                shown = [shown[-1], *shown[:-1]]
-        return [signed for _, signed in shown]
+        return [_Signed(minus, self.product(term).body) for minus, term in order.terms(expression, flip)]
 
     def product(self, expression: sp.Expr) -> _Signed:
         """Return a product, its sign outside and no bracket that starts with a minus where that can be helped."""
@@ -180,40 +81,21 @@ class _Setter:
         coefficient, rest = expression.as_coeff_Mul()
         if rest == 1:
             return self.number(coefficient)
-        negative = bool(coefficient.is_negative)
-        above: list[sp.Expr] = []
-        below: list[sp.Expr] = []
-        for factor in sorted(sp.Mul.make_args(rest), key=_factor_key):
-            if factor.is_Pow and factor.exp.could_extract_minus_sign():
-                below.append(1 / factor)
-            else:
-                above.append(factor)
-        flips, negative = self.signs(above + below, negative)
-        up, down = self.coefficient(abs(coefficient), rest, bool(below))
+        laid_out = order.product(expression)
+        above, below, flips = laid_out.above, laid_out.below, laid_out.flips
+        up, down = self.coefficient(laid_out.number, rest, bool(below))
         numerator = up + self.factors(above, flips, alone=not up and len(above) == 1 and bool(below or down))
         denominator = down + self.factors(below, flips, alone=not down and len(below) == 1)
         shown = numerator or number("1")
         if not denominator:
-            return _Signed(negative, shown)
-        return _Signed(negative, (layout.fraction(shown, denominator, rest.is_number),))
+            return _Signed(laid_out.negative, shown)
+        return _Signed(laid_out.negative, (layout.fraction(shown, denominator, rest.is_number),))
 
-    def signs(self, factors: Sequence[sp.Expr], negative: bool) -> tuple[set[sp.Expr], bool]:
-        """Choose the brackets whose signs are changed, and return them with the sign that is left outside."""
-        flips: set[sp.Expr] = set()
-        for factor in factors:
-            if not factor.is_Add:
-                continue
-            shown = self.terms(factor)
-            if all(term.negative for term in shown) or (negative and shown[0].negative):
-                flips.add(factor)
-                negative = not negative
-        return flips, negative
-
-    def factors(self, factors: Sequence[sp.Expr], flips: set[sp.Expr], alone: bool) -> Pieces:
+    def factors(self, factors: Sequence[sp.Expr], flips: frozenset[sp.Expr], alone: bool) -> Pieces:
         """Return the factors side by side; a sum is bracketed unless it stands alone above or below a fraction line."""
         laid_out: list[Layout] = []
         for k, factor in enumerate(factors):
-            if k and _ends_in_angle(laid_out) and any(map(_moves, factor.free_symbols)):
+            if k and _ends_in_angle(laid_out) and any(map(moves, factor.free_symbols)):
                 laid_out.append(layout.THIN)  # \cos\varphi_1 \dot\theta_1 is not the cosine of a product
             laid_out += self.factor(factor, factor in flips, alone)
         return tuple(laid_out)
@@ -254,7 +136,7 @@ class _Setter:
             short = joint_sum(argument)
             if short is not None:
                 return (script(Layout("letter", word.text[0]), row(*number(short)), above),)
-            if NAME.fullmatch(str(argument)):
+            if NAMED_ANGLE.fullmatch(str(argument)):
                 return (called, *parsed(argument.name).inner)
             return (called, *layout.bracketed(self.angle(argument), _TALL))
         inside = layout.joined((layout.COMMA,), map(self.pieces, expression.args))

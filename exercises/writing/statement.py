@@ -100,6 +100,11 @@ def _derivation(problem: Problem, part: Part, language: str) -> str:
     return str(_macros(part, language).solution(part, chain, derive(chain), words, steps))
 
 
+def answer_code(problem: Problem, part: Part, taken: int = 0) -> str:
+    """Return the answer as Python code with the angles of the worked solution; `taken` columns are used already."""
+    return part.answer.code(taken, worked_steps(problem.chain).angles.typed)
+
+
 def with_meanings(steps: Worked, text: str, language: str = ENGLISH) -> str:
     """Return text on an arm after what the names of angles in it stand for."""
     return _after(_used(steps, text), text, language)

@@ -17,11 +17,12 @@ from exercises.arm.kinematics import frames_and_point, joint_rotation, link_vect
 from exercises.arm.precise import determinant, four_digits, inverse, shown
 from exercises.arm.singularity import Component, singular_set
 from exercises.arm.trigonometry import substitute, textbook
+from exercises.formula.order import joint_sum
 from exercises.problem import Part
 from exercises.questions.inversion import Situation, jacobian_at
 from exercises.questions.singular import Place
 from exercises.questions.wrist import block_determinants, not_partitioned
-from exercises.writing.angles import AngleNames, angle_names, arm_angles, joint_sum, link_angles
+from exercises.writing.angles import AngleNames, angle_names, arm_angles, link_angles
 from exercises.writing.hint_context import HintContext
 from exercises.writing.latex import tex
 from exercises.writing.wording import join
