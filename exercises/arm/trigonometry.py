@@ -363,13 +363,23 @@ def _shortest(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
             return sp.S.One, sp.S.Zero
         forms += _reduced(factor)
         if short.size <= _LONGEST * len(factor.args):  # else multiplying the angles out would only lengthen it
-            forms += [short.expression(), sp.expand(sp.expand_trig(short.expression()))]
+            forms += [short.expression(), _gathered(sp.expand(sp.expand_trig(short.expression())))]
     best = min(forms, key=lambda form: (len(sp.Add.make_args(form)), sp.count_ops(form)))
     content, primitive = best.as_content_primitive()
     if _leading(primitive).could_extract_minus_sign():
-        content, primitive = -content, sp.expand(-primitive)
+        content, primitive = -content, sp.Add(*(-term for term in sp.Add.make_args(primitive)))
     names, back = _as_symbols(primitive)
     return content, sp.factor_terms(primitive.xreplace(names)).xreplace(back) if primitive.is_Add else primitive
+
+
+def _gathered(expression: sp.Expr) -> sp.Expr:
+    """Return a sum gathered by its products of sines and cosines, as the Fourier form is by its angles."""
+    names, back = _as_symbols(expression)
+    if not names:
+        return expression
+    polynomial = sp.Poly(expression.xreplace(names), *names.values())
+    terms = (coefficient * sp.Mul(*map(sp.Pow, polynomial.gens, powers)) for powers, coefficient in polynomial.terms())
+    return sp.Add(*terms).xreplace(back)
 
 
 def _reduced(expression: sp.Expr) -> list[sp.Expr]:

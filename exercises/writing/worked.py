@@ -99,7 +99,9 @@ class Worked:
     @cached_property
     def angles(self) -> AngleNames:
         """Short names for the angles that c_{12} can't say: the same in all that is shown of the arm."""
-        shown = (self.d.position, self.d.geometric, self.d.p_star, *self.d.rotations)
+        # Beside a slide whose twists undo each other, angles add up in the rotations only when these are tidied.
+        last = [self._fill(derive(self._structure).rotations[-1])] if "P" in self.kinds else []
+        shown = (self.d.position, self.d.geometric, self.d.p_star, *self.d.rotations, *last)
         return angle_names(arm_angles(self.chain), *shown)
 
     @cached_property

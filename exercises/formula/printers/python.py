@@ -112,11 +112,14 @@ def bracketed(text: str, taken: int) -> str:
 
 
 def _wrapped(text: str, depth: int) -> str:
-    """Return text that stands in brackets on lines of its own, broken before operators and never inside cos(...)."""
+    """Return text that stands in brackets on lines of its own, broken before operators, never inside cos(...).
+
+    Nor inside of brackets that are short, as in (d3 + 0.39).
+    """
     indent = "    " * depth
     if "\n" in text:  # broken already
         return indent + text
-    tied = re.sub(r"(?<=[a-z]\()[^()]*(?=\))", lambda match: match.group().replace(" ", "\0"), text)
+    tied = re.sub(r"(?<=[a-z]\()[^()]*(?=\))|\([^()]{,24}\)", lambda match: match.group().replace(" ", "\0"), text)
     tied = re.sub(r" ([-+]) ", " \\1\0", tied)
     if max(map(len, tied.split(" "))) > WIDTH - len(indent) - 4:  # a long product is broken before its factors too
         tied = re.sub(r"(?<=\))(\*|/)(?=[(a-z])", " \\1\0", tied)
