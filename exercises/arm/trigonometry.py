@@ -355,7 +355,10 @@ _LONGEST = 3
 
 
 def _shortest(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
-    """Return (content, primitive form with a positive leading term), the shorter of given and Fourier form."""
+    """Return (content, primitive form with a positive leading term), the shortest of given, Fourier and other forms.
+
+    All forms but the given one are gathered: a sum of lengths before a product of sines and cosines counts as one term.
+    """
     forms = [factor]
     if factor.is_Add:
         short = fourier(factor)[0]
@@ -363,7 +366,8 @@ def _shortest(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
             return sp.S.One, sp.S.Zero
         forms += _reduced(factor)
         if short.size <= _LONGEST * len(factor.args):  # else multiplying the angles out would only lengthen it
-            forms += [short.expression(), _gathered(sp.expand(sp.expand_trig(short.expression())))]
+            expanded = sp.expand(sp.expand_trig(short.expression()))
+            forms += [short.expression(), *map(_gathered, (expanded, *_reduced(expanded)))]
     best = min(forms, key=lambda form: (len(sp.Add.make_args(form)), sp.count_ops(form)))
     content, primitive = best.as_content_primitive()
     if _leading(primitive).could_extract_minus_sign():

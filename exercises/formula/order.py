@@ -131,12 +131,22 @@ def terms(expression: sp.Expr, flip: bool = False) -> list[tuple[bool, sp.Expr]]
     signed = [(product(term).negative != flip, term) for term in in_order]
     if any(term.atoms(sp.sin, sp.cos) or any(map(moves, term.free_symbols)) for term in in_order):
         # 0.12 + a_2 c_2, but a_1 c_1 - 0.6: a constant stands first unless it is subtracted
-        return sorted(signed, key=lambda one: _place_in_sum(one[1], one[0]))
+        signed.sort(key=lambda one: _place_in_sum(one[1], one[0]))
+        return _plus_first(signed)
     # theta_1 - theta_2 + theta_3 + 0.1, but d_2 - d_1: numbers last, and no minus first
     behind = signed[0][0]
     signed.sort(key=lambda one: (one[1].is_number, behind and one[0]))
     if signed[0][0] and not signed[-1][0]:  # 0.2 - a_1
         signed = [signed[-1], *signed[:-1]]
+    return signed
+
+
+def _plus_first(signed: list[tuple[bool, sp.Expr]]) -> list[tuple[bool, sp.Expr]]:
+    """Return terms with the sine and cosine of one angle at their front so that these start without a minus."""
+    if len(signed) > 1 and signed[0][0] and not signed[1][0] and not any(map(moves, signed[0][1].free_symbols)):
+        angles = [{trig.args for trig in term.atoms(sp.sin, sp.cos)} for _, term in signed[:2]]
+        if angles[0] == angles[1]:  # 0.06 s_2 - 0.35 c_2
+            return [signed[1], signed[0], *signed[2:]]
     return signed
 
 

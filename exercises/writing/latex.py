@@ -207,6 +207,17 @@ def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: Ang
     return latex(laid_out(expression, chain, angles))
 
 
+def tex_zero(condition: sp.Expr, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
+    r"""Return the LaTeX of what has to vanish, without a number or sign before a product.
+
+    >>> tex_zero(-2 * sp.sin(sp.Symbol("theta3"))), tex_zero(sp.Symbol("a1") - sp.Symbol("a2"))
+    ('s_{3}', 'a_{1} - a_{2}')
+    """
+    named = sp.sympify(condition if angles is None else angles.put_into(condition))
+    number, rest = named.as_coeff_Mul()
+    return tex(rest if not rest.is_Add and rest != 1 else named, chain)
+
+
 def laid_out(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> Layout:
     """Return an expression or matrix laid out in the textbook's notation, with names for angles if given."""
     prismatic = () if chain is None else prismatic_joints(chain)

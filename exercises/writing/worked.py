@@ -311,7 +311,8 @@ class Worked:
         plain = without_factor(condition)
         if not plain.is_Add or not self.d.is_square:
             return plain
-        return -plain if f"({tex(-plain, self.chain)})" in tex(self.d.determinant, self.chain) else plain
+        other = f"({tex(-plain, self.chain, self.angles)})"
+        return -plain if other in tex(self.d.determinant, self.chain, self.angles) else plain
 
     def _cases(self, component: Component, kind: Kind) -> tuple[tuple[sp.Symbol, sp.Expr, Kind], ...]:
         if component.solutions is None or len(component.solutions) != 1 or " or " not in kind.meaning:
