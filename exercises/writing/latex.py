@@ -214,7 +214,7 @@ def tex_zero(condition: sp.Expr, chain: Chain | None = None, angles: AngleNames 
     ('s_{3}', 'a_{1} - a_{2}')
     """
     named = sp.sympify(condition if angles is None else angles.put_into(condition))
-    number, rest = named.as_coeff_Mul()
+    _, rest = named.as_coeff_Mul()
     return tex(rest if not rest.is_Add and rest != 1 else named, chain)
 
 

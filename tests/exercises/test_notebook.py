@@ -145,7 +145,7 @@ def _is_the_reference(value: Any, part: Part) -> bool:
         ours, theirs = sp.Matrix([value]), sp.Matrix([answer.reference])
         at = {symbol: sp.Float(0.4 + 0.19 * i) for i, symbol in enumerate(sorted(theirs.free_symbols, key=str))}
         there, due = ours.xreplace(at), theirs.xreplace(at)
-        near = all(abs(a - b) < 1e-12 * max(1, abs(b)) for a, b in zip(there, due, strict=True))
+        near = all(abs(a - b) < 1e-9 * max(1, abs(b)) for a, b in zip(there, due, strict=True))
         return ours.shape == theirs.shape and near
     if isinstance(answer, Number):
         numbers = zip(sp.Matrix([value]), answer.reference, strict=True)
@@ -164,11 +164,12 @@ def test_code_fits_the_cells(student: Any, staff: Any) -> None:
 
 
 def test_long_answers_are_broken_before_signs() -> None:
-    a1, angle = sp.Symbol("a1"), sp.Symbol("theta1") + sp.Symbol("theta2") + sp.pi / 6
+    a1, angle = sp.Symbol("a1"), sp.Add(*sp.symbols("theta1:4"), sp.pi / 6)
     entry = a1 * sp.cos(angle) + sp.Rational(47, 100) * sp.sin(angle) + sp.Rational(3, 500)
     column = Part("x", "position", Matrix(sp.Matrix([entry, 0])))
     assert column.answer.code(20) == (
-        "Matrix([\n    0.006 + a1*cos(theta1 + theta2 + pi/6)\n        + 0.47*sin(theta1 + theta2 + pi/6),\n    0,\n])"
+        "Matrix([\n    0.006 + a1*cos(theta1 + theta2 + theta3 + pi/6)\n"
+        "        + 0.47*sin(theta1 + theta2 + theta3 + pi/6),\n    0,\n])"
     )
     assert column.answer.placeholder() == "Matrix([blank, blank])"
     square = Part("x", "jacobian", Matrix(sp.Matrix([[a1, 0], [1, 2]])))
