@@ -1,16 +1,13 @@
-"""The chapter's own arms with symbols for all lengths: results print as Examples 6.1 to 6.4, symbol by symbol."""
+"""Arms as the chapter draws them: results print as Examples 6.1 to 6.4, symbol by symbol."""
 
 import re
 from collections.abc import Callable
 from functools import cache
 
 import pytest
-import sympy as sp
 
 from exercises import generate
-from exercises.arm.chain import Chain, Joint, Point
-from exercises.families import Family
-from exercises.problem import Problem, ProblemId
+from exercises.problem import Problem
 from exercises.writing.latex import tex
 from exercises.writing.statement import answer_code, worked_solution, worked_solutions
 
@@ -57,25 +54,13 @@ ELBOW: Answers = {
 
 
 @cache
-def of_arm(name: str, *joints: Joint, point: Point | None = None, task: tuple[str, ...] = ("vx", "vy")) -> Problem:
-    family = Family(name, name, "the chapter", lambda rng: Chain(name, joints, task, tool=point))
-    return generate(ProblemId(name, 0), family=family)
-
-
-@cache
 def planar() -> Problem:
-    t1, t2, a1, a2 = sp.symbols("theta1 theta2 a1 a2")
-    none = sp.S.Zero
-    return of_arm("planar-2r", Joint("R", t1, none, a1, none), Joint("R", t2, none, a2, none))
+    return generate("planar-2r/1@chapter")
 
 
 @cache
 def elbow() -> Problem:
-    t1, t2, t3, d1, a1, a2, a3 = sp.symbols("theta1 theta2 theta3 d1 a1 a2 a3")
-    none = sp.S.Zero
-    column = Joint("R", t1, d1, a1, -sp.pi / 2)
-    links = Joint("R", t2, none, a2, none), Joint("R", t3, none, a3, none)
-    return of_arm("elbow-3r", column, *links, task=("vx", "vy", "vz"))
+    return generate("elbow-3r/1@chapter")
 
 
 def printed(formula: str) -> str:
