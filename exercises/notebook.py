@@ -14,12 +14,12 @@ from nbformat import NotebookNode
 from nbformat.v4 import new_notebook
 
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
+from exercises.formula.order import natural
 from exercises.formula.printers.python import WIDTH, python_text
 from exercises.problem import ENGINE, Part, Problem, variable
 from exercises.quizzes import ASKED
 from exercises.render import render
-from exercises.writing.latex import natural
-from exercises.writing.statement import hints, prompt, statement, worked_solution
+from exercises.writing.statement import answer_code, hints, prompt, statement, worked_solutions
 
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 Problems = Sequence[tuple[str, Problem]]
@@ -81,17 +81,18 @@ def _notebook(kind: str, title: str, key: str, student: str, problems: Problems,
 def _problem_cells(kind: str, number: int, slot: str, problem: Problem, hinted: bool) -> Iterator[NotebookNode]:
     heading = f"{number} {problem.chain.title[:1].upper()}{problem.chain.title[1:] or 'Arm'}"
     yield _markdown(f"{slot}-statement", statement(problem, heading, figure_image(problem, slot)))
+    solved = worked_solutions(problem) if kind == "solution" else {}
     for index, part in enumerate(problem.parts, 1):
         label = f"{number}.{index}"
         yield _markdown(f"{slot}-{part.name}-question", _prompt(label, slot, problem, part, hinted))
         start = f"{variable(slot, part.name)} = "
-        source = start + (part.answer.placeholder if kind == "student" else part.answer.code)(len(start))
+        taken = len(start)
+        source = start + (part.answer.placeholder(taken) if kind == "student" else answer_code(problem, part, taken))
         yield _code(f"{slot}-{part.name}", source, {"qdot": {"part": f"{slot}.{part.name}"}})
-        if kind == "solution":
+        if part.name in solved:
             svg = solution_figure(problem, part, f"{slot}-{part.name}")
             figure = _image(svg, "The arm in a regular and in its singular configurations") if svg else ""
-            steps = worked_solution(problem, part)
-            text = render("notebook-solution.md.j2", number=label, solution=steps, figure=figure)
+            text = render("notebook-solution.md.j2", number=label, solution=solved[part.name], figure=figure)
             yield _markdown(f"{slot}-{part.name}-solution", text)
         if part.name == _later_of_pair(problem):
             yield _code(f"{slot}-self-check", _check(slot, problem))

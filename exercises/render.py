@@ -9,7 +9,7 @@ import jinja2
 from jinja2.ext import Extension
 
 from exercises.languages import ENGLISH, catalogue
-from exercises.writing.latex import tex, tex_angle, tex_length, tex_lines
+from exercises.writing.latex import tex, tex_angle, tex_length, tex_lines, tex_value, tex_zero
 
 _HERE = Path(__file__).parent
 _MARKUP = (".html.j2", ".svg.j2", ".xml.j2")
@@ -51,6 +51,7 @@ def environment(language: str = ENGLISH) -> jinja2.Environment:
         optimized=False,  # the search for constants takes a fifth of the loading, and finds none worth it
     )
     made.filters.update(tex=tex, tex_lines=tex_lines, tex_length=tex_length, tex_angle=tex_angle)
+    made.filters.update(tex_value=tex_value, tex_zero=tex_zero)
     words = catalogue(language)
     made.install_gettext_translations(words.translations, newstyle=True)  # type: ignore[attr-defined]  # by the extension
     made.filters["phrase"] = words.phrase

@@ -21,7 +21,7 @@ from exercises.quizzes import ASKED
 from exercises.record import Json, robot_json, symbol_json
 from exercises.render import render
 from exercises.writing.markup import latex_escaped, to_html, to_latex, to_text
-from exercises.writing.statement import hints, prompt, statement, worked_solution
+from exercises.writing.statement import answer_code, hints, prompt, statement, worked_solution, worked_solutions
 
 LEAD = "**Hint {}.** "
 """What a hint begins with where there is nothing to open it with."""
@@ -69,6 +69,7 @@ def _pieces(
     problem: Problem, solution: bool, hinted: bool, convert: Callable[[str], str], lead: str = ""
 ) -> list[_ShownPart]:
     """Return the parts of a problem in the markup that `convert` writes; `lead` is what a hint begins with."""
+    solved = worked_solutions(problem) if solution else {}
     return [
         _ShownPart(
             part.name,
@@ -76,8 +77,8 @@ def _pieces(
             points_text(part.points),
             convert(prompt(problem, part)),
             [convert(lead.format(i) + hint) for i, hint in enumerate(hints(problem, part), 1)] if hinted else [],
-            convert(worked_solution(problem, part)) if solution else "",
-            part.answer.code() if solution else "",
+            convert(solved[part.name]) if solution else "",
+            answer_code(problem, part) if solution else "",
             part_svg(problem.chain, part, part.name),
             solution_figure(problem, part, f"{part.name}-solution") if solution else "",
         )

@@ -12,6 +12,7 @@ import sympy as sp
 
 from exercises.answers.forms import Forms, T
 from exercises.formula.expression import tree_of_reference
+from exercises.formula.printers.python import Write, python_text
 from exercises.formula.trees import Node
 
 Json = dict[str, Any]
@@ -123,8 +124,11 @@ class Answer(ABC):
         """Return the reference as a student would have to type it."""
 
     @abstractmethod
-    def code(self, taken: int = 0) -> str:
-        """Return the reference as Python code, `taken` columns of whose first line are used already."""
+    def code(self, taken: int = 0, write: Write = python_text) -> str:
+        """Return the reference as Python code, `taken` columns of whose first line are used already.
+
+        Formulas are written by `write`.
+        """
 
     def placeholder(self, taken: int = 0) -> str:
         """Return what an unanswered cell assigns: `blank`, in the shape that is due."""

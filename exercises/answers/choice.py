@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from exercises.answers.forms import Forms, T
 from exercises.answers.letters import LETTERS, Letters
+from exercises.formula.printers.python import Write, python_text
 
 TRUE_FALSE = ("true", "false")
 """The options of a statement that is true or false."""
@@ -41,6 +42,6 @@ class Choice(Letters):
         """Return the letter."""
         return self.letter
 
-    def code(self, taken: int = 0) -> str:
+    def code(self, taken: int = 0, write: Write = python_text) -> str:
         """Return what is typed, in quotes."""
         return f'"{self.word}"'

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from exercises.answers.base import Answer
 from exercises.answers.forms import Forms, T
 from exercises.arm.singularity import Component
-from exercises.formula.printers.python import list_code, python_text
+from exercises.formula.printers.python import Write, list_code, python_text
 
 
 @dataclass(frozen=True)
@@ -43,22 +43,22 @@ class ConditionSet(Answer):
         """Return the pieces in brackets."""
         return f"[{', '.join(self.pieces())}]"
 
-    def code(self, taken: int = 0) -> str:
+    def code(self, taken: int = 0, write: Write = python_text) -> str:
         """Return a list of `Eq` and `And`, one for each value or combination of values."""
-        return list_code([text for component in self.components for text in _alternatives(component)], taken)
+        return list_code([text for component in self.components for text in _alternatives(component, write)], taken)
 
     def placeholder(self, taken: int = 0) -> str:
         """Return a list."""
         return "[blank]"
 
 
-def _alternatives(component: Component) -> list[str]:
+def _alternatives(component: Component, write: Write) -> list[str]:
     """Return the conditions of a component, one text for each value or combination of values."""
     if component.solutions is None:
-        return [_together([f"Eq({python_text(condition)}, 0)" for condition in component.conditions])]
+        return [_together([f"Eq({write(condition)}, 0)" for condition in component.conditions])]
     combinations: list[list[str]] = [[]]
     for joint, values in component.solutions:
-        combinations = [[*c, f"Eq({joint}, {python_text(value)})"] for c in combinations for value in values]
+        combinations = [[*c, f"Eq({joint}, {write(value)})"] for c in combinations for value in values]
     return [_together(equations) for equations in combinations]
 
 

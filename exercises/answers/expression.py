@@ -6,7 +6,7 @@ import sympy as sp
 
 from exercises.answers.base import Answer
 from exercises.answers.forms import Forms, T
-from exercises.formula.printers.python import bracketed, python_text
+from exercises.formula.printers.python import Write, bracketed, python_text
 from exercises.formula.text import text_of
 
 
@@ -53,6 +53,6 @@ class Expression(Answer):
         """Return the formula's text."""
         return text_of(self.reference)
 
-    def code(self, taken: int = 0) -> str:
+    def code(self, taken: int = 0, write: Write = python_text) -> str:
         """Return the formula, on several lines in brackets where it is long."""
-        return bracketed(python_text(self.reference), taken)
+        return bracketed(write(self.reference), taken)

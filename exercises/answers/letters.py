@@ -3,6 +3,7 @@
 from abc import abstractmethod
 
 from exercises.answers.base import Answer, Json
+from exercises.formula.printers.python import Write, python_text
 
 LETTERS = "ABCDEFGH"
 """Under which options are shown."""
@@ -55,7 +56,7 @@ class Letters(Answer):
         """Return the letters."""
         return self.letters
 
-    def code(self, taken: int = 0) -> str:
+    def code(self, taken: int = 0, write: Write = python_text) -> str:
         """Return the letters in quotes."""
         return f'"{self.letters}"'
 

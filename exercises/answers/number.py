@@ -7,7 +7,7 @@ import sympy as sp
 from exercises.answers.base import Answer, Json, rows_typed
 from exercises.answers.forms import Forms, T
 from exercises.formula.identity import Rounding
-from exercises.formula.printers.python import matrix_code, python_text
+from exercises.formula.printers.python import Write, matrix_code, python_text
 from exercises.formula.text import rows_of_text, text_of
 
 
@@ -79,9 +79,9 @@ class Number(Answer):
         """Return the numbers in brackets."""
         return rows_typed(rows_of_text(self.reference))
 
-    def code(self, taken: int = 0) -> str:
+    def code(self, taken: int = 0, write: Write = python_text) -> str:
         """Return the number, or a column of them."""
-        texts = [python_text(value) for value in self.reference]
+        texts = [write(value) for value in self.reference]
         return texts[0] if len(texts) == 1 else matrix_code([[text] for text in texts], taken)
 
     def placeholder(self, taken: int = 0) -> str:

@@ -5,7 +5,7 @@ from typing import Any
 import sympy as sp
 
 from exercises.answers.base import Answer, rows_typed
-from exercises.formula.printers.python import matrix_code, python_text
+from exercises.formula.printers.python import Write, matrix_code, python_text
 from exercises.formula.text import matrix_json, rows_of_text, text_of
 
 
@@ -39,9 +39,9 @@ class Rows(Answer):
         """Return the rows in brackets."""
         return rows_typed(rows_of_text(self.reference))
 
-    def code(self, taken: int = 0) -> str:
+    def code(self, taken: int = 0, write: Write = python_text) -> str:
         """Return `Matrix([[…], […]])`, one row a line where it is long."""
-        return matrix_code([[python_text(entry) for entry in row] for row in self.reference.tolist()], taken)
+        return matrix_code([[write(entry) for entry in row] for row in self.reference.tolist()], taken)
 
     def placeholder(self, taken: int = 0) -> str:
         """Return the matrix with `blank` in each place."""

@@ -355,7 +355,10 @@ _LONGEST = 3
 
 
 def _shortest(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
-    """Return (content, primitive form with a positive leading term), the shorter of given and Fourier form."""
+    """Return (content, primitive form with a positive leading term), the shortest of given, Fourier and other forms.
+
+    All forms but the given one are gathered: a sum of lengths before a product of sines and cosines counts as one term.
+    """
     forms = [factor]
     if factor.is_Add:
         short = fourier(factor)[0]
@@ -363,13 +366,24 @@ def _shortest(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
             return sp.S.One, sp.S.Zero
         forms += _reduced(factor)
         if short.size <= _LONGEST * len(factor.args):  # else multiplying the angles out would only lengthen it
-            forms += [short.expression(), sp.expand(sp.expand_trig(short.expression()))]
+            expanded = sp.expand(sp.expand_trig(short.expression()))
+            forms += [short.expression(), *map(_gathered, (expanded, *_reduced(expanded)))]
     best = min(forms, key=lambda form: (len(sp.Add.make_args(form)), sp.count_ops(form)))
     content, primitive = best.as_content_primitive()
     if _leading(primitive).could_extract_minus_sign():
-        content, primitive = -content, sp.expand(-primitive)
+        content, primitive = -content, sp.Add(*(-term for term in sp.Add.make_args(primitive)))
     names, back = _as_symbols(primitive)
     return content, sp.factor_terms(primitive.xreplace(names)).xreplace(back) if primitive.is_Add else primitive
+
+
+def _gathered(expression: sp.Expr) -> sp.Expr:
+    """Return a sum gathered by its products of sines and cosines, as the Fourier form is by its angles."""
+    names, back = _as_symbols(expression)
+    if not names:
+        return expression
+    polynomial = sp.Poly(expression.xreplace(names), *names.values())
+    terms = (coefficient * sp.Mul(*map(sp.Pow, polynomial.gens, powers)) for powers, coefficient in polynomial.terms())
+    return sp.Add(*terms).xreplace(back)
 
 
 def _reduced(expression: sp.Expr) -> list[sp.Expr]:

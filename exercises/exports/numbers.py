@@ -25,7 +25,7 @@ from exercises.questions.geometry import distinct_lengths
 from exercises.questions.inversion import THREE_DIGITS, conditioning, draw_pose, well_conditioned
 from exercises.questions.results import is_derived, is_made_of_jacobian, result
 from exercises.stream import Stream
-from exercises.writing.latex import tex, tex_angle, tex_length
+from exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from exercises.writing.wording import Wording
 
 DRAWS = 12
@@ -230,7 +230,7 @@ def _scaled(found: InNumbers) -> InNumbers:
 def _given(chain: Chain, part: Part, drawn: Drawn, reference: sp.Matrix) -> Given:
     """Return what is told: all joints but those that the question gives, and what the formulas or mistakes need."""
     w, used = Wording(chain), reference.free_symbols
-    joints = tuple((tex(q), w.joint_value(q, drawn[q])) for q in chain.q if q not in part.details.given_joints)
+    joints = tuple((tex(q), tex_value(drawn[q], q)) for q in chain.q if q not in part.details.given_joints)
     others: list[tuple[str, str]] = []
     if used & set(chain.rates):
         units = zip(chain.rates, w.rate_units, strict=True)

@@ -31,7 +31,7 @@ from exercises.quizzes import ASKED
 from exercises.showing import problem_title
 from exercises.writing.on_paper import on_paper
 from exercises.writing.short_answer import short_answer
-from exercises.writing.statement import hints, prompt, statement, worked_solution
+from exercises.writing.statement import hints, prompt, statement, worked_solutions
 
 WORKING = {
     "expression": 45, "matrix": 45, "singular": 45, "number": 45, "direction": 40, "choice": 12, "selection": 15,
@@ -200,16 +200,20 @@ def _sheet(state: _State, named: _Named) -> Sheet:
 def _given(state: _State, number: int, problem: Problem) -> SheetProblem:
     text = statement(problem, "")
     drawn = state.kind != "key"  # nobody looks at it there
+    solved = worked_solutions(problem) if state.solutions else {}
     return SheetProblem(
         number,
         problem_title(problem),
         on_paper(text, problem) if state.kind == "exam" else text,
         Figure(figure_svg(problem.chain, f"p{number}"), alt_text(problem.chain)) if drawn else None,
-        tuple(_asked(state, f"{number}.{index}", problem, part) for index, part in enumerate(problem.parts, 1)),
+        tuple(
+            _asked(state, f"{number}.{index}", problem, part, solved.get(part.name, ""))
+            for index, part in enumerate(problem.parts, 1)
+        ),
     )
 
 
-def _asked(state: _State, label: str, problem: Problem, part: Part) -> SheetPart:
+def _asked(state: _State, label: str, problem: Problem, part: Part, solution: str) -> SheetPart:
     kind, solutions = state.kind, state.solutions
     text = prompt(problem, part)
     name = f"p{label.replace('.', '-')}"
@@ -224,7 +228,7 @@ def _asked(state: _State, label: str, problem: Problem, part: Part) -> SheetPart
         hints(problem, part) if kind == "handout" and not solutions and state.assignment.hints else (),
         Figure(svg, part_alt(problem.chain, part)) if svg else None,
         box_of(part) if kind == "exam" and not solutions else None,
-        worked_solution(problem, part) if solutions else "",
+        solution,
         Figure(solved, "The arm in a regular and in its singular configurations") if solved else None,
         short_answer(problem, part) if kind == "key" else "",
     )

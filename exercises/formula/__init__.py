@@ -3,6 +3,7 @@
 From the bottom up:
 
     printing, text                      SymPy's expressions as text, fast
+    order                               terms and factors in the order in which a person writes them
     layout, latex                       how a formula is laid out, one tree whatever it was made from; our LaTeX as such
     printers/                           a file for each notation that it is printed in; Maxima and Python from SymPy
     vocabulary                          words, signs, units and habits of those who write: vocabulary.json

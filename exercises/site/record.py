@@ -22,7 +22,7 @@ from exercises.showing import problem_title
 from exercises.site.keys import key_of
 from exercises.writing.latex import symbol_latex
 from exercises.writing.markup import to_html
-from exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
+from exercises.writing.statement import answer_code, hints, option_text, prompt, statement, worked_solution
 
 
 def site_record(problem: Problem) -> Json:
@@ -102,7 +102,7 @@ def solutions_record(problem: Problem) -> Json:
                 "name": part.name,
                 "solution": page(worked_solution(problem, part)),
                 "figure": solution_figure(problem, part, f"{part.name}-solution"),
-                "typed": part.answer.code(),
+                "typed": answer_code(problem, part),
             }
             for part in problem.parts
         ],

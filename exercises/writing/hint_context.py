@@ -14,8 +14,9 @@ from exercises.arm.chain import Chain
 from exercises.arm.derivation import Derivation, derive, structure
 from exercises.arm.singularity import singular_set
 from exercises.arm.trigonometry import textbook
+from exercises.formula.order import natural
 from exercises.questions.wrist import blocks, not_partitioned
-from exercises.writing.latex import natural, tex
+from exercises.writing.latex import tex
 from exercises.writing.wording import join
 
 READABLE = 18

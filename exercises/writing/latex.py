@@ -1,25 +1,19 @@
-r"""Formulas as the textbook prints them: c_1, s_{12}, decimals for lengths, dotted joint rates.
-
-The order of terms and factors is decided here, by what a reader expects and never by SymPy's internal order: joint
-angles before constants, a_1 + a_2 c_2 + a_3 c_{23} by the last joint that occurs, c_1 before the bracket that it
-multiplies but \cos\varphi_1 behind it, rates and velocities behind their coefficients, by index.
-"""
+"""Formulas as the textbook prints them: c_1, s_{12}, decimals for lengths, dotted joint rates."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 
 import sympy as sp
 
 from exercises.arm.chain import Chain
-from exercises.formula import layout
+from exercises.formula import layout, order
 from exercises.formula.latex import parsed
 from exercises.formula.layout import Layout, Pieces, number, row, script
+from exercises.formula.order import COMPONENT, NAMED_ANGLE, decimal, joint_sum, moves
 from exercises.formula.printers.latex import latex
-from exercises.formula.text import ByText
-
-Key = tuple[object, ...]
+from exercises.writing.angles import AngleNames
 
 _FUNCTIONS = {
     **{getattr(sp, name): Layout("word", name) for name in ("sin", "cos", "tan", "exp")},
@@ -29,10 +23,6 @@ _FUNCTIONS = {
 _TALL = frozenset(("frac", "root"))
 """What brackets grow around: a fraction that is small fits in brackets of a line."""
 _NAMED = re.compile(r"(theta|alpha|beta|qd|[a-zA-Z])(\d*)")
-_COMPONENT = re.compile(r"[vwfm][xyz]")
-_RATE = re.compile(r"qd\d+")
-_ANGLE = re.compile(r"\\varphi'*_\{(\d+)\}")
-"""The name of a symbol that stands for an angle."""
 
 
 @cache
@@ -42,7 +32,7 @@ def symbol_latex(name: str, prismatic: tuple[str, ...] = ()) -> str:
     >>> symbol_latex("theta12"), symbol_latex("qd2", ("2",)), symbol_latex("wx"), symbol_latex("fx")
     ('\\theta_{12}', '\\dot{d}_{2}', '\\omega_{x}', 'f_{x}')
     """
-    if _COMPONENT.fullmatch(name):
+    if COMPONENT.fullmatch(name):
         return (r"\omega" if name[0] == "w" else name[0]) + f"_{{{name[1]}}}"
     match = _NAMED.fullmatch(name)
     if match is None:
@@ -53,88 +43,6 @@ def symbol_latex(name: str, prismatic: tuple[str, ...] = ()) -> str:
     elif letter in ("theta", "alpha", "beta"):
         letter = "\\" + letter
     return f"{letter}_{{{index}}}" if index else letter
-
-
-def decimal(value: sp.Expr) -> str | None:
-    """Return a terminating decimal's digits, as in "0.35", or None for any other number."""
-    if not value.is_Rational:
-        return None
-    denominator = int(value.q)
-    for prime in (2, 5):
-        while denominator % prime == 0:
-            denominator //= prime
-    if denominator != 1:
-        return None
-    if value.is_Integer:
-        return str(value)
-    return f"{float(value):.12f}".rstrip("0").rstrip(".")
-
-
-# --- order ---
-
-
-def natural(name: str) -> Key:
-    """Return a key that sorts names by their letters, then by their numbers: a2 before a10."""
-    match = re.fullmatch(r"(.*?)(\d*)", name)
-    assert match is not None
-    return (match.group(1), int(match.group(2) or -1))
-
-
-def _trig_key(trig: sp.Expr) -> Key:
-    """Sort sines and cosines by the last joint in them, by how many joints they sum, cosines first."""
-    joints = sorted(joint for s in trig.args[0].free_symbols for joint in _joints(s))
-    return (max(joints, default=0), -len(joints), joints, isinstance(trig, sp.sin), ByText(trig))
-
-
-def _joints(symbol: sp.Symbol) -> list[int]:
-    """Return the joint that a symbol belongs to, or those whose angles are summed in a named angle."""
-    named = _ANGLE.fullmatch(symbol.name)
-    return [int(digit) for digit in named.group(1)] if named else [_index(symbol)]
-
-
-def _index(symbol: sp.Symbol) -> int:
-    digits = re.sub(r"\D", "", symbol.name)
-    return int(digits) if digits else 0
-
-
-@lru_cache(maxsize=4096)
-def _term_key(term: sp.Expr) -> Key:
-    """Sort the terms of a sum: by rate or velocity, then by the sines and cosines in them, then by their symbols."""
-    moving = sorted(_moving_key(s) for s in term.free_symbols if _moves(s))
-    trigs = sorted(_trig_key(trig)[:4] for trig in term.atoms(sp.sin, sp.cos))
-    names = sorted(natural(s.name) for s in term.free_symbols)
-    joint_first = not any(name[0] == "theta" for name in names)
-    if not trigs and not moving and names:
-        return ([], [], joint_first, False, names, ByText(term))
-    return (moving, trigs, joint_first, term.is_number, names, ByText(term))
-
-
-def _moves(symbol: sp.Symbol) -> bool:
-    return bool(_RATE.fullmatch(symbol.name) or _COMPONENT.fullmatch(symbol.name))
-
-
-def _moving_key(symbol: sp.Symbol) -> Key:
-    order = ("vx", "vy", "vz", "wx", "wy", "wz")
-    return (1, order.index(symbol.name)) if symbol.name in order else (0, _index(symbol))
-
-
-def _factor_key(factor: sp.Expr) -> Key:
-    r"""Sort the factors of a product: numbers, symbols, c_1 and s_1, brackets, \cos\varphi_1, rates and velocities."""
-    base = factor.base if factor.is_Pow else factor
-    if base.is_number:
-        return (0, ByText(factor))
-    if base.is_Symbol:
-        return (5, _moving_key(base)) if _moves(base) else (1, natural(base.name))
-    if isinstance(base, (sp.sin, sp.cos)):
-        return (2 if joint_sum(base.args[0]) is not None else 4, _trig_key(base))
-    return (3, base.is_Add, ByText(factor))
-
-
-def _place_in_sum(term: sp.Expr, negative: bool) -> int:
-    """Sort a sum of sines and cosines: constants that are added, sines and cosines, constants that are subtracted."""
-    if term.atoms(sp.sin, sp.cos) or any(map(_moves, term.free_symbols)):
-        return 1
-    return 2 if negative else 0
 
 
 # --- layout ---
@@ -164,16 +72,7 @@ class _Setter:
 
     def terms(self, expression: sp.Expr, flip: bool = False) -> list[_Signed]:
         """Return the terms of a sum in reading order, with all signs changed if `flip`."""
-        in_order = sorted(sp.Add.make_args(expression), key=_term_key)
-        shown = [(term, self.product(term)) for term in in_order]
-        if flip:
-            shown = [(term, _Signed(not signed.negative, signed.body)) for term, signed in shown]
-        if any(term.atoms(sp.sin, sp.cos) or any(map(_moves, term.free_symbols)) for term in in_order):
-            # 0.12 + a_2 c_2, but a_1 c_1 - 0.6: a constant stands first unless it is subtracted
-            shown.sort(key=lambda pair: _place_in_sum(pair[0], pair[1].negative))
-        else:  # theta_2 - theta_1 + pi/3, d_2 + 0.33: numbers last, what is subtracted behind what is added
-            shown.sort(key=lambda pair: (pair[0].is_number, pair[1].negative))
-        return [signed for _, signed in shown]
+        return [_Signed(minus, self.product(term).body) for minus, term in order.terms(expression, flip)]
 
     def product(self, expression: sp.Expr) -> _Signed:
         """Return a product, its sign outside and no bracket that starts with a minus where that can be helped."""
@@ -182,40 +81,21 @@ class _Setter:
         coefficient, rest = expression.as_coeff_Mul()
         if rest == 1:
             return self.number(coefficient)
-        negative = bool(coefficient.is_negative)
-        above: list[sp.Expr] = []
-        below: list[sp.Expr] = []
-        for factor in sorted(sp.Mul.make_args(rest), key=_factor_key):
-            if factor.is_Pow and factor.exp.could_extract_minus_sign():
-                below.append(1 / factor)
-            else:
-                above.append(factor)
-        flips, negative = self.signs(above + below, negative)
-        up, down = self.coefficient(abs(coefficient), rest, bool(below))
+        laid_out = order.product(expression)
+        above, below, flips = laid_out.above, laid_out.below, laid_out.flips
+        up, down = self.coefficient(laid_out.number, rest, bool(below))
         numerator = up + self.factors(above, flips, alone=not up and len(above) == 1 and bool(below or down))
         denominator = down + self.factors(below, flips, alone=not down and len(below) == 1)
         shown = numerator or number("1")
         if not denominator:
-            return _Signed(negative, shown)
-        return _Signed(negative, (layout.fraction(shown, denominator, rest.is_number),))
+            return _Signed(laid_out.negative, shown)
+        return _Signed(laid_out.negative, (layout.fraction(shown, denominator, rest.is_number),))
 
-    def signs(self, factors: Sequence[sp.Expr], negative: bool) -> tuple[set[sp.Expr], bool]:
-        """Choose the brackets whose signs are changed, and return them with the sign that is left outside."""
-        flips: set[sp.Expr] = set()
-        for factor in factors:
-            if not factor.is_Add:
-                continue
-            shown = self.terms(factor)
-            if all(term.negative for term in shown) or (negative and shown[0].negative):
-                flips.add(factor)
-                negative = not negative
-        return flips, negative
-
-    def factors(self, factors: Sequence[sp.Expr], flips: set[sp.Expr], alone: bool) -> Pieces:
+    def factors(self, factors: Sequence[sp.Expr], flips: frozenset[sp.Expr], alone: bool) -> Pieces:
         """Return the factors side by side; a sum is bracketed unless it stands alone above or below a fraction line."""
         laid_out: list[Layout] = []
         for k, factor in enumerate(factors):
-            if k and _ends_in_angle(laid_out) and any(map(_moves, factor.free_symbols)):
+            if k and _ends_in_angle(laid_out) and any(map(moves, factor.free_symbols)):
                 laid_out.append(layout.THIN)  # \cos\varphi_1 \dot\theta_1 is not the cosine of a product
             laid_out += self.factor(factor, factor in flips, alone)
         return tuple(laid_out)
@@ -256,10 +136,25 @@ class _Setter:
             short = joint_sum(argument)
             if short is not None:
                 return (script(Layout("letter", word.text[0]), row(*number(short)), above),)
-            if _ANGLE.fullmatch(str(argument)):
+            if NAMED_ANGLE.fullmatch(str(argument)):
                 return (called, *parsed(argument.name).inner)
+            return (called, *layout.bracketed(self.angle(argument), _TALL))
         inside = layout.joined((layout.COMMA,), map(self.pieces, expression.args))
         return (called, *layout.bracketed(inside, _TALL))
+
+    def angle(self, value: sp.Expr) -> Pieces:
+        """Return an angle, what is a simple number of degrees of it in degrees: theta_1 + 30, but 30 - theta_1."""
+        turn = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if (term / sp.pi).is_Rational))
+        rest, digits = sp.expand(value - turn), decimal(abs(180 * turn / sp.pi))
+        if turn == 0 or digits is None:
+            return self.pieces(value)
+        degrees = script(Layout("number", digits), above=layout.DEGREE)
+        if rest == 0:
+            return (layout.MINUS, degrees) if turn < 0 else (degrees,)
+        shown = self.pieces(rest)
+        if turn < 0 or shown[0] != layout.MINUS:
+            return (*shown, layout.MINUS if turn < 0 else layout.PLUS, degrees)
+        return (degrees, *shown)
 
     def number(self, value: sp.Expr) -> _Signed:
         negative, size = bool(value.is_negative), abs(value)
@@ -270,9 +165,7 @@ class _Setter:
         digits = decimal(size)
         if digits is not None:
             return _Signed(negative, number(digits))
-        inverse = decimal(1 / size)
-        above, below = ("1", inverse) if inverse is not None and size > 1 else (str(size.p), str(size.q))
-        return _Signed(negative, (layout.fraction(number(above), number(below), small=True),))
+        return _Signed(negative, (layout.fraction(number(str(size.p)), number(str(size.q)), small=True),))
 
     def coefficient(self, value: sp.Expr, rest: sp.Expr, is_fraction: bool) -> tuple[Pieces, Pieces]:
         """Return what a number contributes above and below the line: 0.35 for 7/20, below the line for 20/7."""
@@ -304,68 +197,6 @@ def _float_digits(value: sp.Float) -> Pieces:
     return layout.scientific(digits, int(power)) if power else number(digits)
 
 
-def joint_sum(angle: sp.Expr) -> str | None:
-    """Return "12" for theta1 + theta2, and None for an angle that the shorthand can't say."""
-    digits = []
-    for term in sp.Add.make_args(angle):
-        match = re.fullmatch(r"theta(\d)", str(term))
-        if match is None:
-            return None
-        digits.append(match.group(1))
-    return "".join(sorted(digits))
-
-
-@dataclass(frozen=True)
-class AngleNames:
-    r"""Short names, as in \varphi_{12}, for angles that c_{12} can't say.
-
-    `trigs` says each sine and cosine with symbols of these names, `meanings` says what these symbols are.
-    """
-
-    trigs: Mapping[sp.Expr, sp.Expr]
-    meanings: Mapping[sp.Symbol, sp.Expr]
-
-
-def angle_names(links: Sequence[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
-    r"""Name the angles in the sines and cosines of `matrices`, preferably as those of the links.
-
-    SymPy has -cos(theta1 + pi/3) for cos(theta1 - 2 pi/3); where the latter is a link's angle, it is what is named.
-
-    >>> t1, (a1, phi) = sp.Symbol("theta1"), sp.symbols(r"a1 \varphi_{1}")
-    >>> names = angle_names([t1 - 2 * sp.pi / 3], sp.Matrix([a1 * sp.cos(t1 - 2 * sp.pi / 3)]))
-    >>> names.meanings, (a1 * sp.cos(t1 - 2 * sp.pi / 3)).xreplace(names.trigs) == a1 * sp.cos(phi)
-    ({\varphi_{1}: theta1 - 2*pi/3}, True)
-    """
-    angles = {trig.args[0] for matrix in matrices for trig in matrix.atoms(sp.sin, sp.cos)}
-    trigs: dict[sp.Expr, sp.Expr] = {}
-    meanings: dict[sp.Symbol, sp.Expr] = {}
-    for angle in sorted(angles, key=lambda a: (len(a.free_symbols), ByText(a))):
-        if joint_sum(angle) is not None or not angle.free_symbols:
-            continue
-        meaning, sense, rest = _as_link(angle, links) or (angle, 1, sp.S.Zero)
-        name = next((symbol for symbol, other in meanings.items() if other == meaning), None) or _new(meaning, meanings)
-        meanings[name] = meaning
-        trigs |= {trig(angle): trig(sense * name + rest) for trig in (sp.sin, sp.cos)}
-    return AngleNames(trigs, meanings)
-
-
-def _as_link(angle: sp.Expr, links: Sequence[sp.Expr]) -> tuple[sp.Expr, int, sp.Expr] | None:
-    """Return a link's angle, a sense and quarter turns that make up `angle`, or None."""
-    for link in links:
-        for sense in (1, -1):
-            rest = sp.expand(angle - sense * link)
-            if (2 * rest / sp.pi).is_Integer:
-                return link, sense, rest
-    return None
-
-
-def _new(angle: sp.Expr, names: Mapping[sp.Symbol, sp.Expr]) -> sp.Symbol:
-    name = rf"\varphi_{{{''.join(map(str, sorted(_index(symbol) for symbol in angle.free_symbols)))}}}"
-    while sp.Symbol(name) in names:
-        name = name.replace(r"\varphi", r"\varphi'", 1)
-    return sp.Symbol(name)
-
-
 def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
     r"""Return the LaTeX of an expression or matrix in the textbook's notation, with names for angles if given.
 
@@ -376,12 +207,23 @@ def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: Ang
     return latex(laid_out(expression, chain, angles))
 
 
+def tex_zero(condition: sp.Expr, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
+    r"""Return the LaTeX of what has to vanish, without a number or sign before a product.
+
+    >>> tex_zero(-2 * sp.sin(sp.Symbol("theta3"))), tex_zero(sp.Symbol("a1") - sp.Symbol("a2"))
+    ('s_{3}', 'a_{1} - a_{2}')
+    """
+    named = sp.sympify(condition if angles is None else angles.put_into(condition))
+    _, rest = named.as_coeff_Mul()
+    return tex(rest if not rest.is_Add and rest != 1 else named, chain)
+
+
 def laid_out(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> Layout:
     """Return an expression or matrix laid out in the textbook's notation, with names for angles if given."""
     prismatic = () if chain is None else prismatic_joints(chain)
     expression = sp.sympify(expression)
     if angles is not None:
-        expression = expression.xreplace(angles.trigs)
+        expression = angles.put_into(expression)
     if not isinstance(expression, sp.MatrixBase):
         return row(*_pieces_of(expression, prismatic))
     return row(layout.matrix([[_pieces_of(entry, prismatic) for entry in entries] for entries in expression.tolist()]))
@@ -436,21 +278,19 @@ def tex_length(value: sp.Expr) -> str:
 def tex_angle(value: sp.Expr) -> str:
     r"""Return an angle, constants in degrees.
 
-    >>> tex_angle(sp.Symbol("theta2") + sp.pi / 2)
-    '\\theta_{2} + 90^\\circ'
+    >>> tex_angle(sp.Symbol("theta2") + sp.pi / 2), tex_angle(sp.pi - sp.atan(4))
+    ('\\theta_{2} + 90^\\circ', '180^\\circ - \\arctan(4)')
     """
+    value = sp.sympify(value)
     constant = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if term.is_number))
-    rest = sp.expand(value - constant)
-    degrees = sp.deg(constant)
-    shown = decimal(abs(degrees)) if degrees.is_Rational else None
-    if shown is None:  # an angle such as atan(4) or 0.7, which is no simple number of degrees
-        return _with_unit(value, "rad" if constant.is_Rational else "")
-    if constant == 0:
-        return tex(rest)
-    size = script(Layout("number", shown), above=layout.DEGREE)
-    if rest == 0:
-        return latex(row(layout.MINUS, size) if degrees < 0 else size)
-    return latex(row(*laid_out(rest).inner, layout.MINUS if degrees < 0 else layout.PLUS, size))
+    if constant != 0 and constant.is_Rational:  # an angle such as 0.7
+        return _with_unit(value, "rad")
+    return latex(row(*_Setter(()).angle(value)))
+
+
+def tex_value(value: sp.Expr, joint: sp.Symbol) -> str:
+    """Return what a joint is at: an angle in degrees, a length with its unit."""
+    return tex_length(value) if joint.name.startswith("d") else tex_angle(value)
 
 
 def _with_unit(value: sp.Expr, unit: str) -> str:

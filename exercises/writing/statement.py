@@ -15,7 +15,7 @@ from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
 from exercises.quizzes.options import Options, Places
 from exercises.render import environment
-from exercises.writing.latex import tex
+from exercises.writing.latex import tex_angle
 from exercises.writing.wording import Wording
 from exercises.writing.worked import Worked
 
@@ -75,16 +75,49 @@ def hints(problem: Problem, part: Part, language: str = ENGLISH) -> tuple[str, s
 
 
 def worked_solution(problem: Problem, part: Part, language: str = ENGLISH) -> str:
-    """Return the way to the answer as the chapter would print it: formula, steps, result, what it means."""
-    chain, steps, words = problem.chain, worked_steps(problem.chain), catalogue(language)
-    text = _macros(part, language).solution(part, chain, derive(chain), Wording(chain, words), steps)
-    return words.with_decimals(with_meanings(steps, text, language))
+    """Return the way to the answer as the chapter would print it: formula, steps, result, what it means.
+
+    It is for a part by itself, and begins with what the names of angles in it stand for.
+    """
+    steps, text = worked_steps(problem.chain), _derivation(problem, part, language)
+    return catalogue(language).with_decimals(with_meanings(steps, text, language))
+
+
+def worked_solutions(problem: Problem, language: str = ENGLISH) -> dict[str, str]:
+    """Return the solutions of all parts by their names, for one text: the names of angles are said once, before all."""
+    steps, words = worked_steps(problem.chain), catalogue(language)
+    texts = {part.name: _derivation(problem, part, language) for part in problem.parts}
+    first, *others = texts
+    before = _used(steps, "".join(texts.values()))
+    told = {first: _after(before, texts[first], language, first_of_all=bool(others))}
+    told |= {name: _tidy(texts[name]) for name in others}
+    return {name: words.with_decimals(text) for name, text in told.items()}
+
+
+def _derivation(problem: Problem, part: Part, language: str) -> str:
+    chain = problem.chain
+    words, steps = Wording(chain, catalogue(language)), worked_steps(chain)
+    return str(_macros(part, language).solution(part, chain, derive(chain), words, steps))
+
+
+def answer_code(problem: Problem, part: Part, taken: int = 0) -> str:
+    """Return the answer as Python code with the angles of the worked solution; `taken` columns are used already."""
+    return part.answer.code(taken, worked_steps(problem.chain).angles.typed)
 
 
 def with_meanings(steps: Worked, text: str, language: str = ENGLISH) -> str:
     """Return text on an arm after what the names of angles in it stand for."""
-    used = [(name, tex(angle)) for name, angle in steps.angles.meanings.items() if str(name) in text]
-    return _tidy(environment(language).get_template("solution.md.j2").render(angles=used, solution=text))
+    return _after(_used(steps, text), text, language)
+
+
+def _used(steps: Worked, text: str) -> list[tuple[str, str]]:
+    """Return the names of angles in a text, each with what it stands for."""
+    return [(str(name), tex_angle(angle)) for name, angle in steps.angles.meanings.items() if str(name) in text]
+
+
+def _after(angles: list[tuple[str, str]], text: str, language: str, first_of_all: bool = False) -> str:
+    template = environment(language).get_template("solution.md.j2")
+    return _tidy(template.render(angles=angles, solution=text, first_of_all=first_of_all))
 
 
 @lru_cache(maxsize=256)

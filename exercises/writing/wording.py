@@ -348,12 +348,6 @@ class Wording:
         """The size of the largest square part of the task Jacobian."""
         return min(len(self.chain.task), self.chain.n)
 
-    def joint_value(self, joint: sp.Symbol, value: sp.Expr) -> str:
-        """Return a joint's value: degrees where it is a simple number of them, else radians; metres for a slide."""
-        if self.chain.joints[self.chain.q.index(joint)].kind == "P":
-            return tex_length(value)
-        return tex_angle(value) if sp.deg(value).is_Rational else tex(value)
-
     def velocity_value(self, component: sp.Symbol, value: sp.Expr) -> str:
         """Return a component of velocity with its unit."""
         unit = r"\text{m/s}" if component.name.startswith("v") else r"\text{rad/s}"

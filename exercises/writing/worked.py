@@ -17,12 +17,14 @@ from exercises.arm.kinematics import frames_and_point, joint_rotation, link_vect
 from exercises.arm.precise import determinant, four_digits, inverse, shown
 from exercises.arm.singularity import Component, singular_set
 from exercises.arm.trigonometry import substitute, textbook
+from exercises.formula.order import joint_sum
 from exercises.problem import Part
 from exercises.questions.inversion import Situation, jacobian_at
 from exercises.questions.singular import Place
 from exercises.questions.wrist import block_determinants, not_partitioned
+from exercises.writing.angles import AngleNames, angle_names, arm_angles, link_angles
 from exercises.writing.hint_context import HintContext
-from exercises.writing.latex import AngleNames, angle_names, joint_sum, tex
+from exercises.writing.latex import tex
 from exercises.writing.wording import join
 
 
@@ -96,9 +98,11 @@ class Worked:
 
     @cached_property
     def angles(self) -> AngleNames:
-        """Short names for the sums of angles that c_{12} can't say, for display."""
-        shown = (self.d.position, self.d.geometric, self.d.p_star, *self.d.rotations)
-        return angle_names(link_angles(self.chain), *shown)
+        """Short names for the angles that c_{12} can't say: the same in all that is shown of the arm."""
+        # Beside a slide whose twists undo each other, angles add up in the rotations only when these are tidied.
+        last = [self._fill(derive(self._structure).rotations[-1])] if "P" in self.kinds else []
+        shown = (self.d.position, self.d.geometric, self.d.p_star, *self.d.rotations, *last)
+        return angle_names(arm_angles(self.chain), *shown)
 
     @cached_property
     def hint_context(self) -> HintContext:
@@ -307,7 +311,8 @@ class Worked:
         plain = without_factor(condition)
         if not plain.is_Add or not self.d.is_square:
             return plain
-        return -plain if f"({tex(-plain, self.chain)})" in tex(self.d.determinant, self.chain) else plain
+        other = f"({tex(-plain, self.chain, self.angles)})"
+        return -plain if other in tex(self.d.determinant, self.chain, self.angles) else plain
 
     def _cases(self, component: Component, kind: Kind) -> tuple[tuple[sp.Symbol, sp.Expr, Kind], ...]:
         if component.solutions is None or len(component.solutions) != 1 or " or " not in kind.meaning:
@@ -365,26 +370,6 @@ class Worked:
     def three_digits(self, part: Part) -> list[str]:
         """Return the numbers of an answer to three significant digits."""
         return [three_digits(value) for value in part.answer.as_matrix()]
-
-
-def link_angles(chain: Chain) -> list[sp.Expr]:
-    """Return the angle of every link inside its run of parallel joints, multiples of pi in (-pi, pi].
-
-    Where all axes are parallel, this is the angle of x_i in the world frame.
-    """
-    total, sense = chain.base.yaw, 1
-    angles: list[sp.Expr] = []
-    for turn, alpha in [(sp.S.Zero, chain.base.tilt), *((joint.theta, joint.alpha) for joint in chain.joints)]:
-        total = sp.expand(total + sense * turn)
-        rest = sp.Add(*(t for t in sp.Add.make_args(total) if t.is_number))
-        if (rest / sp.pi).is_Rational:
-            total = total - rest + sp.pi - sp.Mod(sp.pi - rest, 2 * sp.pi)
-        angles.append(total)
-        if alpha in (sp.pi, -sp.pi):
-            sense = -sense
-        elif alpha != 0:
-            total, sense = sp.S.Zero, 1
-    return angles[1:]
 
 
 @lru_cache(maxsize=256)

@@ -11,6 +11,7 @@ import pytest
 
 from exercises.answers import ConditionSet, Direction, Expression, Matrix, Number
 from exercises.problem import Part, Problem, variable
+from exercises.writing.statement import answer_code
 from grader.marking import mark
 from grader.sandbox import Sandbox
 from grader.verdict import Outcome
@@ -36,7 +37,8 @@ def values(sandbox: Sandbox, problem: Problem, codes: dict[str, str]) -> dict[st
 def test_the_solution_earns_full_marks(family: str, start: int, sandbox: Sandbox, drawn: Draw) -> None:
     for seed in range(start, min(start + CHUNK, SEEDS)):
         problem = drawn(family, seed)
-        answers = values(sandbox, problem, {variable("p1", part.name): part.answer.code() for part in problem.parts})
+        codes = {variable("p1", part.name): answer_code(problem, part) for part in problem.parts}
+        answers = values(sandbox, problem, codes)
         own = {part.name: answers[variable("p1", part.name)] for part in problem.parts}
         for verdict in mark(problem, own, secret="secret"):
             assert verdict.judgement.outcome is Outcome.CORRECT, (

@@ -16,15 +16,15 @@ MODULES = sorted((*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py"))
 
 LAYERS = {
     "exercises": """errors variation files input_file stream console parallel
-        formula.printing formula.text formula.layout formula.latex formula.printers formula.vocabulary formula.names
-        formula.trees formula.algebra formula.notation formula.expression formula.program formula.field
+        formula.printing formula.text formula.order formula.layout formula.latex formula.printers formula.vocabulary
+        formula.names formula.trees formula.algebra formula.notation formula.expression formula.program formula.field
         formula.angles formula.exact formula.identity formula.constants formula.pieces formula.conditions
         formula.claims
         arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.axes arm.reach arm.appearance
         arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
         arm.arithmetic arm.stages
         credit decimals lateness difficulty answers problem families questions mistakes quizzes
-        generation record verify writing.latex phrases languages render writing messages figure
+        generation record verify writing.angles writing.latex phrases languages render writing messages figure
         notebook showing solving docs gradebook assignment store sets release exports.outlet exports.bank
         exports.known_wrong exports.stack_parts exports exports.registry site.keys site.record site.bank
         site.page site.chapter site.arms site.guide site.reference site.pages site.stale_files site.build site

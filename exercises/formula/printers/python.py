@@ -2,39 +2,90 @@
 
 import re
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import sympy as sp
 from sympy.printing.str import StrPrinter
 
-from exercises.formula.text import text_of
+from exercises.formula import order
+from exercises.formula.order import decimal
 
 WIDTH = 88
 """Columns of a line of code in a notebook, as far as it can be broken."""
 
 
-class _Exact(StrPrinter):
-    """SymPy's own text, with fractions that Python does not round."""
+Write = Callable[[sp.Expr], str]
+"""How a formula is written as code."""
+
+
+class _Code(StrPrinter):
+    """Writes terms and factors in the order of formulas for people; decimals, and fractions that Python does not round.
+
+    `names` are symbols that stand for sums, with what they stand for.
+    """
+
+    def __init__(self, names: Mapping[sp.Symbol, str]) -> None:
+        super().__init__()
+        self.names = names
+
+    def _print_Symbol(self, expr: sp.Symbol) -> str:
+        return f"({self.names[expr]})" if expr in self.names else str(expr.name)
+
+    def _print_Function(self, expr: sp.Function) -> str:
+        if expr.args[0] in self.names:
+            return f"{expr.func.__name__}({self.names[expr.args[0]]})"
+        return str(super()._print_Function(expr))
+
+    def _print_Add(self, expr: sp.Add, order: object = None) -> str:
+        return self._sum(expr)
+
+    def _sum(self, expr: sp.Expr, flip: bool = False) -> str:
+        shown = ""
+        for minus, term in order.terms(expr, flip):
+            sign = (" - " if minus else " + ") if shown else "-" if minus else ""
+            shown += sign + self._unsigned(term)
+        return shown
+
+    def _print_Mul(self, expr: sp.Mul) -> str:
+        return f"{'-' if order.product(expr).negative else ''}{self._unsigned(expr)}"
+
+    def _unsigned(self, term: sp.Expr) -> str:
+        """Return a term without the sign before it."""
+        if not term.is_Mul:
+            return str(self._print(abs(term) if term.is_Rational or term.is_Float else term))
+        product = order.product(term)
+        digits = None if _is_irrational(term) else decimal(product.number)
+        above, below = (digits, "1") if digits else (str(product.number.p), str(product.number.q))
+        over = [above] * (above != "1") + [self._factor(factor, product) for factor in product.above]
+        under = [below] * (below != "1") + [self._factor(factor, product) for factor in product.below]
+        if not under:
+            return "*".join(over)
+        line = under[0] if len(under) == 1 else f"({'*'.join(under)})"
+        return f"{'*'.join(over) or '1'}/{line}"
+
+    def _factor(self, factor: sp.Expr, product: order.Product) -> str:
+        return f"({self._sum(factor, factor in product.flips)})" if factor.is_Add else str(self._print(factor))
 
     def _print_Rational(self, expr: sp.Rational) -> str:
-        return str(expr.p) if expr.q == 1 else f"Rational({expr.p}, {expr.q})"
+        return decimal(expr) or f"Rational({expr.p}, {expr.q})"
 
     def _print_Float(self, expr: sp.Float) -> str:
         return f"{float(expr):.10g}"
 
 
-def python_text(expression: sp.Expr) -> str:
-    """Return an expression as Python text that means exactly the same.
+def _is_irrational(term: sp.Mul) -> bool:
+    """Return whether there is a number such as pi or a root among the factors, as in 5*pi/6."""
+    return any(factor.is_number and not factor.is_Rational for factor in term.args)
 
-    >>> python_text(sp.Rational(2, 5) - sp.atan(sp.Rational(2, 7)))
-    'Rational(2, 5) - atan(Rational(2, 7))'
+
+def python_text(expression: sp.Expr, names: Mapping[sp.Symbol, str] | None = None) -> str:
+    """Return an expression as Python text that means exactly the same, `names` being written as what they stand for.
+
+    >>> t1, t2, a1 = sp.symbols("theta1 theta2 a1")
+    >>> python_text(sp.Rational(2, 5) * sp.sin(t1) - a1 * sp.cos(t1 + t2 + 5 * sp.pi / 12) / 3)
+    '0.4*sin(theta1) - a1*cos(theta1 + theta2 + 5*pi/12)/3'
     """
-    text = text_of(expression)  # of most expressions it is there already, and has neither fractions nor decimals
-    return str(_Exact().doprint(expression)) if _NUMBERS.search(text) else text
-
-
-_NUMBERS = re.compile(r"(?<![A-Za-z_0-9])\d+/\d|\d\.|\.\d|e[-+]\d")
-"""A fraction of numbers, or a decimal: not what is left of 7*a1/20, which Python divides as it should."""
+    return str(_Code(names or {}).doprint(expression))
 
 
 def matrix_code(rows: Sequence[Sequence[str]], taken: int) -> str:
@@ -61,11 +112,14 @@ def bracketed(text: str, taken: int) -> str:
 
 
 def _wrapped(text: str, depth: int) -> str:
-    """Return text that stands in brackets on lines of its own, broken before operators and never inside cos(...)."""
+    """Return text that stands in brackets on lines of its own, broken before operators, never inside cos(...).
+
+    Nor inside of brackets that are short, as in (d3 + 0.39).
+    """
     indent = "    " * depth
     if "\n" in text:  # broken already
         return indent + text
-    tied = re.sub(r"(?<=[a-z]\()[^()]*(?=\))", lambda match: match.group().replace(" ", "\0"), text)
+    tied = re.sub(r"(?<=[a-z]\()[^()]*(?=\))|\([^()]{,24}\)", lambda match: match.group().replace(" ", "\0"), text)
     tied = re.sub(r" ([-+]) ", " \\1\0", tied)
     if max(map(len, tied.split(" "))) > WIDTH - len(indent) - 4:  # a long product is broken before its factors too
         tied = re.sub(r"(?<=\))(\*|/)(?=[(a-z])", " \\1\0", tied)

@@ -53,6 +53,10 @@ def test_an_expanded_form_is_the_same_and_a_changed_one_is_not(expression: sp.Ex
         (A1 * sp.sin(T1) * sp.cos(T2) + A1 * sp.cos(T1) * sp.sin(T2), "a1*sin(theta1 + theta2)"),
         (A1 * sp.cos(T1) + A2 * sp.cos(T1) * sp.cos(T2), "(a1 + a2*cos(theta2))*cos(theta1)"),
         (sp.cos(T1) - sp.cos(T1), "0"),
+        (
+            A1 * sp.cos(T1) + (A2 + A3) * sp.sin(T1) * sp.sin(T2) * (sp.cos(T3) ** 2 + sp.sin(T3) ** 2),
+            "a1*cos(theta1) + (a2 + a3)*sin(theta1)*sin(theta2)",  # and not with cos(theta1 - theta2)
+        ),
     ],
 )
 def test_a_result_is_printed_as_in_a_textbook(given_as: sp.Expr, printed: str) -> None:

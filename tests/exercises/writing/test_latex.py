@@ -6,9 +6,11 @@ import pytest
 import sympy as sp
 
 from exercises.answers import Expression, Matrix
+from exercises.arm.derivation import derive
 from exercises.problem import Problem
-from exercises.writing.latex import LINE, AngleNames, angle_names, symbol_latex, tex, tex_angle, tex_length, tex_lines
-from exercises.writing.worked import Worked, link_angles
+from exercises.writing.angles import AngleNames, angle_names, link_angles
+from exercises.writing.latex import LINE, symbol_latex, tex, tex_angle, tex_length, tex_lines
+from exercises.writing.worked import Worked
 
 T1, T2, T3, A1, A2, A3, D2 = sp.symbols("theta1 theta2 theta3 a1 a2 a3 d2")
 QD1, QD2, VX, VY = sp.symbols("qd1 qd2 vx vy")
@@ -33,8 +35,8 @@ BOOK = [
 ]
 OURS = [
     (D2 + Q(33, 100), "d_2 + 0.33"),
-    (C(T1 + T2 + sp.pi / 6), r"\cos(\theta_1 + \theta_2 + \tfrac{\pi}{6})"),
-    (C(-T1 + T2 + sp.pi / 3), r"\cos(\theta_2 - \theta_1 + \tfrac{\pi}{3})"),
+    (C(T1 + T2 + sp.pi / 6), r"\cos(\theta_1 + \theta_2 + 30^\circ)"),
+    (C(-T1 + T2 + sp.pi / 3), r"\cos(\theta_2 - \theta_1 + 60^\circ)"),
     (A1 / 2 + Q(1, 10), "0.5 a_1 + 0.1"),
     (Q(20, 7) / (A1 * S(T2)), r"\frac{1}{0.35 a_1 s_2}"),
     (sp.pi - sp.atan(4), r"\pi - \arctan(4)"),
@@ -44,8 +46,16 @@ OURS = [
     (S(T1) ** 2, "s_1^{2}"),
     (sp.sqrt(3) * A1 / 2, r"\frac{\sqrt{3} a_1}{2}"),
     (sp.S.Zero, "0"),
+    (Q(3, 50) * S(T2) - Q(7, 20) * C(T2), "0.06 s_2 - 0.35 c_2"),
+    (-A1 * S(T1) + Q(2, 5) * S(T1 + T2), "-a_1 s_1 + 0.4 s_12"),
+    ((A1 + A2) * S(T1), "(a_1 + a_2) s_1"),
+    (T1 - T2 + T3, r"\theta_1 - \theta_2 + \theta_3"),
+    (Q(1, 5) - A1, "0.2 - a_1"),
+    (Q(5, 3), r"\tfrac{5}{3}"),
+    (-(S(T1) * VX - C(T1) * VY) / (A1 + A2), r"\frac{-s_1 v_x + c_1 v_y}{a_1 + a_2}"),
+    (C(T1) * sp.Symbol("fx") + S(T1) * sp.Symbol("fy") + sp.Symbol("mz"), "c_1 f_x + s_1 f_y + m_z"),
     ((D2 + 1) * C(T1), "c_1 (d_2 + 1)"),
-    ((D2 + 1) * C(T1 + sp.pi / 3), r"(d_2 + 1) \cos(\theta_1 + \tfrac{\pi}{3})"),
+    ((D2 + 1) * C(T1 + sp.pi / 3), r"(d_2 + 1) \cos(\theta_1 + 60^\circ)"),
 ]  # fmt: skip
 
 
@@ -122,7 +132,7 @@ def _long_trig(match: re.Match[str]) -> str:
 
 def _read_back(text: str) -> sp.Expr:
     """Return the expression of a printed formula, by Python's own rules for what is left after rewriting."""
-    text = text.replace(r"\,", " ").replace("{}", "")
+    text = re.sub(r"([\d.]+)\^\\circ", r"(\1*pi/180)", text.replace(r"\,", " ").replace("{}", ""))
     while True:
         changed = re.sub(r"\\t?frac\{((?:[^{}]|\{[^{}]*\})*)\}\{((?:[^{}]|\{[^{}]*\})*)\}", r"((\1)/(\2))", text)
         if changed == text:
@@ -159,8 +169,10 @@ def test_long_sums_are_broken_between_their_terms_and_nowhere_else(problem: Prob
 def test_named_angles_are_the_links_own(problem: Problem) -> None:
     links, names = link_angles(problem.chain), Worked(problem.chain).angles
     if problem.id.family in CHAPTER:  # where a slide lies between parallel axes, their angles add up beside the links'
-        assert all(any(sp.expand(meaning - link) == 0 for link in links) for meaning in names.meanings.values())
+        derivation = derive(problem.chain)
+        used = (names.put_into(derivation.position.row_join(derivation.linear))).free_symbols & set(names.meanings)
+        assert all(any(sp.expand(names.meanings[name] - link) == 0 for link in links) for name in used)
     for entry in set(_entries(problem)):
         values = {s: sp.Float(0.3 + 0.17 * i) for i, s in enumerate(sorted(entry.free_symbols, key=str))}
-        back = entry.xreplace(names.trigs).subs(names.meanings)
+        back = names.put_into(entry).subs(names.meanings)
         assert abs(float((back - entry).xreplace(values))) < 1e-9

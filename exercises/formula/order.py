@@ -1,0 +1,182 @@
+r"""In which order a person writes the terms of a sum and the factors of a product, and with which signs.
+
+SymPy's own order is never seen: joint angles stand before constants, a_1 + a_2 c_2 + a_3 c_{23} by the last joint that
+occurs, c_1 before the bracket that it multiplies but \cos\varphi_1 behind it, rates and velocities behind their
+coefficients, by index.
+"""
+
+import re
+from dataclasses import dataclass
+from functools import lru_cache
+
+import sympy as sp
+
+from exercises.formula.text import ByText
+
+Key = tuple[object, ...]
+
+NAMED_ANGLE = re.compile(r"\\varphi'*_\{(\d+)\}")
+"""The name of a symbol that stands for an angle; its index says which joints are in it."""
+
+COMPONENT = re.compile(r"[vwfm][xyz]")
+_RATE = re.compile(r"qd\d+")
+
+
+def natural(name: str) -> Key:
+    """Return a key that sorts names by their letters, then by their numbers: a2 before a10."""
+    match = re.fullmatch(r"(.*?)(\d*)", name)
+    assert match is not None
+    return (match.group(1), int(match.group(2) or -1))
+
+
+def _trig_key(trig: sp.Expr) -> Key:
+    """Sort sines and cosines by the last joint in them, by how many joints they sum, cosines first."""
+    joints = sorted(joint for s in trig.args[0].free_symbols for joint in _joints(s))
+    return (max(joints, default=0), -len(joints), joints, isinstance(trig, sp.sin), ByText(trig))
+
+
+def _joints(symbol: sp.Symbol) -> list[int]:
+    """Return the joint that a symbol belongs to, or those whose angles are summed in a named angle."""
+    named = NAMED_ANGLE.fullmatch(symbol.name)
+    return [int(digit) for digit in named.group(1)] if named else [index_of(symbol)]
+
+
+@lru_cache(maxsize=4096)
+def _term_key(term: sp.Expr) -> Key:
+    """Sort the terms of a sum: by rate or velocity, then by the sines and cosines in them, then by their symbols."""
+    moving = sorted(_moving_key(s) for s in term.free_symbols if moves(s))
+    trigs = sorted(_trig_key(trig)[:4] for trig in term.atoms(sp.sin, sp.cos))
+    names = sorted(natural(s.name) for s in term.free_symbols)
+    joint_first = not any(name[0] == "theta" for name in names)
+    if not trigs and not moving and names:
+        return ([], [], joint_first, False, names, ByText(term))
+    return (moving, trigs, joint_first, term.is_number, names, ByText(term))
+
+
+def moves(symbol: sp.Symbol) -> bool:
+    """Return whether a symbol is a joint rate, or a component of a velocity or force."""
+    return bool(_RATE.fullmatch(symbol.name) or COMPONENT.fullmatch(symbol.name))
+
+
+def _moving_key(symbol: sp.Symbol) -> Key:
+    if not COMPONENT.fullmatch(symbol.name):
+        return (0, index_of(symbol))
+    return (1, "vwfm".index(symbol.name[0]), symbol.name[1])
+
+
+def _factor_key(factor: sp.Expr) -> Key:
+    r"""Sort the factors of a product: numbers, lengths, c_1 and s_1, brackets, \cos\varphi_1, rates and velocities."""
+    base = factor.base if factor.is_Pow else factor
+    if base.is_number:
+        return (0, ByText(factor))
+    if base.is_Symbol:
+        return (6, _moving_key(base)) if moves(base) else (1, natural(base.name))
+    if isinstance(base, (sp.sin, sp.cos)):
+        return (3 if joint_sum(base.args[0]) is not None else 5, _trig_key(base))
+    is_length = base.is_Add and all(symbol.name[0] in "aL" for symbol in base.free_symbols)
+    return (2 if is_length else 4, base.is_Add, ByText(factor))
+
+
+def _place_in_sum(term: sp.Expr, negative: bool) -> int:
+    """Sort a sum of sines and cosines: constants that are added, sines and cosines, constants that are subtracted."""
+    if term.atoms(sp.sin, sp.cos) or any(map(moves, term.free_symbols)):
+        return 1
+    return 2 if negative else 0
+
+
+@dataclass(frozen=True)
+class Product:
+    """A product: whether a minus stands before it, its number, and the factors above and below the line.
+
+    The signs of the sums in `flips` are changed, so that no bracket starts with a minus where that can be helped.
+    """
+
+    negative: bool
+    number: sp.Expr
+    above: tuple[sp.Expr, ...]
+    below: tuple[sp.Expr, ...]
+    flips: frozenset[sp.Expr]
+
+
+@lru_cache(maxsize=4096)
+def product(expression: sp.Expr) -> Product:
+    """Return an expression that is no sum as a product, its factors in order."""
+    number, rest = expression.as_coeff_Mul()
+    negative = bool(number.is_negative)
+    above: list[sp.Expr] = []
+    below: list[sp.Expr] = []
+    for factor in sorted(sp.Mul.make_args(rest), key=_factor_key):
+        if factor.is_Pow and factor.exp.could_extract_minus_sign():
+            below.append(1 / factor)
+        elif factor != 1:
+            above.append(factor)
+    flips = set()
+    for factor in (*above, *below):
+        if factor.is_Add:
+            signs = [minus for minus, _ in terms(factor)]
+            if all(signs) or (negative and (signs[0] or _by_velocity(factor))):
+                flips.add(factor)
+                negative = not negative
+    return Product(negative, abs(number), tuple(above), tuple(below), frozenset(flips))
+
+
+def _by_velocity(factor: sp.Expr) -> bool:
+    """Return whether a sum is one of velocities with different signs: -(s_1 v_x - c_1 v_y) is -s_1 v_x + c_1 v_y."""
+    return any(map(moves, factor.free_symbols)) and len({minus for minus, _ in terms(factor)}) > 1
+
+
+def terms(expression: sp.Expr, flip: bool = False) -> list[tuple[bool, sp.Expr]]:
+    """Return the terms of a sum in order, each after whether it is subtracted, with all signs changed if `flip`."""
+    in_order = sorted(sp.Add.make_args(expression), key=_term_key)
+    signed = [(product(term).negative != flip, term) for term in in_order]
+    if any(term.atoms(sp.sin, sp.cos) or any(map(moves, term.free_symbols)) for term in in_order):
+        # 0.12 + a_2 c_2, but a_1 c_1 - 0.6: a constant stands first unless it is subtracted
+        signed.sort(key=lambda one: _place_in_sum(one[1], one[0]))
+        return _plus_first(signed)
+    # theta_1 - theta_2 + theta_3 + 0.1, but d_2 - d_1: numbers last, and no minus first
+    behind = signed[0][0]
+    signed.sort(key=lambda one: (one[1].is_number, behind and one[0]))
+    if signed[0][0] and not signed[-1][0]:  # 0.2 - a_1
+        signed = [signed[-1], *signed[:-1]]
+    return signed
+
+
+def _plus_first(signed: list[tuple[bool, sp.Expr]]) -> list[tuple[bool, sp.Expr]]:
+    """Return terms with the sine and cosine of one angle at their front so that these start without a minus."""
+    if len(signed) > 1 and signed[0][0] and not signed[1][0] and not any(map(moves, signed[0][1].free_symbols)):
+        angles = [{trig.args for trig in term.atoms(sp.sin, sp.cos)} for _, term in signed[:2]]
+        if angles[0] == angles[1]:  # 0.06 s_2 - 0.35 c_2
+            return [signed[1], signed[0], *signed[2:]]
+    return signed
+
+
+def decimal(value: sp.Expr) -> str | None:
+    """Return a terminating decimal's digits, as in "0.35", or None for any other number."""
+    if not value.is_Rational:
+        return None
+    denominator = int(value.q)
+    for prime in (2, 5):
+        while denominator % prime == 0:
+            denominator //= prime
+    if denominator != 1:
+        return None
+    if value.is_Integer:
+        return str(value)
+    return f"{float(value):.12f}".rstrip("0").rstrip(".")
+
+
+def joint_sum(angle: sp.Expr) -> str | None:
+    """Return "12" for theta1 + theta2, and None for an angle that the shorthand can't say."""
+    digits = []
+    for term in sp.Add.make_args(angle):
+        match = re.fullmatch(r"theta(\d)", str(term))
+        if match is None:
+            return None
+        digits.append(match.group(1))
+    return "".join(sorted(digits))
+
+
+def index_of(symbol: sp.Symbol) -> int:
+    """Return the number in a symbol's name, 0 where there is none."""
+    digits = re.sub(r"\D", "", symbol.name)
+    return int(digits) if digits else 0

@@ -1,0 +1,130 @@
+r"""Angles as a solution names them: one name for each, as in \varphi_{12} for \theta_1 + \theta_2 + 30 degrees.
+
+c_{12} is the cosine of \theta_1 + \theta_2 and of nothing else: were it that of the sum with the table's offsets, a
+student who has forgotten them would read the right answer as his own.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import combinations
+
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.formula.order import index_of, joint_sum
+from exercises.formula.printers.python import python_text
+from exercises.formula.text import ByText
+
+
+@dataclass(frozen=True)
+class AngleNames:
+    r"""Names for angles that c_{12} can't say, with a constant or a difference in them; `meanings` is what each is."""
+
+    meanings: Mapping[sp.Symbol, sp.Expr]
+    _known: dict[sp.Expr, sp.Expr] = field(default_factory=dict, compare=False, repr=False)
+
+    def put_into(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
+        """Return an expression or matrix with the sines and cosines of angles that have a name said by it."""
+        return expression.xreplace({trig: self._said(trig) for trig in expression.atoms(sp.sin, sp.cos)})
+
+    def typed(self, expression: sp.Expr) -> str:
+        """Return an expression as Python code with the angles that have a name as these are: theta1 + 5*pi/6."""
+        return python_text(self.put_into(expression), {name: python_text(m) for name, m in self.meanings.items()})
+
+    def _said(self, trig: sp.Expr) -> sp.Expr:
+        if trig not in self._known:
+            angle = trig.args[0]
+            named = None if is_plain(angle) else _as_named(angle, self.meanings)
+            self._known[trig] = trig if named is None else trig.func(named)
+        return self._known[trig]
+
+
+def angle_names(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
+    r"""Name angles in their order, and then those in the sines and cosines of `matrices` that these can't say.
+
+    SymPy has -cos(theta1 + pi/3) for cos(theta1 - 2 pi/3); where the latter is a link's angle, it is what is named.
+
+    >>> t1, (a1, phi) = sp.Symbol("theta1"), sp.symbols(r"a1 \varphi_{1}")
+    >>> names = angle_names([t1 - 2 * sp.pi / 3])
+    >>> names.meanings, names.put_into(a1 * sp.cos(t1 - 2 * sp.pi / 3)) == a1 * sp.cos(phi)
+    ({\varphi_{1}: theta1 - 2*pi/3}, True)
+    """
+    others = {trig.args[0] for matrix in matrices for trig in matrix.atoms(sp.sin, sp.cos)}
+    meanings: dict[sp.Symbol, sp.Expr] = {}
+    for angle in (*angles, *sorted(others, key=lambda a: (len(a.free_symbols), ByText(a)))):
+        if not is_plain(angle) and _is_sum(angle) and _as_named(angle, meanings) is None:
+            meanings[_new(angle, meanings)] = angle
+    return AngleNames(meanings)
+
+
+def is_plain(angle: sp.Expr) -> bool:
+    """Return whether sines and cosines of an angle need no name: sums of joint variables and quarter turns, numbers."""
+    turn, rest = angle.as_independent(sp.Symbol, as_Add=True)
+    return rest == 0 or ((2 * turn / sp.pi).is_Integer and (joint_sum(rest) or joint_sum(-rest)) is not None)
+
+
+def _is_sum(angle: sp.Expr) -> bool:
+    """Return whether an angle holds joint variables themselves, and no multiple of one."""
+    return all(abs(angle.coeff(symbol)) == 1 for symbol in angle.free_symbols)
+
+
+def _as_named(angle: sp.Expr, meanings: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:
+    """Return an angle as one that has a name, or its double, with its sense and quarter turns; or None."""
+    for name, meaning in meanings.items():
+        for factor in (1, -1, 2, -2):
+            rest = sp.expand(angle - factor * meaning)
+            if (2 * rest / sp.pi).is_Integer:
+                return factor * name + rest
+    return None
+
+
+def _new(angle: sp.Expr, names: Mapping[sp.Symbol, sp.Expr]) -> sp.Symbol:
+    name = rf"\varphi_{{{''.join(map(str, sorted(index_of(symbol) for symbol in angle.free_symbols)))}}}"
+    while sp.Symbol(name) in names:
+        name = name.replace(r"\varphi", r"\varphi'", 1)
+    return sp.Symbol(name)
+
+
+def arm_angles(chain: Chain) -> Iterator[sp.Expr]:
+    """Yield the angles that occur in an arm's formulas: of its links, of its table's rows, and between its links."""
+    runs = _runs(chain)
+    yield from (angle for run in runs for angle in run)
+    yield from (_reduced(joint.theta) for joint in chain.joints if joint.kind == "R")
+    for run in runs:
+        yield from (_forwards(_reduced(later - earlier)) for earlier, later in combinations(run, 2))
+
+
+def link_angles(chain: Chain) -> list[sp.Expr]:
+    """Return the angle of every link inside its run of parallel joints, multiples of pi in (-pi, pi].
+
+    Where all axes are parallel, this is the angle of x_i in the world frame.
+    """
+    return [angle for run in _runs(chain) for angle in run][1:]
+
+
+def _runs(chain: Chain) -> list[list[sp.Expr]]:
+    """Return the angles of the base and of all links, those behind parallel axes together."""
+    total, sense = chain.base.yaw, 1
+    runs: list[list[sp.Expr]] = [[]]
+    for turn, alpha in [(sp.S.Zero, chain.base.tilt), *((joint.theta, joint.alpha) for joint in chain.joints)]:
+        total = _reduced(total + sense * turn)
+        runs[-1].append(total)
+        if alpha in (sp.pi, -sp.pi):
+            sense = -sense
+        elif alpha != 0:
+            total, sense = sp.S.Zero, 1
+            runs.append([])
+    return runs
+
+
+def _reduced(angle: sp.Expr) -> sp.Expr:
+    """Return an angle with its multiple of pi in (-pi, pi]."""
+    angle = sp.expand(angle)
+    turn = sp.Add(*(term for term in sp.Add.make_args(angle) if term.is_number))
+    return angle - turn + sp.pi - sp.Mod(sp.pi - turn, 2 * sp.pi) if (turn / sp.pi).is_Rational else angle
+
+
+def _forwards(angle: sp.Expr) -> sp.Expr:
+    """Return an angle or what is opposite to it: that in which the first joint counts as it turns."""
+    first = min(angle.free_symbols, key=lambda symbol: symbol.name, default=sp.S.One)
+    return _reduced(-angle) if angle.coeff(first) == -1 else angle
