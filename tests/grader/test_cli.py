@@ -287,7 +287,7 @@ def test_another_assignment_toml_is_told_in_one_line(folder: Path, tmp_path: Pat
     toml = tmp_path / "assignment.toml"
     toml.write_text(toml.read_text().replace('"jacobian"', '"joint-axes"'))
     result = runner.invoke(app, ["grade", str(tmp_path), str(tmp_path / "solutions"), "--jobs", "1"])
-    assert result.stderr.count("2 of 2 notebooks were made from another assignment.toml or secret") == 1
+    assert result.stderr.count("2 of 2 notebooks were made from another assignment.toml, redrawn.csv or secret") == 1
     assert "s001: the notebook is the staff's" in result.stderr
 
 
