@@ -31,7 +31,7 @@ its own in its `__init__`.
     store, release                  what was worked out, kept for grading; an assignment made, its notebooks written
     exports/                        every other form in which an assignment is handed out (`qdot export`)
     site/                           the web site: pages, and problems that a browser can grade
-    commands                        the commands about what is asked
+    overview, commands              the families at a glance; the commands about what is asked
 
 What a library or a notebook needs stands in this package itself (`__all__`), and is loaded when it is asked for:
 

@@ -29,7 +29,7 @@ LAYERS = {
         exports.handouts
         exports.known_wrong exports.stack_parts exports exports.registry site.keys site.record site.bank
         site.page site.chapter site.arms site.guide site.reference site.pages site.stale_files site.build site
-        commands""",
+        overview commands""",
     "grader": """verdict counterexample contained function_values answer formulas choices direction functions reading
         parts compare credit residuals diagnosis follow marking prairielearn sandbox guarantees cells archives layouts
         roster submission finding uncounted notebook copies overrides attempt settle remote cluster batch single history
