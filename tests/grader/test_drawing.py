@@ -20,6 +20,7 @@ from exercises.problem import Details, Part
 from exercises.quizzes import ASKED
 from exercises.redrawn import DRAWS, read_redrawn
 from exercises.release import init_assignment
+from exercises.store import kept
 from exercises.stream import Stream
 from exercises.verify import CHECKS
 from exercises.verify.numeric_reference import Check, NumericReference
@@ -194,6 +195,30 @@ def test_a_draw_that_finds_nothing_to_ask_or_fails_is_drawn_anew(
     own = "qdot itself failed: ZeroDivisionError: division by zero; please report it"
     assert why == {own if isinstance(error, ZeroDivisionError) else "no such pose"}
     assert set(notebooks(folder)) == set(STUDENTS)
+
+
+def test_who_was_left_out_does_not_keep_the_others_from_being_graded(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lost, question = {str(seed) for seed in seeds(load_assignment(folder), "s3")}, ASKED["determinant"]
+
+    def ask(chain: Chain, rng: Stream) -> tuple[Answer, Details]:
+        if set(rng._seed.decode().split("/")) & lost:
+            raise RuntimeError("no such pose")
+        return question.ask(chain, rng)
+
+    monkeypatch.setitem(ASKED, "determinant", replace(question, ask=ask))
+    assert runner.invoke(app, ["generate", str(folder), "--jobs", "1"]).exit_code == 2
+    assignment = load_assignment(folder)
+    for student, text in notebooks(folder).items():
+        right = answered(text.decode(), kept(assignment, student).problems, lambda code, _: code)
+        (folder / "submitted" / f"{student}.ipynb").write_text(right)
+    with one_sandbox():
+        run("grade", folder, "--jobs", "1")
+    lines = (folder / "graded" / "results.jsonl").read_text().splitlines()
+    results = {line["student"]: line for line in map(json.loads, lines)}
+    assert all(results[student]["score"] == results[student]["max_score"] for student in notebooks(folder))
+    assert results["s3"]["submission"] is None
 
 
 def test_a_notebook_that_cannot_be_written_is_one_students(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
