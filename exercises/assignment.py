@@ -26,6 +26,7 @@ from exercises.lateness import LATE, LateRule, aware, read_late
 from exercises.problem import ENGINE, Problem, ProblemId
 from exercises.quizzes import ASKED
 from exercises.redrawn import Redraws, read_redrawn
+from exercises.variation import AXES, DEFAULT, STEPS, named, of_axes
 
 SECRET_FILE = "secret.txt"  # noqa: S105 - a file's name
 SECRET_VARIABLE = "QDOT_SECRET"  # noqa: S105 - a variable's name
@@ -41,6 +42,7 @@ class ProblemEntry(pydantic.BaseModel):
     questions: list[str] | str | None = None
     points: list[float] | None = None
     difficulty: int | list[int] | None = None
+    variation: str | list[str] | None = None
     decimals: int | str | dict[str, int | str] | None = None
     credit: str | float | dict[str, str | float] | None = None
 
@@ -58,6 +60,7 @@ class AssignmentFile(pydantic.BaseModel):
     follow_through: float = pydantic.Field(default=0.8, ge=0, le=1)
     hints: bool = False
     sandbox: Literal["best", "strict"] = "best"
+    variation: str | list[str] = DEFAULT
     problem: list[ProblemEntry] = pydantic.Field(min_length=1)
 
 
@@ -79,6 +82,8 @@ RIGHT = {
     "points": "it is a list of positive numbers, one for each question, as in points = [1, 2]",
     "decimals": DECIMALS,
     "credit": CREDIT,
+    "variation": f'it is a step ({", ".join(STEPS)}), as in variation = "{DEFAULT}", or a list of axes, as in '
+    f'["lengths", "base"], out of {", ".join(AXES)}',
     "difficulty": f"it is a step from 0 to {HARDEST}, or a range, as in difficulty = [1, 2]",
 }
 """What would be right for each key."""
@@ -100,8 +105,8 @@ class Slot:
     """A place in the assignment: every student has a problem of this family with these questions here.
 
     `band` bounds the difficulty; `robot` is a digest of the file of an instructor's own robot, empty for a family;
-    `decimals` are the questions in which decimals may be rounded, and how far; `credit` those for which it is said how
-    an answer that is right in part is marked.
+    `variation` is how far arms lead away from the chapter's; `decimals` are the questions in which decimals may be
+    rounded, and how far; `credit` those for which it is said how an answer that is right in part is marked.
     """
 
     name: str
@@ -110,6 +115,7 @@ class Slot:
     points: tuple[float, ...] | None
     band: tuple[int, int] | None = None
     robot: str = ""
+    variation: str = DEFAULT
     decimals: tuple[tuple[str, Rounding], ...] = ()
     credit: tuple[tuple[str, Credit], ...] = ()
 
@@ -121,7 +127,7 @@ class Slot:
     def identity(self, secret: str, student: str, draw: int = 1) -> ProblemId:
         """Return the identity of a student's problem in this place; draws after the first have seeds of their own."""
         place = self.name if draw == 1 else f"{self.name}/{draw}"
-        return student_problem_id(secret, student, place, self.family.name, self.questions, self.band)
+        return student_problem_id(secret, student, place, self.family.name, self.questions, self.band, self.variation)
 
     def problem(self, secret: str, student: str, draw: int = 1) -> Problem:
         """Return a student's problem in this place."""
@@ -129,7 +135,7 @@ class Slot:
 
     def problem_with(self, seed: int) -> Problem:
         """Return the problem of this place that a seed gives."""
-        identity = ProblemId(self.family.name, seed, self.questions, band=self.band)
+        identity = ProblemId(self.family.name, seed, self.questions, band=self.band, variation=self.variation)
         made = generate(identity, points=self.points, family=self.family)
         allowed, credit = dict(self.decimals), dict(self.credit)
         return replace(
@@ -192,8 +198,10 @@ class Assignment:
 
     @property
     def digest(self) -> str:
-        """A short text that changes whenever the problems do (engine, secret, key, families, questions)."""
-        slots = [(slot.name, slot.family.name, slot.questions, slot.band, slot.robot) for slot in self.slots]
+        """A short text that changes whenever the problems do (engine, secret, key, families, questions, variation)."""
+        slots = [
+            (slot.name, slot.family.name, slot.questions, slot.band, slot.robot, slot.variation) for slot in self.slots
+        ]
         return _short_hash(repr((ENGINE, self.secret, self.key, slots)))
 
     @property
@@ -241,7 +249,9 @@ def load_assignment(folder: Path) -> Assignment:
     with file.at("late"):
         late = read_late(content.late, content.due)
     notes: list[str] = []
-    slots = tuple(_slot(file, index, entry, notes) for index, entry in enumerate(content.problem))
+    with file.at("variation"):
+        variation = _variation(content.variation)
+    slots = tuple(_slot(file, index, entry, variation, notes) for index, entry in enumerate(content.problem))
     roster = folder / "roster.csv"
     students, export = read_roster(roster), read_export(roster)
     return Assignment(
@@ -270,8 +280,11 @@ def _checked(file: TomlFile) -> AssignmentFile:
         raise QdotError(RIGHT[str(place[-1])] if isinstance(place[-1], str) else RIGHT["problem"])
 
 
-def _slot(file: TomlFile, index: int, entry: ProblemEntry, notes: list[str]) -> Slot:
-    """Return a place in the assignment; what is odd about its robot goes into `notes`. Raises QdotError."""
+def _slot(file: TomlFile, index: int, entry: ProblemEntry, variation: str, notes: list[str]) -> Slot:
+    """Return a place in the assignment, with the assignment's variation unless it has one of its own.
+
+    What is odd about its robot goes into `notes`. Raises QdotError.
+    """
     place = ("problem", index)
     with file.at(*place):
         if (entry.family is None) == (entry.robot is None):
@@ -282,10 +295,13 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, notes: list[str]) -> 
     else:
         with file.at(*place, "robot"):
             family, robot = _own(file.path.parent / str(entry.robot), notes)
+    if entry.variation is not None:
+        with file.at(*place, "variation"):
+            variation = _variation(entry.variation)
     with file.at(*place, "difficulty"):
         band = _band(entry.difficulty)
         if band is not None:
-            check_questions(family, (), band)
+            check_questions(family, (), band, variation)
     with file.at(*place, "family" if entry.questions is None else "questions"):
         if isinstance(entry.questions, str) and entry.questions != "quiz":
             raise QdotError(RIGHT["questions"])
@@ -301,7 +317,7 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, notes: list[str]) -> 
                 "[[problem]] of their own, or name its short questions one by one"
             )
         questions = _asked(family, entry.questions)
-        check_questions(family, questions, band)
+        check_questions(family, questions, band, variation)
     points = None if entry.points is None else tuple(entry.points)
     with file.at(*place, "points"):
         _check_points(points, len(questions))
@@ -309,7 +325,11 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, notes: list[str]) -> 
         decimals = read_decimals(entry.decimals, questions)
     with file.at(*place, "credit"):
         credit = read_credit(entry.credit, questions)
-    return Slot(f"p{index + 1}", family, questions, points, band, robot, decimals, credit)
+    return Slot(f"p{index + 1}", family, questions, points, band, robot, variation, decimals, credit)
+
+
+def _variation(said: str | list[str]) -> str:
+    return named(said) if isinstance(said, str) else of_axes(said)
 
 
 def _asked(family: Family, said: list[str] | str | None) -> tuple[str, ...]:

@@ -1,6 +1,7 @@
 """The commands about what is asked: init, families, questions, show, solve."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,7 +12,7 @@ from exercises import generate as make_problem
 from exercises import show as show_problem
 from exercises import solve as solve_chain
 from exercises.arm.robot_file import read_robot_file
-from exercises.console import note, one_of, say
+from exercises.console import VariationOption, note, one_of, say
 from exercises.families import Family
 from exercises.generation import family_named, listed, short_quiz
 from exercises.overview import detail, overview, refusals
@@ -111,17 +112,16 @@ def show(
         typer.Option("--questions", help="Names with commas between, or quiz; default: all that apply but short ones."),
     ] = None,
     hints: Annotated[bool, typer.Option("--hints", help="Add three hints to every part.")] = False,
+    variation: VariationOption = "",
 ) -> None:
     """Show one problem, with or without its hints and its solution.
 
     It has statement, figure and parts; with --hints three hints a part, from gentle to nearly there, in HTML and
     notebooks to be opened one by one (JSON always has them); with --solution the answers and how they are derived.
-    The same FAMILY/SEED shows the same problem on every machine.
+    The same FAMILY/SEED shows the same problem on every machine; FAMILY/SEED@VARIATION is short for --variation.
     """
-    from dataclasses import replace
-
     one_of(format, SHOW_FORMATS, "--format")
-    identity = ProblemId.parse(problem)
+    identity = ProblemId.parse(problem).varied(variation)
     if ask is not None:
         identity = replace(identity, questions=short_quiz(identity.family) if ask == "quiz" else _names(ask))
     made = make_problem(identity)

@@ -5,11 +5,23 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Annotated
 
+import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from exercises.errors import QdotError
+from exercises.variation import DEFAULT, STEPS
+
+VariationOption = Annotated[
+    str,
+    typer.Option(
+        "--variation",
+        help=f"How far arms lead away from the chapter's: {', '.join(STEPS)}, or axes as in lengths+base; default: "
+        f"what the id says, else {DEFAULT}.",
+    ),
+]
 
 _CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]")
 

@@ -16,15 +16,28 @@ HARDEST = len(BANDS)
 
 @lru_cache(maxsize=256)
 def difficulty(chain: Chain) -> int:
-    """Return terms of J + 4 x conditions of the singular set + 8 x those that tie several joints.
+    """Return terms of J + 4 x conditions of the singular set + 8 x those that tie several joints + what leads off.
 
-    The conditions are the factors of det J that can vanish, where J is square. Example 6.3 has 15 + 8 + 8 = 31.
+    The conditions are the factors of det J that can vanish, where J is square. What leads off from an arm as books draw
+    it counts one each: a joint's zero that is moved, a base that is moved, one that is turned, and a point of interest
+    that is no origin. Example 6.3 has 15 + 8 + 8 = 31.
     """
     entries = [sp.expand(entry) for entry in derive(chain).jacobian]
     terms = sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0)
     factors = {condition for component in singular_set(chain) or () for condition in component.conditions}
     tying = sum(len(factor.free_symbols & set(chain.q)) > 1 for factor in factors)
-    return terms + 4 * len(factors) + 8 * tying
+    return terms + 4 * len(factors) + 8 * tying + _leading_off(chain)
+
+
+def _leading_off(chain: Chain) -> int:
+    base = chain.base
+    led = [
+        *(offset != 0 for offset in chain.offsets),
+        any(base.position),
+        base.yaw != 0 or base.tilt != 0,
+        not chain.point.is_origin,
+    ]
+    return sum(led)
 
 
 def step(chain: Chain) -> int:

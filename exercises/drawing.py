@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import islice
 from typing import Generic, TypeVar
 
 from exercises.assignment import Assignment, Slot
@@ -19,6 +20,7 @@ from exercises.parallel import ordered_map
 from exercises.problem import Problem
 from exercises.questions import QUESTIONS
 from exercises.redrawn import DRAWS, REDRAWN, Redraw, write_redrawn
+from exercises.variation import STEPS
 from exercises.verify import FULL_RANK
 
 Vouched = TypeVar("Vouched")
@@ -223,10 +225,7 @@ def raise_left_out(assignment: Assignment, given_up: Sequence[GivenUp], vouch: V
 
 
 def instead(assignment: Assignment, given_up: GivenUp, vouch: Vouch[object]) -> str:
-    """Return what can be asked in the place of what was given up: questions, or families, that were tried and pass.
-
-    They are tried in this place, with the problems of the student and of some others.
-    """
+    """Return what can be asked in the place of what was given up, as was tried with the student's draws and others'."""
     slot = replace(next(slot for slot in assignment.slots if slot.name == given_up.slot), points=None)
     slot = replace(slot, decimals=(), credit=())
     others = [student.id for student in assignment.roster if student.id != given_up.student]
@@ -235,23 +234,37 @@ def instead(assignment: Assignment, given_up: GivenUp, vouch: Vouch[object]) -> 
     def passes(tried: Slot) -> bool:
         return all(isinstance(draw(assignment, tried, student, vouch), Drawn) for student in students)
 
-    faulty = [name for name in slot.questions if not passes(replace(slot, questions=(name,)))]
-    rest = tuple(name for name in slot.questions if name not in faulty)
-    ways = []
-    if faulty and rest and passes(replace(slot, questions=rest)):
-        ways.append(f"questions = {shown(list(rest))}, without {', '.join(faulty)}")
-    families = []
-    for name in _like(slot, given_up.student, assignment):
-        if passes(replace(slot, family=FAMILIES[name], robot="")):
-            families.append(f'"{name}"')
-        if len(families) == NAMED_FAMILIES:
-            break
-    if families:
-        ways.append(f"family = {' or '.join(families)} with the same questions")
+    like = _like(slot, students[0], assignment)
+    ways = [*_fewer_questions(slot, passes), *_other_variation(slot, passes), *_other_families(slot, like, passes)]
     tried = f"tried for {', '.join(students)}"
     if not ways:
         return f"{slot.name}: neither fewer of its questions nor families like it can be asked instead ({tried})"
     return f"{slot.name}: take instead {', or '.join(ways)} ({tried})"
+
+
+Passes = Callable[[Slot], bool]
+"""Whether what a place of the assignment could be has draws that pass."""
+
+
+def _fewer_questions(slot: Slot, passes: Passes) -> list[str]:
+    faulty = [name for name in slot.questions if not passes(replace(slot, questions=(name,)))]
+    rest = tuple(name for name in slot.questions if name not in faulty)
+    if not faulty or not rest or not passes(replace(slot, questions=rest)):
+        return []
+    return [f"questions = {shown(list(rest))}, without {', '.join(faulty)}"]
+
+
+def _other_variation(slot: Slot, passes: Passes) -> list[str]:
+    """Return the first other step that passes; none for an instructor's robot, which has no steps."""
+    steps = [step for step in STEPS if step != slot.variation and not slot.robot]
+    passing = (f'variation = "{step}"' for step in steps if passes(replace(slot, variation=step)))
+    return list(islice(passing, 1))
+
+
+def _other_families(slot: Slot, names: Sequence[str], passes: Passes) -> list[str]:
+    passing = (f'"{name}"' for name in names if passes(replace(slot, family=FAMILIES[name], robot="")))
+    found = list(islice(passing, NAMED_FAMILIES))
+    return [f"family = {' or '.join(found)} with the same questions"] if found else []
 
 
 def _like(slot: Slot, student: str, assignment: Assignment) -> list[str]:

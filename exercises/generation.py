@@ -1,9 +1,10 @@
 """From an identity to a problem: the same id gives the same problem, byte for byte, for as long as its engine lives."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
+from itertools import count, islice
 
 from exercises.arm.chain import Chain
 from exercises.difficulty import in_words, step
@@ -14,6 +15,7 @@ from exercises.problem import ENGINE, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS, Question
 from exercises.quizzes import ASKED, QUIZZES
 from exercises.stream import Stream, derived_seed
+from exercises.variation import DEFAULT, STEPS, axes_of
 
 ATTEMPTS = 8
 """Arms of a varied family, and for short questions, that are tried before what finds nothing to ask is given up."""
@@ -50,16 +52,17 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
     family = family or family_named(identity.family)
     if identity.engine != ENGINE:
         raise QdotError(f"{identity} was made by engine {identity.engine}; this version of qdot has engine {ENGINE}")
-    stream = Stream(f"qdot/{identity.engine}/{identity}/arm" + (f"/{attempt}" if attempt else ""))
-    if family.varied:
-        return family.sample(stream, identity.band, lambda chain: not _objection(chain, identity.questions))
+    stream = Stream(f"qdot/{identity.engine}/{identity.seeded}/arm" + (f"/{attempt}" if attempt else ""))
+    axes = axes_of(identity.variation)
+    if family.structures is not None:
+        return family.structures(stream, axes, identity.band, lambda chain: not _objection(chain, identity.questions))
     quizzes = [name for name in identity.questions if name in QUIZZES]
+    arms = _draws(family, stream, axes)
     if identity.band is None:
-        return _that_can_be_asked(family, stream, quizzes)
+        return _that_can_be_asked(arms, quizzes)
     low, high = identity.band
     seen: dict[Chain, int] = {}
-    for _ in range(DRAWS):
-        chain = family.sample(stream)
+    for chain in islice(arms, DRAWS):
         if chain in seen:
             break
         seen[chain] = step(chain)
@@ -69,13 +72,20 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
     raise QdotError(f"{family.name} has no arm of difficulty {in_words(low, high)}; its arms are of difficulty {steps}")
 
 
-def _that_can_be_asked(family: Family, stream: Stream, quizzes: Sequence[str]) -> Chain:
+def _draws(family: Family, stream: Stream, axes: tuple[str, ...]) -> Iterator[Chain]:
+    """Yield arm after arm; the first is the identity's own, unless something speaks against it."""
+    yield family.sample(stream, axes)
+    for again in count(1):
+        yield family.sample(stream.part(f"draw {again}"), axes)
+
+
+def _that_can_be_asked(arms: Iterator[Chain], quizzes: Sequence[str]) -> Chain:
     """Return the first arm drawn that has something to ask for the short questions, which is up to its numbers too."""
-    chain = family.sample(stream)
-    for _ in range(QUIZ_DRAWS):
+    chain = next(arms)
+    for another in islice(arms, QUIZ_DRAWS):
         if _objection(chain, quizzes) is None:
             break
-        chain = family.sample(stream)
+        chain = another
     return chain
 
 
@@ -133,7 +143,7 @@ def _looked_at(family: Family) -> tuple[Chain, ...]:
     Where structures are drawn, it is one arm of each of so many structures, all kinds of problems before a second of
     any: what of these can be asked nothing can't be asked of the others, as those of a kind lose rank alike.
     """
-    if not family.varied:
+    if family.structures is None:
         return tuple(sample_chain(ProblemId(family.name, seed), family) for seed in range(LOOKED_AT))
     arms: list[Chain] = []
 
@@ -142,7 +152,7 @@ def _looked_at(family: Family) -> tuple[Chain, ...]:
         return len(arms) == LOOKED_AT_VARIED
 
     with suppress(QdotError):  # it has fewer
-        family.sample(Stream(f"qdot/{ENGINE}/{family.name}/looked at"), None, is_last)
+        family.structures(Stream(f"qdot/{ENGINE}/{family.name}/looked at"), STEPS["full"], None, is_last)
     return tuple(arms)
 
 
@@ -160,7 +170,9 @@ def find_out(family: Family) -> Listed:
     return Listed(kinds, (min(steps), max(steps)), find_questions(family))
 
 
-def check_questions(family: str | Family, questions: Sequence[str], band: tuple[int, int] | None = None) -> None:
+def check_questions(
+    family: str | Family, questions: Sequence[str], band: tuple[int, int] | None = None, variation: str = DEFAULT
+) -> None:
     """Raise QdotError where a question is unknown, asked twice, or can't be asked of the family's arms."""
     known = family_named(family) if isinstance(family, str) else family
     _check_names(questions)
@@ -174,7 +186,8 @@ def check_questions(family: str | Family, questions: Sequence[str], band: tuple[
                     f"question {name!r} can be asked of no arm of {known.name}; "
                     f"`qdot families {known.name}` lists what can"
                 )
-    _check_asked(sample_chain(ProblemId(known.name, 0, tuple(questions), band=band), known), questions)
+    identity = ProblemId(known.name, 0, tuple(questions), band=band, variation=variation)
+    _check_asked(sample_chain(identity, known), questions)
 
 
 def _check_names(questions: Sequence[str]) -> None:
@@ -235,7 +248,7 @@ def _parts(identity: ProblemId, chain: Chain, points: Sequence[float] | None) ->
     parts = []
     for index, name in enumerate(names):
         question = ASKED[name]
-        answer, details = question.ask(chain, Stream(f"qdot/{identity.engine}/{identity}/{name}"))
+        answer, details = question.ask(chain, Stream(f"qdot/{identity.engine}/{identity.seeded}/{name}"))
         given = question.points if points is None else points[index]
         needs = tuple(need for need in question.needs if need in names)
         parts.append(Part(name, name, answer, given, needs, details))
@@ -249,9 +262,12 @@ def student_problem_id(
     family: str,
     questions: Sequence[str],
     band: tuple[int, int] | None = None,
+    variation: str = DEFAULT,
 ) -> ProblemId:
     """Return the problem of one student in one slot of an assignment; without the secret it can't be guessed.
 
     It depends on nobody else, so that a student who joins later changes no other problem.
     """
-    return ProblemId(family, derived_seed(secret, student, slot, family), tuple(questions), band=band)
+    return ProblemId(
+        family, derived_seed(secret, student, slot, family), tuple(questions), band=band, variation=variation
+    )

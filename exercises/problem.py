@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import TypeVar
@@ -14,6 +14,7 @@ from exercises.arm.chain import Chain
 from exercises.credit import Credit
 from exercises.errors import QdotError
 from exercises.formula.identity import Domain, Rounding
+from exercises.variation import DEFAULT, named
 
 Kind = TypeVar("Kind", bound=Answer)
 About = TypeVar("About", bound="Details")
@@ -26,9 +27,10 @@ LARGEST_SEED = (1 << 63) - 1
 
 @dataclass(frozen=True)
 class ProblemId:
-    """Family, seed and questions; with the engine's version it regenerates the same problem for good.
+    """Family, seed, questions and variation; with the engine's version it regenerates the same problem for good.
 
-    `band` is the least and the greatest step of difficulty that the arm may have, None where any will do.
+    `band` is the least and the greatest step of difficulty that the arm may have, None where any will do. As a text it
+    is planar-2r/7, with the variation where that is not the usual one: planar-2r/7@chapter.
     """
 
     family: str
@@ -36,20 +38,30 @@ class ProblemId:
     questions: tuple[str, ...] = ()
     engine: int = ENGINE
     band: tuple[int, int] | None = None
+    variation: str = DEFAULT
 
     def __str__(self) -> str:
+        return self.seeded if self.variation == DEFAULT else f"{self.seeded}@{self.variation}"
+
+    @property
+    def seeded(self) -> str:
+        """Family and seed, on which all that is drawn depends: a seed draws the same lengths in all variations."""
         return f"{self.family}/{self.seed}"
+
+    def varied(self, variation: str) -> "ProblemId":
+        """Return the identity with another variation, unless none is named. Raises QdotError for one that is none."""
+        return replace(self, variation=named(variation)) if variation else self
 
     @staticmethod
     def parse(text: str, hint: str = "") -> "ProblemId":
-        """Read FAMILY/SEED, as in planar-2r/7. Raises QdotError, with `hint` where the text is of another form."""
-        match = re.fullmatch(r"([a-z0-9-]+)/0*(\d+)", text)
+        """Read FAMILY/SEED or FAMILY/SEED@VARIATION. Raises QdotError, with `hint` for a text of another form."""
+        match = re.fullmatch(r"([a-z0-9-]+)/0*(\d+)(?:@([a-z+]+))?", text)
         if match is None:
             raise QdotError(f"{text!r} is not a problem; write FAMILY/SEED, as in planar-2r/7{hint}")
-        family, seed = match.groups()
+        family, seed, variation = match.groups()
         if len(seed) > len(str(LARGEST_SEED)) or int(seed) > LARGEST_SEED:
             raise QdotError(f"{family}/{seed[:25]}{'…' * (len(seed) > 25)}: the largest seed is {LARGEST_SEED}")
-        return ProblemId(family, int(seed))
+        return ProblemId(family, int(seed), variation=DEFAULT if variation is None else named(variation))
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """One problem in the forms of `qdot show`: text, LaTeX, a page, JSON, a notebook."""
 
 import json
+import re
 import textwrap
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -128,7 +129,7 @@ def _as_html(problem: Problem, solution: bool, hinted: bool) -> str:
 
 def _as_notebook(problem: Problem, solution: bool, hinted: bool) -> str:
     make = solution_notebook if solution else student_notebook
-    key = str(problem.id).replace("/", "-")
+    key = re.sub("[/@+]", "-", str(problem.id))
     return notebook_text(make(problem_title(problem), key, "", [("p1", problem)], hinted))
 
 
@@ -141,6 +142,7 @@ def problem_json(problem: Problem, solution: bool, certificate: Mapping[str, Any
         "id": str(problem.id),
         "family": problem.id.family,
         "seed": problem.id.seed,
+        "variation": problem.id.variation,
         "engine": problem.id.engine,
         "title": problem_title(problem),
         "robot": robot_json(problem.chain),

@@ -34,6 +34,10 @@ class Stream:
         taken, self._buffer = self._buffer[:count], self._buffer[count:]
         return taken
 
+    def part(self, name: str) -> "Stream":
+        """Return a stream of its own for what is called so: what it gives depends on nothing taken from this one."""
+        return Stream(f"{self._seed.decode()}/{name}")
+
     def take(self, count: int) -> bytes:
         """Return that many bytes."""
         return self._bytes(count)

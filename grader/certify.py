@@ -157,8 +157,8 @@ def _concerning(slot: str, found: Sequence[Failure]) -> tuple[Failure, ...]:
 
 def _dropped(student: str, slot: str, record: Record, against: tuple[Failure, ...]) -> Task:
     """Return the task of a problem that was handed out in a slot which the assignment has no more."""
-    family, _, seed = record.problem.partition("/")
-    task = Task(ProblemId(family, int(seed), record.questions), owner=student, made=False)
+    identity = replace(ProblemId.parse(record.problem), questions=record.questions)
+    task = Task(identity, owner=student, made=False)
     said = f"{task.name}: it was handed out as {slot}, and is not in assignment.toml any more"
     return replace(task, against=(Failure(Kind.CHANGED, said), *against))
 

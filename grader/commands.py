@@ -15,7 +15,7 @@ from typing import Annotated, Any
 import typer
 
 from exercises.assignment import Assignment, Student, load_assignment
-from exercises.console import note, progress, say
+from exercises.console import VariationOption, note, progress, say
 from exercises.drawing import GivenUp, raise_left_out, redrawn_since
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
@@ -90,6 +90,7 @@ def verify(
     first: Annotated[
         int, typer.Option("--from", metavar="SEED", min=0, max=1 << 62, help="… or seeds from this one on.")
     ] = 0,
+    variation: VariationOption = "",
     jobs: Jobs = CORES,
 ) -> None:
     """Certify problems: their references hold in numbers.
@@ -101,7 +102,7 @@ def verify(
     """
     from grader.certify import certify_all
 
-    tasks = _tasks(what, family, count, first)
+    tasks = _tasks(what, family, count, first, variation)
     started = time.monotonic()
     failed, passed = Counter[Kind](), dict.fromkeys((task.identity.family for task in tasks), 0)
     told: set[str] = set()
@@ -128,7 +129,7 @@ def verify(
 NO_FOLDER = "; there is no folder of that name, either"
 
 
-def _tasks(what: list[str], family: str, count: int, first: int) -> list[Task]:
+def _tasks(what: list[str], family: str, count: int, first: int, variation: str) -> list[Task]:
     """Return what is to be verified. Raises QdotError."""
     if not family and not what:
         raise QdotError("name problems (planar-2r/7), an assignment folder, or --family (or --family all) with --count")
@@ -136,10 +137,16 @@ def _tasks(what: list[str], family: str, count: int, first: int) -> list[Task]:
         raise QdotError(f"--family sweeps over a family, and {what[0]!r} is verified without it: give one or the other")
     families = list(FAMILIES) if family == "all" else [family_named(family).name] if family else []
     every = range(count if families else 0)
-    tasks = [Task(ProblemId(families[i % len(families)], first + i // len(families))) for i in every]
+    drawn = (ProblemId(families[i % len(families)], first + i // len(families)) for i in every)
+    tasks = [Task(identity.varied(variation)) for identity in drawn]
     tasks.sort(key=lambda task: families.index(task.identity.family))  # a structure is derived once in each process
     for item in what:
-        tasks += _tasks_of_folder(Path(item)) if Path(item).is_dir() else [Task(ProblemId.parse(item, NO_FOLDER))]
+        if not Path(item).is_dir():
+            tasks.append(Task(ProblemId.parse(item, NO_FOLDER).varied(variation)))
+        elif variation:
+            raise QdotError(f"--variation is for problems; {item}/assignment.toml says how its arms vary")
+        else:
+            tasks += _tasks_of_folder(Path(item))
     return tasks
 
 

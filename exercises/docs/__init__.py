@@ -10,14 +10,12 @@ chapter's examples.
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 
-import sympy as sp
-
-from exercises.arm.chain import Chain, Joint
+from exercises.arm.chain import Chain
 from exercises.docs.errata import Erratum, errata
 from exercises.docs.structures import structures_page
 from exercises.families import FAMILIES
@@ -160,23 +158,12 @@ def listing_text() -> str:
 
 def planar_2r() -> Chain:
     """Return the arm of Examples 6.1, 6.2 and 6.4."""
-    a1, a2, theta1, theta2 = sp.symbols("a1 a2 theta1 theta2")
-    joints = (
-        Joint("R", theta1, sp.S.Zero, a1, sp.S.Zero),
-        Joint("R", theta2, sp.S.Zero, a2, sp.S.Zero),
-    )
-    return Chain("planar 2R", joints, ("vx", "vy"), title="planar 2R arm")
+    return sample_chain(ProblemId("planar-2r", 0, variation="chapter"))
 
 
 def scorbot_arm() -> Chain:
     """Return the arm of Example 6.3: a Scorbot down to the wrist point P."""
-    a1, a2, a3, d1, theta1, theta2, theta3 = sp.symbols("a1 a2 a3 d1 theta1 theta2 theta3")
-    joints = (
-        Joint("R", theta1, d1, a1, -sp.pi / 2),
-        Joint("R", theta2, sp.S.Zero, a2, sp.S.Zero),
-        Joint("R", theta3, sp.S.Zero, a3, sp.S.Zero),
-    )
-    return Chain("Scorbot", joints, ("vx", "vy", "vz"), title="Scorbot, wrist point P")
+    return replace(sample_chain(ProblemId("elbow-3r", 0, variation="chapter")), title="Scorbot, wrist point P")
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,9 @@
-"""Robot families: each draws a chain; one file and one line in `FAMILIES` for each, or for a few that are alike.
+"""Robot families: the chapter's arm and what varies; one file and one line in `FAMILIES` for each, or a few alike.
 
 Beside the families:
 
-    base                    what a family is, and the draws that families share
+    base                    what a family is
+    axes                    the axes of variation that families share
     structures, classes     every structure of 2, 3 or 4 joints (structures.txt), and when two are the same problem
     own                     an instructor's own robot as a family
     listing                 what is known of each family without drawing its arms (listing.json, by `make docs`)

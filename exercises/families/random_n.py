@@ -1,13 +1,13 @@
 """random-2, random-3, random-4: arms whose very structure is drawn, from all clean structures there are.
 
-A class of structures that are the same problem is drawn with equal chances, then a structure of that class, then
-what leaves the problem what it is: mirror images, zeros of the joints, whether the table or the point of interest has
-the last length, a place for the base and how it is turned, the rows of the task going with it. One length that no
-condition depends on stays open, if there is one; the others are numbers for which every condition of the singular set
-can hold.
+A class of structures that are the same problem is drawn with equal chances, then a structure of that class, then, along
+the axes of variation, what leaves the problem what it is: numbers for lengths, zeros of the joints, mirror images, a
+place for the base and how it is turned, the rows of the task going with it, whether the table or the point of interest
+has the last length. One length that no condition depends on stays open, if there is one; the others are numbers for
+which every condition of the singular set can hold.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import combinations, zip_longest
@@ -15,13 +15,26 @@ from itertools import combinations, zip_longest
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
+from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.kinematics import rot_x, rot_z
 from exercises.arm.singularity import singular_set
 from exercises.difficulty import HARDEST, in_words, step
 from exercises.errors import QdotError
-from exercises.families.base import Family, on_the_floor, sign, standing_in_plane, turned, with_point
-from exercises.families.base import centimetres as cm
+from exercises.families.axes import (
+    APART,
+    FREE,
+    OR_NONE,
+    SLIDE,
+    degrees,
+    displaced,
+    either_way,
+    filled,
+    metres,
+    mounted,
+    sign,
+    with_point,
+)  # fmt: skip
+from exercises.families.base import Family
 from exercises.families.structures import Structure, chain_of, clean_classes, is_clean
 from exercises.formula.expression import read
 from exercises.formula.program import Program, compile_program, evaluate
@@ -33,18 +46,24 @@ Values = dict[sp.Symbol, sp.Rational]
 
 TRIES, ROUNDS, NUMBERS = 400, 4, 60
 """Arms drawn in all, arms of one structure, and draws of numbers for one arm, before there is said to be none."""
-APART = sp.Rational(5, 100)
+INVERSE = (sp.atan, sp.acos, sp.asin)
 POSES, CLEARLY = 400, 0.02
 """A condition can hold if it takes both signs at so many poses, on either side by that part of its largest value."""
 
 
-def _sample(n: int, rng: Stream, band: Band | None = None, accepts: Accepts | None = None) -> Chain:
+LENGTHS = tuple(range(10, 100, 5))
+"""Centimetres of lengths that are given."""
+
+
+def _sample(
+    n: int, rng: Stream, axes: Collection[str], band: Band | None = None, accepts: Accepts | None = None
+) -> Chain:
     low, high = band or (0, HARDEST)
     classes = [near for alike in clean_classes(n) if (near := _near(alike, low, high))]
     refused: set[Structure] = set()
     in_band = False
-    for structure in (_order(classes, rng) * ROUNDS)[:TRIES]:
-        chain = None if structure in refused else _arm(structure, rng)
+    for index, structure in enumerate((_order(classes, rng) * ROUNDS)[:TRIES]):
+        chain = None if structure in refused else _arm(structure, rng.part(str(index)), axes)
         if chain is None or not low <= step(chain) <= high:
             continue
         in_band = True
@@ -66,62 +85,72 @@ def _order(classes: list[tuple[Structure, ...]], rng: Stream) -> list[Structure]
 
 
 def _near(alike: tuple[Structure, ...], low: int, high: int) -> tuple[Structure, ...]:
-    """Return the structures whose arms may be in the band: a slide's zero adds terms, equal numbers take some away."""
-    return tuple(structure for structure in alike if low - 1 <= structure.step <= high + 1)
+    """Return the structures whose arms may be in the band: zeros and a base make it harder, equal numbers easier."""
+    return tuple(structure for structure in alike if low - 2 <= structure.step <= high + 1)
 
 
-def _arm(structure: Structure, rng: Stream) -> Chain | None:
+def _arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Chain | None:
     """Return an arm of a structure; None where no numbers drawn let every condition hold."""
-    senses = tuple(sign(rng) for _ in structure.rows)
-    plain = chain_of(structure.rows, structure.task, f"random-{len(structure.rows)}", senses)
-    components = singular_set(plain) or ()
+    turning = rng.part("senses")
+    turns = tuple(sign(turning) for _ in structure.rows) if "senses" in axes else ()
+    chain = chain_of(structure.rows, structure.task, f"random-{len(structure.rows)}", turns)
+    if "lengths" in axes:
+        values = _lengths(chain, rng.part("lengths"), clean_roots="tool" not in axes)
+        if values is None:
+            return None
+        chain = filled(chain, values)
+    if "zeros" in axes:
+        chain = _moved(chain, rng.part("zeros"))
+    if "base" in axes:
+        chain = _placed(chain, rng.part("base"))
+    return with_point(chain, rng.part("tool")) if "tool" in axes else chain
+
+
+def _lengths(chain: Chain, rng: Stream, clean_roots: bool) -> Values | None:
+    """Return a number for every length but one that no condition depends on, for which every condition can hold.
+
+    With `clean_roots`, angles in the singular set are multiples of 15 degrees, and no arctan(35/6).
+    """
+    components = singular_set(chain) or ()
     conditions = tuple(condition for component in components for condition in component.conditions)
-    free = [s for s in plain.parameters if not any(condition.has(s) for condition in conditions)]
+    roots = [root for component in components for _, values in component.solutions or () for root in values]
+    free = [s for s in chain.parameters if not any(condition.has(s) for condition in conditions)]
     kept = rng.choice(free) if free else None
-    values = _lengths(plain, kept, conditions, rng)
-    if values is None:
-        return None
-    zeros = [
-        turned(rng, 30 if i == 1 else 90) if joint.kind == "R" else sign(rng) * cm(rng, 10, 90)
-        for i, joint in enumerate(plain.joints, 1)
-    ]
-    chain = _placed(_filled(plain, values, zeros), rng)
-    if not is_clean(chain):  # a slide's zero adds too many terms
-        angles = [sp.S.Zero if joint.kind == "P" else zero for joint, zero in zip(plain.joints, zeros, strict=True)]
-        chain = replace(chain, joints=_filled(plain, values, angles).joints)
-    joints, point = with_point(rng, chain.joints)
-    return replace(chain, joints=joints, tool=point)
-
-
-def _lengths(chain: Chain, kept: sp.Symbol | None, conditions: tuple[sp.Expr, ...], rng: Stream) -> Values | None:
-    """Return a number for every length but the one kept, no two nearly equal, such that every condition can hold."""
     for _ in range(NUMBERS):
-        values = {symbol: cm(rng, 10, 95) for symbol in chain.parameters if symbol != kept}
-        apart = all(abs(x - y) >= APART for x, y in combinations(values.values(), 2))
-        if apart and _can_hold(conditions, chain, values):
+        drawn = {symbol: rng.choice(LENGTHS) for symbol in chain.parameters if symbol != kept}
+        values = {symbol: metres(length) for symbol, length in drawn.items()}
+        apart = all(abs(x - y) >= APART for x, y in combinations(drawn.values(), 2))
+        clean = not clean_roots or not any(root.xreplace(values).has(*INVERSE) for root in roots)
+        if apart and clean and _can_hold(conditions, chain, values):
             return values
     return None
 
 
-def _filled(plain: Chain, values: Values, zeros: list[sp.Expr]) -> Chain:
-    joints = []
-    for joint, q, zero in zip(plain.joints, plain.q, zeros, strict=True):
-        a, d, theta = (entry.xreplace(values) for entry in (joint.a, joint.d, joint.theta))
-        own = (theta + zero, d) if joint.kind == "R" else (theta, q + zero)
-        joints.append(Joint(joint.kind, *own, a, joint.alpha))
-    return replace(plain, joints=tuple(joints))
+def _moved(chain: Chain, rng: Stream) -> Chain:
+    """Return the arm with other zeros of its joints; those of slides stay where they would add too many terms."""
+    angles, both = [], []
+    for i, joint in enumerate(chain.joints, 1):
+        if joint.kind == "R":
+            turned = replace(joint, theta=joint.theta + degrees(rng.choice(FREE if i == 1 else OR_NONE)))
+            angles.append(turned)
+            both.append(turned)
+        else:
+            angles.append(joint)
+            both.append(replace(joint, d=joint.d + metres(rng.choice(either_way(SLIDE)))))
+    moved = replace(chain, joints=tuple(both))
+    return moved if is_clean(moved) else replace(chain, joints=tuple(angles))
 
 
 def _placed(chain: Chain, rng: Stream) -> Chain:
     """Return the arm on the floor, under the ceiling or on a wall, with the rows that its task then has."""
-    yaw, tilt = turned(rng, 90), rng.choice((sp.S.Zero, sp.pi, sp.pi / 2, -sp.pi / 2))
-    rotation = rot_z(yaw) * rot_x(tilt)
+    moved = mounted(chain, rng)
+    rotation = rot_z(moved.base.yaw) * rot_x(moved.base.tilt)
     names = {"xyz"[k]: "xyz"[next(i for i in range(3) if rotation[i, k] != 0)] for k in range(3)}
     rows = {row[0] + names[row[1]] for row in chain.task}
-    task = tuple(row for row in TASK_ROWS if row in rows)
-    turned_chain = replace(chain, task=task, base=Base(yaw=yaw, tilt=tilt))
-    standing = standing_in_plane(rng) if turned_chain.is_planar else on_the_floor(rng)
-    return replace(turned_chain, base=replace(turned_chain.base, position=standing.position))
+    placed = replace(moved, task=tuple(row for row in TASK_ROWS if row in rows))
+    if not placed.is_planar:
+        return placed
+    return replace(placed, base=replace(placed.base, position=displaced(chain, rng).base.position))
 
 
 # --- numbers for which conditions can hold ---
@@ -151,6 +180,6 @@ def _can_hold(conditions: tuple[sp.Expr, ...], chain: Chain, values: Values) -> 
 
 
 RANDOM = tuple(
-    Family(f"random-{n}", f"Random arm of {word} joints", "equations 6.1 to 6.12", partial(_sample, n), varied=True)
+    Family(f"random-{n}", f"Random arm of {word} joints", "equations 6.1 to 6.12", None, structures=partial(_sample, n))
     for n, word in ((2, "two"), (3, "three"), (4, "four"))
 )

@@ -1,41 +1,42 @@
 """The whole Scorbot of Example 6.3, five revolute joints: for its wrist point P and for its tip Q, all six rows."""
 
-import sympy as sp
+from exercises.arm.chain import TASK_ROWS, Chain, Point
+from exercises.families.axes import (
+    FREE,
+    LINK,
+    OR_NONE,
+    Frames,
+    Lengths,
+    Zeros,
+    on_the_floor,
+    senses,
+    with_point,
+)  # fmt: skip
+from exercises.families.base import Axis, Family, dh
 
-from exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
-from exercises.families.base import Family, centimetres, on_the_floor, sign, turned, with_point
-from exercises.stream import Stream
-
-RIGHT = sp.pi / 2
-
-
-def _scorbot(rng: Stream, name: str, tip: bool, title: str) -> Chain:
-    theta = sp.symbols("theta1:6")
-    links: list[sp.Expr] = list(sp.symbols("a2 a3"))
-    links[rng.below(2)] = centimetres(rng, 35, 80)
-    side, bent = sign(rng), sign(rng)
-    table = (
-        Joint("R", theta[0] + turned(rng, 30), sp.Symbol("d1"), centimetres(rng, 5, 12), side * RIGHT),
-        Joint("R", theta[1] + turned(rng, 90), 0, links[0], 0),
-        Joint("R", theta[2] + turned(rng, 90), 0, links[1], 0),
-        Joint("R", theta[3] + turned(rng, 90), 0, 0, bent * RIGHT),
-        Joint("R", theta[4], centimetres(rng, 17, 28), 0, 0),
-    )
-    joints, point = with_point(rng, table) if tip else (table, Point(rng.choice((3, 4))))
-    return Chain(name, joints, TASK_ROWS, on_the_floor(rng), point, title)
+TABLE = dh("R d1 a1 -90", "R 0 a2 0", "R 0 a3 0", "R 0 0 -90", "R d5 0 0")
 
 
-def sample_wrist(rng: Stream) -> Chain:
-    """Draw a Scorbot for its wrist point: lengths, with a1 < a2 + a3, joint offsets, base height."""
-    return _scorbot(rng, "scorbot-wrist", False, "Scorbot arm, wrist point")
-
-
-def sample_tip(rng: Stream) -> Chain:
-    """Draw a Scorbot for its tip: lengths, with a1 < a2 + a3, joint offsets, base height."""
-    return _scorbot(rng, "scorbot-tip", True, "Scorbot arm, tip")
+def _axes(tool: Axis) -> dict[str, Axis]:
+    return {
+        # a1 < a2 + a3, so that the shoulder's singularity exists
+        "lengths": Lengths({"a1": (5, 10), "a2": LINK, "a3": LINK, "d5": (15, 20, 25)}, ("a2", "a3")),
+        "zeros": Zeros({1: FREE, 2: OR_NONE, 3: OR_NONE, 4: OR_NONE}),
+        "senses": senses((1,), (4,)),
+        "base": on_the_floor,
+        "tool": tool,
+    }
 
 
 SCORBOT = (
-    Family("scorbot-wrist", "Scorbot 5R at the wrist point", "Example 6.3", sample_wrist),
-    Family("scorbot-tip", "Scorbot 5R at the tip", "Example 6.3", sample_tip),
-)
+    Family(
+        "scorbot-wrist", "Scorbot 5R at the wrist point", "Example 6.3",
+        Chain("scorbot-wrist", TABLE, TASK_ROWS, tool=Point(4), title="Scorbot arm, wrist point"),
+        _axes(Frames((3, 4))),
+    ),
+    Family(
+        "scorbot-tip", "Scorbot 5R at the tip", "Example 6.3",
+        Chain("scorbot-tip", TABLE, TASK_ROWS, title="Scorbot arm, tip"),
+        _axes(with_point),
+    ),
+)  # fmt: skip

@@ -1,50 +1,47 @@
 """Wrists of three revolute joints, for the angular velocity of the hand: ZYZ and roll-pitch-yaw.
 
-Both are singular where sin(theta2 + offset) = 0, the outer axes in line: near the zero of joint 2 in a ZYZ wrist, far
-from it in a roll-pitch-yaw wrist. The zero itself is up to 30 degrees off, so that the angles differ from arm to arm.
+Both are singular where the outer axes are in line: at the zero of joint 2 in a ZYZ wrist, a right angle from it in a
+roll-pitch-yaw wrist. Where zeros vary, that of joint 2 is up to 30 degrees off.
 """
+
+from dataclasses import replace
 
 import sympy as sp
 
-from exercises.arm.chain import Base, Chain, Joint
-from exercises.families.base import Family, centimetres, sign, turned, with_point
+from exercises.arm.chain import Chain
+from exercises.families.axes import FREE, OR_NONE, Lengths, Zeros, on_the_floor, senses, with_point
+from exercises.families.base import Axis, Family, dh
 from exercises.stream import Stream
 
-T1, T2, T3 = sp.symbols("theta1 theta2 theta3")
-RIGHT = sp.pi / 2
 TURNS = ("wx", "wy", "wz")
+NEAR = (30, 150, 180, -150, -30)
+"""Degrees by which the zero of joint 2 moves: within 30 of outer axes in line (ZYZ) or at right angles."""
 
 
-NEAR = (0, 15, 30, 150, 165, 180, -165, -150, -30, -15)
-FAR = (60, 75, 90, 105, 120, -120, -105, -90, -75, -60)
-"""Offsets of joint 2 in degrees: within 30 of outer axes in line, and within 30 of axes at right angles."""
+def _mounted(chain: Chain, rng: Stream) -> Chain:
+    tilt = rng.choice(OR_NONE)
+    return replace(chain, base=replace(on_the_floor(chain, rng).base, tilt=sp.pi * sp.Rational(tilt, 180)))
 
 
-def _wrist(rng: Stream, name: str, zeros: tuple[int, ...], title: str) -> Chain:
-    middle = sp.pi * sp.Rational(rng.choice(zeros), 180)
-    table = (
-        Joint("R", T1 + turned(rng, 30), 0, 0, sign(rng) * RIGHT),
-        Joint("R", T2 + middle, 0, 0, sign(rng) * RIGHT),
-        Joint("R", T3 + turned(rng, 30), centimetres(rng, 5, 30), 0, 0),
-    )
-    base = Base(
-        (sp.S.Zero, sp.S.Zero, centimetres(rng, 20, 90)), sp.S.Zero, rng.choice((sp.S.Zero, sp.pi, RIGHT, -RIGHT))
-    )
-    joints, point = with_point(rng, table)
-    return Chain(name, joints, TURNS, base, point, title)
+AXES: dict[str, Axis] = {
+    "lengths": Lengths({"d3": (5, 10, 15, 20, 25, 30)}),
+    "zeros": Zeros({1: FREE, 2: NEAR, 3: FREE}),
+    "senses": senses((1,), (2,)),
+    "base": _mounted,
+    "tool": with_point,
+}
 
-
-def sample_zyz(rng: Stream) -> Chain:
-    """Draw a wrist whose first and last axes are nearly in line at zero: offsets, senses, mounting, tool length."""
-    return _wrist(rng, "wrist-zyz", NEAR, "ZYZ wrist")
-
-
-def sample_rpy(rng: Stream) -> Chain:
-    """Draw a wrist whose axes are nearly at right angles at zero: offsets, senses, mounting, tool length."""
-    return _wrist(rng, "wrist-rpy", FAR, "roll-pitch-yaw wrist")
-
+_ZYZ = dh("R 0 0 -90", "R 0 0 90", "R d3 0 0")
+_SQUARE = dh("R 0 0 90", "R 0 0 90", "R d3 0 0")
+_RPY = (_SQUARE[0], replace(_SQUARE[1], theta=_SQUARE[1].theta + sp.pi / 2), _SQUARE[2])
 
 WRISTS = (
-    Family("wrist-zyz", "Wrist with Euler angles ZYZ", "equation 6.10", sample_zyz),
-    Family("wrist-rpy", "Roll-pitch-yaw wrist", "equation 6.10", sample_rpy),
-)
+    Family(
+        "wrist-zyz", "Wrist with Euler angles ZYZ", "equation 6.10",
+        Chain("wrist-zyz", _ZYZ, TURNS, title="ZYZ wrist"), AXES,
+    ),
+    Family(
+        "wrist-rpy", "Roll-pitch-yaw wrist", "equation 6.10",
+        Chain("wrist-rpy", _RPY, TURNS, title="roll-pitch-yaw wrist"), AXES,
+    ),
+)  # fmt: skip

@@ -15,7 +15,7 @@ from tests.support.programs import GIT, needs
 MODULES = sorted((*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py")))
 
 LAYERS = {
-    "exercises": """errors files input_file stream console parallel
+    "exercises": """errors variation files input_file stream console parallel
         formula.printing formula.text formula.layout formula.latex formula.printers formula.vocabulary formula.names
         formula.trees formula.algebra formula.notation formula.expression formula.program formula.field
         formula.angles formula.exact formula.identity formula.constants formula.pieces formula.conditions

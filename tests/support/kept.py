@@ -49,7 +49,7 @@ def kept(identity: ProblemId) -> Problem:
     here = folder()
     if here is None:
         return generate(identity)
-    path = here / f"{identity.family}-{identity.seed}.pickle"
+    path = here / f"{identity.family}-{identity.seed}-{identity.variation}.pickle"
     if path.exists():
         problem: Problem = pickle.loads(path.read_bytes())
         return problem

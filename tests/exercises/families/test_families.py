@@ -11,12 +11,11 @@ from exercises.arm.derivation import derive
 from exercises.arm.singularity import singular_set
 from exercises.difficulty import difficulty, step
 from exercises.families import FAMILIES
-from exercises.families.base import centimetres, standing_in_plane, turned
 from exercises.generation import applicable, questions_of, sample_chain
 from exercises.problem import ProblemId
-from exercises.stream import Stream
+from exercises.variation import AXES, STEPS, of_axes
 from tests.support.problems import LONG_ARMS
-from tests.support.suites import of_families, several
+from tests.support.suites import every_family, of_families, several
 
 ARMS = 80
 DERIVED = several(3, ARMS)
@@ -39,8 +38,8 @@ ALLOWED = {
 
 
 @cache
-def arms(family: str) -> tuple[Chain, ...]:
-    return tuple(sample_chain(ProblemId(family, seed)) for seed in range(ARMS))
+def arms(family: str, variation: str = "full") -> tuple[Chain, ...]:
+    return tuple(sample_chain(ProblemId(family, seed, variation=variation)) for seed in range(ARMS))
 
 
 @of_families(FIXED)
@@ -50,16 +49,104 @@ def test_a_family_is_registered_under_its_name(family: str) -> None:
     assert FAMILIES[family].source
 
 
+# --- the dial ---
+
+
+@every_family
+def test_the_chapters_arm_is_plain(family: str) -> None:
+    """Lengths are symbols, the base is the world, P an origin; a zero is that of the table, and of slides none."""
+    for arm in (sample_chain(ProblemId(family, seed, variation="chapter")) for seed in range(3)):
+        assert arm.base.is_world and arm.point.is_origin
+        lengths = [joint.a for joint in arm.joints] + [joint.d for joint in arm.joints]
+        assert all(length == 0 or length.is_Symbol for length in lengths)
+        assert not any(arm.offsets) or family == "wrist-rpy"
+        assert family not in FIXED or arm == FAMILIES[family].plain
+
+
 @of_families(FIXED)
-def test_two_arms_never_differ_in_difficulty_by_more_than_a_step(family: str) -> None:
-    steps = [step(arm) for arm in arms(family)[:DERIVED]]
+def test_an_axis_changes_one_thing(family: str) -> None:
+    """Along one axis alone, an arm differs from the plain one in what the axis is called after, and in nothing else."""
+    plain = sample_chain(ProblemId(family, 0, variation="chapter"))
+    for axis in FAMILIES[family].has_axes:
+        varied = [sample_chain(ProblemId(family, seed, variation=of_axes([axis]))) for seed in range(12)]
+        changed = set().union(*(differences(plain, arm) for arm in varied))
+        allowed = {
+            "lengths": {"lengths"}, "zeros": {"zeros"}, "senses": {"twists"}, "base": {"base"},
+            "tool": {"point", "lengths"}, "task": {"base", "task"},
+        }[axis]  # fmt: skip
+        assert changed <= allowed, axis
+        assert changed or (axis, plain.joints[-1].kind) == ("tool", "P")  # P needs a length that it can have
+
+
+def differences(one: Chain, other: Chain) -> set[str]:
+    told = [
+        {
+            "lengths": [(joint.a, joint.d if joint.kind == "R" else 0) for joint in chain.joints],
+            "zeros": chain.offsets, "twists": [joint.alpha for joint in chain.joints], "base": chain.base,
+            "point": chain.point, "task": chain.task,
+        }
+        for chain in (one, other)
+    ]  # fmt: skip
+    return {what for what in told[0] if told[0][what] != told[1][what]}
+
+
+@of_families(FIXED)
+def test_a_seed_draws_the_same_along_an_axis_whatever_else_varies(family: str) -> None:
+    """Zeros at the step of zeros are those of the step behind it."""
+    for seed in range(5):
+        zeros, frames = (sample_chain(ProblemId(family, seed, variation=step)) for step in ("zeros", "frames"))
+        assert zeros.offsets == frames.offsets
+        assert [joint.a for joint in zeros.joints] == [joint.a for joint in frames.joints]
+
+
+@of_families(FIXED)
+def test_difficulty_follows_the_steps(family: str) -> None:
+    least = [min(difficulty(arm) for arm in arms(family, step)[:3]) for step in STEPS]
+    assert least == sorted(least)
+
+
+@every_family
+def test_every_step_has_an_axis_more(family: str) -> None:
+    """Cartesian arms have no lengths, and spatial ones one task; else a step is another class of arms."""
+    axes = set(FAMILIES[family].axes) or set(AXES)
+    assert axes >= {"zeros", "senses", "base", "tool"}
+    assert set(STEPS["full"]) == set(AXES)
+
+
+@of_families(FIXED)
+@pytest.mark.parametrize("variation", STEPS)
+def test_numbers_are_those_of_a_careful_author(family: str, variation: str) -> None:
+    """Lengths and places in steps of 5 cm, angles that are multiples of 15 degrees."""
+    for arm in arms(family, variation):
+        lengths = [length for joint in arm.joints for length in (joint.a, joint.d)]
+        values = [*lengths, *arm.base.position, *arm.point.offset, *arm.offsets]
+        rational = [value for value in values if value.is_Rational]
+        angles = [value for value in (*arm.offsets, arm.base.yaw, arm.base.tilt) if value.has(sp.pi)]
+        assert all((20 * value).is_Integer for value in rational), arm
+        assert all((12 * angle / sp.pi).is_Integer for angle in angles), arm
+
+
+# --- a class in which nobody's arm is harder than another's ---
+
+
+@of_families(FIXED)
+@pytest.mark.parametrize("variation", STEPS)
+def test_two_arms_never_differ_in_difficulty_by_more_than_a_step(family: str, variation: str) -> None:
+    steps = [step(arm) for arm in arms(family, variation)[:DERIVED]]
     assert max(steps) - min(steps) <= 1
 
 
 def test_the_scale_of_difficulty() -> None:
     """Example 6.3: 15 terms of J, two factors, one of which ties several joints."""
-    arm = sample_chain(ProblemId("elbow-3r", 0))
+    arm = sample_chain(ProblemId("elbow-3r", 0, variation="chapter"))
     assert (difficulty(arm), step(arm)) == (15 + 4 * 2 + 8, 3)
+
+
+def test_what_leads_off_the_chapters_arm_makes_it_harder() -> None:
+    plain = sample_chain(ProblemId("planar-2r", 0, variation="chapter"))
+    zeros = sample_chain(ProblemId("planar-2r", 0, variation="zeros"))
+    moved = sample_chain(ProblemId("planar-2r", 0, variation="base"))
+    assert [difficulty(arm) - difficulty(plain) for arm in (zeros, moved)] == [2, 2]
 
 
 @of_families(FIXED)
@@ -74,15 +161,16 @@ def test_every_arm_can_be_done_by_hand(family: str) -> None:
 
 
 @of_families(FIXED)
-def test_every_arm_of_a_family_can_be_asked_the_same_questions(family: str) -> None:
-    assert {applicable(arm) for arm in arms(family)[:DERIVED]} == {questions_of(family)}
+@pytest.mark.parametrize("variation", STEPS)
+def test_every_arm_of_a_family_can_be_asked_the_same_questions(family: str, variation: str) -> None:
+    assert {applicable(arm) for arm in arms(family, variation)[:DERIVED]} == {questions_of(family)}
 
 
 @of_families(FIXED)
 def test_every_arm_has_the_same_symbols_up_to_numbers(family: str) -> None:
     """Which length is a number and which a symbol may change; the joints' kinds and their number may not."""
     assert len({tuple(joint.kind for joint in arm.joints) for arm in arms(family)}) == 1
-    assert len({arm.task for arm in arms(family)}) == 1
+    assert len({arm.task for arm in arms(family, "frames")}) == 1
     assert len({len(arm.parameters) for arm in arms(family)}) == 1
 
 
@@ -106,7 +194,7 @@ def test_the_point_of_interest_and_the_axes_differ(family: str) -> None:
 def test_the_point_of_interest_differs_with_the_structure(family: str) -> None:
     """A structure without a last length has no other place for P than the last origin."""
     draws = several(16, 40)
-    held = [not sample_chain(ProblemId(family, seed)).point.is_origin for seed in range(draws)]
+    held = [not sample_chain(ProblemId(family, seed, variation="full")).point.is_origin for seed in range(draws)]
     assert draws // 10 <= sum(held) <= draws - draws // 10
 
 
@@ -126,14 +214,3 @@ def test_no_two_links_are_nearly_as_long(family: str) -> None:
         lengths = [float(length) for length in given if length.is_number and length != 0]
         gaps = [abs(x - y) for i, x in enumerate(lengths) for y in lengths[:i]]
         assert all(gap > 0.045 for gap in gaps), arm
-
-
-def test_draws_that_families_share() -> None:
-    stream = Stream("shared")
-    assert {centimetres(stream, 5, 7) for _ in range(60)} == {sp.Rational(k, 100) for k in (5, 6, 7)}
-    angles = {turned(stream, 90) for _ in range(80)}
-    assert angles == {0, sp.pi / 2, sp.pi, -sp.pi / 2}
-    base = standing_in_plane(stream)
-    assert base.position[0] != 0
-    assert base.position[1] != 0
-    assert base.position[2] == 0

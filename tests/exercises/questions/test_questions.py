@@ -21,13 +21,13 @@ from exercises.problem import ENGINE, Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.record import plain
 from exercises.stream import Stream
+from exercises.variation import STEPS
 from exercises.writing.statement import prompt, worked_solution
 from grader.certify import failures_of
 from tests.support import DATA, SNAPSHOTS
+from tests.support.problems import drawn
 from tests.support.suites import every_family, several
 
-SEEDS = (0, 1, 2)
-"""Problems of each family that snapshots hold; `make test` looks at the first."""
 RECORDS = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
 EACH = several(2, len(RECORDS))
 """Arms of the books that each question is asked of: in `make test`, short ones in turn where they can be asked it."""
@@ -65,21 +65,22 @@ def snapshot(problems: list[Problem]) -> dict[str, Any]:
 
 
 @every_family
-def test_what_an_id_regenerates_has_not_changed(family: str, drawn: Draw) -> None:
+def test_what_an_id_regenerates_has_not_changed(family: str) -> None:
+    """A problem of each family at each step of variation; `make test` looks at the first step and the last."""
     path, updated = SNAPSHOTS / f"{family}.json", os.environ.get("QDOT_UPDATE_SNAPSHOTS") == "1"
-    seeds = SEEDS if updated else SEEDS[: several(1, 3)]
-    found = snapshot([drawn(family, seed) for seed in seeds])
+    steps = tuple(STEPS) if updated else several(("chapter", "full"), tuple(STEPS))
+    found = snapshot([drawn(family, 0, step) for step in steps])
     if updated:
         SNAPSHOTS.mkdir(exist_ok=True)
         path.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     assert path.exists(), f"no snapshot of {family} yet: QDOT_UPDATE_SNAPSHOTS=1 python -m pytest {__file__}"
     stored = json.loads(path.read_text(encoding="utf-8"))
-    assert list(stored["problems"]) == [f"{family}/{seed}" for seed in SEEDS]
+    assert list(stored["problems"]) == [str(ProblemId(family, 0, variation=step)) for step in STEPS]
     stored["problems"] = {name: stored["problems"][name] for name in found["problems"]}
     for identity, problem in stored["problems"].items():
         for name, part in problem["parts"].items():
             assert found["problems"][identity]["parts"].get(name) == part, f"{identity}: {name} is another"
-    if seeds == SEEDS:
+    if steps == tuple(STEPS):
         assert found == stored
     assert found["engine"] == stored["engine"] and found["problems"] == stored["problems"]
 

@@ -293,11 +293,10 @@ def test_a_task_that_no_configuration_can_do_is_found(
     """The turned base leaves rounding errors in vz, which are no rank."""
     family = FAMILIES["planar-3r"]
 
-    def sample(rng: Stream) -> Chain:
-        chain = family.sample(rng)
-        return replace(chain, task=task, base=replace(chain.base, tilt=sp.pi), tool=None)
+    def changed(chain: Chain, rng: Stream) -> Chain:
+        return replace(chain, task=task, base=replace(chain.base, yaw=sp.pi / 12, tilt=sp.pi), tool=None)
 
-    monkeypatch.setitem(FAMILIES, "my-rpr", replace(family, name="my-rpr", sample=sample))
+    monkeypatch.setitem(FAMILIES, "my-rpr", replace(family, name="my-rpr", axes={**family.axes, "lengths": changed}))
     certificate = certify(generate(ProblemId("my-rpr", 0, ("jacobian",))))
     failed = {check.name: check.detail for check in certificate.failures}
     assert failed == ({} if said is None else {"full rank": said})
