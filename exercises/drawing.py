@@ -217,9 +217,10 @@ def raise_left_out(assignment: Assignment, given_up: Sequence[GivenUp], vouch: V
     students = list(dict.fromkeys(given.student for given in given_up))
     first = {given.slot: given for given in reversed(given_up)}
     ways = [instead(assignment, given, vouch) for _, given in sorted(first.items())]
+    be = "is" if len(students) == 1 else "are"
     others = "" if len(students) == len(assignment.roster) else "; everybody else has theirs"
     raise QdotError(
-        f"{len(students)} of {len(assignment.roster)} students are left out ({', '.join(students)}){others}. "
+        f"{len(students)} of {len(assignment.roster)} students {be} left out ({', '.join(students)}){others}. "
         f"{'. '.join(ways)}. Change assignment.toml and run the same command again"
     )
 

@@ -159,7 +159,7 @@ def test_who_has_no_draw_that_passes_is_named_and_all_others_have_their_notebook
     assert result.stdout.startswith("6 students: 5 written, 1 left out;")
     assert "s3: p2 (planar-2r): none of 10 draws can be asked. The first: determinant: fault: put in\n" in result.stderr
     last = result.stderr.splitlines()[-1]
-    assert last.startswith("qdot: 1 of 6 students are left out (s3); everybody else has theirs. p2: take instead ")
+    assert last.startswith("qdot: 1 of 6 students is left out (s3); everybody else has theirs. p2: take instead ")
     assert 'questions = ["position"], without determinant, or family = "' in last
     assert "(tried for s3, s1, s2)" in last
     assert set(notebooks(folder)) == set(STUDENTS) - {"s3"}
@@ -294,7 +294,7 @@ def test_an_export_leaves_out_who_can_be_given_nothing(folder: Path, monkeypatch
     for outlet, files in (("gradescope", "students/*/hw.ipynb"), ("html", "handout/*.html")):
         result = runner.invoke(app, ["export", str(folder), "--to", outlet, "--jobs", "1"])
         assert result.exit_code == 2
-        assert "1 of 6 students are left out (s3); everybody else has theirs. p2: take instead" in result.stderr
+        assert "1 of 6 students is left out (s3); everybody else has theirs. p2: take instead" in result.stderr
         assert len(list((folder / "exports" / outlet).glob(files))) == 5
 
 
