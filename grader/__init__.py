@@ -22,6 +22,7 @@ The map, from the bottom up: nothing here imports what stands below it.
     remote, cluster                 notebooks graded by an executor on any machine; a Dask cluster as one
     batch, single, history          the class, resumable; one student; what earlier runs gave, and whose mark moved
     certificates, certify, check    a student's certificate; `verify`; what a student can know before handing in
+    sharing                         how many of a class share an answer
     statistics, similar, variants   what the class's page is worked out from
     reports/                        results for people and for other programs
     nbgrader_cells                  notebooks as nbgrader has them, made whole and filled with marks

@@ -35,6 +35,7 @@ from grader.overrides import OVERRIDES
 from grader.reports.tables import overrides, staff_notes, status
 from grader.sandbox import Limits
 from grader.settle import Result
+from grader.sharing import shared_answers
 from grader.single import found_of_one, grade_one, limits_of, read_time, student_named
 from grader.submission import OTHER_EDITION, Found, find_submissions, opened
 
@@ -76,8 +77,8 @@ def generate(
     say(f"{len(assignment.roster)} students: {said}; hand out {folder / 'released'}, keep {folder / 'solutions'}")
     if counts["rewritten"]:
         note("The assignment, the secret or qdot changed since notebooks were written: hand the new ones out.")
-    for said in redrawn_since(assignment, after):
-        note(said)
+    for told in (*redrawn_since(assignment, after), *shared_answers(after)):
+        note(told)
     raise_left_out(after, given_up, record_of)
 
 

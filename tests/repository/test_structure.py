@@ -33,7 +33,7 @@ LAYERS = {
     "grader": """verdict counterexample contained function_values answer formulas choices direction functions reading
         parts compare credit residuals diagnosis follow marking prairielearn sandbox guarantees cells archives layouts
         roster submission finding uncounted notebook copies overrides attempt settle remote cluster batch single history
-        certificates certify check statistics similar variants reports nbgrader_cells demo commands
+        certificates sharing certify check statistics similar variants reports nbgrader_cells demo commands
         pytest_plugin nbgrader_plugin gradescope outlets site docs cli""",
 }
 """From the bottom up: a module imports only from those before it; a folder stands for what is in it."""

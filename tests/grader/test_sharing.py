@@ -1,0 +1,54 @@
+"""How many students share an answer, as `qdot generate` tells it."""
+
+from pathlib import Path
+
+import pytest
+
+from exercises.assignment import Student, load_assignment
+from exercises.release import init_assignment, release
+from grader.certify import CERTIFIER
+from grader.cli import app
+from grader.sharing import shared_answers
+from tests.support.command import runner
+
+PROBLEMS = """title = "T"
+key = "hw"
+
+[[problem]]
+family = "polar-rp"
+variation = "chapter"
+questions = ["determinant", "joint-rates"]
+
+[[problem]]
+family = "planar-2r"
+variation = "full"
+questions = ["jacobian"]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    init_assignment(tmp_path, "T", "hw", [Student(f"s{i}") for i in range(6)], "a secret that is long enough")
+    (tmp_path / "assignment.toml").write_text(PROBLEMS, encoding="utf-8")
+    return tmp_path
+
+
+def test_answers_that_students_share_are_told_with_what_would_help(folder: Path) -> None:
+    """The chapter's arm has one determinant; rates at a configuration are each student's own, as are full arms."""
+    said = (
+        "p1 (polar-rp, variation chapter): of 6 students, so many share an answer with another: 6 in determinant; "
+        'arms vary more with variation = "lengths"'
+    )
+    for outcome in ("written", "kept"):
+        done = runner.invoke(app, ["generate", str(folder), "--jobs", "1"])
+        assert f"6 {outcome}" in done.stdout
+        assert [line for line in done.stderr.splitlines() if "share" in line] == [said]
+
+
+def test_nothing_is_told_of_few_students_and_of_a_certificate_that_cannot_be_read(folder: Path) -> None:
+    (folder / "roster.csv").write_text("student\ns0\ns1\n", encoding="utf-8")
+    assignment = load_assignment(folder)
+    release(assignment, CERTIFIER, 1, lambda released: None)
+    assert shared_answers(assignment) == []
+    (folder / "certificates" / "s0" / "hw.json").write_text("{", encoding="utf-8")
+    assert shared_answers(assignment) == []
