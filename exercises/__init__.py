@@ -27,12 +27,13 @@ its own in its `__init__`.
     notebook, showing, solving      notebooks; one problem in every format; your own arm (`qdot solve`)
     docs/                           the pages of docs/ that are made from the code (`make docs`)
     gradebook                       Canvas's and Moodle's own exports as rosters
-    assignment                      an instructor's folder, read and checked
+    redrawn, assignment             whose problems were drawn anew; an instructor's folder, read and checked
+    drawing                         problems drawn until one passes; what to ask where none does
     store                           what was worked out, kept for grading
     sets, release                   ready-made sets of problems; an assignment made, its notebooks written
     exports/                        every other form in which an assignment is handed out (`qdot export`)
     site/                           the web site: pages, and problems that a browser can grade
-    commands                        the commands about what is asked
+    overview, commands              the families at a glance; the commands about what is asked
 
 What a library or a notebook needs stands in this package itself (`__all__`), and is loaded when it is asked for:
 

@@ -4,7 +4,7 @@ import datetime
 import hashlib
 import os
 import unicodedata
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, Literal
@@ -25,6 +25,7 @@ from exercises.input_file import TomlFile, read_table, read_text, read_toml
 from exercises.lateness import LATE, LateRule, aware, read_late
 from exercises.problem import ENGINE, Problem, ProblemId
 from exercises.quizzes import ASKED
+from exercises.redrawn import Redraws, read_redrawn
 from exercises.variation import AXES, DEFAULT, STEPS, named, of_axes
 
 SECRET_FILE = "secret.txt"  # noqa: S105 - a file's name
@@ -123,15 +124,14 @@ class Slot:
         """What each question is worth, the same for every student."""
         return self.points or tuple(ASKED[name].points for name in self.questions)
 
-    def identity(self, secret: str, student: str) -> ProblemId:
-        """Return the identity of a student's problem in this place."""
-        return student_problem_id(
-            secret, student, self.name, self.family.name, self.questions, self.band, self.variation
-        )
+    def identity(self, secret: str, student: str, draw: int = 1) -> ProblemId:
+        """Return the identity of a student's problem in this place; draws after the first have seeds of their own."""
+        place = self.name if draw == 1 else f"{self.name}/{draw}"
+        return student_problem_id(secret, student, place, self.family.name, self.questions, self.band, self.variation)
 
-    def problem(self, secret: str, student: str) -> Problem:
+    def problem(self, secret: str, student: str, draw: int = 1) -> Problem:
         """Return a student's problem in this place."""
-        return self.problem_with(self.identity(secret, student).seed)
+        return self.problem_with(self.identity(secret, student, draw).seed)
 
     def problem_with(self, seed: int) -> Problem:
         """Return the problem of this place that a seed gives."""
@@ -150,7 +150,7 @@ class Slot:
 class Assignment:
     """An assignment, its roster and its secret; `notes` tell the staff what is probably a mistake.
 
-    `gradebook` is a platform's own export, where roster.csv is one.
+    `gradebook` is a platform's own export, where roster.csv is one; `redrawn` says whose problems are no first draws.
     """
 
     folder: Path
@@ -168,6 +168,7 @@ class Assignment:
     attempts: str = "last"
     sandbox: str = "best"
     gradebook: Gradebook | None = None
+    redrawn: Redraws = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"Assignment({self.key}: {len(self.slots)} problems, {len(self.roster)} students)"
@@ -179,7 +180,16 @@ class Assignment:
 
     def problems(self, student: str) -> list[tuple[str, Problem]]:
         """Return the student's problems, each with the name of its slot; the same at every call, on every machine."""
-        return [(slot.name, slot.problem(self.secret, student)) for slot in self.slots]
+        return [(slot.name, slot.problem(self.secret, student, self.draw_of(slot, student))) for slot in self.slots]
+
+    def identity(self, slot: Slot, student: str) -> ProblemId:
+        """Return the identity of the problem that a student has in a place."""
+        return slot.identity(self.secret, student, self.draw_of(slot, student))
+
+    def draw_of(self, slot: Slot, student: str) -> int:
+        """Return which draw of a student's problem it is that can be certified, as far as is known."""
+        redraw = self.redrawn.get((student, slot.name))
+        return redraw.draw if redraw is not None and redraw.family == slot.family.name else 1
 
     @property
     def marking(self) -> str:
@@ -201,6 +211,18 @@ class Assignment:
         return _short_hash(
             repr((self.digest, self.title, [(slot.points, slot.decimals) for slot in self.slots], *hinted))
         )
+
+    def digest_of(self, student: str) -> str:
+        """Return the digest that a student's notebook has: another where a problem of the student's was drawn anew."""
+        return self._own(self.digest, student)
+
+    def edition_of(self, student: str) -> str:
+        """Return the edition that a student's notebook has."""
+        return self._own(self.edition, student)
+
+    def _own(self, of_all: str, student: str) -> str:
+        redrawn = [(slot.name, draw) for slot in self.slots if (draw := self.draw_of(slot, student)) != 1]
+        return _short_hash(repr((of_all, redrawn))) if redrawn else of_all
 
 
 def _short_hash(content: str) -> str:
@@ -236,6 +258,7 @@ def load_assignment(folder: Path) -> Assignment:
         folder, content.title, content.key, slots, students, read_secret(folder),
         content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
         content.hints, late, content.attempts, content.sandbox, None if export is None else export.gradebook,
+        read_redrawn(folder),
     )  # fmt: skip
 
 

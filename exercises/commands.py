@@ -1,8 +1,6 @@
 """The commands about what is asked: init, families, questions, show, solve."""
 
 import json
-import textwrap
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -15,8 +13,9 @@ from exercises import show as show_problem
 from exercises import solve as solve_chain
 from exercises.arm.robot_file import read_robot_file
 from exercises.console import VariationOption, note, one_of, say
-from exercises.generation import listed, short_quiz
-from exercises.questions import QUESTIONS
+from exercises.families import Family
+from exercises.generation import family_named, listed, short_quiz
+from exercises.overview import detail, overview, refusals
 from exercises.quizzes import QUIZZES
 from exercises.release import init_assignment
 from exercises.sets import DEFAULT_SET, SETS, set_named
@@ -58,38 +57,39 @@ def init(
     say(f"made {folder}: {first}, then run: qdot generate {folder}")
 
 
-def families(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
+def families(
+    name: Annotated[
+        str, typer.Argument(metavar="NAME", help="One of them: what it can be asked, and why not the rest.")
+    ] = "",
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
     """List the robot families and what each can be asked.
 
     The difficulty is a step from 0 to 4 of a scale: how much there is to work out for such an arm by hand. A
-    family's name goes into assignment.toml (family = "planar-2r") and before a seed: `qdot show planar-2r/7`.
+    family's name goes into assignment.toml (family = "planar-2r") and before a seed: `qdot show planar-2r/7`. With a
+    NAME it is told of this family what it can be asked, question by question, and in a few words why not the rest.
     """
-    rows: list[dict[str, Any]] = [
-        {
-            "name": family.name,
-            "title": family.title,
-            "source": family.source,
-            "joints": listed(name).kinds or "varied",
-            "questions": list(listed(name).questions),
-            "difficulty": listed(name).steps[1],
-            "difficulties": list(listed(name).steps),
-        }
-        for name, family in FAMILIES.items()
-    ]
-    if as_json:
-        say(json.dumps(rows, ensure_ascii=False, indent=1))
-        return
-    for row in rows:
-        say(f"{row['name']:<20} {row['title']} ({row['source']}); difficulty {listed(row['name']).difficulty}")
-        say(textwrap.fill(_asked(row["questions"]), 100, initial_indent=" " * 21, subsequent_indent=" " * 21))
-    say("\nDrawings of all families: docs/families.md")
+    if name:
+        family = family_named(name)
+        row = {**_row(family), "refused": refusals(family)} if as_json else {}
+        say(json.dumps(row, ensure_ascii=False, indent=1) if as_json else detail(family))
+    elif as_json:
+        say(json.dumps([_row(family) for family in FAMILIES.values()], ensure_ascii=False, indent=1))
+    else:
+        say(overview())
 
 
-def _asked(names: Sequence[str]) -> str:
-    missing = [name for name in QUESTIONS if name not in names]
-    if len(missing) > len(names):
-        return "only " + ", ".join(names)
-    return "all questions" if not missing else "all but " + ", ".join(missing)
+def _row(family: Family) -> dict[str, Any]:
+    about = listed(family.name)
+    return {
+        "name": family.name,
+        "title": family.title,
+        "source": family.source,
+        "joints": about.kinds or "varied",
+        "questions": list(about.questions),
+        "difficulty": about.steps[1],
+        "difficulties": list(about.steps),
+    }
 
 
 def questions(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:

@@ -183,7 +183,8 @@ def check_questions(
         for name in questions if known.varied else ():
             if name in QUESTIONS and name not in can_be_asked:
                 raise QdotError(
-                    f"question {name!r} can be asked of no arm of {known.name}; `qdot families` lists what can"
+                    f"question {name!r} can be asked of no arm of {known.name}; "
+                    f"`qdot families {known.name}` lists what can"
                 )
     identity = ProblemId(known.name, 0, tuple(questions), band=band, variation=variation)
     _check_asked(sample_chain(identity, known), questions)

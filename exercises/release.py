@@ -3,19 +3,22 @@
 import os
 import re
 import secrets
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from nbformat import NotebookNode
 
 from exercises.assignment import SECRET_FILE, Assignment, Student, read_roster
+from exercises.drawing import GivenUp, Vouch, draws_of, own_failure, recorded
 from exercises.errors import QdotError
 from exercises.files import made_lasting, make_folder, tidied, write_atomically
 from exercises.notebook import notebook_text, solution_notebook, student_notebook
 from exercises.parallel import ordered_map
 from exercises.problem import Problem
+from exercises.redrawn import REDRAWN, Redraw
 from exercises.render import render
 from exercises.sets import DEFAULT_SET, SETS, ProblemSet
 from exercises.store import keep, store_path
@@ -54,6 +57,8 @@ def init_assignment(
 Maker = Callable[[str, str, str, Sequence[tuple[str, Problem]], bool], NotebookNode]
 MAKERS: tuple[Maker, ...] = (student_notebook, solution_notebook)
 """What makes the notebooks of a student: the one to hand out, and the staff's."""
+KINDS = ("released", "solutions")
+"""The folders that they are in."""
 
 
 @dataclass(frozen=True)
@@ -61,15 +66,25 @@ class Released:
     """What became of one student's notebooks: "written", "kept" (up to date already), "completed" or "rewritten".
 
     Completed is what lacked a file, as an earlier run was stopped: no notebook to hand out is another than it was.
-    Rewritten is one that changed since it was written.
+    Rewritten is one that changed since it was written. "Left out" is a student for whom there is no notebook, as
+    problems were `given_up`; "redrawn" one for whom nothing is written yet, as draws have to be on record before that.
     """
 
     student: str
     outcome: str
+    redrawn: Mapping[str, Redraw] = field(default_factory=dict)
+    given_up: tuple[GivenUp, ...] = ()
 
 
-Certify = Callable[[Assignment, str, Sequence[tuple[str, Problem]], NotebookNode], str]
-"""Returns the text of the certificate of a student's problems and notebook; raises QdotError where it has to fail."""
+@dataclass(frozen=True)
+class Certifier:
+    """Who certifies: `record` returns what is kept of a problem that passes (see `Vouch`).
+
+    `text` is the certificate of a student with these records, by place, and this notebook.
+    """
+
+    record: Vouch[Any]
+    text: Callable[[Assignment, str, Mapping[str, Any], NotebookNode], str]
 
 
 def certificate_path(assignment: Assignment, student: str) -> Path:
@@ -82,53 +97,85 @@ def notebook_path(assignment: Assignment, student: str, kind: str = "released") 
     return assignment.folder / kind / student / f"{assignment.key}.ipynb"
 
 
-def release_one(work: tuple[Assignment, Certify], student: str) -> Released:
-    """Certify the problems of one student and write both notebooks, unless all is there from this very assignment."""
-    assignment, certify = work
-    released, solved = paths = [notebook_path(assignment, student, kind) for kind in ("released", "solutions")]
-    certificate = certificate_path(assignment, student)
-    if all(_edition(path) == assignment.edition for path in (*paths, certificate)):
+def release_one(work: tuple[Assignment, Certifier], student: str) -> Released:
+    """Certify the problems of one student and write both notebooks, unless all is there from this very assignment.
+
+    Where another draw of a problem is needed than the assignment says, it is returned, and nothing is written.
+    """
+    assignment, certifier = work
+    paths = [*(notebook_path(assignment, student, kind) for kind in KINDS), certificate_path(assignment, student)]
+    if all(_edition(path) == assignment.edition_of(student) for path in paths):
         return Released(student, "kept")
-    problems = assignment.problems(student)
-    notebooks = [_notebook(make, assignment, student, problems) for make in MAKERS]
+    draws = draws_of(assignment, student, certifier.record)
+    if draws.given_up:
+        return Released(student, "left out", given_up=draws.given_up)
+    redrawn = draws.redrawn(assignment)
+    if redrawn:
+        return Released(student, "redrawn", redrawn)
+    problems = [(slot, drawn.problem) for slot, drawn in draws.drawn.items()]
+    try:
+        notebooks = [_notebook(make, assignment, student, problems) for make in MAKERS]
+    except (QdotError, OSError, MemoryError):
+        raise
+    except Exception as error:
+        return Released(student, "left out", given_up=(_unwritable(assignment, student, problems, error),))
+    records = {slot: drawn.vouched for slot, drawn in draws.drawn.items()}
+    outcome = _write(assignment, student, notebooks, certifier.text(assignment, student, records, notebooks[0]))
+    keep(assignment, student, problems)
+    return Released(student, outcome)
+
+
+def _write(assignment: Assignment, student: str, notebooks: Sequence[NotebookNode], certified: str) -> str:
+    """Write certificate and notebooks, and return what becomes of them by that."""
+    released, solved = (notebook_path(assignment, student, kind) for kind in KINDS)
     to_hand_out, solution = map(notebook_text, notebooks)
     there = _content(released)
     # Where the solution alone is an old one, a run was stopped after it had changed the notebook, and told nobody.
-    if there not in (None, "", to_hand_out) or _edition(solved) not in ("", assignment.edition):
+    if there not in (None, "", to_hand_out) or _edition(solved) not in ("", assignment.edition_of(student)):
         outcome = "rewritten"
     else:
         outcome = "written" if there is None and not solved.exists() else "completed"
-    certified = certify(assignment, student, problems, notebooks[0])
-    write_atomically(certificate, certified, mode=0o600, lasting=False)
+    write_atomically(certificate_path(assignment, student), certified, mode=0o600, lasting=False)
     if there != to_hand_out:
         write_atomically(released, to_hand_out, lasting=False)
     write_atomically(solved, solution, lasting=False)
-    keep(assignment, student, problems)
-    return Released(student, outcome)
+    return outcome
+
+
+def _unwritable(
+    assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]], error: Exception
+) -> GivenUp:
+    """Return which problem it is whose notebook can't be made."""
+    for slot, problem in problems:
+        try:
+            for make in MAKERS:
+                _notebook(make, assignment, student, [(slot, problem)])
+        except Exception as its_own:
+            return GivenUp(student, slot, problem.id.family, own_failure(its_own))
+    return GivenUp(student, problems[0][0], problems[0][1].id.family, own_failure(error))
 
 
 def _notebook(
     make: Maker, assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]]
 ) -> NotebookNode:
     notebook = make(assignment.title, assignment.key, student, problems, assignment.hints)
-    notebook.metadata["qdot"].update(digest=assignment.digest, edition=assignment.edition)
+    notebook.metadata["qdot"].update(digest=assignment.digest_of(student), edition=assignment.edition_of(student))
     return notebook
 
 
-def handout(assignment: Assignment, student: str, failures: Callable[[Problem], Sequence[str]]) -> str:
-    """Return the notebook to hand out: the one in released/, if it is up to date, else made and certified now.
+def is_released(assignment: Assignment, student: str) -> bool:
+    """Return whether a student's notebook is in released/, from this very assignment."""
+    return _edition(notebook_path(assignment, student)) == assignment.edition_of(student)
 
-    Raises QdotError where a problem fails its certificate.
-    """
-    released = notebook_path(assignment, student)
-    if _edition(released) == assignment.edition:
-        return _content(released) or ""
-    problems = assignment.problems(student)
-    for _, problem in problems:
-        failed = failures(problem)
-        if failed:
-            raise QdotError(f"{problem.id}: the problem does not pass its certificate: {failed[0]}; please report it")
-    return notebook_text(_notebook(student_notebook, assignment, student, problems))
+
+def released_text(assignment: Assignment, student: str) -> str:
+    """Return a student's notebook as it is in released/."""
+    return _content(notebook_path(assignment, student)) or ""
+
+
+def new_handout(assignment: Assignment, student: str) -> str:
+    """Return the notebook to hand out, made of a student's problems, which have been certified (`drawing.settled`)."""
+    return notebook_text(_notebook(student_notebook, assignment, student, assignment.problems(student)))
 
 
 def _content(path: Path) -> str | None:
@@ -147,24 +194,36 @@ def _edition(path: Path) -> str:
     return match.group(1) if match else ""
 
 
-def release(assignment: Assignment, certify: Certify, jobs: int, each: Callable[[Released], None]) -> None:
-    """Write the notebooks of the whole class on `jobs` processes; `each` is told of every student's in roster order.
+def release(assignment: Assignment, certifier: Certifier, jobs: int, each: Callable[[Released], None]) -> Assignment:
+    """Write the notebooks of the whole class on `jobs` processes, and return the assignment with its draws.
 
-    A rerun after a stop goes on where it was: what is up to date is kept, and files that it had only begun are removed.
+    `each` is told of every student, in roster order, those whose problems are drawn anew after the others: their
+    draws are in redrawn.csv before their notebooks are anywhere. A rerun after a stop goes on where it was: what is up
+    to date is kept, and files that it had only begun are removed.
     """
     students = [student.id for student in assignment.roster]
-    kinds = ("released", "solutions")
-    notebooks = [notebook_path(assignment, student, kind) for student in students for kind in kinds]
+    notebooks = [notebook_path(assignment, student, kind) for student in students for kind in KINDS]
     others = [path(assignment, student) for student in students for path in (certificate_path, store_path)]
-    every = ordered_map(release_one, students, jobs, _both, (assignment, certify))
-    with tidied(notebooks + others), closing(every), made_lasting(assignment.folder) as now_and_then:
-        for released in every:
-            now_and_then()
-            each(released)
+    with (
+        tidied([*notebooks, *others, assignment.folder / REDRAWN]),
+        made_lasting(assignment.folder) as now_and_then,
+    ):
+        while students:
+            again: list[str] = []
+            with closing(ordered_map(release_one, students, jobs, _both, (assignment, certifier))) as every:
+                for released in every:
+                    now_and_then()
+                    if released.outcome == "redrawn":
+                        assignment = recorded(assignment, released.student, released.redrawn)
+                        again.append(released.student)
+                    else:
+                        each(released)
+            students = again
+    return assignment
 
 
-def _both(assignment: Assignment, certify: Certify) -> tuple[Assignment, Certify]:
-    return assignment, certify
+def _both(assignment: Assignment, certifier: Certifier) -> tuple[Assignment, Certifier]:
+    return assignment, certifier
 
 
 def _cores() -> int:

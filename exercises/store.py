@@ -131,7 +131,7 @@ def store_path(assignment: Assignment, student: str) -> Path:
 
 
 def _signature(assignment: Assignment, student: str, payload: bytes) -> str:
-    about = repr((code(), assignment.edition, assignment.marking, student)).encode()
+    about = repr((code(), assignment.edition_of(student), assignment.marking, student)).encode()
     return hmac.new(assignment.secret.encode(), about + b"\0" + payload, hashlib.sha256).hexdigest()
 
 

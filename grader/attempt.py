@@ -98,9 +98,9 @@ def _unreadable(path: Path, why: str) -> Attempt:
     return Attempt(path, datetime.datetime.fromtimestamp(seconds, datetime.UTC), None, why)
 
 
-def made_from(assignment: Assignment) -> dict[str, Any]:
+def made_from(assignment: Assignment, student: str) -> dict[str, Any]:
     """Return what else than the submission decides the points: the versions of qdot's parts, and the assignment."""
-    content = f"{assignment.edition}/{assignment.marking}"
+    content = f"{assignment.edition_of(student)}/{assignment.marking}"
     return {"engine": ENGINE, "grader": GRADER, "assignment": hashlib.sha256(content.encode()).hexdigest()[:16]}
 
 
@@ -172,7 +172,7 @@ def _marked(
         "obstacle": obstacle,
         "notes": [note.student for note in notes if note.student],
         "staff_notes": [note.staff for note in notes],
-        "made_from": made_from(assignment),
+        "made_from": made_from(assignment, student),
         "problems": marked,
     }
 
@@ -187,10 +187,10 @@ def ungraded(assignment: Assignment, student: str, attempt: Attempt | None, why:
         "obstacle": said,
         "notes": [],
         "staff_notes": [said],
-        "made_from": made_from(assignment),
+        "made_from": made_from(assignment, student),
         "problems": [
             {
-                "id": str(slot.identity(assignment.secret, student)),
+                "id": str(assignment.identity(slot, student)),
                 "slot": slot.name,
                 "parts": [
                     {"name": name, **told, "max_points": points, **nothing}

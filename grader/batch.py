@@ -163,7 +163,7 @@ class _Shelf:
     def _key(self, student: str, attempt: Attempt | None) -> str:
         """Return a text that changes whenever what a notebook earns may change; also when it may take longer."""
         handed_in = "" if attempt is None else f"{attempt.file.name}/{attempt.fingerprint}/{self.limits}"
-        content = f"{json.dumps(made_from(self.assignment))}/{student}/{handed_in}"
+        content = f"{json.dumps(made_from(self.assignment, student))}/{student}/{handed_in}"
         return hashlib.sha256(content.encode("utf-8", "replace")).hexdigest()
 
 

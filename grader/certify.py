@@ -14,14 +14,15 @@ from typing import Any
 
 from exercises.assignment import Assignment
 from exercises.difficulty import difficulty
+from exercises.drawing import check
 from exercises.errors import QdotError
 from exercises.families import Family
 from exercises.generation import generate
 from exercises.parallel import ordered_map
 from exercises.problem import ENGINE, Problem, ProblemId
 from exercises.record import digests
-from exercises.release import certificate_path, notebook_path
-from exercises.verify import FULL_RANK, ProblemCertificate, certify
+from exercises.release import Certifier, certificate_path, notebook_path
+from exercises.verify import ProblemCertificate, certify
 from grader.certificates import (
     Certificate,
     Failure,
@@ -69,14 +70,9 @@ def failures_of(problem: Problem, certificate: ProblemCertificate | None = None)
 
 
 def record_of(problem: Problem) -> Record:
-    """Return the record that is kept of a problem. Raises QdotError where it does not pass."""
+    """Return the record that is kept of a problem. Raises Uncertified where it does not pass."""
     certificate = certify(problem)
-    failed = failures_of(problem, certificate)
-    if failed:
-        advice = "name another task" if failed[0].startswith(FULL_RANK) else "please report it"
-        raise QdotError(
-            f"the problem {problem.id} failed its own certificate and is not handed out: {failed[0]}; {advice}"
-        )
+    check(problem, failures_of(problem, certificate))
     return Record(
         problem=str(problem.id),
         questions=tuple(part.name for part in problem.parts),
@@ -90,14 +86,20 @@ def record_of(problem: Problem) -> Record:
 
 
 def certificate_text(
-    assignment: Assignment, student: str, problems: Sequence[tuple[str, Problem]], notebook: Mapping[str, Any]
+    assignment: Assignment, student: str, records: Mapping[str, Record], notebook: Mapping[str, Any]
 ) -> str:
-    """Return the text of a student's certificate file. Raises QdotError where a problem does not pass."""
-    cells = dict(cell_digests(notebook))
-    records = {slot: record_of(problem) for slot, problem in problems}
+    """Return the text of a student's certificate file."""
     return Certificate(
-        assignment=assignment.key, student=student, edition=assignment.edition, notebook=cells, problems=records
+        assignment=assignment.key,
+        student=student,
+        edition=assignment.edition_of(student),
+        notebook=dict(cell_digests(notebook)),
+        problems=dict(records),
     ).text
+
+
+CERTIFIER = Certifier(record_of, certificate_text)
+"""What certifies the problems of a class."""
 
 
 # --- a folder, years later ---
@@ -140,7 +142,7 @@ def _tasks_of_student(assignment: Assignment, student: str) -> list[Task]:
     tasks = []
     for slot in assignment.slots:
         record, against = records.pop(slot.name, None), _concerning(slot.name, failures)
-        identity = slot.identity(assignment.secret, student)
+        identity = assignment.identity(slot, student)
         if certificate and record is None:
             path = certificate_path(assignment, student)
             said = f"{student}: {path} has no {slot.name}, which came into assignment.toml after handing out"

@@ -16,16 +16,17 @@ import typer
 
 from exercises.assignment import Assignment, Student, load_assignment
 from exercises.console import VariationOption, note, progress, say
+from exercises.drawing import GivenUp, raise_left_out, redrawn_since
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
 from exercises.files import write_atomically
 from exercises.generation import family_named
 from exercises.problem import ProblemId
-from exercises.release import CORES, Released, release
+from exercises.release import CORES, Released, notebook_path, release
 from grader import guarantees
 from grader.batch import WritePage, alone, cache_of, grade_class, share_of
 from grader.certificates import Kind
-from grader.certify import Task, certificate_text, former_students, tasks_of, unknown_files
+from grader.certify import CERTIFIER, Task, former_students, record_of, tasks_of, unknown_files
 from grader.cluster import connected
 from grader.compare import TYPES, as_json, compare_line, likely_type
 from grader.compare import compare as compare_texts
@@ -49,27 +50,36 @@ def generate(
 ) -> None:
     """Write a class's notebooks, with solutions and certificates.
 
-    A problem leaves only if it passes its certificate, which certificates/STUDENT/KEY.json keeps for `qdot verify`.
+    A problem leaves only if it passes its certificate, which certificates/STUDENT/KEY.json keeps for `qdot verify`. One
+    that does not is drawn anew for its student, which DIR/redrawn.csv tells; where no draw passes, the student is left
+    out, all others have their notebooks, and the command leaves with code 2 and says what could be asked instead.
     Every student has released/STUDENT/KEY.ipynb, and the staff solutions/STUDENT/KEY.ipynb. Notebooks that are up
     to date are kept, so that a run that was stopped goes on where it was.
     """
     assignment = load_assignment(folder)
     for said in assignment.notes:
         note(said)
-    counts = {"written": 0, "rewritten": 0, "completed": 0, "kept": 0}
+    counts = {"written": 0, "rewritten": 0, "completed": 0, "kept": 0, "left out": 0}
+    given_up: list[GivenUp] = []
     with progress("generating", len(assignment.roster)) as counter:
 
         def each(released: Released) -> None:
             counts[released.outcome] += 1
+            given_up.extend(released.given_up)
+            for given in released.given_up:
+                note(str(given))
+            if released.given_up and (old := notebook_path(assignment, released.student)).exists():
+                note(f"{old} is of an older assignment; do not hand it out")
             counter.step()
 
-        release(assignment, certificate_text, min(jobs, len(assignment.roster)), each)
+        after = release(assignment, CERTIFIER, min(jobs, len(assignment.roster)), each)
     said = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
     say(f"{len(assignment.roster)} students: {said}; hand out {folder / 'released'}, keep {folder / 'solutions'}")
     if counts["rewritten"]:
         note("The assignment, the secret or qdot changed since notebooks were written: hand the new ones out.")
-    for told in shared_answers(assignment):
+    for told in (*redrawn_since(assignment, after), *shared_answers(after)):
         note(told)
+    raise_left_out(after, given_up, record_of)
 
 
 def verify(
@@ -421,8 +431,8 @@ def _tell_notes(results: list[Result]) -> None:
     others = sum(OTHER_EDITION in result["staff_notes"] for result in results)
     if others:
         note(
-            f"WARNING: {others} of {handed_in} notebooks were made from another assignment.toml or secret: "
-            "hand out the new ones, or put the old ones back"
+            f"WARNING: {others} of {handed_in} notebooks were made from another assignment.toml, redrawn.csv or "
+            "secret: hand out the new ones, or put the old ones back"
         )
 
 

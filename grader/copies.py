@@ -2,12 +2,14 @@
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 
 import numpy as np
 
 from exercises.arm.chain import Chain
 from exercises.arm.stages import numbers
 from exercises.assignment import Assignment, Slot
+from exercises.errors import QdotError
 from exercises.formula.identity import Domain
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, names
@@ -49,10 +51,17 @@ class Copies:
         return _print(evaluate(compile_program(entries), values, POINTS)[0].real) in self._known[key]
 
     def _chains(self, slot: Slot) -> list[Chain]:
-        secret, roster = self._assignment.secret, self._assignment.roster
+        chains = []
+        for student in self._assignment.roster:
+            with suppress(QdotError, RuntimeError):  # who has no such problem has no answer that could be copied
+                chains.append(self._chain(slot, student.id))
+        return chains
+
+    def _chain(self, slot: Slot, student: str) -> Chain:
+        of = self._assignment
         if slot.family.varied:
-            return [slot.problem(secret, student.id).chain for student in roster]
-        return [sample_chain(slot.identity(secret, student.id), slot.family) for student in roster]
+            return slot.problem(of.secret, student, of.draw_of(slot, student)).chain
+        return sample_chain(of.identity(slot, student), slot.family)
 
     def _of(self, chain: Chain, part: Part) -> bytes:
         symbols = [*chain.q, *chain.rates, *chain.parameters, *part.symbols, *chain.task]

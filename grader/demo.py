@@ -8,12 +8,13 @@ import nbformat
 
 from exercises.assignment import Assignment, Student, load_assignment
 from exercises.console import note, progress, say
+from exercises.drawing import GivenUp, raise_left_out
 from exercises.errors import QdotError
 from exercises.files import write_atomically
 from exercises.problem import Part, Problem
-from exercises.release import init_assignment, release
+from exercises.release import Released, init_assignment, release
 from grader.batch import alone, grade_class
-from grader.certify import certificate_text
+from grader.certify import CERTIFIER, record_of
 from grader.reports.charts import MISSING, can_draw
 from grader.reports.formats import write_asked
 from grader.reports.tables import status
@@ -143,11 +144,18 @@ def run_demo(folder: Path, jobs: int) -> None:
     else:
         init_assignment(folder, TITLE, KEY, students, SECRET)
     assignment = load_assignment(folder)
+    given_up: list[GivenUp] = []
     with progress("generating", len(students)) as counter:
-        release(assignment, certificate_text, min(jobs, len(students)), lambda _: counter.step())
+
+        def each(released: Released) -> None:
+            given_up.extend(released.given_up)
+            counter.step()
+
+        assignment = release(assignment, CERTIFIER, min(jobs, len(students)), each)
     with progress("handing in", len(students)) as counter:
         for student, kind in zip(assignment.roster, kinds(), strict=True):
-            hand_in(assignment, student.id, kind)
+            if student.id not in {given.student for given in given_up}:
+                hand_in(assignment, student.id, kind)
             counter.step()
     submissions = find_submissions(assignment, folder / "submitted").found
     jobs = min(jobs, len(students))
@@ -169,6 +177,7 @@ def run_demo(folder: Path, jobs: int) -> None:
     say(f"a feedback page        {folder / 'graded' / 'feedback' / f'{assignment.roster[8].id}.html'}")
     say(f"grades                 {folder / 'graded' / 'grades.csv'}")
     _report(assignment, results)
+    raise_left_out(assignment, given_up, record_of)
 
 
 def _report(assignment: Assignment, results: Sequence[Result]) -> None:

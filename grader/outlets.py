@@ -9,11 +9,13 @@ import typer
 
 from exercises.assignment import load_assignment
 from exercises.console import note, progress, say
+from exercises.drawing import GivenUp, raise_left_out, redrawn_since, vouching
 from exercises.errors import unknown
 from exercises.exports.outlet import PAGES, SHEETS, Order
 from exercises.exports.registry import OUTLETS
 from exercises.exports.sheet import VERSIONS
 from exercises.files import write_atomically
+from exercises.redrawn import read_redrawn
 from exercises.release import CORES
 from grader.certify import failures_of
 from grader.commands import Jobs
@@ -56,10 +58,16 @@ def export(
     order = Order(assignment, failures_of, variants, solutions, sheet, versions, page, jobs, note=note)
     for said in assignment.notes:
         note(said)
+    given_up: list[GivenUp] = []
     for name in dict.fromkeys(to):
+        order = replace(order, assignment=replace(assignment, redrawn=read_redrawn(folder)), left_out=given_up.append)
         target = folder / "exports" / name if out is None else out if len(set(to)) == 1 else out / name
         count = _export(order, name, target)
         say(f"{name}: {count} {'file' if count == 1 else 'files'} in {target}")
+    after = replace(assignment, redrawn=read_redrawn(folder))
+    for said in (*redrawn_since(assignment, after), *dict.fromkeys(map(str, given_up))):
+        note(said)
+    raise_left_out(after, given_up, vouching(failures_of))
 
 
 def report(

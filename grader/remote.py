@@ -88,7 +88,10 @@ def brief_of(assignment: Assignment, limits: Limits) -> Brief:
     """Return what workers have to know of an assignment."""
     identifiers = "\n".join(student.id for student in assignment.roster)
     sent = replace(assignment, folder=Path(), roster=(), notes=())
-    about = (assignment.edition, assignment.marking, assignment.secret, assignment.sandbox, limits, identifiers)
+    drawn = sorted((*whose, redraw.draw) for whose, redraw in assignment.redrawn.items())
+    about = (
+        assignment.edition, assignment.marking, assignment.secret, assignment.sandbox, limits, identifiers, drawn
+    )  # fmt: skip
     name = hashlib.sha256(repr(about).encode()).hexdigest()
     return Brief(name, sent, zlib.compress(identifiers.encode()), limits)
 

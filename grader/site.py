@@ -9,6 +9,8 @@ import typer
 
 from exercises.assignment import load_assignment
 from exercises.console import note, progress, say
+from exercises.drawing import GivenUp
+from exercises.errors import QdotError
 from exercises.exports.bank import bank
 from exercises.exports.outlet import Order as BankOrder
 from exercises.families import FAMILIES
@@ -43,9 +45,18 @@ def build_site(
     wanted, titles, course = _wanted(assignment, families, variants, jobs)
     commands = reference(context.find_root().command)
     order = Order(out, wanted, titles, failures_of, min(jobs, len(wanted)), commands, docs_folder(), course)
+    left_out: list[GivenUp] = []
     with progress("building the site", len(wanted)) as counter:
-        made = build(order, counter.step)
+        made = build(order, counter.step, left_out.append)
     say(f"{made['problems']} problems with {made['questions']} questions in {out}; see them: qdot site serve {out}")
+    for given in left_out:
+        note(str(given))
+    if left_out:
+        named = ", ".join(dict.fromkeys(given.family for given in left_out))
+        raise QdotError(
+            f"not on the site, as no draw passed its certificate: {len(left_out)} of {named}. All others are on it; "
+            "please report it"
+        )
 
 
 def _wanted(
@@ -66,8 +77,6 @@ def serve(
     port: Annotated[int, typer.Option(min=0, max=65535, help="0: any that is free.")] = 8000,
 ) -> None:
     """Show a built site in the browser of this machine, until Ctrl-C; nobody else can reach it."""
-    from exercises.errors import QdotError
-
     if not (folder / "index.html").is_file():
         raise QdotError(f"there is no site in {folder}; 'qdot site build --out {folder}' makes one")
     handler = functools.partial(_Quiet, directory=str(folder))

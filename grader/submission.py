@@ -316,7 +316,7 @@ def wrong_assignment(submission: Submission, assignment: Assignment) -> str | No
     return None
 
 
-OTHER_EDITION = "made from another assignment.toml or secret than what is graded with"
+OTHER_EDITION = "made from another assignment.toml, redrawn.csv or secret than what is graded with"
 
 
 @dataclass(frozen=True)
@@ -337,7 +337,7 @@ def oddities(submission: Submission, assignment: Assignment, student: str) -> li
     if claims.get("kind") == "solution":
         notes.append(Note("the notebook is the staff's, with the solutions"))
     digest = claims.get("digest")
-    if isinstance(digest, str) and digest != assignment.digest:
+    if isinstance(digest, str) and digest not in (assignment.digest_of(student), assignment.digest_of(str(claimed))):
         said = "this notebook was made from another version of the assignment; ask your instructor for the right one"
         notes.append(Note(OTHER_EDITION, said))
     asked = {f"{slot.name}.{question}" for slot in assignment.slots for question in slot.questions}

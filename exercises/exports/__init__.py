@@ -3,7 +3,7 @@
 Beside the outlets, which stand in `registry`:
 
     outlet                      what an outlet is, and what it is given
-    bank                        certified variants of an assignment's problems
+    bank, handouts              certified variants of an assignment's problems; the notebooks of its class
     items, numbers, markup      what platforms ask: options, matches, formulas asked for in numbers; texts and archives
     known_wrong, stack_parts    what mistakes make of an answer; a part as STACK asks and marks it
     sheet                       a sheet of paper as data

@@ -3,13 +3,16 @@
 from collections.abc import Generator
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 
 from exercises.assignment import Assignment, Slot
+from exercises.drawing import Failures, GivenUp, attempt, instead, vouching
 from exercises.errors import QdotError
-from exercises.exports.outlet import Failures, Order
+from exercises.exports.outlet import Order
 from exercises.parallel import ordered_map
 from exercises.problem import Problem
 from exercises.record import digests
+from exercises.redrawn import DRAWS
 
 PATIENCE = 10
 """So many times as many problems as are wanted are drawn where a family has few that differ."""
@@ -33,43 +36,54 @@ def bank(order: Order) -> Generator[Variant, None, None]:
     """Yield the variants of every place in turn. A bank of 20 is how a bank of 50 begins.
 
     They are drawn with the assignment's secret, so that who has qdot can't draw them again; no student has the same
-    ones but by chance. Raises QdotError where a problem fails its certificate.
+    ones but by chance. What does not pass its certificate is passed over. Raises QdotError where nothing passes.
     """
     for slot in order.assignment.slots:
-        made = 0
-        for problem in _different(order, slot):
+        made, failed = 0, list[str]()
+        for problem in _different(order, slot, failed):
             made += 1
             order.each()
             yield Variant(slot, made, problem)
+        if not made:
+            raise _nothing_passes(order, slot, failed[0])
+        if failed:
+            order.note(f"{slot.name}: {len(failed)} draws did not pass, and others were taken; the first: {failed[0]}")
         if made < order.variants:
             order.note(f"{slot.name}: {slot.family.name} has only {made} such problems that differ")
         for _ in range(order.variants - made):
             order.each()
 
 
-def _different(order: Order, slot: Slot) -> Generator[Problem, None, None]:
+def _different(order: Order, slot: Slot, failed: list[str]) -> Generator[Problem, None, None]:
+    """Yield problems that pass, no two of them the same; what is wrong with others goes into `failed`."""
     seen: set[str] = set()
     drawn = 0
-    while len(seen) < order.variants and drawn < PATIENCE * order.variants:
+    while len(seen) < order.variants and drawn < PATIENCE * order.variants and (seen or len(failed) < DRAWS):
         numbers = range(drawn, drawn + order.variants - len(seen))
         drawn = numbers.stop
         state = (order.assignment, slot, order.failures)
         with closing(ordered_map(_draw, numbers, order.jobs, _all, state)) as every:
             for problem in every:
-                known_by = repr(digests(problem))
-                if known_by not in seen:
+                if isinstance(problem, str):
+                    failed.append(problem)
+                elif (known_by := repr(digests(problem))) not in seen:
                     seen.add(known_by)
                     yield problem
+
+
+def _nothing_passes(order: Order, slot: Slot, why: str) -> QdotError:
+    given_up = GivenUp("", slot.name, slot.family.name, why)
+    ways = instead(order.assignment, given_up, vouching(order.failures))
+    return QdotError(f"{given_up}. Nothing is exported. {ways}")
 
 
 def _all(assignment: Assignment, slot: Slot, failures: Failures) -> tuple[Assignment, Slot, Failures]:
     return assignment, slot, failures
 
 
-def _draw(state: tuple[Assignment, Slot, Failures], number: int) -> Problem:
+def _draw(state: tuple[Assignment, Slot, Failures], number: int) -> Problem | str:
+    """Return a problem that passes, or what is wrong with it."""
     assignment, slot, failures = state
-    problem = slot.problem(assignment.secret, f"bank/{number}")  # no student's identifier has a slash
-    failed = failures(problem)
-    if failed:
-        raise QdotError(f"{problem.id}: the problem does not pass its certificate: {failed[0]}; please report it")
-    return problem
+    make = partial(slot.problem, assignment.secret, f"bank/{number}")  # no student's identifier has a slash
+    made = attempt(make, vouching(failures))
+    return made if isinstance(made, str) else made[0]

@@ -6,16 +6,17 @@ the zip is made unreadable to others than root when it is set up.
 
 from collections.abc import Generator
 
+from exercises.exports.handouts import handouts
 from exercises.exports.outlet import File, Order
 from exercises.exports.repositories import assignment_files
 from exercises.exports.wheel import versions, wheel, zipped
-from exercises.release import handout
 from exercises.render import render
 
 
 def gradescope(order: Order) -> Generator[File, None, None]:
     """Yield the autograder's zip, how to set it up, and every student's notebook."""
-    assignment = order.assignment
+    notebooks = handouts(order)
+    assignment = notebooks.assignment
     name, content = wheel()
     about = {"title": assignment.title, "key": assignment.key, "wheel": name}
     files = [
@@ -28,7 +29,5 @@ def gradescope(order: Order) -> Generator[File, None, None]:
     ]
     yield File("autograder.zip", zipped(files), private=True)
     yield File("README.md", render("exports/gradescope-readme.md.j2", **about))
-    for student in assignment.roster:
-        notebook = handout(assignment, student.id, order.failures)
+    for student, notebook in notebooks.all():
         yield File(f"students/{student.id}/{assignment.key}.ipynb", notebook)
-        order.each()

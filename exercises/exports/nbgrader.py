@@ -10,13 +10,13 @@ from collections.abc import Generator
 from typing import Any
 
 from exercises.assignment import SECRET_FILE, Slot
+from exercises.exports.handouts import handouts
 from exercises.exports.outlet import File, Order
 from exercises.exports.repositories import assignment_files
 from exercises.exports.wheel import wheel
 from exercises.notebook import KERNEL, notebook_text, points_text
 from exercises.problem import variable
 from exercises.quizzes import ASKED
-from exercises.release import handout
 from exercises.render import render
 
 Cell = dict[str, Any]
@@ -30,7 +30,8 @@ SIGN = "# Marked by qdot"
 
 def nbgrader(order: Order) -> Generator[File, None, None]:
     """Yield the course: its configuration, the pattern, what decides the answers, and every student's notebook."""
-    assignment = order.assignment
+    notebooks = handouts(order)
+    assignment = notebooks.assignment
     key = assignment.key
     name, content = wheel()
     about = {"title": assignment.title, "key": key, "wheel": name}
@@ -43,13 +44,12 @@ def nbgrader(order: Order) -> Generator[File, None, None]:
         yield File(f"qdot/{key}/{path}", data)
     yield File(f"qdot/{key}/{SECRET_FILE}", f"{assignment.secret}\n", private=True)
     points = {f"{slot.name}.{part}": worth for slot in assignment.slots for part, worth in _parts(slot)}
-    for student in assignment.roster:
+    for student, text in notebooks.all():
         if "+" in student.id:
             order.note(f"{student.id}: nbgrader takes no student whose identifier has a +")
-        notebook = json.loads(handout(assignment, student.id, order.failures))
+        notebook = json.loads(text)
         notebook["cells"] = [made for cell in notebook["cells"] for made in _with_marks(cell, points)]
         yield File(f"handout/{student.id}/{key}/{key}.ipynb", _text(notebook))
-        order.each()
 
 
 def grade_id(part: str) -> str:

@@ -1,20 +1,21 @@
 """What an outlet is, and what it is given: an assignment, and how many variants of each problem are wanted."""
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from typing import Literal
 
 from exercises.assignment import Assignment
-from exercises.problem import Problem
-
-Failures = Callable[[Problem], Sequence[str]]
-"""Returns what is wrong with a problem; it is handed to other processes, so it is a function of a module."""
-
+from exercises.drawing import Failures, GivenUp
+from exercises.errors import QdotError
 
 SHEETS = ("handout", "exam", "key")
 """Problems to work on; the same with room to write in; the answers in short, for the staff."""
 PAGES = ("a4", "letter")
 """Sizes of paper."""
+
+
+def _refuse(given: GivenUp) -> None:
+    raise QdotError(str(given))
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class Order:
     On paper: which `sheet` (of SHEETS), with worked `solutions` or not, for everybody on the roster or, without names,
     so many `versions`; the size of a `page` (of PAGES).
     `failures` certifies a problem; none leaves without that. `each` is told of every variant or student that is done,
-    `note` of what the staff should know.
+    `note` of what the staff should know, `left_out` of who gets nothing, as no problem could be drawn.
     """
 
     assignment: Assignment
@@ -37,6 +38,7 @@ class Order:
     jobs: int = 1
     each: Callable[[], None] = lambda: None
     note: Callable[[str], None] = lambda _: None
+    left_out: Callable[[GivenUp], None] = _refuse
 
 
 @dataclass(frozen=True)

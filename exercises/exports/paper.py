@@ -59,6 +59,8 @@ def _files(order: Order, ending: str, write: Write, whole: bool) -> Generator[Fi
     for sheet in sheets(order):
         yield File(f"{stem}/{sheet.file}.{ending}", write(order, [sheet], ()), private)
         made.append(sheet)
+    if not made:  # everybody was left out
+        return
     if key:
         yield File(f"{stem}-all.{ending}", write(order, (), questions(made)), private)
     elif whole:

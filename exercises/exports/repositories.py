@@ -10,9 +10,10 @@ from collections.abc import Generator
 from pathlib import Path
 
 from exercises.errors import QdotError
+from exercises.exports.handouts import handouts
 from exercises.exports.outlet import File, Order
 from exercises.exports.wheel import versions, wheel
-from exercises.release import handout
+from exercises.redrawn import REDRAWN
 from exercises.render import render
 
 PLATFORMS = {"github": ".github/workflows", "gitlab": ""}
@@ -33,8 +34,7 @@ def assignment_files(order: Order) -> list[tuple[str, bytes]]:
     """Return the files of an assignment folder by which it is graded, but the secret. Raises QdotError."""
     folder = order.assignment.folder
     names = ["assignment.toml", "roster.csv"]
-    if (folder / "overrides.csv").exists():
-        names.append("overrides.csv")
+    names += [name for name in (REDRAWN, "overrides.csv") if (folder / name).exists()]
     content = tomllib.loads((folder / "assignment.toml").read_text(encoding="utf-8"))
     for robot in dict.fromkeys(entry["robot"] for entry in content["problem"] if "robot" in entry):
         if Path(robot).is_absolute() or ".." in Path(robot).parts:
@@ -44,7 +44,8 @@ def assignment_files(order: Order) -> list[tuple[str, bytes]]:
 
 
 def _repositories(order: Order, platform: str, grade: str, check: str) -> Generator[File, None, None]:
-    assignment = order.assignment
+    notebooks = handouts(order)
+    assignment = notebooks.assignment
     name, content = wheel()
     python = f"{sys.version_info.major}.{sys.version_info.minor}"
     about = {"title": assignment.title, "key": assignment.key, "platform": platform, "wheel": name, "python": python}
@@ -61,14 +62,13 @@ def _repositories(order: Order, platform: str, grade: str, check: str) -> Genera
     yield File("grading/repositories.csv", _listing(order))
     yield File(f"grading/{name}", content)
     yield File("grading/versions.txt", own)
-    for student in assignment.roster:
+    for student, notebook in notebooks.all():
         folder = f"students/{student.id}"
-        yield File(f"{folder}/{assignment.key}.ipynb", handout(assignment, student.id, order.failures))
+        yield File(f"{folder}/{assignment.key}.ipynb", notebook)
         yield File(f"{folder}/README.md", render("exports/student-readme.md.j2", **about))
         yield File(f"{folder}/{place}{check}", render(f"exports/{platform}-check.yml.j2", **about))
         yield File(f"{folder}/.qdot/{name}", content)
         yield File(f"{folder}/.qdot/versions.txt", own)
-        order.each()
 
 
 def _listing(order: Order) -> str:

@@ -1,9 +1,9 @@
 """A sheet of paper as data: a student's problems in Markdown, with figures, and boxes to write in; no layout yet."""
 
 import math
-from collections.abc import Generator
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from exercises.answers import (
@@ -20,14 +20,15 @@ from exercises.answers import (
     Selection,
 )
 from exercises.assignment import Assignment
-from exercises.errors import QdotError
+from exercises.drawing import Failures, GivenUp, draws_of, recorded, vouching
 from exercises.exports.bank import bank
-from exercises.exports.outlet import Failures, Order
+from exercises.exports.outlet import Order
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg
 from exercises.notebook import points_text, solution_figure
 from exercises.parallel import ordered_map
 from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
+from exercises.redrawn import Redraw
 from exercises.showing import problem_title
 from exercises.writing.on_paper import on_paper
 from exercises.writing.short_answer import short_answer
@@ -158,17 +159,29 @@ class _State:
     solutions: bool
 
 
-def sheets(order: Order) -> Generator[Sheet, None, None]:
-    """Yield a sheet for everybody on the roster, or for each of `order.versions`; several are made at a time.
+@dataclass(frozen=True)
+class _Made:
+    """A sheet, None where a problem had to be given up; and the draws of it that are not on record yet."""
 
-    Raises QdotError where a problem fails its certificate.
-    """
+    sheet: Sheet | None
+    redrawn: Mapping[str, Redraw] = field(default_factory=dict)
+    given_up: tuple[GivenUp, ...] = ()
+
+
+def sheets(order: Order) -> Generator[Sheet, None, None]:
+    """Yield a sheet for everybody on the roster, or for each of `order.versions`; several are made at a time."""
     wanted = _versions(order) if order.versions else [_Named(s.id, s.name, s.id) for s in order.assignment.roster]
     state = _State(order.assignment, order.failures, order.sheet, order.solutions)
-    with closing(ordered_map(_sheet, wanted, order.jobs, _same, (state,))) as made:
-        for sheet in made:
+    assignment = order.assignment
+    with closing(ordered_map(_sheet, wanted, order.jobs, _same, (state,))) as every:
+        for named, made in zip(wanted, every, strict=True):
             order.each()
-            yield sheet
+            for given in made.given_up:
+                order.left_out(given)
+            if made.redrawn:  # on record before anybody has the sheet
+                assignment = recorded(assignment, named.student, made.redrawn)
+            if made.sheet is not None:
+                yield made.sheet
 
 
 def _versions(order: Order) -> list[_Named]:
@@ -186,14 +199,17 @@ def _same(state: _State) -> _State:
     return state
 
 
-def _sheet(state: _State, named: _Named) -> Sheet:
-    problems = named.problems
-    if problems is None:
-        problems = tuple(problem for _, problem in state.assignment.problems(named.student))
-        for problem in problems:
-            failed = state.failures(problem)
-            if failed:
-                raise QdotError(f"{named.student}: {problem.id} does not pass its certificate: {failed[0]}")
+def _sheet(state: _State, named: _Named) -> _Made:
+    if named.problems is not None:
+        return _Made(_of_problems(state, named, named.problems))
+    draws = draws_of(state.assignment, named.student, vouching(state.failures))
+    if draws.given_up:
+        return _Made(None, given_up=draws.given_up)
+    problems = [drawn.problem for drawn in draws.drawn.values()]
+    return _Made(_of_problems(state, named, problems), draws.redrawn(state.assignment))
+
+
+def _of_problems(state: _State, named: _Named, problems: Sequence[Problem]) -> Sheet:
     return Sheet(named.file, named.name, named.student, tuple(_given(state, n, p) for n, p in enumerate(problems, 1)))
 
 

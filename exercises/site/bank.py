@@ -13,13 +13,12 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 from exercises.difficulty import step
-from exercises.errors import QdotError
+from exercises.drawing import Failures, GivenUp, attempt, certified, vouching
 from exercises.exports.bank import Variant
-from exercises.exports.outlet import Failures
 from exercises.families import FAMILIES
 from exercises.files import write_atomically
 from exercises.generation import generate, short_quiz
@@ -28,12 +27,15 @@ from exercises.parallel import ordered_map
 from exercises.problem import Problem, ProblemId
 from exercises.quizzes import ASKED
 from exercises.record import Json
+from exercises.redrawn import DRAWS
 from exercises.render import template_folder
 from exercises.site.record import site_record, solutions_record, translated_record, translated_solutions
 from exercises.store import code
 
 FOLDER = "bank"
 QUIZ = "quiz"
+MOST_SEEDS = 1000
+"""More arms of a family than that are not asked for."""
 
 ENDINGS = (".json", ".solutions.json", *(f"{kind}.{code}.json" for code in LANGUAGES for kind in ("", ".solutions")))
 """How the names of a problem's files end."""
@@ -52,12 +54,24 @@ class Wanted:
     asked: tuple[str, ...] = ()
     problem: Problem | None = None
 
-    def made(self) -> Problem:
-        """Return the problem."""
+    def made(self, draw: int = 1) -> Problem:
+        """Return the problem; draws after the first have seeds that nobody else wants."""
         if self.problem is not None:
             return self.problem
         questions = short_quiz(self.family) if self.asked == (QUIZ,) else self.asked
-        return generate(ProblemId(self.family, self.seed, questions))
+        return generate(ProblemId(self.family, self.seed + (draw - 1) * MOST_SEEDS, questions))
+
+    def certified(self, failures: Failures) -> Problem | GivenUp:
+        """Return the first draw that passes its certificate. Raises QdotError for a problem that has no other draws."""
+        if self.problem is not None:
+            return certified(self.problem, failures)
+        why = ""
+        for draw in range(1, DRAWS + 1):
+            made = attempt(partial(self.made, draw), vouching(failures))
+            if not isinstance(made, str):
+                return made[0]
+            why = why or made
+        return GivenUp("", self.key, self.family, why)
 
 
 def of_families(names: Sequence[str], variants: int) -> list[Wanted]:
@@ -77,16 +91,20 @@ def of_variants(variants: Sequence[Variant]) -> list[Wanted]:
 
 
 def write_bank(
-    folder: Path, wanted: Sequence[Wanted], failures: Failures, jobs: int, each: Callable[[], None]
-) -> list[Json]:
+    folder: Path, wanted: Sequence[Wanted], failures: Failures, jobs: int, each: Callable[[], None],
+    left_out: Callable[[GivenUp], None],
+) -> list[Json]:  # fmt: skip
     """Write the problems and return what index.json lists of each: family, key, difficulty, title, questions.
 
-    Raises QdotError where a problem fails its certificate.
+    `left_out` is told of one of which no draw passes its certificate.
     """
     listed = []
     with closing(ordered_map(_write, wanted, jobs, _both, (folder, failures))) as every:
         for record in every:
-            listed.append(record)
+            if isinstance(record, GivenUp):
+                left_out(record)
+            else:
+                listed.append(record)
             each()
     return listed
 
@@ -95,7 +113,7 @@ def _both(folder: Path, failures: Failures) -> tuple[Path, Failures]:
     return folder, failures
 
 
-def _write(state: tuple[Path, Failures], wanted: Wanted) -> Json:
+def _write(state: tuple[Path, Failures], wanted: Wanted) -> Json | GivenUp:
     folder, failures = state
     path = folder / FOLDER / wanted.family / f"{wanted.key}.json"
     about = f"{code()}/{_texts()}/{wanted.seed}/{wanted.asked}/{wanted.problem and wanted.problem.id}"
@@ -103,10 +121,9 @@ def _write(state: tuple[Path, Failures], wanted: Wanted) -> Json:
     kept = _kept(path, made_from)
     if kept is not None:
         return kept
-    problem = wanted.made()
-    failed = failures(problem)
-    if failed:
-        raise QdotError(f"{problem.id}: the problem does not pass its certificate: {failed[0]}; please report it")
+    problem = wanted.certified(failures)
+    if isinstance(problem, GivenUp):
+        return problem
     record = site_record(problem)
     listed = {
         "family": wanted.family, "key": wanted.key, "difficulty": step(problem.chain), "title": record["title"],

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from exercises.drawing import Failures, GivenUp
 from exercises.errors import QdotError
-from exercises.exports.outlet import Failures
 from exercises.files import make_folder, write_atomically
 from exercises.languages import LANGUAGES
 from exercises.record import Json
@@ -34,16 +34,16 @@ class Order:
     course: str = ""
 
 
-def build(order: Order, each: Callable[[], None]) -> Json:
-    """Build the site; `each` is told of every problem. Return counts: problems, questions, bytes of the shell.
+def build(order: Order, each: Callable[[], None], left_out: Callable[[GivenUp], None]) -> Json:
+    """Build the site; `each` is told of every problem, `left_out` of those of which no draw passes.
 
-    Raises QdotError.
+    Return counts: problems, questions, files of the shell. Raises QdotError.
     """
     assets = built_assets()
     if assets is None:
         raise QdotError(NOT_BUILT)
     make_folder(order.folder)
-    listed = write_bank(order.folder, order.wanted, order.failures, order.jobs, each)
+    listed = write_bank(order.folder, order.wanted, order.failures, order.jobs, each, left_out)
     index = index_text(listed, order.titles)
     write_atomically(order.folder / FOLDER / "index.json", index)
     titles = {f"{FOLDER}/index.{language}.json": titles_text(language, order.titles) for language in LANGUAGES}
@@ -57,7 +57,7 @@ def build(order: Order, each: Callable[[], None]) -> Json:
     drawings = [] if order.docs is None else _drawings(order.docs, order.folder)
     write_atomically(order.folder / "icon.svg", favicon())
     version = hashlib.sha256(
-        b"".join((order.folder / name).read_bytes() for name in shell + _problems(order) + [*titles]) + index.encode()
+        b"".join((order.folder / name).read_bytes() for name in shell + _problems(listed) + [*titles]) + index.encode()
     ).hexdigest()
     shell += ["icon.svg", f"{FOLDER}/index.json", *titles]
     write_atomically(order.folder / "sw.js", worker_text(shell, version[:16]))
@@ -66,9 +66,9 @@ def build(order: Order, each: Callable[[], None]) -> Json:
     return {"problems": len(listed), "questions": questions, "files": len(shell)}
 
 
-def _problems(order: Order) -> list[str]:
+def _problems(listed: Sequence[Json]) -> list[str]:
     """Return the files of the bank: where one of them changes, browsers forget what they kept of the site before."""
-    names = [f"{FOLDER}/{wanted.family}/{wanted.key}" for wanted in order.wanted]
+    names = [f"{FOLDER}/{entry['family']}/{entry['key']}" for entry in listed]
     return [name + ending for name in names for ending in ENDINGS]
 
 

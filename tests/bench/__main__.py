@@ -18,7 +18,7 @@ import sympy as sp
 
 from exercises.assignment import Student, load_assignment
 from exercises.release import init_assignment, release_one
-from grader.certify import certificate_text
+from grader.certify import CERTIFIER
 from grader.compare import compare_line
 
 STUDENTS = 12
@@ -42,7 +42,7 @@ def bench(folder: Path) -> None:
     students = [Student(f"s{i:03d}") for i in range(STUDENTS)]
     init_assignment(folder, "Bench", "bench", students, "a secret that is long enough")
     assignment = load_assignment(folder)
-    generating = [milliseconds(lambda s=s: release_one((assignment, certificate_text), s.id)) for s in students]  # type: ignore[misc]
+    generating = [milliseconds(lambda s=s: release_one((assignment, CERTIFIER), s.id)) for s in students]  # type: ignore[misc]
     files = [folder / kind / s.id / "bench.ipynb" for s in students for kind in ("released", "solutions")]
     writing = [milliseconds(lambda p=p: (folder / "floor").write_bytes(p.read_bytes())) for p in files]  # type: ignore[misc]
     row("generate: first student, structures derived", generating[:1], 2 * statistics.median(writing))

@@ -22,7 +22,7 @@ from exercises.assignment import Assignment, Student, load_assignment
 from exercises.release import init_assignment, release
 from exercises.store import kept
 from grader.batch import grade_class
-from grader.certify import certificate_text
+from grader.certify import CERTIFIER
 from grader.demo import EDITS, answered
 from grader.reports.write import write_reports
 from grader.sandbox import Limits
@@ -75,7 +75,7 @@ def a_class(folder: Path, size: int) -> Assignment:
     file = folder / "assignment.toml"
     file.write_text(file.read_text("utf-8").split("\n[[problem]]")[0] + SLOT, encoding="utf-8")
     assignment = load_assignment(folder)
-    release(assignment, certificate_text, 2, lambda _: None)
+    release(assignment, CERTIFIER, 2, lambda _: None)
     return assignment
 
 

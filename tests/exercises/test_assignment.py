@@ -11,7 +11,7 @@ from exercises.assignment import load_assignment
 from exercises.errors import QdotError
 from exercises.release import Released, init_assignment, notebook_path, release
 from exercises.store import store_path
-from grader.certify import certificate_text
+from grader.certify import CERTIFIER
 
 PROBLEM = '[[problem]]\nfamily = "planar-2r"\nquestions = ["position"]\n'
 TOML = f'title = "T"\nkey = "hw"\n\n{PROBLEM}'
@@ -271,7 +271,7 @@ def outcomes(folder: Path) -> dict[str, str]:
     def each(released: Released) -> None:
         found[released.student] = released.outcome
 
-    release(load_assignment(folder), certificate_text, 1, each)
+    release(load_assignment(folder), CERTIFIER, 1, each)
     return found
 
 
@@ -365,7 +365,7 @@ def test_what_a_dead_worker_had_begun_is_gone_when_the_run_is_over(folder: Path)
             path.parent.mkdir(parents=True, exist_ok=True)
             _begun_beside(path).write_text("{")
 
-    release(assignment, certificate_text, 0, a_worker_dies)
+    release(assignment, CERTIFIER, 0, a_worker_dies)
     assert not list(folder.rglob("*.tmp"))
     with pytest.raises(ZeroDivisionError), files.tidied(paths):
         a_worker_dies(Released("s001", "written"))

@@ -13,7 +13,7 @@ from exercises.assignment import Assignment, Student, load_assignment
 from exercises.figure import figure_svg, part_svg
 from exercises.record import digests
 from exercises.release import init_assignment, release
-from grader.certify import certificate_text
+from grader.certify import CERTIFIER
 
 pytestmark = pytest.mark.xdist_group("store")  # the class is made once
 
@@ -36,7 +36,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     file = folder / "assignment.toml"
     file.write_text(file.read_text("utf-8").split("\n[[problem]]")[0] + SLOTS, encoding="utf-8")
     assignment = load_assignment(folder)
-    release(assignment, certificate_text, 1, lambda _: None)
+    release(assignment, CERTIFIER, 1, lambda _: None)
     return assignment
 
 

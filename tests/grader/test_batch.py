@@ -23,7 +23,7 @@ from grader.reports.write import write_page, write_reports
 from grader.sandbox import Limits
 from grader.settle import Result
 from grader.submission import OTHER_EDITION, find_submissions
-from tests.support.handing_in import one_sandbox, uncertified
+from tests.support.handing_in import UNCERTIFIED, one_sandbox
 
 pytestmark = pytest.mark.xdist_group("batch")  # the class is made once
 
@@ -47,7 +47,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     init_assignment(folder, "T", "hw", secret="0123456789abcdef")
     (folder / "assignment.toml").write_text(TOML)
     (folder / "roster.csv").write_text("student,name\n" + "".join(f"{s},=Name {s}\n" for s in STUDENTS))
-    release(load_assignment(folder), uncertified, 1, lambda _: None)
+    release(load_assignment(folder), UNCERTIFIED, 1, lambda _: None)
     return folder
 
 

@@ -36,7 +36,7 @@ from grader.reports.tables import grades_csv, results_jsonl
 from grader.sandbox import Limits
 from grader.submission import find_submissions
 from tests.support import ROOT
-from tests.support.handing_in import uncertified
+from tests.support.handing_in import UNCERTIFIED
 from tests.support.suites import several
 
 pytestmark = [
@@ -63,7 +63,7 @@ def handed_in(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "assignment.toml").write_text(TOML)
     (folder / "roster.csv").write_text("student,name\n" + "".join(f"{student},N\n" for student in STUDENTS))
     assignment = load_assignment(folder)
-    release(assignment, uncertified, 1, lambda _: None)
+    release(assignment, UNCERTIFIED, 1, lambda _: None)
     written = {"s1": "a1 + theta1", "s2": f"exec({DEADLY!r})", "s3": "__import__('os')._exit(0)"}
     for student in STUDENTS[:-1]:
         text = (folder / "released" / student / "hw.ipynb").read_text()

@@ -33,7 +33,7 @@ from grader.demo import answered
 from grader.reports.tables import status
 from grader.sandbox import Limits, Run, Sandbox
 from grader.submission import Found, find_submissions
-from tests.support.handing_in import uncertified
+from tests.support.handing_in import UNCERTIFIED
 from tests.support.problems import DeadlyAssignment
 from tests.support.suites import several
 
@@ -59,7 +59,7 @@ def handed_in(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "assignment.toml").write_text(TOML)
     (folder / "roster.csv").write_text("student\n" + "".join(f"{student}\n" for student in STUDENTS))
     assignment = load_assignment(folder)
-    release(assignment, uncertified, 1, lambda _: None)
+    release(assignment, UNCERTIFIED, 1, lambda _: None)
     for number, student in enumerate(STUDENTS[:-1]):
         hand_in(folder, assignment, student, "a1" if number % 4 == 1 else "")
     path = folder / "submitted" / "s03" / "hw.ipynb"

@@ -23,7 +23,7 @@ from grader.overrides import Override, read_overrides
 from grader.reports.feedback import feedback_page
 from grader.reports.tables import SUMS, grades_csv, status
 from grader.settle import Graded, settle
-from tests.support.handing_in import uncertified
+from tests.support.handing_in import UNCERTIFIED
 
 pytestmark = pytest.mark.xdist_group("settle")  # the class is made once
 
@@ -281,7 +281,7 @@ def released(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("released") / "hw"
     init_assignment(folder, "T", "hw", STUDENTS, "0123456789abcdef")
     (folder / "assignment.toml").write_text(TOML.format(""))
-    release(load_assignment(folder), uncertified, 1, lambda _: None)
+    release(load_assignment(folder), UNCERTIFIED, 1, lambda _: None)
     return folder
 
 

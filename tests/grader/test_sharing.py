@@ -6,7 +6,7 @@ import pytest
 
 from exercises.assignment import Student, load_assignment
 from exercises.release import init_assignment, release
-from grader.certify import certificate_text
+from grader.certify import CERTIFIER
 from grader.cli import app
 from grader.sharing import shared_answers
 from tests.support.command import runner
@@ -48,7 +48,7 @@ def test_answers_that_students_share_are_told_with_what_would_help(folder: Path)
 def test_nothing_is_told_of_few_students_and_of_a_certificate_that_cannot_be_read(folder: Path) -> None:
     (folder / "roster.csv").write_text("student\ns0\ns1\n", encoding="utf-8")
     assignment = load_assignment(folder)
-    release(assignment, certificate_text, 1, lambda released: None)
+    release(assignment, CERTIFIER, 1, lambda released: None)
     assert shared_answers(assignment) == []
     (folder / "certificates" / "s0" / "hw.json").write_text("{", encoding="utf-8")
     assert shared_answers(assignment) == []

@@ -107,7 +107,7 @@ def test_certificates(tmp_path: Path) -> None:
 def test_problems_of_the_sites_bank(tmp_path: Path) -> None:
     asked = ("position", "singular-angles", "rank", "lost-direction", "joint-rates", "singularity-type")
     wanted = [Wanted("planar-2r", "001", 1, asked), Wanted("planar-2r", "001-quiz", 1, (QUIZ,))]
-    for wish in write_bank(tmp_path, wanted, failures_of, 1, lambda: None):
+    for wish in write_bank(tmp_path, wanted, failures_of, 1, lambda: None, lambda _: None):
         content = json.loads((tmp_path / "bank" / "planar-2r" / f"{wish['key']}.json").read_text())
         assert errors("bank-problem", content) == []
         assert errors("bank-problem", {**content, "said": [["only one"]]})

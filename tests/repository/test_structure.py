@@ -25,10 +25,11 @@ LAYERS = {
         arm.arithmetic arm.stages
         credit decimals lateness difficulty answers problem families questions mistakes quizzes
         generation record verify writing.angles writing.latex phrases languages render writing messages figure
-        notebook showing solving docs gradebook assignment store sets release exports.outlet exports.bank
+        notebook showing solving docs gradebook redrawn assignment drawing store sets release exports.outlet
+        exports.bank exports.handouts
         exports.known_wrong exports.stack_parts exports exports.registry site.keys site.record site.bank
         site.page site.chapter site.arms site.guide site.reference site.pages site.stale_files site.build site
-        commands""",
+        overview commands""",
     "grader": """verdict counterexample contained function_values answer formulas choices direction functions reading
         parts compare credit residuals diagnosis follow marking prairielearn sandbox guarantees cells archives layouts
         roster submission finding uncounted notebook copies overrides attempt settle remote cluster batch single history

@@ -34,7 +34,7 @@ def result(
     said = iter([*answers, *[None] * 99])
     problems: list[dict[str, Any]] = [
         {
-            "id": str(slot.identity(assignment.secret, student)),
+            "id": str(assignment.identity(slot, student)),
             "slot": slot.name,
             "parts": [
                 part(name, next(given), points, next(said))

@@ -14,13 +14,17 @@ import pytest
 
 from exercises.assignment import Student
 from exercises.docs import corrections
+from exercises.problem import Part
 from exercises.site import build as building
 from exercises.site.chapter import chapter_pages
 from exercises.site.guide import COMMANDS, OTHERS, OWN_PAGES, arranged
 from exercises.site.pages import Assets, linked
 from exercises.site.stale_files import LIST, remove_stale_files
+from exercises.verify import CHECKS
+from exercises.verify.numeric_reference import Check, NumericReference
+from grader.cli import app
 from tests.support import ROOT
-from tests.support.command import fails, run
+from tests.support.command import fails, run, runner
 from tests.support.handing_in import a_class
 
 pytestmark = pytest.mark.xdist_group("site")
@@ -79,6 +83,30 @@ def test_a_site_is_built_and_a_rerun_keeps_the_bank(assets: Assets, tmp_path: Pa
     shell = json.loads(re.findall(r"const SHELL = (.*);", (site / "sw.js").read_text())[0])
     assert not [name for name in shell if not (site / name).is_file()]
     assert "bank/index.de.json" in shell
+
+
+def test_what_cannot_be_certified_is_drawn_anew_and_at_last_left_out(
+    assets: Assets, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    site, wrong = tmp_path / "site", {1}
+
+    def check(numeric: NumericReference, part: Part) -> Iterator[Check]:
+        seed = numeric.problem.id.seed
+        yield Check("fault", seed not in wrong and (seed % 1000 != 1 or 1 in wrong), "put in")
+
+    monkeypatch.setitem(CHECKS, "determinant", check)
+    arguments = ("site", "build", "--out", site, "--families", "polar-rp", "--variants", "2", "--jobs", "1")
+    run(*arguments)
+    assert json.loads((site / "bank" / "polar-rp" / "001.json").read_text())["id"] == "polar-rp/1001"
+    assert json.loads((site / "bank" / "polar-rp" / "002.json").read_text())["id"] == "polar-rp/2"
+    wrong.clear()
+    shutil.rmtree(site / "bank" / "polar-rp")
+    result = runner.invoke(app, [str(word) for word in arguments])
+    assert result.exit_code == 2
+    assert "001 (polar-rp): none of 10 draws can be asked. The first: determinant: fault: put in\n" in result.stderr
+    assert "not on the site, as no draw passed its certificate: 1 of polar-rp. All others are" in result.stderr
+    index = json.loads((site / "bank" / "index.json").read_text())
+    assert [problem["key"] for problem in index["families"][0]["problems"]] == ["001-quiz", "002"]
 
 
 def _links_lead_somewhere(site: Path) -> None:

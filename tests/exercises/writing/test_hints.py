@@ -20,11 +20,12 @@ from exercises.problem import Part, Problem
 from exercises.questions import QUESTIONS
 from exercises.release import init_assignment, release_one
 from exercises.showing import show
+from exercises.writing.angles import AngleNames
 from exercises.writing.hint_context import Entry, HintContext
-from exercises.writing.latex import AngleNames, tex, tex_angle
+from exercises.writing.latex import tex, tex_angle
 from exercises.writing.statement import hints, prompt
 from exercises.writing.worked import Worked
-from grader.certify import certificate_text
+from grader.certify import CERTIFIER
 from grader.cli import app
 from tests.support.problems import asked
 
@@ -317,16 +318,16 @@ def test_a_wrong_value_is_told_in_one_line(folder: Path, toml: str, said: str) -
 
 def test_hints_make_another_edition_of_the_same_problems(folder: Path) -> None:
     plain = load_assignment(folder)
-    assert not plain.hints and (release_one((plain, certificate_text), "s001").outcome) == "written"
+    assert not plain.hints and (release_one((plain, CERTIFIER), "s001").outcome) == "written"
     (folder / "assignment.toml").write_text("hints = false\n" + TOML)
     assert load_assignment(folder).edition == plain.edition
     (folder / "assignment.toml").write_text("hints = true\n" + TOML)
     hinted = load_assignment(folder)
     assert hinted.digest == plain.digest and hinted.edition != plain.edition
-    assert release_one((hinted, certificate_text), "s001").outcome == "rewritten"
+    assert release_one((hinted, CERTIFIER), "s001").outcome == "rewritten"
     for kind in ("released", "solutions"):
         assert (folder / kind / "s001" / "hw.ipynb").read_text().count("<summary>Hint") == 3
-    assert release_one((hinted, certificate_text), "s001").outcome == "kept"
+    assert release_one((hinted, CERTIFIER), "s001").outcome == "kept"
 
 
 def test_a_new_assignment_says_how_to_have_hints(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from grader.reports.tables import grades_csv, results_jsonl
 from grader.reports.write import write_reports
 from grader.sandbox import Limits
 from grader.submission import find_submissions
-from tests.support.handing_in import uncertified
+from tests.support.handing_in import UNCERTIFIED
 
 TOML = 'title = "T"\nkey = "hw"\n[[problem]]\nfamily = "planar-2r"\nquestions = ["position", "determinant"]\n'
 HONEST = [f"s{i:02d}" for i in (1, 8, 15, 22, 30)]
@@ -61,7 +61,7 @@ def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     init_assignment(folder, "T", "hw", secret="CANARY0123456789abcdef")
     (folder / "assignment.toml").write_text(TOML)
     (folder / "roster.csv").write_text("student,name\n" + "".join(f"{s},\u202e\x1b[2J {s}\n" for s in STUDENTS))
-    release(load_assignment(folder), uncertified, 0, lambda _: None)
+    release(load_assignment(folder), UNCERTIFIED, 0, lambda _: None)
     return load_assignment(folder)
 
 

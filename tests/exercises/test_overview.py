@@ -1,0 +1,57 @@
+"""`qdot families`: every family once, and what is said of its questions is what can be asked, in every form."""
+
+import json
+import re
+
+import pytest
+
+from exercises.families import FAMILIES
+from exercises.generation import listed, sample_chain
+from exercises.overview import TOPICS, WIDTH, asked_in_topics, kinds, overview
+from exercises.problem import ProblemId
+from exercises.questions import QUESTIONS
+from tests.support.command import fails, run
+
+
+def test_every_question_has_one_topic() -> None:
+    assert sorted(name for names in TOPICS.values() for name in names) == sorted(QUESTIONS)
+    assert not set(TOPICS) & set(QUESTIONS), "a topic would be taken for a question"
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_the_topics_of_a_family_are_what_can_be_asked_of_it(name: str) -> None:
+    asked: list[str] = []
+    for told in re.split(r", (?![^(]*\))", asked_in_topics(listed(name).questions)):
+        topic, _, without = told.partition(" (without ")
+        asked += [q for q in TOPICS.get(topic, (topic,)) if q not in without.rstrip(")").split(", ")]
+    assert sorted(asked) == sorted(listed(name).questions)
+
+
+def test_the_overview_has_every_family_once_among_its_kind() -> None:
+    text = overview()
+    shown = re.findall(r"(?m)^  ([a-z0-9-]+) +(?:[RP]+|varied) ", text)
+    assert sorted(shown) == sorted(FAMILIES)
+    assert shown == [family.name for families in kinds().values() for family in families]
+    assert max(map(len, text.splitlines())) <= WIDTH
+    assert len(text.splitlines()) < 3 * len(FAMILIES) + 30
+    kind_of = {family.name: kind for kind, families in kinds().items() for family in families}
+    assert kind_of["planar-pr"] == "Planar arms"  # in a vertical plane
+    assert (kind_of["scara"], kind_of["stanford-6r"]) == ("Spatial arms with slides", "Arms of five to seven joints")
+    assert (kind_of["wrist-zyz"], kind_of["random-2"]) == ("Wrists", "Arms whose structure is drawn, too")
+
+
+@pytest.mark.parametrize("name", ["planar-rpr", "pan-tilt", "lbr-7r", "random-4"])
+def test_one_family_tells_of_every_question_whether_it_can_be_asked_and_why_not(name: str) -> None:
+    row = json.loads(run("families", name, "--json"))
+    assert row["questions"] == list(listed(name).questions)
+    assert sorted(row["questions"] + list(row["refused"])) == sorted(QUESTIONS)
+    chain = sample_chain(ProblemId(name, 0))
+    assert all(why == QUESTIONS[question].refusal(chain) for question, why in row["refused"].items())
+    text = " ".join(run("families", name).split())
+    can, _, cant = text.partition("can't be asked")
+    assert all(re.search(rf"[ ,]{question}[, ]", can) for question in row["questions"])
+    assert all(re.search(rf"[ ,]{question}[,:]", cant) and why in cant for question, why in row["refused"].items())
+
+
+def test_a_family_that_is_none_is_told() -> None:
+    assert "unknown family 'planer-2r' (did you mean 'planar-2r'?)" in fails("families", "planer-2r")
