@@ -28,7 +28,7 @@ class Family:
     title: str
     source: str
     plain: Chain | None
-    axes: Mapping[str, Axis] = field(default_factory=dict)
+    axes: Mapping[str, Axis] = field(default_factory=dict, hash=False)
     structures: Callable[..., Chain] | None = None
 
     @property
