@@ -47,8 +47,10 @@ class Copies:
         used = set().union(*map(names, entries)) | {q.name for q in problem.chain.q}
         symbols = problem.symbols().items()
         given = {name: float(info.value) for name, info in symbols if name in used and info.value is not None}
-        values = self._values(used, given)
-        return _print(evaluate(compile_program(entries), values, POINTS)[0].real) in self._known[key]
+        program = compile_program(entries)
+        # A length that is given here may be open in the other problem, whose answer holds its symbol then.
+        as_read = (evaluate(program, self._values(used, known), POINTS)[0].real for known in (given, {}))
+        return any(_print(values) in self._known[key] for values in as_read)
 
     def _chains(self, slot: Slot) -> list[Chain]:
         chains = []
