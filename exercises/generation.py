@@ -7,7 +7,7 @@ from functools import cache
 from itertools import count, islice
 
 from exercises.arm.chain import Chain
-from exercises.difficulty import in_words, step
+from exercises.difficulty import difficulty, in_words, step
 from exercises.errors import QdotError, unknown
 from exercises.families import FAMILIES, Family
 from exercises.families.listing import Listed, listing
@@ -167,7 +167,14 @@ def find_out(family: Family) -> Listed:
     arms = _looked_at(family)
     steps = [step(arm) for arm in arms]
     kinds = "" if family.varied else "".join(joint.kind for joint in arms[0].joints)
-    return Listed(kinds, (min(steps), max(steps)), find_questions(family))
+    return Listed(kinds, (min(steps), max(steps)), find_questions(family), _by_variation(family))
+
+
+def _by_variation(family: Family) -> tuple[int, ...]:
+    """Return the difficulty of an arm at each step of variation; all arms of a family have that of a step's."""
+    if family.varied:
+        return ()
+    return tuple(difficulty(sample_chain(ProblemId(family.name, 0, variation=name), family)) for name in STEPS)
 
 
 def check_questions(

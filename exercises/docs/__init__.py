@@ -5,6 +5,7 @@ chapter's examples.
 
     errata              where the chapter is wrong as printed
     structures          how many arms there are
+    sharing             how many students would share an answer: measured, and kept
 """
 
 import json
@@ -17,6 +18,7 @@ from types import MappingProxyType
 
 from exercises.arm.chain import Chain
 from exercises.docs.errata import Erratum, errata
+from exercises.docs.sharing import GROUPS, MEASURED
 from exercises.docs.structures import structures_page
 from exercises.families import FAMILIES
 from exercises.families.listing import LISTING, Listed
@@ -29,6 +31,7 @@ from exercises.questions import QUESTIONS
 from exercises.quizzes import QUIZZES
 from exercises.render import render
 from exercises.stream import Stream
+from exercises.variation import DEFAULT, STEPS
 from exercises.writing.statement import worked_solution
 from exercises.writing.wording import Wording
 
@@ -48,13 +51,14 @@ def documents() -> Mapping[str, str]:
         "examples/scorbot-singular.svg": singular_svg(scorbot, "scorbot-singular"),
     }
     for name in FAMILIES:
-        drawings[f"families/{name}.svg"] = thumbnail_svg(_first_arm(name), name)
+        drawings |= _thumbnails(name)[1]
     made = {
         "families.md": families_page(),
         "questions.md": questions_page(),
         "examples.md": examples_page(),
         "structures.md": structures_page(),
         "mistakes.md": mistakes_page(),
+        "variation.md": variation_page(),
         **drawings,
     }
     return MappingProxyType(made)
@@ -84,6 +88,8 @@ class FamilyEntry:
     steps: str
     asked: tuple[str, ...]
     varied: bool
+    drawn: tuple[tuple[str, str], ...]
+    by_variation: tuple[int, ...]
 
     @property
     def not_asked(self) -> list[str]:
@@ -109,6 +115,41 @@ def questions_page() -> str:
     )
 
 
+SHOWN = "planar-2r"
+"""The family whose arm docs/variation.md shows at each step."""
+
+AXES_IN_WORDS = {
+    "lengths": "numbers for some lengths of the table, each in steps of 5 cm",
+    "zeros": "joints that are zero elsewhere: angles that one knows the sine of, slides by centimetres",
+    "senses": "axes that turn the other way: twists of 90° or −90°, 0 or 180°",
+    "base": "where the base stands, and how it is turned: on the floor, on a wall, under the ceiling",
+    "tool": "where the point of interest is: in the last frame's origin, or beside or beyond it",
+    "task": "which rows are asked: the plane in which an arm stands",
+}
+"""What each axis of variation changes."""
+
+
+def variation_page() -> str:
+    """Return docs/variation.md, of what was measured (`sharing.json`) and listed."""
+    measured = json.loads(MEASURED.read_text(encoding="utf-8"))
+    asked = {name for steps in measured["asked"]["families"].values() for counts in steps.values() for name in counts}
+    return render(
+        "docs/variation.md.j2",
+        axes=AXES_IN_WORDS,
+        steps=STEPS,
+        default=DEFAULT,
+        shown=SHOWN,
+        tables=[(step, Wording(sample_chain(ProblemId(SHOWN, 0, variation=step)))) for step in STEPS],
+        thumbnails=_thumbnails(SHOWN)[0],
+        groups={group: names for group, (names, _) in GROUPS.items()},
+        sharing=measured["formulas"],
+        varied=[name for name, family in FAMILIES.items() if family.varied],
+        asked=measured["asked"] | {"questions": [name for name in QUESTIONS if name in asked]},
+        difficulty={name: listed.by_variation for name, listed in found_out().items() if listed.by_variation},
+        has={name: FAMILIES[name].has_axes for name in FAMILIES},
+    )
+
+
 def mistakes_page() -> str:
     """Return docs/mistakes.md."""
     sections = [
@@ -128,6 +169,18 @@ def _first_arm(family: str) -> Chain:
     return sample_chain(ProblemId(family, 0))
 
 
+@cache
+def _thumbnails(family: str) -> tuple[dict[str, str], dict[str, str]]:
+    """Return the drawing of an arm at each step of variation (step -> path), and the files; those alike are one."""
+    paths: dict[str, str] = {}
+    by_text: dict[str, str] = {}
+    for step in (DEFAULT, *STEPS):
+        path = f"families/{family}.svg" if step == DEFAULT else f"families/{family}-{step}.svg"
+        text = thumbnail_svg(sample_chain(ProblemId(family, 0, variation=step)), family)
+        paths[step] = by_text.setdefault(text, path)
+    return {step: paths[step] for step in STEPS}, {path: text for text, path in by_text.items()}
+
+
 def _entry(name: str) -> FamilyEntry:
     family, listed = FAMILIES[name], found_out()[name]
     return FamilyEntry(
@@ -139,6 +192,8 @@ def _entry(name: str) -> FamilyEntry:
         steps=listed.difficulty,
         asked=listed.questions,
         varied=family.varied,
+        drawn=tuple(_thumbnails(name)[0].items()),
+        by_variation=listed.by_variation,
     )
 
 

@@ -10,11 +10,15 @@ LISTING = Path(__file__).with_name("listing.json")
 
 @dataclass(frozen=True)
 class Listed:
-    """One family: kinds of joints as in RRP, least and greatest step of difficulty seen, questions in order."""
+    """One family: kinds of joints as in RRP, least and greatest step of difficulty seen, questions in order.
+
+    `by_variation` is the difficulty of an arm at each step of variation, nothing where structures are drawn.
+    """
 
     kinds: str
     steps: tuple[int, int]
     questions: tuple[str, ...]
+    by_variation: tuple[int, ...] = ()
 
     @property
     def difficulty(self) -> str:
@@ -30,6 +34,11 @@ def listing() -> dict[str, Listed]:
         return {}
     content = json.loads(LISTING.read_text(encoding="utf-8"))
     return {
-        name: Listed(entry["kinds"], (entry["steps"][0], entry["steps"][1]), tuple(entry["questions"]))
+        name: Listed(
+            entry["kinds"],
+            (entry["steps"][0], entry["steps"][1]),
+            tuple(entry["questions"]),
+            tuple(entry["by_variation"]),
+        )
         for name, entry in content.items()
     }

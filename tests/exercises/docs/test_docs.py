@@ -20,6 +20,7 @@ from exercises.families.structures import regular_forms
 from exercises.generation import find_out, questions_of
 from exercises.questions import QUESTIONS
 from exercises.quizzes import ASKED
+from exercises.variation import STEPS
 from tests.support import ROOT
 
 DOCS = ROOT / "docs"
@@ -92,8 +93,21 @@ def test_the_page_of_structures_is_up_to_date() -> None:
     assert structures.structures_page() == STRUCTURES
 
 
-def test_no_page_is_left_of_a_family_that_is_gone() -> None:
-    assert {path.stem for path in (DOCS / "families").iterdir()} == set(FAMILIES)
+@together
+def test_no_drawing_is_left_of_a_family_or_step_that_is_gone() -> None:
+    drawn = {name for name in documents() if name.startswith("families/")}
+    assert {f"families/{path.name}" for path in (DOCS / "families").iterdir()} == drawn
+
+
+@together
+def test_an_arm_of_every_family_is_shown_at_every_step_and_difficulty_follows_them() -> None:
+    page, drawn = documents()["families.md"], documents()
+    for name, listed in listing().items():
+        for step in STEPS:
+            shown = re.findall(rf'src="(families/{name}[a-z-]*\.svg)" width="120" alt="[^"]*, {step}"', page)
+            assert len(shown) == 1 and shown[0] in drawn
+        assert list(listed.by_variation) == sorted(listed.by_variation)
+        assert len(listed.by_variation) == (0 if FAMILIES[name].varied else len(STEPS))
 
 
 @together

@@ -1,0 +1,193 @@
+"""How many students of a class would share an answer, measured for docs/variation.md (`make sharing`, minutes).
+
+An answer in formulas depends on the arm only. So a class's arms are drawn, and those are put together whose formulas
+have the same values where symbols and joints have some fixed ones. Parts that draw something of their own, and those in
+numbers, are asked of a smaller class as they are handed out.
+"""
+
+import json
+from collections import Counter
+from collections.abc import Callable, Hashable, Iterable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.arm.derivation import structure
+from exercises.arm.stages import Working, numbers
+from exercises.console import say
+from exercises.families import FAMILIES
+from exercises.files import write_atomically
+from exercises.generation import questions_of, sample_chain
+from exercises.problem import Part, Problem, ProblemId
+from exercises.questions import QUESTIONS
+from exercises.record import digests
+from exercises.stream import Stream
+from exercises.variation import DEFAULT, STEPS
+
+MEASURED = Path(__file__).with_name("sharing.json")
+
+CLASS, ASKED_CLASS = 500, 30
+"""Students of the class whose arms are drawn, and of the smaller one that is asked."""
+
+ASKED_FAMILIES, ASKED_STEPS = ("planar-2r", "elbow-3r"), ("chapter", DEFAULT)
+"""The families whose parts are asked of the smaller class, and at which steps."""
+
+CLASS_OF_VARIED = 100
+"""Students of the class where structures are drawn, which takes half a second each."""
+
+ALIKE = {"jacobian-size"}
+"""Questions whose answer is no secret: the same for a family's every arm, or chosen out of a few."""
+
+DIGITS = 9
+POSES = 3
+"""Where formulas are evaluated: they are the same where these many digits are, in so many configurations."""
+
+Key = tuple[Hashable, ...]
+Read = Callable[[Working], np.ndarray]
+
+GROUPS: dict[str, tuple[tuple[str, ...], Read]] = {
+    "position": (("position",), lambda w: w["point"]),
+    "J": (
+        ("velocity", "jacobian", "inverse-jacobian", "inverse-velocity", "joint-torques", "self-motion"),
+        lambda w: w["jacobian"],
+    ),
+    "axes": (("joint-axes",), lambda w: w["axes"][: w.n]),
+    "vectors": (("position-vectors",), lambda w: w["arms"][: w.n]),
+    "6 x n": (("geometric-jacobian", "twist"), lambda w: w["geometric"]),
+    "det": (("determinant", "gram-determinant"), lambda w: _determinant(w)[None]),
+    "singular": (("singular-angles",), lambda w: _determinant(w)[None]),
+}
+"""Questions that are shared alike as their formulas come out of one stage, by the heading of their column."""
+
+
+def _determinant(w: Working) -> np.ndarray:
+    return np.asarray(w["determinant"] if len(w.chain.task) == w.n else w["gram determinant"])
+
+
+def keys_in_formulas(arms: Sequence[Chain], groups: Sequence[str]) -> dict[str, list[Key]]:
+    """Return, by group, what tells each arm's answers: values of formulas where symbols and joints have fixed ones.
+
+    Arms of one structure are evaluated together. Conditions on joints are the same where determinants are a constant
+    multiple of one another.
+    """
+    keys: dict[str, list[Key]] = {group: [()] * len(arms) for group in groups}
+    known = [structure(arm) for arm in arms]
+    alike: dict[Chain, list[int]] = {}
+    for index, its in enumerate(known):
+        alike.setdefault(its.chain, []).append(index)
+    for generic, members in alike.items():
+        working = _evaluated(generic, [dict(known[index].values) for index in members])
+        for group in groups:
+            outcome = GROUPS[group][1](working).reshape(-1, len(members), POSES)
+            if group == "singular":
+                outcome = outcome / outcome[..., :1]
+            rows = np.round(np.moveaxis(outcome, 1, 0).reshape(len(members), -1), DIGITS) + 0.0
+            for index, row in zip(members, rows, strict=True):
+                keys[group][index] = (len(row), row.tobytes())
+    return keys
+
+
+def _evaluated(generic: Chain, stand_for: Sequence[dict[sp.Symbol, sp.Expr]]) -> Working:
+    """Return the working for arms of one structure, each in the same configurations."""
+    values = {
+        symbol.name: np.array(
+            [_value(its.get(symbol, symbol), pose, generic.q) for its in stand_for for pose in range(POSES)]
+        )
+        for symbol in (*generic.q, *generic.parameters)
+    }
+    return numbers(generic, values)
+
+
+@cache
+def _value(expression: sp.Expr, pose: int, joints: tuple[sp.Symbol, ...]) -> float:
+    """Return a value where each symbol has one that no arm is given; in another pose, joints have others."""
+    fixed = {}
+    for symbol in expression.free_symbols:
+        stream = Stream(f"sharing/{symbol.name}/{pose if symbol in joints else 0}")
+        fixed[symbol] = 0.25 + stream.below(10**9) / 10**9
+    return float(expression.subs(fixed))
+
+
+def sharing(keys: Iterable[Hashable]) -> int:
+    """Return how many have their key in common with another.
+
+    >>> sharing("abcab")
+    4
+    """
+    return sum(count for count in Counter(keys).values() if count > 1)
+
+
+# --- measured ---
+
+
+def arms_of(family: str, step: str, size: int) -> list[Chain]:
+    """Return the arms of a class."""
+    return [sample_chain(ProblemId(family, seed, variation=step)) for seed in range(size)]
+
+
+def measured_in_formulas(family: str, size: int = CLASS) -> dict[str, dict[str, int]]:
+    """Return how many of a class share the answers of each group, by step."""
+    asked = set(questions_of(family))
+    plain = FAMILIES[family].plain
+    square = plain is None or len(plain.task) == plain.n
+    groups = [group for group, (names, _) in GROUPS.items() if asked & set(names) and (square or group != "singular")]
+    return {
+        step: {group: sharing(keys) for group, keys in keys_in_formulas(arms_of(family, step, size), groups).items()}
+        for step in STEPS
+    }
+
+
+def measured_as_asked(family: str, step: str, questions: Sequence[str], size: int = ASKED_CLASS) -> dict[str, int]:
+    """Return how many of a small class have a part in common with another, as `qdot generate` counts them."""
+    shared = {}
+    arms = arms_of(family, step, size)
+    for name in questions:
+        asked = []
+        for seed, arm in enumerate(arms):
+            identity = ProblemId(family, seed, (name,), variation=step)
+            asked.append(digest_of_asked(identity, arm, name))
+        shared[name] = sharing(asked)
+    return shared
+
+
+def digest_of_asked(identity: ProblemId, arm: Chain, name: str) -> str:
+    """Return the digest of a part that is asked of an arm that is there."""
+    answer, details = QUESTIONS[name].ask(arm, Stream(f"qdot/{identity.engine}/{identity.seeded}/{name}"))
+    problem = Problem(identity, arm, (Part(name, name, answer, details=details),))
+    return str(digests(problem)["parts"][name])
+
+
+def others(family: str) -> list[str]:
+    """Return the questions of a family whose answers do not follow from the arm alone."""
+    in_formulas = {name for names, _ in GROUPS.values() for name in names} | ALIKE
+    return [name for name in questions_of(family) if name not in in_formulas]
+
+
+def measured(family: str) -> dict[str, Any]:
+    """Return what is measured of one family."""
+    size = CLASS_OF_VARIED if FAMILIES[family].varied else CLASS
+    return {"students": size, "steps": measured_in_formulas(family, size)}
+
+
+def measure() -> dict[str, Any]:
+    """Return all that is measured, as sharing.json holds it."""
+    formulas = {family: measured(family) for family in FAMILIES}
+    asked = {
+        family: {step: measured_as_asked(family, step, others(family)) for step in ASKED_STEPS}
+        for family in ASKED_FAMILIES
+    }
+    return {"formulas": formulas, "asked": {"students": ASKED_CLASS, "families": asked}}
+
+
+def text_of_measured(content: dict[str, Any]) -> str:
+    """Return the file that the page reads."""
+    return json.dumps(content, indent=1) + "\n"
+
+
+if __name__ == "__main__":
+    write_atomically(MEASURED, text_of_measured(measure()))
+    say(f"wrote {MEASURED.name}")
