@@ -58,7 +58,9 @@ GROUPS: dict[str, tuple[tuple[str, ...], Read]] = {
     "axes": (("joint-axes",), lambda w: w["axes"][: w.n]),
     "vectors": (("position-vectors",), lambda w: w["arms"][: w.n]),
     "6 x n": (("geometric-jacobian", "twist"), lambda w: w["geometric"]),
-    "det": (("determinant", "gram-determinant"), lambda w: _determinant(w)[None]),
+    "det": (("determinant", "block-determinants", "gram-determinant"), lambda w: _determinant(w)[None]),
+    "blocks": (("arm-block",), lambda w: w["arm block"]),
+    "wrist": (("wrist-block",), lambda w: w["wrist block"]),
     "singular": (("singular-angles",), lambda w: _determinant(w)[None]),
 }
 """Questions that are shared alike as their formulas come out of one stage, by the heading of their column."""
