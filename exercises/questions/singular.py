@@ -140,15 +140,24 @@ def _poses(chain: Chain, component: Component, rng: Stream) -> Iterator[dict[sp.
 
 
 _TRIED_LENGTHS = (sp.Rational(1, 20), sp.Rational(3, 10), sp.Rational(7, 10), sp.S(2), sp.S(6))
+_MORE_LENGTHS = 20
 """An answer that holds "for any lengths that are not given" is tried with very different ones."""
+
+
+def _tried_lengths(chain: Chain) -> Iterator[dict[sp.Symbol, sp.Rational]]:
+    """Yield open lengths: each of the tried ones in turn, then lengths drawn between a twentieth and six."""
+    count = len(_TRIED_LENGTHS) if chain.parameters else 1
+    for first in range(count):
+        yield {s: _TRIED_LENGTHS[(first + 2 * i) % count] for i, s in enumerate(chain.parameters)}
+    stream = Stream("lengths that are tried")
+    for _ in range(_MORE_LENGTHS * min(len(chain.parameters), 2)):
+        yield {s: sp.Rational(round(100 * 0.05 * 120 ** stream.uniform(0, 1)), 100) for s in chain.parameters}
 
 
 def _kinds(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> set[str | None]:
     """Return the kinds that a pose has over the tried lengths, each open length taking each of them in turn."""
     kinds = set()
-    count = len(_TRIED_LENGTHS) if chain.parameters else 1
-    for first in range(count):
-        lengths = {s: _TRIED_LENGTHS[(first + 2 * i) % count] for i, s in enumerate(chain.parameters)}
+    for lengths in _tried_lengths(chain):
         places = [sp.N(joints[symbol].xreplace(lengths)) for symbol in chain.q]
         if not all(place.is_real for place in places):  # no such pose with these lengths
             return {None}
