@@ -6,7 +6,6 @@ The first that fits a text is taken, so that a special one comes before a genera
 ARMS = (
     "arm",  # of an arm without a name
     "planar 2R arm",
-    "planar 2R arm with a bent tool",
     "elbow arm with a shoulder offset",
     "planar polar (RP) arm",
     "planar 3R arm",

@@ -41,7 +41,7 @@ def show(
 
     >>> from exercises import generate
     >>> print(show(generate("planar-2r/7", ["determinant"])).splitlines()[0])
-    Planar 2R arm with a bent tool (planar-2r/7)
+    Planar 2R arm (planar-2r/7)
     """
     if format not in FORMATS:
         raise unknown("format", format, list(FORMATS))
@@ -87,7 +87,7 @@ def _pieces(
 
 
 def problem_title(problem: Problem) -> str:
-    """Return a title for people, as in "Planar 2R arm with a bent tool"."""
+    """Return a title for people, as in "Planar 2R arm"."""
     title = problem.chain.title or "arm"
     return title[0].upper() + title[1:]
 

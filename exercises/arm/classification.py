@@ -38,6 +38,9 @@ _STARTS, _STEPS = 80, 40
 _EARLY, _KEPT = 8, 20
 """Searches for a configuration beyond a fold; after `_EARLY` steps only the `_KEPT` nearest go on."""
 
+_ARMS = 5
+"""Choices of lengths for each length that is open."""
+
 _TURNS = 24
 """Turns of a joint that does not move the point, at which a corner of the reach is looked for."""
 
@@ -120,7 +123,8 @@ def classify_pieces(chain: Chain, conditions: Sequence[str], weaker: Sequence[Se
 
     What they look like must say more than what each set of `weaker` conditions looks like where no rank is lost.
     """
-    all_samples = [sample for condition in conditions for sample in samples_on(chain, condition, "classify")]
+    arms = _ARMS * max(1, len(chain.parameters))  # the kind may depend on how open lengths compare
+    all_samples = [sample for condition in conditions for sample in samples_on(chain, condition, "classify", arms)]
     kinds = {kind for sample in all_samples if (kind := kind_at(chain, sample)) is not None}
     kind = "boundary" if "boundary" in kinds else "internal"
     return Kind(

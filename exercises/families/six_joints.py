@@ -33,17 +33,19 @@ PROPAGATION = "equations 6.9 to 6.12"
 
 
 def _long_arm(
-    name: str, title: str, source: str, rows: tuple[str, ...], centre: int, phrase: str, axes: dict[str, Axis]
-) -> Family:
-    """Return a family asked for O of frame `centre` and all six rows, on the floor."""
-    plain = Chain(name, dh(*rows), TASK_ROWS, tool=Point(centre), title=phrase)
-    return Family(name, title, source, plain, {**axes, "base": on_the_floor, "tool": Frames((centre, centre + 1))})
+    name: str, title: str, source: str, rows: tuple[str, ...], frames: tuple[int, int], phrase: str,
+    axes: dict[str, Axis],
+) -> Family:  # fmt: skip
+    """Return a family asked for the origin of two frames and for all six rows, on the floor; the first is the usual."""
+    point = None if frames[0] == len(rows) else Point(frames[0])
+    plain = Chain(name, dh(*rows), TASK_ROWS, tool=point, title=phrase)
+    return Family(name, title, source, plain, {**axes, "base": on_the_floor, "tool": Frames(frames)})
 
 
 SIX_JOINTS = (
     _long_arm(
         "stanford-6r", "Stanford arm", PROPAGATION,
-        ("R d1 0 -90", "R d2 0 90", "P 0 0 0", "R 0 0 -90", "R 0 0 90", "R d6 0 0"), 4, "Stanford arm",
+        ("R d1 0 -90", "R d2 0 90", "P 0 0 0", "R 0 0 -90", "R 0 0 90", "R d6 0 0"), (4, 5), "Stanford arm",
         {
             "lengths": Lengths({"d2": (10, 15, 20, 25, 30, 40)}),
             "zeros": Zeros({1: FREE, 2: FREE, 3: either_way(SLIDE), 5: OR_NONE}),
@@ -51,7 +53,7 @@ SIX_JOINTS = (
         },
     ),
     _long_arm(
-        "puma-560", "PUMA 560", PROPAGATION, ("R d1 0 90", "R 0 a2 0", "R d3 a3 -90", *WRIST), 4, "PUMA 560 arm",
+        "puma-560", "PUMA 560", PROPAGATION, ("R d1 0 90", "R 0 a2 0", "R d3 a3 -90", *WRIST), (4, 5), "PUMA 560 arm",
         {
             "lengths": Lengths({"a2": UPPER_ARM, "d3": (15, 20, 25)}),
             "zeros": Zeros(SHOULDER),
@@ -60,7 +62,7 @@ SIX_JOINTS = (
     ),
     _long_arm(
         "anthropomorphic-6r", "Elbow arm with spherical wrist", "Example 6.3 with a wrist",
-        ("R d1 0 90", "R 0 a2 0", "R 0 0 90", "R d4 0 -90", "R 0 0 90", "R d6 0 0"), 4,
+        ("R d1 0 90", "R 0 a2 0", "R 0 0 90", "R d4 0 -90", "R 0 0 90", "R d6 0 0"), (4, 5),
         "anthropomorphic arm with a spherical wrist",
         {
             "lengths": Lengths({"d4": FOREARM}),
@@ -70,7 +72,7 @@ SIX_JOINTS = (
     ),
     _long_arm(
         "industrial-6r", "Industrial 6R arm with offsets", PROPAGATION,
-        ("R d1 a1 -90", "R 0 a2 0", "R 0 a3 -90", *WRIST), 4,
+        ("R d1 a1 -90", "R 0 a2 0", "R 0 a3 -90", *WRIST), (4, 5),
         "industrial arm with offsets",
         {
             "lengths": Lengths({"a1": (10, 15, 20, 25, 30), "a2": UPPER_ARM}),
@@ -80,7 +82,7 @@ SIX_JOINTS = (
     ),
     _long_arm(
         "ur-6r", "Arm of the UR kind (6R)", PROPAGATION,
-        ("R d1 0 90", "R 0 a2 0", "R 0 a3 0", "R d4 0 90", "R d5 0 -90", "R 0 0 0"), 5, "arm of the UR kind",
+        ("R d1 0 90", "R 0 a2 0", "R 0 a3 0", "R d4 0 90", "R d5 0 -90", "R 0 0 0"), (6, 5), "arm of the UR kind",
         {
             "lengths": Lengths({"a2": (50, 60, 70, 75, 80), "d4": (15, 20, 25), "d5": (5, 10)}),
             "zeros": Zeros({**SHOULDER, 4: OR_NONE}),
@@ -89,7 +91,7 @@ SIX_JOINTS = (
     ),
     _long_arm(
         "lbr-7r", "Arm of the LBR kind (7R, redundant)", "equation 6.3 with m < n",
-        ("R d1 0 -90", "R 0 0 90", "R d3 0 90", "R 0 0 -90", "R d5 0 -90", "R 0 0 90", "R d7 0 0"), 5,
+        ("R d1 0 -90", "R 0 0 90", "R d3 0 90", "R 0 0 -90", "R d5 0 -90", "R 0 0 90", "R d7 0 0"), (5, 6),
         "arm of the LBR kind with seven joints",
         {
             "lengths": Lengths({"d3": FOREARM, "d7": LATERAL}),

@@ -42,7 +42,7 @@ from exercises.stream import Stream
 MOST_ROWS = 4
 """Rows of a Jacobian whose null space is found by hand."""
 
-KINDS = 20
+KINDS = 60
 """Configurations at which the kind of a branch is established."""
 
 

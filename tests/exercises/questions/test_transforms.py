@@ -25,7 +25,7 @@ TOOLS = [family for family in FIXED if "tool-jacobian" in questions_of(family)]
 
 
 def asked(family: str, seed: int, question: str) -> tuple[Problem, Part]:
-    problem = generate(ProblemId(family, seed, (question,)))
+    problem = generate(ProblemId(family, seed, (question,), variation="full"))
     return problem, problem.parts[0]
 
 
