@@ -36,7 +36,7 @@ What a library or a notebook needs stands in this package itself (`__all__`), an
 >>> from exercises import generate
 >>> from grader import judge
 >>> problem = generate("polar-rp/1", ["determinant"])
->>> judge(problem, problem["determinant"], "-(646/1000 + d2)")
+>>> judge(problem, problem["determinant"], "-(7/10 + d2)")
 Judgement(correct, 1: right)
 """
 

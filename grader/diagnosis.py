@@ -98,7 +98,7 @@ def diagnose(problem: Problem, part: Part, given: Given, seed: str = "") -> Diag
     >>> from grader import read_answer
     >>> problem = generate("polar-rp/1", ["determinant"])
     >>> (part,) = problem.parts
-    >>> diagnose(problem, part, read_answer(problem, part, "d2 + 0.646")).mistakes
+    >>> diagnose(problem, part, read_answer(problem, part, "d2 + 0.7")).mistakes
     ('determinant-sign',)
     """
     if given.table is not None:

@@ -37,7 +37,7 @@ def mark(
     answers are compared are drawn from `secret` and the answer; without one, a secret is drawn.
 
     >>> from exercises import generate
-    >>> mark(generate("polar-rp/1", ["determinant"]), {"determinant": "d2 + 0.646"}, secret="s")
+    >>> mark(generate("polar-rp/1", ["determinant"]), {"determinant": "d2 + 0.7"}, secret="s")
     [Verdict(determinant: partial, 0.6667 of 1)]
     """
     texts = {part.name: answers[part.name] for part in problem.parts if part.name in answers}

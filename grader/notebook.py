@@ -35,7 +35,7 @@ def grade_notebook(
     >>> problem = generate("polar-rp/1", ["determinant"])
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = Path(folder) / "mine.md"
-    ...     _ = path.write_text("```python\np1_determinant = '-d2 - 0.646'\n```")
+    ...     _ = path.write_text("```python\np1_determinant = '-d2 - 0.7'\n```")
     ...     grade_notebook(path, {"p1": problem})
     {'p1': [Verdict(determinant: correct, 1 of 1)]}
     """

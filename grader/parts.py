@@ -22,7 +22,7 @@ def judge(problem: Problem, part: Part, answer: str, seed: str | None = None, po
 
     >>> from exercises import generate
     >>> problem = generate("polar-rp/1", ["determinant"])
-    >>> judge(problem, problem["determinant"], "-0.646 - d2")
+    >>> judge(problem, problem["determinant"], "-0.7 - d2")
     Judgement(correct, 1: right)
     """
     given = read_answer(problem, part, answer, points_seed)

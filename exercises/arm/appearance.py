@@ -275,7 +275,7 @@ def _same_everywhere(signs: Sequence[int | None]) -> set[int]:
 def _extreme(sample: Sample, axis: int, moving: int) -> int | None:
     """Return 1 where a joint has brought the point as far from an axis as it can, nearby, -1 as near, else 0.
 
-    None where it does not change the distance at all, as where the point happens to lie on its own axis.
+    None where it hardly changes the distance, or not at all, as where the point happens to lie on its own axis.
     """
     step = 1e-3
     away = np.zeros((5, len(sample.q)))
@@ -283,8 +283,8 @@ def _extreme(sample: Sample, axis: int, moving: int) -> int | None:
     far_behind, behind, middle, ahead, far_ahead = distances(sample, sample.q + away, axis)
     slope = (8 * (ahead - behind) - (far_ahead - far_behind)) / (12 * step)
     curvature = (ahead + behind - 2 * middle) / step**2
-    if abs(slope) < 1e-9 and abs(curvature) < 1e-6:
-        return None
-    if abs(slope) > 1e-6 * abs(curvature) or abs(curvature) < 1e-3:
+    if abs(slope) > max(1e-9, 1e-6 * abs(curvature)):
         return 0
+    if abs(curvature) < 1e-3:
+        return None
     return 1 if curvature < 0 else -1

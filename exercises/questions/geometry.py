@@ -276,7 +276,7 @@ def _zeros(condition: sp.Expr, joint: sp.Symbol, turns: bool) -> list[sp.Expr]:
 
 
 def _is_real(value: sp.Expr) -> bool:
-    return bool(abs(sp.im(sp.N(value, DIGITS))) < sp.Float("1e-20"))
+    return value.is_real is True or bool(abs(sp.im(sp.N(value, DIGITS))) < sp.Float("1e-20"))
 
 
 def turned_back(chain: Chain, joint: sp.Symbol, value: sp.Expr) -> sp.Expr:

@@ -2,12 +2,15 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
+import numpy as np
 import sympy as sp
 
 from exercises.answers import ConditionSet
 from exercises.arm.chain import Base, Chain, Joint
-from exercises.arm.directions import clear_rank
+from exercises.arm.directions import clear_rank, task_rows
+from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import Component, singular_set
 from exercises.mistakes.catalogue import taken
 from exercises.problem import Part
@@ -20,12 +23,14 @@ from exercises.questions.geometry import (
     singular_pose,
     turned_back,
 )
+from exercises.questions.inversion import draw_pose
 from exercises.quizzes.options import SHOWS_ITSELF, Blame, Places
 from exercises.stream import Stream
 
 CLEAR = 0.12
 """Least singular value of a regular pose over the largest one, so that it is clear to the eye."""
 TRIES = 40
+_LOOKED_AT = 200
 
 Lengths = dict[sp.Symbol, sp.Rational]
 Found = tuple[Pose, Blame | None]
@@ -52,6 +57,18 @@ def filled(chain: Chain, lengths: Lengths) -> Chain:
     )
 
 
+@lru_cache(maxsize=256)
+def clearness(chain: Chain) -> float:
+    """Return what the least singular value of a clearly regular pose is over the largest one, for an arm in numbers.
+
+    Some arms, as a SCARA with short links, hardly ever reach `CLEAR`: of these, poses no worse than the usual ones are.
+    """
+    rng, arm = Stream("clearness"), NumericChain(chain, {})
+    q = np.array([[float(value) for value in draw_pose(chain, rng).values()] for _ in range(_LOOKED_AT)])
+    sigma = np.linalg.svd(arm.jacobian(q)[:, task_rows(chain)], compute_uv=False)
+    return min(CLEAR, round(float(np.median(sigma[:, -1] / np.maximum(sigma[:, 0], 1e-12))), 3))
+
+
 def singular_poses(chain: Chain, rng: Stream) -> Iterator[Found]:
     """Yield singular poses of an arm in numbers, from all parts of its singular set in turn."""
     components = singular_set(chain) or ()
@@ -69,7 +86,7 @@ def regular_poses(chain: Chain, rng: Stream) -> Iterator[Found]:
         if pose is not None:
             yield pose, blame
     for _ in range(TRIES):
-        pose = regular_pose(chain, rng, CLEAR)
+        pose = regular_pose(chain, rng, clearness(chain))
         if pose is not None:
             yield pose, None
 
@@ -90,7 +107,7 @@ def _regular(chain: Chain, component: Component, rng: Stream) -> Pose | None:
     """Return a regular pose with joint values that a mistake calls singular."""
     assert component.solutions is not None
     for _ in range(6):
-        pose = regular_pose(chain, rng, CLEAR, slips=False)
+        pose = regular_pose(chain, rng, clearness(chain), slips=False)
         if pose is None:
             return None
         values = {q: rng.choice(values) for q, values in component.solutions}
@@ -105,7 +122,7 @@ def posed(chain: Chain, joints: dict[sp.Symbol, sp.Expr]) -> Pose | None:
     if any(value.free_symbols or not sp.N(value).is_real for value in joints.values()):
         return None
     pose = pose_of(chain, {}, {q: turned_back(chain, q, value) for q, value in joints.items()})
-    return pose if clear_rank(jacobian_at(chain, pose), CLEAR) == min(len(chain.task), chain.n) else None
+    return pose if clear_rank(jacobian_at(chain, pose), clearness(chain)) == min(len(chain.task), chain.n) else None
 
 
 def several(found: Iterator[Found], count: int, taken_already: Sequence[Pose] = ()) -> list[Found]:

@@ -202,7 +202,7 @@ def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: Ang
 
     >>> t1, t2, a1 = sp.symbols("theta1 theta2 a1")
     >>> tex(-a1 * sp.sin(t1) - sp.Rational(2, 5) * sp.cos(t1 + t2 + sp.pi / 6))
-    '-a_{1} s_{1} - 0.4 \\cos(\\theta_{1} + \\theta_{2} + \\tfrac{\\pi}{6})'
+    '-a_{1} s_{1} - 0.4 \\cos(\\theta_{1} + \\theta_{2} + 30^\\circ)'
     """
     return latex(laid_out(expression, chain, angles))
 

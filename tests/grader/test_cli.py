@@ -228,7 +228,7 @@ def test_ctrl_c_says_what_is_true_of_the_command(
     def stop(*_: object) -> None:
         raise KeyboardInterrupt
 
-    for name in ("grader.commands._tasks", "grader.commands.load_assignment", "exercises.commands.listed"):
+    for name in ("grader.commands._tasks", "grader.commands.load_assignment", "exercises.commands.overview"):
         monkeypatch.setattr(name, stop)
     result = runner.invoke(app, command)
     assert result.exit_code == 130

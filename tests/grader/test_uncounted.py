@@ -52,7 +52,7 @@ def test_answers_are_what_they_are_with_all_cells() -> None:
 
 
 def test_what_else_is_in_the_cell_is_run() -> None:
-    problems = [("p1", drawn("planar-2r", 0))]  # a2 is a symbol with a value there
+    problems = [("p1", drawn("planar-2r", 1, "zeros"))]  # a2 is a symbol with a value there
     cells = cells_of(problems)
     check = next(cell for cell in cells if SELF_CHECK in cell.source and "def " not in cell.source)
     values = "given = {"

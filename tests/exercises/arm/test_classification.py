@@ -141,7 +141,7 @@ def test_arms_of_six_joints_are_read_from_their_wrist_centre_and_axes() -> None:
     assert said["ur"] == [
         "the parallel axes of joints 2, 3 and 4 lie in one plane",
         "the axes of joints 4 and 6 are parallel",
-        "the origin O5 is as near to the axis of joint 1 as joint 3 can bring it",
+        "the origin O5 is as near to the axis of joint 1 as joint 2 can bring it",
     ]
 
 
