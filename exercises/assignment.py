@@ -178,6 +178,17 @@ class Assignment:
         due = student.due or self.due
         return None if due is None else aware(due, None if self.due is None else self.due.tzinfo)
 
+    def varied(self, variation: str) -> "Assignment":
+        """Return the same with arms of another variation in all places. Raises QdotError where one can't be asked."""
+        slots = []
+        for slot in self.slots:
+            slots.append(replace(slot, variation=named(variation)))
+            try:
+                check_questions(slot.family, slot.questions, slot.band, slots[-1].variation)
+            except QdotError as error:
+                raise QdotError(f"{slot.name}, with variation {slots[-1].variation}: {error}") from None
+        return replace(self, slots=tuple(slots))
+
     def problems(self, student: str) -> list[tuple[str, Problem]]:
         """Return the student's problems, each with the name of its slot; the same at every call, on every machine."""
         return [(slot.name, slot.problem(self.secret, student, self.draw_of(slot, student))) for slot in self.slots]

@@ -5,7 +5,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -14,14 +14,15 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from exercises.errors import QdotError
 from exercises.variation import DEFAULT, STEPS
 
-VariationOption = Annotated[
-    str,
-    typer.Option(
-        "--variation",
-        help=f"How far arms lead away from the chapter's: {', '.join(STEPS)}, or axes as in lengths+base; default: "
-        f"what the id says, else {DEFAULT}.",
-    ),
-]
+
+def _variation(default: str) -> Any:
+    said = f"How far arms lead away from the chapter's: {', '.join(STEPS)}, or axes as in lengths+base; default: "
+    return typer.Option("--variation", help=f"{said}{default}.")
+
+
+VariationOption = Annotated[str, _variation(f"what the id says, else {DEFAULT}")]
+BankVariationOption = Annotated[str, _variation("what assignment.toml says")]
+SiteVariationOption = Annotated[str, _variation("one step after the other, or what assignment.toml says")]
 
 _CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]")
 

@@ -185,8 +185,8 @@ def check_questions(
     _check_names(questions)
     if FAMILIES.get(known.name) is known and known.name in listing():
         can_be_asked = listing()[known.name].questions
-        if not known.varied and band is None and set(questions) <= set(can_be_asked):
-            return  # what is listed need not be derived
+        if not known.varied and band is None and variation in STEPS and set(questions) <= set(can_be_asked):
+            return  # what is listed, for arms of every step, need not be derived
         for name in questions if known.varied else ():
             if name in QUESTIONS and name not in can_be_asked:
                 raise QdotError(

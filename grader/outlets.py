@@ -8,9 +8,9 @@ from typing import Annotated
 import typer
 
 from exercises.assignment import load_assignment
-from exercises.console import note, progress, say
+from exercises.console import BankVariationOption, note, progress, say
 from exercises.drawing import GivenUp, raise_left_out, redrawn_since, vouching
-from exercises.errors import unknown
+from exercises.errors import QdotError, unknown
 from exercises.exports.outlet import PAGES, SHEETS, Order
 from exercises.exports.registry import OUTLETS
 from exercises.exports.sheet import VERSIONS
@@ -28,6 +28,7 @@ def export(
     variants: Annotated[
         int, typer.Option(min=1, max=10_000, help="How many variants of each problem a bank has.")
     ] = 20,
+    variation: BankVariationOption = "",
     solutions: Annotated[
         bool, typer.Option("--solutions", help="Paper and screen: with the worked solutions.")
     ] = False,
@@ -51,10 +52,15 @@ def export(
     for name in to:
         if name not in OUTLETS:
             raise unknown("outlet", name, list(OUTLETS))
+        if variation and not OUTLETS[name].holds_a_bank:
+            banks = ", ".join(other.name for other in OUTLETS.values() if other.holds_a_bank)
+            raise QdotError(f"--variation is for banks ({banks}); for {name}, assignment.toml says how arms vary")
     for given, known, what in ((sheet, SHEETS, "sheet"), (page, PAGES, "page size")):
         if given not in known:
             raise unknown(what, given, list(known))
     assignment = load_assignment(folder)
+    if variation:
+        assignment = assignment.varied(variation)
     order = Order(assignment, failures_of, variants, solutions, sheet, versions, page, jobs, note=note)
     for said in assignment.notes:
         note(said)

@@ -1,12 +1,17 @@
 """How many students of a class have an answer in common with another, told from the certificates of their problems."""
 
 from collections import Counter
+from collections.abc import Mapping
 
 from exercises.assignment import Assignment, Slot
+from exercises.docs.sharing import known_share
 from exercises.errors import QdotError
 from exercises.release import certificate_path
 from exercises.variation import STEPS, axes_of
 from grader.certificates import read_certificate
+
+FEW = 0.1
+"""A step of variation is a remedy where fewer than this share of a class were found to have an answer in common."""
 
 MANY, SHARE = 3, 0.05
 """It is told where at least so many students, and more than this share of the class, have an answer in common."""
@@ -30,7 +35,9 @@ def _digests(assignment: Assignment, student: str) -> dict[str, dict[str, str]]:
         certificate = read_certificate(certificate_path(assignment, student), assignment.key, student)
     except QdotError:
         return {}  # `qdot verify` says what is wrong with it
-    return {} if certificate is None else {name: record.parts for name, record in certificate.problems.items()}
+    if certificate is None or certificate.edition != assignment.edition_of(student):
+        return {}  # of a notebook that is no longer handed out
+    return {name: record.parts for name, record in certificate.problems.items()}
 
 
 def _told(slot: Slot, digests: list[dict[str, str]]) -> str:
@@ -44,12 +51,22 @@ def _told(slot: Slot, digests: list[dict[str, str]]) -> str:
         return ""
     counts = "; ".join(f"{students} in {', '.join(names)}" for students, names in sorted(sharing.items(), reverse=True))
     where = f"{slot.name} ({slot.family.name}, variation {slot.variation})"
-    return f"{where}: of {len(digests)} students, so many share an answer with another: {counts}{_remedy(slot)}"
+    return (
+        f"{where}: of {len(digests)} students, so many share an answer with another: {counts}{_remedy(slot, sharing)}"
+    )
 
 
-def _remedy(slot: Slot) -> str:
-    """Return the next step that varies more, or nothing where none does."""
-    has, steps = set(slot.family.axes), list(STEPS)
+def _remedy(slot: Slot, sharing: Mapping[int, list[str]]) -> str:
+    """Return the step that varies more and at which few were found to share most of these answers, or nothing."""
+    has = set(slot.family.axes)
     own = has & set(axes_of(slot.variation))
-    further = [step for step in steps if own < has & set(STEPS[step])]
-    return f'; arms vary more with variation = "{further[0]}"' if further else ""
+    asked = [name for names in sharing.values() for name in names]
+    further = [step for step, axes in STEPS.items() if own < has & set(axes)]
+    helped = {step: [name for name in asked if _is_shared_by_few(slot.family.name, step, name)] for step in further}
+    best = max(further, key=lambda step: len(helped[step]), default="")
+    return f'; with variation = "{best}" few share {", ".join(helped[best])}' if best and helped[best] else ""
+
+
+def _is_shared_by_few(family: str, step: str, question: str) -> bool:
+    share = known_share(family, step, question)
+    return share is not None and share[0] < FEW * share[1]

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from exercises.assignment import load_assignment
-from exercises.console import note, progress, say
+from exercises.console import SiteVariationOption, note, progress, say
 from exercises.drawing import GivenUp
 from exercises.errors import QdotError
 from exercises.exports.bank import bank
@@ -33,7 +33,8 @@ def build_site(
         Path | None, typer.Option(metavar="DIR", help="A site for your own course: the problems of this assignment.")
     ] = None,
     families: Annotated[str, typer.Option(help="Names with commas between; default: all.")] = "",
-    variants: Annotated[int, typer.Option(min=1, max=1000, help="Arms of each family, or variants of a problem.")] = 3,
+    variants: Annotated[int, typer.Option(min=1, max=1000, help="Arms of each family, or variants of a problem.")] = 5,
+    variation: SiteVariationOption = "",
     jobs: Jobs = CORES,
 ) -> None:
     """Build the web site: pages and a bank of certified problems that a browser shows and grades.
@@ -42,7 +43,7 @@ def build_site(
     kept, so that a build that was stopped goes on where it was. With --assignment, the problems are variants of the
     assignment's, none of which a student has; they come with their solutions, so publish it when that is meant.
     """
-    wanted, titles, course = _wanted(assignment, families, variants, jobs)
+    wanted, titles, course = _wanted(assignment, families, variants, variation, jobs)
     commands = reference(context.find_root().command)
     order = Order(out, wanted, titles, failures_of, min(jobs, len(wanted)), commands, docs_folder(), course)
     left_out: list[GivenUp] = []
@@ -60,13 +61,15 @@ def build_site(
 
 
 def _wanted(
-    assignment: Path | None, families: str, variants: int, jobs: int
+    assignment: Path | None, families: str, variants: int, variation: str, jobs: int
 ) -> tuple[list[Wanted], list[tuple[str, str, str]], str]:
     if assignment is None:
         names = [family_named(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
         titles = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]
-        return of_families(names, variants), titles, ""
+        return of_families(names, variants, variation), titles, ""
     loaded = load_assignment(assignment)
+    if variation:
+        loaded = loaded.varied(variation)
     made = list(bank(BankOrder(loaded, failures_of, variants, jobs=jobs, note=note)))
     titles = [(slot.name, slot.family.title, slot.family.source) for slot in loaded.slots]
     return of_variants(made), titles, loaded.title

@@ -6,7 +6,8 @@ From the bottom up:
     kinematics, trigonometry    frames and Jacobians; exact equality of trigonometric polynomials, and textbook factors
     derivation                  all results, by both routes, once per structure
     singularity                 where the Jacobian loses rank
-    axes, reach                 how axes lie at a configuration; which places can be reached
+    axes, reason                how axes lie at a configuration; whether that is why it is singular
+    reach                       which places can be reached
     appearance, classification  what a singular configuration looks like; whether it is boundary or internal
     directions, meanings        which motion is lost there; what configurations look like
     precise, path               the arm in numbers with many digits; along a straight line

@@ -1,30 +1,62 @@
-"""What singular configurations look like, in words: stretched out, on an axis, axes in line; tested at samples."""
+"""What singular configurations look like, in words: stretched out, on an axis, axes in line; tested at samples.
+
+What is told is a reason (`reason`): nowhere is it so where no rank is lost. Where nothing that is seen is one, the
+joints are told whose columns of J are dependent, and what rests while they move.
+"""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain as chain_of
 from itertools import combinations
-from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
 
-from exercises.arm.axes import Sample, around, beside, distance, distances, off_line, off_plane, parallel, slant, spread
+from exercises.arm.axes import (
+    Off,
+    Sample,
+    around,
+    distance,
+    off_line,
+    off_one_way,
+    off_plane,
+    parallel,
+    slant,
+    slope,
+    spread,
+)
 from exercises.arm.chain import TASK_ROWS, Chain, Point
+from exercises.arm.kinematics import NumericChain
+from exercises.arm.reason import is_reason
 
 NEAR, APART = 1e-5, 1e-3
 """What counts as zero, and as clearly not zero, in metres or as a sine."""
 
 
-class Statement(NamedTuple):
-    """What configurations look like, and of which joints that is said where the words don't tell."""
+@dataclass(frozen=True)
+class Statement:
+    """What configurations look like: it is so where `off` is zero and `true` says so."""
 
     words: str
-    joints: tuple[int, ...] = ()
+    off: Off
+    true: Callable[[Sample], bool] = lambda _: True
 
-    def of(self, other: str) -> "Statement":
-        """Return the same said of something else than the point of interest."""
-        return Statement(self.words.replace("the point", other), self.joints)
+    def seen_at(self, frame: int, other: str) -> "Statement":
+        """Return the same said of the origin of another frame than the point of interest."""
+        return Statement(
+            self.words.replace("the point", other),
+            lambda arm, q: self.off(arm.with_point(frame), q),
+            lambda sample: self.true(Sample(sample.arm.with_point(frame), sample.q)),
+        )
+
+    def together(self, other: "Statement") -> "Statement":
+        """Return this and another one."""
+        return Statement(
+            f"{self.words}, and {other.words}",
+            lambda arm, q: np.hypot(self.off(arm, q), other.off(arm, q)),
+            lambda sample: self.true(sample) and other.true(sample),
+        )
 
 
 def wrist_centre(chain: Chain) -> int | None:
@@ -37,24 +69,21 @@ def wrist_centre(chain: Chain) -> int | None:
     return chain.n - 2 if meet and bent else None
 
 
-def meaning(chain: Chain, samples: Sequence[Sample], elsewhere: Sequence[Sequence[Sample]] = ()) -> str:
-    """Return what all of some singular configurations look like, or at least which joints' motions depend on others'.
+def meaning(chain: Chain, samples: Sequence[Sample]) -> str:
+    """Return in words why some configurations are singular: what they look like, or else which joints are dependent."""
+    said = reason_of(chain, samples)
+    return said.words if said else _dependence(chain, samples)
 
-    `elsewhere` are groups of configurations that meet a part of the conditions only and lose no rank: what is so there
-    as well is no reason by itself, and another statement is taken or joined to it.
-    """
-    first = next(statements(chain, samples), None) or next(_axes_in_plane(chain, samples), None)
-    if first is None:
-        return _dependence(chain, samples)
-    weak = [{*statements(chain, group), *_axes_in_plane(chain, group)} for group in elsewhere]
-    if not any(first in said for said in weak):
-        return first.words
-    held = list(dict.fromkeys(statements(chain, samples)))
-    joined = [(first, said) for said in (*held[1:], *_axes_in_plane(chain, samples))]
-    for chosen in (*((said,) for said in held), *joined):
-        if not any(said.issuperset(chosen) for said in weak):
-            return ", and ".join(said.words for said in chosen)
-    return f"{first.words}; by itself that costs no rank"
+
+def reason_of(chain: Chain, samples: Sequence[Sample]) -> Statement | None:
+    """Return what all of some configurations look like and no regular one does: one statement, else two together."""
+    held: list[Statement] = []
+    for said in chain_of(statements(chain, samples), _axes_in_plane(chain, samples)):
+        if is_reason(chain, samples, said.off, said.true):
+            return said
+        held.append(said)
+    pairs = (first.together(second) for first, second in combinations(held, 2) if first.words != second.words)
+    return next((said for said in pairs if is_reason(chain, samples, said.off, said.true)), None)
 
 
 def statements(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -69,7 +98,7 @@ def statements(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
         return
     moved = [Sample(sample.arm.with_point(centre), sample.q) for sample in samples]
     for said in _seen_at(replace(chain, tool=Point(centre)), moved):
-        yield said.of("the wrist centre")
+        yield said.seen_at(centre, "the wrist centre")
 
 
 def _of_last_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -78,15 +107,15 @@ def _of_last_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement
     moved = [Sample(sample.arm.with_point(chain.n - 1), sample.q) for sample in samples]
     rows = tuple(row for row in chain.task if row[0] == "v")
     for said in _seen_at(replace(chain, tool=Point(chain.n - 1), task=rows), moved):
-        yield said.of(f"the axis of joint {chain.n}")
+        yield said.seen_at(chain.n - 1, f"the axis of joint {chain.n}")
 
 
 def _seen_at(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Yield what configurations look like from the point of interest."""
     looks = [_on_an_axis, _in_line, _extreme_reach, _far_from_slide, _parallel_slides, _slide_at_link, _parallel_axes,
-             _parallel_row, _origin_on_axis, _origin_extreme]  # fmt: skip
+             _parallel_row, _origin_on_axis, _origin_extreme, _one_way]  # fmt: skip
     if not chain.linear_rows:
-        looks = [_in_line, _parallel_axes, _axes_in_plane]
+        looks = [_in_line, _parallel_axes]
     elif len(chain.linear_rows) < len(chain.task):
         first = [_in_line, _parallel_axes, _parallel_row]  # where P is may be by the way
         looks = first + [look for look in looks if look not in first]
@@ -135,79 +164,83 @@ def _names(joints: Sequence[int]) -> str:
 
 def _on_an_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     for joint in (i for i in range(chain.point.frame) if chain.joints[i].kind == "R"):
-        if _only_there(samples, partial(distance, joint=joint)):
-            yield Statement(f"the point lies on the axis of joint {joint + 1}, which then does not move it")
+        words = f"the point lies on the axis of joint {joint + 1}, which then does not move it"
+        yield from _if_only_there(samples, words, partial(distance, joint=joint))
 
 
-def _revolute_pairs(chain: Chain) -> list[tuple[int, int]]:
-    return list(combinations([i for i, joint in enumerate(chain.joints) if joint.kind == "R"], 2))
+def _revolute(chain: Chain) -> list[int]:
+    return [i for i, joint in enumerate(chain.joints) if joint.kind == "R"]
 
 
 def _in_line(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    for i, j in _revolute_pairs(chain):
-        if _only_there(samples, partial(off_line, i=i, j=j)):
-            yield Statement(f"the axes of joints {i + 1} and {j + 1} lie on one line")
+    for i, j in combinations(_revolute(chain), 2):
+        words = f"the axes of joints {i + 1} and {j + 1} lie on one line"
+        yield from _if_only_there(samples, words, partial(off_line, i=i, j=j))
 
 
 def _parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    for i, j in sorted(_revolute_pairs(chain), key=lambda pair: pair[1] - pair[0]):
-        if _only_there(samples, partial(spread, joints=(i, j))):
-            yield Statement(f"the axes of joints {i + 1} and {j + 1} are parallel")
+    """Look for parallel axes: two of them where turns alone count, else with them all that are parallel to them."""
+    for i, j in sorted(combinations(_revolute(chain), 2), key=lambda pair: pair[1] - pair[0]):
+        if parallel(samples, i, j):
+            others = [k for k in _revolute(chain) if chain.linear_rows and parallel(samples, i, k)]
+            words = f"the axes of joints {_names(sorted({i, j, *others}))} are parallel"
+            yield from _if_only_there(samples, words, partial(spread, joints=(i, j)))
 
 
 def _axes_in_plane(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Look for three axes that are parallel to one plane, so that nothing turns about the direction square to it."""
     if not any(row[0] == "w" for row in chain.task):
         return
-    for triple in combinations([i for i, joint in enumerate(chain.joints) if joint.kind == "R"], 3):
-        if _only_there(samples, partial(spread, joints=triple)):
-            names = ", ".join(str(i + 1) for i in triple[:2])
-            yield Statement(f"the axes of joints {names} and {triple[2] + 1} are all parallel to one plane")
+    for triple in combinations(_revolute(chain), 3):
+        words = f"the axes of joints {_names(triple)} are all parallel to one plane"
+        yield from _if_only_there(samples, words, partial(spread, joints=triple))
 
 
 def _parallel_row(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    for triple in combinations([i for i, joint in enumerate(chain.joints) if joint.kind == "R"], 3):
-        always = all(parallel(places, triple[0], j) for places in (samples, around(samples)) for j in triple[1:])
-        if always and _only_there(samples, partial(off_plane, row=triple)):
-            names = ", ".join(str(i + 1) for i in triple[:2])
-            yield Statement(f"the parallel axes of joints {names} and {triple[2] + 1} lie in one plane")
+    for triple in combinations(_revolute(chain), 3):
+        if all(parallel(places, triple[0], j) for places in (samples, around(samples)) for j in triple[1:]):
+            words = f"the parallel axes of joints {_names(triple)} lie in one plane"
+            yield from _if_only_there(samples, words, partial(off_plane, row=triple))
 
 
 def _far_from_slide(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Look for a slide from whose line a later joint has brought the point as far as it can."""
     for slide in (i for i, joint in enumerate(chain.joints) if joint.kind == "P"):
         for moving in range(slide + 1, min(chain.n, chain.point.frame)):
-            if _same_everywhere([_extreme(sample, slide, moving) for sample in samples]) == {1}:
-                yield Statement(
-                    f"the point is as far from the line of slide {slide + 1} as joint {moving + 1} can bring it"
-                )
+            if _signs(samples, slide, moving) == {1}:
+                yield _extreme_statement(
+                    f"the point is as far from the line of slide {slide + 1} as joint {moving + 1} can bring it",
+                    slide, [moving], {1},
+                )  # fmt: skip
 
 
 def _parallel_slides(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     for i, j in combinations([i for i, joint in enumerate(chain.joints) if joint.kind == "P"], 2):
-        if _only_there(samples, partial(spread, joints=(i, j))):
-            yield Statement(f"slides {i + 1} and {j + 1} are parallel")
+        yield from _if_only_there(samples, f"slides {i + 1} and {j + 1} are parallel", partial(spread, joints=(i, j)))
 
 
 def _slide_at_link(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Look for a slide that has come to lie along, or square to, the line that joins two parallel axes."""
     for slide in (i for i, joint in enumerate(chain.joints) if joint.kind == "P"):
-        for i, j in _revolute_pairs(chain):
+        for i, j in combinations(_revolute(chain), 2):
             if not samples or not parallel(samples, i, j):
                 continue
+            link = f"the line from the axis of joint {i + 1} to that of joint {j + 1}"
             for across, how in ((False, "along"), (True, "at right angles to")):
-                if _only_there(samples, partial(slant, slide=slide, i=i, j=j, across=across)):
-                    yield Statement(
-                        f"slide {slide + 1} runs {how} the line from the axis of joint {i + 1} to that of joint {j + 1}"
-                    )
+                words = f"slide {slide + 1} runs {how} {link}"
+                yield from _if_only_there(samples, words, partial(slant, slide=slide, i=i, j=j, across=across))
 
 
 def _origin_on_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    for axis in (i for i, joint in enumerate(chain.joints) if joint.kind == "R"):
+    for axis in _revolute(chain):
         for frame in range(axis + 2, chain.n):
-            moved = [Sample(sample.arm.with_point(frame), sample.q) for sample in samples]
-            if _only_there(moved, partial(distance, joint=axis)):
-                yield Statement(f"the origin O{frame} lies on the axis of joint {axis + 1}")
+            words = f"the origin O{frame} lies on the axis of joint {axis + 1}"
+            yield from _if_only_there(samples, words, partial(_origin_off, frame=frame, axis=axis))
+
+
+def _origin_off(arm: NumericChain, q: np.ndarray, frame: int, axis: int) -> np.ndarray:
+    """Return the distance of an origin from an axis."""
+    return distance(arm.with_point(frame), q, axis)
 
 
 def _origin_extreme(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -216,24 +249,57 @@ def _origin_extreme(chain: Chain, samples: Sequence[Sample]) -> Iterator[Stateme
         moved = [Sample(sample.arm.with_point(frame), sample.q) for sample in samples]
         for said in _extreme_reach(replace(chain, tool=Point(frame)), moved):
             if "the point" in said.words:
-                yield said.of(f"the origin O{frame}")
+                yield said.seen_at(frame, f"the origin O{frame}")
+
+
+def _one_way(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
+    """Look for two joints that move the point along the same line."""
+    for pair in combinations(range(min(chain.n, chain.point.frame)), 2):
+        sizes = [np.linalg.norm(s.arm.jacobian(s.q)[:3, list(pair)], axis=0).min() for s in samples]
+        if samples and min(sizes) > APART:
+            words = f"joints {_names(pair)} move the point along the same line"
+            yield from _if_only_there(samples, words, partial(off_one_way, joints=pair))
 
 
 def _extreme_reach(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    extremes = _extremes(chain, samples)
-    if extremes is None:
-        return
-    axis, movers, signs = extremes
-    mover = f"joint {movers[0] + 1}"
-    if chain.joints[movers[0]].kind == "P":
-        yield Statement(f"arm drawn in: the point is as near to the axis of joint {axis + 1} as {mover} can bring it")
-    elif all(parallel(samples, axis, moving) for moving in movers):
-        yield Statement(_EXTENDED[signs], (axis, *movers))
-    elif signs == frozenset({1, -1}):
-        yield Statement(f"the point is as far from or as near to the axis of joint {axis + 1} as {mover} can bring it")
-    else:
-        how = "far from" if 1 in signs else "near to"
-        yield Statement(f"the point is as {how} the axis of joint {axis + 1} as {mover} can bring it")
+    """Look for an axis from which later joints can bring the point no farther, or no nearer."""
+    for axis in _revolute(chain):
+        later = range(axis + 1, min(chain.n, chain.point.frame))
+        told = {moving: _signs(samples, axis, moving) for moving in later}
+        movers = [moving for moving, signs in told.items() if 0 not in signs]
+        turning = [moving for moving in movers if chain.joints[moving].kind == "R"]
+        if turning and turning == movers and all(parallel(samples, axis, moving) for moving in movers):
+            yield _stretched(samples, axis, movers)
+            continue
+        for moving in movers:
+            yield _extreme_statement(_as_far_or_near(chain, axis, moving, told[moving]), axis, [moving], told[moving])
+
+
+def _as_far_or_near(chain: Chain, axis: int, moving: int, signs: set[int]) -> str:
+    ending = f"the axis of joint {axis + 1} as joint {moving + 1} can bring it"
+    if chain.joints[moving].kind == "P":
+        return f"arm drawn in: the point is as near to {ending}"
+    how = "far from or as near to" if len(signs) > 1 else "far from" if 1 in signs else "near to"
+    return f"the point is as {how} {ending}"
+
+
+def _stretched(samples: Sequence[Sample], axis: int, movers: Sequence[int]) -> Statement:
+    """Return how an arm with parallel axes lies: folded back where at least one of its joints is."""
+    every = [{_extreme(sample, axis, moving) for moving in movers} - {None} for sample in samples]
+    how = frozenset(-1 if -1 in signs else 1 for signs in every if signs)
+    said = _extreme_statement(_EXTENDED[how], axis, movers, {1, -1})
+
+    def true(sample: Sample) -> bool:  # where the point lies on the axis, every joint is at an end of what it can do
+        return said.true(sample) and sample.off(partial(distance, joint=axis)) > APART
+
+    return replace(said, true=true)
+
+
+def _extreme_statement(words: str, axis: int, movers: Sequence[int], signs: set[int]) -> Statement:
+    def true(sample: Sample) -> bool:
+        return all(_extreme(sample, axis, moving) in signs for moving in movers)
+
+    return Statement(words, partial(slope, joint=axis, movers=tuple(movers)), true)
 
 
 _EXTENDED = {
@@ -243,33 +309,24 @@ _EXTENDED = {
 }
 
 
-def _only_there(samples: Sequence[Sample], off: Callable[[Sample, np.ndarray], float]) -> bool:
-    """Tell whether what is zero if something holds is so in all samples, and not in the poses around them as well."""
-    held = bool(samples) and all(off(sample, sample.q) < NEAR for sample in samples)
-    return held and any(off(sample, beside(sample)) > APART for sample in samples)
+def _if_only_there(samples: Sequence[Sample], words: str, off: Off) -> Iterator[Statement]:
+    """Yield a statement where what is zero if it holds is zero in all samples, but not in the poses around them."""
+    held = bool(samples) and all(sample.off(off) < NEAR for sample in samples)
+    if held and any(sample.off_beside(off) > APART for sample in samples):
+        yield Statement(words, off)
 
 
-def _extremes(chain: Chain, samples: Sequence[Sample]) -> tuple[int, list[int], frozenset[int]] | None:
-    """Find an axis from which the point is farthest or nearest in all samples, and the later joints that make it so.
+def _signs(samples: Sequence[Sample], axis: int, moving: int) -> set[int]:
+    """Return whether a joint is at its farthest (1) or nearest (-1) in all samples; {0} where it is not in one of them.
 
-    The sign of a sample is 1 where it is farthest with respect to each of those joints, else -1.
+    Some may tell nothing, but not half of them.
     """
-    for axis in range(chain.n):
-        if chain.joints[axis].kind != "R":
-            continue
-        later = range(axis + 1, min(chain.n, chain.point.frame))
-        signs = {moving: [_extreme(sample, axis, moving) for sample in samples] for moving in later}
-        movers = [moving for moving in later if 0 not in _same_everywhere(signs[moving])]
-        if movers:
-            at = [{signs[moving][i] for moving in movers} for i in range(len(samples))]
-            return axis, movers, frozenset(-1 if -1 in signs_at else 1 for signs_at in at if signs_at != {None})
-    return None
-
-
-def _same_everywhere(signs: Sequence[int | None]) -> set[int]:
-    """Return the signs of samples that have one; 0 where half of them have none."""
-    known = {sign for sign in signs if sign is not None}
-    return known if 2 * signs.count(None) < len(signs) else {0}
+    told = []
+    for sample in samples:
+        told.append(_extreme(sample, axis, moving))
+        if told[-1] == 0:
+            return {0}
+    return {sign for sign in told if sign is not None} if 2 * told.count(None) < len(told) else {0}
 
 
 def _extreme(sample: Sample, axis: int, moving: int) -> int | None:
@@ -280,10 +337,10 @@ def _extreme(sample: Sample, axis: int, moving: int) -> int | None:
     step = 1e-3
     away = np.zeros((5, len(sample.q)))
     away[:, moving] = step * np.arange(-2, 3)
-    far_behind, behind, middle, ahead, far_ahead = distances(sample, sample.q + away, axis)
-    slope = (8 * (ahead - behind) - (far_ahead - far_behind)) / (12 * step)
+    far_behind, behind, middle, ahead, far_ahead = distance(sample.arm, sample.q + away, axis)
+    rising = (8 * (ahead - behind) - (far_ahead - far_behind)) / (12 * step)
     curvature = (ahead + behind - 2 * middle) / step**2
-    if abs(slope) > max(1e-9, 1e-6 * abs(curvature)):
+    if abs(rising) > max(1e-9, 1e-6 * abs(curvature)):
         return 0
     if abs(curvature) < 1e-3:
         return None

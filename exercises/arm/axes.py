@@ -1,15 +1,20 @@
 """How joint axes, slides and the point of interest lie at a configuration: distances, angles, lines, planes.
 
-Each measure is zero where something is exactly so: a point on an axis, two axes on one line. What is zero everywhere
-tells nothing of a singular configuration, so that the pose `beside` it is looked at as well.
+Each measure is zero where something is exactly so: a point on an axis, two axes on one line. It takes one pose (n) or
+many (k x n). What is zero everywhere tells nothing of a singular configuration, so that the pose `beside` it is looked
+at as well.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from exercises.arm.kinematics import NumericChain, cross
+
+Off = Callable[["NumericChain", np.ndarray], np.ndarray]
+"""A measure of an arm in many poses (k x n): how far each is from where something is so, zero or more (k)."""
 
 
 @dataclass(frozen=True)
@@ -18,6 +23,19 @@ class Sample:
 
     arm: NumericChain
     q: np.ndarray
+
+    @cached_property
+    def axes(self) -> np.ndarray:
+        """The directions z of the joint axes (n x 3) in the world frame."""
+        return np.asarray(self.arm.frames(self.q)[: len(self.q), :3, 2])
+
+    def off(self, measure: Off) -> float:
+        """Return a measure at this configuration."""
+        return float(measure(self.arm, self.q[None])[0])
+
+    def off_beside(self, measure: Off) -> float:
+        """Return a measure in a pose near this one."""
+        return float(measure(self.arm, beside(self)[None])[0])
 
 
 def beside(sample: Sample, but: int | None = None) -> np.ndarray:
@@ -33,53 +51,92 @@ def around(samples: Sequence[Sample]) -> list[Sample]:
     return [Sample(sample.arm, beside(sample)) for sample in samples]
 
 
-def distance(sample: Sample, q: np.ndarray, joint: int) -> float:
+def distance(arm: NumericChain, q: np.ndarray, joint: int) -> np.ndarray:
     """Return the distance of the point from a joint's axis, in metres."""
-    return float(distances(sample, q[None], joint)[0])
+    frames = arm.frames(q)
+    away = arm.point_of(frames) - frames[:, joint, :3, 3]
+    return _size(cross(frames[:, joint, :3, 2], away))
 
 
-def distances(sample: Sample, q: np.ndarray, joint: int) -> np.ndarray:
-    """Return the distance of the point from a joint's axis in many poses (k x n)."""
-    frames = sample.arm.frames(q)
-    arm = sample.arm.point_of(frames) - frames[:, joint, :3, 3]
-    return np.asarray(np.linalg.norm(cross(frames[:, joint, :3, 2], arm), axis=1))
+def slope(arm: NumericChain, q: np.ndarray, joint: int, movers: Sequence[int]) -> np.ndarray:
+    """Return how fast the square of that distance changes with later joints; zero where none brings it farther."""
+    frames = arm.frames(q)
+    axis = frames[:, joint, :3, 2]
+    away = arm.point_of(frames) - frames[:, joint, :3, 3]
+    away = away - np.sum(away * axis, axis=1)[:, None] * axis
+    moving = arm.jacobian_of(frames)[:, :3, list(movers)]
+    return _size(np.einsum("kj,kjm->km", away, moving))
 
 
-def spread(sample: Sample, q: np.ndarray, joints: Sequence[int]) -> float:
+def spread(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
     """Return the area or volume that the directions of two or three axes span: 0 to 1."""
-    z = sample.arm.frames(q)[list(joints), :3, 2]
-    return float(np.sqrt(max(np.linalg.det(z @ z.T), 0.0)))
+    frames = arm.frames(q)
+    first, second, *third = (frames[:, joint, :3, 2] for joint in joints)
+    normal = cross(first, second)
+    return np.asarray(np.abs(np.sum(normal * third[0], axis=1))) if third else _size(normal)
 
 
-def off_line(sample: Sample, q: np.ndarray, i: int, j: int) -> float:
+def off_line(arm: NumericChain, q: np.ndarray, i: int, j: int) -> np.ndarray:
     """Return how far two axes are from lying on one line: sine of their angle plus distance of O_j from axis i."""
-    frames = sample.arm.frames(q)
-    axis, between = frames[i, :3, 2], frames[j, :3, 3] - frames[i, :3, 3]
-    return float(np.linalg.norm(cross(axis, frames[j, :3, 2])) + np.linalg.norm(cross(axis, between)))
+    frames = arm.frames(q)
+    axis, between = frames[:, i, :3, 2], frames[:, j, :3, 3] - frames[:, i, :3, 3]
+    return _size(cross(axis, frames[:, j, :3, 2])) + _size(cross(axis, between))
 
 
-def off_plane(sample: Sample, q: np.ndarray, row: tuple[int, int, int]) -> float:
-    """Return how far three parallel axes are from lying in one plane: the area between the points where they start."""
-    frames = sample.arm.frames(q)
-    first, second, third = (frames[i, :3, 3] for i in row)
-    return abs(float(frames[row[0], :3, 2] @ cross(second - first, third - first)))
+def off_plane(arm: NumericChain, q: np.ndarray, row: Sequence[int]) -> np.ndarray:
+    """Return how far three or more parallel axes are from lying in one plane: areas between where they start."""
+    frames = arm.frames(q)
+    axis, start = frames[:, row[0], :3, 2], frames[:, row[0], :3, 3]
+    return _off_one_plane(axis, [frames[:, i, :3, 3] - start for i in row[1:]])
+
+
+def off_level(arm: NumericChain, q: np.ndarray) -> np.ndarray:
+    """Return how far parallel axes of all joints and the point are from lying in one plane."""
+    frames = arm.frames(q)
+    count = q.shape[-1]
+    axis, start = frames[:, 0, :3, 2], frames[:, 0, :3, 3]
+    ends = [frames[:, i, :3, 3] - start for i in range(1, count)] + [arm.point_of(frames) - start]
+    return _off_one_plane(axis, ends)
+
+
+def _off_one_plane(axis: np.ndarray, places: Sequence[np.ndarray]) -> np.ndarray:
+    """Return the root of the sum of squares of the areas that pairs of places span, looked at along an axis."""
+    areas = [np.sum(axis * cross(a, b), axis=1) for k, a in enumerate(places) for b in places[k + 1 :]]
+    return np.asarray(np.sqrt(np.sum(np.square(areas), axis=0)))
+
+
+def off_one_way(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
+    """Return the sine of the angle between the directions in which two joints move the point."""
+    first, second = (arm.jacobian(q)[:, :3, joint] for joint in joints)
+    sizes = _size(first) * _size(second)
+    return np.asarray(_size(cross(first, second)) / np.maximum(sizes, 1e-12))
 
 
 def parallel(samples: Sequence[Sample], i: int, j: int) -> bool:
     """Tell whether two axes are parallel in all samples."""
-    frames = [sample.arm.frames(sample.q) for sample in samples]
-    return all(np.linalg.norm(cross(f[i, :3, 2], f[j, :3, 2])) < 1e-6 for f in frames)
+    return all(np.linalg.norm(cross(sample.axes[i], sample.axes[j])) < 1e-6 for sample in samples)
 
 
-def slant(sample: Sample, q: np.ndarray, slide: int, i: int, j: int, across: bool) -> float:
+def slant(arm: NumericChain, q: np.ndarray, slide: int, i: int, j: int, across: bool) -> np.ndarray:
     """Return the sine of the angle by which a slide does not run along, or `across`, the line from axis i to axis j.
 
     The axes are parallel; the line is the shortest between them. Where they are one line, nothing runs along it: 1.
     """
-    frames = sample.arm.frames(q)
-    line, along = frames[j, :3, 3] - frames[i, :3, 3], frames[slide, :3, 2]
-    line = line - (line @ frames[i, :3, 2]) * frames[i, :3, 2]
-    size = float(np.linalg.norm(line))
-    if size < 1e-6:
-        return 1.0
-    return float(abs(along @ line) if across else np.linalg.norm(cross(along, line))) / size
+    frames = arm.frames(q)
+    line, along = frames[:, j, :3, 3] - frames[:, i, :3, 3], frames[:, slide, :3, 2]
+    axis = frames[:, i, :3, 2]
+    line = line - np.sum(line * axis, axis=1)[:, None] * axis
+    size = _size(line)
+    leaning = np.abs(np.sum(along * line, axis=1)) if across else _size(cross(along, line))
+    return np.where(size < 1e-6, 1.0, leaning / np.maximum(size, 1e-6))
+
+
+def bend(arm: NumericChain, q: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the size of the cross product, and the scalar product, of O_{k-1} O_k and O_k O_{k+1}."""
+    origins = arm.frames(q)[:, k - 1 : k + 2, :3, 3]
+    first, second = origins[:, 1] - origins[:, 0], origins[:, 2] - origins[:, 1]
+    return _size(cross(first, second)), np.asarray(np.sum(first * second, axis=1))
+
+
+def _size(vectors: np.ndarray) -> np.ndarray:
+    return np.asarray(np.linalg.norm(vectors, axis=1))

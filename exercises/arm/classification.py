@@ -38,6 +38,8 @@ _STARTS, _STEPS = 80, 40
 _EARLY, _KEPT = 8, 20
 """Searches for a configuration beyond a fold; after `_EARLY` steps only the `_KEPT` nearest go on."""
 
+_LOOKED_AT = 60
+"""About how many samples are looked at to say what they have in common."""
 _ARMS = 5
 """Choices of lengths for each length that is open."""
 
@@ -115,28 +117,16 @@ def classify(chain: Chain, component: Component) -> Kind:
 
     Where some configurations are boundary and some internal, `kind` is "boundary" and `uniform` is False.
     """
-    return classify_pieces(chain, component.pieces(), [weaker.pieces() for weaker in component.weaker()])
+    return classify_pieces(chain, component.pieces())
 
 
-def classify_pieces(chain: Chain, conditions: Sequence[str], weaker: Sequence[Sequence[str]] = ()) -> Kind:
-    """Classify the union of conditions (text), as `classify` does for a component.
-
-    What they look like must say more than what each set of `weaker` conditions looks like where no rank is lost.
-    """
+def classify_pieces(chain: Chain, conditions: Sequence[str]) -> Kind:
+    """Classify the union of conditions (text), as `classify` does for a component."""
     arms = _ARMS * max(1, len(chain.parameters))  # the kind may depend on how open lengths compare
     all_samples = [sample for condition in conditions for sample in samples_on(chain, condition, "classify", arms)]
     kinds = {kind for sample in all_samples if (kind := kind_at(chain, sample)) is not None}
     kind = "boundary" if "boundary" in kinds else "internal"
-    return Kind(
-        kind, len(kinds) == 1, meaning(chain, all_samples, [group for w in weaker if (group := _regular(chain, w))])
-    )
-
-
-def _regular(chain: Chain, conditions: Sequence[str]) -> list[Sample]:
-    """Return configurations at which conditions hold and the Jacobian of the task has full rank all the same."""
-    rows = [TASK_ROWS.index(row) for row in chain.task]
-    weaker = [sample for condition in conditions for sample in samples_on(chain, condition, "weaker")]
-    return [s for s in weaker if _rank(s.arm.jacobian(s.q)[rows], _reach(s.arm)) == min(len(rows), chain.n)]
+    return Kind(kind, len(kinds) == 1, meaning(chain, all_samples[:: max(1, len(all_samples) // _LOOKED_AT)]))
 
 
 def kind_is_sure(chain: Chain) -> bool:

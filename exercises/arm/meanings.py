@@ -1,19 +1,34 @@
 """What configurations look like: on an axis, axes in one line, stretched out, folded back; tested at samples.
 
-A meaning is a statement that is true or false of a configuration. Of a branch of the singular set the one that holds
-everywhere is the right reading, and those that hold nowhere are the wrong ones.
+A meaning is a statement that is true or false of a configuration. Of a branch of the singular set one that holds
+everywhere, and in no regular configuration (`reason`), is the right reading; those that hold nowhere are wrong ones.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations, product
 
 import numpy as np
 
-from exercises.arm.axes import Sample, beside, distance, distances, off_line, parallel, slant, spread
+from exercises.arm.axes import (
+    Off,
+    Sample,
+    bend,
+    beside,
+    distance,
+    off_level,
+    off_line,
+    off_one_way,
+    parallel,
+    slant,
+    slope,
+    spread,
+)
 from exercises.arm.chain import Chain
 from exercises.arm.classification import kind_at
-from exercises.arm.kinematics import cross
+from exercises.arm.kinematics import NumericChain
+from exercises.arm.reason import is_reason
 
 NEAR, APART = 1e-6, 0.02
 """What counts as zero, and as clearly not zero, in metres or as a sine."""
@@ -45,9 +60,10 @@ def read_meanings(chain: Chain, samples: Sequence[Sample]) -> Reading | None:
     tried = [
         (meaning, {holds(chain, meaning, sample) for sample in samples}) for meaning in meanings_of(chain, samples)
     ]
-    right = [meaning for meaning, outcomes in tried if outcomes == {True}]
+    held = [meaning for meaning, outcomes in tried if outcomes == {True}]
+    right = next((one for one in held if is_reason(chain, samples, measure(one), partial(_is_so, chain, one))), None)
     wrong = [meaning for meaning, outcomes in tried if outcomes == {False}]
-    return Reading(right[0], tuple(wrong)) if right and wrong else None
+    return Reading(right, tuple(wrong)) if right is not None and wrong else None
 
 
 def one_kind(chain: Chain, samples: Sequence[Sample]) -> str | None:
@@ -66,14 +82,14 @@ def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:
     in_line = [
         Meaning("in line", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} lie on one line")
         for i, j in combinations(revolute, 2)
-        if not all(off_line(sample, beside(sample), i, j) < NEAR for sample in samples)
+        if not _always(samples, partial(off_line, i=i, j=j))
     ]
     if not chain.linear_rows:
         return in_line + _directions_of_axes(samples, revolute)
     meanings = [
         Meaning("on axis", (i + 1,), f"$P$ lies on the axis of joint {i + 1}")
         for i in revolute
-        if i < chain.point.frame and not _always_on_axis(samples, i)
+        if i < chain.point.frame and not _always(samples, partial(distance, joint=i))
     ]
     turns_count = len(chain.linear_rows) < len(chain.task)
     meanings = in_line + meanings if turns_count else meanings + in_line
@@ -85,7 +101,8 @@ def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:
     # A slide passes through zero, and then the order of the origins changes without anything being singular.
     rigid = [k for k in range(1, chain.n) if chain.joints[k - 1].kind == chain.joints[k].kind == "R"]
     meanings += [meaning for k in rigid for meaning in _origins_in_line(samples, k)]
-    return meanings + [meaning for meaning in slides if meaning.kind == "along"]
+    meanings += [meaning for meaning in slides if meaning.kind == "along"]
+    return meanings + _in_one_plane(chain, samples, revolute) + _one_way(chain, samples)
 
 
 def _directions_of_axes(samples: Sequence[Sample], revolute: Sequence[int]) -> list[Meaning]:
@@ -93,10 +110,10 @@ def _directions_of_axes(samples: Sequence[Sample], revolute: Sequence[int]) -> l
     meanings = [
         Meaning("parallel", (i + 1, j + 1), f"the axes of joints {i + 1} and {j + 1} are parallel")
         for i, j in combinations(revolute, 2)
-        if not all(spread(sample, beside(sample), (i, j)) < NEAR for sample in samples)
+        if not _always(samples, partial(spread, joints=(i, j)))
     ]
     for chosen in combinations(revolute, 3):
-        if not all(spread(sample, beside(sample), chosen) < NEAR for sample in samples):
+        if not _always(samples, partial(spread, joints=chosen)):
             joints = tuple(i + 1 for i in chosen)
             names = f"{joints[0]}, {joints[1]} and {joints[2]}"
             meanings.append(Meaning("one plane", joints, f"the axes of joints {names} are all parallel to one plane"))
@@ -114,7 +131,7 @@ def _slides_at_links(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:
             continue
         link, joints = f"the line from the axis of joint {i + 1} to that of joint {i + 2}", (slide + 1, i + 1, i + 2)
         for kind, how in (("along", "along"), ("across", "at right angles to")):
-            if not all(slant(sample, beside(sample), slide, i, i + 1, kind == "across") < NEAR for sample in samples):
+            if not _always(samples, partial(slant, slide=slide, i=i, j=i + 1, across=kind == "across")):
                 meanings.append(Meaning(kind, joints, f"slide {slide + 1} runs {how} {link}"))
     return meanings
 
@@ -122,23 +139,43 @@ def _slides_at_links(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:
 def _origins_in_line(samples: Sequence[Sample], k: int) -> list[Meaning]:
     """Return the statements on three successive origins, the middle one being O_k, where no two of them coincide."""
     sizes = [np.linalg.norm(np.diff(s.arm.frames(s.q)[k - 1 : k + 2, :3, 3], axis=0), axis=1).min() for s in samples]
-    if min(sizes) < APART or all(_bent(sample, beside(sample), k)[0] < NEAR for sample in samples):
+    if min(sizes) < APART or _always(samples, partial(_bent, k=k)):
         return []
     line = f"$O_{k - 1}$, $O_{k}$ and $O_{k + 1}$ lie on one line"
     return [
         Meaning("straight", (k,), f"{line}, $O_{k}$ between the others"),
-        Meaning("doubled", (k,), f"{line}, $O_{k}$ at an end of it"),
+        Meaning("doubled", (k,), f"{line}, $O_{k}$ not between the others"),
     ]
 
 
-def _bent(sample: Sample, q: np.ndarray, k: int) -> tuple[float, float]:
-    """Return the size of the cross product, and the scalar product, of O_{k-1} O_k and O_k O_{k+1}."""
-    first, second = np.diff(sample.arm.frames(q)[k - 1 : k + 2, :3, 3], axis=0)
-    return float(np.linalg.norm(cross(first, second))), float(first @ second)
+def _bent(arm: NumericChain, q: np.ndarray, k: int) -> np.ndarray:
+    """Return how far three successive origins are from lying on one line."""
+    return bend(arm, q, k)[0]
+
+
+def _in_one_plane(chain: Chain, samples: Sequence[Sample], revolute: Sequence[int]) -> list[Meaning]:
+    """Return the statement on all axes and the point of an arm whose axes are parallel, and the same of three axes."""
+    if len(chain.linear_rows) != len(chain.task) or len(revolute) != chain.n or chain.n < 3:
+        return []
+    if not all(parallel(samples, 0, i) for i in revolute):
+        return []
+    return [Meaning("level", tuple(i + 1 for i in revolute), "$P$ and the axes of all joints lie in one plane")]
+
+
+def _one_way(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:
+    """Return the statements on two joints that move the point along one line, where that can be or not be so."""
+    moving = range(min(chain.n, chain.point.frame))
+    sizes = np.min([np.linalg.norm(s.arm.jacobian(s.q)[:3], axis=0) for s in samples], axis=0)
+    return [
+        Meaning("one way", (i + 1, j + 1), f"joints {i + 1} and {j + 1} move $P$ along the same line")
+        for i, j in combinations(moving, 2)
+        if min(sizes[i], sizes[j]) > APART and not _always(samples, partial(off_one_way, joints=(i, j)))
+    ]
 
 
 def _extremes(chain: Chain, samples: Sequence[Sample], i: int, j: int) -> list[Meaning]:
-    if any(abs(distance(s, beside(s), i) - distance(s, beside(s, j), i)) < 1e-9 for s in samples):
+    unmoved = [distance(s.arm, np.stack([beside(s), beside(s, j)]), i) for s in samples]
+    if any(abs(before - after) < 1e-9 for before, after in unmoved):
         return []
     bringing = f"from the axis of joint {i + 1} as joint {j + 1} can bring it"
     near = Meaning("near", (i + 1, j + 1), f"$P$ is as near to{bringing.removeprefix('from')}")
@@ -151,23 +188,44 @@ def _extremes(chain: Chain, samples: Sequence[Sample], i: int, j: int) -> list[M
     return [far, near]
 
 
+def measure(meaning: Meaning) -> Off:
+    """Return what is zero where a statement holds; "straight" and "doubled", "far" and "near" have the same one."""
+    i, j = meaning.joints[0] - 1, meaning.joints[-1] - 1
+    joints = [joint - 1 for joint in meaning.joints]
+    if meaning.kind in ("along", "across"):
+        return partial(slant, slide=i, i=joints[1], j=j, across=meaning.kind == "across")
+    by_kind: dict[str, Off] = {
+        "on axis": partial(distance, joint=i),
+        "in line": partial(off_line, i=i, j=j),
+        "parallel": partial(spread, joints=joints),
+        "one plane": partial(spread, joints=joints),
+        "square": partial(_off_square, joints=joints),
+        "straight": partial(_bent, k=i + 1),
+        "doubled": partial(_bent, k=i + 1),
+        "level": off_level,
+        "one way": partial(off_one_way, joints=joints),
+    }
+    return by_kind.get(meaning.kind, partial(slope, joint=i, movers=[j]))
+
+
+def _off_square(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
+    """Return how far axes are from being at right angles to each other."""
+    return np.asarray(1 - spread(arm, q, joints))
+
+
 def holds(chain: Chain, meaning: Meaning, sample: Sample) -> bool | None:
     """Tell whether a statement is true of a configuration; None where that is not clear."""
     i, j = meaning.joints[0] - 1, meaning.joints[-1] - 1
-    if meaning.kind == "on axis":
-        return _clear(distance(sample, sample.q, i))
-    if meaning.kind == "in line":
-        return _clear(off_line(sample, sample.q, i, j))
-    if meaning.kind in ("along", "across"):
-        return _clear(slant(sample, sample.q, i, meaning.joints[1] - 1, j, meaning.kind == "across"))
-    if meaning.kind in ("parallel", "one plane", "square"):
-        spanned = spread(sample, sample.q, [joint - 1 for joint in meaning.joints])
-        return _clear(1 - spanned if meaning.kind == "square" else spanned)
-    if meaning.kind in ("straight", "doubled"):
-        off, along = _bent(sample, sample.q, i + 1)
-        level = _clear(off)
-        return (along > 0) == (meaning.kind == "straight") if level else level
-    return _is_extreme(chain, meaning.kind, sample, i, j)
+    if meaning.kind in ("far", "near"):
+        return _is_extreme(chain, meaning.kind, sample, i, j)
+    is_zero = _clear(sample.off(measure(meaning)))
+    if is_zero and meaning.kind in ("straight", "doubled"):
+        return bool(bend(sample.arm, sample.q[None], i + 1)[1][0] > 0) == (meaning.kind == "straight")
+    return is_zero
+
+
+def _is_so(chain: Chain, meaning: Meaning, sample: Sample) -> bool:
+    return holds(chain, meaning, sample) is True
 
 
 def _is_extreme(chain: Chain, kind: str, sample: Sample, i: int, j: int) -> bool | None:
@@ -175,7 +233,7 @@ def _is_extreme(chain: Chain, kind: str, sample: Sample, i: int, j: int) -> bool
     others = np.linspace(0, 2 * np.pi, 73)[1:-1] if chain.joints[j].kind == "R" else np.linspace(-2, 2, 81)
     away = np.zeros((len(others) + 2, len(sample.q)))
     away[:, j] = [STEP, -STEP, *others]
-    away_from = distances(sample, sample.q + np.vstack([np.zeros(len(sample.q)), away]), i)
+    away_from = distance(sample.arm, sample.q + np.vstack([np.zeros(len(sample.q)), away]), i)
     middle, change = float(away_from[0]), away_from[1:] - away_from[0]
     if abs(change[0] - change[1]) / (2 * STEP) > NEAR and middle > NEAR:
         return False if abs(change[0] - change[1]) / (2 * STEP) > APART / 20 else None
@@ -187,5 +245,6 @@ def _clear(size: float) -> bool | None:
     return True if size < NEAR else False if size > APART / 20 else None
 
 
-def _always_on_axis(samples: Sequence[Sample], joint: int) -> bool:
-    return all(distance(sample, beside(sample), joint) < NEAR for sample in samples)
+def _always(samples: Sequence[Sample], off: Off) -> bool:
+    """Tell whether something is so in the poses beside the samples, too: then it tells nothing of them."""
+    return all(sample.off_beside(off) < NEAR for sample in samples)

@@ -43,18 +43,6 @@ class Component:
             texts = [f"{text} and {joint} = {value}".removeprefix(" and ") for text in texts for value in values]
         return texts
 
-    def weaker(self) -> list["Component"]:
-        """Return the components with one condition less; none where there is one only."""
-        count = len(self.conditions)
-        rests = [[k for k in range(count) if k != left_out] for left_out in range(count)] if count > 1 else []
-        return [
-            Component(
-                tuple(self.conditions[k] for k in rest),
-                None if self.solutions is None else tuple(self.solutions[k] for k in rest),
-            )
-            for rest in rests
-        ]
-
 
 @lru_cache(maxsize=256)
 def singular_set(chain: Chain) -> tuple[Component, ...] | None:

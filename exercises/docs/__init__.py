@@ -18,7 +18,7 @@ from types import MappingProxyType
 
 from exercises.arm.chain import Chain
 from exercises.docs.errata import Erratum, errata
-from exercises.docs.sharing import GROUPS, MEASURED
+from exercises.docs.sharing import GROUPS, known
 from exercises.docs.structures import structures_page
 from exercises.families import FAMILIES
 from exercises.families.listing import LISTING, Listed
@@ -131,7 +131,7 @@ AXES_IN_WORDS = {
 
 def variation_page() -> str:
     """Return docs/variation.md, of what was measured (`sharing.json`) and listed."""
-    measured = json.loads(MEASURED.read_text(encoding="utf-8"))
+    measured = known()
     asked = {name for steps in measured["asked"]["families"].values() for counts in steps.values() for name in counts}
     return render(
         "docs/variation.md.j2",

@@ -123,6 +123,25 @@ def sharing(keys: Iterable[Hashable]) -> int:
     return sum(count for count in Counter(keys).values() if count > 1)
 
 
+def known_share(family: str, step: str, question: str) -> tuple[int, int] | None:
+    """Return how many of how many students were found to share an answer; None where that was not measured.
+
+    >>> known_share("planar-2r", "chapter", "jacobian")
+    (500, 500)
+    """
+    found = known()["formulas"].get(family, {"students": 0, "steps": {}})
+    groups = found["steps"].get(step, {})
+    counts = [groups[group] for group, (names, _) in GROUPS.items() if question in names and group in groups]
+    return (counts[0], found["students"]) if counts else None
+
+
+@cache
+def known() -> dict[str, Any]:
+    """Return what was measured."""
+    content: dict[str, Any] = json.loads(MEASURED.read_text(encoding="utf-8"))
+    return content
+
+
 # --- measured ---
 
 

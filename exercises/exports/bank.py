@@ -49,7 +49,8 @@ def bank(order: Order) -> Generator[Variant, None, None]:
         if failed:
             order.note(f"{slot.name}: {len(failed)} draws did not pass, and others were taken; the first: {failed[0]}")
         if made < order.variants:
-            order.note(f"{slot.name}: {slot.family.name} has only {made} such problems that differ")
+            number = "one such problem" if made == 1 else f"{made} such problems that differ"
+            order.note(f"{slot.name}: {slot.family.name} has only {number}, at variation {slot.variation}")
         for _ in range(order.variants - made):
             order.each()
 

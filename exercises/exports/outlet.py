@@ -58,7 +58,8 @@ class Outlet:
     """A form in which an assignment is handed out: `--to NAME`.
 
     `title` says what comes out, `read_by` which program reads it, and `checked` what in our tests reads it as that
-    would. It does its work once for every "variant", every "student", or "once".
+    would. It does its work once for every "variant", every "student", or "once". Problems that are drawn from
+    assignment.toml again, where they are read, are `drawn_there`.
     """
 
     name: str
@@ -67,6 +68,12 @@ class Outlet:
     checked: str
     per: Literal["variant", "student", "once"]
     files: Callable[[Order], Generator[File, None, None]]
+    drawn_there: bool = False
+
+    @property
+    def holds_a_bank(self) -> bool:
+        """Whether the variants of a bank are in its files, as they are."""
+        return self.per == "variant" and not self.drawn_there
 
     def steps(self, order: Order) -> int:
         """Return how many times `order.each` is going to be told."""

@@ -44,6 +44,7 @@ OUTLETS = {
         Outlet(
             "prairielearn", "A course folder whose questions call qdot", "PrairieLearn",
             "Mustache; its JSON Schemas, by hand", "variant", course,
+            drawn_there=True,
         ),
     )
 }  # fmt: skip

@@ -31,6 +31,7 @@ from exercises.redrawn import DRAWS
 from exercises.render import template_folder
 from exercises.site.record import site_record, solutions_record, translated_record, translated_solutions
 from exercises.store import code
+from exercises.variation import DEFAULT, STEPS, named
 
 FOLDER = "bank"
 QUIZ = "quiz"
@@ -46,12 +47,14 @@ class Wanted:
     """A problem that is wanted in the bank: under which family and key, and what it is.
 
     `asked` are its questions: none stands for all of the chapter's that apply, QUIZ for a short one of each form.
+    `variation` is how far its arm leads away from the chapter's.
     """
 
     family: str
     key: str
     seed: int = 0
     asked: tuple[str, ...] = ()
+    variation: str = DEFAULT
     problem: Problem | None = None
 
     def made(self, draw: int = 1) -> Problem:
@@ -59,7 +62,8 @@ class Wanted:
         if self.problem is not None:
             return self.problem
         questions = short_quiz(self.family) if self.asked == (QUIZ,) else self.asked
-        return generate(ProblemId(self.family, self.seed + (draw - 1) * MOST_SEEDS, questions))
+        seed = self.seed + (draw - 1) * MOST_SEEDS
+        return generate(ProblemId(self.family, seed, questions, variation=self.variation))
 
     def certified(self, failures: Failures) -> Problem | GivenUp:
         """Return the first draw that passes its certificate. Raises QdotError for a problem that has no other draws."""
@@ -74,14 +78,18 @@ class Wanted:
         return GivenUp("", self.key, self.family, why)
 
 
-def of_families(names: Sequence[str], variants: int) -> list[Wanted]:
-    """Return so many arms of each family, with all questions that apply; every second one also has short ones."""
+def of_families(names: Sequence[str], variants: int, variation: str = "") -> list[Wanted]:
+    """Return so many arms of each family, with all questions that apply; every second one also has short ones.
+
+    Where no `variation` is asked for, the arms of a family climb its steps, over and over.
+    """
     problems = []
     for name in names:
         for seed in range(1, variants + 1):
-            problems.append(Wanted(name, f"{seed:03d}", seed))
+            drawn_at = named(variation) if variation else list(STEPS)[(seed - 1) % len(STEPS)]
+            problems.append(Wanted(name, f"{seed:03d}", seed, variation=drawn_at))
             if seed % 2 and not FAMILIES[name].varied:
-                problems.append(Wanted(name, f"{seed:03d}-quiz", seed, (QUIZ,)))
+                problems.append(Wanted(name, f"{seed:03d}-quiz", seed, (QUIZ,), drawn_at))
     return problems
 
 
@@ -116,7 +124,8 @@ def _both(folder: Path, failures: Failures) -> tuple[Path, Failures]:
 def _write(state: tuple[Path, Failures], wanted: Wanted) -> Json | GivenUp:
     folder, failures = state
     path = folder / FOLDER / wanted.family / f"{wanted.key}.json"
-    about = f"{code()}/{_texts()}/{wanted.seed}/{wanted.asked}/{wanted.problem and wanted.problem.id}"
+    drawn_as = f"{wanted.seed}/{wanted.asked}/{wanted.variation}/{wanted.problem and wanted.problem.id}"
+    about = f"{code()}/{_texts()}/{drawn_as}"
     made_from = hashlib.sha256(about.encode()).hexdigest()  # a seed is not to be read from the bank
     kept = _kept(path, made_from)
     if kept is not None:
@@ -127,7 +136,7 @@ def _write(state: tuple[Path, Failures], wanted: Wanted) -> Json | GivenUp:
     record = site_record(problem)
     listed = {
         "family": wanted.family, "key": wanted.key, "difficulty": step(problem.chain), "title": record["title"],
-        "questions": [part.kind for part in problem.parts],
+        "questions": [part.kind for part in problem.parts], "variation": problem.id.variation,
     }  # fmt: skip
     if wanted.problem is not None:
         record["id"] = wanted.key  # its own would tell the seed
@@ -195,7 +204,7 @@ def titles_text(language: str, titles: Sequence[tuple[str, str, str]]) -> str:
 def _of(listed: Sequence[Json], family: str) -> Iterator[Json]:
     for entry in listed:
         if entry["family"] == family:
-            yield {name: entry[name] for name in ("key", "difficulty", "title", "questions")}
+            yield {name: entry[name] for name in ("key", "difficulty", "variation", "title", "questions")}
 
 
 def _text(content: Json) -> str:

@@ -215,6 +215,13 @@ def _is_so(meaning: Meaning, sample: Sample) -> bool:
         axes = frames[[joint - 1 for joint in meaning.joints], :3, 2]
         sigma = np.linalg.svd(axes, compute_uv=False)
         return bool(sigma[0] - sigma[-1] < 1e-6 if meaning.kind == "square" else sigma[-1] < 1e-6)
+    if meaning.kind == "level":
+        places = np.vstack([frames[: meaning.joints[-1], :3, 3], sample.arm.point(sample.q)])
+        return bool(np.linalg.svd(np.vstack([places[1:] - places[0], frames[0, :3, 2]]), compute_uv=False)[-1] < 1e-6)
+    if meaning.kind == "one way":
+        turned = 1e-4 * np.eye(len(sample.q))[[first, last]]
+        moved = (sample.arm.point(sample.q + turned) - sample.arm.point(sample.q - turned)) / 2e-4
+        return bool(np.linalg.norm(np.cross(*(moved / np.linalg.norm(moved, axis=1, keepdims=True)))) < 1e-6)
     if meaning.kind in ("straight", "doubled"):
         a, b, c = (frames[meaning.joints[0] + k, :3, 3] for k in (-1, 0, 1))
         legs, whole = (np.linalg.norm(a - b), np.linalg.norm(b - c)), np.linalg.norm(a - c)

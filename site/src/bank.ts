@@ -16,11 +16,13 @@ export interface Family {
   readonly problems: readonly Listed[];
 }
 
-/** A problem of a family: the name of its file, its difficulty from 0 to 4, and what is asked. */
+/** A problem of a family: the name of its file, its difficulty from 0 to 4, how far its arm varies, and what is asked. */
 export interface Listed {
   readonly key: string;
   readonly title: string;
   readonly difficulty: number;
+  /** A step of exercises/variation.py, from "chapter" to "full", or axes of an instructor's own. */
+  readonly variation: string;
   readonly questions: readonly string[];
 }
 

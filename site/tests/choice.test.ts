@@ -13,6 +13,7 @@ import {
   nameOf,
   next,
   placeIn,
+  variations,
   WAITS,
 } from "../src/practice/choice.js";
 import { entriesOf, matrixText } from "../src/practice/entries.js";
@@ -26,15 +27,17 @@ const INDEX: Index = {
       title: "Planar 2R",
       source: "6.1",
       problems: [
-        { key: "001", title: "A", difficulty: 1, questions: ["position", "jacobian"] },
-        { key: "002", title: "B", difficulty: 2, questions: ["position"] },
+        { key: "001", title: "A", difficulty: 1, variation: "chapter", questions: ["position", "jacobian"] },
+        { key: "002", title: "B", difficulty: 2, variation: "full", questions: ["position"] },
       ],
     },
     {
       name: "scara",
       title: "SCARA",
       source: "6.6",
-      problems: [{ key: "001", title: "C", difficulty: 1, questions: ["determinant"] }],
+      problems: [
+        { key: "001", title: "C", difficulty: 1, variation: "lengths+base", questions: ["determinant"] },
+      ],
     },
   ],
   questions: [],
@@ -46,6 +49,8 @@ test("a wish narrows down what is practised", () => {
   expect(items(INDEX, { ...ANYTHING, question: "position", difficulty: 2 }).map(nameOf)).toEqual([
     "planar-2r/002/position",
   ]);
+  expect(items(INDEX, { ...ANYTHING, variation: "full" }).map(nameOf)).toEqual(["planar-2r/002/position"]);
+  expect(variations(INDEX)).toEqual(["chapter", "full", "lengths+base"]);
   expect(next(INDEX, { ...ANYTHING, question: "twist" }, {}, 0, Math.random)).toBeNull();
 });
 
@@ -74,7 +79,7 @@ test("a set is the same order for all, and another for another name", () => {
 });
 
 test("a link leads back to the same wish, and nonsense in it to any", () => {
-  const wish = { family: "scara", question: "position", difficulty: 0, set: "x" };
+  const wish = { family: "scara", question: "position", difficulty: 0, variation: "frames", set: "x" };
   expect(fromLink(asLink(wish))).toEqual(wish);
   expect(fromLink("")).toEqual(ANYTHING);
   expect(fromLink("?difficulty=9").difficulty).toBeNull();

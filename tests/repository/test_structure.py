@@ -20,8 +20,8 @@ LAYERS = {
         formula.names formula.trees formula.algebra formula.notation formula.expression formula.program formula.field
         formula.angles formula.exact formula.identity formula.constants formula.pieces formula.conditions
         formula.claims
-        arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.axes arm.reach arm.appearance
-        arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
+        arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.axes arm.reason arm.reach
+        arm.appearance arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
         arm.arithmetic arm.stages
         credit decimals lateness difficulty answers problem families questions mistakes quizzes
         generation record verify writing.angles writing.latex phrases languages render writing messages figure

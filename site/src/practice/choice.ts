@@ -9,11 +9,15 @@ export interface Wish {
   readonly family: string;
   readonly question: string;
   readonly difficulty: number | null;
+  readonly variation: string;
   /** The seed of a set that an instructor gave out: all who have it practise the same problems in the same order. */
   readonly set: string;
 }
 
-export const ANYTHING: Wish = { family: "", question: "", difficulty: null, set: "" };
+/** The steps of exercises/variation.py. */
+export const STEPS = ["chapter", "lengths", "zeros", "frames", "full"] as const;
+
+export const ANYTHING: Wish = { family: "", question: "", difficulty: null, variation: "", set: "" };
 
 /** A question about an arm of the bank. */
 export interface Item {
@@ -39,6 +43,14 @@ export const WAITS: readonly number[] = [2 * 60 * 1000, DAY, 3 * DAY, 7 * DAY, 3
 
 export const nameOf = ({ family, key, question }: Item): string => `${family}/${key}/${question}`;
 
+/** How far arms of the bank vary: the steps in their order, then what an instructor named. */
+export function variations(index: Index): string[] {
+  const found = new Set(
+    index.families.flatMap(({ problems }) => problems.map((problem) => problem.variation)),
+  );
+  return [...STEPS.filter((step) => found.delete(step)), ...found];
+}
+
 /** Every item that a wish allows, in the bank's order. */
 export function items(index: Index, wish: Wish): Item[] {
   return index.families
@@ -46,6 +58,7 @@ export function items(index: Index, wish: Wish): Item[] {
     .flatMap((family) =>
       family.problems
         .filter((problem) => wish.difficulty === null || problem.difficulty === wish.difficulty)
+        .filter((problem) => !wish.variation || problem.variation === wish.variation)
         .flatMap((problem) =>
           problem.questions
             .filter((question) => !wish.question || question === wish.question)
@@ -123,6 +136,7 @@ export function asLink(wish: Wish): string {
   if (wish.family) found.set("arm", wish.family);
   if (wish.question) found.set("question", wish.question);
   if (wish.difficulty !== null) found.set("difficulty", String(wish.difficulty));
+  if (wish.variation) found.set("variation", wish.variation);
   if (wish.set) found.set("set", wish.set);
   return found.size > 0 ? `?${found}` : "";
 }
@@ -135,6 +149,7 @@ export function fromLink(search: string): Wish {
     family: found.get("arm") ?? "",
     question: found.get("question") ?? "",
     difficulty: Number.isInteger(step) && step >= 0 && step <= 4 ? step : null,
+    variation: found.get("variation") ?? "",
     set: found.get("set") ?? "",
   };
 }

@@ -5,7 +5,17 @@ import { useRef, useState } from "preact/hooks";
 
 import type { Index } from "../bank.js";
 import { message, said } from "../text/text.js";
-import { ANYTHING, asLink, isMissed, items, type Progress, WAITS, type Wish } from "./choice.js";
+import {
+  ANYTHING,
+  asLink,
+  isMissed,
+  items,
+  type Progress,
+  STEPS,
+  variations,
+  WAITS,
+  type Wish,
+} from "./choice.js";
 import { asFile, fromFile, merged } from "./progress.js";
 import { sheetLink } from "./sheet.js";
 
@@ -79,9 +89,38 @@ export function Settings(props: SettingsProps): JSX.Element {
           ))}
         </select>
       </label>
+      <VariationChoice {...props} />
       <More {...props} />
     </form>
   );
+}
+
+/** How far arms vary, where the bank has more than one kind. */
+function VariationChoice({ index, wish, onWish }: SettingsProps) {
+  const known = variations(index);
+  if (known.length < 2) return null;
+  return (
+    <label>
+      {said(message("practice.variation"))}
+      <select
+        value={wish.variation}
+        onChange={(event) => onWish({ ...wish, variation: event.currentTarget.value })}
+      >
+        <option value="">{said(message("practice.any-variation"))}</option>
+        {known.map((name) => (
+          <option key={name} value={name}>
+            {variationName(name)}
+          </option>
+        ))}
+      </select>
+    </label>
+  );
+}
+
+/** A step in words; an instructor's own axes as they are. */
+export function variationName(name: string): string {
+  const step = STEPS.find((each) => each === name);
+  return step ? said(message(`variation.${step}`)) : name.replaceAll("+", ", ");
 }
 
 function More({ wish, progress, onWish, onProgress }: SettingsProps) {

@@ -12,6 +12,7 @@ from exercises.errors import QdotError
 from exercises.exports.bank import bank
 from exercises.exports.outlet import Order
 from exercises.exports.registry import OUTLETS
+from exercises.families import FAMILIES
 from exercises.problem import Problem
 from exercises.record import digests
 from exercises.verify import certify
@@ -50,7 +51,31 @@ def test_a_family_with_few_problems_gives_all_it_has_and_says_so(order: Order, m
     told: list[None] = []
     assert len(list(bank(replace(order, note=notes.append, each=lambda: told.append(None))))) == 1
     assert len(told) == 4
-    assert notes == ["p1: planar-2r has only 1 such problems that differ"]
+    assert notes == ["p1: planar-2r has only one such problem, at variation zeros"]
+
+
+def test_a_bank_is_of_the_variation_that_is_asked_for(order: Order, tmp_path: Path) -> None:
+    """Where problems are drawn by assignment.toml again, that says how arms vary."""
+    asked = replace(order, assignment=order.assignment.varied("base+lengths"), variants=2)
+    assert {variant.problem.id.variation for variant in bank(asked)} == {"lengths+base"}
+    folder = order.assignment.folder
+    said = run("export", folder, "--to", "moodle", "--variants", "1", "--variation", "chapter", "--out", tmp_path / "m")
+    assert "moodle: 1 file in" in said
+    of_own = run("export", folder, "--to", "moodle", "--variants", "1", "--out", tmp_path / "own")
+    plain, own = (sorted((tmp_path / name).iterdir()) for name in ("m", "own"))
+    assert of_own and [path.name for path in plain] == [path.name for path in own]
+    assert [path.read_text() for path in plain] != [path.read_text() for path in own]
+    for outlet in ("prairielearn", "html"):
+        refused = fails("export", folder, "--to", outlet, "--variation", "chapter")
+        assert f"--variation is for banks (moodle, canvas, qti, jupyterquiz, stack); for {outlet}, assign" in refused
+    assert "unknown variation 'plain'" in fails("export", folder, "--to", "moodle", "--variation", "plain")
+
+
+def test_a_place_that_can_not_be_asked_of_other_arms_is_named(order: Order) -> None:
+    tied = order.assignment.slots[0]
+    tied = replace(tied, family=FAMILIES["scara"], questions=("lost-motion", "jacobian"), band=(0, 0))
+    with pytest.raises(QdotError, match=r"^p1, with variation full: "):
+        replace(order.assignment, slots=(tied,)).varied("full")
 
 
 def test_a_problem_that_fails_its_certificate_is_not_exported(order: Order) -> None:

@@ -13,9 +13,12 @@ from exercises.arm.stages import numbers
 from exercises.generation import generate
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions.results import is_derived, result
+from exercises.site.bank import of_families
 from exercises.site.keys import key_of, weight
 from exercises.site.record import site_record, solutions_record, typed_names
+from exercises.variation import STEPS
 from exercises.writing.statement import prompt
+from tests.support import ROOT
 from tests.support.suites import WHOLE, few_families
 
 Drawn = Callable[[str, int], Problem]
@@ -69,6 +72,17 @@ def _poses_are_singular(problem: Problem, key: dict[str, Any]) -> None:
             jacobian = chain.jacobian(np.array([values[name] for name in key["joints"]]))[rows]
             singular = np.linalg.svd(jacobian)[1]
             assert singular[-1] < 1e-5 * max(1.0, singular[0])
+
+
+def test_arms_of_a_family_climb_the_steps_unless_one_is_asked_for() -> None:
+    drawn_at = [wanted.variation for wanted in of_families(["scara"], 6) if not wanted.asked]
+    assert drawn_at == [*STEPS, "chapter"]
+    assert {wanted.variation for wanted in of_families(["scara"], 3, "base+lengths")} == {"lengths+base"}
+
+
+def test_the_page_knows_the_steps_in_their_order() -> None:
+    text = (ROOT / "site" / "src" / "practice" / "choice.ts").read_text(encoding="utf-8")
+    assert f"export const STEPS = {json.dumps(list(STEPS))} as const;" in text
 
 
 def test_a_record_says_what_a_page_needs() -> None:

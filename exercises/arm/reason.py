@@ -1,0 +1,69 @@
+"""Whether what is said of singular configurations is the reason: in no regular configuration is it so.
+
+Configurations at which it is so are looked for from many starts, on arms of several lengths; each of them has to be
+singular. What is so by the way, at singular configurations and at others, is no reason.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from exercises.arm.axes import Off, Sample
+from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.kinematics import NumericChain
+from exercises.stream import Stream
+
+Holds = Callable[[Sample], bool | None]
+
+_ARMS, _STARTS, _STEPS = 3, 16, 60
+_CLOSE, _STEP, _FARTHEST = 1e-9, 1e-6, 0.6
+_REGULAR = 1e-4
+"""Least singular value over the largest, above which a configuration is regular for sure."""
+
+
+def is_reason(chain: Chain, samples: Sequence[Sample], off: Off, holds: Holds) -> bool:
+    """Tell whether what is so where `off` is zero and `holds` is true costs rank wherever it is so.
+
+    `samples` are configurations at which it is so, `chain` tells the task. Where no other configuration is found than
+    these, they are singular anyway, and no other is known to be regular.
+    """
+    rows = [TASK_ROWS.index(row) for row in chain.task]
+    arms = list({id(sample.arm): sample.arm for sample in samples}.values())
+    for arm in arms[:: max(1, len(arms) // _ARMS)][:_ARMS]:
+        found = _zeros(arm, off)
+        sigma = np.linalg.svd(arm.jacobian(found)[:, rows], compute_uv=False)
+        regular = sigma[:, -1] > _REGULAR * np.maximum(sigma[:, 0], _REGULAR)
+        if any(holds(Sample(arm, q)) for q in found[regular]):
+            return False
+    return True
+
+
+def _zeros(arm: NumericChain, off: Off) -> np.ndarray:
+    """Return configurations (k x n) at which a measure is zero, by Newton's steps along the steepest descent.
+
+    A measure has an edge where it is zero, and its square has none: slopes are taken of that.
+    """
+    q = _starts(arm.kinds).copy()
+    going = np.arange(len(q))
+    to_sides = _STEP * np.concatenate([np.eye(q.shape[1]), -np.eye(q.shape[1])])
+    for _ in range(_STEPS):
+        left = off(arm, q[going])
+        going, left = going[left > _CLOSE], left[left > _CLOSE]
+        if not len(going):
+            break
+        places = (q[going, None] + to_sides).reshape(-1, q.shape[1])
+        squares = (off(arm, places) ** 2).reshape(len(going), 2, -1)
+        slopes = (squares[:, 0] - squares[:, 1]) / (2 * _STEP)
+        move = (2 * left**2 / np.maximum(np.sum(slopes**2, axis=1), 1e-30))[:, None] * slopes
+        q[going] -= move * np.minimum(1.0, _FARTHEST / np.maximum(np.abs(move).max(axis=1, keepdims=True), 1e-12))
+    return np.asarray(q[off(arm, q) < _CLOSE])
+
+
+@lru_cache(maxsize=64)
+def _starts(kinds: tuple[str, ...]) -> np.ndarray:
+    stream = Stream("reason")
+    return np.array(
+        [[stream.uniform(-np.pi, np.pi) if kind == "R" else stream.uniform(0.2, 0.8) for kind in kinds]
+         for _ in range(_STARTS)]
+    )  # fmt: skip
