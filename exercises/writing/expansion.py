@@ -8,7 +8,7 @@ out before they are gathered. All of it is for an arm's structure, whose results
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import combinations, permutations
+from itertools import combinations, pairwise, permutations
 
 import sympy as sp
 
@@ -69,7 +69,9 @@ class Expansion:
             )
             for step in self.steps
         )
-        return replace(self, steps=steps, products=tuple(dict.fromkeys((*map(fill, self.products), result))))
+        lines = [*map(fill, self.products), result]
+        told = [line for line, after in pairwise(lines) if not _same_product(line, after)]
+        return replace(self, steps=steps, products=(*told, result))
 
 
 # --- frames ---
@@ -268,6 +270,17 @@ def _gathered(expression: sp.Expr) -> sp.Expr:
     return sp.factor_terms(sp.expand(expression)) if expression.has(sp.Add) else expression
 
 
+def _same_product(one: sp.Expr, other: sp.Expr) -> bool:
+    """Tell whether two products have the same factors, whichever of them have the minus signs."""
+
+    def factors(product: sp.Expr) -> list[tuple[sp.Expr, sp.Expr]]:
+        bases = (factor.as_base_exp() for factor in sp.Mul.make_args(sp.factor_terms(product)))
+        plain = ((sp.expand(-base if base.could_extract_minus_sign() else base), power) for base, power in bases)
+        return sorted((pair for pair in plain if pair[0] != 1), key=sp.default_sort_key)
+
+    return sp.expand(one - other) == 0 and factors(one) == factors(other)
+
+
 def _theorem(expression: sp.Expr) -> str:
     """Return what is used to write products of sines and cosines shorter, if anything is."""
     result = textbook(sp.expand(expression))
@@ -291,6 +304,3 @@ def _names(*expressions: sp.Expr) -> dict[sp.Expr, sp.Symbol]:
     """Return a symbol for the sine and for the cosine of every angle, each sum of angles being one of its own."""
     angles = _angles(*expressions)
     return {trig(angle): sp.Symbol(f"{trig}_{k}") for k, angle in enumerate(angles) for trig in (sp.sin, sp.cos)}
-
-
-# --- rank of what is not square ---
