@@ -12,7 +12,7 @@ from itertools import combinations, pairwise, permutations
 
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.chain import TASK_ROWS, Base, Chain
 from exercises.arm.derivation import derive, short_jacobian
 from exercises.arm.kinematics import Z, frame_behind, frames_and_point, task_matrix
 from exercises.arm.trigonometry import same, textbook
@@ -109,6 +109,33 @@ def _seen_from(chain: Chain, k: int) -> sp.Matrix:
         linear, angular = (z.cross(arm), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
         columns.append((linear if i < chain.point.frame else sp.zeros(3, 1)).col_join(angular))
     return sp.Matrix.hstack(*columns).applyfunc(lambda entry: textbook(sp.expand(entry)))
+
+
+def seen_for_minors(chain: Chain) -> tuple[sp.Matrix, Step | None, bool]:
+    """Return a matrix with the rank of a Jacobian that is not square, how it is seen, and whether joint 1 is at zero.
+
+    A wide one is seen from a frame in which its maximal minors are the same and its entries are short. A tall one whose
+    rows are all of a vector is seen from the base, with joint 1 at zero: it turns the whole arm, and no rank.
+    """
+    jacobian, step = derive(chain).jacobian, None
+    if (short := short_jacobian(chain)) != jacobian:
+        return short, Step("frame", sp.S.One, (short,), number=chain.n // 2, moved=True), False
+    if jacobian.rows > jacobian.cols:
+        whole = chain.task in (TASK_ROWS, TASK_ROWS[:3], TASK_ROWS[3:]) and chain.joints[0].kind == "R"
+        if not whole:
+            return jacobian, None, False
+        first = replace(chain.joints[0], theta=sp.S.Zero)
+        turned = task_matrix(_seen_from(replace(chain, base=Base()), 0), chain.task).xreplace({chain.q[0]: first.theta})
+        return turned, None, True
+    best = jacobian
+    for k, seen in frames_to_see_from(chain):
+        if _length(seen) < _length(best):
+            best, step = seen, Step("frame", sp.S.One, (seen,), number=k)
+    return best, step, False
+
+
+def _length(matrix: sp.Matrix) -> int:
+    return sum(map(sp.count_ops, matrix)) + _filled_places(matrix)
 
 
 # --- the steps ---
@@ -220,7 +247,7 @@ def _alone(matrix: sp.Matrix) -> tuple[str, int, int] | None:
 
 
 def _taken_from(matrix: sp.Matrix) -> tuple[int, int, int, sp.Matrix] | None:
-    """Return (column, sign, other, matrix): the other column, times the sign, taken from the first leaves more zeros."""
+    """Return (column, sign, other, matrix): the other column, times the sign, taken from the first leaves zeros."""
     best = None
     for i, j in permutations(range(matrix.cols), 2):
         for sign in (1, -1):

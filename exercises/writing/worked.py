@@ -23,6 +23,7 @@ from exercises.questions.inversion import Situation, jacobian_at
 from exercises.questions.singular import Place
 from exercises.questions.wrist import block_determinants, not_partitioned, wrist_block
 from exercises.writing.angles import AngleNames, angle_names, arm_angles, link_angles
+from exercises.writing.cases import Case, Cases, Minors, cases_of, minors_of
 from exercises.writing.expansion import (
     MOST_ROWS_AT_ONCE,
     Expansion,
@@ -33,7 +34,6 @@ from exercises.writing.expansion import (
 )
 from exercises.writing.hint_context import HintContext
 from exercises.writing.latex import tex
-from exercises.writing.wording import join
 
 
 @dataclass(frozen=True)
@@ -269,7 +269,7 @@ class Worked:
 
     @cached_property
     def at_once(self) -> AtOnce | None:
-        """Where all joints that turn are at quarter turns and one product of entries is left of det J, if that is so."""
+        """Where all joints that turn are at quarter turns and one product of entries is left of det J."""
         generic = derive(self._structure)
         turning = [q for q in generic.determinant.free_symbols if str(q).startswith("theta")]
         joints = [q for q in self.chain.q if q in turning]
@@ -306,22 +306,54 @@ class Worked:
         values = (minor.substituted(self._values) for minor in self.d.generic_minors)
         return list(zip(labels, values, strict=True))
 
-    def zeros_of_minors(self, found: SingularComponent) -> list[tuple[sp.Expr, str]]:
-        """Return, of conditions that hold together, which minors each is a factor of: ("s2", "1 to 5").
+    @cached_property
+    def _generic_minors(self) -> Minors:
+        return minors_of(self._structure)
 
-        Nothing where some minor has none of them as a factor and vanishes all the same.
-        """
-        left = dict(enumerate((minor for _, minor in self.minors), 1))
-        left = {number: minor for number, minor in left.items() if minor != 0}
-        taken = []
-        for condition in found.conditions:
-            bases = {condition, sp.expand(-condition)}
-            here = [n for n, minor in left.items() if bases & {f.as_base_exp()[0] for f in sp.Mul.make_args(minor)}]
-            taken.append((condition, here))
-            left = {number: minor for number, minor in left.items() if number not in here}
-        if left or not all(here for _, here in taken):
-            return []
-        return [(condition, join([f"$M_{{{n}}}$" for n in here])) for condition, here in taken]
+    @cached_property
+    def minors_taken(self) -> Minors:
+        """The minors that tell where a Jacobian that is not square loses rank, of a matrix as short as may be."""
+        generic, fill = self._generic_minors, self.d.fill
+        values = tuple(map(fill, generic.values))
+        return replace(
+            generic,
+            matrix=generic.matrix.applyfunc(fill),
+            values=values,
+            expansions=tuple(e.filled(fill, v) for e, v in zip(generic.expansions, values, strict=True)),
+        )
+
+    def minors_listed(self, worked: int | None) -> list[tuple[int, str, tuple[sp.Expr, ...]]]:
+        """Return number, columns (or rows) and lines of minors: all lines, or the last of all but one worked out."""
+        taken = zip(self.minors, self.minors_taken.expansions, strict=True)
+        lines = [(number, label, expansion.products) for number, ((label, _), expansion) in enumerate(taken, 1)]
+        if worked is None:
+            return lines
+        return [(number, label, products[-1:]) for number, label, products in lines if number != worked + 1]
+
+    @property
+    def joint_at_zero(self) -> sp.Expr:
+        """The value of joint 1 at which its angle in the table is zero."""
+        return -self.chain.offsets[0]
+
+    @cached_property
+    def cases(self) -> Cases | None:
+        """How the singular set follows from these minors."""
+        cases, fill = cases_of(self._structure, self._generic_minors.values), self.d.fill
+        if cases is None:
+            return None
+
+        def shown(factor: sp.Expr) -> sp.Expr:
+            return without_factor(fill(factor))
+
+        filled = tuple(
+            Case(
+                shown(case.factor),
+                tuple((number, fill(minor)) for number, minor in case.left),
+                tuple(tuple(map(shown, others)) for others in case.others),
+            )
+            for case in cases.cases
+        )
+        return replace(cases, shared=tuple(map(shown, cases.shared)), cases=filled)
 
     # --- singular configurations ---
 

@@ -1,19 +1,21 @@
 """Every step by which a determinant is worked out has its value, and no line is there twice."""
 
 import random
+from collections.abc import Iterator
 
 import pytest
 import sympy as sp
 
+from exercises.problem import Problem
 from exercises.variation import STEPS
-from exercises.writing.expansion import expanded, expansion_of
+from exercises.writing.expansion import Expansion, expanded, expansion_of
 from exercises.writing.latex import tex
 from exercises.writing.worked import Worked
 from tests.support.problems import drawn
 from tests.support.suites import several
 
 
-def worked_determinants(problem):
+def worked_determinants(problem: Problem) -> Iterator[tuple[Expansion, sp.Expr]]:
     """Yield (expansion, determinant) of all that a problem's solutions work out."""
     worked = Worked(problem.chain)
     if "determinant" in {part.name for part in problem.parts} and worked.blocks is None:
@@ -24,7 +26,7 @@ def worked_determinants(problem):
 
 
 @pytest.mark.parametrize("variation", several(("lengths", "full"), tuple(STEPS)))
-def test_every_intermediate_is_the_determinant(family, variation):
+def test_every_intermediate_is_the_determinant(family: str, variation: str) -> None:
     for expansion, determinant in worked_determinants(drawn(family, 0, variation)):
         symbols = set(determinant.free_symbols).union(*(line.free_symbols for line in expansion.products))
         for step in expansion.steps:
@@ -42,7 +44,7 @@ def test_every_intermediate_is_the_determinant(family, variation):
 
 
 @pytest.mark.parametrize("variation", several(("chapter",), ("chapter", "zeros", "full")))
-def test_no_line_is_there_twice(family, variation):
+def test_no_line_is_there_twice(family: str, variation: str) -> None:
     problem = drawn(family, 0, variation)
     for expansion, _ in worked_determinants(problem):
         shown = [tex(line, problem.chain, Worked(problem.chain).angles) for line in expansion.products]
@@ -50,14 +52,14 @@ def test_no_line_is_there_twice(family, variation):
         assert len(set(unsigned)) == len(unsigned), shown
 
 
-def test_a_matrix_is_taken_apart_where_zeros_are():
+def test_a_matrix_is_taken_apart_where_zeros_are() -> None:
     a, b, c, d, e = sp.symbols("a b c d e")
     expansion = expanded(sp.ImmutableMatrix([[a, b, d], [c, d, e], [0, 0, e]]))
     assert [(step.kind, step.line, step.entry) for step in expansion.steps] == [("alone", "row 3", e)]
     assert expansion.products == (e * (a * d - b * c),)
 
 
-def test_an_orthogonal_arm_is_seen_from_a_frame_in_which_one_product_is_left():
+def test_an_orthogonal_arm_is_seen_from_a_frame_in_which_one_product_is_left() -> None:
     expansion = expansion_of(Worked(drawn("orthogonal-3r", 0, "chapter").chain)._structure)
     assert [step.kind for step in expansion.steps] == ["frame"]
     assert expansion.seen

@@ -229,3 +229,12 @@ def test_conditions_are_listed_with_the_signs_that_they_have_in_the_determinant(
         determinant = tex(steps.d.determinant, chain)
         sums = [condition for found in steps.found for condition in found.conditions if condition.is_Add]
         assert not [each for each in sums if f"({tex(-each, chain)})" in determinant]
+
+
+@pytest.mark.parametrize("family", ["planar-2r", "elbow-3r"])
+def test_other_lengths_are_said_to_be_numbers_where_there_are_any(family: str) -> None:
+    """The chapter's arm has open lengths only; with one of them given as a number, the others are told apart."""
+    chapter = drawn(family, 0, "chapter").chain
+    assert "Other lengths" not in statement(chapter)
+    first = replace(chapter.joints[0], a=sp.Rational(3, 10))
+    assert "Other lengths are numbers" in statement(replace(chapter, joints=(first, *chapter.joints[1:])))
