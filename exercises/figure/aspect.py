@@ -47,7 +47,7 @@ def _scores(drawn: Chain, entries: np.ndarray, views: np.ndarray) -> np.ndarray:
     ways = np.einsum("ix,kyx->kiy", z, views[:, :2])
     ends = np.stack([origins[-1], origins[-1] + 1e-6 * z[-1]])  # the last link's own direction is no link
     last = np.broadcast_to(np.einsum("px,kyx->kpy", ends, views[:, :2])[:, None], (len(views), 1, 2, 2))
-    clear = np.minimum(clearance(np.concatenate([flat, last], axis=1), 1) * scale / 50, 1)
+    clear = np.clip(clearance(np.concatenate([flat, last], axis=1), 1) * scale / 50, 0, 1)
     short = np.minimum(np.linalg.norm(ways, axis=2) / SEEN, 1)
     behind = np.round(views[:, 2] @ z[0], 6) < 0  # the wall that carries the arm hides it
     return np.asarray(2.0 * clear + 0.6 * (short - 1).sum(axis=1) - _crowd(origins, z, places, ways) - behind)

@@ -29,7 +29,7 @@ LONG = 4
 TIGHT, CLOSE = 0.4, 34.0
 """What a pose loses for two labels that want to stand at one place, and the pixels below which two are near it."""
 CLEAR = {False: 1.8, True: 4.0}
-"""What a pose may gain at most by keeping its links apart; more for a long arm."""
+"""What a pose gains at most by keeping its links apart, and loses if two of them cross; more for a long arm."""
 
 
 @dataclass(frozen=True)
@@ -206,7 +206,8 @@ def scores(chain: Chain, drawn: Chain, entries: np.ndarray) -> np.ndarray:
 
 
 def _clear(chain: Chain, lines: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    return np.asarray(CLEAR[chain.n > LONG] * np.minimum(clearance(lines, 2 if chain.n > LONG else 1) * scale / 70, 1))
+    kept = clearance(lines, 2 if chain.n > LONG else 1) * scale / 70
+    return np.asarray(CLEAR[chain.n > LONG] * np.clip(kept, -1, 1))
 
 
 def _looks(chain: Chain, drawn: Chain, entries: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -248,7 +249,8 @@ def segments(frames: np.ndarray, corners: np.ndarray, path: np.ndarray, moved: i
 def clearance(flat: np.ndarray, axes: int) -> np.ndarray:
     """Return the least distance of pieces that are no neighbours (and of far ends of neighbours), per pose (k).
 
-    The last pieces are as many axes of the last frame, all of which are neighbours of the last link.
+    It is -inf where two of them cross. The last pieces are as many axes of the last frame, all of which are neighbours
+    of the last link.
     """
     shares = np.linspace(0.0, 1.0, 6)[:, None]
     points = flat[:, :, None, 0] * (1 - shares) + flat[:, :, None, 1] * shares
@@ -260,8 +262,8 @@ def clearance(flat: np.ndarray, axes: int) -> np.ndarray:
         gaps = np.sqrt((x * x + y * y).reshape(len(flat), -1).min(axis=1))
         least = np.minimum(least, gaps * (1.3 if near else 1.0))
         if not near:
-            least = np.where(_cross(flat[:, i], flat[:, j]), 0.0, least)
-    return np.where(np.isinf(least), 1.0, least)
+            least = np.where(_cross(flat[:, i], flat[:, j]), -np.inf, least)
+    return np.where(least == np.inf, 1.0, least)
 
 
 def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:

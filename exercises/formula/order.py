@@ -73,6 +73,8 @@ def _factor_key(factor: sp.Expr) -> Key:
         return (6, _moving_key(base)) if moves(base) else (1, natural(base.name))
     if isinstance(base, (sp.sin, sp.cos)):
         return (3 if joint_sum(base.args[0]) is not None else 5, _trig_key(base))
+    if base.is_Add and all(map(moves, base.free_symbols)):
+        return (6, (2, ByText(base)))  # as a rate stands, behind all that it is multiplied by
     is_length = base.is_Add and all(symbol.name[0] in "aL" for symbol in base.free_symbols)
     return (2 if is_length else 4, base.is_Add, ByText(factor))
 
@@ -143,6 +145,8 @@ def terms(expression: sp.Expr, flip: bool = False) -> list[tuple[bool, sp.Expr]]
 
 def _plus_first(signed: list[tuple[bool, sp.Expr]]) -> list[tuple[bool, sp.Expr]]:
     """Return terms with the sine and cosine of one angle at their front so that these start without a minus."""
+    if signed[0][0] and all(_RATE.fullmatch(str(symbol)) for _, term in signed for symbol in term.free_symbols):
+        return sorted(signed, key=lambda one: one[0])  # qd2 - qd1
     if len(signed) > 1 and signed[0][0] and not signed[1][0] and not any(map(moves, signed[0][1].free_symbols)):
         angles = [{trig.args for trig in term.atoms(sp.sin, sp.cos)} for _, term in signed[:2]]
         if angles[0] == angles[1]:  # 0.06 s_2 - 0.35 c_2

@@ -29,9 +29,13 @@ class ForTask(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class AlongAxes(Details):
-    """About the coordinates of the point that the task counts, some of "x", "y", "z"."""
+    """About the coordinates of the point that the task counts, some of "x", "y", "z".
+
+    Of a velocity that is written link by link, `by_links` is true.
+    """
 
     axes: tuple[str, ...]
+    by_links: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,13 +51,48 @@ def _position(chain: Chain, rng: Stream) -> Asked:
 
 
 def linear_velocity(chain: Chain) -> sp.Matrix:
-    """Return the velocity of the point, the coordinates that the task counts, as J qd (6.2)."""
+    """Return the velocity of the point, the coordinates that the task counts (6.2).
+
+    Where every term of the position has the sine or cosine of one angle, it is written link by link as in Example 6.1,
+    -a1 s1 qd1 - a2 s12 (qd1 + qd2); else joint by joint, as J qd.
+    """
     d = derive(chain)
+    if is_by_links(chain):
+        position = d.position.extract(moving_rows(chain), [0])
+        return position.applyfunc(lambda entry: _velocity_by_links(entry, chain))
     return d.geometric.extract(moving_rows(chain), list(range(chain.n))) * sp.Matrix(chain.rates)
 
 
+def is_by_links(chain: Chain) -> bool:
+    """Tell whether every term of the position turns by one angle, and one of them by a sum of joint angles."""
+    position = derive(chain).position.extract(moving_rows(chain), [0])
+    turning = [term.atoms(sp.sin, sp.cos) for entry in position for term in sp.Add.make_args(sp.expand(entry))]
+    sums = any(len(trig.args[0].free_symbols) > 1 for trigs in turning for trig in trigs)
+    return sums and all(len(trigs) <= 1 for trigs in turning)
+
+
+def _velocity_by_links(coordinate: sp.Expr, chain: Chain) -> sp.Expr:
+    """Return the rate of change of a coordinate; what turns by the same angle has the same sum of joint rates."""
+    rates = dict(zip(chain.q, chain.rates, strict=True))
+    turning: dict[sp.Expr, sp.Expr] = {}
+    for term in sp.Add.make_args(sp.expand(coordinate)):
+        angle = next((trig.args[0] for trig in term.atoms(sp.sin, sp.cos)), sp.S.Zero)
+        turning[angle] = turning.get(angle, sp.S.Zero) + term
+    velocity = sp.S.Zero
+    for angle, group in turning.items():
+        sliding = [q for q in chain.q if group.has(q) and q not in angle.free_symbols]
+        velocity += sp.Add(*(group.diff(q) * rates[q] for q in sliding))
+        turned = [q for q in chain.q if q in angle.free_symbols]
+        if turned:
+            velocity += (
+                group.diff(turned[0]) / angle.diff(turned[0]) * sp.Add(*(angle.diff(q) * rates[q] for q in turned))
+            )
+    return velocity
+
+
 def _velocity(chain: Chain, rng: Stream) -> Asked:
-    return Matrix(linear_velocity(chain)), AlongAxes(axes=chain.linear_rows)
+    by_links = is_by_links(chain)
+    return Matrix(linear_velocity(chain)), AlongAxes(axes=chain.linear_rows, by_links=by_links)
 
 
 def _component(chain: Chain, rng: Stream) -> Asked:

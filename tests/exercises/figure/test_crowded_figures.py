@@ -8,15 +8,13 @@ import pytest
 
 from exercises.figure import arm_figure
 from exercises.figure.plane import is_flat
-from exercises.figure.shapes import Figure, Pair, Polyline, Text
+from exercises.figure.shapes import Figure
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
+from tests.support.figures import faults
 from tests.support.problems import LONG_ARMS, drawn
 from tests.support.suites import families_for, several
 
-Segment = tuple[Pair, ...]
-MOST_LED = 0.35
-"""The part of a figure's labels that may have a leader."""
 APART = 8.0
 """Pixels between origins that differ, of an arm with six or seven joints, whose hand may come back to its elbow."""
 
@@ -26,47 +24,6 @@ def posed(identity: ProblemId) -> list[tuple[str, Figure]]:
     """The figures that stand under the questions of a problem, with the questions' names."""
     problem = drawn(identity.family, identity.seed)
     return [(part.kind, arm_figure(problem.chain, part.pose)) for part in problem.parts if part.pose is not None]
-
-
-def leaders(figure: Figure) -> list[Segment]:
-    return [shape.points for shape in figure.shapes if isinstance(shape, Polyline) and shape.style == "leader"]
-
-
-def cross(first: Segment, second: Segment) -> bool:
-    def sides(line: Segment, points: Segment) -> float:
-        (x, y), (u, v) = line
-        return float(np.prod([(u - x) * (q - y) - (v - y) * (p - x) for p, q in points]))
-
-    return sides(first, second) < 0 and sides(second, first) < 0
-
-
-def lies_on(text: Text, line: Segment) -> bool:
-    """Whether a label covers a line that isn't its own, which starts at its edge."""
-    left, top, right, bottom = text.box
-    start, end = np.array(line)
-    points = start + np.linspace(0, 1, 60)[:, None] * (end - start)
-    inside = ((points > (left + 0.5, top + 0.5)) & (points < (right - 0.5, bottom - 0.5))).all(axis=1)
-    own = left - 0.1 <= start[0] <= right + 0.1 and top - 0.1 <= start[1] <= bottom + 0.1
-    return bool(inside.any()) and not own
-
-
-def overlap(first: Text, second: Text) -> bool:
-    a, b = first.box, second.box
-    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
-
-
-def faults(figure: Figure) -> list[str]:
-    """What can't be read in a figure."""
-    lines, found = leaders(figure), []
-    if any(overlap(*pair) for pair in combinations(figure.texts, 2)):
-        found.append("two labels overlap")
-    if any(cross(*pair) for pair in combinations(lines, 2)):
-        found.append("two leaders cross")
-    if any(lies_on(text, line) for text in figure.texts for line in lines):
-        found.append("a label lies on a leader")
-    if len(lines) > MOST_LED * len(figure.texts):
-        found.append(f"{len(lines)} of {len(figure.texts)} labels have leaders")
-    return found
 
 
 def words(figure: Figure) -> set[str]:

@@ -12,11 +12,16 @@ import sympy as sp
 from exercises.arm.chain import Base, Chain, Joint, Point
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import singular_set
-from exercises.figure import alt_text, arm_figure, figure_svg, fixed, singular_panel, singular_svg, thumbnail_svg
+from exercises.families import FAMILIES
+from exercises.figure import TRIED, alt_text, arm_figure, figure_svg, fixed, singular_panel, singular_svg, thumbnail_svg
+from exercises.figure.plane import exact
+from exercises.figure.pose import LONG, best_poses, candidates, drawn_chain
 from exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Text
 from exercises.figure.small import PANEL, Panel
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
+from exercises.variation import STEPS
+from tests.support.figures import crossings, faults
 from tests.support.suites import families_for
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -167,6 +172,18 @@ def test_all_variables_and_the_point_are_named(chain: Chain) -> None:
         name = variable.name.replace("theta", "θ")
         assert any(word.startswith(name) for word in words), name
     assert any(word.startswith("P") for word in words)
+
+
+@pytest.mark.families(tuple(FAMILIES))
+def test_no_name_lies_on_another_and_no_link_across_one_at_any_step(family: str) -> None:
+    """A link crosses another one only where it does so in every pose that is looked at."""
+    for step in STEPS:
+        chain = exact(sample_chain(ProblemId(family, 1, variation=step)))
+        figure, arm = drawn(chain), drawn_chain(chain)
+        assert not faults(figure), (step, faults(figure))
+        tried = best_poses(chain, arm, TRIED[chain.n > LONG])
+        crossed = [crossings(chain, arm, entries) for entries in tried]
+        assert not any(crossed) or min(crossings(chain, arm, entries) for entries in candidates(chain, arm)), step
 
 
 def test_offset_is_part_of_the_drawn_angle() -> None:

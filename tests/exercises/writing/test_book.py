@@ -18,6 +18,10 @@ REACH = "(a_1 + a_2 c_2 + a_3 c_23)"
 RATE_1, RATE_2, RATE_3 = (rf"\dot{{\theta}}_{i}" for i in (1, 2, 3))
 
 PLANAR: Answers = {
+    "velocity": [
+        [f"-a_1 s_1 {RATE_1} - a_2 s_12 ({RATE_1} + {RATE_2})"],
+        [f"a_1 c_1 {RATE_1} + a_2 c_12 ({RATE_1} + {RATE_2})"],
+    ],
     "position": [["a_1 c_1 + a_2 c_12"], ["a_1 s_1 + a_2 s_12"]],
     "jacobian": [["-a_1 s_1 - a_2 s_12", "-a_2 s_12"], ["a_1 c_1 + a_2 c_12", "a_2 c_12"]],
     "determinant": [["a_1 a_2 s_2"]],
