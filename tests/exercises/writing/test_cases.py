@@ -76,5 +76,8 @@ def test_what_is_left_of_a_minor_is_that_minor_where_the_factor_vanishes(family:
 def test_the_cases_find_the_whole_singular_set(family: str) -> None:
     chain = generic(family)
     cases = cases_of(chain, minors_of(chain).values)
-    found = len(cases.shared) + sum(len(case.others) for case in cases.cases)
-    assert found == len(singular_set(chain))
+    components = singular_set(chain)
+    assert cases is not None
+    assert components is not None
+    found = len(cases.shared) + sum(map(len, (case.others for case in cases.cases)))
+    assert found == len(components)
