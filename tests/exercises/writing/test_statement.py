@@ -23,8 +23,7 @@ from exercises.writing.latex import tex
 from exercises.writing.markup import to_html, to_latex, to_text
 from exercises.writing.statement import answer_code, prompt, statement, worked_solution
 from exercises.writing.worked import Worked
-from tests.support.problems import drawn as sample
-from tests.support.problems import parts_in_turn
+from tests.support.problems import drawn, parts_in_turn
 from tests.support.programs import LATEX, needs
 from tests.support.suites import SHAPES, of_families, several
 
@@ -211,7 +210,7 @@ def test_conditions_are_listed_with_the_signs_that_they_have_in_the_determinant(
 @pytest.mark.parametrize("family", ["planar-2r", "elbow-3r"])
 def test_other_lengths_are_said_to_be_numbers_where_there_are_any(family: str) -> None:
     """The chapter's arm has open lengths only; with one of them given as a number, the others are told apart."""
-    chapter = sample(family, 0, "chapter")
+    chapter = drawn(family, 0, "chapter")
     assert "Other lengths" not in statement(chapter, "")
     first, *others = chapter.chain.joints
     chain = replace(chapter.chain, joints=(replace(first, a=sp.Rational(3, 10)), *others))
