@@ -24,7 +24,7 @@ from exercises.stream import Stream
 
 DIGITS, KEPT = 30, 40
 TRIES = 12
-EXACT_TRIES = 40
+EXACT_TRIES = 24
 MOST_TIED = 4
 """Joints of conditions that tie them whose angles are all looked through for exact zeros."""
 
@@ -55,13 +55,21 @@ class AtPose(Details):
         return self.place.numbers
 
 
-def pose_of(chain: Chain, lengths: Mapping[sp.Symbol, sp.Rational], joints: Mapping[sp.Symbol, sp.Expr]) -> Pose:
-    """Return a pose; a value that is no simple number is kept with 40 digits and shown rounded."""
+def pose_of(
+    chain: Chain,
+    lengths: Mapping[sp.Symbol, sp.Rational],
+    joints: Mapping[sp.Symbol, sp.Expr],
+    symbolic: bool = False,
+) -> Pose:
+    """Return a pose; a value that is no simple number is kept with 40 digits and shown rounded.
+
+    With `symbolic`, one that is a formula, as arctan(3/4), stays that.
+    """
     exact, about = dict(joints), {}
     for q, joint in zip(chain.q, chain.joints, strict=True):
         unit, places = (180 / sp.pi, 2) if joint.kind == "R" else (sp.S.One, 4)
         simple = sp.Integer(10 if joint.kind == "R" else 10000) * unit
-        if (simple * joints[q]).is_Integer:
+        if (simple * joints[q]).is_Integer or (symbolic and not joints[q].has(sp.Float)):
             continue
         number = sp.N(joints[q], KEPT)
         counted = sp.N(simple, KEPT) * number
@@ -143,17 +151,19 @@ def singular_pose(
     rank: int | None = None,
     wide: bool = False,
     exact: bool = False,
+    symbolic: bool = False,
 ) -> Pose | None:
     """Draw a pose that lies on all of `components` at once and has a clear rank (`rank` if told), or None.
 
-    With `wide`, open lengths differ by up to a factor of 12. With `exact`, no joint value is shown rounded.
+    With `wide`, open lengths differ by up to a factor of 12. With `exact`, no joint value is shown rounded;
+    with `symbolic`, too, they may be formulas.
     """
     for _ in range(EXACT_TRIES if exact else TRIES):
         lengths = _wide_lengths(chain, rng) if wide else distinct_lengths(chain, rng)
         joints = (_exactly_on if exact else _joints_on)(chain, components, lengths, rng)
         if joints is None or not all(_is_real(value) for value in joints.values()):
             continue
-        pose = pose_of(chain, lengths, joints)
+        pose = pose_of(chain, lengths, joints, symbolic)
         if exact and pose.about:
             continue
         is_clear = clear_rank(jacobian_at(chain, pose), CLEAR / 5 if wide else CLEAR)
@@ -297,7 +307,7 @@ def _exactly_on(
         for q in tied
     }
     grid = np.meshgrid(*(np.array([float(value) for value in steps[q]]) for q in tied), indexing="ij")
-    known = {symbol: np.float64(sp.N(value)) for symbol, value in {**lengths, **fixed}.items()}
+    known = {symbol: np.asarray(float(sp.N(value))) for symbol, value in {**lengths, **fixed}.items()}
     at = known | dict(zip(tied, grid, strict=True))
     apart = np.max([np.abs(_value(condition, at)) * np.ones_like(grid[0]) for condition in conditions], axis=0)
     places = np.argwhere(apart < 1e-9)

@@ -81,7 +81,7 @@ def _deep_pose(chain: Chain, rng: Stream) -> Pose | None:
         here = [own.get(tuple(map(fill, known[i].conditions))) for i in chosen]
         components = [component for component in here if component is not None]
         if len(components) == len(chosen):
-            pose = singular_pose(chain, components, rng, exact=True)
+            pose = singular_pose(chain, components, rng, exact=True, symbolic=True)
             if pose is not None and (clear_rank(jacobian_at(chain, pose)) or 0) < full - 1:
                 return pose
     return None
@@ -90,7 +90,7 @@ def _deep_pose(chain: Chain, rng: Stream) -> Pose | None:
 def _single_pose(chain: Chain, rng: Stream) -> Pose | None:
     full = min(len(chain.task), chain.n)
     for component in rng.shuffled(singular_set(chain) or ()):
-        pose = singular_pose(chain, (component,), rng, full - 1, exact=True)
+        pose = singular_pose(chain, (component,), rng, full - 1, exact=True, symbolic=True)
         if pose is not None:
             return pose
     return None

@@ -47,8 +47,11 @@ def test_objections(textbook_arms: dict[str, Any]) -> None:
 
 
 def test_the_rank_is_not_always_the_same(textbook_arms: dict[str, Any]) -> None:
-    """A regular pose, one component, and where two meet: the elbow stretched out with P above the shoulder."""
-    for name, ranks in (("planar_2R", {1, 2}), ("elbow_RRR", {1, 2, 3}), ("PUMA560", {4, 5, 6})):
+    """A regular pose, one component, and where two meet: the elbow stretched out with P above the shoulder.
+
+    Two that meet in no pose that can be told exactly, as a PUMA's, are not asked.
+    """
+    for name, ranks in (("planar_2R", {1, 2}), ("elbow_RRR", {1, 2, 3}), ("PUMA560", {5, 6})):
         problems = [asked("rank", textbook_arms[name].chain, seed) for seed in range(30)]
         found = Counter(int(problem.parts[0].answer.as_matrix()[0]) for problem in problems)
         assert ranks <= set(found), (name, found)
