@@ -88,12 +88,13 @@ def _problem_cells(kind: str, number: int, slot: str, problem: Problem, hinted: 
         start = f"{variable(slot, part.name)} = "
         taken = len(start)
         source = start + (part.answer.placeholder(taken) if kind == "student" else answer_code(problem, part, taken))
-        yield _code(f"{slot}-{part.name}", source, {"qdot": {"part": f"{slot}.{part.name}"}})
-        if part.name in solved:
+        code = _code(f"{slot}-{part.name}", source, {"qdot": {"part": f"{slot}.{part.name}"}})
+        if part.name in solved:  # as a person reads it, typeset; how it is typed comes after
             svg = solution_figure(problem, part, f"{slot}-{part.name}")
             figure = _image(svg, "The arm in a regular and in its singular configurations") if svg else ""
             text = render("notebook-solution.md.j2", number=label, solution=solved[part.name], figure=figure)
             yield _markdown(f"{slot}-{part.name}-solution", text)
+        yield code
         if part.name == _later_of_pair(problem):
             yield _code(f"{slot}-self-check", _check(slot, problem))
 

@@ -28,7 +28,7 @@ from exercises.questions.geometry import (
     precise,
     precise_lost,
     regular_pose,
-    singular_pose,
+    shown_pose,
 )
 from exercises.questions.inversion import draw_pose
 from exercises.stream import Stream
@@ -246,7 +246,7 @@ def _pose_for(chain: Chain, use: str, rng: Stream) -> Pose | None:
     if use != "singular":
         return regular_pose(chain, rng, 0.06, use == "regular")
     for component in rng.shuffled(singular_set(chain) or ()):
-        pose = singular_pose(chain, (component,), rng)
+        pose = shown_pose(chain, (component,), rng)
         if pose is not None:
             return pose
     return None
@@ -299,7 +299,7 @@ def _some_cost(chain: Chain) -> bool:
 
 def _cost_pose(chain: Chain, rng: Stream) -> Pose | None:
     for component in rng.shuffled(singular_set(chain) or ()):
-        pose = singular_pose(chain, (component,), rng, len(chain.task) - 1)
+        pose = shown_pose(chain, (component,), rng, len(chain.task) - 1)
         if pose is not None:
             return pose
     return None

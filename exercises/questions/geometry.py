@@ -24,6 +24,9 @@ from exercises.stream import Stream
 
 DIGITS, KEPT = 30, 40
 TRIES = 12
+EXACT_TRIES = 24
+MOST_TIED = 4
+"""Joints of conditions that tie them whose angles are all looked through for exact zeros."""
 
 
 @dataclass(frozen=True)
@@ -52,13 +55,21 @@ class AtPose(Details):
         return self.place.numbers
 
 
-def pose_of(chain: Chain, lengths: Mapping[sp.Symbol, sp.Rational], joints: Mapping[sp.Symbol, sp.Expr]) -> Pose:
-    """Return a pose; a value that is no simple number is kept with 40 digits and shown rounded."""
+def pose_of(
+    chain: Chain,
+    lengths: Mapping[sp.Symbol, sp.Rational],
+    joints: Mapping[sp.Symbol, sp.Expr],
+    symbolic: bool = False,
+) -> Pose:
+    """Return a pose; a value that is no simple number is kept with 40 digits and shown rounded.
+
+    With `symbolic`, one that is a formula, as arctan(3/4), stays that.
+    """
     exact, about = dict(joints), {}
     for q, joint in zip(chain.q, chain.joints, strict=True):
         unit, places = (180 / sp.pi, 2) if joint.kind == "R" else (sp.S.One, 4)
         simple = sp.Integer(10 if joint.kind == "R" else 10000) * unit
-        if (simple * joints[q]).is_Integer:
+        if (simple * joints[q]).is_Integer or (symbolic and not joints[q].has(sp.Float)):
             continue
         number = sp.N(joints[q], KEPT)
         counted = sp.N(simple, KEPT) * number
@@ -111,8 +122,11 @@ def precise_lost(chain: Chain, pose: Pose) -> sp.Matrix:
 # --- drawing ---
 
 
-def regular_pose(chain: Chain, rng: Stream, clear: float = 0.1, slips: bool = True) -> Pose | None:
-    """Draw a pose of full rank; with `slips` one that looks singular: what a slip makes of a root."""
+def regular_pose(chain: Chain, rng: Stream, clear: float = 0.1, slips: bool = True, exact: bool = False) -> Pose | None:
+    """Draw a pose of full rank; with `slips` one that looks singular: what a slip makes of a root.
+
+    With `exact`, no joint value is shown rounded.
+    """
     components = singular_set(chain) or () if slips else ()
     roots = [solution for component in components for solution in component.solutions or ()]
     for tried in range(60):
@@ -125,28 +139,42 @@ def regular_pose(chain: Chain, rng: Stream, clear: float = 0.1, slips: bool = Tr
         if not all(_is_real(value) for value in joints.values()):
             continue
         pose = pose_of(chain, lengths, {q: turned_back(chain, q, value) for q, value in joints.items()})
-        if clear_rank(jacobian_at(chain, pose), clear) == min(len(chain.task), chain.n):
+        if not (exact and pose.about) and clear_rank(jacobian_at(chain, pose), clear) == min(len(chain.task), chain.n):
             return pose
     return None
 
 
 def singular_pose(
-    chain: Chain, components: Sequence[Component], rng: Stream, rank: int | None = None, wide: bool = False
+    chain: Chain,
+    components: Sequence[Component],
+    rng: Stream,
+    rank: int | None = None,
+    wide: bool = False,
+    exact: bool = False,
+    symbolic: bool = False,
 ) -> Pose | None:
     """Draw a pose that lies on all of `components` at once and has a clear rank (`rank` if told), or None.
 
-    With `wide`, open lengths differ by up to a factor of 12.
+    With `wide`, open lengths differ by up to a factor of 12. With `exact`, no joint value is shown rounded;
+    with `symbolic`, too, they may be formulas.
     """
-    for _ in range(TRIES):
+    for _ in range(EXACT_TRIES if exact else TRIES):
         lengths = _wide_lengths(chain, rng) if wide else distinct_lengths(chain, rng)
-        joints = _joints_on(chain, components, lengths, rng)
+        joints = (_exactly_on if exact else _joints_on)(chain, components, lengths, rng)
         if joints is None or not all(_is_real(value) for value in joints.values()):
             continue
-        pose = pose_of(chain, lengths, joints)
+        pose = pose_of(chain, lengths, joints, symbolic)
+        if exact and pose.about:
+            continue
         is_clear = clear_rank(jacobian_at(chain, pose), CLEAR / 5 if wide else CLEAR)
         if is_clear is not None and is_clear < min(len(chain.task), chain.n) and rank in (None, is_clear):
             return pose
     return None
+
+
+def shown_pose(chain: Chain, components: Sequence[Component], rng: Stream, rank: int | None = None) -> Pose | None:
+    """Draw a singular pose to be told: an exact one if there is one, else with a joint value rounded; or None."""
+    return singular_pose(chain, components, rng, rank, exact=True) or singular_pose(chain, components, rng, rank)
 
 
 def distinct_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
@@ -251,6 +279,58 @@ def _joints_on(
         fixed.update({q: drawn[q] for q in free})
         fixed[last] = rng.choice(zeros)
     return {**drawn, **fixed}
+
+
+def _exactly_on(
+    chain: Chain, components: Sequence[Component], lengths: Mapping[sp.Symbol, sp.Expr], rng: Stream
+) -> dict[sp.Symbol, sp.Expr] | None:
+    """Draw joint values on components, those that conditions tie being such that 30 degrees divide angles in the table.
+
+    Slides are then in steps of 5 cm, so that nothing has to be rounded.
+    """
+    solved = [component for component in components if component.solutions is not None]
+    fixed = _joints_on(chain, solved, lengths, rng)
+    if fixed is None:
+        return None
+    values = {q for component in solved for q, _ in component.solutions or ()}
+    conditions = [c for component in components if component.solutions is None for c in component.conditions]
+    tied = [q for q in chain.q if q not in values and any(condition.has(q) for condition in conditions)]
+    if not conditions:
+        return fixed
+    if not 0 < len(tied) <= MOST_TIED:
+        return None
+    kinds, offsets = (dict(zip(chain.q, items, strict=True)) for items in (chain.joints, chain.offsets))
+    steps = {
+        q: [turned_back(chain, q, k * sp.pi / 6 - offsets[q]) for k in range(12)]
+        if kinds[q].kind == "R"
+        else [sp.Rational(k, 20) for k in range(2, 17)]
+        for q in tied
+    }
+    grid = np.meshgrid(*(np.array([float(value) for value in steps[q]]) for q in tied), indexing="ij")
+    known = {symbol: np.asarray(float(sp.N(value))) for symbol, value in {**lengths, **fixed}.items()}
+    at = known | dict(zip(tied, grid, strict=True))
+    apart = np.max([np.abs(_value(condition, at)) * np.ones_like(grid[0]) for condition in conditions], axis=0)
+    places = np.argwhere(apart < 1e-9)
+    if not len(places):
+        return None
+    place = rng.choice(places.tolist())
+    joints = {**fixed, **{q: steps[q][index] for q, index in zip(tied, place, strict=True)}}
+    exact = {**lengths, **joints}
+    return joints if all(abs(sp.N(c.xreplace(exact), DIGITS)) < sp.Float("1e-20") for c in conditions) else None
+
+
+def _value(expression: sp.Expr, at: Mapping[sp.Symbol, np.ndarray]) -> np.ndarray:
+    """Return the numbers that an expression has at places, all at once."""
+    if expression.is_Symbol:
+        return at[expression]
+    if expression.is_number:
+        return np.asarray(float(expression))
+    parts = [_value(part, at) for part in expression.args]
+    if expression.is_Add or expression.is_Mul:
+        return np.asarray((np.sum if expression.is_Add else np.prod)(np.broadcast_arrays(*parts), axis=0))
+    if expression.is_Pow:
+        return np.asarray(parts[0] ** parts[1])
+    return np.asarray({sp.sin: np.sin, sp.cos: np.cos}[expression.func](parts[0]))
 
 
 def _zeros(condition: sp.Expr, joint: sp.Symbol, turns: bool) -> list[sp.Expr]:

@@ -44,8 +44,9 @@ class Seam(Configuration):
         return Line(chain, self.lengths, self.joints, tuple(self.target.values()), context)
 
     def at(self, chain: Chain, s: sp.Expr) -> "Place":
-        """Return the worked numbers at the distance s from A, four digits."""
-        return _place(self.line(chain, PRECISE), self.line(chain), sp.sympify(s), self.speed)
+        """Return the worked numbers at the distance s from A, four digits; angles in degrees, as the start is told."""
+        turning = [joint.kind == "R" for joint in chain.joints]
+        return _place(self.line(chain, PRECISE), self.line(chain), sp.sympify(s), self.speed, turning)
 
     def start(self, chain: Chain) -> sp.Matrix:
         """Return A, four digits."""
@@ -78,14 +79,14 @@ class Place:
     conditioning: sp.Float
 
 
-def _place(line: Line, rough: Line, s: sp.Expr, speed: sp.Rational) -> Place:
+def _place(line: Line, rough: Line, s: sp.Expr, speed: sp.Rational, turning: Sequence[bool]) -> Place:
     q, distance = joints_on(line, rough, s), line.arm.number(s)
     jacobian = line.arm.task_jacobian(q)
     sigma = PRECISE.svd_r(PRECISE.matrix(jacobian), compute_uv=False)
     return Place(
         sp.Float(PRECISE.nstr(distance, 5), 10),
         _column(line.point(distance)),
-        _column(q),
+        _column([PRECISE.degrees(value) if turns else value for value, turns in zip(q, turning, strict=True)]),
         shown(jacobian),
         four_digits(determinant(jacobian)),
         _column([slope * line.arm.number(speed) for slope in line.slopes(q)]),

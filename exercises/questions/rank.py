@@ -32,6 +32,7 @@ from exercises.questions.geometry import (
     precise_lost,
     regular_pose,
     sample_of,
+    shown_pose,
     singular_pose,
     singular_samples,
 )
@@ -80,7 +81,7 @@ def _deep_pose(chain: Chain, rng: Stream) -> Pose | None:
         here = [own.get(tuple(map(fill, known[i].conditions))) for i in chosen]
         components = [component for component in here if component is not None]
         if len(components) == len(chosen):
-            pose = singular_pose(chain, components, rng)
+            pose = singular_pose(chain, components, rng, exact=True, symbolic=True)
             if pose is not None and (clear_rank(jacobian_at(chain, pose)) or 0) < full - 1:
                 return pose
     return None
@@ -89,10 +90,14 @@ def _deep_pose(chain: Chain, rng: Stream) -> Pose | None:
 def _single_pose(chain: Chain, rng: Stream) -> Pose | None:
     full = min(len(chain.task), chain.n)
     for component in rng.shuffled(singular_set(chain) or ()):
-        pose = singular_pose(chain, (component,), rng, full - 1)
+        pose = singular_pose(chain, (component,), rng, full - 1, exact=True, symbolic=True)
         if pose is not None:
             return pose
     return None
+
+
+def _regular_pose(chain: Chain, rng: Stream) -> Pose | None:
+    return regular_pose(chain, rng, exact=True)
 
 
 @dataclass(frozen=True)
@@ -111,8 +116,8 @@ class OfRank(AtPose):
 
 
 def _rank(chain: Chain, rng: Stream) -> Asked:
-    """Draw how much of the rank is lost, none included, then a pose of that kind."""
-    for draw in rng.shuffled((regular_pose, _single_pose, _deep_pose)):
+    """Draw how much of the rank is lost, none included, then a pose of that kind, exact: rounding gives full rank."""
+    for draw in rng.shuffled((_regular_pose, _single_pose, _deep_pose)):
         pose = draw(chain, rng)
         if pose is not None:
             jacobian = jacobian_at(chain, pose)
@@ -213,7 +218,7 @@ def _direction(chain: Chain, rng: Stream) -> Asked:
             if all(entry == 0 or entry.could_extract_minus_sign() for entry in direction):
                 direction = -direction
             return Direction(direction), LostInFormulas(lost=_lost_at(chain, branch.own, formula))
-        pose = singular_pose(chain, (branch.own,), rng, full - 1)
+        pose = shown_pose(chain, (branch.own,), rng, full - 1)
         if pose is not None:
             numbers = precise_lost(chain, pose).applyfunc(lambda value: sp.Float(value, 10) if value else sp.S.Zero)
             return Direction(numbers, THREE_DIGITS), AtPose(place=pose, pose=pose.figure)
@@ -350,7 +355,7 @@ def _meaning(chain: Chain, rng: Stream) -> Asked:
     """Offer the right meaning and kind, the other kind with it, and meanings that do not hold there."""
     full = min(len(chain.task), chain.n)
     for branch, reading in _readings(chain, rng.shuffled(branches(chain))):
-        pose = singular_pose(chain, (branch.own,), rng, full - 1)
+        pose = shown_pose(chain, (branch.own,), rng, full - 1)
         if pose is None:
             continue
         kind = _own_kind(chain, branch, pose)

@@ -8,7 +8,7 @@ from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.singularity import singular_set
 from exercises.questions.base import Asked
-from exercises.questions.geometry import AtPose, precise, regular_pose, singular_pose
+from exercises.questions.geometry import AtPose, precise, regular_pose, shown_pose
 from exercises.quizzes.asking import short_question
 from exercises.quizzes.options import Places
 from exercises.quizzes.places import regular_poses, several, singular_poses, with_lengths, words
@@ -49,7 +49,7 @@ def _true_or_false(chain: Chain, rng: Stream) -> Asked | None:
 def _statements(chain: Chain, truth: bool, rng: Stream) -> Iterator[Said]:
     for kind in rng.shuffled(("singular", "moves")):
         if kind == "singular" and (components := singular_set(chain)):
-            pose = singular_pose(chain, (rng.choice(components),), rng) if truth else regular_pose(chain, rng, 0.12)
+            pose = shown_pose(chain, (rng.choice(components),), rng) if truth else regular_pose(chain, rng, 0.12)
             if pose is not None:
                 yield Said(said="singular", place=pose, pose=pose.figure)
         if kind == "moves":

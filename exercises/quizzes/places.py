@@ -20,7 +20,7 @@ from exercises.questions.geometry import (
     jacobian_at,
     pose_of,
     regular_pose,
-    singular_pose,
+    shown_pose,
     turned_back,
 )
 from exercises.questions.inversion import draw_pose
@@ -74,7 +74,7 @@ def singular_poses(chain: Chain, rng: Stream) -> Iterator[Found]:
     components = singular_set(chain) or ()
     for _ in range(TRIES):
         for component in rng.shuffled(components):
-            pose = singular_pose(chain, (component,), rng)
+            pose = shown_pose(chain, (component,), rng)
             if pose is not None:
                 yield pose, None
 

@@ -8,6 +8,7 @@ From formulas to whole texts:
     typst                       our Markdown for Typst
     markup, on_paper            our Markdown as HTML, LaTeX and text; what is left out on paper
     wording, worked             the words for an arm; what a solution shows between formula and result
+    expansion, cases            how a determinant is worked out; where the minors of a wide or tall J vanish together
     hint_context                what hints tell of an arm
     statement, short_answer     statements, prompts, hints and solutions; an answer without the way to it
 """

@@ -303,6 +303,14 @@ class Wording:
         """The open symbols of the table, as LaTeX and as they are typed."""
         return [(tex(symbol), symbol.name) for symbol in self.chain.parameters]
 
+    @property
+    def has_numbers(self) -> bool:
+        """Whether some length of table, base or point is given as a number."""
+        joints, offsets = self.chain.joints, self.chain.offsets
+        lengths = [joint.a for joint in joints] + [*self.chain.base.position, *self.chain.point.offset]
+        lengths += [o if j.kind == "P" else j.d for j, o in zip(joints, offsets, strict=True)]
+        return any(length.is_number and length != 0 for length in lengths)
+
     # --- for single questions ---
 
     @property

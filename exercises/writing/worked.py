@@ -6,14 +6,14 @@ and then filled with the arm's own numbers. World frame; notation of the chapter
 
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from itertools import combinations, pairwise
+from itertools import combinations, pairwise, product
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
+from exercises.arm.chain import TASK_ROWS, Chain, Point
 from exercises.arm.classification import Kind, classify
-from exercises.arm.derivation import Derivation, derive, short_jacobian, structure, task_velocity
-from exercises.arm.kinematics import frames_and_point, joint_rotation, link_vector
+from exercises.arm.derivation import Derivation, derive, structure, task_velocity
+from exercises.arm.kinematics import frame_behind, frames_and_point, joint_rotation, link_vector
 from exercises.arm.precise import determinant, four_digits, inverse, shown
 from exercises.arm.singularity import Component, singular_set
 from exercises.arm.trigonometry import substitute, textbook
@@ -21,11 +21,19 @@ from exercises.formula.order import joint_sum
 from exercises.problem import Part
 from exercises.questions.inversion import Situation, jacobian_at
 from exercises.questions.singular import Place
-from exercises.questions.wrist import block_determinants, not_partitioned
+from exercises.questions.wrist import block_determinants, not_partitioned, wrist_block
 from exercises.writing.angles import AngleNames, angle_names, arm_angles, link_angles
+from exercises.writing.cases import Case, Cases, Minors, cases_of, minors_of
+from exercises.writing.expansion import (
+    MOST_ROWS_AT_ONCE,
+    Expansion,
+    expanded,
+    expansion_of,
+    only_product,
+    sparsest,
+)
 from exercises.writing.hint_context import HintContext
 from exercises.writing.latex import tex
-from exercises.writing.wording import join
 
 
 @dataclass(frozen=True)
@@ -52,19 +60,12 @@ class Recursion:
 
 
 @dataclass(frozen=True)
-class LoneEntry:
-    """An entry of J that is alone in its row or column: which of the two, its place from 1, and what it leaves."""
+class AtOnce:
+    """A configuration in which a determinant is seen at a glance: joint values, the matrix there, its determinant."""
 
-    line: str
-    row: int
-    column: int
-    entry: sp.Expr
-    left: sp.Matrix
-
-    @property
-    def sign(self) -> str:
-        """The sign of its cofactor."""
-        return "-" if (self.row + self.column) % 2 else ""
+    joints: tuple[tuple[sp.Symbol, sp.Expr], ...]
+    matrix: sp.Matrix
+    determinant: sp.Expr
 
 
 @dataclass(frozen=True)
@@ -231,36 +232,64 @@ class Worked:
         return self._fill(sp.Matrix(n, n, lambda i, j: generic.cofactor(i, j) if n > 1 else sp.S.One))
 
     @cached_property
-    def _sparse(self) -> tuple[str, list[tuple[int, int]]]:
-        """The row or column with the most zeros, in words, and the places of its other entries."""
-        jacobian, n = self.d.jacobian, self.chain.n
-        lines = [(f"row {i + 1}", [(i, j) for j in range(n)]) for i in range(n)]
-        lines += [(f"column {j + 1}", [(i, j) for i in range(n)]) for j in range(n)]
-        filled = [(name, [place for place in places if jacobian[place] != 0]) for name, places in lines]
-        return min(filled, key=lambda line: len(line[1]))
+    def expansion(self) -> Expansion:
+        """How det J is worked out."""
+        return expansion_of(self._structure).filled(self.d.fill, self.d.determinant)
 
     @property
-    def expansion(self) -> tuple[str, sp.Expr]:
-        """A row or column in words, and the sum of its entries times their cofactors."""
-        name, places = self._sparse
-        return name, sp.Add(*(self.d.jacobian[place] * self.cofactors[place] for place in places))
+    def sparsest(self) -> str:
+        """The row or column of J with the most zeros, in words."""
+        return sparsest(self.d.jacobian)[0]
 
     @property
-    def lone_entry(self) -> LoneEntry | None:
-        """The only entry of a row or column that is not zero, where there is such a row or column."""
-        name, places = self._sparse
-        if len(places) != 1:
+    def lone_row(self) -> tuple[int, int] | None:
+        """A row of J with one entry that is not zero, and the column of that, from 1; None where there is none."""
+        filled = [[j + 1 for j in range(self.chain.n) if self.d.jacobian[i, j] != 0] for i in range(self.chain.n)]
+        return next(((i, columns[0]) for i, columns in enumerate(filled, 1) if len(columns) == 1), None)
+
+    @cached_property
+    def arm_expansion(self) -> Expansion:
+        """How det J11 is worked out, of an arm with a wrist whose axes meet in P."""
+        generic = self._structure
+        behind = frame_behind(generic.joints[3 : generic.point.frame])
+        centre = behind.origin + behind.rotation * sp.Matrix(generic.point.offset)
+        arm = Chain("arm", generic.joints[:3], TASK_ROWS[:3], generic.base, Point(3, tuple(centre.applyfunc(textbook))))
+        return expansion_of(arm).filled(self.d.fill, block_determinants(self.chain)[0])
+
+    @cached_property
+    def wrist_expansion(self) -> Expansion:
+        """How det J22 is worked out, in frame 3."""
+        matrix = sp.ImmutableMatrix(wrist_block(self._structure))
+        return expanded(matrix).filled(self.d.fill, block_determinants(self.chain)[1])
+
+    @property
+    def wrist(self) -> sp.Matrix:
+        """J22, the axes of joints 4 to 6 in frame 3, of such an arm."""
+        return wrist_block(self.chain)
+
+    @cached_property
+    def at_once(self) -> AtOnce | None:
+        """Where all joints that turn are at quarter turns and one product of entries is left of det J."""
+        generic = derive(self._structure)
+        turning = [q for q in generic.determinant.free_symbols if str(q).startswith("theta")]
+        joints = [q for q in self.chain.q if q in turning]
+        if not 2 <= self.chain.n <= MOST_ROWS_AT_ONCE or generic.determinant == 0:
             return None
-        ((i, j),) = places
-        jacobian = self.d.jacobian
-        return LoneEntry(name, i + 1, j + 1, jacobian[i, j], jacobian.minor_submatrix(i, j))
-
-    @property
-    def short_jacobian(self) -> tuple[int, sp.Matrix] | None:
-        """The frame in the middle of the chain and J seen from there, where that leaves the determinant as it is."""
-        short = short_jacobian(self._structure)
-        middle = self.chain.n // 2
-        return None if short == derive(self._structure).jacobian else (middle, self._fill(short))
+        still = [q for q in self.chain.q if str(q).startswith("theta") and q not in turning]
+        best = None
+        for quarters in product(range(4), repeat=len(joints)):
+            turns = dict.fromkeys(still, sp.S.Zero) | {q: k * sp.pi / 2 for q, k in zip(joints, quarters, strict=True)}
+            matrix = generic.jacobian.xreplace(turns)
+            value = only_product(matrix)
+            key = sum(entry == 0 for entry in matrix), -sum(quarters)
+            if value is not None and generic.determinant.xreplace(turns) != 0 and (best is None or key > best[0]):
+                best = key, turns, matrix, value
+        if best is None:
+            return None
+        _, turns, matrix, value = best
+        offsets = dict(zip(self.chain.q, self.chain.offsets, strict=True))
+        joints_there = tuple((q, _principal(turns[q] - offsets[q])) for q in self.chain.q if q in turns)
+        return AtOnce(joints_there, matrix.applyfunc(self.d.fill), self.d.fill(value))
 
     @cached_property
     def blocks(self) -> sp.Matrix | None:
@@ -277,22 +306,54 @@ class Worked:
         values = (minor.substituted(self._values) for minor in self.d.generic_minors)
         return list(zip(labels, values, strict=True))
 
-    def zeros_of_minors(self, found: SingularComponent) -> list[tuple[sp.Expr, str]]:
-        """Return, of conditions that hold together, which minors each is a factor of: ("s2", "1 to 5").
+    @cached_property
+    def _generic_minors(self) -> Minors:
+        return minors_of(self._structure)
 
-        Nothing where some minor has none of them as a factor and vanishes all the same.
-        """
-        left = dict(enumerate((minor for _, minor in self.minors), 1))
-        left = {number: minor for number, minor in left.items() if minor != 0}
-        taken = []
-        for condition in found.conditions:
-            bases = {condition, sp.expand(-condition)}
-            here = [n for n, minor in left.items() if bases & {f.as_base_exp()[0] for f in sp.Mul.make_args(minor)}]
-            taken.append((condition, here))
-            left = {number: minor for number, minor in left.items() if number not in here}
-        if left or not all(here for _, here in taken):
-            return []
-        return [(condition, join([f"$M_{{{n}}}$" for n in here])) for condition, here in taken]
+    @cached_property
+    def minors_taken(self) -> Minors:
+        """The minors that tell where a Jacobian that is not square loses rank, of a matrix as short as may be."""
+        generic, fill = self._generic_minors, self.d.fill
+        values = tuple(map(fill, generic.values))
+        return replace(
+            generic,
+            matrix=generic.matrix.applyfunc(fill),
+            values=values,
+            expansions=tuple(e.filled(fill, v) for e, v in zip(generic.expansions, values, strict=True)),
+        )
+
+    def minors_listed(self, worked: int | None) -> list[tuple[int, str, tuple[sp.Expr, ...]]]:
+        """Return number, columns (or rows) and lines of minors: all lines, or the last of all but one worked out."""
+        taken = zip(self.minors, self.minors_taken.expansions, strict=True)
+        lines = [(number, label, expansion.products) for number, ((label, _), expansion) in enumerate(taken, 1)]
+        if worked is None:
+            return lines
+        return [(number, label, products[-1:]) for number, label, products in lines if number != worked + 1]
+
+    @property
+    def joint_at_zero(self) -> sp.Expr:
+        """The value of joint 1 at which its angle in the table is zero."""
+        return -self.chain.offsets[0]
+
+    @cached_property
+    def cases(self) -> Cases | None:
+        """How the singular set follows from these minors."""
+        cases, fill = cases_of(self._structure, self._generic_minors.values), self.d.fill
+        if cases is None:
+            return None
+
+        def shown(factor: sp.Expr) -> sp.Expr:
+            return without_factor(fill(factor))
+
+        filled = tuple(
+            Case(
+                shown(case.factor),
+                tuple((number, fill(minor)) for number, minor in case.left),
+                tuple(tuple(map(shown, others)) for others in case.others),
+            )
+            for case in cases.cases
+        )
+        return replace(cases, shared=tuple(map(shown, cases.shared)), cases=filled)
 
     # --- singular configurations ---
 
@@ -376,6 +437,11 @@ class Worked:
 def _kind(chain: Chain, component: Component) -> Kind:
     """Return what a set of singular configurations is; kept, as it takes a quarter of a second to establish."""
     return classify(chain, component)
+
+
+def _principal(angle: sp.Expr) -> sp.Expr:
+    """Return an angle in (-pi, pi]."""
+    return sp.pi - sp.Mod(sp.pi - angle, 2 * sp.pi) if angle.is_number else angle
 
 
 def without_factor(condition: sp.Expr) -> sp.Expr:

@@ -230,3 +230,9 @@ def test_notebook_runs_in_jupyter(family: str, problems: Slotted) -> None:
     done = nbclient.NotebookClient(one, timeout=100, kernel_name="python3").execute()
     outputs = [out.get("text", "") for cell in done.cells if cell.cell_type == "code" for out in cell.outputs]
     assert any("is the derivative of your position" in text for text in outputs)
+
+
+def test_staff_reads_a_solution_before_it_is_typed() -> None:
+    cells = [cell["id"] for cell in _staff("planar-2r").cells]
+    for solution in (name for name in cells if name.endswith("-solution")):
+        assert cells[cells.index(solution) + 1] == solution.removesuffix("-solution")

@@ -14,7 +14,7 @@ from exercises.arm.chain import Chain
 from exercises.arm.path import Line
 from exercises.arm.precise import PRECISE
 from exercises.families import FAMILIES
-from exercises.generation import questions_of, sample_chain
+from exercises.generation import generate, questions_of, sample_chain
 from exercises.problem import Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.path import AtDistance, OnPath, Seam, ToLimit
@@ -186,3 +186,12 @@ def test_words(textbook_arms: dict[str, Any]) -> None:
             assert f"{numbers(problem)[0]:.4g}" not in text
             assert solution.count("\n|") == 7
             assert "None" not in text + solution
+
+
+def test_solutions_tell_angles_in_degrees_as_questions_do() -> None:
+    problem = generate("planar-2r/1", ["path-rates"])
+    (part,) = problem.parts
+    seam = part.about(OnPath).seam
+    told = seam.at(problem.chain, sp.S.Zero).joints
+    assert all(abs(angle - seam.joints[q] * 180 / sp.pi) < 1e-2 for q, angle in zip(problem.chain.q, told, strict=True))
+    assert "rad," not in worked_solution(problem, part).replace("rad/s", "")

@@ -18,10 +18,10 @@ from exercises.generation import generate, questions_of
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.geometry import at_values, branches, jacobian_at, precise_lost, regular_pose, singular_pose
-from exercises.questions.rank import OfMotion
+from exercises.questions.rank import OfMotion, OfRank
 from exercises.stream import Stream
 from exercises.verify import certify
-from tests.support.problems import asked, with_answer
+from tests.support.problems import asked, drawn, with_answer
 from tests.support.suites import of_families, several
 
 DRAWS = several(12, 30)
@@ -47,8 +47,11 @@ def test_objections(textbook_arms: dict[str, Any]) -> None:
 
 
 def test_the_rank_is_not_always_the_same(textbook_arms: dict[str, Any]) -> None:
-    """A regular pose, one component, and where two meet: the elbow stretched out with P above the shoulder."""
-    for name, ranks in (("planar_2R", {1, 2}), ("elbow_RRR", {1, 2, 3}), ("PUMA560", {4, 5, 6})):
+    """A regular pose, one component, and where two meet: the elbow stretched out with P above the shoulder.
+
+    Two that meet in no pose that can be told exactly, as a PUMA's, are not asked.
+    """
+    for name, ranks in (("planar_2R", {1, 2}), ("elbow_RRR", {1, 2, 3}), ("PUMA560", {5, 6})):
         problems = [asked("rank", textbook_arms[name].chain, seed) for seed in range(30)]
         found = Counter(int(problem.parts[0].answer.as_matrix()[0]) for problem in problems)
         assert ranks <= set(found), (name, found)
@@ -243,3 +246,17 @@ def test_a_point_on_the_wrist_moves_with_fewer_joints(textbook_arms: dict[str, A
     for seed in range(6):
         problem = asked("lost-motion", chain, seed)
         assert certify(problem).passed
+
+
+@pytest.mark.parametrize("family", ["elbow-3r", "elbow-lateral", "planar-3r", "scorbot-wrist"])
+def test_a_rank_is_asked_at_a_pose_that_is_told_exactly(family: str) -> None:
+    """The pose as told gives the rank of the reference; a rounded one would give full rank."""
+    chain, ranks = drawn(family, 0).chain, set()
+    for seed in range(9):
+        (part,) = asked("rank", chain, seed).parts
+        place, rank = part.about(OfRank).place, int(part.of(Number).reference[0])
+        assert not place.about
+        told = {q: sp.N(value, 14) for q, value in place.joints.items()}
+        assert np.linalg.matrix_rank(jacobian_at(chain, replace(place, joints=told)), 1e-10) == rank
+        ranks.add(rank)
+    assert len(ranks) > 1

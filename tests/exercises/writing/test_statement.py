@@ -93,30 +93,6 @@ def _is_clean(text: str) -> None:
         assert latex.count(r"\begin{") == latex.count(r"\end{"), latex
 
 
-def test_what_is_shown_on_the_way_to_a_determinant_has_that_determinant(problem: Problem) -> None:
-    steps, chain = Worked(problem.chain), problem.chain
-    if not steps.d.is_square:
-        return
-    symbols = sorted({*chain.q, *chain.parameters}, key=str)
-    values = {symbol: sp.Float(0.31 + 0.17 * i, 30) for i, symbol in enumerate(symbols)}
-    expected = steps.d.determinant.xreplace(values)
-    shown = [steps.short_jacobian[1].xreplace(values).det()] if steps.short_jacobian else []
-    if chain.n > 1 and (lone := steps.lone_entry):
-        shown.append((-1 if lone.sign else 1) * (lone.entry * lone.left.xreplace(values).det()).xreplace(values))
-    assert all(abs(number - expected) < 1e-12 for number in shown)
-
-
-def test_a_minor_is_zero_where_the_condition_is_that_is_called_its_factor(drawn: Draw) -> None:
-    steps, told = Worked(drawn("lbr-7r", 1).chain), 0
-    for found in steps.found:
-        for condition, minors in steps.zeros_of_minors(found):
-            ((joint, (value, *_)),) = [(q, values) for q, values in found.solutions or () if condition.has(q)]
-            for number in map(int, re.findall(r"M_\{(\d+)\}", minors)):
-                assert steps.minors[number - 1][1].xreplace({joint: value}) == 0
-                told += 1
-    assert told
-
-
 def test_elbow_solution_speaks_of_the_books_mistake(drawn: Draw) -> None:
     problem = drawn("elbow-3r", 0)
     part = next(part for part in problem.parts if part.kind == "singular-angles")
@@ -229,3 +205,13 @@ def test_conditions_are_listed_with_the_signs_that_they_have_in_the_determinant(
         determinant = tex(steps.d.determinant, chain)
         sums = [condition for found in steps.found for condition in found.conditions if condition.is_Add]
         assert not [each for each in sums if f"({tex(-each, chain)})" in determinant]
+
+
+@pytest.mark.parametrize("family", ["planar-2r", "elbow-3r"])
+def test_other_lengths_are_said_to_be_numbers_where_there_are_any(family: str) -> None:
+    """The chapter's arm has open lengths only; with one of them given as a number, the others are told apart."""
+    chapter = drawn(family, 0, "chapter")
+    assert "Other lengths" not in statement(chapter, "")
+    first, *others = chapter.chain.joints
+    chain = replace(chapter.chain, joints=(replace(first, a=sp.Rational(3, 10)), *others))
+    assert "Other lengths are numbers" in statement(replace(chapter, chain=chain), "")
