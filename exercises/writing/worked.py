@@ -273,7 +273,7 @@ class Worked:
         generic = derive(self._structure)
         turning = [q for q in generic.determinant.free_symbols if str(q).startswith("theta")]
         joints = [q for q in self.chain.q if q in turning]
-        if not 2 <= self.chain.n <= MOST_ROWS_AT_ONCE or generic.determinant == 0:
+        if not 2 <= self.chain.n <= MOST_ROWS_AT_ONCE or generic.determinant == 0 or not joints:
             return None
         still = [q for q in self.chain.q if str(q).startswith("theta") and q not in turning]
         best = None
