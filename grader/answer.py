@@ -123,7 +123,7 @@ def _read(text: str, domain: Domain) -> Given:
 
 def _alone(node: Node) -> Node:
     """Return the entry of Matrix([a]), [a] or [[a]]: a matrix of one entry stands for that."""
-    while node.kind in ("list", "set") and len(node.args) == 1:
+    while node.kind == "list" and len(node.args) == 1:
         node = node.args[0]
     return node
 

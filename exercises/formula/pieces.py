@@ -109,7 +109,7 @@ def _listed(values: Node) -> list[Node]:
     """Return each of the values: of [0, ±pi], three."""
     if values.kind not in ("list", "set", "or"):
         return [values]
-    return [value for arg in values.args for value in _listed(arg)]
+    return [value for arg in values.args for value in (arg.args if arg.kind == "set" else (arg,))]
 
 
 def _vanishing(node: Node) -> list[Piece]:

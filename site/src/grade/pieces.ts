@@ -115,7 +115,8 @@ function assigned(joint: Node, values: Node, joints: ReadonlySet<string>): Piece
 
 /** Each of the values: of [0, ±pi], three. */
 function listedIn(values: Node): readonly Node[] {
-  return ["list", "set", "or"].includes(values.kind) ? values.args.flatMap(listedIn) : [values];
+  if (!["list", "set", "or"].includes(values.kind)) return [values];
+  return values.args.flatMap((arg) => (arg.kind === "set" ? arg.args : [arg]));
 }
 
 function vanishing(tree: Node): Piece[] {

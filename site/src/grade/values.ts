@@ -51,7 +51,7 @@ export function judgeValues(answer: string, key: ValuesKey, labels: readonly str
 /** The entry of Matrix([a]), [a] or [[a]]: a matrix of one entry stands for that. */
 function alone(tree: Node): Node {
   const [only] = tree.args;
-  return ["list", "set"].includes(tree.kind) && tree.args.length === 1 && only ? alone(only) : tree;
+  return tree.kind === "list" && tree.args.length === 1 && only ? alone(only) : tree;
 }
 
 function shaped(rows: Node[][], key: ValuesKey): Node[][] | Verdict {
