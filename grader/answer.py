@@ -59,7 +59,7 @@ def read_formula(text: str, domain: Domain) -> Given:
         return given
     if given.tree.kind == "list" and (point := with_points(text)) != text:
         return replace(read_formula(point, domain), text=text)
-    given = _in_rows(given, (), "an answer")
+    given = _in_rows(replace(given, tree=_alone(given.tree)), (), "an answer")
     if given.tree is not None and given.tree.kind in ("list", "set", "dict"):
         return given.refused("a list or matrix stands where a single expression is due")
     given = _of_scalars(given, "an answer")
@@ -121,6 +121,13 @@ def _read(text: str, domain: Domain) -> Given:
     return Given(text, missing("the answer was left blank")) if is_all_blank(tree) else Given(text, tree=tree)
 
 
+def _alone(node: Node) -> Node:
+    """Return the entry of Matrix([a]), [a] or [[a]]: a matrix of one entry stands for that."""
+    while node.kind == "list" and len(node.args) == 1:
+        node = node.args[0]
+    return node
+
+
 def is_all_blank(node: Node) -> bool:
     """Tell whether nothing but blanks is in a tree."""
     if node.kind in ("list", "set"):
@@ -153,8 +160,15 @@ def _unlabelled(node: Node, labels: Sequence[str]) -> Node:
         node = node.args[0]
     if not labels or node.kind not in ("dict", "list") or not all(arg.kind in ("pair", "eq") for arg in node.args):
         return node
-    named = {arg.args[0].value: arg.args[1] for arg in node.args}
-    return Node("list", tuple(named[label] for label in labels)) if set(named) == set(labels) else node
+    said = {_label_of(str(arg.args[0].value)): arg.args[1] for arg in node.args}
+    due = [_label_of(label) for label in labels]
+    return Node("list", tuple(said[label] for label in due)) if set(said) == set(due) else node
+
+
+def _label_of(name: str) -> str:
+    """Return the name of an entry as it is compared: of P_x, p_x, px and x the last, of v_x and vx the latter."""
+    plain = name.replace("_", "").lower()
+    return plain.removeprefix("p") if len(plain) > 1 else plain
 
 
 def _in_shape(given: Given, due: tuple[int, int]) -> Given:

@@ -146,7 +146,7 @@ def judge_singular(
         return given.refusal or missing()
     truth = [piece for tree in reference for piece in pieces(tree, joints)]
     try:
-        claimed = claimed_pieces(_named(given.tree, truth, joints), joints)
+        claimed = claimed_pieces(_named(given.tree, joints), joints)
         return _judge_set(claimed, truth, Space(joints, domain, rounding), seed)
     except ReadError as error:
         return wrong(f"this can't be read as conditions: {error}")
@@ -165,16 +165,17 @@ def judge_angles(given: Given, reference: Node, domain: Domain, seed: str) -> Ju
         return wrong(f"this can't be read as a set of angles: {error}")
 
 
-def _named(node: Node, truth: Sequence[Piece], joints: Sequence[str]) -> Node:
-    """Give bare values, as in {0, pi}, to the joint that they must mean; ReadError where that is not clear."""
+def _named(node: Node, joints: Sequence[str]) -> Node:
+    """Give bare values, as in {0, pi}, to the only joint there is; ReadError where there are several.
+
+    Which of several was meant is not known, and the right answer is nobody to ask.
+    """
     values = node.args if node.kind in ("list", "set") else (node,)
     if not values or any(_says_a_condition(value, joints) for value in values):
         return node
-    meant = {atom.joint for piece in truth for atom in piece} - {None}
-    meant |= set(joints) & set().union(*(names(atom.zero) for piece in truth for atom in piece))
-    if len(meant) != 1:
-        raise ReadError(f"say which joint has these values, as in {{{joints[-1]}: [0, pi/3]}}")
-    return Node("in", (Node("name", value=meant.pop()), Node("set", tuple(values))))
+    if len(joints) != 1:
+        raise ReadError(f"say which joint has these values, as in {joints[-1]} = 0, pi/3")
+    return Node("in", (Node("name", value=joints[0]), Node("set", tuple(values))))
 
 
 def _says_a_condition(node: Node, joints: Sequence[str]) -> bool:

@@ -12,8 +12,8 @@ from fractions import Fraction
 from functools import lru_cache
 
 from exercises.formula.names import ARITY, LONGEST, NamePart, pieces_of, plain_name
-from exercises.formula.notation import plain, rows_of_semicolons
-from exercises.formula.trees import Node, ReadError, replaced
+from exercises.formula.notation import plain
+from exercises.formula.trees import Node, ReadError, names, replaced
 from exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
 
 MAX_DEPTH = LIMITS["depth"]
@@ -91,15 +91,48 @@ class _Parser:
         if self.tokens[0][0] == "end":
             raise ReadError("nothing is there")
         self.pass_parameters()
-        node = self.disjunction()
-        if self.peek() == ",":  # a bare "a, b" is a list
-            items = [node]
-            while self.take(",") and self.tokens[self.at][0] != "end":
-                items.append(self.disjunction())
-            node = Node("list", tuple(items))
+        rows, separated = self.rows("")
         if self.tokens[self.at][0] != "end":
             raise self.fail(f"did not expect {self.peek()!r}")
-        return node
+        if len(rows) > 1 and all(len(row) == 1 for row in rows):  # a; b
+            rows = [[entry for row in rows for entry in row]]
+        if len(rows) > 1:
+            return Node("list", tuple(Node("list", tuple(row)) for row in rows))
+        items = rows[0]
+        if any(item.kind == "pair" for item in items):  # x: a, y: b
+            return self.paired(items)
+        return Node("list", tuple(items)) if separated or len(items) > 1 else items[0]
+
+    def rows(self, close: str) -> tuple[list[list[Node]], bool]:
+        """Read what stands between commas, in rows where semicolons end them, and pass what closes it.
+
+        Tell whether there was a comma. In braces, and where nothing closes it, an entry may be named, as in x: a.
+        """
+        rows: list[list[Node]] = [[]]
+        comma = False
+        while not self.closed(close):
+            if self.take(";"):
+                rows.append([])
+                continue
+            item = self.disjunction()
+            if close in ("", "}") and self.take(":"):
+                item = Node("pair", (item, self.disjunction()))
+            rows[-1].append(item)
+            if self.take(","):
+                comma = True
+            elif self.peek() != ";":
+                if close:
+                    self.expect(close)
+                break
+        return [row for row in rows if row] or [[]], comma
+
+    def closed(self, close: str) -> bool:
+        return self.take(close) if close else self.tokens[self.at][0] == "end"
+
+    def paired(self, items: Sequence[Node]) -> Node:
+        if any(item.kind != "pair" for item in items):
+            raise self.fail("a dictionary needs 'joint: values' throughout")
+        return Node("dict", tuple(items))
 
     def pass_parameters(self) -> None:
         """Pass the head of a Python function, lambda theta1, theta2: …; what it returns is the answer."""
@@ -127,23 +160,55 @@ class _Parser:
         return terms[0] if len(terms) == 1 else Node("and", tuple(terms))
 
     def relation(self) -> Node:
-        left = self.sum()
+        left = self.modulo(self.sum())
         if self.take("=", "=="):
-            return Node("eq", (left, self.sum()))
+            return Node("eq", (left, self.values()))
         if self.take("in"):
-            return Node("in", (left, self.sum()))
+            return Node("in", (left, self.modulo(self.sum())))
         return left
 
+    def values(self) -> Node:
+        """Read what stands right of an equation: a value, or several, as in theta2 = 0 or pi."""
+        found = [self.modulo(self.sum())]
+        while self.peek() in ("or", "and", "|", "&"):
+            here = self.at
+            self.at += 1
+            other = self.modulo(self.sum()) if self.tokens[self.at][0] != "end" else None
+            if other is None or self.peek() in ("=", "==", "in", ":") or not _is_value(other):
+                self.at = here  # another condition begins there
+                break
+            found.append(other)
+        return found[0] if len(found) == 1 else Node("set", tuple(found))
+
+    def modulo(self, value: Node) -> Node:
+        """Read theta2 = 0 mod pi, or (mod pi): the value and all that are whole multiples of pi apart."""
+        bracket = self.peek() == "(" and self.text_at(1) in _MODULO
+        if not bracket and self.peek() not in _MODULO:
+            return value
+        self.at += 2 if bracket else 1
+        step = Node("*", (Node("name", value=VOCABULARY["whole_numbers"][0]), self.sum()))
+        if bracket:
+            self.expect(")")
+        several = value.args if value.kind in ("list", "set") else (value,)
+        apart = tuple(Node("+", (one, step)) for one in several)
+        return Node(value.kind, apart) if value.kind in ("list", "set") else apart[0]
+
     def sum(self) -> Node:
-        negative = self.sign()
-        node = self.product()
-        node = Node("neg", (node,)) if negative else node
-        while self.peek() in ("+", "-"):
+        if self.take("±"):
+            value = self.product()
+            node = Node("set", (value, Node("neg", (value,))))
+        else:
+            negative = self.sign()
+            node = self.product()
+            node = Node("neg", (node,)) if negative else node
+        while self.peek() in ("+", "-", "±"):
             op = self.peek()
             self.at += 1
             negative = self.sign()
             right = self.product()
-            node = Node(op, (node, Node("neg", (right,)) if negative else right))
+            right = Node("neg", (right,)) if negative else right
+            both = (Node("+", (node, right)), Node("-", (node, right)))
+            node = Node("set", both) if op == "±" else Node(op, (node, right))
         return node
 
     def sign(self) -> bool:
@@ -162,10 +227,26 @@ class _Parser:
                 node = Node(text, (node, self.signed_power()))
             elif kind == "number" == self.tokens[self.at - 1][0]:
                 raise self.fail("two numbers stand side by side,")  # 1 000, 1.2.3: no product is meant
+            elif text == "(" and self.text_at(1) in _MODULO:
+                return node
+            elif kind == "name" and self.is_unit(text):
+                self.at += 1
+                node = _in_unit(node, text)
             elif kind == "number" or text == "(" or (kind == "name" and text not in _WORDS):
                 node = Node("*", (node, self.power()))
             else:
                 return node
+
+    def is_unit(self, text: str) -> bool:
+        """Tell whether a name behind a number is a unit, as in d2 = 0.25 m: where the product ends with it."""
+        if text not in _UNITS or text in self.known or self.text_at(1) in _GO_ON:
+            return False
+        kind, before, _ = self.tokens[self.at - 1]
+        is_angle = text not in VOCABULARY["whole_numbers"] and before in VOCABULARY["before_whole_numbers"]
+        return (kind == "number" or is_angle) and self.tokens[min(self.at + 1, len(self.tokens) - 1)][0] in (
+            "op",
+            "end",
+        )
 
     def signed_power(self) -> Node:
         return Node("neg", (self.power(),)) if self.sign() else self.power()
@@ -181,6 +262,8 @@ class _Parser:
             exponents.append(Node("neg", (exponent,)) if negative else exponent)
             if len(exponents) > MAX_DEPTH:
                 raise self.fail(f"powers nest more than {MAX_DEPTH} deep")
+        if base.kind == "list" and len(exponents) == 1 and exponents[0].value in VOCABULARY["transposed"]:
+            return _transposed(base)
         tower = exponents.pop()
         while exponents:  # -a^-b^c: the sign of an exponent covers what stands above it
             below = exponents.pop()
@@ -209,24 +292,13 @@ class _Parser:
         raise self.fail("expected a number, a symbol or a bracket, found " + (repr(text) if text else "the end"))
 
     def bracketed(self, close: str, kind: str) -> Node:
-        items: list[Node] = []
-        comma = False
-        while not self.take(close):
-            item = self.disjunction()
-            if kind == "set" and self.take(":"):
-                item = Node("pair", (item, self.disjunction()))
-            items.append(item)
-            if not self.take(","):
-                self.expect(close)
-                break
-            comma = True
+        rows, comma = self.rows(close)
+        items = rows[0]
+        if len(rows) > 1:  # [a, b; c, d]
+            return Node("list", tuple(Node("list", tuple(row)) for row in rows))
         if kind == "group":
             return items[0] if len(items) == 1 and not comma else Node("list", tuple(items))
-        if kind == "set" and items and all(item.kind == "pair" for item in items):
-            return Node("dict", tuple(items))
-        if any(item.kind == "pair" for item in items):
-            raise self.fail("a dictionary needs 'joint: values' throughout")
-        return Node(kind, tuple(items))
+        return self.paired(items) if any(item.kind == "pair" for item in items) else Node(kind, tuple(items))
 
     def named(self, raw: str) -> Node:
         if len(raw) > LONGEST:
@@ -334,6 +406,32 @@ class _Parser:
 
 
 _JOINT = pattern("joint")
+_MODULO: list[str] = VOCABULARY["modulo"]
+_UNITS: dict[str, str] = VOCABULARY["units"]
+_GO_ON = ("*", "/", "^", "**", "(")
+"""What follows a name that is a factor, and no unit at the end of a product."""
+
+
+def _is_value(node: Node) -> bool:
+    return node.kind not in ("eq", "in", "and", "or") and names(node) <= set(VOCABULARY["whole_numbers"])
+
+
+def _in_unit(value: Node, unit: str) -> Node:
+    """Return a value in metres and radians: of cm a hundredth, of degrees pi/180."""
+    factor = _UNITS[unit]
+    if factor.startswith("/"):
+        return Node("/", (value, Node("number", value=Fraction(int(factor[1:])))))
+    return _call("radians", (value,)) if factor else value
+
+
+def _transposed(matrix: Node) -> Node:
+    """Return a list of rows turned; of a list of entries, which may stand for a column, that."""
+    rows = [row.args for row in matrix.args if row.kind == "list"]
+    if len(rows) != len(matrix.args) or len({len(row) for row in rows}) != 1:
+        return matrix
+    return Node("list", tuple(Node("list", column) for column in zip(*rows, strict=True)))
+
+
 _MINUS_ONE = Node("neg", (Node("number", value=Fraction(1)),))
 
 
@@ -373,6 +471,10 @@ def _container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
         return Node(meant, args)
     if meant == "image" and len(args) == 2 and args[1].value in VOCABULARY["whole_number_sets"]:
         return args[0]
+    if meant == "condition" and len(args) in (2, 3):
+        return args[1]
+    if meant == "transposed" and len(args) == 1:
+        return _transposed(args[0])
     if len(args) == 1:
         return args[0]
     if meant == "matrix" and len(args) == 3 and args[2].kind == "list":
@@ -413,12 +515,12 @@ SHORT = 4000
 @lru_cache(maxsize=4)
 def _read(text: str, known: frozenset[str]) -> Node:
     """Return the tree; an answer is read for its symbols, for what it says, for the mistake in it, for its page."""
-    return _Parser(rows_of_semicolons(plain(text, known)), known).whole()
+    return _Parser(plain(text, known), known).whole()
 
 
 @lru_cache(maxsize=128)
 def _read_short(text: str, known: frozenset[str]) -> Node:
-    return _Parser(rows_of_semicolons(plain(text, known)), known).whole()
+    return _Parser(plain(text, known), known).whole()
 
 
 @lru_cache(maxsize=2048)

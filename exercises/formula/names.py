@@ -58,6 +58,9 @@ def pieces_of(raw: str, known: frozenset[str]) -> tuple[NamePart, ...]:
     one = _one(name, known)
     if one is not None:
         return (one,)
+    for whole in VOCABULARY["whole_numbers"]:  # kπ
+        if name in (f"{whole}pi", f"pi{whole}"):
+            return (NamePart("name", (whole,)), NamePart("name", ("pi",)))
     return _split(name, known) or (NamePart("name", (name,)),)
 
 

@@ -3,7 +3,6 @@
 import re
 from collections import Counter
 from collections.abc import Set as AbstractSet
-from itertools import pairwise
 from typing import Any
 
 from exercises.formula.names import FUNCTIONS
@@ -40,7 +39,7 @@ def plain(text: str, known: AbstractSet[str]) -> str:
     r"""Return an answer in plain text; the names that are `known` are never taken for units.
 
     >>> plain("½ a1² cos(30°) m", {"a1"})
-    '(1/2) a1^(2) cos(30*pi/180)'
+    '(1/2) a1^(2) cos((30*pi/180))'
     >>> plain(r"\frac{a_{1}}{2} \cos^{2}\theta_{1}", set())
     '((a1)/(2))  cos ^(2) theta1'
     """
@@ -217,13 +216,3 @@ class _Latex:
                 break
         filled = [row for row in rows if any(entry.strip(SPACES) for entry in row)]
         return "[" + ", ".join("[" + ", ".join(entry.strip(SPACES) for entry in row) + "]" for row in filled) + "]"
-
-
-def rows_of_semicolons(text: str) -> str:
-    """Return a matrix whose rows end with semicolons, [a, b; c, d], as nested lists; any other text as it is."""
-    inner = text.strip(SPACES)
-    if ";" not in inner or len(inner) < 2 or inner[0] + inner[-1] not in ("[]", "{}", "()"):
-        return text
-    ends = [-1, *(at for at, char in enumerate(inner[1:-1]) if char == ";"), len(inner) - 2]
-    rows = [inner[1:-1][start + 1 : end] for start, end in pairwise(ends)]
-    return "[" + ", ".join(f"[{row}]" for row in rows if row.strip(SPACES)) + "]"

@@ -42,6 +42,8 @@ def pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
     if node.kind in ("or", "list", "set"):
         return _alternatives(node, joints)
     if node.kind == "and":
+        if not any(names(arg) & set(joints) for arg in node.args):
+            raise ReadError("a value stands there without a joint; write it as in theta1 = pi/3")
         return _together([pieces(arg, joints) for arg in node.args])
     if node.kind == "dict":
         return _together([_assigned(pair.args[0], pair.args[1], joints) for pair in node.args])
@@ -92,7 +94,7 @@ def _together(sets: Sequence[Sequence[Piece]]) -> list[Piece]:
 
 
 def _assigned(joint: Node, values: Node, joints: Sequence[str]) -> list[Piece]:
-    listed = values.args if values.kind in ("list", "set", "or") else (values,)
+    listed = _listed(values)
     if joint.kind != "name" or joint.value not in joints:
         return [piece for value in listed for piece in _vanishing(Node("-", (joint, value)))]
     union: list[Piece] = []
@@ -101,6 +103,13 @@ def _assigned(joint: Node, values: Node, joints: Sequence[str]) -> list[Piece]:
             compile_program([plain])
             union.append((Atom(plain, str(joint.value)),))
     return union
+
+
+def _listed(values: Node) -> list[Node]:
+    """Return each of the values: of [0, ±pi], three."""
+    if values.kind not in ("list", "set", "or"):
+        return [values]
+    return [value for arg in values.args for value in (arg.args if arg.kind == "set" else (arg,))]
 
 
 def _vanishing(node: Node) -> list[Piece]:

@@ -144,6 +144,7 @@ QUESTIONS = (
         too_long=by_hand("position"),
         result=lambda w, _: w["point"][moving_rows(w.chain)],
         entry_names=lambda chain, _: list(chain.linear_rows),
+        labels=lambda chain: tuple(chain.linear_rows),
         put=_put_position,
         adds_up="links",
         linear_rows=lambda chain: list(enumerate(moving_rows(chain))),
@@ -158,6 +159,7 @@ QUESTIONS = (
         too_long=by_hand("linear"),
         result=lambda w, _: applied(w["linear"][moving_rows(w.chain)], w["joint rates"]),
         entry_names=lambda chain, _: velocities([row for row in chain.task if row[0] == "v"]),
+        labels=lambda chain: tuple(row for row in chain.task if row[0] == "v"),
         follows=(("position",),),
     ),
     Question(

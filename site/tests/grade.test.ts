@@ -137,7 +137,7 @@ test.each([
   ["theta1 = theta1", "wrong", 0], // always true: it covers everything, and earns nothing
   ["det(J) = 0", "wrong", 0],
   ["0 = 0", "wrong", 0],
-  ["{0, pi}", "correct", 1],
+  ["{0, pi}", "wrong", 0], // of which joint, it does not say
   ["sin(theta2)^2 = 0", "correct", 1],
   ["theta2 = 0, theta2 = pi, sin(theta1) = 2", "correct", 1],
   ["theta2 = 0, theta2 = pi, theta1 = foo", "partial", 0.5],

@@ -64,7 +64,7 @@ def test_any_equivalent_form_is_right(student: str) -> None:
         "a1*sqrt(cos(theta1)**2) + a2*cos(theta1 + theta2)",
         "a1*cos(theta1) + a2*cos(theta1 + theta2) + k",
         "nan", "oo", "None", "1e400", "0/0", "a1**9**9**9", "1/(9**9**9**9)",
-        "__import__('os').system('true')", "(" * 5000, "sin(" * 2000, "lambda: 0", "[" + PX + "]", "\x00", "\ud800",
+        "__import__('os').system('true')", "(" * 5000, "sin(" * 2000, "lambda: 0", "{" + PX + "}", "\x00", "\ud800",
     ],
 )  # fmt: skip
 def test_wrong_and_hostile_answers_fail(student: str) -> None:
@@ -202,11 +202,13 @@ def test_missing_and_surplus_conditions(student: str, outcome: Outcome) -> None:
     assert judge_singular(student, ELBOW, JOINTS, DOMAIN, "s").outcome is outcome
 
 
-def test_bare_values_belong_to_the_only_joint() -> None:
-    assert judge_singular("{0, pi}", ["theta2 = 0", "theta2 = pi"], JOINTS, DOMAIN, "s").outcome is Outcome.CORRECT
-    assert judge_singular("{0}", ["theta2 = 0", "theta2 = pi"], JOINTS, DOMAIN, "s").share == 0.5
+def test_bare_values_are_refused_where_several_joints_could_be_meant() -> None:
+    """The reference is nobody to ask: it would make {0, pi} right for any joint."""
     for text in ("{0, pi}", "[0, pi]", "k*pi", "0, pi"):
-        assert judge_singular(text, ["sin(theta2) = 0"], JOINTS, DOMAIN, "s").outcome is Outcome.CORRECT, text
+        judged = judge_singular(text, ["sin(theta2) = 0"], JOINTS, DOMAIN, "s")
+        assert judged.outcome is Outcome.WRONG and "say which joint has these values, as in" in judged.reason, text
+    alone = Domain({"theta1": "angle"})
+    assert judge_singular("{0, pi}", ["sin(theta1) = 0"], ["theta1"], alone, "s").outcome is Outcome.CORRECT
 
 
 def test_conditions_that_hold_together() -> None:
@@ -243,7 +245,10 @@ ANGLE = "acos((-a1 - a2*cos(theta2))/a3)"
         (SINE, "1 - cos(2*theta3) = 0"),
         (SINE, "abs(cos(theta3)) = 1"),
         (SINE, "1e-9*sin(theta3) = 0"),
-        (SINE, "Union(ImageSet(Lambda(_n, 2*_n*pi + pi), Integers), ImageSet(Lambda(_n, 2*_n*pi), Integers))"),
+        (
+            SINE,
+            "theta3 in Union(ImageSet(Lambda(_n, 2*_n*pi + pi), Integers), ImageSet(Lambda(_n, 2*_n*pi), Integers))",
+        ),
         (FACTORS, f"sin(theta3)**3 = 0, {SHOULDER}"),
         (FACTORS, f"theta3 = 0 or pi, {SHOULDER}"),
         (FACTORS, f"theta3 = 0, pi, {SHOULDER}"),

@@ -386,7 +386,7 @@ def _holds_where_due(text: str) -> bool:
     """Tell whether the conditions hold where theta2 is 0 or pi, and nowhere at random."""
     tree = read_conditions(text, DOMAIN).tree
     assert tree is not None
-    claimed = pieces(formulas._named(tree, pieces(read(SINGULAR[0]), JOINTS), JOINTS), JOINTS)
+    claimed = pieces(formulas._named(tree, JOINTS), JOINTS)
 
     def holds(at: Mapping[str, Any]) -> bool:
         return any(all(abs(gap(atom, at)) < 1e-6 for atom in piece) for piece in claimed)

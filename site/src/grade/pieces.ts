@@ -52,6 +52,8 @@ function nodesOfCases(tree: Node): number {
 export function pieces(tree: Node, joints: ReadonlySet<string>): Piece[] {
   const [left, right] = tree.args;
   if (["or", "list", "set"].includes(tree.kind)) return alternatives(tree, joints);
+  if (tree.kind === "and" && !tree.args.some((arg) => [...namesIn(arg)].some((each) => joints.has(each))))
+    throw new ReadError("read.no-joint");
   if (tree.kind === "and") return together(tree.args.map((arg) => pieces(arg, joints)));
   if (tree.kind === "dict") {
     return together(tree.args.map((pair) => assigned(pair.args[0] as Node, pair.args[1] as Node, joints)));
@@ -104,11 +106,17 @@ function together(sets: readonly (readonly Piece[])[]): Piece[] {
 }
 
 function assigned(joint: Node, values: Node, joints: ReadonlySet<string>): Piece[] {
-  const listed = ["list", "set", "or"].includes(values.kind) ? values.args : [values];
+  const listed = listedIn(values);
   if (joint.kind !== "name" || !joints.has(joint.text)) {
     return listed.flatMap((value) => vanishing(node("-", joint, value)));
   }
   return listed.flatMap((value) => cases(value).map((zero) => [{ joint: joint.text, zero }]));
+}
+
+/** Each of the values: of [0, ±pi], three. */
+function listedIn(values: Node): readonly Node[] {
+  if (!["list", "set", "or"].includes(values.kind)) return [values];
+  return values.args.flatMap((arg) => (arg.kind === "set" ? arg.args : [arg]));
 }
 
 function vanishing(tree: Node): Piece[] {

@@ -57,7 +57,7 @@ export function judgeSet(
     const tree = read(answer, new Set(key.symbols));
     if (isBlank(tree)) return missing();
     const poses = posesOf(key, tree);
-    const claimed = assigned(withoutBlanks(tree), poses, space, isSingular);
+    const claimed = assigned(withoutBlanks(tree), space);
     const claims = claimedPieces(claimed, new Set(key.joints));
     return compared(claims, poses, space, isSingular);
   } catch (error) {
@@ -85,27 +85,14 @@ function withoutBlanks(tree: Node): Node {
 }
 
 /** Bare values, as in {0, pi}, given to the joint that they must mean. Throws ReadError where that is not clear. */
-function assigned(
-  tree: Node,
-  poses: readonly (readonly At[])[],
-  { joints }: Space,
-  isSingular: IsSingular,
-): Node {
+function assigned(tree: Node, { joints }: Space): Node {
   const values = tree.kind === "list" || tree.kind === "set" ? tree.args : [tree];
   const saysMore = (arg: Node) =>
     ["eq", "in", "dict", "and", "or", "list", "set"].includes(arg.kind) ||
     joints.some((joint) => namesIn(arg).has(joint));
   if (values.length === 0 || values.some(saysMore)) return tree;
-  // Which joints the singular configurations are about: those that lead out of them.
-  const leadsOut = (joint: string) =>
-    poses.some((piece) =>
-      piece.some((at) =>
-        [0.3, 1.1].some((step) => !isSingular({ ...at, [joint]: (at[joint] as number) + step })),
-      ),
-    );
-  const meant = joints.filter(leadsOut);
-  const [joint] = meant;
-  if (joint === undefined || meant.length > 1) throw new ReadError("read.no-joint");
+  const [joint] = joints;
+  if (joint === undefined || joints.length > 1) throw new ReadError("read.no-joint"); // which of them, nobody said
   return node("in", name(joint), node("set", ...values));
 }
 

@@ -34,8 +34,9 @@ export function judgeValues(answer: string, key: ValuesKey, labels: readonly str
   try {
     const typed = read(answer, known);
     if (isBlank(typed)) return missing();
-    const tree = unlabelled(rightSide(typed, known), labels);
     const isSingle = key.rows * key.columns === 1;
+    const named = unlabelled(rightSide(typed, known), labels);
+    const tree = isSingle ? alone(named) : named;
     if (isSingle && tree.kind === "list" && withPoints(answer) !== answer)
       return judgeValues(withPoints(answer), key);
     if (isSingle && ["list", "set", "dict"].includes(tree.kind)) return wrong("read.list");
@@ -45,6 +46,12 @@ export function judgeValues(answer: string, key: ValuesKey, labels: readonly str
     if (error instanceof ReadError) return unreadable(error.why);
     throw error;
   }
+}
+
+/** The entry of Matrix([a]), [a] or [[a]]: a matrix of one entry stands for that. */
+function alone(tree: Node): Node {
+  const [only] = tree.args;
+  return tree.kind === "list" && tree.args.length === 1 && only ? alone(only) : tree;
 }
 
 function shaped(rows: Node[][], key: ValuesKey): Node[][] | Verdict {
@@ -262,9 +269,15 @@ export function unlabelled(tree: Node, labels: readonly string[]): Node {
   }
   const pairs = tree.args.every((arg) => arg.kind === "pair" || arg.kind === "eq");
   if (labels.length === 0 || !["dict", "list"].includes(tree.kind) || !pairs) return tree;
-  const found = new Map(tree.args.map((arg) => [arg.args[0]?.text, arg.args[1] as Node]));
-  const entries = labels.map((label) => found.get(label));
+  const found = new Map(tree.args.map((arg) => [labelOf(arg.args[0]?.text ?? ""), arg.args[1] as Node]));
+  const entries = labels.map((label) => found.get(labelOf(label)));
   return found.size === labels.length && entries.every(Boolean) ? node("list", ...(entries as Node[])) : tree;
+}
+
+/** The name of an entry as it is compared: of P_x, p_x, px and x the last, of v_x and vx the latter. */
+function labelOf(name: string): string {
+  const plain = name.replaceAll("_", "").toLowerCase();
+  return plain.length > 1 && plain.startsWith("p") ? plain.slice(1) : plain;
 }
 
 export function isBlank(tree: Node): boolean {

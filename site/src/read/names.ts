@@ -48,6 +48,9 @@ export function piecesOf(raw: string, known: ReadonlySet<string>): readonly Piec
   if (called !== undefined) return [{ kind: "function", parts: [called] }];
   const one = custom(name, known);
   if (one) return [one];
+  for (const whole of VOCABULARY.whole_numbers) {
+    if (name === `${whole}pi` || name === `pi${whole}`) return [named(whole), named("pi")]; // kπ
+  }
   const several = split(name, known);
   return several.length > 0 ? several : [named(name)];
 }

@@ -4,12 +4,10 @@
 import { latexAsText } from "./latex.js";
 import {
   compiled,
-  isSpace,
   lengthOf,
   LIMITS,
   literally,
   pattern,
-  stripped,
   table,
   VOCABULARY,
   whole,
@@ -128,17 +126,4 @@ function withoutUnit(text: string, known: ReadonlySet<string>): string {
   )
     return text;
   return factor ? `(${rest})${factor}` : rest;
-}
-
-/** A matrix whose rows end with semicolons, [a, b; c, d], as nested lists; any other text as it is. */
-export function rowsOfSemicolons(text: string): string {
-  const inner = stripped(text);
-  const ends = `${inner[0] ?? ""}${inner.at(-1) ?? ""}`;
-  if (!inner.includes(";") || inner.length < 2 || !["[]", "{}", "()"].includes(ends)) return text;
-  const rows = inner.slice(1, -1).split(";");
-  const isFilled = (row: string): boolean => [...row].some((sign) => !isSpace(sign));
-  return `[${rows
-    .filter(isFilled)
-    .map((row) => `[${row}]`)
-    .join(", ")}]`;
 }

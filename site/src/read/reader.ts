@@ -4,9 +4,20 @@
 import type { TextKey } from "../text/en.js";
 import { type Message, message, type Values } from "../text/text.js";
 import { ARITY, LONGEST, type Piece, piecesOf, plainName } from "./names.js";
-import { plain, rowsOfSemicolons } from "./notation.js";
+import { plain } from "./notation.js";
 import { type Token, tokensOf } from "./tokens.js";
-import { call, integer, type Kind, name, type Node, node, placed, ReadError, replaced } from "./tree.js";
+import {
+  call,
+  integer,
+  type Kind,
+  name,
+  namesIn,
+  type Node,
+  node,
+  placed,
+  ReadError,
+  replaced,
+} from "./tree.js";
 import { lengthOf, LIMITS, table, VOCABULARY, whole } from "./vocabulary.js";
 
 /** What a call of SymPy, NumPy or Python that is no function of numbers stands for. */
@@ -18,12 +29,16 @@ const BLANK = new Set(VOCABULARY.blank);
 const WORDS = new Set(VOCABULARY.words);
 const INVERSES = table(VOCABULARY.inverses);
 const JOINT = whole("joint");
+const MODULO = new Set(VOCABULARY.modulo);
+const UNITS = table(VOCABULARY.units);
+/** What follows a name that is a factor, and no unit at the end of a product. */
+const GO_ON = new Set(["*", "/", "^", "**", "("]);
 
 /** The tree of a text; `known` are the names of the problem's symbols, which win over any shorthand. */
 export function read(text: string, known: ReadonlySet<string>): Node {
   const length = lengthOf(text, LIMITS.characters);
   if (length > LIMITS.characters) throw new ReadError("read.long", { length, most: LIMITS.characters });
-  return new Parser(rowsOfSemicolons(plain(text, known)), known).whole();
+  return new Parser(plain(text, known), known).whole();
 }
 
 /** Operator-precedence parser; depth is counted, so that no text can exhaust the stack. */
@@ -45,14 +60,48 @@ class Parser {
   whole(): Node {
     if (this.here().kind === "end") throw new ReadError("read.nothing");
     this.passParameters();
-    let top = this.disjunction();
-    if (this.peek() === ",") {
-      const items = [top];
-      while (this.take(",") && this.here().kind !== "end") items.push(this.disjunction());
-      top = node("list", ...items);
-    }
+    const found = this.rows("");
     if (this.here().kind !== "end") throw this.fail("read.unexpected", { found: this.found() });
-    return top;
+    const flat = found.rows.every((row) => row.length === 1); // a; b
+    const rows = found.rows.length > 1 && flat ? [found.rows.flat()] : found.rows;
+    if (rows.length > 1) return node("list", ...rows.map((row) => node("list", ...row)));
+    const items = rows[0] as readonly Node[];
+    if (items.some(({ kind }) => kind === "pair")) return this.paired(items); // x: a, y: b
+    return found.comma || items.length > 1 ? node("list", ...items) : (items[0] as Node);
+  }
+
+  /**
+   * What stands between commas, in rows where semicolons end them, up to what closes it; and whether there was a comma.
+   * In braces, and where nothing closes it, an entry may be named, as in x: a.
+   */
+  private rows(close: string): { rows: readonly (readonly Node[])[]; comma: boolean } {
+    const rows: Node[][] = [[]];
+    let comma = false;
+    while (!this.closed(close)) {
+      if (this.take(";")) {
+        rows.push([]);
+        continue;
+      }
+      const item = this.disjunction();
+      const named = (close === "" || close === "}") && this.take(":");
+      rows.at(-1)?.push(named ? node("pair", item, this.disjunction()) : item);
+      if (this.take(",")) comma = true;
+      else if (this.peek() !== ";") {
+        if (close) this.expect(close);
+        break;
+      }
+    }
+    const filled = rows.filter((row) => row.length > 0);
+    return { rows: filled.length > 0 ? filled : [[]], comma };
+  }
+
+  private closed(close: string): boolean {
+    return close ? this.take(close) : this.here().kind === "end";
+  }
+
+  private paired(items: readonly Node[]): Node {
+    if (items.some(({ kind }) => kind !== "pair")) throw this.fail("read.dictionary");
+    return node("dict", ...items);
   }
 
   private here(): Token {
@@ -127,20 +176,56 @@ class Parser {
   }
 
   private relation(): Node {
-    const left = this.sum();
-    if (this.take("=", "==")) return node("eq", left, this.sum());
-    return this.take("in") ? node("in", left, this.sum()) : left;
+    const left = this.modulo(this.sum());
+    if (this.take("=", "==")) return node("eq", left, this.values());
+    return this.take("in") ? node("in", left, this.modulo(this.sum())) : left;
+  }
+
+  /** What stands right of an equation: a value, or several, as in theta2 = 0 or pi. */
+  private values(): Node {
+    const found = [this.modulo(this.sum())];
+    while (["or", "and", "|", "&"].includes(this.peek())) {
+      const here = this.at;
+      this.at += 1;
+      const other = this.here().kind === "end" ? null : this.modulo(this.sum());
+      if (!other || ["=", "==", "in", ":"].includes(this.peek()) || !isValue(other)) {
+        this.at = here; // another condition begins there
+        break;
+      }
+      found.push(other);
+    }
+    return found.length === 1 ? (found[0] as Node) : node("set", ...found);
+  }
+
+  /** theta2 = 0 mod pi, or (mod pi): the value and all that are whole multiples of pi apart. */
+  private modulo(value: Node): Node {
+    const bracket = this.peek() === "(" && MODULO.has(this.textAt(1));
+    if (!bracket && !MODULO.has(this.peek())) return value;
+    this.at += bracket ? 2 : 1;
+    const step = node("*", name(VOCABULARY.whole_numbers[0] as string), this.sum());
+    if (bracket) this.expect(")");
+    const several = value.kind === "list" || value.kind === "set";
+    return several
+      ? node(value.kind, ...value.args.map((one) => node("+", one, step)))
+      : node("+", value, step);
   }
 
   private sum(): Node {
-    const negative = this.sign();
-    const first = this.product();
-    let top = negative ? node("neg", first) : first;
-    for (let op = this.peek(); op === "+" || op === "-"; op = this.peek()) {
+    let top: Node;
+    if (this.take("±")) {
+      const value = this.product();
+      top = node("set", value, node("neg", value));
+    } else {
+      const negative = this.sign();
+      const first = this.product();
+      top = negative ? node("neg", first) : first;
+    }
+    for (let op = this.peek(); op === "+" || op === "-" || op === "±"; op = this.peek()) {
       this.at += 1;
       const minus = this.sign();
-      const right = this.product();
-      top = node(op, top, minus ? node("neg", right) : right);
+      const found = this.product();
+      const right = minus ? node("neg", found) : found;
+      top = op === "±" ? node("set", node("+", top, right), node("-", top, right)) : node(op, top, right);
     }
     return top;
   }
@@ -161,9 +246,26 @@ class Parser {
       else if (this.take("/")) top = node("/", top, this.signedPower());
       else if (this.here().kind === "number" && this.tokens[this.at - 1]?.kind === "number") {
         throw this.fail("read.two-numbers"); // 1 000, 1.2.3: no product is meant
+      } else if (this.peek() === "(" && MODULO.has(this.textAt(1))) return top;
+      else if (this.isUnit()) {
+        top = inUnit(top, this.peek());
+        this.at += 1;
       } else if (this.startsFactor()) top = node("*", top, this.power());
       else return top;
     }
+  }
+
+  /** Whether a name behind a number is a unit, as in d2 = 0.25 m: where the product ends with it. */
+  private isUnit(): boolean {
+    const { kind, text } = this.here();
+    if (kind !== "name" || !UNITS.has(text) || this.known.has(text) || GO_ON.has(this.textAt(1)))
+      return false;
+    const before = this.tokens[this.at - 1];
+    const isAngle =
+      !VOCABULARY.whole_numbers.includes(text) &&
+      VOCABULARY.before_whole_numbers.includes(before?.text ?? "");
+    const next = this.tokens[Math.min(this.at + 1, this.tokens.length - 1)];
+    return (before?.kind === "number" || isAngle) && (next?.kind === "op" || next?.kind === "end");
   }
 
   private startsFactor(): boolean {
@@ -185,6 +287,9 @@ class Parser {
       exponents.push(negative ? node("neg", exponent) : exponent);
       if (exponents.length > LIMITS.depth) throw this.fail("read.powers", { most: LIMITS.depth });
     }
+    const raised = exponents[0];
+    const turned = raised?.kind === "name" && VOCABULARY.transposed.includes(raised.text);
+    if (base.kind === "list" && exponents.length === 1 && turned) return transposed(base);
     let tower = exponents.pop();
     if (!tower) return base;
     for (let below = exponents.pop(); below; below = exponents.pop()) {
@@ -213,22 +318,12 @@ class Parser {
   }
 
   private bracketed(close: string, kind: "group" | "list" | "set"): Node {
-    const items: Node[] = [];
-    let comma = false;
-    while (!this.take(close)) {
-      const item = this.disjunction();
-      items.push(kind === "set" && this.take(":") ? node("pair", item, this.disjunction()) : item);
-      if (!this.take(",")) {
-        this.expect(close);
-        break;
-      }
-      comma = true;
-    }
+    const { rows, comma } = this.rows(close);
+    if (rows.length > 1) return node("list", ...rows.map((row) => node("list", ...row))); // [a, b; c, d]
+    const items = rows[0] as readonly Node[];
     const first = items[0];
     if (kind === "group") return first && items.length === 1 && !comma ? first : node("list", ...items);
-    if (kind === "set" && first && items.every((item) => item.kind === "pair")) return node("dict", ...items);
-    if (items.some((item) => item.kind === "pair")) throw this.fail("read.dictionary");
-    return node(kind, ...items);
+    return items.some((item) => item.kind === "pair") ? this.paired(items) : node(kind, ...items);
   }
 
   private args(close: string): readonly Node[] {
@@ -361,6 +456,8 @@ class Parser {
     const isPair = args.length === 2 && (meant === "eq" || meant === "/" || meant === "^");
     if (meant === "set" || isCondition || isPair) return node(meant as Kind, ...args);
     if (meant === "image" && first && args.length === 2 && isWholeNumbers(second as Node)) return first;
+    if (meant === "condition" && second && args.length <= 3) return second;
+    if (meant === "transposed" && first && args.length === 1) return transposed(first);
     if (first && args.length === 1) return first;
     if (meant === "matrix" && args.length === 3 && first && second && third?.kind === "list") {
       const filled = filledRows(first, second, third);
@@ -375,6 +472,29 @@ class Parser {
     if (meant === "list") return node("list", ...args);
     throw this.fail("read.container", { name: kind, count: args.length });
   }
+}
+
+const isValue = (value: Node): boolean =>
+  !["eq", "in", "and", "or"].includes(value.kind) &&
+  [...namesIn(value)].every((each) => VOCABULARY.whole_numbers.includes(each));
+
+/** A value in metres and radians: of cm a hundredth, of degrees pi/180. */
+function inUnit(value: Node, unit: string): Node {
+  const factor = UNITS.get(unit) as string;
+  if (factor.startsWith("/")) return node("/", value, integer(Number(factor.slice(1))));
+  return factor ? applied("radians", [value]) : value;
+}
+
+/** A list of rows turned; of a list of entries, which may stand for a column, that. */
+function transposed(matrix: Node): Node {
+  const rows = matrix.args.filter(({ kind }) => kind === "list").map(({ args }) => args);
+  const columns = rows[0]?.length ?? 0;
+  if (rows.length !== matrix.args.length || columns === 0 || rows.some(({ length }) => length !== columns))
+    return matrix;
+  return node(
+    "list",
+    ...Array.from({ length: columns }, (_, j) => node("list", ...rows.map((row) => row[j] as Node))),
+  );
 }
 
 const isWholeNumbers = ({ text }: Node): boolean => VOCABULARY.whole_number_sets.includes(text);
