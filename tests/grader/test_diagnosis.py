@@ -105,7 +105,7 @@ def said(name: str, answer: str, chain: Chain = PLANAR) -> tuple[str, str]:
         ),
         ("joint-torques", f"[-(a1*{S1} + a2*{S12})*fx - a2*{S12}*fy, (a1*{C1} + a2*{C12})*fx + a2*{C12}*fy]",
          "jacobian-for-transpose"),
-        ("singular-angles", "{0}", "one-root-only"),
+        ("singular-angles", "theta2 in {0}", "one-root-only"),
         ("singular-angles", "{theta2: [pi/2, -pi/2]}", "quarter-turn-singular"),
         ("singular-angles", "{theta1: [0, pi]}", "condition-for-other-joint"),
         ("singular-angles", "{theta2: [0, 180]}", "angles-in-degrees"),

@@ -161,6 +161,11 @@ def printing(text: str) -> None:
     _like_python(text)
 
 
+def _alone(tree: Node) -> Node:
+    """Return the entry of a list of one, which stands for that."""
+    return _alone(tree.args[0]) if tree.kind == "list" and len(tree.args) == 1 else tree
+
+
 def judging(text: str) -> None:
     """Every judgement ends in an outcome, and in full marks only where many digits agree."""
     rows = [[read(entry, DOMAIN.roles) for entry in row] for row in MATRIX]
@@ -168,7 +173,7 @@ def judging(text: str) -> None:
     judged = _judged(lambda: judge_expression(text, EXPRESSION, DOMAIN, text_seed(text)))
     if judged.outcome is Outcome.CORRECT:
         answers = (text, answer.with_points(text))
-        if all(_differ([[_right(read(answer, DOMAIN.roles))]], due) for answer in answers):
+        if all(_differ([[_alone(_right(read(answer, DOMAIN.roles)))]], due) for answer in answers):
             raise Find("this expression is not the reference")
     judged = _judged(lambda: judge_matrix(text, MATRIX, DOMAIN, text_seed(text)))
     if judged.outcome is Outcome.CORRECT and _differ(as_matrix(_right(read(text, DOMAIN.roles))), rows):
