@@ -213,10 +213,10 @@ def _side_by_side(drawings: Sequence[tuple[str, Figure]], below: str, name: str,
     columns, rows = cells(len(drawings), max(extent(roman(caption))[0] for caption, _ in drawings), WIDTH)
     wide, high = (SHRUNK * length // 100 for length in PANEL)
     high += GAP
-    middles = [WIDTH * (2 * column + 1) // (2 * columns) for column in range(columns)]
+    middles = [WIDTH * (2 * column + 1) / (2 * columns) for column in range(columns)]
     panels = [
         {
-            "x": middles[k % columns] - wide // 2,
+            "x": middles[k % columns] - wide / 2,
             "y": GAP // 2 + (high + LINE) * (k // columns),
             "middle": middles[k % columns],
             "base": (high + LINE) * (k // columns) + high + LINE // 2,
