@@ -29,7 +29,7 @@ from exercises.figure.body import body, fitted
 from exercises.figure.labels import Layout
 from exercises.figure.plane import camera, exact, is_flat
 from exercises.figure.pose import HEIGHT, LONG, ROOM, WIDTH, Skeleton, best_poses, drawn_chain, skeleton, told_pose
-from exercises.figure.shapes import Figure, fixed, path
+from exercises.figure.shapes import FONT, Figure, extent, fixed, path, roman
 from exercises.figure.small import PANEL, cells, posed, singular_panel, thumbnail
 from exercises.figure.view import Drawn, View
 from exercises.figure.words import alt_text, panels_text, title_text
@@ -73,7 +73,7 @@ STRETCHES = (1.0, 1.3, 1.6, 0.75, 2.0)
 Composed = tuple[Drawn, Layout]
 """A drawing, and its labels as they are placed so far."""
 
-SHRUNK, GAP, LINE, LETTER = 60, 12, 18, 6
+SHRUNK, GAP, LINE, LETTER = 60, 12, 20, 8
 """Small drawings are shown at so many per cent; pixels between them, for the line of a caption, and for a letter."""
 
 
@@ -209,14 +209,16 @@ def _in_words(joint: str, value: float) -> str:
 
 
 def _side_by_side(drawings: Sequence[tuple[str, Figure]], below: str, name: str, title: str, description: str) -> str:
-    columns, rows = cells(len(drawings))
+    """Return drawings with captions, as wide as an arm's own figure: where both are shown, they are lettered alike."""
+    columns, rows = cells(len(drawings), max(extent(roman(caption))[0] for caption, _ in drawings), WIDTH)
     wide, high = (SHRUNK * length // 100 for length in PANEL)
-    wide, high = wide + GAP, high + GAP
+    high += GAP
+    middles = [WIDTH * (2 * column + 1) / (2 * columns) for column in range(columns)]
     panels = [
         {
-            "x": GAP // 2 + wide * (k % columns),
+            "x": middles[k % columns] - wide / 2,
             "y": GAP // 2 + (high + LINE) * (k // columns),
-            "middle": wide * (k % columns) + wide // 2,
+            "middle": middles[k % columns],
             "base": (high + LINE) * (k // columns) + high + LINE // 2,
             "figure": figure,
             "caption": caption,
@@ -226,14 +228,15 @@ def _side_by_side(drawings: Sequence[tuple[str, Figure]], below: str, name: str,
     end = (high + LINE) * rows
     remark = [
         {"y": end + LINE * k + LINE // 2, "text": text}
-        for k, text in enumerate(textwrap.wrap(below, wide * columns // LETTER))
+        for k, text in enumerate(textwrap.wrap(below, (WIDTH - 2 * GAP) // LETTER))
     ]
     return render(
         "figure-panels.svg.j2",
         panels=panels,
         remark=remark,
         name=name,
-        width=wide * columns,
+        font=FONT,
+        width=WIDTH,
         height=end + LINE * len(remark),
         scale=SHRUNK / 100,
         title=title,

@@ -285,7 +285,12 @@ def _own_basis(basis: np.ndarray) -> list[np.ndarray]:
     return vectors
 
 
-def cells(count: int) -> tuple[int, int]:
-    """Return columns and rows for so many drawings."""
+def cells(count: int, caption: float, width: float) -> tuple[int, int]:
+    """Return columns and rows for so many drawings, whose widest caption (pixels) has to fit into a column.
+
+    >>> cells(9, 170.0, 520.0), cells(9, 198.0, 520.0), cells(4, 60.0, 520.0)
+    ((3, 3), (2, 5), (2, 2))
+    """
     columns = count if count <= 3 else 2 if count == 4 else 3
+    columns = max(1, min(columns, int(width / caption)))
     return columns, math.ceil(count / columns)

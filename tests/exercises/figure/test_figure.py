@@ -13,10 +13,20 @@ from exercises.arm.chain import Base, Chain, Joint, Point
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import singular_set
 from exercises.families import FAMILIES
-from exercises.figure import TRIED, alt_text, arm_figure, figure_svg, fixed, singular_panel, singular_svg, thumbnail_svg
+from exercises.figure import (
+    TRIED,
+    alt_text,
+    arm_figure,
+    figure_svg,
+    fixed,
+    options_svg,
+    singular_panel,
+    singular_svg,
+    thumbnail_svg,
+)
 from exercises.figure.plane import exact
 from exercises.figure.pose import LONG, best_poses, candidates, drawn_chain
-from exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Text
+from exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Text, extent, roman
 from exercises.figure.small import PANEL, Panel
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
@@ -277,6 +287,38 @@ def test_singular_configurations_are_drawn_inside_their_panels(name: str) -> Non
     assert [text.text for text in root.iter(f"{SVG}text")][: len(captions)] == captions
     assert all(caption in root.findtext(f"{SVG}desc", "") for caption, _ in figures[1:])
     assert singular_svg(ARMS[name], "where") == singular_svg(ARMS[name], "where")
+
+
+def sizes(svg: str) -> tuple[str | None, set[str | None]]:
+    """The width of a drawing, and the sizes of its lettering but for subscripts."""
+    root = ET.fromstring(svg)
+    texts = [(text, next(iter(text), text)) for text in root.iter(f"{SVG}text")]
+    return root.get("width"), {text.get("font-size") or first.get("font-size") for text, first in texts}
+
+
+@every_family
+def test_lettering_has_one_size_in_all_drawings_of_one_width(identity: str) -> None:
+    """Notebooks and platforms show all drawings equally wide: then all names and captions are equally large."""
+    chain = sampled(identity)
+    drawings = [figure_svg(chain), singular_svg(chain)]
+    if not chain.parameters:
+        drawings.append(options_svg(chain, [{q.name: 0.1 * k for q in chain.q} for k in range(4)]))
+    assert {(width, *found) for width, found in map(sizes, filter(None, drawings))} == {("520", "15.0")}
+
+
+@every_family
+def test_captions_stand_apart_and_inside_their_drawing(identity: str) -> None:
+    root = ET.fromstring(singular_svg(sampled(identity)) or "<svg/>")
+    boxes = []
+    for text in root.iter(f"{SVG}text"):
+        (wide, high), x, y = extent(roman(text.text or "")), float(text.get("x", 0)), float(text.get("y", 0))
+        boxes.append((x - wide / 2, y - 0.8 * high, x + wide / 2, y + 0.2 * high))
+    for left, top, right, bottom in boxes:
+        assert (
+            left >= 0 and top >= 0 and right <= float(root.get("width", 0)) and bottom <= float(root.get("height", 0))
+        )
+    for a, b in combinations(boxes, 2):
+        assert a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1]
 
 
 def lost(figure: Figure) -> list[Polyline]:
