@@ -22,7 +22,17 @@ from exercises.problem import Problem
 from grader.sandbox import Limits, Sandbox
 from tests.support import DATA
 from tests.support.problems import drawn as drawn_once
-from tests.support.suites import SUITE, families_for, few_for, file_in_check, grouped, in_check, several, told
+from tests.support.suites import (
+    SUITE,
+    families_for,
+    few_for,
+    file_in_check,
+    grouped,
+    has_its_turn,
+    in_check,
+    several,
+    told,
+)
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 """The arms of the chapter, of which more are tried than of the others."""
@@ -94,7 +104,7 @@ def problem(request: pytest.FixtureRequest) -> Problem:
 
 LEFT_OUT: Counter[str] = Counter()
 """How many of what this process left out; those of the workers are added up by the process that started them."""
-WHOLE_ONLY, FAMILIES_LEFT = "left to make whole", "families left out of sweeps"
+WHOLE_ONLY, FAMILIES_LEFT, IN_TURN = "left to make whole", "families left out of sweeps", "of another day"
 
 
 def pytest_xdist_auto_num_workers() -> int:
@@ -159,12 +169,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """Leave out what the suite leaves out, unless a test is asked for by its name."""
     if SUITE == "whole" or any("::" in name for name in config.args):
         return
-    kept: list[pytest.Item] = []
-    left: list[pytest.Item] = []
-    for item in items:
-        (kept if _is_in_suite(item) else left).append(item)
-    LEFT_OUT[WHOLE_ONLY] += len(left)
-    config.hook.pytest_deselected(items=left)
+    inside = [item for item in items if _is_in_suite(item)]
+    kept = [item for item in inside if SUITE != "test" or has_its_turn(item.path, item.nodeid)]
+    LEFT_OUT[WHOLE_ONLY] += len(items) - len(inside)
+    LEFT_OUT[IN_TURN] += len(inside) - len(kept)
+    config.hook.pytest_deselected(items=list(set(items) - set(kept)))
     items[:] = kept
 
 
@@ -189,5 +198,5 @@ def pytest_testnodedown(node: Any) -> None:
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
     """Say what was left out, and which command runs it."""
-    for line in told(LEFT_OUT[WHOLE_ONLY], LEFT_OUT[FAMILIES_LEFT]):
+    for line in told(LEFT_OUT[WHOLE_ONLY], LEFT_OUT[FAMILIES_LEFT], LEFT_OUT[IN_TURN]):
         terminalreporter.write_line(line)

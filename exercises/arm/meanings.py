@@ -68,8 +68,12 @@ def read_meanings(chain: Chain, samples: Sequence[Sample]) -> Reading | None:
 
 def one_kind(chain: Chain, samples: Sequence[Sample]) -> str | None:
     """Return "boundary" or "internal" where all configurations are of that kind, else None."""
-    kinds = {kind_at(chain, sample) for sample in samples}
-    return kinds.pop() if len(kinds) == 1 else None
+    kinds: set[str | None] = set()
+    for sample in samples:
+        kinds.add(kind_at(chain, sample))
+        if len(kinds) > 1:
+            return None
+    return kinds.pop() if kinds else None
 
 
 def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:

@@ -1,4 +1,4 @@
-"""The suites: whatever is left out has its turn, a family of each shape never is, and a change finds its tests."""
+"""The suites: whatever is left out has its turn, those that stand for shapes often, and a change finds its tests."""
 
 from pathlib import Path
 
@@ -13,24 +13,47 @@ from tests.support.suites import SHAPES, SHARE, covering, families_for, shape_of
 DAYS = range(739_000, 739_000 + SHARE)
 
 
-def test_every_family_is_of_a_shape_of_which_one_is_always_taken() -> None:
+def test_every_family_is_of_a_shape_for_which_one_stands() -> None:
     shapes = {name: shape_of(sample_chain(ProblemId(name, 0)), FAMILIES[name].varied) for name in FAMILIES}
     assert set(shapes.values()) == set(SHAPES)
     assert all(shapes[name] == shape for shape, name in SHAPES.items())
 
 
-def test_a_sweep_takes_each_shape_every_day_and_each_family_in_its_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_sweep_takes_each_shape_every_other_day_and_each_family_in_its_turn(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(suites, "WHOLE", False)
     monkeypatch.setattr(suites, "SUITE", "test")
     taken = []
     for day in DAYS:
         monkeypatch.setattr(suites, "ROTATION", day)
         taken.append(families_for("a test"))
-        assert set(SHAPES.values()) <= set(taken[-1])
+        assert len(taken) < 2 or set(SHAPES.values()) <= set(taken[-1] + taken[-2])
     assert set().union(*taken) == set(FAMILIES)
-    assert max(map(len, taken)) < len(FAMILIES) * 2 / 3
+    assert max(map(len, taken)) < len(FAMILIES) / 2
     assert [families_for(f"test {k}") for k in range(5)] != [families_for("test 0")] * 5
     assert families_for("a test", ["ur-6r"]) == ["ur-6r"]
+
+
+def test_what_takes_seconds_has_its_turn_and_what_takes_more_than_ten_is_left_to_whole(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    times = {"tests/a.py::quick": 1.4, "tests/a.py::slow": 1.6, "tests/a.py::slower": 9.0, "tests/a.py::slowest": 11.0}
+    monkeypatch.setattr(suites, "SECONDS", {**times, "tests/grader/contained/a.py::slow": 11.0})
+    turns: dict[str, int] = {}
+    for test in (*suites.SECONDS, "tests/a.py::new"):
+        for day in DAYS[:6]:
+            monkeypatch.setattr(suites, "ROTATION", day)
+            turns[test] = turns.get(test, 0) + suites.has_its_turn(ROOT / "a.py", f"{test}[x]")
+    assert list(turns.values()) == [6, 2, 1, 0, 6, 6]
+    monkeypatch.setattr(suites, "changed_tests", lambda: frozenset({ROOT / "a.py"}))
+    assert suites.has_its_turn(ROOT / "a.py", "tests/a.py::slowest")
+
+
+def test_what_takes_long_has_a_table_of_tests_that_are_there() -> None:
+    for name in suites.SECONDS:
+        file, _, test = name.partition("[")[0].partition("::")
+        assert (
+            f"def {test.rpartition('.')[2].partition('::')[2] or test.rpartition('.')[2]}" in (ROOT / file).read_text()
+        ), name
 
 
 def test_what_takes_long_looks_at_five_families_and_at_all_in_a_week(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -88,8 +111,13 @@ def test_every_module_has_tests_that_make_check_would_run() -> None:
 
 def test_a_run_says_what_it_left_out_and_what_runs_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(suites, "SUITE", "test")
-    said = " ".join(told(3, 40))
-    assert "left out 3 tests" in said and "40 families" in said and "`make whole` runs" in said
+    said = " ".join(told(3, 40, 200))
+    assert (
+        "left out 3 tests" in said
+        and "200 that take seconds" in said
+        and "40 families" in said
+        and "`make whole` runs" in said
+    )
     assert f"QDOT_ROTATION={suites.ROTATION} make test" in said
     monkeypatch.setattr(suites, "SUITE", "whole")
     assert "nothing is left out" in told(0, 0)[0]

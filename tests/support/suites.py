@@ -1,10 +1,13 @@
 """The three suites, `make check`, `make test` and `make whole`: which families and how many problems each looks at.
 
-A sweep takes every family in `make whole`. In `make test` it takes one of each shape (`SHAPES`) and a sixteenth of the
-others, in `make check` one. Which ones those are changes from test to test and from day to day, so that in sixteen days
-every test has seen every family. QDOT_ROTATION, which a run prints, repeats a draw; QDOT_SUITE is the suite.
+A sweep takes every family in `make whole`. In `make test` it takes one of every other shape (`SHAPES`) and a sixteenth
+of the other families, in `make check` one. A test that takes seconds (`seconds.json`) has its turn in `make test` every
+third or sixth day, or is left to `make whole`, unless it is among `DAILY` or tests what was changed. What has its turn
+changes from test to test and from day to day, so that in sixteen days every test has seen every family. QDOT_ROTATION,
+which a run prints, repeats a draw; QDOT_SUITE is the suite.
 """
 
+import json
 import os
 import shutil
 import subprocess
@@ -32,14 +35,25 @@ WHOLE = SUITE == "whole"
 # Set for the workers of a run, too, lest it changes at midnight.
 ROTATION = int(os.environ.setdefault("QDOT_ROTATION", str(datetime.now(UTC).toordinal())))
 SHARE = 16
-"""One in so many of the families that aren't always taken is taken by a sweep of `make test`."""
+"""One in so many of the families that stand for no shape is taken by a sweep of `make test`."""
+SHAPES_SHARE = 2
+"""One in so many of those that stand for a shape is."""
+TURNS = ((1.5, 1), (4.0, 3), (10.0, 6))
+"""Tests that take fewer seconds have their turn every so many days; what takes more is left to `make whole`."""
+SECONDS: dict[str, float] = json.loads((ROOT / "tests" / "support" / "seconds.json").read_text(encoding="utf-8"))
+"""How long tests take: means over parameters, and what is long with some (by `python -m tests.tools.seconds`)."""
+DAILY = (
+    "exercises/docs/test_docs.py::test_pages_are_up_to_date", "tools/test_site_corpus.py", "grader/contained/",
+    "repository/", "grader/test_class.py", "grader/test_cli.py::test_generate_grade_and_check",
+)  # fmt: skip
+"""Beginnings of tests that have no turns: what is forgotten most often, and what must never break."""
 
 SHAPES = {
     "planar, square": "planar-2r", "planar, not square": "planar-3r", "planar, with slides": "polar-rp",
     "spatial, square": "elbow-3r", "spatial, not square": "pan-tilt", "spatial, with slides": "scara",
     "wrist": "wrist-zyz", "six joints": "stanford-6r", "seven joints": "lbr-7r", "random": "random-3",
 }  # fmt: skip
-"""A family of each shape, taken by every sweep."""
+"""A family that stands for each shape."""
 
 
 def shape_of(chain: Chain, is_random: bool) -> str:
@@ -73,9 +87,19 @@ def families_for(test: str, among: Iterable[str] = tuple(FAMILIES)) -> list[str]
         return names
     if SUITE == "check":
         return [names[(crc32(test.encode()) + ROTATION) % len(names)]]
-    always = [name for name in names if name in SHAPES.values()]
-    others = [name for name in names if name not in always and _in_turn(test, name, SHARE)]
-    return [name for name in names if name in (*always, *others)] or names[:1]
+    shapes = SHAPES.values()
+    taken = [name for name in names if _in_turn(test, name, SHAPES_SHARE if name in shapes else SHARE)]
+    return taken or [names[(crc32(test.encode()) + ROTATION) % len(names)]]
+
+
+def has_its_turn(path: Path, nodeid: str) -> bool:
+    """Whether `make test` runs a test today: one that takes seconds is run every few days."""
+    test, _, parameters = nodeid.partition("[")
+    seconds = SECONDS.get(nodeid, SECONDS.get(test, 0.0))
+    if test.removeprefix("tests/").startswith(DAILY) or path in changed_tests():
+        return True
+    days = next((days for most, days in TURNS if seconds < most), None)
+    return days is not None and _in_turn(test, parameters, days)
 
 
 def few_for(test: str, among: Iterable[str], most: int) -> list[str]:
@@ -94,13 +118,14 @@ every_family = pytest.mark.families(tuple(FAMILIES), every=True)
 """Have a test look at every family in `make test`, too: what is quick, or holds everything."""
 
 
-def told(left: int, families: int) -> list[str]:
+def told(left: int, families: int, in_turn: int = 0) -> list[str]:
     """Return the lines at the end of a run: what it left out, and which command runs it."""
     if SUITE == "whole":
         return ["make whole: nothing is left out but what is skipped above"]
     repeats = f"QDOT_ROTATION={ROTATION} make {SUITE} repeats this draw"
     lines = [
-        f"make {SUITE} left out {left} tests, and of sweeps over families {families} families ({repeats});",
+        f"make {SUITE} left out {left} tests, {in_turn} that take seconds and have their turn on another day, and of",
+        f"sweeps over families {families} families ({repeats});",
         "`make whole` runs them all, with more problems of each family",
     ]
     return [*lines, "`make test` runs every test that takes seconds"] if SUITE == "check" else lines
