@@ -44,8 +44,8 @@ def test_what_takes_seconds_has_its_turn_and_what_takes_more_than_ten_is_left_to
             monkeypatch.setattr(suites, "ROTATION", day)
             turns[test] = turns.get(test, 0) + suites.has_its_turn(ROOT / "a.py", f"{test}[x]")
     assert list(turns.values()) == [6, 2, 1, 0, 6, 6]
-    monkeypatch.setattr(suites, "changed_tests", lambda: frozenset({ROOT / "a.py"}))
-    assert suites.has_its_turn(ROOT / "a.py", "tests/a.py::slowest")
+    monkeypatch.setattr(suites, "uncommitted", lambda: ("grader/roster.py",))
+    assert suites.has_its_turn(ROOT / "tests/grader/test_layouts.py", "tests/a.py::slowest")
 
 
 def test_what_takes_long_has_a_table_of_tests_that_are_there() -> None:

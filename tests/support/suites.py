@@ -2,9 +2,9 @@
 
 A sweep takes every family in `make whole`. In `make test` it takes one of every other shape (`SHAPES`) and a sixteenth
 of the other families, in `make check` one. A test that takes seconds (`seconds.json`) has its turn in `make test` every
-third or sixth day, or is left to `make whole`, unless it is among `DAILY` or tests what was changed. What has its turn
-changes from test to test and from day to day, so that in sixteen days every test has seen every family. QDOT_ROTATION,
-which a run prints, repeats a draw; QDOT_SUITE is the suite.
+third or sixth day, or is left to `make whole`, unless it is among `DAILY` or tests what is not committed yet. What has
+its turn changes from test to test and from day to day, so that in sixteen days every test has seen every family.
+QDOT_ROTATION, which a run prints, repeats a draw; QDOT_SUITE is the suite.
 """
 
 import json
@@ -96,7 +96,7 @@ def has_its_turn(path: Path, nodeid: str) -> bool:
     """Whether `make test` runs a test today: one that takes seconds is run every few days."""
     test, _, parameters = nodeid.partition("[")
     seconds = SECONDS.get(nodeid, SECONDS.get(test, 0.0))
-    if test.removeprefix("tests/").startswith(DAILY) or path in changed_tests():
+    if test.removeprefix("tests/").startswith(DAILY) or path in tests_of(uncommitted()):
         return True
     days = next((days for most, days in TURNS if seconds < most), None)
     return days is not None and _in_turn(test, parameters, days)
@@ -191,9 +191,20 @@ def file_in_check(path: Path) -> bool:
 @cache
 def changed_tests() -> frozenset[Path]:
     """Return the files of tests for what was changed: since QDOT_SINCE, else since the last commit, else in it."""
+    return tests_of(uncommitted() or tuple(_git("diff", "--name-only", "HEAD~1")))
+
+
+@cache
+def uncommitted() -> tuple[str, ...]:
+    """Return the files that were changed and not committed, or since QDOT_SINCE."""
     since = os.environ.get("QDOT_SINCE", "HEAD")
-    changed = _git("diff", "--name-only", since) + _git("ls-files", "--others", "--exclude-standard")
-    return frozenset(path for name in changed or _git("diff", "--name-only", "HEAD~1") for path in covering(name))
+    return (*_git("diff", "--name-only", since), *_git("ls-files", "--others", "--exclude-standard"))
+
+
+@cache
+def tests_of(changed: tuple[str, ...]) -> frozenset[Path]:
+    """Return the files of tests for some files of the checkout."""
+    return frozenset(path for name in changed for path in covering(name))
 
 
 def _git(*arguments: str) -> list[str]:
