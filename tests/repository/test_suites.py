@@ -1,5 +1,6 @@
 """The suites: whatever is left out has its turn, those that stand for shapes often, and a change finds its tests."""
 
+from math import gcd
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,7 @@ from exercises.families import FAMILIES
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from tests.support import ROOT, suites
-from tests.support.suites import SHAPES, SHARE, covering, families_for, shape_of, told
+from tests.support.suites import SHAPES, SHAPES_SHARE, SHARE, TURNS, covering, families_for, shape_of, told
 
 DAYS = range(739_000, 739_000 + SHARE)
 
@@ -19,14 +20,14 @@ def test_every_family_is_of_a_shape_for_which_one_stands() -> None:
     assert all(shapes[name] == shape for shape, name in SHAPES.items())
 
 
-def test_a_sweep_takes_each_shape_every_other_day_and_each_family_in_its_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_sweep_takes_each_shape_every_fourth_day_and_each_family_in_its_turn(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(suites, "WHOLE", False)
     monkeypatch.setattr(suites, "SUITE", "test")
     taken = []
     for day in DAYS:
         monkeypatch.setattr(suites, "ROTATION", day)
         taken.append(families_for("a test"))
-        assert len(taken) < 2 or set(SHAPES.values()) <= set(taken[-1] + taken[-2])
+        assert len(taken) < 4 or set(SHAPES.values()) <= set().union(*taken[-4:])
     assert set().union(*taken) == set(FAMILIES)
     assert max(map(len, taken)) < len(FAMILIES) / 2
     assert [families_for(f"test {k}") for k in range(5)] != [families_for("test 0")] * 5
@@ -36,16 +37,20 @@ def test_a_sweep_takes_each_shape_every_other_day_and_each_family_in_its_turn(mo
 def test_what_takes_seconds_has_its_turn_and_what_takes_more_than_ten_is_left_to_whole(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    times = {"tests/a.py::quick": 1.4, "tests/a.py::slow": 1.6, "tests/a.py::slower": 9.0, "tests/a.py::slowest": 11.0}
+    times = {"tests/a.py::quick": 0.6, "tests/a.py::slow": 0.8, "tests/a.py::slower": 9.0, "tests/a.py::slowest": 11.0}
     monkeypatch.setattr(suites, "SECONDS", {**times, "tests/grader/contained/a.py::slow": 11.0})
     turns: dict[str, int] = {}
     for test in (*suites.SECONDS, "tests/a.py::new"):
-        for day in DAYS[:6]:
+        for day in range(739_000, 739_021):
             monkeypatch.setattr(suites, "ROTATION", day)
             turns[test] = turns.get(test, 0) + suites.has_its_turn(ROOT / "a.py", f"{test}[x]")
-    assert list(turns.values()) == [6, 2, 1, 0, 6, 6]
+    assert list(turns.values()) == [21, 7, 3, 0, 21, 21]
     monkeypatch.setattr(suites, "uncommitted", lambda: ("grader/roster.py",))
     assert suites.has_its_turn(ROOT / "tests/grader/test_layouts.py", "tests/a.py::slowest")
+
+
+def test_every_test_sees_every_family_some_day_however_long_it_takes() -> None:
+    assert all(gcd(days, share) == 1 for _, days in TURNS for share in (SHARE, SHAPES_SHARE))
 
 
 def test_what_takes_long_has_a_table_of_tests_that_are_there() -> None:

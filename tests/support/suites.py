@@ -1,10 +1,10 @@
 """The three suites, `make check`, `make test` and `make whole`: which families and how many problems each looks at.
 
-A sweep takes every family in `make whole`. In `make test` it takes one of every other shape (`SHAPES`) and a sixteenth
-of the other families, in `make check` one. A test that takes seconds (`seconds.json`) has its turn in `make test` every
-third or sixth day, or is left to `make whole`, unless it is among `DAILY` or tests what is not committed yet. What has
-its turn changes from test to test and from day to day, so that in sixteen days every test has seen every family.
-QDOT_ROTATION, which a run prints, repeats a draw; QDOT_SUITE is the suite.
+A sweep takes every family in `make whole`. In `make test` it takes one of every fourth shape (`SHAPES`) and a sixteenth
+of the other families, in `make check` one. A test that takes long (`seconds.json`) has its turn in `make test` every
+third or seventh day, or is left to `make whole`, unless it is among `DAILY` or tests what is not committed yet. What has
+its turn changes from test to test and from day to day. QDOT_ROTATION, which a run prints, repeats a draw; QDOT_SUITE is
+the suite.
 """
 
 import json
@@ -36,10 +36,13 @@ WHOLE = SUITE == "whole"
 ROTATION = int(os.environ.setdefault("QDOT_ROTATION", str(datetime.now(UTC).toordinal())))
 SHARE = 16
 """One in so many of the families that stand for no shape is taken by a sweep of `make test`."""
-SHAPES_SHARE = 2
+SHAPES_SHARE = 4
 """One in so many of those that stand for a shape is."""
-TURNS = ((1.5, 1), (4.0, 3), (10.0, 6))
-"""Tests that take fewer seconds have their turn every so many days; what takes more is left to `make whole`."""
+TURNS = ((0.7, 1), (3.0, 3), (10.0, 7))
+"""Tests that take fewer seconds have their turn every so many days; what takes more is left to `make whole`.
+
+The days have no divisor in common with those of families: every test sees every family some day.
+"""
 SECONDS: dict[str, float] = json.loads((ROOT / "tests" / "support" / "seconds.json").read_text(encoding="utf-8"))
 """How long tests take: means over parameters, and what is long with some (by `python -m tests.tools.seconds`)."""
 DAILY = (
