@@ -2,9 +2,9 @@
 
 A sweep takes every family in `make whole`. In `make test` it takes one of every fourth shape (`SHAPES`) and a sixteenth
 of the other families, in `make check` one. A test that takes long (`seconds.json`) has its turn in `make test` every
-third or seventh day, or is left to `make whole`, unless it is among `DAILY` or tests what is not committed yet. What has
-its turn changes from test to test and from day to day. QDOT_ROTATION, which a run prints, repeats a draw; QDOT_SUITE is
-the suite.
+third or seventh day, or is left to `make whole`, unless it is among `DAILY` or tests what is not committed yet. What
+has its turn changes from test to test and from day to day. QDOT_ROTATION, which a run prints, repeats a draw;
+QDOT_SUITE is the suite.
 """
 
 import json
