@@ -10,7 +10,8 @@ The map, from the bottom up: nothing here imports what stands below it.
     reading, parts                  the door: an answer to a part, read in the form that is due; and judged
     compare                         two texts (`qdot compare`)
     credit, residuals               what an answer earns in part; what it lacks
-    diagnosis, follow               the mistake behind a wrong answer; what follows from it
+    numbers, finished, diagnosis    the mistake behind a wrong answer, in the derivation or in the finished formulas
+    follow                          what follows from a wrong answer
     marking                         a student's answers to a problem
     prairielearn                    what an exported PrairieLearn question calls
     sandbox, guarantees             the grader's side of `contained`; what this machine guarantees, by a probe

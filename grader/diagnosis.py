@@ -5,9 +5,8 @@ together (one on the way to J, one behind it), then mistakes that were made in s
 these is not guessed at.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -31,68 +30,38 @@ from exercises.questions.results import is_derived, result
 from exercises.quizzes.options import blames_of
 from exercises.stream import Stream
 from grader.answer import Given
+from grader.finished import finished, in_words
 from grader.function_values import Table
+from grader.numbers import SAME, InNumbers, says_something
 from grader.parts import judge_given
 from grader.residuals import missing_links
 from grader.verdict import Diagnosis, Outcome
 
 POINTS = 5
-SAME = 1e-9
-"""Share of the size of the terms by which equal values may differ."""
 THREE_DECIMALS = 6e-4
+IF_NOTHING_PLAINER = frozenset({"cross-order", "arm-reversed"})
+"""Mistakes that are told where no other gives the same: mostly a wrong sign throughout does."""
 LONGEST_SET = 600
 """Characters of a set that is compared with what mistakes make of the right one; each comparison takes its time."""
 
 
 @dataclass(frozen=True)
-class InNumbers:
-    """An answer in numbers, (rows, columns, N), with the size of its terms; nan where it was left blank.
+class Cause:
+    """A mistake that was found in an earlier part: its name, its words, and the part with its title."""
 
-    `room` is what it may be off: a share of the size, and an amount. A direction counts up to a factor.
-    """
-
-    values: np.ndarray
-    size: np.ndarray
-    room: tuple[float, float]
-    is_direction: bool = False
-
-    def like(self, other: np.ndarray) -> np.ndarray:
-        """Tell of each entry whether another answer has the same values, (rows, columns)."""
-        with np.errstate(all="ignore"):
-            if self.is_direction:
-                own, due = _unit(self.values), _unit(other)
-                near = np.minimum(np.abs(own - due), np.abs(own + due)) <= self.room[0]
-            else:
-                near = np.abs(self.values - other) <= self._allowed
-        return np.asarray(near.all(axis=-1))
-
-    def is_all(self, other: np.ndarray) -> bool:
-        """Tell whether another answer has the same shape and values."""
-        if self.values.shape != other.shape:
-            return False
-        if not self.is_direction:  # most differ at the first configuration already
-            with np.errstate(all="ignore"):
-                if not (np.abs(self.values[..., 0] - other[..., 0]) <= self._allowed[..., 0]).all():
-                    return False
-        return bool(self.like(other).all())
-
-    @cached_property
-    def _allowed(self) -> np.ndarray:
-        with np.errstate(all="ignore"):
-            largest = np.nanmax(self.size, axis=(0, 1))  # what is zero comes out as 1e-17 of what is not
-            return np.asarray(self.room[0] * np.maximum(self.size, largest) + self.room[1])
+    mistake: str
+    words: Mapping[str, object]
+    part: str
+    title: str
 
 
-def _unit(vector: np.ndarray) -> np.ndarray:
-    """Return unit vectors, nan for those of no length."""
-    length = np.sqrt(np.sum(np.abs(vector) ** 2, axis=0))
-    return np.asarray(vector / np.where(length > SAME, length, np.nan))
-
-
-def diagnose(problem: Problem, part: Part, given: Given, seed: str = "") -> Diagnosis | None:
+def diagnose(
+    problem: Problem, part: Part, given: Given, seed: str = "", causes: Sequence[Cause] = ()
+) -> Diagnosis | None:
     """Return the mistake that gives a wrong answer, or nothing where none in the catalogue does.
 
-    `seed` draws the configurations at which it is compared with what mistakes give.
+    One of the `causes` that were found in earlier parts is told as that. `seed` draws the configurations at which the
+    answer is compared with what mistakes give.
 
     >>> from exercises import generate
     >>> from grader import read_answer
@@ -102,7 +71,7 @@ def diagnose(problem: Problem, part: Part, given: Given, seed: str = "") -> Diag
     ('determinant-sign',)
     """
     if given.table is not None:
-        return _of_function(problem, part, given.table)
+        return _of_function(problem, part, given.table, causes)
     offered = _behind_options(part, given)
     if offered is not None:
         return offered
@@ -116,17 +85,18 @@ def diagnose(problem: Problem, part: Part, given: Given, seed: str = "") -> Diag
         in_numbers = _in_numbers(part, given, values)
     except ReadError:  # statements among the entries of an answer that was refused
         return None
-    return None if in_numbers is None else named(problem, part, values, in_numbers)
+    return None if in_numbers is None else named(problem, part, values, in_numbers, causes)
 
 
-def _of_function(problem: Problem, part: Part, table: Table) -> Diagnosis | None:
+def _of_function(problem: Problem, part: Part, table: Table, causes: Sequence[Cause]) -> Diagnosis | None:
     if table.shape is None or not is_derived(part) or len(table.shape) > 2:
         return None
     values = {name: column[:POINTS] for name, column in table.at.items()}
     rows = (*table.shape, *(1,) * (2 - len(table.shape)))
     returned = table.values[:POINTS].T.reshape(*rows, -1)
     room = (max(SAME, part.rounding.relative), part.rounding.absolute) if part.rounding else (SAME, 0.0)
-    return named(problem, part, values, InNumbers(returned, np.abs(returned), room, part.answer.counts_up_to_a_factor))
+    answer = InNumbers(returned, np.abs(returned), room, part.answer.counts_up_to_a_factor)
+    return named(problem, part, values, answer, causes)
 
 
 def _in_numbers(part: Part, given: Given, values: Values) -> InNumbers | None:
@@ -173,41 +143,67 @@ def _behind_options(part: Part, given: Given) -> Diagnosis | None:
     return None
 
 
-def named(problem: Problem, part: Part, values: Values, found: InNumbers) -> Diagnosis | None:
-    """Return the mistake that gives values at configurations, or nothing."""
+def named(
+    problem: Problem, part: Part, values: Values, found: InNumbers, causes: Sequence[Cause] = ()
+) -> Diagnosis | None:
+    """Return the mistake that gives values at configurations, or nothing.
+
+    Of several that do, one that was found in an earlier part is the cause here, too; else the likeliest is told.
+    """
     w = numbers(problem.chain, values)
     right = result(w, part)
     if 1 in right.shape[:2] and found.values.shape == right.swapaxes(0, 1).shape != right.shape:
         found = replace(found, values=found.values.swapaxes(0, 1), size=found.size.swapaxes(0, 1))
-    alone = []
+    alone, fitting = [], []
     for wrong in wrong_answers(w, part):
         if wrong.answer.shape == found.values.shape:
-            if found.is_all(wrong.answer) and says_something(wrong.answer):
-                return _said([wrong])
             alone.append(wrong)
+            if found.is_all(wrong.answer) and says_something(wrong.answer):
+                fitting.append(wrong)
+                if not causes and wrong.mistake.name not in IF_NOTHING_PLAINER:
+                    break
+    if fitting:
+        plainest = min(fitting, key=lambda one: one.mistake.name in IF_NOTHING_PLAINER)
+        return next((_inherited(one, causes) for one in fitting if _cause(one, causes)), _said([plainest]))
     if found.values.shape != right.shape or (right[..., 0].size == 1 and part.type == "number"):
         return None
-    two = _two(w, right, alone, part, found)
-    if two is not None:
-        return two
     telling, off = _in_some_entries(alone, right, found)
     return (
-        _one_in_some(telling, off)
-        or (None if found.is_direction else missing_links(w, part, right, found.values))
+        (None if found.is_direction else missing_links(w, part, right, found.values))
+        or (None if found.is_direction else _finished(problem, part, values, found, right))
+        or _two(w, right, alone, part, found)
+        or _one_in_some(telling, off)
         or _two_in_some(telling, off)
     )
 
 
-def says_something(answer: np.ndarray) -> bool:
-    """Tell whether entries are too particular to be hit by chance: not zero, and no few constants."""
-    largest = np.abs(answer).max(axis=-1)
-    varies = answer.shape[-1] == 1 or (np.ptp(answer, axis=-1) > SAME * largest).any()
-    return bool((largest > SAME).any() and (varies or largest.size > 3))
+def _finished(problem: Problem, part: Part, values: Values, found: InNumbers, right: np.ndarray) -> Diagnosis | None:
+    """Return what went wrong in the formulas of the reference, where these are formulas."""
+    if part.answer.is_in_numbers or not part.answer.entries() or part.type == "number":
+        return None
+    rows = part.answer.trees(problem.domain().roles)
+    if (len(rows), len(rows[0])) != right.shape[:2]:
+        rows = [list(column) for column in zip(*rows, strict=True)]
+    return finished(rows, values, found, right) if (len(rows), len(rows[0])) == right.shape[:2] else None
 
 
-def _said(wrongs: Sequence[Wrong]) -> Diagnosis:
+def _cause(wrong: Wrong, causes: Sequence[Cause]) -> Cause | None:
+    return next((c for c in causes if (c.mistake, c.words) == (wrong.mistake.name, dict(wrong.slip.words))), None)
+
+
+def _inherited(wrong: Wrong, causes: Sequence[Cause]) -> Diagnosis:
+    cause = _cause(wrong, causes)
+    assert cause is not None
+    says = f"This follows from what went wrong in {cause.title!r}: the same mistake gives this answer."
+    return Diagnosis((), says, inherited=cause.part)
+
+
+def _said(wrongs: Sequence[Wrong], where: str = "") -> Diagnosis:
     sentences = dict.fromkeys(wrong.sentence for wrong in wrongs)
-    return Diagnosis(tuple(dict.fromkeys(wrong.mistake.name for wrong in wrongs)), " ".join(sentences))
+    says = " ".join(f"{where} and nowhere else: {sentence}" if where else sentence for sentence in sentences)
+    first = wrongs[0]
+    cause = (first.mistake.name, dict(first.slip.words)) if len(wrongs) == 1 and not where else None
+    return Diagnosis(tuple(dict.fromkeys(wrong.mistake.name for wrong in wrongs)), says, cause)
 
 
 # --- two at once ---
@@ -252,7 +248,9 @@ def _in_some_entries(alone: Sequence[Wrong], right: np.ndarray, found: InNumbers
 
 
 def _one_in_some(telling: _Telling, wrong: np.ndarray) -> Diagnosis | None:
-    return next((_said([one]) for one, covered in telling if (covered == wrong).all()), None)
+    places = [(int(i), int(j)) for i, j in np.argwhere(wrong)]
+    where = in_words(places, wrong.shape).rstrip(",")
+    return next((_said([one], where) for one, covered in telling if (covered == wrong).all()), None)
 
 
 def _two_in_some(telling: _Telling, wrong: np.ndarray) -> Diagnosis | None:

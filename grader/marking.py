@@ -7,9 +7,10 @@ from fractions import Fraction
 from typing import TypeVar
 
 from exercises.problem import Part, Problem
+from exercises.quizzes import ASKED
 from grader.answer import Given
 from grader.credit import credited
-from grader.diagnosis import diagnose
+from grader.diagnosis import Cause, diagnose
 from grader.follow import Followed, IsCopied, follow, nothing_copied
 from grader.function_values import SHOWN, is_table
 from grader.parts import judge_given
@@ -56,7 +57,8 @@ def mark(
         except Exception as error:  # our own failure, whatever it is, must not become a mark
             judged[part.name] = _failed(error)
     wrong = [name for name, judgement in judged.items() if judgement.outcome in NOT_RIGHT]
-    verdicts = []
+    verdicts: list[Verdict] = []
+    causes: list[Cause] = []
     for part in problem.parts:
         name, judgement = part.name, judged[part.name]
         diagnosis, followed = None, None
@@ -66,7 +68,9 @@ def mark(
                 _safely(follow, problem, part, own, before, seeds[name], is_copied) if credit and before else None
             )
             if followed is None or followed.judgement.outcome is not Outcome.CORRECT:
-                diagnosis = _safely(diagnose, problem, part, own[name], seeds[name])
+                diagnosis = _safely(diagnose, problem, part, own[name], seeds[name], tuple(causes))
+                if diagnosis is not None and diagnosis.cause is not None:
+                    causes.append(Cause(*diagnosis.cause, name, ASKED[part.kind].title))
         shown = SHOWN if name in texts and is_table(texts[name]) else texts.get(name)
         verdicts.append(verdict(part, judgement, shown, diagnosis, followed, credit))
     return verdicts

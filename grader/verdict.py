@@ -1,5 +1,6 @@
 """What is said of an answer: outcome, points, the reason, and the certificate behind it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
@@ -33,10 +34,16 @@ class Judgement:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The names of the mistakes that together give a wrong answer, and what is said of them to the student."""
+    """The names of the mistakes that together give a wrong answer, and what is said of them to the student.
+
+    `cause` is the name and the words of a single one that gives the whole answer; `inherited` the earlier part in which
+    it was found, where it has no name of its own here.
+    """
 
     mistakes: tuple[str, ...]
     says: str
+    cause: tuple[str, Mapping[str, object]] | None = None
+    inherited: str | None = None
 
 
 @dataclass(frozen=True)
@@ -65,7 +72,7 @@ class Verdict:
             "max_points": self.max_points,
             "override": None,
             "reason": self.judgement.reason,
-            "mistake": None if self.diagnosis is None else " and ".join(self.diagnosis.mistakes),
+            "mistake": None if self.diagnosis is None else " and ".join(self.diagnosis.mistakes) or None,
             "advice": None if self.diagnosis is None else self.diagnosis.says,
             "followed_from": self.followed_from,
             "certificate": None if certificate is None else certificate.as_json(),

@@ -64,7 +64,8 @@ def _column_sign(chain: Chain, shape: Shape) -> Iterator[Slip]:
 
 
 def _sign(chain: Chain, shape: Shape) -> Iterator[Slip]:
-    yield Slip({RESULT: lambda w, found: -found})
+    why = ", as after cross products in the wrong order: a x b is minus b x a" if shape[1] == chain.n > 1 else ""
+    yield Slip({RESULT: lambda w, found: -found}, {"why": why})
 
 
 def _rates_left_in(chain: Chain, shape: Shape) -> Iterator[Slip]:
@@ -114,7 +115,10 @@ MISTAKES = (
         "columns-reversed", "Columns in reverse order",
         "The columns seem to be in reverse order: column i belongs to joint i.", "6.4", _reversed_columns,
     ),
-    Mistake("sign", "Everything with the wrong sign", "Everything seems to have the wrong sign.", "6.4", _sign),
+    Mistake(
+        "sign", "Everything with the wrong sign",
+        "Everything seems to have the wrong sign{why}.", "6.4", _sign,
+    ),
     Mistake("column-sign", "Column with the wrong sign", "Column {one} seems to have the wrong sign.", "6.4",
             _column_sign),
     Mistake("row-sign", "Row with the wrong sign", "Row {one} seems to have the wrong sign.", "6.4", _row_sign),

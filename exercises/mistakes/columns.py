@@ -264,6 +264,19 @@ def _axis_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
         yield Slip({"axes": changed, "linear": propagated}, {"joint": i + 1})
 
 
+def _joint_left_out(chain: Chain, _: Shape) -> Iterator[Slip]:
+    """Take a joint for one that does not move: what it adds to the velocities is missing."""
+    for i in range(chain.n):
+
+        def changed(w: Working, geometric: np.ndarray, i: int = i) -> np.ndarray:
+            out = np.array(geometric)
+            out[:, i] = 0 * out[:, i]
+            return out
+
+        if chain.n > 1:
+            yield Slip({"geometric": changed}, {"joint": i + 1})
+
+
 def _arms_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
     for i, j in combinations(range(chain.n), 2):
 
@@ -280,6 +293,11 @@ MISTAKES = (
         "chain-rule", "Contribution dropped from the chain rule",
         "Column {joint} seems to lack the part that link {link} adds: joint {joint} moves every link behind it.",
         "6.3", _chain_rule,
+    ),
+    Mistake(
+        "joint-left-out", "Joint left out",
+        "What joint {joint} adds seems to be left out: every joint that moves the point counts.", "6.4",
+        _joint_left_out, rare=True,
     ),
     Mistake(
         "own-link-only", "Each joint moves its own link only",

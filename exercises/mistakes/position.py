@@ -26,18 +26,19 @@ def before_in_run(chain: Chain, link: int) -> list[int]:
     return [i for i in range(run_start(chain, link), min(link, chain.n)) if chain.joints[i].kind == "R"]
 
 
-def _not_turned(w: Working, frame: int, left_out: list[int]) -> np.ndarray:
-    """Return the rotation of a frame without the angles of some joints."""
+def _not_turned(w: Working, frame: int, left_out: list[int], constants: bool = False) -> np.ndarray:
+    """Return the rotation of a frame without the angles of some joints, with or without the constants in these."""
     turn = w["base rotation"]
     for i, row in enumerate(w["table"].rows[:frame]):
-        theta = row.theta * 0 if i in left_out else row.theta
+        rest = row.theta - w.arithmetic.stepped(w.chain.q[i]) if constants else row.theta * 0
+        theta = rest if i in left_out else row.theta
         turn = product(turn, product(turn_z(w, theta), turn_x(w, row.alpha)))
     return turn
 
 
-def _relative_link(w: Working, link: int) -> np.ndarray:
+def _relative_link(w: Working, link: int, constants: bool = False) -> np.ndarray:
     frame = w.chain.point.frame if link == w.n else link
-    return applied(_not_turned(w, frame, before_in_run(w.chain, link)), w["own links"][link])
+    return applied(_not_turned(w, frame, before_in_run(w.chain, link), constants), w["own links"][link])
 
 
 def _moving(chain: Chain) -> list[int]:
@@ -65,23 +66,32 @@ def _one(link: int, change: Callable[[Working, np.ndarray], np.ndarray]) -> Chan
 
 def _relative(chain: Chain, _: Shape) -> Iterator[Slip]:
     turned = [k for k in _moving(chain) if k < chain.n and chain.joints[k].a != 0 and before_in_run(chain, k)]
-    for k in turned:
-        yield Slip({"links": _one(k, lambda w, _, k=k: _relative_link(w, k))}, _words(chain, k))  # type: ignore[misc]
+    for constants in _ways(chain):
+        for k in turned:
+            change = _one(k, lambda w, _, k=k, c=constants: _relative_link(w, k, c))  # type: ignore[misc]
+            yield Slip({"links": change}, _words(chain, k))
+
+
+def _ways(chain: Chain) -> tuple[bool, ...]:
+    """Return how an angle is lost: with the constant that the table adds to it, or after that was taken in."""
+    turning = (o for joint, o in zip(chain.joints, chain.offsets, strict=True) if joint.kind == "R")
+    return (False, True) if any(offset != 0 for offset in turning) else (False,)
 
 
 def _all_relative(chain: Chain, _: Shape) -> Iterator[Slip]:
     """Every frame turned by its own joint only, within each run of parallel joints."""
+    for constants in _ways(chain):
 
-    def rotations(w: Working, right: Links) -> Links:
-        return [_not_turned(w, frame, _inner(w.chain, frame)) for frame in range(len(right))]
+        def rotations(w: Working, right: Links, c: bool = constants) -> Links:
+            return [_not_turned(w, frame, _inner(w.chain, frame), c) for frame in range(len(right))]
 
-    def links(w: Working, right: Links) -> Links:
-        return [_relative_link(w, k) for k in range(len(right))]
+        def links(w: Working, right: Links, c: bool = constants) -> Links:
+            return [_relative_link(w, k, c) for k in range(len(right))]
 
-    if sum(bool(before_in_run(chain, k)) for k in range(chain.n)) > 1:
-        yield Slip({"links": links}, {"link": "each"})
-    if any(before_in_run(chain, k) for k in range(chain.n)):
-        yield Slip({"rotations": rotations, "links": links}, {"link": "each"})
+        if sum(bool(before_in_run(chain, k)) for k in range(chain.n)) > 1:
+            yield Slip({"links": links}, {"link": "each"})
+        if any(before_in_run(chain, k) for k in range(chain.n)):
+            yield Slip({"rotations": rotations, "links": links}, {"link": "each"})
 
 
 def _inner(chain: Chain, frame: int) -> list[int]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,87 @@ def _offsets(chain: Chain, _: Shape) -> Iterator[Slip]:
         if offset != 0:
             entry = "theta" if joint.kind == "R" else "d"
             yield _row(i, lambda w, row, e=entry, q=q: {e: w.arithmetic.stepped(q)}, variable=q)  # type: ignore[misc]
+
+
+def _variable_forgotten(chain: Chain, _: Shape) -> Iterator[Slip]:
+    """Keep what the table adds to an angle, and lose the angle itself."""
+    for i, (joint, q) in enumerate(zip(chain.joints, chain.q, strict=True)):
+        if joint.kind == "R":
+            change = lambda w, row, q=q: {"theta": row.theta - w.arithmetic.stepped(q)}  # noqa: E731
+            yield _row(i, change)
+
+
+def _turning_offsets(chain: Chain) -> list[tuple[int, sp.Expr]]:
+    """Return the joints that turn and have a constant in the table, with it."""
+    joints = enumerate(zip(chain.joints, chain.offsets, strict=True))
+    return [(i, offset) for i, (joint, offset) in joints if joint.kind == "R" and offset != 0]
+
+
+def _scaled_offsets(chain: Chain, factor: sp.Expr, which: Callable[[sp.Expr], bool]) -> Iterator[Slip]:
+    """Multiply the constant of each row by a factor, one by one and then all of them."""
+    rows = [(i, offset) for i, offset in _turning_offsets(chain) if which(offset)]
+    for i, offset in rows:
+        more = (factor - 1) * offset
+        change = lambda w, row, more=more: {"theta": row.theta + w.arithmetic.stepped(more)}  # noqa: E731
+        yield _row(i, change, degrees=_degrees_of(offset))
+    if len(rows) > 1:
+
+        def all_of_them(w: Working, table: Table) -> Table:
+            for i, offset in rows:
+                theta = table.rows[i].theta + w.arithmetic.stepped((factor - 1) * offset)
+                table = table.with_row(i, theta=theta)
+            return table
+
+        everywhere = ", ".join(dict.fromkeys(_degrees_of(offset) for _, offset in rows))
+        yield Slip({"table": all_of_them}, {"joint": "each", "link": "each", "degrees": everywhere})
+
+
+def _degrees_of(angle: sp.Expr) -> str:
+    """Return an angle in degrees as it stands in the table, without its sign."""
+    return f"{sp.nsimplify(abs(angle) * 180 / sp.pi)}°"
+
+
+def _offset_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
+    return _scaled_offsets(chain, sp.S(-1), lambda offset: bool(sp.sin(offset) != 0))
+
+
+def _offset_in_degrees(chain: Chain, _: Shape) -> Iterator[Slip]:
+    return _scaled_offsets(chain, 180 / sp.pi, lambda offset: True)
+
+
+def _other_radians(chain: Chain, _: Shape) -> Iterator[Slip]:
+    """Take 30 degrees for pi/3, 60 for pi/6, 45 for pi/2 or pi/8, 90 for pi or pi/4."""
+    yield from _scaled_offsets(chain, sp.S(2), lambda offset: True)
+    yield from _scaled_offsets(chain, sp.S.Half, lambda offset: True)
+
+
+def _from_another_row(chain: Chain, _: Shape) -> Iterator[Slip]:
+    """Take the length, distance or twist of the row above or below; or exchange two lengths."""
+    for i, joint in enumerate(chain.joints):
+        for j in (i - 1, i + 1):
+            if not 0 <= j < chain.n:
+                continue
+            for entry in ("a", "d", "alpha"):
+                there = getattr(chain.joints[j], entry)
+                sliding = entry == "d" and "P" in (joint.kind, chain.joints[j].kind)
+                if sliding or getattr(joint, entry) == there:
+                    continue
+                yield _row(
+                    i,
+                    lambda w, row, entry=entry, there=there: {entry: w.arithmetic.stepped(there)},  # type: ignore[misc]
+                    entry=entry, other=j + 1,
+                )  # fmt: skip
+
+
+def _lengths_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
+    for i, j in combinations(range(chain.n), 2):
+        one, other = chain.joints[i].a, chain.joints[j].a
+        if one != other:
+
+            def changed(w: Working, table: Table, i: int = i, j: int = j) -> Table:
+                return table.with_row(i, a=table.rows[j].a).with_row(j, a=table.rows[i].a)
+
+            yield Slip({"table": changed}, {"joint": i + 1, "other": j + 1})
 
 
 def _fixed_angles(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -162,6 +244,21 @@ MISTAKES = (
         "table says, not {variable} alone.", "6.1", _offsets,
     ),
     Mistake(
+        "offset-sign", "Joint offset with the wrong sign",
+        "The constant {degrees} that the table adds to the angle of joint {joint} seems to have the wrong sign.",
+        "6.1", _offset_sign, rare=True,
+    ),
+    Mistake(
+        "offset-in-degrees", "Constant angle typed in degrees",
+        "The constant {degrees} of the table seems to be typed in degrees: sine and cosine take radians, and "
+        "{degrees} is to be turned into a part of pi.", "6.1", _offset_in_degrees, rare=True,
+    ),
+    Mistake(
+        "wrong-radians", "Degrees turned into the wrong radians",
+        "The constant {degrees} of the table seems to be turned into another angle: 180° is pi, so that 30° is pi/6, "
+        "45° is pi/4, 60° is pi/3 and 90° is pi/2.", "6.1", _other_radians, rare=True,
+    ),
+    Mistake(
         "fixed-angle-forgotten", "Constant angle of a prismatic joint left out",
         "Joint {joint} slides, but its row has an angle too, which seems to be left out.", "6.1", _fixed_angles,
     ),
@@ -172,6 +269,21 @@ MISTAKES = (
     Mistake(
         "distance-forgotten", "Distance d left out",
         "The distance d in row {link} of the table seems to be left out.", "6.1", _d_left_out,
+    ),
+    Mistake(
+        "variable-forgotten", "Joint variable left out",
+        "The angle of joint {joint} seems to be left out: it turns every link behind it.", "6.1",
+        _variable_forgotten, rare=True,
+    ),
+    Mistake(
+        "row-misread", "Entry of another row of the table",
+        "For row {joint} of the table, the {entry} of row {other} seems to be taken.", "Example 6.1",
+        _from_another_row, rare=True,
+    ),
+    Mistake(
+        "lengths-exchanged", "Lengths exchanged",
+        "The lengths a of rows {joint} and {other} of the table seem to be exchanged.", "Example 6.1",
+        _lengths_exchanged, rare=True,
     ),
     Mistake(
         "point-forgotten", "Offset of the point left out",

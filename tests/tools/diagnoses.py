@@ -30,7 +30,7 @@ from exercises.problem import Part, Problem
 from exercises.questions import QUESTIONS
 from exercises.questions.results import is_derived, result
 from exercises.stream import Stream
-from grader.diagnosis import says_something
+from grader.numbers import says_something
 from grader.parts import judge
 from grader.verdict import Outcome
 from tests.support.judging import diagnose

@@ -1,0 +1,343 @@
+"""Slips made in the finished formulas: one place of an entry that went wrong when it was simplified, copied or typed.
+
+An entry is taken apart as it is written and as a sum of products, and put together with one thing changed: a sign, a
+term, a factor, a sine for a cosine, what stands in an angle. What changes every angle alike is made throughout.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+
+from exercises.formula.algebra import TWO, ZERO, minus, negative, number, over, plus, times
+from exercises.formula.trees import Node, names, size_of
+from exercises.mistakes.base import Mistake
+
+LONGEST = 400
+"""Nodes of an entry that is taken apart."""
+MOST_TERMS = 40
+"""Terms of an entry that is written as a sum of products."""
+
+WAVES = ("sin", "cos")
+
+
+@dataclass(frozen=True)
+class Edit:
+    """An entry with one thing changed, and the name of the mistake."""
+
+    mistake: str
+    entry: Node
+
+
+# --- one place ---
+
+
+def edits(entry: Node) -> Iterator[Edit]:
+    """Yield an entry with one slip in it, in every way: the smallest ones first."""
+    if size_of(entry) > LONGEST:
+        return
+    yield from _anywhere(entry)
+    terms = _terms(entry)
+    if terms is not None and len(terms) > 1:
+        for k, term in enumerate(terms):
+            rest = [*terms[:k], *terms[k + 1 :]]
+            yield Edit("term-sign-typed", _sum([*rest, negative(term)]))
+            yield Edit("term-missing", _sum(rest))
+
+
+def _anywhere(node: Node) -> Iterator[Edit]:
+    """Yield a tree with one slip at one place in it."""
+    yield from _here(node)
+    for k, arg in enumerate(node.args):
+        for edit in _anywhere(arg):
+            yield Edit(edit.mistake, Node(node.kind, (*node.args[:k], edit.entry, *node.args[k + 1 :]), node.value))
+
+
+def _here(node: Node) -> Iterator[Edit]:
+    if node.kind == "call" and node.value in WAVES:
+        yield Edit("wave-typed", _other_wave(node))
+        for angle in _angles(node.args[0]):
+            yield Edit("angle-typed", Node("call", (angle,), node.value))
+        yield from _split(node)
+    elif not _is_angle(node):
+        yield from _OPERATIONS.get(node.kind, _nothing)(node)
+
+
+def _nothing(node: Node) -> Iterator[Edit]:
+    yield from ()
+
+
+def _of_sum(node: Node) -> Iterator[Edit]:
+    left, right = node.args
+    yield Edit("term-sign-typed", Node("-" if node.kind == "+" else "+", node.args))
+    yield Edit("term-sign-typed", Node(node.kind, (negative(left), right)))
+    yield Edit("term-missing", left)
+    yield Edit("term-missing", right if node.kind == "+" else negative(right))
+
+
+def _of_product(node: Node) -> Iterator[Edit]:
+    left, right = node.args
+    for lost, kept in ((left, right), (right, left)):
+        yield Edit("factor-missing", kept)
+        if lost.kind in ("+", "-"):  # the factor multiplies one of the terms only
+            add = plus if lost.kind == "+" else minus
+            yield Edit("bracket-missing", add(lost.args[0], times(lost.args[1], kept)))
+            yield Edit("bracket-missing", add(times(kept, lost.args[0]), lost.args[1]))
+
+
+def _of_quotient(node: Node) -> Iterator[Edit]:
+    yield Edit("factor-missing", node.args[0])
+    yield Edit("factor-missing", times(*node.args))
+
+
+def _of_power(node: Node) -> Iterator[Edit]:
+    if node.args[1] == TWO:
+        yield Edit("square-missing", node.args[0])
+        yield Edit("square-missing", times(TWO, node.args[0]))
+
+
+def _of_negative(node: Node) -> Iterator[Edit]:
+    yield Edit("term-sign-typed", node.args[0])
+
+
+_OPERATIONS: dict[str, Callable[[Node], Iterator[Edit]]] = {
+    "+": _of_sum, "-": _of_sum, "*": _of_product, "/": _of_quotient, "^": _of_power, "neg": _of_negative,
+}  # fmt: skip
+
+
+def _is_angle(node: Node) -> bool:
+    """Whether a tree is a multiple of pi, or a sum with one: it stands in an angle."""
+    if node.kind == "name":
+        return node.value == "pi" or node.value.startswith("theta")
+    return any(map(_is_angle, node.args)) and node.kind != "call"
+
+
+def _split(node: Node) -> Iterator[Edit]:
+    """Yield the sine or cosine of a sum as if it were that of each, added or multiplied."""
+    parts = _parts(node.args[0])
+    if len(parts) == 2:
+        own = [Node("call", (part,), node.value) for part in parts]
+        yield Edit("sum-of-angles-split", plus(*own))
+        yield Edit("sum-of-angles-split", times(*own))
+
+
+def _parts(angle: Node) -> list[Node]:
+    """Return the terms of an angle."""
+    if angle.kind == "+":
+        return _parts(angle.args[0]) + _parts(angle.args[1])
+    if angle.kind == "-":
+        return _parts(angle.args[0]) + [negative(part) for part in _parts(angle.args[1])]
+    return [angle]
+
+
+def _angles(angle: Node) -> Iterator[Node]:
+    """Yield an angle with a term left out, negative, or of another size if it is a constant."""
+    parts = _parts(angle)
+    for k, part in enumerate(parts):
+        rest = [*parts[:k], *parts[k + 1 :]]
+        if rest:
+            yield _sum(rest)
+            yield _sum([*rest, negative(part)])
+        if not names(part):
+            for factor in (number(2), number(Fraction(1, 2)), over(number(180), Node("name", value="pi"))):
+                yield _sum([*rest, times(factor, part)])
+    if len(parts) > 2:
+        constants = [part for part in parts if not names(part)]
+        for part in parts:  # one angle alone, with the constant and without
+            if names(part):
+                yield part
+                yield _sum([part, *constants])
+
+
+# --- throughout ---
+
+
+def throughout(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list[list[Node]]]]:
+    """Yield all entries with the same slip in every angle, or in every angle that is the same."""
+    angles = list(dict.fromkeys(angle for row in rows for entry in row for angle in _angles_in(entry)))
+    sums = [angle for angle in angles if len(_parts(angle)) > 1]
+    for name, change in _SAME_EVERYWHERE:
+        changed = {angle: change(angle) for angle in sums}
+        if any(new != angle for angle, new in changed.items()):
+            yield name, _all(rows, partial(_put, changed))
+    for angle in sums:
+        for new in _angles(angle):
+            yield "angle-throughout", _all(rows, partial(_put, {angle: new}))
+    for angle in angles:
+        yield "wave-throughout", _all(rows, partial(_other_wave_of, angle))
+    lengths = sorted({name for row in rows for entry in row for name in names(entry) if _is_length(name)})
+    if len(lengths) > 1:
+        yield "lengths-missing", [[_ones(entry, lengths) for entry in row] for row in rows]
+    for length in lengths:
+        yield "lengths-missing", [[_ones(entry, [length]) for entry in row] for row in rows]
+
+
+def _is_length(name: str) -> bool:
+    return name[0] in "adb" and name[1:].isdigit()
+
+
+def _ones(node: Node, lengths: Sequence[str]) -> Node:
+    if node.kind == "name" and node.value in lengths:
+        return number(1)
+    return Node(node.kind, tuple(_ones(arg, lengths) for arg in node.args), node.value)
+
+
+def _put(changed: Mapping[Node, Node], node: Node) -> Node:
+    (angle,) = node.args
+    return Node("call", (changed.get(angle, angle),), node.value)
+
+
+def _other_wave_of(angle: Node, node: Node) -> Node:
+    return _other_wave(node) if node.args == (angle,) else node
+
+
+def _other_wave(node: Node) -> Node:
+    return Node("call", node.args, WAVES[node.value == "sin"])
+
+
+def _all(rows: Sequence[Sequence[Node]], change: Callable[[Node], Node]) -> list[list[Node]]:
+    """Return all entries with every sine and cosine changed."""
+
+    def changed(node: Node) -> Node:
+        if node.kind == "call" and node.value in WAVES:
+            return change(node)
+        return Node(node.kind, tuple(map(changed, node.args)), node.value)
+
+    return [[changed(entry) for entry in row] for row in rows]
+
+
+def _angles_in(node: Node) -> Iterator[Node]:
+    if node.kind == "call" and node.value in WAVES:
+        yield node.args[0]
+        return
+    for arg in node.args:
+        yield from _angles_in(arg)
+
+
+def _without_constants(angle: Node) -> Node:
+    return _sum([part for part in _parts(angle) if names(part)])
+
+
+def _with_constants(factor: Node) -> Callable[[Node], Node]:
+    return lambda angle: _sum([part if names(part) else times(factor, part) for part in _parts(angle)])
+
+
+def _last_only(keep: bool) -> Callable[[Node], Node]:
+    """Return the change of every sum of angles to the last of them, with its constant or without."""
+
+    def changed(angle: Node) -> Node:
+        parts = _parts(angle)
+        turning = [part for part in parts if names(part)]
+        if len(turning) < 2:
+            return angle
+        last = max(turning, key=lambda part: sorted(names(part)))
+        return _sum([last, *(part for part in parts if keep and not names(part))])
+
+    return changed
+
+
+_SAME_EVERYWHERE: tuple[tuple[str, Callable[[Node], Node]], ...] = (
+    ("constants-left-out", _without_constants),
+    ("constants-sign", _with_constants(number(-1))),
+    ("constants-in-degrees", _with_constants(over(number(180), Node("name", value="pi")))),
+    ("constants-wrong-radians", _with_constants(number(2))),
+    ("constants-wrong-radians", _with_constants(number(Fraction(1, 2)))),
+    ("relative-throughout", _last_only(keep=True)),
+    ("relative-throughout", _last_only(keep=False)),
+)
+
+
+# --- sums of products ---
+
+
+def _terms(node: Node) -> list[Node] | None:
+    """Return the terms of an entry multiplied out, None where they are too many."""
+    if node.kind not in ("+", "-", "*", "neg"):
+        return [node]
+    inside = [_terms(arg) for arg in node.args]
+    known = [terms for terms in inside if terms is not None]
+    if len(known) < len(inside):
+        return None
+    if node.kind == "*":
+        terms = [times(one, other) for one in known[0] for other in known[1]]
+    elif node.kind == "neg":
+        terms = [negative(term) for term in known[0]]
+    else:
+        terms = known[0] + (known[1] if node.kind == "+" else [negative(term) for term in known[1]])
+    return terms if len(terms) <= MOST_TERMS else None
+
+
+def _sum(terms: Sequence[Node]) -> Node:
+    total = ZERO
+    for term in terms:
+        total = plus(total, term)
+    return total
+
+
+MISTAKES = (
+    Mistake(
+        "term-sign-typed", "Sign of one term",
+        "{Where} one sign seems to be wrong: the rest is as it should be.", "6.3",
+    ),
+    Mistake(
+        "term-missing", "Term missing", "{Where} one term seems to be missing: the rest is as it should be.", "6.3",
+    ),
+    Mistake(
+        "factor-missing", "Factor missing",
+        "{Where} one factor of a product seems to be missing: check that every term has the same unit.", "6.3",
+    ),
+    Mistake(
+        "bracket-missing", "Bracket missing",
+        "{Where} a bracket seems to be missing: the factor multiplies every term of the sum.", "6.3",
+    ),
+    Mistake("square-missing", "Square missing", "{Where} a square seems to be missing.", "6.3"),
+    Mistake("wave-typed", "Sine for cosine in one place", "{Where} a sine stands where a cosine is due, or the other "
+            "way round.", "Example 6.1"),
+    Mistake(
+        "angle-typed", "Angle in one place",
+        "{Where} the angle of one sine or cosine seems to be wrong, and the rest is right: compare what stands in its "
+        "sum with the other terms.", "Example 6.1",
+    ),
+    Mistake(
+        "sum-of-angles-split", "Sine or cosine of a sum split",
+        "{Where} the sine or cosine of a sum seems to be split: s12 is one sine, that of the sum, and neither s1 + s2 "
+        "nor s1 s2.", "Example 6.1",
+    ),
+    Mistake("entries-exchanged", "Entries exchanged", "{Where} two entries seem to be exchanged.", "6.4"),
+    Mistake(
+        "constants-left-out", "Constants of the angles left out",
+        "The constants that the table adds to angles seem to be left out of the sines and cosines.", "6.1",
+    ),
+    Mistake(
+        "constants-sign", "Constants of the angles with the wrong sign",
+        "The constants that the table adds to angles seem to have the wrong sign in the sines and cosines.", "6.1",
+    ),
+    Mistake(
+        "constants-in-degrees", "Constants of the angles typed in degrees",
+        "The constants in the angles seem to be typed in degrees: sine and cosine take radians, so that 90° is pi/2.",
+        "6.1",
+    ),
+    Mistake(
+        "constants-wrong-radians", "Constants of the angles turned into the wrong radians",
+        "The constants in the angles seem to be turned into radians wrongly: 180° is pi, so that 30° is pi/6, 45° is "
+        "pi/4, 60° is pi/3 and 90° is pi/2.", "6.1",
+    ),
+    Mistake(
+        "relative-throughout", "Relative angles in the finished formula",
+        "The angle of a link's own joint seems to stand where a sum of angles is due: the angles of parallel joints "
+        "add up from link to link.", "Example 6.1",
+    ),
+    Mistake(
+        "angle-throughout", "One angle wrong throughout",
+        "One sum of angles seems to be wrong wherever it stands: look again at which joints turn that link, and by "
+        "what constant.", "Example 6.1",
+    ),
+    Mistake(
+        "wave-throughout", "Sine and cosine of one angle exchanged",
+        "Sine and cosine of one angle seem to be exchanged wherever it stands.", "Example 6.1",
+    ),
+    Mistake(
+        "lengths-missing", "Lengths missing",
+        "A length seems to be left out wherever it stands: every entry must have the right unit.", "6.3",
+    ),
+)  # fmt: skip

@@ -1,0 +1,129 @@
+"""Slips in the finished formulas of an answer: one place in an entry, or the same everywhere (mistakes.finished).
+
+Where single entries are meant, they are named: the rest of the answer is right.
+"""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from exercises.formula.algebra import Matrix as Rows
+from exercises.formula.program import compile_program, evaluate
+from exercises.formula.trees import Node, size_of
+from exercises.mistakes.catalogue import CATALOGUE
+from exercises.mistakes.finished import edits, throughout
+from exercises.mistakes.given import Values
+from grader.numbers import InNumbers, says_something
+from grader.verdict import Diagnosis
+
+MOST_ENTRIES = 6
+"""Wrong entries in which single slips are looked for."""
+MOST_NODES = 40_000
+"""Nodes of all changed formulas that are evaluated for an answer."""
+
+Place = tuple[int, int]
+
+
+def finished(rows: Rows, values: Values, found: InNumbers, right: np.ndarray) -> Diagnosis | None:
+    """Return what went wrong in the finished formulas; `rows` are the reference's, in the shape of `right`."""
+    wrong = ~found.like(right)
+    places = [(int(i), int(j)) for i, j in np.argwhere(wrong)]
+    if not places or np.isnan(found.values).any() or found.values.shape != right.shape:
+        return None
+    alone = wrong.size == 1
+    if len(places) == 1 and not alone:
+        return _in_places(rows, values, found, places)
+    return (
+        _exchanged(found, right, places)
+        or _everywhere(rows, values, found)
+        or (_in_places(rows, values, found, places) if len(places) <= MOST_ENTRIES else None)
+    )
+
+
+def in_words(places: Sequence[Place], shape: tuple[int, ...]) -> str:
+    """Return where entries stand, to begin a sentence.
+
+    >>> in_words([(0, 1), (1, 1)], (2, 2))
+    'In row 1, column 2, and row 2, column 2,'
+    >>> in_words([(1, 0)], (3, 1)), in_words([(0, 0)], (1, 1))
+    ('In entry 2', 'In your answer')
+    """
+    if shape[:2] == (1, 1):
+        return "In your answer"
+    if 1 in shape[:2]:
+        numbers = [str(max(place) + 1) for place in places]
+        return (
+            f"In entry {numbers[0]}" if len(numbers) == 1 else f"In entries {', '.join(numbers[:-1])} and {numbers[-1]}"
+        )
+    said = [f"row {i + 1}, column {j + 1}" for i, j in places]
+    return f"In {said[0]}," if len(said) == 1 else f"In {', '.join(said[:-1])}, and {said[-1]},"
+
+
+def _exchanged(found: InNumbers, right: np.ndarray, places: Sequence[Place]) -> Diagnosis | None:
+    if len(places) != 2:
+        return None
+    swapped = right.copy()
+    one, other = places
+    swapped[one], swapped[other] = right[other], right[one]
+    return _said("entries-exchanged", places, right.shape) if found.is_all(swapped) else None
+
+
+def _everywhere(rows: Rows, values: Values, found: InNumbers) -> Diagnosis | None:
+    room = MOST_NODES
+    for name, changed in throughout(rows):
+        entries = [entry for row in changed for entry in row]
+        room -= sum(map(size_of, entries))
+        if room < 0:
+            return None
+        answer = _evaluated(entries, values).reshape(found.values.shape)
+        if found.is_all(answer) and says_something(answer):
+            mistake = CATALOGUE[name]
+            return Diagnosis((name,), mistake.sentence({}))
+    return None
+
+
+def _in_places(rows: Rows, values: Values, found: InNumbers, places: Sequence[Place]) -> Diagnosis | None:
+    """Return the one kind of slip that was made in each of some entries, or up to two kinds."""
+    made: dict[str, list[Place]] = {}
+    for place in places:
+        name = _slip(rows[place[0]][place[1]], values, found.entry(*place))
+        if name is None:
+            return None
+        made.setdefault(name, []).append(place)
+    if len(made) > 2:
+        return None
+    said = [_said(name, where, found.values.shape) for name, where in made.items()]
+    return Diagnosis(tuple(made), " ".join(one.says for one in said))
+
+
+def _slip(entry: Node, values: Values, found: InNumbers) -> str | None:
+    changed = list(_affordable(entry))
+    if not changed:
+        return None
+    answers = _evaluated([tree for _, tree in changed], values)
+    for (name, _), answer in zip(changed, answers, strict=True):
+        own = answer[None, None]
+        if found.is_all(own) and says_something(own):
+            return name
+    return None
+
+
+def _affordable(entry: Node) -> Iterator[tuple[str, Node]]:
+    room, seen = MOST_NODES // 4, set()
+    for edit in edits(entry):
+        room -= size_of(edit.entry)
+        if room < 0:
+            return
+        if edit.entry not in seen:
+            seen.add(edit.entry)
+            yield edit.mistake, edit.entry
+
+
+def _evaluated(entries: Sequence[Node], values: Values) -> np.ndarray:
+    """Return values, (entries, N); nan where one can't be had."""
+    with np.errstate(all="ignore"):
+        return np.asarray(evaluate(compile_program(list(entries)), values, len(next(iter(values.values()))))[0])
+
+
+def _said(name: str, places: Sequence[Place], shape: tuple[int, ...]) -> Diagnosis:
+    return Diagnosis((name,), CATALOGUE[name].sentence({"Where": in_words(places, shape)}))

@@ -1,0 +1,70 @@
+"""Answers in numbers at some configurations, as mistakes are compared with them."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+SAME = 1e-9
+"""Share of the size of the terms by which equal values may differ."""
+
+
+@dataclass(frozen=True)
+class InNumbers:
+    """An answer in numbers, (rows, columns, N), with the size of its terms; nan where it was left blank.
+
+    `room` is what it may be off: a share of the size, and an amount. A direction counts up to a factor.
+    """
+
+    values: np.ndarray
+    size: np.ndarray
+    room: tuple[float, float]
+    is_direction: bool = False
+
+    def like(self, other: np.ndarray) -> np.ndarray:
+        """Tell of each entry whether another answer has the same values, (rows, columns)."""
+        with np.errstate(all="ignore"):
+            if self.is_direction:
+                own, due = _unit(self.values), _unit(other)
+                near = np.minimum(np.abs(own - due), np.abs(own + due)) <= self.room[0]
+            else:
+                near = np.abs(self.values - other) <= self._allowed
+        return np.asarray(near.all(axis=-1))
+
+    def is_all(self, other: np.ndarray) -> bool:
+        """Tell whether another answer has the same shape and values."""
+        if self.values.shape != other.shape:
+            return False
+        if not self.is_direction:  # most differ at the first configuration already
+            with np.errstate(all="ignore"):
+                if not (np.abs(self.values[..., 0] - other[..., 0]) <= self._allowed[..., 0]).all():
+                    return False
+        return bool(self.like(other).all())
+
+    def entry(self, row: int, column: int) -> "InNumbers":
+        """Return one entry by itself, which may be off as much as among the others."""
+        one = (slice(row, row + 1), slice(column, column + 1))
+        return InNumbers(self.values[one], np.broadcast_to(self._largest, self.values[one].shape), self.room)
+
+    @cached_property
+    def _largest(self) -> np.ndarray:
+        return np.asarray(np.nanmax(self.size, axis=(0, 1)))
+
+    @cached_property
+    def _allowed(self) -> np.ndarray:
+        with np.errstate(all="ignore"):
+            # What is zero comes out as 1e-17 of what is not.
+            return np.asarray(self.room[0] * np.maximum(self.size, self._largest) + self.room[1])
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    """Return unit vectors, nan for those of no length."""
+    length = np.sqrt(np.sum(np.abs(vector) ** 2, axis=0))
+    return np.asarray(vector / np.where(length > SAME, length, np.nan))
+
+
+def says_something(answer: np.ndarray) -> bool:
+    """Tell whether entries are too particular to be hit by chance: not zero, and no few constants."""
+    largest = np.abs(answer).max(axis=-1)
+    varies = answer.shape[-1] == 1 or (np.ptp(answer, axis=-1) > SAME * largest).any()
+    return bool((largest > SAME).any() and (varies or largest.size > 3))

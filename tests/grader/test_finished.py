@@ -1,0 +1,152 @@
+"""Slips in finished formulas are named with their place, and what follows from a mistake has no second name."""
+
+import numpy as np
+import pytest
+
+from exercises.arm.stages import as_formulas, formulas
+from exercises.docs import planar_2r
+from exercises.formula.program import compile_program, evaluate
+from exercises.formula.trees import Node, node_text, size_of
+from exercises.mistakes import finished
+from exercises.mistakes.catalogue import CATALOGUE, made
+from exercises.mistakes.finished import edits, throughout
+from exercises.mistakes.given import configurations
+from exercises.problem import Part
+from exercises.questions.results import result
+from exercises.stream import Stream
+from grader.finished import in_words
+from grader.marking import mark
+from tests.support.judging import diagnose
+from tests.support.problems import asked, drawn
+
+PLANAR = planar_2r()
+C1, S1, C12, S12 = "cos(theta1)", "sin(theta1)", "cos(theta1 + theta2)", "sin(theta1 + theta2)"
+
+
+def jacobian(*entries: str) -> str:
+    one, two, three, four = entries
+    return f"Matrix([[{one}, {two}], [{three}, {four}]])"
+
+
+RIGHT = (f"-a1*{S1} - a2*{S12}", f"-a2*{S12}", f"a1*{C1} + a2*{C12}", f"a2*{C12}")
+
+
+@pytest.mark.parametrize(
+    ("changed", "mistake", "where"),
+    [
+        ({1: f"a2*{S12}"}, "term-sign-typed", "In row 1, column 2, one sign"),
+        ({0: f"-a1*{S1} - a2*{C12}"}, "wave-typed", "In row 1, column 1, a sine"),
+        ({2: f"a1*{C1} + {C12}"}, "factor-missing", "In row 2, column 1, one factor"),
+        ({2: f"a1*{C1}"}, "term-missing", "In row 2, column 1, one term"),
+        ({3: "a2*cos(theta1 - theta2)"}, "angle-typed", "In row 2, column 2, the angle"),
+        ({3: "a2*cos(theta1)*cos(theta2)"}, "sum-of-angles-split", "In row 2, column 2, the sine or cosine of a sum"),
+        ({1: RIGHT[3], 3: RIGHT[1]}, "entries-exchanged", "In row 1, column 2, and row 2, column 2, two entries"),
+    ],
+)
+def test_what_went_wrong_in_an_entry_is_named_with_the_entry(changed: dict[int, str], mistake: str, where: str) -> None:
+    problem = asked("jacobian", PLANAR)
+    answer = jacobian(*(changed.get(k, entry) for k, entry in enumerate(RIGHT)))
+    found = diagnose(problem, problem.parts[0], answer, "finished")
+    assert found is not None and found.mistakes == (mistake,)
+    assert found.says.startswith(where)
+
+
+def test_lengths_that_are_lost_everywhere_are_named_once() -> None:
+    problem = asked("jacobian", PLANAR)
+    answer = jacobian(*(entry.replace("a1*", "").replace("a2*", "") for entry in RIGHT))
+    found = diagnose(problem, problem.parts[0], answer, "finished")
+    assert found is not None and found.mistakes == ("lengths-missing",)
+
+
+def test_a_wrong_sign_throughout_is_no_cross_product_in_the_wrong_order() -> None:
+    problem = asked("jacobian", PLANAR)
+    found = diagnose(problem, problem.parts[0], jacobian(*(f"-({entry})" for entry in RIGHT)), "finished")
+    assert found is not None and found.mistakes == ("sign",)
+
+
+def test_the_places_of_a_vector_are_told_by_number_and_a_single_formula_has_none() -> None:
+    assert in_words([(0, 0), (2, 0)], (3, 1)) == "In entries 1 and 3"
+    assert in_words([(0, 2)], (1, 3)) == "In entry 3"
+    assert in_words([(0, 0)], (1, 1)) == "In your answer"
+
+
+def values_of(rows: list[list[Node]], at: dict[str, np.ndarray]) -> np.ndarray:
+    with np.errstate(all="ignore"):
+        return evaluate(compile_program([entry for row in rows for entry in row]), at, 4)[0]
+
+
+def as_typed(part: Part, rows: list[list[Node]]) -> str:
+    if part.shape is None:
+        return node_text(rows[0][0])
+    return f"[{', '.join('[' + ', '.join(map(node_text, row)) + ']' for row in rows)}]"
+
+
+def test_every_slip_in_a_formula_of_any_arm_is_named(family: str) -> None:
+    """By its name or by that of another mistake that gives the same: of each kind, the first that changes something."""
+    problem = drawn(family, 0)
+    for part in problem.parts:
+        if part.name not in ("position", "jacobian", "determinant", "velocity"):
+            continue
+        rows = [list(row) for row in part.answer.trees(problem.domain().roles)]
+        at = configurations(problem.chain, part, problem.domain(), 4, Stream("finished"))
+        right, tried = values_of(rows, at), set()
+        i, j = max(
+            ((i, j) for i, row in enumerate(rows) for j in range(len(row))), key=lambda w: size_of(rows[w[0]][w[1]])
+        )
+        for edit in edits(rows[i][j]):
+            other = [row[:] for row in rows]
+            other[i][j] = edit.entry
+            found = values_of(other, at)
+            if edit.mistake in tried or not np.isfinite(found).all() or np.allclose(found, right, rtol=1e-9):
+                continue
+            if np.ptp(found[i * len(rows[0]) + j]) < 1e-9:  # a number that many slips give
+                continue
+            tried.add(edit.mistake)
+            answer = as_typed(part, other)
+            assert diagnose(problem, part, answer, "finished") is not None, (part.name, edit.mistake, answer)
+
+
+def test_a_slip_throughout_is_named_on_any_arm(family: str) -> None:
+    problem = drawn(family, 0)
+    part = next(part for part in problem.parts if part.name in ("jacobian", "joint-axes"))
+    rows = [list(row) for row in part.answer.trees(problem.domain().roles)]
+    at = configurations(problem.chain, part, problem.domain(), 4, Stream("finished"))
+    right, tried = values_of(rows, at), set()
+    for name, changed in throughout(rows):
+        found = values_of(changed, at)
+        if name in tried or not np.isfinite(found).all() or np.allclose(found, right, rtol=1e-9):
+            continue
+        tried.add(name)
+        answer = as_typed(part, changed)
+        assert diagnose(problem, part, answer, "finished") is not None, (name, answer)
+
+
+def test_all_slips_in_formulas_are_of_the_catalogue() -> None:
+    part = asked("jacobian", PLANAR).parts[0]
+    entry = part.answer.trees(dict.fromkeys(("a1", "a2", "theta1", "theta2"), "length"))[0][0]
+    made = {edit.mistake for edit in edits(entry)}
+    assert made < set(CATALOGUE)
+    assert {mistake.name for mistake in finished.MISTAKES} <= set(CATALOGUE)
+
+
+def test_a_mistake_that_later_parts_inherit_is_named_once() -> None:
+    """A twist taken with the wrong sign: named in the joint axes, and told of the others as that."""
+    problem = drawn("elbow-3r", 0)
+    names = ("joint-axes", "jacobian", "velocity")
+    parts = {part.name: part for part in problem.parts if part.name in names}
+    right = formulas(problem.chain)
+    slip = next(wrong.slip for wrong in made(CATALOGUE["twist-sign"], right, parts["joint-axes"]))
+    wrong = right.but(slip.changes)
+    answers = {}
+    for name, part in parts.items():
+        matrix = as_formulas(result(wrong, part))
+        answers[name] = str(matrix[0, 0]) if part.shape is None else str(matrix.tolist())
+    verdicts = {verdict.part: verdict for verdict in mark(problem, answers, secret="s", credit=None)}  # type: ignore[arg-type]
+    told = {name: verdicts[name].diagnosis for name in names if name in parts}
+    named = [name for name, diagnosis in told.items() if diagnosis is not None and diagnosis.mistakes]
+    assert len(named) == 1, told
+    first = named[0]
+    for name, diagnosis in told.items():
+        assert diagnosis is not None
+        assert name == first or (diagnosis.inherited == first and "follows from" in diagnosis.says)
+        assert name == first or verdicts[name].as_json()["mistake"] is None
