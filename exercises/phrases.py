@@ -86,7 +86,7 @@ PHRASES = (
     "{what}, which then does not move it",
     "slides {a} and {b} are parallel",
     "the parallel axes of joints {a} lie in one plane",
-    "{point} is as far from the line of slide {n} as joint {b} can bring it",
+    "{point} is as far to one side of slide {n} as joint {b} can bring it",
     "the axes of joints {a} and {b} lie on one line",
     "the axes of joints {a} are parallel",
     "the axes of joints {a} are all parallel to one plane",

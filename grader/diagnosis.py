@@ -15,6 +15,7 @@ from exercises.arm.stages import Working, numbers
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, ReadError, digits_of_decimals
 from exercises.mistakes.catalogue import (
+    CATALOGUE,
     ON_THE_WAY,
     Wrong,
     fingerprint,
@@ -32,7 +33,7 @@ from exercises.stream import Stream
 from grader.answer import Given
 from grader.finished import finished, in_words
 from grader.function_values import Table
-from grader.numbers import SAME, InNumbers, says_something
+from grader.numbers import SAME, InNumbers, says_something, unit
 from grader.parts import judge_given
 from grader.residuals import missing_links
 from grader.verdict import Diagnosis, Outcome
@@ -154,8 +155,11 @@ def named(
     right = result(w, part)
     if 1 in right.shape[:2] and found.values.shape == right.swapaxes(0, 1).shape != right.shape:
         found = replace(found, values=found.values.swapaxes(0, 1), size=found.size.swapaxes(0, 1))
+    if found.is_direction and _moves(right, found.values):
+        mistake = CATALOGUE["direction-that-moves"]
+        return Diagnosis((mistake.name,), mistake.sentence({}))
     alone, fitting = [], []
-    for wrong in wrong_answers(w, part):
+    for wrong in wrong_answers(w, part, found.is_precise):
         if wrong.answer.shape == found.values.shape:
             alone.append(wrong)
             if found.is_all(wrong.answer) and says_something(wrong.answer):
@@ -165,8 +169,10 @@ def named(
     if fitting:
         plainest = min(fitting, key=lambda one: one.mistake.name in IF_NOTHING_PLAINER)
         return next((_inherited(one, causes) for one in fitting if _cause(one, causes)), _said([plainest]))
-    if found.values.shape != right.shape or (right[..., 0].size == 1 and part.type == "number"):
+    if found.values.shape != right.shape:
         return None
+    if right[..., 0].size == 1 and part.type == "number":
+        return _two(w, right, alone, part, found) if found.is_precise else None
     telling, off = _in_some_entries(alone, right, found)
     return (
         (None if found.is_direction else missing_links(w, part, right, found.values))
@@ -175,6 +181,15 @@ def named(
         or _one_in_some(telling, off)
         or _two_in_some(telling, off)
     )
+
+
+def _moves(lost: np.ndarray, found: np.ndarray) -> bool:
+    """Tell whether a direction is one in which the arm can move: it has no part along the one that is lost."""
+    if lost.shape != found.shape or lost.shape[1] != 1:
+        return False
+    with np.errstate(all="ignore"):
+        along = np.abs((unit(lost) * unit(found)).sum(axis=0))
+    return bool(np.isfinite(along).all() and (along < 1e-3).all())
 
 
 def _finished(problem: Problem, part: Part, values: Values, found: InNumbers, right: np.ndarray) -> Diagnosis | None:
@@ -200,7 +215,10 @@ def _inherited(wrong: Wrong, causes: Sequence[Cause]) -> Diagnosis:
 
 def _said(wrongs: Sequence[Wrong], where: str = "") -> Diagnosis:
     sentences = dict.fromkeys(wrong.sentence for wrong in wrongs)
-    says = " ".join(f"{where} and nowhere else: {sentence}" if where else sentence for sentence in sentences)
+    says = " ".join(
+        f"{where}, and only there, the answer is what this gives: {sentence}" if where else sentence
+        for sentence in sentences
+    )
     first = wrongs[0]
     cause = (first.mistake.name, dict(first.slip.words)) if len(wrongs) == 1 and not where else None
     return Diagnosis(tuple(dict.fromkeys(wrong.mistake.name for wrong in wrongs)), says, cause)
@@ -214,11 +232,14 @@ def _two(w: Working, right: np.ndarray, alone: Sequence[Wrong], part: Part, foun
 
     Of first mistakes that come to the same, or to what is right, one is tried: the others have the same second ones.
     """
-    if part.type == "number":  # three digits are too few to tell so many apart
+    if part.type == "number" and not found.is_precise:  # three digits are too few to tell so many apart
         return None
     if np.isnan(found.values).any():  # left blank, and like nothing
         return None
-    late, seen = late_mistakes(w.chain, part, (right.shape[0], right.shape[1])), {fingerprint(w, right)}
+    late, seen = (
+        late_mistakes(w.chain, part, (right.shape[0], right.shape[1]), found.is_precise),
+        {fingerprint(w, right)},
+    )
     for first in alone:
         if first.mistake.name in ON_THE_WAY and (made := fingerprint(first.working, first.answer)) not in seen:
             seen.add(made)
@@ -237,14 +258,17 @@ _Telling = list[tuple[Wrong, np.ndarray]]
 def _in_some_entries(alone: Sequence[Wrong], right: np.ndarray, found: InNumbers) -> tuple[_Telling, np.ndarray]:
     """Return the mistakes that give some of the wrong entries, with these, and all that are wrong."""
     wrong = ~found.like(right) & ~np.isnan(found.values).any(axis=-1)
-    telling: _Telling = []
+    telling: list[tuple[int, Wrong, np.ndarray]] = []
     if found.is_direction or not wrong.any() or wrong.size == 1 or right.shape[-1] == 1:
-        return telling, wrong
+        return [], wrong
+    original = replace(found, values=right)
     for one in alone:
         covered = found.like(one.answer) & wrong
         if covered.any() and says_something(one.answer[covered]):
-            telling.append((one, covered))
-    return telling, wrong
+            elsewhere = ~original.like(one.answer) & ~covered
+            telling.append((int(elsewhere.sum()), one, covered))
+    # What such a mistake would change elsewhere is right here: the fewer, the truer is its name.
+    return [(one, covered) for _, one, covered in sorted(telling, key=lambda each: each[0])], wrong
 
 
 def _one_in_some(telling: _Telling, wrong: np.ndarray) -> Diagnosis | None:

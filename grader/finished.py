@@ -77,8 +77,7 @@ def _everywhere(rows: Rows, values: Values, found: InNumbers) -> Diagnosis | Non
             return None
         answer = _evaluated(entries, values).reshape(found.values.shape)
         if found.is_all(answer) and says_something(answer):
-            mistake = CATALOGUE[name]
-            return Diagnosis((name,), mistake.sentence({}))
+            return Diagnosis((name,), CATALOGUE[name].sentence({"Where": "In your answer"}))
     return None
 
 
@@ -86,7 +85,7 @@ def _in_places(rows: Rows, values: Values, found: InNumbers, places: Sequence[Pl
     """Return the one kind of slip that was made in each of some entries, or up to two kinds."""
     made: dict[str, list[Place]] = {}
     for place in places:
-        name = _slip(rows[place[0]][place[1]], values, found.entry(*place))
+        name = _slip(rows[place[0]][place[1]], values, found.entry(*place), found.values[..., 0].size > 3)
         if name is None:
             return None
         made.setdefault(name, []).append(place)
@@ -96,21 +95,22 @@ def _in_places(rows: Rows, values: Values, found: InNumbers, places: Sequence[Pl
     return Diagnosis(tuple(made), " ".join(one.says for one in said))
 
 
-def _slip(entry: Node, values: Values, found: InNumbers) -> str | None:
-    changed = list(_affordable(entry))
+def _slip(entry: Node, values: Values, found: InNumbers, beside_others: bool) -> str | None:
+    """Return the slip that gives an entry; a constant says something `beside_others` only that are right."""
+    changed = list(_affordable(entry, values))
     if not changed:
         return None
     answers = _evaluated([tree for _, tree in changed], values)
     for (name, _), answer in zip(changed, answers, strict=True):
         own = answer[None, None]
-        if found.is_all(own) and says_something(own):
+        if found.is_all(own) and (says_something(own) or (beside_others and own.any())):
             return name
     return None
 
 
-def _affordable(entry: Node) -> Iterator[tuple[str, Node]]:
+def _affordable(entry: Node, values: Values) -> Iterator[tuple[str, Node]]:
     room, seen = MOST_NODES // 4, set()
-    for edit in edits(entry):
+    for edit in edits(entry, values):
         room -= size_of(edit.entry)
         if room < 0:
             return

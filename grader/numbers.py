@@ -5,6 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
+PRECISE = 1e-4
+"""What numbers may be off, as a share of their size, to tell all mistakes apart."""
 SAME = 1e-9
 """Share of the size of the terms by which equal values may differ."""
 
@@ -25,8 +27,9 @@ class InNumbers:
         """Tell of each entry whether another answer has the same values, (rows, columns)."""
         with np.errstate(all="ignore"):
             if self.is_direction:
-                own, due = _unit(self.values), _unit(other)
-                near = np.minimum(np.abs(own - due), np.abs(own + due)) <= self.room[0]
+                own, due = unit(self.values), unit(other)
+                way = np.where((own * due).sum(axis=0) < 0, -1.0, 1.0)  # the same for all entries
+                near = np.abs(own - way * due) <= self.room[0]
             else:
                 near = np.abs(self.values - other) <= self._allowed
         return np.asarray(near.all(axis=-1))
@@ -46,6 +49,11 @@ class InNumbers:
         one = (slice(row, row + 1), slice(column, column + 1))
         return InNumbers(self.values[one], np.broadcast_to(self._largest, self.values[one].shape), self.room)
 
+    @property
+    def is_precise(self) -> bool:
+        """Whether numbers were given to so many digits that hardly another mistake gives the same by chance."""
+        return self.room[0] <= PRECISE and self.room[1] == 0.0
+
     @cached_property
     def _largest(self) -> np.ndarray:
         return np.asarray(np.nanmax(self.size, axis=(0, 1)))
@@ -57,7 +65,7 @@ class InNumbers:
             return np.asarray(self.room[0] * np.maximum(self.size, self._largest) + self.room[1])
 
 
-def _unit(vector: np.ndarray) -> np.ndarray:
+def unit(vector: np.ndarray) -> np.ndarray:
     """Return unit vectors, nan for those of no length."""
     length = np.sqrt(np.sum(np.abs(vector) ** 2, axis=0))
     return np.asarray(vector / np.where(length > SAME, length, np.nan))

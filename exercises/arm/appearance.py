@@ -209,7 +209,7 @@ def _far_from_slide(chain: Chain, samples: Sequence[Sample]) -> Iterator[Stateme
         for moving in range(slide + 1, min(chain.n, chain.point.frame)):
             if _signs(samples, slide, moving) == {1}:
                 yield _extreme_statement(
-                    f"the point is as far from the line of slide {slide + 1} as joint {moving + 1} can bring it",
+                    f"the point is as far to one side of slide {slide + 1} as joint {moving + 1} can bring it",
                     slide, [moving], {1},
                 )  # fmt: skip
 

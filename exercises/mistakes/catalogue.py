@@ -56,23 +56,24 @@ class Wrong:
         return self.mistake.sentence(self.slip.words)
 
 
-def likely(part: Part) -> list[Mistake]:
+def likely(part: Part, precise: bool = False) -> list[Mistake]:
     """Return the mistakes that are looked for behind a wrong answer to a part, the more likely ones first.
 
-    What goes wrong in the last step comes before what went wrong on the way to J.
+    What goes wrong in the last step comes before what went wrong on the way to J. Behind a single number, all are
+    looked for only if it is `precise`.
     """
     ordered = list(CATALOGUE.values())
     if is_made_of_jacobian(part):
         ordered = sorted(ordered, key=lambda mistake: (mistake.rare, mistake.name not in _LAST_STEPS))
     if part.type != "number":
         return [mistake for mistake in ordered if mistake.name not in _IN_NUMBERS]
-    return [mistake for mistake in ordered if part.shape != (1, 1) or mistake.name in ONE_NUMBER]
+    return [mistake for mistake in ordered if precise or part.shape != (1, 1) or mistake.name in ONE_NUMBER]
 
 
-def wrong_answers(w: Working, part: Part) -> Iterator[Wrong]:
+def wrong_answers(w: Working, part: Part, precise: bool = False) -> Iterator[Wrong]:
     """Yield what each mistake in the derivation makes of the answer to a part, those that change nothing included."""
     if is_derived(part):
-        for mistake in likely(part):
+        for mistake in likely(part, precise):
             yield from made(mistake, w, part)
 
 
@@ -95,9 +96,9 @@ def made(mistake: Mistake, w: Working, part: Part) -> Iterator[Wrong]:
                 yield Wrong(mistake, slip, working, answer)
 
 
-def late_mistakes(chain: Chain, part: Part, shape: Shape) -> list[tuple[Mistake, Slip]]:
+def late_mistakes(chain: Chain, part: Part, shape: Shape, precise: bool = False) -> list[tuple[Mistake, Slip]]:
     """Return the mistakes that are made behind J, in an answer of some rows and columns, in every way they are made."""
-    slips = ((mistake, slip) for mistake in likely(part) for slip in mistake.slips(chain, shape))
+    slips = ((mistake, slip) for mistake in likely(part, precise) for slip in mistake.slips(chain, shape))
     return [(mistake, slip) for mistake, slip in slips if set(slip.changes) <= _LATE]
 
 

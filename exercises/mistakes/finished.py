@@ -4,7 +4,7 @@ An entry is taken apart as it is written and as a sum of products, and put toget
 term, a factor, a sine for a cosine, what stands in an angle. What changes every angle alike is made throughout.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
@@ -32,11 +32,18 @@ class Edit:
 # --- one place ---
 
 
-def edits(entry: Node) -> Iterator[Edit]:
-    """Yield an entry with one slip in it, in every way: the smallest ones first."""
+def edits(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
+    """Yield an entry with one slip in it, in every way; one of the `symbols` can be typed for another like it."""
     if size_of(entry) > LONGEST:
         return
     yield from _anywhere(entry)
+    coefficient = _coefficient(entry)
+    if coefficient not in (-1, 0, 1):
+        yield Edit("factor-missing", over(entry, number(abs(coefficient))))
+    yield from _typed(entry, sorted(symbols))
+    for angle in dict.fromkeys(_angles_in(entry)):
+        for new in _angles(angle):
+            yield Edit("angle-typed", _changed(entry, partial(_put, {angle: new})))
     terms = _terms(entry)
     if terms is not None and len(terms) > 1:
         for k, term in enumerate(terms):
@@ -86,6 +93,14 @@ def _of_product(node: Node) -> Iterator[Edit]:
 
 
 def _of_quotient(node: Node) -> Iterator[Edit]:
+    above, below = node.args
+    if above.kind in ("+", "-"):  # only one of the terms is divided
+        left, right = above.args
+        yield Edit("bracket-missing", Node(above.kind, (over(left, below), right)))
+        yield Edit("bracket-missing", Node(above.kind, (left, over(right, below))))
+    if below.kind in ("+", "-", "*"):  # only what stands first is divided by
+        for first, second in (below.args, below.args[::-1]):
+            yield Edit("bracket-missing", Node(below.kind, (over(above, first), second)))
     yield Edit("factor-missing", node.args[0])
     yield Edit("factor-missing", times(*node.args))
 
@@ -105,6 +120,33 @@ _OPERATIONS: dict[str, Callable[[Node], Iterator[Edit]]] = {
 }  # fmt: skip
 
 
+def _coefficient(node: Node) -> Fraction:
+    """Return the number that a product is multiplied by."""
+    if node.kind in ("number", "decimal"):
+        return Fraction(node.value)
+    if node.kind == "neg":
+        return -_coefficient(node.args[0])
+    if node.kind in ("*", "/"):
+        left, right = map(_coefficient, node.args)
+        return left * right if node.kind == "*" else left / right if right else Fraction(0)
+    return Fraction(1)
+
+
+def _typed(node: Node, symbols: Sequence[str]) -> Iterator[Edit]:
+    """Yield a tree with one name typed for another of the same letters, and angles with a joint too much in them."""
+    if node.kind == "name":
+        for other in symbols:
+            if other != node.value and other.rstrip("0123456789") == str(node.value).rstrip("0123456789"):
+                yield Edit("symbol-typed", Node("name", value=other))
+    if node.kind == "call" and node.value in WAVES:
+        for joint in (Node("name", value=name) for name in symbols if name.startswith("theta")):
+            for more in (joint, negative(joint), times(TWO, joint), negative(times(TWO, joint))):
+                yield Edit("angle-typed", Node("call", (plus(node.args[0], more),), node.value))
+    for k, arg in enumerate(node.args):
+        for edit in _typed(arg, symbols):
+            yield Edit(edit.mistake, Node(node.kind, (*node.args[:k], edit.entry, *node.args[k + 1 :]), node.value))
+
+
 def _is_angle(node: Node) -> bool:
     """Whether a tree is a multiple of pi, or a sum with one: it stands in an angle."""
     if node.kind == "name":
@@ -115,10 +157,23 @@ def _is_angle(node: Node) -> bool:
 def _split(node: Node) -> Iterator[Edit]:
     """Yield the sine or cosine of a sum as if it were that of each, added or multiplied."""
     parts = _parts(node.args[0])
-    if len(parts) == 2:
-        own = [Node("call", (part,), node.value) for part in parts]
-        yield Edit("sum-of-angles-split", plus(*own))
-        yield Edit("sum-of-angles-split", times(*own))
+    if len(parts) > 1:
+        yield Edit("sum-of-angles-split", _sum(_waves(node)))
+        yield Edit("sum-of-angles-split", _product(_waves(node)))
+        inside, outside = _sum(parts[:-1]), parts[-1]
+        yield Edit("bracket-missing", plus(Node("call", (inside,), node.value), outside))
+
+
+def _waves(node: Node) -> list[Node]:
+    """Return the sine or cosine of each term of an angle."""
+    return [Node("call", (part,), node.value) for part in _parts(node.args[0])]
+
+
+def _product(factors: Sequence[Node]) -> Node:
+    total = number(1)
+    for factor in factors:
+        total = times(total, factor)
+    return total
 
 
 def _parts(angle: Node) -> list[Node]:
@@ -160,11 +215,13 @@ def throughout(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list[list[
         changed = {angle: change(angle) for angle in sums}
         if any(new != angle for angle, new in changed.items()):
             yield name, _all(rows, partial(_put, changed))
+    yield "sum-of-angles-split", _all(rows, lambda node: _product(_waves(node)))
+    yield "sum-of-angles-split", _all(rows, lambda node: _sum(_waves(node)))
+    for angle in angles:
+        yield "wave-throughout", _all(rows, partial(_other_wave_of, angle))
     for angle in sums:
         for new in _angles(angle):
             yield "angle-throughout", _all(rows, partial(_put, {angle: new}))
-    for angle in angles:
-        yield "wave-throughout", _all(rows, partial(_other_wave_of, angle))
     lengths = sorted({name for row in rows for entry in row for name in names(entry) if _is_length(name)})
     if len(lengths) > 1:
         yield "lengths-missing", [[_ones(entry, lengths) for entry in row] for row in rows]
@@ -197,13 +254,13 @@ def _other_wave(node: Node) -> Node:
 
 def _all(rows: Sequence[Sequence[Node]], change: Callable[[Node], Node]) -> list[list[Node]]:
     """Return all entries with every sine and cosine changed."""
+    return [[_changed(entry, change) for entry in row] for row in rows]
 
-    def changed(node: Node) -> Node:
-        if node.kind == "call" and node.value in WAVES:
-            return change(node)
-        return Node(node.kind, tuple(map(changed, node.args)), node.value)
 
-    return [[changed(entry) for entry in row] for row in rows]
+def _changed(node: Node, change: Callable[[Node], Node]) -> Node:
+    if node.kind == "call" and node.value in WAVES:
+        return change(node)
+    return Node(node.kind, tuple(_changed(arg, change) for arg in node.args), node.value)
 
 
 def _angles_in(node: Node) -> Iterator[Node]:
@@ -297,6 +354,10 @@ MISTAKES = (
         "angle-typed", "Angle in one place",
         "{Where} the angle of one sine or cosine seems to be wrong, and the rest is right: compare what stands in its "
         "sum with the other terms.", "Example 6.1",
+    ),
+    Mistake(
+        "symbol-typed", "One symbol for another",
+        "{Where} one symbol seems to be typed for another: look at the numbers behind the letters.", "6.3",
     ),
     Mistake(
         "sum-of-angles-split", "Sine or cosine of a sum split",

@@ -22,6 +22,17 @@ def _degrees_as_radians(chain: Chain, _: Shape) -> Iterator[Slip]:
 
     if any(joint.kind == "R" for joint in chain.joints):
         yield Slip({"table": large})
+    if any(joint.kind == "R" and offset != 0 for joint, offset in zip(chain.joints, chain.offsets, strict=True)):
+        yield Slip({"table": _variables_in_degrees})
+
+
+def _variables_in_degrees(w: Working, table: Table) -> Table:
+    """Put the joint variables in as degrees, beside constants in radians."""
+    more = 180 / sp.pi - 1
+    for i, (joint, q) in enumerate(zip(w.chain.joints, w.chain.q, strict=True)):
+        if joint.kind == "R":
+            table = table.with_row(i, theta=table.rows[i].theta + w.arithmetic.stepped(more * q))
+    return table
 
 
 def _times(factor: float) -> Callable[[Chain, Shape], Iterator[Slip]]:

@@ -1,6 +1,6 @@
 """Mistakes in sets of singular configurations."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import sympy as sp
@@ -120,6 +120,64 @@ def _joint_added(chain: Chain, part: Part) -> Iterator[Taken]:
                     yield _set(_with(components, tied[0], component), joint=q)
 
 
+def _offsets(factor: int) -> Callable[[Chain, Part], Iterator[Taken]]:
+    """Return how the constant of a joint is left out of all conditions (1), or taken with the other sign (2)."""
+
+    def takes(chain: Chain, part: Part) -> Iterator[Taken]:
+        offsets = [(q, offset) for q, offset in zip(chain.q, chain.offsets, strict=True) if offset != 0]
+        for q, offset in offsets:
+            moved = [_with_offset(component, {q: factor * offset}) for component in _components(part)]
+            if moved != list(_components(part)):
+                yield _set(moved, joint=str(q))
+        if len(offsets) > 1:
+            every = {q: factor * offset for q, offset in offsets}
+            yield _set([_with_offset(component, every) for component in _components(part)], joint="the joints")
+
+    return takes
+
+
+def _with_offset(component: Component, more: Mapping[sp.Symbol, sp.Expr]) -> Component:
+    """Return a component with q - c in the place of q: what is said of q then holds for q and the constant."""
+    conditions = tuple(condition.xreplace({q: q - c for q, c in more.items()}) for condition in component.conditions)
+    if component.solutions is None:
+        return Component(conditions, None)
+    solutions = tuple((q, tuple(value + more.get(q, 0) for value in values)) for q, values in component.solutions)
+    return Component(conditions, solutions)
+
+
+def _or_for_and(chain: Chain, part: Part) -> Iterator[Taken]:
+    """Take conditions that must hold together for alternatives; or alternatives for what must hold together."""
+    components = _components(part)
+    for k, component in enumerate(components):
+        if len(component.conditions) > 1:
+            solutions = [None] * len(component.conditions) if component.solutions is None else component.solutions
+            single = [
+                Component((condition,), None if solution is None else (solution,))
+                for condition, solution in zip(component.conditions, solutions, strict=False)
+            ]
+            yield _set((*components[:k], *single, *components[k + 1 :]))
+    solved = [component for component in components if component.solutions is not None]
+    apart = len({q for component in solved for q, _ in component.solutions or ()})
+    if len(solved) > 1 and apart == sum(len(component.solutions or ()) for component in solved):
+        together = Component(
+            tuple(condition for component in solved for condition in component.conditions),
+            tuple(solution for component in solved for solution in component.solutions or ()),
+        )
+        yield _set((*(component for component in components if component.solutions is None), together))
+
+
+def _value_sign(chain: Chain, part: Part) -> Iterator[Taken]:
+    """Give one value of a joint, or all of them, the other sign."""
+    components = _components(part)
+    for k, component in enumerate(components):
+        for index, (q, values) in enumerate(component.solutions or ()):
+            ways = [tuple(-v if v == value else v for v in values) for value in values if value != 0]
+            for new in dict.fromkeys([*ways, tuple(-value for value in values)]):
+                solutions = list(component.solutions or ())
+                solutions[index] = (q, new)
+                yield _set(_with(components, k, replace(component, solutions=tuple(solutions))), joint=str(q))
+
+
 def _all_joints(chain: Chain, part: Part) -> Iterator[Taken]:
     revolute = [q for joint, q in zip(chain.joints, chain.q, strict=True) if joint.kind == "R"]
     if _components(part) and len(revolute) > 1:
@@ -236,5 +294,25 @@ MISTAKES = (
     Mistake(
         "waves-exchanged-in-condition", "Sine and cosine exchanged in the condition",
         "In the condition that ties several joints, sine and cosine seem to be exchanged.", "6.8", takes=_trigs,
+    ),
+    Mistake(
+        "offset-forgotten-in-set", "Joint offset left out of the conditions",
+        "The constant that the table adds to {joint} seems to be left out of the conditions: they are wanted for the "
+        "joint variable itself.", "6.8", takes=_offsets(1), rare=True,
+    ),
+    Mistake(
+        "offset-sign-in-set", "Joint offset on the wrong side",
+        "The constant that the table adds to {joint} seems to have the wrong sign: solve for the joint variable, which "
+        "takes it to the other side.", "6.8", takes=_offsets(2), rare=True,
+    ),
+    Mistake(
+        "or-for-and", "Or for and in the conditions",
+        "Conditions that must hold together seem to be given as alternatives, or alternatives as conditions that must "
+        "hold together: a product is zero where one of its factors is, several minors where all of them are.", "6.8",
+        takes=_or_for_and, rare=True,
+    ),
+    Mistake(
+        "value-sign-in-set", "Value of a joint with the wrong sign",
+        "A value of {joint} seems to have the wrong sign.", "6.8", takes=_value_sign, rare=True,
     ),
 )  # fmt: skip

@@ -40,6 +40,11 @@ def shown_width(text: str) -> int:
     return sum(not unicodedata.combining(ch) for ch in text)
 
 
+def _is_whole(box: "_Box") -> bool:
+    """Whether a whole number stands in a box."""
+    return len(box.lines) == 1 and box.lines[0].isdigit()
+
+
 def _flat(text: str) -> _Box:
     return _Box((text,))
 
@@ -104,7 +109,10 @@ def _walk(one: Layout) -> _Box:
     if kind == "fraction":
         return _fraction(_walk(inner[0]), _walk(inner[1]))
     if kind == "root":
-        return _beside([_flat("√("), _walk(inner[0]), _flat(")")])
+        under = _walk(inner[0])
+        if _is_whole(under):
+            return _beside([_flat("√"), under])
+        return _beside([_flat("√("), under, _flat(")")])
     if kind == "fenced":
         opening, closing = (Layout("sign", sign.strip(".")) for sign in text)
         return _row((opening, *inner, closing))
