@@ -12,6 +12,7 @@ from itertools import combinations
 import numpy as np
 
 from exercises.arm.stages import Working, numbers
+from exercises.formula.algebra import Matrix as Rows
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, ReadError, digits_of_decimals
 from exercises.mistakes.catalogue import (
@@ -30,11 +31,13 @@ from exercises.questions.concepts import option_numbers
 from exercises.questions.results import is_derived, result
 from exercises.quizzes.options import blames_of
 from exercises.stream import Stream
+from exercises.writing.statement import answer_code
 from grader.answer import Given
 from grader.finished import finished, in_words
 from grader.function_values import Table
 from grader.numbers import SAME, InNumbers, says_something, unit
 from grader.parts import judge_given
+from grader.reading import read_answer
 from grader.residuals import missing_links
 from grader.verdict import Diagnosis, Outcome
 
@@ -193,13 +196,22 @@ def _moves(lost: np.ndarray, found: np.ndarray) -> bool:
 
 
 def _finished(problem: Problem, part: Part, values: Values, found: InNumbers, right: np.ndarray) -> Diagnosis | None:
-    """Return what went wrong in the formulas of the reference, where these are formulas."""
+    """Return what went wrong in the finished formulas, as worked solutions show them or as they are compared."""
     if part.answer.is_in_numbers or not part.answer.entries() or part.type == "number":
         return None
-    rows = part.answer.trees(problem.domain().roles)
-    if (len(rows), len(rows[0])) != right.shape[:2]:
-        rows = [list(column) for column in zip(*rows, strict=True)]
-    return finished(rows, values, found, right) if (len(rows), len(rows[0])) == right.shape[:2] else None
+    for form in (_as_shown(problem, part), part.answer.trees(problem.domain().roles)):
+        for rows in () if form is None else (form, [list(column) for column in zip(*form, strict=True)]):
+            if (len(rows), len(rows[0])) == right.shape[:2]:
+                diagnosis = finished(rows, values, found, right)
+                if diagnosis is not None:
+                    return diagnosis
+                break
+    return None
+
+
+def _as_shown(problem: Problem, part: Part) -> Rows | None:
+    """Return the reference with the angles of the worked solution, read as an answer is."""
+    return read_answer(problem, part, answer_code(problem, part)).rows
 
 
 def _cause(wrong: Wrong, causes: Sequence[Cause]) -> Cause | None:

@@ -13,13 +13,16 @@ from exercises.formula.trees import Node, size_of
 from exercises.mistakes.catalogue import CATALOGUE
 from exercises.mistakes.finished import edits, throughout
 from exercises.mistakes.given import Values
-from grader.numbers import InNumbers, says_something
+from grader.numbers import SAME, InNumbers, says_something
 from grader.verdict import Diagnosis
 
 MOST_ENTRIES = 6
 """Wrong entries in which single slips are looked for."""
 MOST_NODES = 40_000
 """Nodes of all changed formulas that are evaluated for an answer."""
+
+MOST_PAIRED = 400
+"""Slips in an entry of which two are tried together."""
 
 Place = tuple[int, int]
 
@@ -85,26 +88,43 @@ def _in_places(rows: Rows, values: Values, found: InNumbers, places: Sequence[Pl
     """Return the one kind of slip that was made in each of some entries, or up to two kinds."""
     made: dict[str, list[Place]] = {}
     for place in places:
-        name = _slip(rows[place[0]][place[1]], values, found.entry(*place), found.values[..., 0].size > 3)
-        if name is None:
+        names = _slips(rows[place[0]][place[1]], values, found.entry(*place), found.values[..., 0].size > 3)
+        if names is None:
             return None
-        made.setdefault(name, []).append(place)
+        for name in names:
+            made.setdefault(name, []).append(place)
     if len(made) > 2:
         return None
     said = [_said(name, where, found.values.shape) for name, where in made.items()]
     return Diagnosis(tuple(made), " ".join(one.says for one in said))
 
 
-def _slip(entry: Node, values: Values, found: InNumbers, beside_others: bool) -> str | None:
-    """Return the slip that gives an entry; a constant says something `beside_others` only that are right."""
+def _slips(entry: Node, values: Values, found: InNumbers, beside_others: bool) -> tuple[str, ...] | None:
+    """Return the slip that gives an entry, or two; a constant says something `beside_others` only that are right."""
     changed = list(_affordable(entry, values))
-    if not changed:
+    if not changed or not (says_something(found.values) or (beside_others and found.values.any())):
         return None
-    answers = _evaluated([tree for _, tree in changed], values)
-    for (name, _), answer in zip(changed, answers, strict=True):
-        own = answer[None, None]
-        if found.is_all(own) and (says_something(own) or (beside_others and own.any())):
-            return name
+    answers = _evaluated([tree for _, tree in changed] + [entry], values)
+    for (name, _), answer in zip(changed, answers[:-1], strict=True):
+        if found.is_all(answer[None, None]):
+            return (name,)
+    return _two([name for name, _ in changed], answers[:-1], answers[-1], found)
+
+
+def _two(made: Sequence[str], answers: np.ndarray, right: np.ndarray, found: InNumbers) -> tuple[str, ...] | None:
+    """Return two slips in different terms, whose differences add up, or in different factors, whose ratios multiply."""
+    mine = found.values[0, 0]
+    with np.errstate(all="ignore"):
+        changed = np.isfinite(answers).all(axis=1) & (np.abs(answers - right) > SAME * np.abs(right)).any(axis=1)
+        indices = np.flatnonzero(changed)[:MOST_PAIRED]
+        some = answers[indices]
+        sums = some[:, None] + some[None] - right
+        products = some[:, None] * some[None] / right
+        for together in (sums, products):
+            near = np.abs(together - mine) <= SAME * (np.abs(some).max(axis=0) + np.abs(mine))
+            for one, other in np.argwhere(near.all(axis=-1)):
+                if one < other:
+                    return tuple(dict.fromkeys((made[indices[one]], made[indices[other]])))
     return None
 
 

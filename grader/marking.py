@@ -8,6 +8,7 @@ from typing import TypeVar
 
 from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
+from grader.advice import advise
 from grader.answer import Given
 from grader.credit import credited
 from grader.diagnosis import Cause, diagnose
@@ -69,6 +70,8 @@ def mark(
             )
             if followed is None or followed.judgement.outcome is not Outcome.CORRECT:
                 diagnosis = _safely(diagnose, problem, part, own[name], seeds[name], tuple(causes))
+                if diagnosis is None:
+                    diagnosis = _safely(advise, problem, part, own[name], seeds[name])
                 if diagnosis is not None and diagnosis.cause is not None:
                     causes.append(Cause(*diagnosis.cause, name, ASKED[part.kind].title))
         shown = SHOWN if name in texts and is_table(texts[name]) else texts.get(name)

@@ -36,8 +36,8 @@ class Judgement:
 class Diagnosis:
     """The names of the mistakes that together give a wrong answer, and what is said of them to the student.
 
-    `cause` is the name and the words of a single one that gives the whole answer; `inherited` the earlier part in which
-    it was found, where it has no name of its own here.
+    Without a name, what to look at is said. `cause` is the name and the words of a single one that gives the whole
+    answer; `inherited` the earlier part in which it was found, where it has no name of its own here.
     """
 
     mistakes: tuple[str, ...]

@@ -80,6 +80,11 @@ def _of_sum(node: Node) -> Iterator[Edit]:
     yield Edit("term-sign-typed", Node(node.kind, (negative(left), right)))
     yield Edit("term-missing", left)
     yield Edit("term-missing", right if node.kind == "+" else negative(right))
+    if right.kind == "*" and node.kind == "-":  # without its bracket, the minus holds for the first term only
+        for edit in _of_product(right):
+            if edit.mistake == "bracket-missing":
+                first, second = edit.entry.args
+                yield Edit("bracket-missing", Node(edit.entry.kind, (minus(left, first), second)))
 
 
 def _of_product(node: Node) -> Iterator[Edit]:
@@ -94,10 +99,10 @@ def _of_product(node: Node) -> Iterator[Edit]:
 
 def _of_quotient(node: Node) -> Iterator[Edit]:
     above, below = node.args
-    if above.kind in ("+", "-"):  # only one of the terms is divided
-        left, right = above.args
-        yield Edit("bracket-missing", Node(above.kind, (over(left, below), right)))
-        yield Edit("bracket-missing", Node(above.kind, (left, over(right, below))))
+    terms = _parts(above)
+    for k in range(len(terms)) if 1 < len(terms) <= MOST_TERMS else ():  # one term alone is divided, or is not
+        yield Edit("bracket-missing", _sum([over(term, below) if i == k else term for i, term in enumerate(terms)]))
+        yield Edit("bracket-missing", _sum([term if i == k else over(term, below) for i, term in enumerate(terms)]))
     if below.kind in ("+", "-", "*"):  # only what stands first is divided by
         for first, second in (below.args, below.args[::-1]):
             yield Edit("bracket-missing", Node(below.kind, (over(above, first), second)))
@@ -176,13 +181,15 @@ def _product(factors: Sequence[Node]) -> Node:
     return total
 
 
-def _parts(angle: Node) -> list[Node]:
-    """Return the terms of an angle."""
-    if angle.kind == "+":
-        return _parts(angle.args[0]) + _parts(angle.args[1])
-    if angle.kind == "-":
-        return _parts(angle.args[0]) + [negative(part) for part in _parts(angle.args[1])]
-    return [angle]
+def _parts(total: Node) -> list[Node]:
+    """Return the terms of an angle or of another sum."""
+    if total.kind == "+":
+        return _parts(total.args[0]) + _parts(total.args[1])
+    if total.kind == "-":
+        return _parts(total.args[0]) + [negative(part) for part in _parts(total.args[1])]
+    if total.kind == "neg":
+        return [negative(part) for part in _parts(total.args[0])]
+    return [total]
 
 
 def _angles(angle: Node) -> Iterator[Node]:

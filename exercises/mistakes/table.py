@@ -13,6 +13,9 @@ from exercises.arm.chain import Chain
 from exercises.arm.stages import Table, TableRow, Working, turn_x, turn_z
 from exercises.mistakes.base import Mistake, Shape, Slip
 
+MOST_ROWS = 4
+"""Rows of a table of which any may be taken for another; of a longer one, the next."""
+
 
 def _row(index: int, change: Callable[[Working, TableRow], dict[str, Any]], **words: object) -> Slip:
     """Return the slip that changes entries of one row."""
@@ -50,6 +53,12 @@ def _turning_offsets(chain: Chain) -> list[tuple[int, sp.Expr]]:
     """Return the joints that turn and have a constant in the table, with it."""
     joints = enumerate(zip(chain.joints, chain.offsets, strict=True))
     return [(i, offset) for i, (joint, offset) in joints if joint.kind == "R" and offset != 0]
+
+
+def _slide_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
+    for i, (joint, offset) in enumerate(zip(chain.joints, chain.offsets, strict=True)):
+        if joint.kind == "P" and offset != 0:
+            yield _row(i, lambda w, row, more=2 * offset: {"d": row.d - w.arithmetic.stepped(more)})  # type: ignore[misc]
 
 
 def _scaled_offsets(chain: Chain, factor: sp.Expr, which: Callable[[sp.Expr], bool]) -> Iterator[Slip]:
@@ -93,9 +102,13 @@ def _other_radians(chain: Chain, _: Shape) -> Iterator[Slip]:
 def _from_another_row(chain: Chain, _: Shape) -> Iterator[Slip]:
     """Take the length, distance or twist of the row above or below; or exchange two lengths."""
     for i, joint in enumerate(chain.joints):
-        for j in (i - 1, i + 1):
-            if not 0 <= j < chain.n:
+        for j in range(chain.n):
+            if i == j or (chain.n > MOST_ROWS and abs(i - j) > 1):
                 continue
+            if chain.offsets[i] != chain.offsets[j] and joint.kind == chain.joints[j].kind:
+                entry, more = ("theta" if joint.kind == "R" else "d"), chain.offsets[j] - chain.offsets[i]
+                change = lambda w, row, e=entry, more=more: {e: getattr(row, e) + w.arithmetic.stepped(more)}  # noqa: E731
+                yield _row(i, change, entry="constant of the joint variable", other=j + 1)
             for entry in ("a", "d", "alpha"):
                 there = getattr(chain.joints[j], entry)
                 sliding = entry == "d" and "P" in (joint.kind, chain.joints[j].kind)
@@ -247,6 +260,11 @@ MISTAKES = (
         "offset-sign", "Joint offset with the wrong sign",
         "The constant {degrees} that the table adds to the angle of joint {joint} seems to have the wrong sign.",
         "6.1", _offset_sign, rare=True,
+    ),
+    Mistake(
+        "slide-offset-sign", "Offset of a slide with the wrong sign",
+        "The constant that the table adds to the variable of joint {joint} seems to have the wrong sign.", "6.1",
+        _slide_sign, rare=True,
     ),
     Mistake(
         "offset-in-degrees", "Constant angle typed in degrees",

@@ -1,0 +1,46 @@
+"""What is said of a wrong answer that no mistake gives: what is true of it, and nothing of the right one."""
+
+import pytest
+
+from exercises.docs import planar_2r
+from grader.advice import advise
+from grader.marking import mark
+from grader.reading import read_answer
+from tests.support.problems import asked, drawn
+
+
+@pytest.mark.parametrize(
+    ("question", "answer", "begins"),
+    [
+        ("determinant", "a1*a2*tan(theta2) + 1", "The terms of your answer have different units"),
+        ("determinant", "a1*sin(theta2)**3", "Count the lengths in each term: yours has the unit m, and m^2 is due."),
+        ("determinant", "a1*a2*sin(theta2)/7", "Everything is wrong by one and the same factor"),
+        ("determinant", "a1*a2*sin(theta2)*100", "All numbers are too large by the factor 100"),
+        ("determinant", "a1*a2*sin(theta2)**2*cos(theta1)", "Your answer changes with theta1."),
+        ("determinant", "a1*a2 + a2**2", "Your answer does not change with theta2."),
+        ("determinant", "a1*a2*sin(theta2)**3", "Draw the arm at"),
+        ("singular-angles", "[Eq(theta1, 1)]", "Something is said of theta1."),
+        ("singular-angles", "[Eq(theta2, 1)]", "Put each of your values into the determinant"),
+    ],
+)
+def test_what_is_said_is_what_the_answer_fails_simplest_first(question: str, answer: str, begins: str) -> None:
+    problem = asked(question, planar_2r())
+    found = advise(problem, problem.parts[0], read_answer(problem, problem.parts[0], answer), "advice")
+    assert found is not None and found.mistakes == ()
+    assert found.says.startswith(begins)
+
+
+def test_marking_says_it_where_nothing_is_named() -> None:
+    problem = drawn("elbow-3r", 0)
+    part = next(part for part in problem.parts if part.name == "determinant")
+    verdict = next(v for v in mark(problem, {part.name: "theta1**2 + 3*theta3"}, secret="s") if v.part == part.name)
+    assert verdict.diagnosis is not None and verdict.diagnosis.says
+    assert verdict.as_json()["mistake"] is None and verdict.as_json()["advice"] == verdict.diagnosis.says
+
+
+@pytest.mark.parametrize("answer", ["", "{{{", "A", "[1, 2, 3]", "qd1"])
+def test_what_cannot_be_compared_gets_its_reason_only(answer: str) -> None:
+    problem = asked("determinant", planar_2r())
+    given = read_answer(problem, problem.parts[0], answer)
+    found = advise(problem, problem.parts[0], given, "advice")
+    assert found is None or found.says
