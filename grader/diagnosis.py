@@ -13,8 +13,9 @@ import numpy as np
 
 from exercises.arm.stages import Working, numbers
 from exercises.formula.algebra import Matrix as Rows
+from exercises.formula.expression import read
 from exercises.formula.program import compile_program, evaluate
-from exercises.formula.trees import Node, ReadError, digits_of_decimals
+from exercises.formula.trees import Node, ReadError, as_matrix, digits_of_decimals
 from exercises.mistakes.catalogue import (
     CATALOGUE,
     ON_THE_WAY,
@@ -37,7 +38,6 @@ from grader.finished import finished, in_words
 from grader.function_values import Table
 from grader.numbers import SAME, InNumbers, says_something, unit
 from grader.parts import judge_given
-from grader.reading import read_answer
 from grader.residuals import missing_links
 from grader.verdict import Diagnosis, Outcome
 
@@ -179,8 +179,9 @@ def named(
     telling, off = _in_some_entries(alone, right, found)
     return (
         (None if found.is_direction else missing_links(w, part, right, found.values))
-        or (None if found.is_direction else _finished(problem, part, values, found, right))
+        or (None if found.is_direction else _finished(problem, part, values, found, right, pairs=False))
         or _two(w, right, alone, part, found)
+        or (None if found.is_direction else _finished(problem, part, values, found, right, pairs=True))
         or _one_in_some(telling, off)
         or _two_in_some(telling, off)
     )
@@ -195,14 +196,16 @@ def _moves(lost: np.ndarray, found: np.ndarray) -> bool:
     return bool(np.isfinite(along).all() and (along < 1e-3).all())
 
 
-def _finished(problem: Problem, part: Part, values: Values, found: InNumbers, right: np.ndarray) -> Diagnosis | None:
+def _finished(
+    problem: Problem, part: Part, values: Values, found: InNumbers, right: np.ndarray, pairs: bool
+) -> Diagnosis | None:
     """Return what went wrong in the finished formulas, as worked solutions show them or as they are compared."""
     if part.answer.is_in_numbers or not part.answer.entries() or part.type == "number":
         return None
     for form in (_as_shown(problem, part), part.answer.trees(problem.domain().roles)):
         for rows in () if form is None else (form, [list(column) for column in zip(*form, strict=True)]):
             if (len(rows), len(rows[0])) == right.shape[:2]:
-                diagnosis = finished(rows, values, found, right)
+                diagnosis = finished(rows, values, found, right, pairs)
                 if diagnosis is not None:
                     return diagnosis
                 break
@@ -210,8 +213,9 @@ def _finished(problem: Problem, part: Part, values: Values, found: InNumbers, ri
 
 
 def _as_shown(problem: Problem, part: Part) -> Rows | None:
-    """Return the reference with the angles of the worked solution, read as an answer is."""
-    return read_answer(problem, part, answer_code(problem, part)).rows
+    """Return the reference with the angles of the worked solution, as trees."""
+    tree = read(answer_code(problem, part), problem.domain().roles)
+    return as_matrix(tree)
 
 
 def _cause(wrong: Wrong, causes: Sequence[Cause]) -> Cause | None:

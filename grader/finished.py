@@ -21,25 +21,30 @@ MOST_ENTRIES = 6
 MOST_NODES = 40_000
 """Nodes of all changed formulas that are evaluated for an answer."""
 
+LEAST_PAIRED = 20
+"""Nodes of an entry in which two slips are looked for: of a shorter one, two leave too little to tell them by."""
 MOST_PAIRED = 400
 """Slips in an entry of which two are tried together."""
 
 Place = tuple[int, int]
 
 
-def finished(rows: Rows, values: Values, found: InNumbers, right: np.ndarray) -> Diagnosis | None:
-    """Return what went wrong in the finished formulas; `rows` are the reference's, in the shape of `right`."""
+def finished(rows: Rows, values: Values, found: InNumbers, right: np.ndarray, pairs: bool) -> Diagnosis | None:
+    """Return what went wrong in the finished formulas; `rows` are the reference's, in the shape of `right`.
+
+    With `pairs`, two slips in an entry are looked for, too.
+    """
     wrong = ~found.like(right)
     places = [(int(i), int(j)) for i, j in np.argwhere(wrong)]
     if not places or np.isnan(found.values).any() or found.values.shape != right.shape:
         return None
     alone = wrong.size == 1
     if len(places) == 1 and not alone:
-        return _in_places(rows, values, found, places)
+        return _in_places(rows, values, found, places, pairs)
     return (
         _exchanged(found, right, places)
         or _everywhere(rows, values, found)
-        or (_in_places(rows, values, found, places) if len(places) <= MOST_ENTRIES else None)
+        or (_in_places(rows, values, found, places, pairs) if len(places) <= MOST_ENTRIES else None)
     )
 
 
@@ -84,11 +89,11 @@ def _everywhere(rows: Rows, values: Values, found: InNumbers) -> Diagnosis | Non
     return None
 
 
-def _in_places(rows: Rows, values: Values, found: InNumbers, places: Sequence[Place]) -> Diagnosis | None:
+def _in_places(rows: Rows, values: Values, found: InNumbers, places: Sequence[Place], pairs: bool) -> Diagnosis | None:
     """Return the one kind of slip that was made in each of some entries, or up to two kinds."""
     made: dict[str, list[Place]] = {}
     for place in places:
-        names = _slips(rows[place[0]][place[1]], values, found.entry(*place), found.values[..., 0].size > 3)
+        names = _slips(rows[place[0]][place[1]], values, found.entry(*place), found.values[..., 0].size > 3, pairs)
         if names is None:
             return None
         for name in names:
@@ -99,7 +104,7 @@ def _in_places(rows: Rows, values: Values, found: InNumbers, places: Sequence[Pl
     return Diagnosis(tuple(made), " ".join(one.says for one in said))
 
 
-def _slips(entry: Node, values: Values, found: InNumbers, beside_others: bool) -> tuple[str, ...] | None:
+def _slips(entry: Node, values: Values, found: InNumbers, beside_others: bool, pairs: bool) -> tuple[str, ...] | None:
     """Return the slip that gives an entry, or two; a constant says something `beside_others` only that are right."""
     changed = list(_affordable(entry, values))
     if not changed or not (says_something(found.values) or (beside_others and found.values.any())):
@@ -108,6 +113,8 @@ def _slips(entry: Node, values: Values, found: InNumbers, beside_others: bool) -
     for (name, _), answer in zip(changed, answers[:-1], strict=True):
         if found.is_all(answer[None, None]):
             return (name,)
+    if not pairs or size_of(entry) < LEAST_PAIRED:
+        return None
     return _two([name for name, _ in changed], answers[:-1], answers[-1], found)
 
 

@@ -124,7 +124,14 @@ def _offsets(factor: int) -> Callable[[Chain, Part], Iterator[Taken]]:
     """Return how the constant of a joint is left out of all conditions (1), or taken with the other sign (2)."""
 
     def takes(chain: Chain, part: Part) -> Iterator[Taken]:
-        offsets = [(q, offset) for q, offset in zip(chain.q, chain.offsets, strict=True) if offset != 0]
+        if not _components(part):
+            return
+        joints = zip(chain.q, chain.joints, chain.offsets, strict=True)
+        offsets = [  # half a turn more is mostly the same set
+            (q, offset)
+            for q, joint, offset in joints
+            if offset != 0 and (joint.kind == "P" or sp.sin(factor * offset) != 0)
+        ]
         for q, offset in offsets:
             moved = [_with_offset(component, {q: factor * offset}) for component in _components(part)]
             if moved != list(_components(part)):

@@ -1,7 +1,7 @@
 """Rank, lost direction and meaning of a singular configuration (null space of J transposed; 6.8)."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
 
@@ -270,17 +270,12 @@ def _no_motion(chain: Chain) -> str | None:
 
 @dataclass(frozen=True)
 class MotionAsked:
-    """What is asked: where, what moves, whether the rest is held still, and the lines in the order of the options.
-
-    Where the direction that is lost has a short formula, it is the `direction`, lost as `lost` says.
-    """
+    """What is asked: where, what moves, whether the rest is held still, and the lines in the order of the options."""
 
     where: Where
     moving: str
     held: bool
     lines: tuple[Line, ...]
-    lost: LostAt | None = None
-    direction: sp.Matrix | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -299,12 +294,17 @@ def _motion(chain: Chain, rng: Stream) -> Asked:
             chosen.append(line)
     order = rng.shuffled(chosen)
     answer = Choice(tuple(line.words for line in order), order.index(chosen[0]))
-    asked = MotionAsked(where, motion.moving, motion.held, tuple(order))
-    formula = None if branch.own.solutions is None else lost_formula(structure(chain).chain, branch.generic)
-    if formula is not None:
-        lost, direction = _lost_at(chain, branch.own, formula), formula.direction.applyfunc(derive(chain).fill)
-        asked = replace(asked, lost=lost, direction=direction)
-    return answer, OfMotion(asked=asked)
+    return answer, OfMotion(asked=MotionAsked(where, motion.moving, motion.held, tuple(order)))
+
+
+def lost_where(chain: Chain, where: Where) -> tuple[LostAt, sp.Matrix] | None:
+    """Return J and the direction that is lost where joints have values, as formulas; None where none is short."""
+    for branch in branches(chain) if where.values else ():
+        if branch.own.solutions is not None and value_sets(branch.own)[0] == where.values:
+            formula = lost_formula(structure(chain).chain, branch.generic)
+            if formula is not None and formula.jacobian is not None:
+                return _lost_at(chain, branch.own, formula), formula.direction.applyfunc(derive(chain).fill)
+    return None
 
 
 # --- what a singularity means ---

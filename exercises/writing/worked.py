@@ -20,6 +20,7 @@ from exercises.arm.trigonometry import substitute, textbook
 from exercises.formula.order import joint_sum
 from exercises.problem import Part
 from exercises.questions.inversion import Situation, jacobian_at
+from exercises.questions.rank import LostAt, Where, lost_where
 from exercises.questions.singular import Place
 from exercises.questions.wrist import block_determinants, not_partitioned, wrist_block
 from exercises.writing.angles import AngleNames, angle_names, arm_angles, link_angles
@@ -109,6 +110,10 @@ class Worked:
     def hint_context(self) -> HintContext:
         """What hints tell of the arm and show of its results."""
         return HintContext(self.chain)
+
+    def lost_where(self, where: Where) -> tuple[LostAt, sp.Matrix] | None:
+        """Return J and the direction that is lost where joints have values; None where these are not short."""
+        return lost_where(self.chain, where)
 
     @property
     def links(self) -> list[sp.Expr]:

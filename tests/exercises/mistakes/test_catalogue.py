@@ -17,7 +17,7 @@ ASKED = {
         "unreachable-velocity", "joint-torques", "manipulability", "path-rates",
     ),
     "cartesian": ("transform",), "planar-rpr": ("geometric-jacobian",), "pan-tilt": ("invertibility",),
-    "planar-3r": ("gram-determinant", "least-norm-rates"),
+    "planar-3r": ("gram-determinant", "least-norm-rates", "singular-angles"),
     "elbow-3r": ("position-vectors", "rank", "singular-angles", "jacobian-size", "path-rates"),
 }  # fmt: skip
 """Questions in which all mistakes can be made, those first whose answers are short."""
