@@ -5,6 +5,7 @@ import pytest
 
 from exercises.arm.stages import as_formulas, formulas
 from exercises.docs import planar_2r
+from exercises.families import FAMILIES
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, node_text, size_of
 from exercises.mistakes import finished
@@ -17,7 +18,7 @@ from exercises.stream import Stream
 from grader.finished import in_words
 from grader.marking import mark
 from tests.support.judging import diagnose
-from tests.support.problems import asked, drawn
+from tests.support.problems import LONG_ARMS, asked, drawn
 from tests.support.suites import few_families
 
 PLANAR = planar_2r()
@@ -110,7 +111,7 @@ def test_every_slip_in_a_formula_of_any_arm_is_named(family: str) -> None:
             assert diagnose(problem, part, answer, "finished") is not None, (part.name, edit.mistake, answer)
 
 
-@few_families
+@pytest.mark.families(tuple(name for name in FAMILIES if name not in LONG_ARMS), most=5)
 def test_a_slip_throughout_is_named_on_any_arm(family: str) -> None:
     problem = drawn(family, 0)
     part = next(part for part in problem.parts if part.name in ("jacobian", "joint-axes"))
