@@ -62,7 +62,7 @@ questions = ["position", "determinant"]
 @pytest.fixture(scope="module")
 def released(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("certified") / "hw"
-    init_assignment(folder, "Test", "test")
+    init_assignment(folder, "Test", "test", secret="0123456789abcdef")  # with others, two may draw alike
     (folder / "assignment.toml").write_text(PROBLEMS, encoding="utf-8")
     (folder / "Lab arm.toml").write_text(ARM, encoding="utf-8")
     release(load_assignment(folder), CERTIFIER, 1, lambda _: None)

@@ -189,7 +189,7 @@ ENDS = {
         {"crashed", "done"},
     ),
     "floods its report": ("for fd in range(3, 64):\n    try: os.write(fd, b'{}\\n' * 40_000_000)\n    except OSError: pass",
-                          {"closed", "done"}),
+                          {"closed", "done", "overtime"}),  # overtime where a machine is slow to write 120 MB
     "closes its report": ("os.closerange(3, 64)", {"closed"}),
     "says that it is done": ("for fd in range(3, 64):\n    try: os.write(fd, b'{\"done\": true}\\n')\n    except OSError: pass",
                              {"done"}),
