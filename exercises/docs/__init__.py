@@ -51,7 +51,7 @@ def documents() -> Mapping[str, str]:
         "examples/scorbot-singular.svg": singular_svg(scorbot, "scorbot-singular"),
     }
     for name in FAMILIES:
-        drawings |= _thumbnails(name)[1]
+        drawings |= thumbnails(name)[1]
     made = {
         "families.md": families_page(),
         "questions.md": questions_page(),
@@ -140,7 +140,7 @@ def variation_page() -> str:
         default=DEFAULT,
         shown=SHOWN,
         tables=[(step, Wording(sample_chain(ProblemId(SHOWN, 0, variation=step)))) for step in STEPS],
-        thumbnails=_thumbnails(SHOWN)[0],
+        thumbnails=thumbnails(SHOWN)[0],
         groups={group: names for group, (names, _) in GROUPS.items()},
         sharing=measured["formulas"],
         varied=[name for name, family in FAMILIES.items() if family.varied],
@@ -170,7 +170,7 @@ def _first_arm(family: str) -> Chain:
 
 
 @cache
-def _thumbnails(family: str) -> tuple[dict[str, str], dict[str, str]]:
+def thumbnails(family: str) -> tuple[dict[str, str], dict[str, str]]:
     """Return the drawing of an arm at each step of variation (step -> path), and the files; those alike are one."""
     paths: dict[str, str] = {}
     by_text: dict[str, str] = {}
@@ -192,7 +192,7 @@ def _entry(name: str) -> FamilyEntry:
         steps=listed.difficulty,
         asked=listed.questions,
         varied=family.varied,
-        drawn=tuple(_thumbnails(name)[0].items()),
+        drawn=tuple(thumbnails(name)[0].items()),
         by_variation=listed.by_variation,
     )
 

@@ -59,9 +59,9 @@ def weight(index: int) -> float:
     return 1.0 + (index * GOLDEN) % 1.0
 
 
-def key_of(problem: Problem, part: Part) -> Json:
-    """Return the key of a part."""
-    return part.answer.told_to(_Keys(problem, part))
+def key_of(problem: Problem, part: Part, with_mistakes: bool = True) -> Json:
+    """Return the key of a part; `with_mistakes`, what a browser names, takes nearly all of the time."""
+    return part.answer.told_to(_Keys(problem, part, with_mistakes))
 
 
 @dataclass(frozen=True)
@@ -70,18 +70,21 @@ class _Keys(Forms[Json]):
 
     problem: Problem
     part: Part
+    with_mistakes: bool
 
     def formulas(self, answer: Answer) -> Json:
-        return _values(self.problem, self.part)
+        key, points = _values(self.problem, self.part)
+        return key | {"mistakes": self._mistakes(_mistakes_in_formulas(self.problem, self.part, points))}
 
     def direction(self, answer: Direction) -> Json:
-        return _values(self.problem, self.part) | {"type": "direction", "tolerance": answer.tolerance}
+        return self.formulas(answer) | {"type": "direction", "tolerance": answer.tolerance}
 
     def numbers(self, answer: Number) -> Json:
-        return _numbers(self.problem, self.part, answer)
+        return _numbers(answer) | {"mistakes": self._mistakes(_mistakes_in_numbers(self.problem, self.part, answer))}
 
     def conditions(self, answer: ConditionSet) -> Json:
-        return _configurations(self.problem, self.part, answer)
+        key = _configurations(self.problem, self.part, answer)
+        return key | {"mistakes": self._mistakes(_mistakes_in_sets(self.problem, self.part))}
 
     def letters(self, answer: Letters) -> Json:
         options = range(len(answer.options))
@@ -91,17 +94,18 @@ class _Keys(Forms[Json]):
             "right": list(answer.right), "told": [" ".join(sentences) or None for sentences in blamed],
         }  # fmt: skip
 
+    def _mistakes(self, made: Iterator[Json]) -> list[Json]:
+        return list(made) if self.with_mistakes else []
+
 
 # --- formulas ---
 
 
-def _values(problem: Problem, part: Part) -> Json:
-    rows, columns = part.shape or (1, 1)
-    key = values_key(part.answer.formulas(), (rows, columns), problem.domain(), _stream(problem, part))
-    columns_of_points = zip(*key["points"], strict=True)
-    points = {name: np.array(column) for name, column in zip(key["symbols"], columns_of_points, strict=True)}
-    key["mistakes"] = list(_mistakes_in_formulas(problem, part, points, (rows, columns)))
-    return key
+def _values(problem: Problem, part: Part) -> tuple[Json, Values]:
+    """Return the key of a part without its mistakes, and its configurations."""
+    key = values_key(part.answer.formulas(), part.shape or (1, 1), problem.domain(), _stream(problem, part))
+    columns = zip(*key["points"], strict=True)
+    return key, {name: np.array(column) for name, column in zip(key["symbols"], columns, strict=True)}
 
 
 def values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, stream: Stream) -> Json:
@@ -133,7 +137,7 @@ def _at(program: Program, point: Mapping[str, float], used: Sequence[str]) -> li
     return evaluate_precisely(program, {name: mpmath.mpf(repr(point[name])) for name in used}, DIGITS)
 
 
-def _mistakes_in_formulas(problem: Problem, part: Part, points: Values, shape: tuple[int, int]) -> Iterator[Json]:
+def _mistakes_in_formulas(problem: Problem, part: Part, points: Values) -> Iterator[Json]:
     if not is_derived(part):
         return
     few = {name: column[:PRINTED] for name, column in points.items()}
@@ -142,7 +146,9 @@ def _mistakes_in_formulas(problem: Problem, part: Part, points: Values, shape: t
     w = numbers(problem.chain, few)
     seen = {_print(result(w, part))}
     for wrong in wrong_answers(w, part):
-        if wrong.answer.shape[:2] != shape or len(seen) > MOST_MISTAKES:
+        if len(seen) > MOST_MISTAKES:
+            return
+        if wrong.answer.shape[:2] != (part.shape or (1, 1)):
             continue
         if not _says_something(wrong.answer) or (by := _print(wrong.answer)) in seen:
             continue
@@ -167,49 +173,55 @@ def _said(wrong: Wrong) -> Json:
 # --- numbers ---
 
 
-def _numbers(problem: Problem, part: Part, answer: Number) -> Json:
-    right = [float(value) for value in answer.reference]
-    keys: list[Json] = []
-    if is_derived(part):
-        values = configurations(problem.chain, part, problem.domain(), 1, _stream(problem, part))
-        seen = {tuple(f"{value:.3e}" for value in right)}
-        for wrong in wrong_answers(numbers(problem.chain, values), part):
-            flat = wrong.answer.reshape(-1, wrong.answer.shape[-1])[:, 0].real
-            by = tuple(f"{value:.3e}" for value in flat)
-            if len(flat) == len(right) and by not in seen and _says_something(flat) and len(seen) <= MOST_MISTAKES:
-                seen.add(by)
-                keys.append({**_said(wrong), "values": [float(f"{value:.6g}") for value in flat]})
+def _numbers(answer: Number) -> Json:
     return {
         "type": "numbers", "units": list(answer.units), "tolerance": answer.tolerance, "floor": answer.floor,
-        "right": [_double(value) for value in right], "mistakes": keys,
+        "right": [_double(float(value)) for value in answer.reference],
     }  # fmt: skip
+
+
+def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number) -> Iterator[Json]:
+    if not is_derived(part):
+        return
+    values = configurations(problem.chain, part, problem.domain(), 1, _stream(problem, part))
+    seen = {tuple(f"{float(value):.3e}" for value in answer.reference)}
+    for wrong in wrong_answers(numbers(problem.chain, values), part):
+        if len(seen) > MOST_MISTAKES:
+            return
+        flat = wrong.answer.reshape(-1, wrong.answer.shape[-1])[:, 0].real
+        by = tuple(f"{value:.3e}" for value in flat)
+        if len(flat) == len(answer.reference) and by not in seen and _says_something(flat):
+            seen.add(by)
+            yield {**_said(wrong), "values": [float(f"{value:.6g}") for value in flat]}
 
 
 # --- sets of configurations ---
 
 
 def _configurations(problem: Problem, part: Part, answer: ConditionSet) -> Json:
-    domain, joints = problem.domain(), [q.name for q in problem.chain.q]
-    space = Space(joints, domain)
-    symbols = sorted(set(domain.roles) & {*joints, *(str(s) for s in problem.chain.parameters)})
-    stream = _stream(problem, part)
-    mistakes = []
-    for mistake, slip in taken(problem.chain, part):
-        if isinstance(slip.answer, ConditionSet):
-            held = _pieces(space, domain, joints, symbols, slip.answer, stream)
-            said = {"name": mistake.name, "title": mistake.title, "says": mistake.sentence(slip.words)}
-            mistakes.append({**said, "pieces": held})
+    joints, symbols = _variables(problem)
     return {
-        "type": "configurations", "joints": joints, "symbols": symbols,
-        "pieces": _pieces(space, domain, joints, symbols, answer, stream), "mistakes": mistakes,
+        "type": "configurations", "joints": joints, "symbols": symbols, "pieces": _pieces(problem, part, answer)
     }  # fmt: skip
 
 
-def _pieces(
-    space: Space, domain: Domain, joints: Sequence[str], symbols: Sequence[str], answer: ConditionSet, stream: Stream
-) -> list[Any]:
+def _mistakes_in_sets(problem: Problem, part: Part) -> Iterator[Json]:
+    for mistake, slip in taken(problem.chain, part):
+        if isinstance(slip.answer, ConditionSet):
+            said = {"name": mistake.name, "title": mistake.title, "says": mistake.sentence(slip.words)}
+            yield {**said, "pieces": _pieces(problem, part, slip.answer)}
+
+
+def _variables(problem: Problem) -> tuple[list[str], list[str]]:
+    """Return the names of the joint variables, and of all symbols that a pose has values for."""
+    joints = [q.name for q in problem.chain.q]
+    return joints, sorted(set(problem.domain().roles) & {*joints, *(str(s) for s in problem.chain.parameters)})
+
+
+def _pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[Any]:
     """Return poses on each piece, all symbols' values in a row."""
-    keys = []
+    (joints, symbols), domain, stream = _variables(problem), problem.domain(), _stream(problem, part)
+    space, keys = Space(joints, domain), []
     for text in answer.pieces():
         for piece in pieces(read(text, domain.roles), joints):
             values = space.on_piece(piece, {*joints, *symbols}, stream, 4 * POSES)

@@ -90,8 +90,8 @@ def problems_json() -> list[dict[str, Any]]:
 
 
 def _part_json(problem: Problem, part: Part) -> dict[str, Any]:
-    labels, key = list(ASKED[part.kind].labels(problem.chain)), key_of(problem, part)
-    return {"name": part.name, "labels": labels, "key": {**key, "mistakes": []}}
+    labels, key = list(ASKED[part.kind].labels(problem.chain)), key_of(problem, part, with_mistakes=False)
+    return {"name": part.name, "labels": labels, "key": key}
 
 
 # --- what Python says ---

@@ -1,8 +1,8 @@
 """The generated pages of docs/: up to date, complete, and right in what they say of the chapter.
 
-What takes long to find out is taken from where it is kept: what families can be asked from the listing, and how many
-structures there are from the page. The listing is held against some families, in `make whole` against all of them;
-two of the numbers of structures are counted in `make whole` only.
+What takes long to find out is taken from where it is kept: what families can be asked from the listing, how many
+structures there are from the page, thumbnails from their files. Listing and thumbnails are held against some families,
+in `make whole` against all of them; two of the numbers of structures are counted in `make whole` only.
 """
 
 import re
@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from exercises import docs
-from exercises.docs import corrections, documents, listing_text, structures, write
+from exercises.docs import corrections, documents, listing_text, structures, thumbnails, write
 from exercises.families import FAMILIES
 from exercises.families.listing import LISTING, listing
 from exercises.families.structures import regular_forms
@@ -29,12 +29,23 @@ together = pytest.mark.xdist_group("docs")
 STRUCTURES = (DOCS / "structures.md").read_text(encoding="utf-8")
 
 
+def kept_thumbnails(family: str) -> tuple[dict[str, str], dict[str, str]]:
+    """What `thumbnails` returns, as the page and the files have it."""
+    page = (DOCS / "families.md").read_text(encoding="utf-8")
+    steps = "|".join(STEPS)
+    shown = rf'src="(families/{family}(?:-(?:{steps}))?\.svg)" width="120" alt="[^"]*, ({steps})"'
+    paths = {step: path for path, step in re.findall(shown, page)}
+    drawn = {*paths.values(), f"families/{family}.svg"}
+    return paths, {path: (DOCS / path).read_text(encoding="utf-8") for path in drawn}
+
+
 @pytest.fixture(scope="module", autouse=True)
 def _kept() -> Iterator[None]:
     """Pages are made from what is kept."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(docs, "found_out", listing)
         patch.setattr(docs, "structures_page", lambda: STRUCTURES)
+        patch.setattr(docs, "thumbnails", kept_thumbnails)
         documents.cache_clear()
         yield
     documents.cache_clear()
@@ -50,6 +61,11 @@ def test_pages_are_up_to_date() -> None:
     ]
     assert not stale
     assert LISTING.read_text(encoding="utf-8") == listing_text()
+
+
+def test_thumbnails_of_a_family_are_up_to_date(family: str) -> None:
+    """Where this fails, run: python -m exercises.docs"""
+    assert thumbnails(family) == kept_thumbnails(family)
 
 
 SLOW = ("lbr-7r", "random-2", "random-3", "random-4")
