@@ -170,11 +170,17 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if SUITE == "whole" or any("::" in name for name in config.args):
         return
     inside = [item for item in items if _is_in_suite(item)]
-    kept = [item for item in inside if SUITE != "test" or has_its_turn(item.path, item.nodeid)]
+    kept = [item for item in inside if SUITE != "test" or has_its_turn(item.path, item.nodeid, _group(item))]
     LEFT_OUT[WHOLE_ONLY] += len(items) - len(inside)
     LEFT_OUT[IN_TURN] += len(inside) - len(kept)
     config.hook.pytest_deselected(items=list(set(items) - set(kept)))
     items[:] = kept
+
+
+def _group(item: pytest.Item) -> str:
+    """Return the name of the group that runs in one process, empty where a test is in none."""
+    marker = item.get_closest_marker("xdist_group")
+    return str(marker.args[0]) if marker else ""
 
 
 def _is_in_suite(item: pytest.Item) -> bool:

@@ -34,19 +34,31 @@ def test_a_sweep_takes_each_shape_every_fourth_day_and_each_family_in_its_turn(m
     assert families_for("a test", ["ur-6r"]) == ["ur-6r"]
 
 
-def test_what_takes_seconds_has_its_turn_and_what_takes_more_than_ten_is_left_to_whole(
+def test_what_takes_seconds_has_its_turn_and_what_takes_more_is_left_to_whole(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    times = {"tests/a.py::quick": 0.6, "tests/a.py::slow": 0.8, "tests/a.py::slower": 9.0, "tests/a.py::slowest": 11.0}
+    times = {"tests/a.py::quick": 0.6, "tests/a.py::slow": 0.8, "tests/a.py::slower": 5.0, "tests/a.py::slowest": 7.0}
     monkeypatch.setattr(suites, "SECONDS", {**times, "tests/grader/contained/a.py::slow": 11.0})
     turns: dict[str, int] = {}
     for test in (*suites.SECONDS, "tests/a.py::new"):
         for day in range(739_000, 739_021):
             monkeypatch.setattr(suites, "ROTATION", day)
-            turns[test] = turns.get(test, 0) + suites.has_its_turn(ROOT / "a.py", f"{test}[x]")
+            turns[test] = turns.get(test, 0) + suites.has_its_turn(ROOT / "a.py", f"{test}[x]", "")
     assert list(turns.values()) == [21, 7, 3, 0, 21, 21]
     monkeypatch.setattr(suites, "uncommitted", lambda: ("grader/roster.py",))
-    assert suites.has_its_turn(ROOT / "tests/grader/test_layouts.py", "tests/a.py::slowest")
+    assert suites.has_its_turn(ROOT / "tests/grader/test_layouts.py", "tests/a.py::slowest", "")
+
+
+def test_a_group_that_shares_what_takes_long_has_its_turn_as_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(suites, "SECONDS", {"@class": 5.0, "@course": 20.0, "tests/a.py::slow": 0.8})
+    days = set()
+    for day in range(739_000, 739_021):
+        monkeypatch.setattr(suites, "ROTATION", day)
+        run = [suites.has_its_turn(ROOT / "a.py", f"tests/a.py::{test}@class", "class") for test in ("slow", "quick")]
+        assert run[0] == run[1]
+        days.add((day % 7, run[0]))
+        assert not suites.has_its_turn(ROOT / "a.py", "tests/a.py::quick@course", "course")
+    assert len(days) == 7 and sum(run for _, run in days) == 1
 
 
 def test_every_test_sees_every_family_some_day_however_long_it_takes() -> None:
@@ -54,7 +66,11 @@ def test_every_test_sees_every_family_some_day_however_long_it_takes() -> None:
 
 
 def test_what_takes_long_has_a_table_of_tests_that_are_there() -> None:
+    files = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("test_*.py"))
     for name in suites.SECONDS:
+        if name.startswith("@"):
+            assert f'xdist_group("{name[1:]}")' in files, name
+            continue
         file, _, test = name.partition("[")[0].partition("::")
         assert (
             f"def {test.rpartition('.')[2].partition('::')[2] or test.rpartition('.')[2]}" in (ROOT / file).read_text()

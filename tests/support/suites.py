@@ -2,9 +2,10 @@
 
 A sweep takes every family in `make whole`. In `make test` it takes one of every fourth shape (`SHAPES`) and a sixteenth
 of the other families, in `make check` one. A test that takes long (`seconds.json`) has its turn in `make test` every
-third or seventh day, or is left to `make whole`, unless it is among `DAILY` or tests what is not committed yet. What
-has its turn changes from test to test and from day to day. QDOT_ROTATION, which a run prints, repeats a draw;
-QDOT_SUITE is the suite.
+third or seventh day, or is left to `make whole`, unless it is among `DAILY` or tests what is not committed yet. So do
+all tests of a group (`xdist_group`), which is one of what they share, where that takes long to make. What has its turn
+changes from test to test and from day to day. QDOT_ROTATION, which a run prints, repeats a draw; QDOT_SUITE is the
+suite.
 """
 
 import json
@@ -38,16 +39,22 @@ SHARE = 16
 """One in so many of the families that stand for no shape is taken by a sweep of `make test`."""
 SHAPES_SHARE = 4
 """One in so many of those that stand for a shape is."""
-TURNS = ((0.7, 1), (3.0, 3), (10.0, 7))
+TURNS = ((0.7, 1), (2.0, 3), (6.0, 7))
 """Tests that take fewer seconds have their turn every so many days; what takes more is left to `make whole`.
 
 The days have no divisor in common with those of families: every test sees every family some day.
 """
 SECONDS: dict[str, float] = json.loads((ROOT / "tests" / "support" / "seconds.json").read_text(encoding="utf-8"))
-"""How long tests take: means over parameters, and what is long with some (by `python -m tests.tools.seconds`)."""
+"""How long tests take: means over parameters, what is long with some, and what a group shares (`@group`).
+
+By `python -m tests.tools.seconds`.
+"""
 DAILY = (
     "exercises/docs/test_docs.py::test_pages_are_up_to_date", "tools/test_site_corpus.py", "grader/contained/",
-    "repository/", "grader/test_class.py", "grader/test_cli.py::test_generate_grade_and_check",
+    "repository/test_structure.py", "repository/test_suites.py", "repository/test_readme.py",
+    "repository/test_schemas.py", "repository/test_library.py", "repository/test_wheel.py::test_the_wheel",
+    "repository/test_wheel.py::test_every_", "grader/test_class.py",
+    "grader/test_cli.py::test_generate_grade_and_check",
 )  # fmt: skip
 """Beginnings of tests that have no turns: what is forgotten most often, and what must never break."""
 
@@ -95,13 +102,16 @@ def families_for(test: str, among: Iterable[str] = tuple(FAMILIES)) -> list[str]
     return taken or [names[(crc32(test.encode()) + ROTATION) % len(names)]]
 
 
-def has_its_turn(path: Path, nodeid: str) -> bool:
-    """Whether `make test` runs a test today: one that takes seconds is run every few days."""
+def has_its_turn(path: Path, nodeid: str, group: str) -> bool:
+    """Whether `make test` runs a test today: one that takes seconds, or a group that does, is run every few days."""
+    nodeid = nodeid.removesuffix(f"@{group}")
     test, _, parameters = nodeid.partition("[")
-    seconds = SECONDS.get(nodeid, SECONDS.get(test, 0.0))
     if test.removeprefix("tests/").startswith(DAILY) or path in tests_of(uncommitted()):
         return True
-    days = next((days for most, days in TURNS if seconds < most), None)
+    shared, own = SECONDS.get(f"@{group}", 0.0), SECONDS.get(nodeid, SECONDS.get(test, 0.0))
+    days = next((days for most, days in TURNS if max(shared, own) < most), None)
+    if shared > own:
+        test, parameters = group, ""
     return days is not None and _in_turn(test, parameters, days)
 
 
