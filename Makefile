@@ -36,6 +36,7 @@ lint: $(VENV)/.dev
 
 # Tests wait for the disk, as qdot does, unless their files are in memory, where there is room for some gigabytes.
 unit: $(VENV)/.dev .venvs/readers/.installed
+	@test "$$QDOT_SUITE" = check || $(PY) -m tests.support.kept
 	@room=`df -Pk /dev/shm 2>/dev/null | awk 'NR == 2 { print $$4 }'`; \
 	if test "$${room:-0}" -gt 4000000 && test -w /dev/shm; then \
 	  TMPDIR=`mktemp -d /dev/shm/qdot-tests.XXXXXX`; export TMPDIR; trap 'rm -rf "$$TMPDIR"' EXIT; trap 'exit 130' INT TERM; \

@@ -1,6 +1,6 @@
 """A class, each with one planted mistake of a kind of their own: every one comes back with it named.
 
-It is of four, in `make whole` of thirty.
+It is of two, in `make whole` of thirty.
 """
 
 import json
@@ -32,7 +32,7 @@ questions = ["position", "jacobian", "singular-angles", "singularity-type"]
 family = "polar-rp"
 questions = ["joint-axes", "position-vectors", "geometric-jacobian", "twist", "joint-rates"]
 """
-STUDENTS = [Student(f"s{k:02d}", f"Name {k}") for k in range(several(4, 30))]
+STUDENTS = [Student(f"s{k:02d}", f"Name {k}") for k in range(several(2, 30))]
 
 
 def planted(assignment: Assignment) -> dict[str, tuple[str, Made]]:

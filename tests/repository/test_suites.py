@@ -8,7 +8,7 @@ import pytest
 from exercises.families import FAMILIES
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
-from tests.support import ROOT, suites
+from tests.support import ROOT, kept, suites
 from tests.support.suites import SHAPES, SHAPES_SHARE, SHARE, TURNS, covering, families_for, shape_of, told
 
 DAYS = range(739_000, 739_000 + SHARE)
@@ -149,3 +149,12 @@ def test_make_has_the_suites_and_the_nightly_workflow_runs_the_whole() -> None:
     assert all(f"\n{suite}:" in makefile for suite in suites.SUITES)
     workflow = Path(ROOT / ".github" / "workflows" / "whole.yml").read_text(encoding="utf-8")
     assert "cron:" in workflow and "run: make whole" in workflow
+
+
+def test_problems_are_kept_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(kept, "folder", lambda: tmp_path)
+    asked = [ProblemId("cartesian", 0), ProblemId("planar-pr", 0)]
+    kept.kept(asked[0])
+    assert kept.keep(asked[:1]) == 0 and len(list(tmp_path.iterdir())) == 1
+    monkeypatch.setattr(kept, "folder", lambda: None)
+    assert kept.keep(asked) == 0

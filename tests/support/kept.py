@@ -2,6 +2,9 @@
 
 In `.kept` at the top of the checkout, which may be removed at any time. A change of any module that
 `exercises.generation` imports, of Python or of SymPy has them generated anew. QDOT_KEPT=0 keeps nothing.
+
+`python -m tests.support.kept` generates what every run asks for, one problem of each family, on all cores: no test
+has to wait for it then.
 """
 
 import hashlib
@@ -9,13 +12,16 @@ import os
 import pickle
 import shutil
 import sys
+from collections.abc import Sequence
 from functools import cache
+from multiprocessing import Pool
 from pathlib import Path
 
 import mpmath
 import numpy as np
 import sympy as sp
 
+from exercises.families import FAMILIES
 from exercises.files import write_atomically
 from exercises.generation import generate
 from exercises.problem import Problem, ProblemId
@@ -44,15 +50,35 @@ def folder() -> Path | None:
     return made
 
 
+def _path(identity: ProblemId) -> Path | None:
+    here = folder()
+    return None if here is None else here / f"{identity.family}-{identity.seed}-{identity.variation}.pickle"
+
+
 def kept(identity: ProblemId) -> Problem:
     """Return a problem with all its questions, as it was kept, else generated and kept."""
-    here = folder()
-    if here is None:
+    path = _path(identity)
+    if path is None:
         return generate(identity)
-    path = here / f"{identity.family}-{identity.seed}-{identity.variation}.pickle"
     if path.exists():
         problem: Problem = pickle.loads(path.read_bytes())
         return problem
     problem = generate(identity)
     write_atomically(path, pickle.dumps(problem))
     return problem
+
+
+def keep(identities: Sequence[ProblemId]) -> int:
+    """Generate and keep those problems that are not kept yet, on all cores, and return how many that were."""
+    missing = [one for one in identities if (path := _path(one)) is not None and not path.exists()]
+    if missing:
+        with Pool() as pool:
+            for _ in pool.imap_unordered(kept, missing):
+                pass
+    return len(missing)
+
+
+if __name__ == "__main__":
+    # From the last: six and seven joints take longest, and are registered behind the others.
+    made = keep([ProblemId(family, 0) for family in reversed(FAMILIES)])
+    print(f"{made} problems were generated for the tests, and {len(FAMILIES) - made} were there")
