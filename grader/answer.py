@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from exercises.formula.algebra import Matrix
+from exercises.formula.claims import claimed_pieces
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
 from exercises.formula.trees import Node, ReadError, as_matrix, has_blank, names, refuse_statements
@@ -59,7 +60,8 @@ def read_formula(text: str, domain: Domain) -> Given:
         return given
     if given.tree.kind == "list" and (point := with_points(text)) != text:
         return replace(read_formula(point, domain), text=text)
-    given = _in_rows(replace(given, tree=_alone(given.tree)), (), "an answer")
+    given = _right_side(replace(given, tree=_alone(given.tree, domain)), domain)
+    given = _in_rows(given, (), "an answer")
     if given.tree is not None and given.tree.kind in ("list", "set", "dict"):
         return given.refused("a list or matrix stands where a single expression is due")
     given = _of_scalars(given, "an answer")
@@ -70,7 +72,7 @@ def read_formula(text: str, domain: Domain) -> Given:
 
 def read_matrix(text: str, shape: tuple[int, int], domain: Domain, labels: Sequence[str] = ()) -> Given:
     """Read a matrix or vector; a vector may be a row where a column is due, or have its entries named by `labels`."""
-    given = _in_rows(_right_side(_read(text, domain), domain), labels, "a matrix")
+    given = _in_rows(_in_order(_right_side(_read(text, domain), domain)), labels, "a matrix")
     return _of_scalars(_in_shape(given, shape), "a matrix of expressions")
 
 
@@ -78,18 +80,46 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = ()) -> Given:
     """Read numbers, or formulas without symbols, that may be named by `labels`; where one is due, 0,5 is a half."""
     if count == 1 and (point := with_points(text)) != text:
         return replace(read_numbers(point, count, labels), text=text)
-    given = _in_shape(_in_rows(_right_side(_read(text, Domain({})), Domain({})), labels, "numbers"), (count, 1))
+    given = _in_order(_right_side(_read(text, Domain({})), Domain({})))
+    given = _in_shape(_in_rows(given, labels, "numbers"), (count, 1))
     if given.refusal is None and given.symbols:
         return given.refused(f"numbers are due, and {', '.join(sorted(given.symbols)[:5])} is left in the answer")
     return _of_scalars(given, "numbers")
 
 
-def read_conditions(text: str, domain: Domain) -> Given:
-    """Read conditions, without the places that were left blank. Which joint bare values are of is for the judgement."""
+def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Given:
+    """Read conditions on these joints, without the places that were left blank.
+
+    Without joints, what is read is not looked at: it may as well be a set of angles.
+    """
     given = _read(text, domain)
-    if given.tree is None or given.tree.kind not in ("list", "set"):
+    if given.tree is not None and given.tree.kind in ("list", "set"):
+        said = tuple(arg for arg in given.tree.args if not has_blank(arg))
+        given = replace(given, tree=Node(given.tree.kind, said))
+    if given.tree is None or not joints:
         return given
-    return replace(given, tree=Node(given.tree.kind, tuple(arg for arg in given.tree.args if not has_blank(arg))))
+    try:
+        claimed_pieces(with_joint(given.tree, joints), joints)
+    except ReadError as error:
+        return given.refused(f"this can't be read as conditions: {error}")
+    return given
+
+
+def with_joint(node: Node, joints: Sequence[str]) -> Node:
+    """Give bare values, as in {0, pi}, to the only joint there is; ReadError where there are several.
+
+    Which of several was meant is not known, and the right answer is nobody to ask.
+    """
+    values = node.args if node.kind in ("list", "set") else (node,)
+    if not values or any(_says_a_condition(value, joints) for value in values):
+        return node
+    if len(joints) != 1:
+        raise ReadError(f"say which joint has these values, as in {joints[-1]} = 0, pi/3")
+    return Node("in", (Node("name", value=joints[0]), Node("set", tuple(values))))
+
+
+def _says_a_condition(node: Node, joints: Sequence[str]) -> bool:
+    return node.kind in ("eq", "in", "dict", "and", "or", "list", "set") or bool(names(node) & set(joints))
 
 
 def read_any(text: str) -> Given:
@@ -121,10 +151,13 @@ def _read(text: str, domain: Domain) -> Given:
     return Given(text, missing("the answer was left blank")) if is_all_blank(tree) else Given(text, tree=tree)
 
 
-def _alone(node: Node) -> Node:
-    """Return the entry of Matrix([a]), [a] or [[a]]: a matrix of one entry stands for that."""
-    while node.kind == "list" and len(node.args) == 1:
-        node = node.args[0]
+def _alone(node: Node, domain: Domain) -> Node:
+    """Return the entry of Matrix([a]), [a], [[a]] or {"det": a}: a matrix of one entry stands for that."""
+    while node.kind in ("list", "dict") and len(node.args) == 1:
+        (inner,) = node.args
+        if inner.kind == "pair" and inner.args[0].value in domain.roles:
+            return node
+        node = inner.args[1] if inner.kind == "pair" else inner
     return node
 
 
@@ -141,6 +174,15 @@ def _right_side(given: Given, domain: Domain) -> Given:
     if tree is not None and tree.kind == "eq" and tree.args[0].kind == "name":
         return given if tree.args[0].value in domain.roles else replace(given, tree=tree.args[1])
     return given
+
+
+def _in_order(given: Given) -> Given:
+    """Refuse a set of several entries, of which nobody knows which comes first."""
+    if given.tree is None or given.tree.kind != "set" or len(given.tree.args) < 2:
+        return given
+    if any(arg.kind in ("eq", "pair", "set", "list") for arg in given.tree.args):
+        return given
+    return replace(given.refused("a set {a, b} has no order; write the entries as a list, [a, b]"), tree=None)
 
 
 def _in_rows(given: Given, labels: Sequence[str], what: str) -> Given:

@@ -91,12 +91,17 @@ def _due(family: object, kind: str) -> Due | None:
     return None if part.answer.offered else (problem, part)
 
 
+def readable(text: str, due: Due) -> bool:
+    """Tell whether a text is said to be readable as the answer that is due."""
+    return _row("", text, due).readable
+
+
 def _row(part: str, text: str, due: Due | None) -> CheckedAnswer:
     if not text.strip():
         return CheckedAnswer(part, False, "left blank")
     if is_table(text):
         return CheckedAnswer(part, True, "a Python function; it is called when it is graded")
-    if text.strip().casefold() in TRUE_FALSE:
+    if due is None and text.strip().casefold() in TRUE_FALSE:
         return CheckedAnswer(part, True, text.strip())
     given = read_any(text) if due is None else read_answer(*due, text)
     if given.refusal is not None:

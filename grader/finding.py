@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from exercises.problem import Problem, variable
-from grader.cells import Cell, parsed, without_magics
+from grader.cells import Cell, parsed, plain, without_magics
 from grader.sandbox import Run
 
 MOST = 50
@@ -55,6 +55,7 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> 
     result = run(sources, list(names.values()))
     failed = {order[place]: error for place, error in result.cell_errors.items() if 0 <= place < len(order)}
     answers = Answers(result, notes=book.notes)
+    answers.notes += [_lost(name, order[index], value) for name, (index, value) in result.lost.items()]
     again = _Again(run, sources, order, failed)
     for part, name in names.items():
         if _is_missing(result, name):
@@ -337,6 +338,15 @@ def _tell_several(found: Answers, part: str, name: str, book: _Book, failed: Map
         found.notes.append(f"{name} is set in {_cells(setters)}, and {_cells(stopped)} stopped ({failed[stopped[-1]]})")
     elif len(values) > 1 and len([index for index in setters if book.cells[index].part in (part, None)]) > 1:
         found.notes.append(f"{name} is set in {_cells(setters)}; its value at the end of the notebook was read")
+
+
+def _lost(name: str, index: int, value: str) -> str:
+    """Say that a number stood for a symbol where an answer was worked out."""
+    name = plain(name)
+    return (
+        f"{name} = {plain(value)} in {_cells([index])} puts a number in the place of the symbol, in the answers after "
+        f"it, too: for a value use .subs, and write {name} = symbols('{name}') to have the symbol again"
+    )
 
 
 def _why_missing(part: str, name: str, book: _Book, run: Run, failed: Mapping[int, str]) -> str:

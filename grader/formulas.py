@@ -12,8 +12,8 @@ from exercises.formula.conditions import SetComparison, Space, compare_sets
 from exercises.formula.identity import Certificate, Comparison, Domain, Rounding, compare_entries, missed, number
 from exercises.formula.pieces import Atom, Piece, pieces
 from exercises.formula.program import compile_program, evaluate
-from exercises.formula.trees import Node, ReadError, names
-from grader.answer import Given
+from exercises.formula.trees import Node, ReadError
+from grader.answer import Given, with_joint
 from grader.counterexample import at_words, entry_name, number_words, pose_words, values_words
 from grader.verdict import Judgement, correct, graded, missing, wrong
 
@@ -146,7 +146,7 @@ def judge_singular(
         return given.refusal or missing()
     truth = [piece for tree in reference for piece in pieces(tree, joints)]
     try:
-        claimed = claimed_pieces(_named(given.tree, joints), joints)
+        claimed = claimed_pieces(with_joint(given.tree, joints), joints)
         return _judge_set(claimed, truth, Space(joints, domain, rounding), seed)
     except ReadError as error:
         return wrong(f"this can't be read as conditions: {error}")
@@ -163,23 +163,6 @@ def judge_angles(given: Given, reference: Node, domain: Domain, seed: str) -> Ju
         return _judge_set(claimed, truth, Space(["angle"], inner), seed, "angle")
     except ReadError as error:
         return wrong(f"this can't be read as a set of angles: {error}")
-
-
-def _named(node: Node, joints: Sequence[str]) -> Node:
-    """Give bare values, as in {0, pi}, to the only joint there is; ReadError where there are several.
-
-    Which of several was meant is not known, and the right answer is nobody to ask.
-    """
-    values = node.args if node.kind in ("list", "set") else (node,)
-    if not values or any(_says_a_condition(value, joints) for value in values):
-        return node
-    if len(joints) != 1:
-        raise ReadError(f"say which joint has these values, as in {joints[-1]} = 0, pi/3")
-    return Node("in", (Node("name", value=joints[0]), Node("set", tuple(values))))
-
-
-def _says_a_condition(node: Node, joints: Sequence[str]) -> bool:
-    return node.kind in ("eq", "in", "dict", "and", "or", "list", "set") or bool(names(node) & set(joints))
 
 
 def _judge_set(

@@ -25,7 +25,8 @@ def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") 
         if same is None:
             return Given(text, table=read_table(text, domain, points_seed))
         return replace(read_answer(problem, part, same), text=text)
-    return part.answer.told_to(_Reading(text, domain, ASKED[part.kind].labels(problem.chain)))
+    joints = tuple(q.name for q in problem.chain.q)
+    return part.answer.told_to(_Reading(text, domain, ASKED[part.kind].labels(problem.chain), joints))
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,7 @@ class _Reading(Forms[Given]):
     text: str
     domain: Domain
     labels: tuple[str, ...]
+    joints: tuple[str, ...]
 
     def formula(self, answer: Expression) -> Given:
         """Read a formula."""
@@ -54,7 +56,7 @@ class _Reading(Forms[Given]):
 
     def conditions(self, answer: ConditionSet) -> Given:
         """Read conditions."""
-        return read_conditions(self.text, self.domain)
+        return read_conditions(self.text, self.domain, self.joints)
 
     def one_of(self, answer: Choice) -> Given:
         """Read an option."""

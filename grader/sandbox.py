@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, TypeGuard
 
 from exercises.errors import QdotError
 from exercises.files import OwnFolder, own_folder
@@ -33,6 +33,10 @@ LONGEST_REPORT = 4_100_000
 
 MOST_LINES = 50_000
 """Lines that are read of it."""
+
+
+MOST_LOST = 20
+"""Symbols of which is told that a number stood for them."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,8 @@ class Run:
     end: str = "done"
     earlier: dict[str, list[str]] = field(default_factory=dict)
     """Every text that an answer had in the course of the notebook."""
+    lost: dict[str, tuple[int, str]] = field(default_factory=dict)
+    """Symbols for which a number stood where an answer was worked out: the cell that set it, and the number."""
 
     @property
     def note(self) -> str:
@@ -67,6 +73,10 @@ class Run:
             "unbegun": "the machine ended the process that was to run the notebook; nothing was run",
         }
         return said.get(self.end, "")
+
+
+def _is_cell(number: object, cells: Sequence[str]) -> TypeGuard[int]:
+    return isinstance(number, int) and not isinstance(number, bool) and 0 <= number < len(cells)
 
 
 def _writable(text: str) -> str:
@@ -151,7 +161,7 @@ class Sandbox:
         run = Run()
 
         def take(line: dict[str, Any]) -> None:
-            name, cell = line.get("name"), line.get("cell")
+            name, cell, lost, at = (line.get(key) for key in ("name", "cell", "lost", "set"))
             if isinstance(name, str) and name in names and isinstance(line.get("text"), str):
                 run.answers[name] = _writable(line["text"])
                 run.failures.pop(name, None)
@@ -159,8 +169,10 @@ class Sandbox:
             elif isinstance(name, str) and name in names:
                 run.failures[name] = _writable(str(line.get("error"))[:300])
                 run.answers.pop(name, None)
-            elif isinstance(cell, int) and not isinstance(cell, bool) and 0 <= cell < len(cells):
+            elif _is_cell(cell, cells):
                 run.cell_errors[cell] = _writable(str(line.get("error"))[:300])
+            elif isinstance(lost, str) and _is_cell(at, cells) and len(run.lost) < MOST_LOST:
+                run.lost[_writable(lost)[:40]] = at, _writable(str(line.get("value"))[:40])
 
         run.end = self.exchange(request, take)
         return run

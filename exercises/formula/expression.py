@@ -22,6 +22,7 @@ MAX_DIAGONAL = LIMITS["diagonal"]
 
 _CONTAINERS: dict[str, str] = VOCABULARY["containers"]
 """What a call of SymPy, NumPy or Python that is no function of numbers stands for."""
+_PAIRS = ("eq", "in", "/", "^")
 _BOUND: dict[str, str] = VOCABULARY["bound"]
 _WORDS: list[str] = VOCABULARY["words"]
 """Names that stand between two conditions, and are no factor."""
@@ -317,13 +318,18 @@ class _Parser:
             self.at += 1
             return _container(name, self.bracketed(")", "args").args, self)
         if name in VOCABULARY["undefined"]:
-            raise self.fail(f"{name} is not an answer;")
+            raise self.fail(f"{name} is not an answer{VOCABULARY['undefined_because'].get(name, '')};")
         if name in VOCABULARY["blank"]:
             return Node("blank")
         pieces = pieces_of(raw, self.known)
         one = pieces[0].parts[0] if len(pieces) == 1 and pieces[0].kind == "name" else ""
         if opens and one and not {name, one} & self.known:
-            raise self.fail(f"the function {name!r} is not understood")
+            said = (
+                "is not understood"
+                if name not in VOCABULARY["negations"]
+                else "says where they are not; write where they are,"
+            )
+            raise self.fail(f"the function {name!r} {said}")
         return self.product_of(pieces)
 
     def product_of(self, pieces: Sequence[NamePart]) -> Node:
@@ -467,7 +473,7 @@ def _number(text: str) -> Node:
 
 def _container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
     meant = _CONTAINERS[name]
-    if meant == "set" or (meant in ("or", "and") and args) or (meant in ("eq", "/", "^") and len(args) == 2):
+    if meant == "set" or (meant in ("or", "and") and args) or (meant in _PAIRS and len(args) == 2):
         return Node(meant, args)
     if meant == "image" and len(args) == 2 and args[1].value in VOCABULARY["whole_number_sets"]:
         return args[0]

@@ -5,6 +5,7 @@
     kernel, calls           Linux's system calls for containment; which calls a notebook is refused
     guard, confine          the audit hook; the measures, each tried for itself
     attempts                what a probe tries in a notebook's place
-    printing, callables     answers as text; answers that are functions
+    printing, values        formulas as text; values of Python, SymPy and NumPy as text
+    callables               answers that are functions
     runner, zygote          runs the cells of one notebook; forks for every notebook
 """

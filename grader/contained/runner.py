@@ -13,42 +13,11 @@ import sympy
 
 from . import callables
 from .printing import Printer
+from .values import text_of
 
 Report = Callable[[dict[str, Any]], None]
 
 LONGEST_ANSWER = 400_000
-
-
-def text_of(value: Any, depth: int = 0) -> str:
-    """Return a value as the text of an expression; raise TypeError for what is none."""
-    if depth > 6:
-        raise TypeError("lists nest too deeply")
-    if isinstance(value, str):
-        return str.__str__(value)  # of a subclass, too, the characters that it has
-    if isinstance(value, (sympy.MatrixBase, numpy.ndarray)):
-        return text_of(value.tolist(), depth + 1)
-    if isinstance(value, sympy.Basic):
-        return str(Printer().doprint(value))
-    if isinstance(value, numpy.generic):
-        return text_of(value.item(), depth + 1)
-    if value is Ellipsis:
-        return "blank"
-    if value is None or isinstance(value, (bool, int, float)):
-        return repr(value)
-    if isinstance(value, complex):
-        return f"({value.real!r} + I*({value.imag!r}))"
-    return text_of_container(value, depth + 1)
-
-
-def text_of_container(value: Any, depth: int) -> str:
-    """Return a list, set or dictionary as text; raise TypeError for anything else."""
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{text_of(k, depth)}: {text_of(v, depth)}" for k, v in value.items()) + "}"
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(text_of(item, depth) for item in value) + "]"
-    if isinstance(value, (set, frozenset)):
-        return "{" + ", ".join(sorted(text_of(item, depth) for item in value)) + "}"
-    raise TypeError(f"a {type(value).__name__} is not an expression")
 
 
 def parts_of(value: Any, depth: int = 0) -> list[Any] | None:
@@ -102,6 +71,7 @@ def run_cells(request: dict[str, Any], report: Report) -> None:
     wanted = request["names"]
     namespace: dict[str, Any] = {"__name__": "__main__", "display": lambda *_args, **_options: None}
     last: dict[str, Told] = {}
+    symbols = _Symbols()
     signal.signal(signal.SIGALRM, _ring)
     signal.signal(signal.SIGPROF, _ring)
     for index, source in enumerate(request["cells"]):
@@ -120,16 +90,53 @@ def run_cells(request: dict[str, Any], report: Report) -> None:
             set_alarm(0)
         if error is not None:
             report({"cell": index, "error": error})
-        report_answers(namespace, wanted, last, request, report)
+        symbols.look(namespace, index)
+        for answered in report_answers(namespace, wanted, last, request, report):
+            symbols.tell(source, answered, report)
     report({"done": True})
+
+
+class _Symbols:
+    """Which names were symbols and are numbers by now, as after `theta1 = 0.5`: what is typed then lacks them."""
+
+    def __init__(self) -> None:
+        self.known: dict[str, str] = {}
+        self.lost: dict[str, tuple[int, str]] = {}
+
+    def look(self, namespace: dict[str, Any], index: int) -> None:
+        """Look what a cell has made of the names."""
+        for name, value in list(namespace.items()):
+            if type(value) is sympy.Symbol:
+                self.known[name] = value.name
+                self.lost.pop(name, None)
+            elif name in self.known and name not in self.lost and type(value) in NUMBERS:
+                self.lost[name] = index, repr(value)[:40]
+
+    def tell(self, source: str, answered: str, report: Report) -> None:
+        """Report the numbers that stand in an answer for a symbol that its cell says the name of."""
+        for name, (index, value) in list(self.lost.items())[:MOST_LOST]:
+            if _says(name, source) and not _says(self.known[name], answered):
+                report({"lost": name, "set": index, "value": value})
+
+
+def _says(name: str, text: str) -> bool:
+    return re.search(rf"\b{re.escape(name)}\b", text) is not None
+
+
+NUMBERS = (int, float, sympy.Integer, sympy.Float, sympy.Rational, numpy.float64)
+MOST_LOST = 20
 
 
 def describe(raised: BaseException) -> str:
     """Return an exception as one short line; a hostile one must not break the report."""
     try:
-        return f"{type(raised).__name__}: {raised}".splitlines()[0][:300]
+        said = f"{type(raised).__name__}: {raised}".splitlines()[0][:300]
+        return said + ALTERNATIVES if type(raised) is TypeError and "truth value of Relational" in said else said
     except BaseException:
         return "an exception that can't be shown"
+
+
+ALTERNATIVES = "; 'or' and 'and' join no equations: write a list of them, or Or(Eq(theta1, 0), Eq(theta2, pi))"
 
 
 def value_of(answer: Any, name: str, request: dict[str, Any]) -> Any:
@@ -142,8 +149,9 @@ def value_of(answer: Any, name: str, request: dict[str, Any]) -> Any:
 
 def report_answers(
     namespace: dict[str, Any], wanted: list[str], last: dict[str, Told], request: dict[str, Any], report: Report
-) -> None:
-    """Report each answer that is new or has changed, as text or as the reason why it is none."""
+) -> list[str]:
+    """Report each answer that is new or has changed, as text or as the reason why it is none; return the texts."""
+    texts = []
     for name in wanted:
         if name not in namespace:
             continue
@@ -165,6 +173,8 @@ def report_answers(
         last[name] = Told(parts, reported)
         if reported != before.found:
             report({"name": name, **reported})
+            texts += [reported["text"]] if "text" in reported else []
+    return texts
 
 
 def warm_up() -> None:

@@ -491,3 +491,30 @@ def test_the_program_says_the_same_to_a_student(assignment: Assignment, tmp_path
     said = CliRunner().invoke(app, ["check", str(script)])
     assert "note: hw.py is no .ipynb file: it is a Python script, which was read as a notebook" in said.output
     assert "3 of 3 answers can be read" in said.output
+
+
+# --- symbols that became numbers ---
+
+ABOUT_SYMBOLS = "puts a number in the place of the symbol"
+BEFORE = "from sympy import *\ntheta1, theta2, a1, a2 = symbols('theta1 theta2 a1 a2')"
+RIGHT_ONE = "p1_determinant = a1*a2*sin(theta2)"
+
+
+@pytest.mark.parametrize(
+    ("written", "told"),
+    [
+        (["theta2 = 0.5", RIGHT_ONE], "theta2 = 0.5 in cell 2"),
+        (["theta2 = pi/2", RIGHT_ONE], ""),  # no number that one forgets: the answer shows it
+        ([f"theta2 = 1\n{RIGHT_ONE}"], "theta2 = 1 in cell 2"),
+        (["t2 = theta2", "t2 = Rational(1, 3)", "p1_determinant = a1*a2*sin(t2)"], "t2 = 1/3 in cell 3"),
+        ([RIGHT_ONE, "theta2 = 0.5"], ""),
+        ([f"{RIGHT_ONE}\ntheta2 = 0.5\np1_determinant.subs('theta2', theta2)"], ""),
+        (["theta2 = 0.5", f"theta2 = symbols('theta2')\n{RIGHT_ONE}"], ""),
+        (["for theta2 in (0.1, 0.2): pass", "p1_determinant = 'a1*a2*s2'"], ""),
+    ],
+)
+def test_a_symbol_that_became_a_number_is_told(sandbox: Sandbox, written: list[str], told: str) -> None:
+    cells = [Cell(source, is_code=True) for source in (BEFORE, *written)]
+    notes = find_answers(cells, ["p1.determinant"], sandbox.run).notes
+    assert [note for note in notes if ABOUT_SYMBOLS in note] == [note for note in notes if told and told in note]
+    assert bool(notes) == bool(told), notes

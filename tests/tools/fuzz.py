@@ -50,7 +50,7 @@ from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, ReadError, as_matrix, node_text
 from exercises.stream import Stream
 from grader import answer, compare, formulas
-from grader.answer import read_conditions
+from grader.answer import read_conditions, with_joint
 from grader.compare import compare_line
 from grader.verdict import Judgement, Outcome
 from tests.support import DATA
@@ -391,7 +391,7 @@ def _holds_where_due(text: str) -> bool:
     """Tell whether the conditions hold where theta2 is 0 or pi, and nowhere at random."""
     tree = read_conditions(text, DOMAIN).tree
     assert tree is not None
-    claimed = pieces(formulas._named(tree, JOINTS), JOINTS)
+    claimed = pieces(with_joint(tree, JOINTS), JOINTS)
 
     def holds(at: Mapping[str, Any]) -> bool:
         return any(all(abs(gap(atom, at)) < 1e-6 for atom in piece) for piece in claimed)

@@ -453,7 +453,7 @@ class Parser {
     const [first, second, third] = args;
     const meant = CONTAINERS.get(kind) as string;
     const isCondition = first !== undefined && (meant === "or" || meant === "and");
-    const isPair = args.length === 2 && (meant === "eq" || meant === "/" || meant === "^");
+    const isPair = args.length === 2 && ["eq", "in", "/", "^"].includes(meant);
     if (meant === "set" || isCondition || isPair) return node(meant as Kind, ...args);
     if (meant === "image" && first && args.length === 2 && isWholeNumbers(second as Node)) return first;
     if (meant === "condition" && second && args.length <= 3) return second;

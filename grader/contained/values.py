@@ -1,0 +1,90 @@
+"""Answers as text: values of Python, SymPy and NumPy as what could have been typed for them.
+
+What was left to be carried out (Derivative, Integral, a determinant that is only named) is carried out.
+"""
+
+from typing import Any
+
+import numpy
+import sympy
+from sympy.matrices.expressions.matexpr import MatrixExpr
+
+from .printing import Printer
+
+UNDONE = (
+    sympy.Derivative, sympy.Integral, sympy.Limit, sympy.Sum, sympy.Product, sympy.Subs, sympy.Determinant,
+    sympy.Trace, MatrixExpr,
+)  # fmt: skip
+"""What SymPy leaves to be carried out by `doit`."""
+
+
+def text_of(value: Any, depth: int = 0) -> str:
+    """Return a value as the text of an expression; raise TypeError for what is none."""
+    if depth > 6:
+        raise TypeError("lists nest too deeply")
+    if isinstance(value, str):
+        return str.__str__(value)  # of a subclass, too, the characters that it has
+    if isinstance(value, (sympy.MatrixBase, numpy.ndarray, sympy.NDimArray)):
+        return _text_of_array(value, depth + 1)
+    if isinstance(value, sympy.Basic):
+        return _text_of_basic(value, depth)
+    if isinstance(value, numpy.generic):
+        return text_of(value.item(), depth + 1)
+    if value is Ellipsis:
+        return "blank"
+    if value is None or isinstance(value, (bool, int, float)):
+        return repr(value)
+    if isinstance(value, complex):
+        return f"({value.real!r} + I*({value.imag!r}))"
+    return _text_of_container(value, depth + 1)
+
+
+def _text_of_array(value: Any, depth: int) -> str:
+    if len(value.shape) > 2:
+        raise TypeError(
+            f"an array of shape {tuple(map(int, value.shape))} is no matrix; the Jacobian of a column P of formulas is "
+            "P.jacobian([theta1, theta2, ...])"
+        )
+    return text_of(value.tolist(), depth)
+
+
+def _text_of_basic(value: Any, depth: int) -> str:
+    if isinstance(value, MatrixExpr) and value.has(sympy.MatrixSymbol):
+        raise TypeError("a MatrixSymbol has a name and no entries; write the entries, as in Matrix([[a, b], [c, d]])")
+    done = _carried_out(value)
+    if done is not value:
+        return text_of(done, depth + 1)
+    if isinstance(value, sympy.Poly):
+        return text_of(value.as_expr(), depth + 1)
+    if isinstance(value, sympy.Point):
+        return text_of(list(value), depth + 1)
+    if isinstance(value, sympy.Eq) and all(isinstance(side, sympy.MatrixBase) for side in value.args):
+        left, right = value.args
+        if left.shape == right.shape:
+            return text_of([sympy.Eq(a, b, evaluate=False) for a, b in zip(left, right, strict=True)], depth + 1)
+    return str(Printer().doprint(value))
+
+
+def _carried_out(value: Any) -> Any:
+    """Return a formula with what it leaves to be done; itself where there is nothing, or where SymPy can't."""
+    if not value.has(*UNDONE):
+        return value
+    try:
+        done = value.doit()
+        done = done.as_explicit() if isinstance(done, MatrixExpr) else done
+    except Exception:  # whatever SymPy fails on is read as it stands
+        return value
+    return value if done == value else done
+
+
+def _text_of_container(value: Any, depth: int) -> str:
+    """Return a list, set or dictionary as text; raise TypeError for anything else."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{text_of(k, depth)}: {text_of(v, depth)}" for k, v in value.items()) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(text_of(item, depth) for item in value) + "]"
+    if isinstance(value, (set, frozenset)):
+        return "{" + ", ".join(sorted(text_of(item, depth) for item in value)) + "}"
+    if isinstance(value, type) and issubclass(value, sympy.Basic):
+        raise TypeError(f"{value.__name__} stands there without what it is of, as in {value.__name__}(theta1)")
+    raise TypeError(f"a {type(value).__name__} is not an expression")
