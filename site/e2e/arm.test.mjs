@@ -89,6 +89,7 @@ test("the path is played, and the arm runs into its limits", async () => {
   await page.getByRole("button", { name: "Play" }).click();
   await page.waitForFunction(() => Number(document.querySelector(".arm-play input").value) > 0.02);
   await page.getByRole("button", { name: "Pause" }).click();
+  await page.getByRole("button", { name: "Play" }).waitFor();
   const paused = await at();
   assert.notDeepEqual(await pose(page), before);
   await drawn(page);

@@ -7,6 +7,7 @@
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 
 import pytest
 
@@ -16,7 +17,7 @@ from grader.answer import Given
 from grader.check import readable
 from grader.parts import judge_given
 from grader.reading import read_answer
-from grader.sandbox import Run, Sandbox
+from grader.sandbox import Sandbox
 from tests.support import DATA
 
 FORMS = [json.loads(line) for line in (DATA / "forms.jsonl").read_text(encoding="utf-8").splitlines()]
@@ -28,7 +29,12 @@ px = a1*cos(theta1) + a2*cos(theta1 + theta2)
 py = a1*sin(theta1) + a2*sin(theta1 + theta2)
 P, q = Matrix([px, py]), Matrix([theta1, theta2])
 """
-PROBLEM = generate(ProblemId("planar-2r", 0, variation="chapter"))
+
+
+@cache
+def problem() -> Problem:
+    """The plain arm of the chapter."""
+    return generate(ProblemId("planar-2r", 0, variation="chapter"))
 
 
 @dataclass(frozen=True)
@@ -41,7 +47,7 @@ class Typed:
 
     @property
     def asked(self) -> tuple[Problem, Part]:
-        return PROBLEM, PROBLEM[self.form["part"]]
+        return problem(), problem()[self.form["part"]]
 
     @property
     def given(self) -> Given:
@@ -49,16 +55,23 @@ class Typed:
         return read_answer(*self.asked, self.text)
 
 
+TOGETHER = 12
+"""Forms in one notebook: after every cell, all answers are looked at again."""
+
+
 @pytest.fixture(scope="module")
 def typed(sandbox: Sandbox) -> list[Typed]:
-    """All forms, each in a cell of one notebook."""
-    names = [f"form{k}" for k in range(len(FORMS))]
-    cells = [SETUP, *(f"{name} = {form['python']}" for name, form in zip(names, FORMS, strict=True))]
-    run: Run = sandbox.run(cells, names)
+    """All forms, each in a cell of its own."""
+    return [one for begin in range(0, len(FORMS), TOGETHER) for one in _run(sandbox, FORMS[begin : begin + TOGETHER])]
+
+
+def _run(sandbox: Sandbox, forms: list[dict[str, str]]) -> list[Typed]:
+    names = [f"form{k}" for k in range(len(forms))]
+    run = sandbox.run([SETUP, *(f"{name} = {form['python']}" for name, form in zip(names, forms, strict=True))], names)
     assert run.end == "done"
     return [
         Typed(form, run.answers.get(name), run.failures.get(name) or run.cell_errors.get(k + 1, ""))
-        for k, (name, form) in enumerate(zip(names, FORMS, strict=True))
+        for k, (name, form) in enumerate(zip(names, forms, strict=True))
     ]
 
 

@@ -3,8 +3,8 @@
 In `.kept` at the top of the checkout, which may be removed at any time. A change of any module that
 `exercises.generation` imports, of Python or of SymPy has them generated anew. QDOT_KEPT=0 keeps nothing.
 
-`python -m tests.support.kept` generates what every run asks for, one problem of each family, on all cores: no test
-has to wait for it then.
+`python -m tests.support.kept` generates what every run asks for, a problem of each family in which everything varies,
+on all cores: no test has to wait for it then.
 """
 
 import hashlib
@@ -80,5 +80,5 @@ def keep(identities: Sequence[ProblemId]) -> int:
 
 if __name__ == "__main__":
     # From the last: six and seven joints take longest, and are registered behind the others.
-    made = keep([ProblemId(family, 0) for family in reversed(FAMILIES)])
+    made = keep([ProblemId(family, 0, variation="full") for family in reversed(FAMILIES)])
     print(f"{made} problems were generated for the tests, and {len(FAMILIES) - made} were there")

@@ -1,7 +1,7 @@
 // The chapter's welding task: the point goes along a straight line at a steady speed, and the joints have to keep up.
 
 import type { JSX } from "preact";
-import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Field } from "./field.js";
 import { Chart } from "./chart.js";
@@ -202,7 +202,8 @@ function useClock(
   const [playing, setPlaying] = useState(false);
   const now = useRef(place);
   now.current = place;
-  useEffect(() => {
+  // Before the next frame, so that the path stands still as soon as it is paused.
+  useLayoutEffect(() => {
     if (!playing) return;
     let last = performance.now();
     let request = requestAnimationFrame(function tick(time) {
