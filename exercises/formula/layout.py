@@ -116,12 +116,12 @@ def is_binary(before: Layout | None) -> bool:
     return before is not None and before not in _OPENING
 
 
-def terms(pieces: Sequence[Layout]) -> list[Pieces]:
-    """Return the terms of a sum, each but the first with the sign before it."""
+def terms(pieces: Sequence[Layout], deepest: int = 0) -> list[Pieces]:
+    """Return the terms of a sum, each but the first with the sign before it; those in brackets, too, to a depth."""
     starts, depth = [0], 0
     for index, piece in enumerate(pieces):
         depth += _deeper(piece)
-        if index and not depth and piece in (PLUS, MINUS) and is_binary(pieces[index - 1]):
+        if index and depth <= deepest and piece in (PLUS, MINUS) and is_binary(pieces[index - 1]):
             starts.append(index)
     return [tuple(pieces[start:end]) for start, end in zip(starts, [*starts[1:], len(pieces)], strict=True)]
 

@@ -4,7 +4,7 @@ from functools import lru_cache
 
 from exercises.answers import Matching
 from exercises.arm.chain import Chain
-from exercises.arm.derivation import derive
+from exercises.arm.derivation import derive, structure
 from exercises.questions.base import Asked
 from exercises.quizzes.asking import short_question
 from exercises.quizzes.options import Offered, Options
@@ -46,7 +46,14 @@ def _extra(chain: Chain, rng: Stream) -> Offered | None:
 def _told_apart(chain: Chain) -> bool:
     jacobian = derive(chain).jacobian
     columns = [jacobian.col(column) for column in range(chain.n)]
-    return all(len(Offered(column).text) <= LONGEST for column in columns) and all_differ(chain, columns)
+    return _is_short(structure(chain).chain) and all_differ(chain, columns)
+
+
+@lru_cache(maxsize=1024)
+def _is_short(generic: Chain) -> bool:
+    """Whether the columns of a structure are: of its arms, all are asked or none, whatever their numbers."""
+    jacobian = derive(generic).jacobian
+    return all(len(Offered(jacobian.col(column)).text) <= LONGEST for column in range(generic.n))
 
 
 MATCHINGS = (

@@ -18,6 +18,8 @@ OPERATORS = {"=": 1.05, "+": 0.95, "−": 0.95, "×": 0.95, "≠": 1.05, "≈": 
 """Widths of operators with the room around them, in em, as of all that follows."""
 LETTERS = {**dict.fromkeys("mwMWOθωφψ", 0.8), **dict.fromkeys("ijlt.'|()[]", 0.33), ",": 0.45}
 LETTER, SIGN, SCRIPT, COLUMN = 0.54, 0.4, 0.71, 0.85
+WIDER = 1.2
+"""So many times the room is no reason to break inside of brackets: it can be smaller letters."""
 _CROSS, _DOTS, _OPEN, _CLOSE = (Layout("sign", sign) for sign in "×⋯()")
 
 
@@ -65,7 +67,9 @@ def fitted(formula: Layout, room: float) -> Layout:
     """Return a formula for lines of its own, broken where it is wider than `room` (em), as far as that can be."""
     if width(formula) <= room:
         return formula
-    lines = [line for left, right in _rows(formula, room) for line in _equation(left, right, room)]
+    rows = _rows(formula, room)
+    beside = max(_wide(left) for left, _ in rows)  # the right sides stand below each other
+    lines = [line for left, right in rows for line in _equation(left, right, room - beside)]
     cells = tuple(row(row(*left), row(*right)) for left, right in lines)
     return row(Layout("aligned", "apart" if len(lines) > 1 else "", cells))
 
@@ -98,11 +102,11 @@ def _sides(equation: Pieces) -> tuple[Pieces, Pieces]:
 
 
 def _equation(left: Pieces, right: Pieces, room: float) -> Rows:
-    """Return the lines of one equation."""
-    if _wide(left) + _wide(right) <= room - 1.0:
+    """Return the lines of one equation, whose right side has some room."""
+    if _wide(right) <= room - 1.0:
         return [(left, right)]
     sign = right[:1] if right[:1] == (layout.EQUALS,) else ()
-    space = room - _wide(left) - 2.0 if left else room - 1.0
+    space = room - 2.0 if sign else room - 1.0
     lines: Rows = []
     for number, part in enumerate(layout.split(right[1:], layout.EQUALS) if sign else [right]):
         shown = _broken(part, space)
@@ -120,7 +124,9 @@ def _broken(part: Pieces, room: float) -> Lines:
             parts = [_broken(factor, room - 1.5) for factor in factors]
             return [*parts[0], *(line for first, *rest in parts[1:] for line in ((layout.EMPTY, sign, *first), *rest))]
     terms = layout.terms(part)
-    return _filled(terms, room) if len(terms) > 1 else _fraction(part, room) or _columns(part, room)
+    if len(terms) > 1:
+        return _filled(_narrow(terms, room), room)
+    return _fraction(part, room) or _columns(part, room) or _filled(_narrow(terms, room), room)
 
 
 def _matrices(part: Pieces) -> Lines:
@@ -150,6 +156,11 @@ def _fraction(part: Pieces, room: float) -> Lines:
     return [(*before, *first), *others[:-1], (*others[-1], _CLOSE)] if others else []
 
 
+def _narrow(terms: Sequence[Pieces], room: float) -> list[Pieces]:
+    """Return terms, of those that are too wide by themselves the terms of the sums in their brackets."""
+    return [part for term in terms for part in ([term] if _wide(term) <= WIDER * room else layout.terms(term, 1))]
+
+
 def _filled(parts: Sequence[Pieces], room: float) -> Lines:
     """Return lines of terms, each as full as it may be."""
     lines, used = [parts[0]], _wide(parts[0])
@@ -165,10 +176,13 @@ def _filled(parts: Sequence[Pieces], room: float) -> Lines:
 
 
 def _columns(part: Pieces, room: float) -> Lines:
-    r"""Return a matrix in several with some columns each: [a b ...] and [... c d]; anything else as it is."""
+    r"""Return a matrix in several with some columns each: [a b ...] and [... c d]; nothing for anything else.
+
+    The entries of a column that is too wide by itself are broken, too.
+    """
     index = next((k for k, piece in enumerate(part) if _matrix_in(piece)), None)
     if index is None or any(map(_matrix_in, part[index + 1 :])):
-        return [part]
+        return []
     whole = part[index]
     inside = _matrix_in(whole)
     assert inside is not None
@@ -178,22 +192,34 @@ def _columns(part: Pieces, room: float) -> Lines:
     def again(one: Layout) -> Layout:
         return one if whole.kind == "matrix" else whole._replace(inner=(one, *whole.inner[1:]))
 
-    if len(rows[0]) == 1:
-        entries = [_filled(layout.terms(entry), room - 1.0) for (entry,) in rows]
-        shown = [[(layout.QUAD, *line) if k else line] for entry in entries for k, line in enumerate(entry)]
-        return [(*part[:index], again(layout.matrix(shown)), *part[index + 1 :])]
     groups: list[list[int]] = [[]]
     for k in range(len(rows[0])):
-        if groups[-1] and width(_part(rows, [*groups[-1], k], True, True)) > room:
+        if groups[-1] and width(layout.matrix(_part(rows, [*groups[-1], k], True, True))) > room:
             groups.append([])
         groups[-1].append(k)
     last = len(groups) - 1
-    lines: Lines = [(_part(rows, group, k > 0, k < last),) for k, group in enumerate(groups)]
+    lines: Lines = [
+        (layout.matrix(_in_lines(_part(rows, group, k > 0, k < last), room)),) for k, group in enumerate(groups)
+    ]
     lines[-1] = (again(*lines[-1]), *part[index + 1 :])
     return [(*part[:index], *lines[0]), *lines[1:]]
 
 
-def _part(rows: Sequence[Sequence[Pieces]], columns: Sequence[int], before: bool, behind: bool) -> Layout:
+def _part(rows: Sequence[Sequence[Pieces]], columns: Sequence[int], before: bool, behind: bool) -> list[list[Pieces]]:
     """Return some columns of a matrix, with dots in the place of those before and behind them."""
     dots = [(_DOTS,)]
-    return layout.matrix([[*dots * before, *(cells[k] for k in columns), *dots * behind] for cells in rows])
+    return [[*dots * before, *(cells[k] for k in columns), *dots * behind] for cells in rows]
+
+
+def _in_lines(rows: list[list[Pieces]], room: float) -> list[list[Pieces]]:
+    """Return the rows of a matrix that is no wider than `room`, or whose widest entries go on in further rows."""
+    if width(layout.matrix(rows)) <= room:
+        return rows
+    wide = max(range(len(rows[0])), key=lambda k: max(_wide(cells[k]) for cells in rows))
+    room -= width(layout.matrix([[cell if k != wide else () for k, cell in enumerate(cells)] for cells in rows]))
+    shown: list[list[Pieces]] = []
+    for cells in rows:
+        for number, line in enumerate(_filled(_narrow(layout.terms(cells[wide]), room), room)):
+            entry = (layout.QUAD, *line) if number else line
+            shown.append([entry if k == wide else () if number else cell for k, cell in enumerate(cells)])
+    return shown

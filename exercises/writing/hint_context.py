@@ -183,7 +183,14 @@ class HintContext:
         return self._filled(derive(known.chain).jacobian.xreplace(generic))
 
     def _filled(self, generic: sp.Matrix) -> sp.Matrix:
-        return generic.applyfunc(lambda entry: self.d.fill(textbook(sp.expand(entry))))
+        return generic.applyfunc(lambda entry: self.d.fill(_textbook(sp.expand(entry))))
+
+
+def _textbook(entry: sp.Expr) -> sp.Expr:
+    """Return an entry as a textbook prints it; roots, as of the sine of 60 degrees, are taken as lengths are."""
+    numbers = [power for power in entry.atoms(sp.Pow) if power.is_number]
+    roots = {number: sp.Symbol(f"_root{k}") for k, number in enumerate(sorted(numbers, key=sp.default_sort_key))}
+    return textbook(entry.xreplace(roots)).xreplace({symbol: root for root, symbol in roots.items()})
 
 
 def _varies(entry: sp.Expr) -> bool:

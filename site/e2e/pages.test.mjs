@@ -100,6 +100,20 @@ test("every page can be reached from the first one", () => {
   );
 });
 
+test("the files that pages name are there", () => {
+  const missing = new Set();
+  for (const path of pages()) {
+    const text = readFileSync(join(there.site.folder, path), "utf8");
+    for (const [, link] of text.matchAll(/<(?:link|script|img|source)\b[^>]*? (?:href|src)="([^"#?:]+)/g)) {
+      const file = join(there.site.folder, dirname(path), link);
+      if (!existsSync(file)) {
+        missing.add(`${path}: ${link}`);
+      }
+    }
+  }
+  assert.deepEqual([...missing], []);
+});
+
 test("the practice page opens with less than 300 kB before the bank", async () => {
   for (const path of ["index.html", "practice.html", "examples/6-1.html"]) {
     there.server.sent.clear();

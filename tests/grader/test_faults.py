@@ -306,7 +306,8 @@ def graded(folder: Path, times: int) -> dict[str, dict[str, Any]]:
     shutil.rmtree(folder / ".qdot")  # where problems are kept, nobody comes to them
     found = find_submissions(assignment, folder / "submitted").found
     results = grade_class(assignment, found, 2, Limits(), lambda _: None, assignment.roster[AROUND])
-    assert len(list(folder.glob("died.*"))) == min(times, 3)
+    died = len(list(folder.glob("died.*")))
+    assert min(times, 3) <= died <= times  # a pool may die more than once where the student before is slow
     return {result["student"]: result for result in results}
 
 

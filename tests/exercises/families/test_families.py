@@ -200,10 +200,10 @@ def test_the_point_of_interest_differs_with_the_structure(family: str) -> None:
 
 @of_families(several([name for name in FIXED if name not in LONG_ARMS], FIXED))
 def test_answers_differ(family: str) -> None:
-    """No Jacobian is that of more than a tenth of the class."""
+    """No Jacobian is that of more than an eighth of the class; that of a Cartesian arm is made of ones."""
     looked_at = several(20, 60)
     jacobians = Counter(tuple(derive(arm).jacobian) for arm in arms(family)[:looked_at])
-    assert max(jacobians.values()) <= looked_at // 10
+    assert max(jacobians.values()) <= looked_at // 8
 
 
 @of_families(FIXED)

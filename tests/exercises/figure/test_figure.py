@@ -515,3 +515,11 @@ def test_origins_of_different_frames_are_drawn_apart(identity: str) -> None:
                 starts.append(start)
     for first, second in combinations(starts, 2):
         assert np.hypot(*np.subtract(first, second)) > 24
+
+
+@pytest.mark.parametrize("place", [(0, 0, 0), (Q(3, 10), Q(1, 5), 0)])
+def test_the_origin_of_the_world_is_named_where_it_is_not_that_of_the_base(place: tuple[sp.Expr, ...]) -> None:
+    joints = (Joint("R", sp.Symbol("theta1"), 0, A1, 0), Joint("R", sp.Symbol("theta2"), 0, A2, 0))
+    figure = arm_figure(Chain("moved", joints, ("vx", "vy"), base=Base(place, PI / 6)))
+    named = {"".join(run.text for run in text.runs) for text in figure.texts}
+    assert ("Ow" in named) == any(place)
