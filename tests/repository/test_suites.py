@@ -37,7 +37,7 @@ def test_a_sweep_takes_each_shape_every_fourth_day_and_each_family_in_its_turn(m
 def test_what_takes_seconds_has_its_turn_and_what_takes_more_is_left_to_whole(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    times = {"tests/a.py::quick": 0.6, "tests/a.py::slow": 0.8, "tests/a.py::slower": 5.0, "tests/a.py::slowest": 7.0}
+    times = {"tests/a.py::quick": 0.5, "tests/a.py::slow": 0.8, "tests/a.py::slower": 5.0, "tests/a.py::slowest": 7.0}
     monkeypatch.setattr(suites, "SECONDS", {**times, "tests/grader/contained/a.py::slow": 11.0})
     turns: dict[str, int] = {}
     for test in (*suites.SECONDS, "tests/a.py::new"):

@@ -39,7 +39,7 @@ SHARE = 16
 """One in so many of the families that stand for no shape is taken by a sweep of `make test`."""
 SHAPES_SHARE = 4
 """One in so many of those that stand for a shape is."""
-TURNS = ((0.7, 1), (2.0, 3), (6.0, 7))
+TURNS = ((0.6, 1), (1.6, 3), (6.0, 7))
 """Tests that take fewer seconds have their turn every so many days; what takes more is left to `make whole`.
 
 The days have no divisor in common with those of families: every test sees every family some day.
@@ -85,7 +85,7 @@ def several(few: Some, all_of_them: Some) -> Some:
     return all_of_them if WHOLE else few
 
 
-def _in_turn(test: str, name: str, each: int) -> bool:
+def in_turn(test: str, name: str, each: int) -> bool:
     """Whether it is a family's turn, which comes to every one of `each` days for a test."""
     return (crc32(f"{test} {name}".encode()) + ROTATION) % each == 0
 
@@ -98,7 +98,7 @@ def families_for(test: str, among: Iterable[str] = tuple(FAMILIES)) -> list[str]
     if SUITE == "check":
         return [names[(crc32(test.encode()) + ROTATION) % len(names)]]
     shapes = SHAPES.values()
-    taken = [name for name in names if _in_turn(test, name, SHAPES_SHARE if name in shapes else SHARE)]
+    taken = [name for name in names if in_turn(test, name, SHAPES_SHARE if name in shapes else SHARE)]
     return taken or [names[(crc32(test.encode()) + ROTATION) % len(names)]]
 
 
@@ -112,7 +112,7 @@ def has_its_turn(path: Path, nodeid: str, group: str) -> bool:
     days = next((days for most, days in TURNS if max(shared, own) < most), None)
     if shared > own:
         test, parameters = group, ""
-    return days is not None and _in_turn(test, parameters, days)
+    return days is not None and in_turn(test, parameters, days)
 
 
 def few_for(test: str, among: Iterable[str], most: int) -> list[str]:

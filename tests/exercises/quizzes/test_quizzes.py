@@ -350,3 +350,10 @@ def test_another_word_than_quiz_is_refused(tmp_path: Path) -> None:
     said = runner.invoke(app, ["generate", str(folder)])
     assert said.exit_code == 2
     assert "questions" in said.output and '"quiz"' in said.output
+
+
+def test_columns_are_asked_of_every_arm_of_which_they_are_asked_at_all() -> None:
+    """With numbers and offsets columns are longer texts; how long they may be is looked at without."""
+    assert ASKED["match-columns"].objects(sample_chain(ProblemId("orthogonal-3r", 0, variation="chapter"))) is None
+    answer = problem_of("orthogonal-3r", 0, "match-columns").parts[0].answer
+    assert isinstance(answer, Matching) and len(answer.items) == 3

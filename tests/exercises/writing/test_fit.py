@@ -77,3 +77,16 @@ def test_what_cannot_be_broken_is_smaller() -> None:
     assert re.search(r'<math style="font-size: \d\d%"', to_html(long))
     assert r"\scriptsize" in to_latex(long) or r"\footnotesize" in to_latex(long)
     assert "font-size" not in to_html("$$x = a$$") and "size" not in to_latex("$$x = a$$")
+
+
+def test_a_product_that_is_too_wide_is_broken_inside_of_its_bracket() -> None:
+    inside = " + ".join(rf"0.3 \cos \varphi_{{{k}}} \cos \varphi_{{123}}" for k in range(1, 7))
+    shown = fitted_latex(f"M = L_{{3}} ({inside})", 24.0)
+    assert shown.count("& ") > 2 and width(shown) <= 24.0 / SMALLEST and symbols(shown) == symbols(inside + " L_{3}")
+
+
+def test_an_entry_that_is_too_wide_goes_on_in_another_row() -> None:
+    wide = " + ".join(rf"0.8 s_{{{k}}} \sin \varphi_{{23}}" for k in range(1, 7))
+    matrix = rf"J = \begin{{bmatrix}} {wide} & a_{{1}}{SEPARATOR}s_{{1}} & a_{{2}} \end{{bmatrix}}"
+    shown = fitted_latex(matrix, 16.0)
+    assert width(shown) <= 16.0 / SMALLEST and symbols(shown) == symbols(matrix)
