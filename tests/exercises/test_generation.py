@@ -60,8 +60,10 @@ ASKED_OF_A_CLASS = several(("planar-2r", "polar-rp", "cylindrical"),
 
 
 @pytest.fixture(scope="session")
-def elsewhere() -> Iterator[Callable[[ProblemId], list[object]]]:
-    """Return what fingerprint and digests a problem has in another process, with other hashes and other arithmetic.
+def elsewhere() -> Iterator[Callable[[ProblemId], Callable[[], list[object]]]]:
+    """Ask another process, with other hashes and other arithmetic, for a problem's fingerprint and digests.
+
+    What it found is told by what is returned, so that the same can be done here meanwhile.
 
     OpenBLAS rounds differently on different processors; there it is told that it is on an older one.
     """
@@ -73,30 +75,32 @@ def elsewhere() -> Iterator[Callable[[ProblemId], list[object]]]:
         assert process.stdin is not None and process.stdout is not None
         ask, told = process.stdin, process.stdout
 
-        def found(identity: ProblemId) -> list[object]:
+        def asked(identity: ProblemId) -> Callable[[], list[object]]:
             ask.write(json.dumps(str(identity)) + "\n")
-            return list(json.loads(told.readline()))
+            return lambda: list(json.loads(told.readline()))
 
-        yield found
+        yield asked
         ask.close()
 
 
 @of_families(FOUND_ELSEWHERE)
 def test_an_id_gives_the_same_problem_in_another_process_and_on_another_machine(
-    family: str, drawn: Callable[[str, int], Problem], elsewhere: Callable[[ProblemId], list[object]]
+    family: str, drawn: Callable[[str, int], Problem], elsewhere: Callable[[ProblemId], Callable[[], list[object]]]
 ) -> None:
     problem = drawn(family, 0)
-    made, parts = elsewhere(problem.id)
+    made, parts = elsewhere(problem.id)()
     assert parts == digests(problem)["parts"]
     assert made == fingerprint(problem)
 
 
 @of_families(FOUND_WITH_LARGE_SEEDS)
 def test_a_large_seed_gives_the_same_problem_in_another_process(
-    family: str, elsewhere: Callable[[ProblemId], list[object]]
+    family: str, elsewhere: Callable[[ProblemId], Callable[[], list[object]]]
 ) -> None:
     identity = ProblemId(family, 1 << 62)
-    assert elsewhere(identity)[0] == fingerprint(generate(identity))
+    told = elsewhere(identity)
+    here = fingerprint(generate(identity))
+    assert told()[0] == here
 
 
 @of_families(ASKED_ALONE)

@@ -18,7 +18,7 @@ from tests.support.problems import LONG_ARMS
 from tests.support.suites import every_family, of_families, several
 
 ARMS = 80
-DERIVED = several(3, ARMS)
+DERIVED = several(2, ARMS)
 """Arms of each family that are derived; what their tables say is looked at in all."""
 FIXED = [name for name, family in FAMILIES.items() if not family.varied]
 """Families whose arms are all of one kind; what random-N may differ in is tested with them."""
