@@ -24,6 +24,7 @@ its own in its `__init__`.
     writing/                        statements, hints, solutions; formulas as LaTeX, MathML, Typst, Maxima, text
     messages                        all messages collected, and merged into locale/CODE.po (`make messages`)
     figure/                         the drawing of an arm, as SVG and as TikZ, and its description in words
+    self_check                      what a notebook checks of its own answers, without the right ones
     notebook, showing, solving      notebooks; one problem in every format; your own arm (`qdot solve`)
     docs/                           the pages of docs/ that are made from the code (`make docs`)
     gradebook                       Canvas's and Moodle's own exports as rosters

@@ -15,17 +15,14 @@ from nbformat.v4 import new_notebook
 
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
 from exercises.formula.order import natural
-from exercises.formula.printers.python import WIDTH, python_text
+from exercises.formula.printers.python import WIDTH
 from exercises.problem import ENGINE, Part, Problem, variable
 from exercises.quizzes import ASKED
 from exercises.render import render
+from exercises.self_check import Problems, check_cell, function_cell
 from exercises.writing.statement import answer_code, hints, prompt, statement, worked_solutions
 
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
-Problems = Sequence[tuple[str, Problem]]
-
-SELF_CHECK = "self_check("
-"""How a call of the function begins by which a student checks a Jacobian against a position."""
 
 
 def student_notebook(title: str, key: str, student: str, problems: Problems, hinted: bool = False) -> NotebookNode:
@@ -72,6 +69,8 @@ def _notebook(kind: str, title: str, key: str, student: str, problems: Problems,
     notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": own})
     opening = render("notebook-title.md.j2", title=title, key=key, student=student, kind=kind)
     notebook.cells = [_markdown("title", opening), _code("setup", _setup(problems))]
+    if checks := function_cell(problems):
+        notebook.cells.append(_code("self-check", checks, {"jupyter": {"source_hidden": True}}))
     for number, (slot, problem) in enumerate(problems, 1):
         notebook.cells.extend(_problem_cells(kind, number, slot, problem, hinted))
     nbformat.validate(notebook)
@@ -95,8 +94,8 @@ def _problem_cells(kind: str, number: int, slot: str, problem: Problem, hinted: 
             text = render("notebook-solution.md.j2", number=label, solution=solved[part.name], figure=figure)
             yield _markdown(f"{slot}-{part.name}-solution", text)
         yield code
-        if part.name == _later_of_pair(problem):
-            yield _code(f"{slot}-self-check", _check(slot, problem))
+        if check := check_cell(slot, problem, part.name):
+            yield _code(f"{slot}-{part.name}-check", check)
 
 
 def _prompt(label: str, slot: str, problem: Problem, part: Part, hinted: bool) -> str:
@@ -111,13 +110,7 @@ def _prompt(label: str, slot: str, problem: Problem, part: Part, hinted: bool) -
     )
 
 
-# --- set-up and self-check ---
-
-
-def _later_of_pair(problem: Problem) -> str | None:
-    """Return which of position and jacobian is asked last, or None where they can't be checked against each other."""
-    asked = [part.name for part in problem.parts if part.name in ("position", "jacobian")]
-    return asked[-1] if len(asked) == 2 and len(problem.chain.linear_rows) == len(problem.chain.task) else None
+# --- set-up ---
 
 
 def _setup(problems: Problems) -> str:
@@ -128,8 +121,7 @@ def _setup(problems: Problems) -> str:
             if name not in listed:
                 listed.append(name)
     lines = [_symbols_line(sorted(listed, key=natural)) for listed in names.values()]
-    self_check = any(_later_of_pair(problem) for _, problem in problems)
-    return render("notebook-setup.py.j2", symbol_lines=lines, self_check=self_check)
+    return render("notebook-setup.py.j2", symbol_lines=lines)
 
 
 def _symbols_line(names: Sequence[str]) -> str:
@@ -140,19 +132,6 @@ def _symbols_line(names: Sequence[str]) -> str:
         return line
     half = (len(names) + 1) // 2
     return "\n".join(map(_symbols_line, (names[:half], names[half:])))
-
-
-def self_check_texts(problems: Problems) -> tuple[str, dict[str, str]]:
-    """Return the function of the self-check as it stands in a notebook, and its calls by the cells that hold them."""
-    cells = [_check(slot, problem).strip() for slot, problem in problems if _later_of_pair(problem)]
-    return render("notebook-self-check.py.j2").strip(), {cell: cell[cell.rindex(SELF_CHECK) :] for cell in cells}
-
-
-def _check(slot: str, problem: Problem) -> str:
-    parts = {part.name: variable(slot, part.name) for part in problem.parts}
-    given = [(name, python_text(i.value)) for name, i in problem.symbols().items() if i.value is not None]
-    names = {"position": parts["position"], "jacobian": parts["jacobian"]}
-    return render("notebook-check.py.j2", **names, joints=problem.chain.q, given=given)
 
 
 # --- cells ---

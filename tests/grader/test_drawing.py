@@ -15,11 +15,12 @@ from exercises import release
 from exercises.answers import Answer
 from exercises.arm.chain import Chain
 from exercises.assignment import Assignment, Student, load_assignment
-from exercises.notebook import Problems, solution_notebook, student_notebook
+from exercises.notebook import solution_notebook, student_notebook
 from exercises.problem import Details, Part
 from exercises.quizzes import ASKED
 from exercises.redrawn import DRAWS, read_redrawn
 from exercises.release import init_assignment
+from exercises.self_check import Problems
 from exercises.store import kept
 from exercises.stream import Stream
 from exercises.verify import CHECKS

@@ -25,7 +25,7 @@ LAYERS = {
         arm.arithmetic arm.stages
         credit decimals lateness difficulty answers problem families questions mistakes quizzes
         generation record verify writing.angles writing.latex phrases languages render writing messages figure
-        notebook showing solving docs gradebook redrawn assignment drawing store sets release exports.outlet
+        self_check notebook showing solving docs gradebook redrawn assignment drawing store sets release exports.outlet
         exports.bank exports.handouts
         exports.known_wrong exports.stack_parts exports exports.registry site.keys site.record site.bank
         site.page site.chapter site.arms site.guide site.reference site.pages site.stale_files site.build site
