@@ -66,6 +66,7 @@ def points_text(points: float) -> str:
 def _notebook(kind: str, title: str, key: str, student: str, problems: Problems, hinted: bool) -> NotebookNode:
     families = {slot: problem.id.family for slot, problem in problems}
     own = {"assignment": key, "student": student, "engine": ENGINE, "kind": kind, "problems": families}
+    own["symbols"] = {slot: sorted(problem.symbols()) for slot, problem in problems}
     notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": own})
     opening = render("notebook-title.md.j2", title=title, key=key, student=student, kind=kind)
     notebook.cells = [_markdown("title", opening), _code("setup", _setup(problems))]

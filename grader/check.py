@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from exercises.answers import TRUE_FALSE
+from exercises.answers import TRUE_FALSE, Direction, Expression, Matrix
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
+from exercises.formula.identity import Domain
 from exercises.formula.trees import has_blank
 from exercises.generation import generate
 from exercises.problem import Part, Problem, ProblemId, variable
@@ -13,10 +14,11 @@ from exercises.quizzes import ASKED
 from grader.answer import Given, read_any
 from grader.cells import Unreadable
 from grader.finding import asked_in, find_answers
+from grader.formulas import unknown_symbols
 from grader.function_values import is_table
 from grader.reading import read_answer
 from grader.sandbox import Sandbox
-from grader.submission import read_submission
+from grader.submission import Submission, read_submission
 from grader.verdict import Outcome
 
 STATEMENTS = ("eq", "and", "or", "in", "pair", "dict", "set")
@@ -59,7 +61,6 @@ def check_notebook(path: Path) -> Checked:
         raise QdotError(f"{path} has no answer cells; is it a notebook that qdot made?")
     with Sandbox() as sandbox:
         answers = find_answers(submission.cells, parts, sandbox.run)
-    families = submission.claims.get("problems")
     rows = []
     for part in parts:
         slot, kind = part.split(".", 1)
@@ -67,14 +68,36 @@ def check_notebook(path: Path) -> Checked:
         if answer is None:
             rows.append(CheckedAnswer(part, False, answers.reasons[variable(slot, kind)]))
         else:
-            rows.append(_row(part, answer, _due(families.get(slot) if isinstance(families, dict) else None, kind)))
+            family, symbols = (_claimed(submission, key, slot) for key in ("problems", "symbols"))
+            rows.append(_row(part, answer, _due(family, symbols, kind)))
     return Checked(tuple(rows), (*submission.notes, *answers.notes))
 
 
-Due = tuple[Problem, Part]
+def _claimed(submission: Submission, key: str, slot: str) -> object:
+    """Return what a notebook says of its problem: anything, as whoever wrote it could."""
+    said = submission.claims.get(key)
+    return said.get(slot) if isinstance(said, dict) else None
 
 
-def _due(family: object, kind: str) -> Due | None:
+@dataclass(frozen=True)
+class _Due:
+    """A part of any problem of the family, and the symbols of the student's own where the notebook names them."""
+
+    problem: Problem
+    part: Part
+    symbols: Domain | None = None
+
+    def read(self, text: str) -> Given:
+        return read_answer(self.problem, self.part, text, domain=self.symbols)
+
+    def unknown(self, given: Given) -> str:
+        """Say which symbols the student's problem does not have; nothing where that is not known."""
+        if self.symbols is None or not isinstance(self.part.answer, Expression | Matrix | Direction):
+            return ""
+        return unknown_symbols(given, self.symbols)
+
+
+def _due(family: object, symbols: object, kind: str) -> _Due | None:
     """Return what is due in the form in which it is, as in any problem of the family; None where that varies.
 
     Of a notebook without its assignment is known which family an arm is of, and no more: which options there are, and
@@ -88,25 +111,33 @@ def _due(family: object, kind: str) -> Due | None:
     except QdotError:
         return None
     (part,) = problem.parts
-    return None if part.answer.offered else (problem, part)
+    return None if part.answer.offered else _Due(problem, part, _domain(symbols, problem))
 
 
-def readable(text: str, due: Due) -> bool:
+def _domain(symbols: object, like: Problem) -> Domain | None:
+    if not isinstance(symbols, list) or not symbols or not all(isinstance(name, str) for name in symbols):
+        return None
+    return Domain({name: like.domain().roles.get(name, "signed") for name in symbols})
+
+
+def readable(text: str, problem: Problem, part: Part) -> bool:
     """Tell whether a text is said to be readable as the answer that is due."""
-    return _row("", text, due).readable
+    return _row("", text, _Due(problem, part)).readable
 
 
-def _row(part: str, text: str, due: Due | None) -> CheckedAnswer:
+def _row(part: str, text: str, due: _Due | None) -> CheckedAnswer:
     if not text.strip():
         return CheckedAnswer(part, False, "left blank")
     if is_table(text):
         return CheckedAnswer(part, True, "a Python function; it is called when it is graded")
     if due is None and text.strip().casefold() in TRUE_FALSE:
         return CheckedAnswer(part, True, text.strip())
-    given = read_any(text) if due is None else read_answer(*due, text)
+    given = read_any(text) if due is None else due.read(text)
     if given.refusal is not None:
         left = given.refusal.outcome is Outcome.MISSING
         return CheckedAnswer(part, False, "left blank" if left else given.refusal.reason)
+    if due is not None and (unknown := due.unknown(given)):
+        return CheckedAnswer(part, False, unknown)
     shown = text if len(text) <= 300 else text[:300] + " …"
     if given.tree is not None and has_blank(given.tree):
         return CheckedAnswer(part, False, f"partly left blank: {shown}")

@@ -11,20 +11,22 @@ from grader.choices import read_choice, read_matching, read_selection
 from grader.function_values import constant_text, is_table, read_table
 
 
-def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") -> Given:
+def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "", domain: Domain | None = None) -> Given:
     """Return what a text is as the answer to a part; `points_seed` drew the points at which a function was called.
+
+    `domain` has the symbols where they are not those of the problem, which is then any of the same family.
 
     >>> from exercises import generate
     >>> problem = generate("planar-2r/7", ["position"])
     >>> read_answer(problem, problem["position"], "[a1, a2, a3]").refusal
     Judgement(wrong, 0: the answer is 3 x 1, and 2 x 1 is due)
     """
-    domain = problem.domain()
+    domain = domain or problem.domain()
     if is_table(text):
         same = constant_text(text)
         if same is None:
             return Given(text, table=read_table(text, domain, points_seed))
-        return replace(read_answer(problem, part, same), text=text)
+        return replace(read_answer(problem, part, same, domain=domain), text=text)
     joints = tuple(q.name for q in problem.chain.q)
     return part.answer.told_to(_Reading(text, domain, ASKED[part.kind].labels(problem.chain), joints))
 

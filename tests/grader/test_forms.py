@@ -93,4 +93,4 @@ def test_every_form_gets_what_is_due(typed: list[Typed]) -> None:
 def test_check_says_of_every_form_whether_the_grader_can_read_it(typed: list[Typed]) -> None:
     for one in typed:
         if one.text is not None:
-            assert readable(one.text, one.asked) == (one.given.refusal is None), one.form
+            assert readable(one.text, *one.asked) == (one.given.refusal is None), one.form

@@ -98,6 +98,36 @@ def test_check_says_of_every_answer_what_the_grader_says_of_its_form(tmp_path: P
             assert not row.readable and why in row.said, (kind, text, row.said)
 
 
+def test_check_knows_the_symbols_of_the_students_own_problem(tmp_path: Path) -> None:
+    assignment = a_class(tmp_path / "hw", [Student("ada")])
+
+    def said(text: str, claimed: object = None) -> tuple[bool, str]:
+        told = json.loads(right(assignment, "ada", lambda cells: cells[-2].update(source=f"p1_jacobian = {text!r}")))
+        if claimed is not None:
+            told["metadata"]["qdot"]["symbols"] = claimed
+        (row,) = (
+            r
+            for r in check_notebook(hand_in(assignment, "a/hw.ipynb", json.dumps(told))).rows
+            if r.part == "p1.jacobian"
+        )
+        return row.readable, row.said
+
+    wrong = "[[x*cos(theta1), a2], [a1, a2*lamda]]"
+    assert said(wrong)[0] is False and said(wrong)[1].startswith("'lamda', 'x' are no symbol of this problem; known: ")
+    assert said("[[a1*cos(theta1), a2], [a1, a2]]")[0]
+    claims: tuple[object, ...] = (
+        {"p1": ["theta1", "a1", "a2", "x", "lamda"]},
+        {"p1": [3]},
+        {"p1": 5},
+        {},
+        5,
+        [],
+        {"p1": []},
+    )
+    for claimed in claims:
+        assert said(wrong, claimed)[0], claimed
+
+
 def test_check_knows_no_shape_of_an_arm_that_is_drawn_with_its_structure(tmp_path: Path) -> None:
     assignment = a_class(tmp_path / "hw", [Student("ada")])
     text = right(assignment, "ada", lambda cells: cells[-2].update(source="p1_jacobian = [1, 2, 3]"))

@@ -85,7 +85,15 @@ def right_cells(assignment: Assignment, student: str) -> Cells:
 def notebook(assignment: Assignment, student: str, cells: Cells, **others: Any) -> str:
     """Return a notebook's text, with the metadata that qdot writes."""
     families = {slot.name: slot.family.name for slot in assignment.slots}
-    claims = {"assignment": "hw", "student": student, "engine": 1, "kind": "student", "problems": families}
+    symbols = {slot: sorted(problem.symbols()) for slot, problem in assignment.problems(student)}
+    claims = {
+        "assignment": "hw",
+        "student": student,
+        "engine": 1,
+        "kind": "student",
+        "problems": families,
+        "symbols": symbols,
+    }
     return json.dumps({"cells": cells, "metadata": {"qdot": claims}, "nbformat": 4, "nbformat_minor": 5, **others})
 
 
