@@ -119,6 +119,9 @@ def test_where_it_does_not_fit_is_told() -> None:
             A1 * sp.sin(theta1) + A2 * sp.sin(theta1 + theta2),
         ],
         sp.Matrix([sp.Integral(-A1 * sp.sin(T1), T1) + A2 * sp.cos(T1 + T2), POSITION[1]]),
+        sp.Tuple(*POSITION),
+        POSITION.T,
+        [sp.Matrix([POSITION[0]]), sp.Matrix([POSITION[1]])],
     ],
 )
 def test_forms_that_the_grader_takes_fit(position: Any) -> None:
@@ -135,10 +138,24 @@ def test_forms_that_the_grader_takes_fit(position: Any) -> None:
         (sp.Matrix([sp.Symbol("blank"), A1]), "Not yet: an answer is still blank."),
         (None, "can't be told"),
         (object(), "can't be told"),
+        (sp.Eq(T1, 0) & sp.Eq(T2, 0), "can't be told"),
+        (sp.Array([[[A1, A2]], [[A1, A2]]]), "can't be told"),
+        ([[A1, A2], [A1]], "can't be told"),
+        (sp.Matrix([A1, A2, T1, T2]), "2 x 2 and 4 x 2"),
     ],
 )
 def test_of_other_forms_it_is_said_that_they_are_not_judged(position: Any, why: str) -> None:
     assert why in _told(_plain(), {**ANSWERS, "position": position})[DERIVATIVE]
+
+
+def test_columns_of_a_jacobian_side_by_side_fit() -> None:
+    columns = [JACOBIAN[:, 0], JACOBIAN[:, 1]]
+    assert _told(_plain(), {**ANSWERS, "jacobian": columns})[DERIVATIVE].startswith("Yes")
+
+
+def test_what_is_nowhere_a_number_does_not_fit() -> None:
+    nowhere = sp.Matrix([sp.nan, POSITION[1]])
+    assert _told(_plain(), {**ANSWERS, "position": nowhere})[DERIVATIVE].startswith("No.")
 
 
 def test_degrees_in_a_sine_are_seen_though_both_answers_fit() -> None:
@@ -158,6 +175,9 @@ def test_degrees_in_a_sine_are_seen_though_both_answers_fit() -> None:
         ({T2: [0, sp.pi]}, "Yes"),
         (sp.Or(sp.Eq(T2, 0), sp.Eq(T2, sp.pi)), "Yes"),
         ([sp.sin(T2)], "Yes"),
+        ([sp.Eq(sp.cos(T2), 1), sp.Eq(sp.cos(T2), -1)], "Yes"),
+        ([sp.Eq(2 * T2, 0), sp.Eq(T2, sp.pi)], "Yes"),
+        ([sp.Eq(sp.cos(T2), 2)], "no configuration was found"),
         ([sp.Eq(T2, 0)], "Not all. Your Jacobian loses rank here, too"),
         ([sp.Eq(T2, sp.pi / 2)], "No. There theta2 = pi/2, and your Jacobian keeps its rank"),
         ([sp.And(sp.Eq(T2, 0), sp.Eq(T1, 0)), sp.Eq(T2, sp.pi)], "Not all."),
