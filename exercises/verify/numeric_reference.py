@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 import sympy as sp
 
+from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.classification import domain_of
+from exercises.arm.classification import domain_of, samples_on
 from exercises.arm.kinematics import NumericChain
 from exercises.formula.expression import read
 from exercises.formula.program import compile_program, evaluate
@@ -153,3 +154,13 @@ def _differences(arm: NumericChain, q: np.ndarray) -> tuple[np.ndarray, np.ndarr
     angular = np.stack([spin[..., 2, 1], spin[..., 0, 2], spin[..., 1, 0]], axis=-1)
     moved = (arm.point_of(ahead) - arm.point_of(behind)) / (2 * _H)
     return np.concatenate([slope[..., :3, 3], angular], axis=-1), moved
+
+
+def samples_where(numeric: NumericReference, condition: sp.Expr, *, arms: int, each: int) -> list[Sample]:
+    """Return configurations at which a condition holds; of more arms where its roots are real for few lengths."""
+    samples: list[Sample] = []
+    for tried in (arms, 4 * arms, 16 * arms):
+        samples = samples_on(numeric.chain, f"{condition} = 0", f"verify/{numeric.problem.id}", arms=tried, each=each)
+        if samples:
+            break
+    return samples

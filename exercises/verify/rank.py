@@ -7,8 +7,7 @@ import sympy as sp
 
 from exercises.answers import Choice, Direction, Number
 from exercises.arm.axes import Sample
-from exercises.arm.chain import Chain
-from exercises.arm.classification import kind_at, samples_on
+from exercises.arm.classification import kind_at
 from exercises.arm.directions import directions
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.meanings import Meaning
@@ -18,7 +17,7 @@ from exercises.questions.inversion import Configuration
 from exercises.questions.rank import LostAt, LostInFormulas, OfMeaning, OfMotion
 from exercises.verify.exponentials import exponential_jacobian
 from exercises.verify.formulas import EXACT, agree
-from exercises.verify.numeric_reference import POSES, Check, NumericReference, apart, random_poses
+from exercises.verify.numeric_reference import POSES, Check, NumericReference, apart, random_poses, samples_where
 
 GONE, THERE = 1e-9, 0.02
 """Shares of the largest singular value below which one counts as zero, and above which it has to be."""
@@ -119,9 +118,11 @@ def samples_at(
 ) -> list[Sample]:
     """Return configurations at joint values, or where a condition holds, for other lengths."""
     if condition is not None:
-        return samples_on(numeric.chain, f"{condition} = 0", f"verify/{numeric.problem.id}", arms=4, each=each)
-    samples = []
-    for arm, lengths in _more_arms(numeric.chain, numeric):
+        return samples_where(numeric, condition, arms=4, each=each)
+    samples: list[Sample] = []
+    for tried, (arm, lengths) in enumerate(_more_arms(numeric)):
+        if tried >= ARMS_TRIED and samples:
+            break
         numbers = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
         put = {numeric.chain.q.index(q): complex(sp.N(value.xreplace(numbers))) for q, value in values}
         if any(abs(value.imag) > 1e-12 for value in put.values()):
@@ -132,13 +133,17 @@ def samples_at(
     return samples
 
 
-def _more_arms(chain: Chain, numeric: NumericReference) -> Iterator[tuple[NumericChain, Mapping[str, float]]]:
+ARMS_TRIED, MOST_TRIED = 6, 100
+"""Choices of the open lengths that are looked at, and those where values are real for few of them."""
+
+
+def _more_arms(numeric: NumericReference) -> Iterator[tuple[NumericChain, Mapping[str, float]]]:
     yield from zip(numeric.arms, numeric.lengths, strict=True)
-    for _ in range(3):
+    for _ in range(MOST_TRIED):
         lengths = apart(
-            chain, lambda: {n: v * 3 ** numeric.stream.uniform(-1, 1) for n, v in numeric.lengths[0].items()}
+            numeric.chain, lambda: {n: v * 3 ** numeric.stream.uniform(-1, 1) for n, v in numeric.lengths[0].items()}
         )
-        yield NumericChain(chain, lengths), lengths
+        yield NumericChain(numeric.chain, lengths), lengths
 
 
 # --- lost motion ---
@@ -150,6 +155,9 @@ def _motion(numeric: NumericReference, part: Part) -> Iterator[Check]:
     texts = tuple(line.words for line in asked.lines)
     yield Check("options", texts == answer.options and len(set(texts)) == len(texts), f"{len(texts)} options")
     samples = samples_at(numeric, asked.where.values, asked.where.condition)
+    yield Check("configurations", bool(samples), f"{len(samples)} at which the direction is lost")
+    if not samples:
+        return
     moving = [_possible(sample, numeric.task, asked.moving, asked.held) for sample in samples]
     along = directions(asked.lines, samples)
     sizes = np.array([[float(np.abs(d @ v).max()) for d, v in zip(vectors, moving, strict=True)] for vectors in along])
@@ -157,7 +165,7 @@ def _motion(numeric: NumericReference, part: Part) -> Iterator[Check]:
     shares = sizes / np.maximum(scale, 1e-12)
     for index, (text, share) in enumerate(zip(texts, shares, strict=True)):
         if index == answer.correct:
-            yield Check("nothing along it", bool(len(share) and share.max() < 1e-7), f"{text}: {share.max():.1e}")
+            yield Check("nothing along it", bool(share.max() < 1e-7), f"{text}: {share.max():.1e}")
         else:
             yield Check("something along it", bool(np.mean(share > ALONG) >= MOST), f"{text}: {np.median(share):.2f}")
 

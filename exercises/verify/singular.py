@@ -9,14 +9,21 @@ import sympy as sp
 from exercises.answers import Choice, ConditionSet
 from exercises.arm.axes import Sample
 from exercises.arm.chain import Chain
-from exercises.arm.classification import REGULAR, domain_of, kind_at, samples_on
+from exercises.arm.classification import REGULAR, domain_of, kind_at
 from exercises.arm.kinematics import NumericChain
 from exercises.formula.conditions import Space
 from exercises.formula.expression import read
 from exercises.formula.pieces import pieces
 from exercises.problem import Part
 from exercises.questions.singular import OPTIONS, OfKind, Place
-from exercises.verify.numeric_reference import ARMS, Check, NumericReference, random_lengths, random_poses
+from exercises.verify.numeric_reference import (
+    ARMS,
+    Check,
+    NumericReference,
+    random_lengths,
+    random_poses,
+    samples_where,
+)
 
 STARTS, STARTS_REDUNDANT, STEPS, SINGULAR = 30, 150, 40, 1e-9
 """Searches for singular configurations on each arm, Newton steps of each, and sigma_min/sigma_max of a find.
@@ -157,7 +164,7 @@ def _regular_throughout(numeric: NumericReference, place: Place) -> Check:
 
 def _samples(numeric: NumericReference, place: Place) -> list[Sample]:
     if place.condition is not None:
-        return samples_on(numeric.chain, f"{place.condition} = 0", f"verify/{numeric.problem.id}", arms=ARMS, each=1)
+        return samples_where(numeric, place.condition, arms=ARMS, each=1)
     pairs = zip(numeric.arms, numeric.lengths, strict=True)
     return [Sample(arm, _pose(numeric.chain, place, lengths)) for arm, lengths in pairs]
 

@@ -83,6 +83,12 @@ def test_problems_that_a_sweep_found_wrong_pass(identity: str) -> None:
     assert certificate.passed, certificate.failures
 
 
+def test_values_that_are_real_for_few_lengths_are_met() -> None:
+    """acos(-a1/a2), for which the first six choices of the lengths have a1 above a2."""
+    certificate = certify(generate(ProblemId("orthogonal-3r", 5000, ("lost-motion",), variation="chapter")))
+    assert certificate.passed, certificate.failures
+
+
 def test_every_kind_of_question_is_tested() -> None:
     assert set(EVERY_QUESTION) == set(CHECKS)
 
