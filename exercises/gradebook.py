@@ -6,7 +6,6 @@ Moodle's grade/import/csv and its language packs.
 """
 
 import csv
-import io
 import re
 import unicodedata
 from collections.abc import Mapping, Sequence
@@ -14,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from exercises.errors import QdotError
-from exercises.input_file import read_text
+from exercises.input_file import csv_rows, read_table_text
 
 CANVAS, MOODLE = "Canvas", "Moodle"
 POINTS = "Points Possible"
@@ -70,7 +69,7 @@ def read_export(path: Path) -> Export | None:
     """Return what a platform exported; None where the file is no such export. Raises QdotError."""
     if not path.is_file():
         return None
-    rows = _rows(read_text(path))
+    rows = _rows(read_table_text(path))
     if not rows:
         return None
     header = [name.strip() for name in rows[0][1]]
@@ -88,19 +87,11 @@ def identifier_of(text: str) -> str:
 
 
 def _rows(text: str) -> Rows:
-    """Return the lines with anything in them, by the separator that gives the header most cells."""
-    rows: list[tuple[int, list[str]]] = []
-    first, begins = text.partition("\n")[0], 1
+    """Return the lines with anything in them."""
     try:
-        separator = max(",;\t", key=lambda each: len(next(csv.reader([first], delimiter=each), [])))
-        reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
-        for row in reader:
-            if any(cell.strip() for cell in row):
-                rows.append((begins, row))
-            begins = reader.line_num + 1
+        return list(csv_rows(text))
     except csv.Error:
         return []  # a roster's own reader says what is wrong
-    return rows
 
 
 def _column(header: Sequence[str], names: Sequence[str]) -> int | None:

@@ -4,8 +4,10 @@ Every message is of one form, FILE: line N: joint 2: alpha = "90 deg": what is w
 is left out where it isn't known, the value where it is long.
 """
 
+import codecs
 import csv
 import datetime
+import difflib
 import io
 import json
 import re
@@ -40,13 +42,45 @@ _HINTS = (
 
 def read_text(path: Path, missing: str = "") -> str:
     """Return the text of a file. Raises QdotError; `missing` says what to do where there is none."""
+    content = _content(path, missing)
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+    except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
+        raise QdotError(f"{path}: line {line}: this is not text in UTF-8; save the file as UTF-8") from None
+
+
+def read_table_text(path: Path, missing: str = "") -> str:
+    """Return the text of a file in CSV, in any encoding in which Excel writes one. Raises QdotError.
+
+    They are UTF-8, UTF-16 with its mark at the beginning ("Unicode text"), and Windows-1252 (plain "CSV"), for which
+    is taken what is no UTF-8 and has nothing in UTF-8 in it.
+    """
+    content = _content(path, missing)
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        text = content.decode("utf-16", "replace")
+    else:
+        text = content.decode("utf-8-sig", "replace")
+        if "\ufffd" in text and not _IN_UTF_8.search(content):
+            text = content.decode("cp1252", "replace")
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    for number, line in enumerate(text.split("\n"), 1):
+        if "\0" in line or "\ufffd" in line:
+            raise QdotError(
+                f'{path}: line {number}: this is no text in UTF-8, UTF-16 or Windows-1252; save the file as "CSV UTF-8"'
+            )
+    return text
+
+
+_IN_UTF_8 = re.compile(rb"[\xc2-\xdf][\x80-\xbf]|[\xe0-\xef][\x80-\xbf]{2}|[\xf0-\xf4][\x80-\xbf]{3}")
+"""A character of several bytes in UTF-8; in Windows-1252, it would be a letter with accent before a sign."""
+
+
+def _content(path: Path, missing: str) -> bytes:
+    try:
+        return path.read_bytes()
     except FileNotFoundError:
         raise QdotError(f"{path}: there is no such file" + (f"; {missing}" if missing else "")) from None
-    except UnicodeDecodeError as error:
-        line = error.object[: error.start].count(b"\n") + 1
-        raise QdotError(f"{path}: line {line}: this is not text in UTF-8; save the file as UTF-8") from None
     except OSError as error:
         raise QdotError(f"{path}: the file can't be read: {error.strerror}") from None
 
@@ -104,6 +138,12 @@ class TomlFile:
             if key in above and key not in known:
                 raise QdotError(f"{where}: the key {key!r} stands at the top of the file, above every [[{place[0]}]]")
             if key not in known:
+                meant = _likeliest(key, (*known, *above))
+                if meant in above and meant not in known:
+                    raise QdotError(
+                        f"{where}: unknown key {key!r}; the key {meant!r} is meant, probably, and stands at the top of "
+                        f"the file, above every [[{place[0]}]]"
+                    )
                 raise QdotError(f"{where}: {unknown('key', key, tuple(known))}")
         for key in needed:
             if key not in table:
@@ -127,6 +167,11 @@ class TomlFile:
             if keys and re.match(rf"""\s*["']?{re.escape(keys[-1])}["']?\s*=""", lines[number]):
                 return number + 1
         return None if header is None else header + 1
+
+
+def _likeliest(key: str, known: Sequence[str]) -> str:
+    """Return the known key that is most like one that is not; nothing where none is like it."""
+    return next(iter(difflib.get_close_matches(key, known, n=1)), "")
 
 
 def _holds_tables(value: object) -> bool:
@@ -175,12 +220,12 @@ def read_table(path: Path, first: str, example: str, missing: str = "") -> list[
     """Return the lines of a CSV file with anything in them: the number of each, and its cells by column.
 
     The columns' names are in small letters. The `first` column is always there; `example` is a header as it may be.
-    Commas or semicolons separate, as many a spreadsheet saves it. Raises QdotError.
+    It is in any encoding in which Excel writes one, and commas, semicolons or tabs separate. Raises QdotError.
     """
     rows = _rows(path, missing)
     if not rows:
         raise QdotError(f"{path}: the file is empty; its first line is {example!r}, then a line a {first}")
-    header = _header(path, rows[0][1], first, example)
+    header = _header(path, *rows[0], first, example)
     for number, row in rows[1:]:
         if any(cell.strip() for cell in row[len(header) :]):
             raise QdotError(
@@ -196,32 +241,58 @@ def read_table(path: Path, first: str, example: str, missing: str = "") -> list[
 
 def _rows(path: Path, missing: str) -> list[tuple[int, list[str]]]:
     """Return the rows that hold anything, each with the line that it begins on. Raises QdotError."""
-    text = read_text(path, missing)
-    header_line = text.partition("\n")[0]
-    separator = ";" if ";" in header_line and "," not in header_line else ","
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
-    rows, begins = [], 1
+    text = read_table_text(path, missing)
+    begins = []
     try:
-        for row in reader:
-            if any(cell.strip() for cell in row):
-                rows.append((begins, row))
-            begins = reader.line_num + 1
+        return list(csv_rows(text, begins))
     except csv.Error as error:
-        hint = "is a double quote not closed, or not doubled?" if '"' in text else "save it as CSV, in UTF-8"
-        raise QdotError(f"{path}: line {begins}: this can't be read ({error}); {hint}") from None
-    return rows
+        hint = "is a double quote not closed, or not doubled?" if '"' in text else 'save it as "CSV UTF-8"'
+        raise QdotError(f"{path}: line {begins[-1]}: this can't be read ({error}); {hint}") from None
 
 
-def _header(path: Path, row: list[str], first: str, example: str) -> list[str]:
+SEPARATORS = ",;\t"
+"""What separates columns: Excel writes a comma or a semicolon by the country that it is set to, and tabs as text."""
+
+
+def csv_rows(text: str, begins: list[int] | None = None) -> Iterator[tuple[int, list[str]]]:
+    """Yield the rows of a text in CSV that hold anything, each with the line that it begins on.
+
+    They are separated as gives the first line most cells, or as a line "sep=;" before it says, which Excel knows. In
+    `begins` are put the lines on which rows begin, also of one that can't be read. Raises csv.Error.
+    """
+    begins = [] if begins is None else begins
+    first, _, rest = text.partition("\n")
+    skipped, said = 0, re.fullmatch(r'"?sep=(.)"?', first.strip("\ufeff"), re.IGNORECASE)
+    if said and said[1] in SEPARATORS:
+        text, skipped = rest, 1
+    separator = said[1] if skipped and said else _separator(first)
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
+    begins.append(1 + skipped)
+    for row in reader:
+        if any(cell.strip() for cell in row):
+            yield begins[-1], row
+        begins.append(reader.line_num + 1 + skipped)
+
+
+def _separator(header: str) -> str:
+    """Return what gives a line the most cells; of equal ones, the first."""
+
+    def cells(separator: str) -> int:
+        try:
+            return len(next(csv.reader([header], delimiter=separator), []))
+        except csv.Error:
+            return 0
+
+    return max(SEPARATORS, key=cells)
+
+
+def _header(path: Path, line: int, row: list[str], first: str, example: str) -> list[str]:
     """Return the names of the columns in small letters."""
     header = [name.strip().lower() for name in row]
     if header[0] != first:
         others = ", ".join(example.split(",")[1:])
-        tabs = "; tabs separate the columns, write commas" if "\t" in row[0] else ""
-        raise QdotError(
-            f"{path}: line 1: the first column is {row[0]!r}, and must be {first!r} (then {others}, …){tabs}"
-        )
+        raise QdotError(f"{path}: line {line}: the first column is {row[0]!r}, and must be {first!r} (then {others}, …)")
     twice = [name for name in header if name and header.count(name) > 1]
     if twice:
-        raise QdotError(f"{path}: line 1: two columns are called {twice[0]!r}; give each a name of its own")
+        raise QdotError(f"{path}: line {line}: two columns are called {twice[0]!r}; give each a name of its own")
     return header

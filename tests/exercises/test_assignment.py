@@ -45,6 +45,12 @@ def test_init_overwrites_nothing(folder: Path) -> None:
         (TOML + "question = []\n", "line 7: problem 1: unknown key 'question' (did you mean 'questions'?); known: fam"),
         ('titel = "T"\n' + TOML, "line 1: unknown key 'titel' (did you mean 'title'?)"),
         (
+            TOML + "hint = true\n",
+            "line 7: problem 1: unknown key 'hint'; the key 'hints' is meant, probably, and stands at the top of the "
+            "file, above every [[problem]]",
+        ),
+        ("hint = true\n" + TOML, "line 1: unknown key 'hint' (did you mean 'hints'?); known: title, key"),
+        (
             TOML.replace("planar-2r", "planer-2r"),
             "line 5: problem 1: family = \"planer-2r\": unknown family 'planer-2r' ",
         ),
@@ -174,7 +180,9 @@ def test_what_is_wrong_in_assignment_toml_is_told(folder: Path, toml: str, said:
         ("student,name\ns1,Lovelace, Ada\n", "line 2: 3 cells, and the header has 2; a text with a comma or semicolon"),
         ('student,name\n\ns1,"A"\ns1,B\n', "line 4: student 's1' is already on line 3"),
         ("student,name,name\ns1,A,B\n", "line 1: two columns are called 'name'"),
-        ("student\tname\ns1\tA\n", "tabs separate the columns, write commas"),
+        ("name\tstudent\nA\ts1\n", "line 1: the first column is 'name', and must be 'student' (then name, email, …)"),
+        ("sep=;\nname;student\n", "line 2: the first column is 'name', and must be 'student'"),
+        ("student,name\ns1,A\0\n", "line 2: this is no text in UTF-8, UTF-16 or Windows-1252; save the file as "),
     ],
 )
 def test_what_is_wrong_in_the_roster_is_told(folder: Path, roster: str, said: str) -> None:
@@ -197,9 +205,39 @@ def test_a_roster_with_semicolons_is_read(folder: Path) -> None:
     assert (student.id, student.name, student.email) == ("s1", "Lovelace, Ada", "a@x.org")
 
 
-def test_bytes_that_are_no_text_are_told(folder: Path) -> None:
-    (folder / "roster.csv").write_bytes(b"student\n\xff\xfe\n")
-    with pytest.raises(QdotError, match=r"roster\.csv: line 2: this is not text in UTF-8; save the file as UTF-8"):
+EXCEL = {
+    "UTF-8 with its mark": "utf-8-sig", "Unicode text": "utf-16", "UTF-16, the other way": "utf-16-be",
+    "plain CSV": "cp1252", "UTF-8": "utf-8",
+}  # fmt: skip
+"""The encodings in which Excel writes a table, by what it calls them."""
+
+
+@pytest.mark.parametrize("encoding", EXCEL.values(), ids=EXCEL)
+@pytest.mark.parametrize("separator", [",", ";", "\t"], ids=["commas", "semicolons", "tabs"])
+@pytest.mark.parametrize("end", ["\r\n", "\n", "\r"], ids=["CRLF", "LF", "CR"])
+def test_a_roster_as_excel_writes_it_is_read(folder: Path, encoding: str, separator: str, end: str) -> None:
+    rows = [("student", "name", "email"), ("s1", '"Strauß, Zoë – „Zo“"', "z@x.org"), ("s2", "Bo; €", ""), ("", "", "")]
+    rows[2] = ("s2", '"Bo; €"', "")
+    text = "".join(separator.join(row) + end for row in rows)
+    mark = "\ufeff" if encoding == "utf-16-be" else ""
+    (folder / "roster.csv").write_bytes((mark + text).encode(encoding))
+    roster = load_assignment(folder).roster
+    assert [(s.id, s.name, s.email) for s in roster] == [("s1", "Strauß, Zoë – „Zo“", "z@x.org"), ("s2", "Bo; €", "")]
+
+
+def test_a_first_line_that_names_the_separator_is_read_as_excel_reads_it(folder: Path) -> None:
+    (folder / "roster.csv").write_text("sep=;\nstudent;name, or what stands for it\ns1;Ada\n")
+    (student,) = load_assignment(folder).roster
+    assert (student.id, student.others) == ("s1", (("name, or what stands for it", "Ada"),))
+
+
+@pytest.mark.parametrize(
+    "content", [b"student\n\x81\n", "student\nZo\xeb\n".encode() + b"\xeb\n", b"\xff\xfes\0t\0\n\0\0\xd8"]
+)
+def test_bytes_that_are_no_text_are_told(folder: Path, content: bytes) -> None:
+    """What is in no encoding of Excel's, or in two at once: a name read wrongly would be nobody's."""
+    (folder / "roster.csv").write_bytes(content)
+    with pytest.raises(QdotError, match=r"roster\.csv: line [23]: this is no text in UTF-8, UTF-16 or Windows-1252"):
         load_assignment(folder)
 
 
