@@ -242,7 +242,7 @@ def read_table(path: Path, first: str, example: str, missing: str = "") -> list[
 def _rows(path: Path, missing: str) -> list[tuple[int, list[str]]]:
     """Return the rows that hold anything, each with the line that it begins on. Raises QdotError."""
     text = read_table_text(path, missing)
-    begins = []
+    begins: list[int] = []
     try:
         return list(csv_rows(text, begins))
     except csv.Error as error:
@@ -291,7 +291,9 @@ def _header(path: Path, line: int, row: list[str], first: str, example: str) -> 
     header = [name.strip().lower() for name in row]
     if header[0] != first:
         others = ", ".join(example.split(",")[1:])
-        raise QdotError(f"{path}: line {line}: the first column is {row[0]!r}, and must be {first!r} (then {others}, …)")
+        raise QdotError(
+            f"{path}: line {line}: the first column is {row[0]!r}, and must be {first!r} (then {others}, …)"
+        )
     twice = [name for name in header if name and header.count(name) > 1]
     if twice:
         raise QdotError(f"{path}: line {line}: two columns are called {twice[0]!r}; give each a name of its own")

@@ -12,6 +12,7 @@ The map, from the bottom up: nothing here imports what stands below it.
     credit, residuals               what an answer earns in part; what it lacks
     numbers, finished, diagnosis    the mistake behind a wrong answer, in the derivation or in the finished formulas
     advice, follow                  what to look at where there is none; what follows from a wrong answer
+    similar, groups                 answers compared as they are written; the key of equal wrong answers
     marking                         a student's answers to a problem
     prairielearn                    what an exported PrairieLearn question calls
     sandbox, guarantees             the grader's side of `contained`; what this machine guarantees, by a probe
@@ -24,7 +25,7 @@ The map, from the bottom up: nothing here imports what stands below it.
     batch, single, history          the class, resumable; one student; what earlier runs gave, and whose mark moved
     certificates, sharing           a student's certificate; how many of a class share an answer
     certify, check                  `verify`; what a student can know before handing in
-    statistics, similar, variants   what the class's page is worked out from
+    statistics, variants            what the class's page is worked out from
     reports/                        results for people and for other programs
     nbgrader_cells                  notebooks as nbgrader has them, made whole and filled with marks
     demo, commands                  the simulated class; the commands about what is handed in

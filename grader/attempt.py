@@ -16,13 +16,14 @@ from grader.cells import Unreadable, plain
 from grader.copies import Copies
 from grader.finding import Answers, find_answers
 from grader.function_values import asked_of
+from grader.groups import group_key
 from grader.marking import mark
 from grader.sandbox import Run, Sandbox
 from grader.submission import Found, Note, Submission, oddities, read_submission, rivals, wrong_assignment
 from grader.uncounted import without_self_checks
-from grader.verdict import Outcome
+from grader.verdict import Outcome, Verdict
 
-GRADER = 5
+GRADER = 6
 """Version of the grader: any change of what a submission earns raises it."""
 
 Marked = dict[str, Any]
@@ -166,7 +167,7 @@ def _marked(
             points_seed=_points_seed(assignment, submission), credit=credit,
             is_copied=partial(copies.is_right_for_another, problem, slot),
         )  # fmt: skip
-        marked.append({"id": str(problem.id), "slot": slot, "parts": [verdict.as_json() for verdict in verdicts]})
+        marked.append({"id": str(problem.id), "slot": slot, "parts": [_of_part(slot, verdict) for verdict in verdicts]})
     return {
         "sha256": None if submission is None else submission.sha256,
         "obstacle": obstacle,
@@ -177,10 +178,17 @@ def _marked(
     }
 
 
+def _of_part(slot: str, verdict: Verdict) -> dict[str, Any]:
+    """Return what is said of a part, its group named by the part, too."""
+    group = None if verdict.group is None else group_key(f"{slot}.{verdict.part}", verdict.group)
+    return {**verdict.as_json(), "group": group}
+
+
 def ungraded(assignment: Assignment, student: str, attempt: Attempt | None, why: str) -> Marked:
     """Return what stands for a notebook on which qdot itself failed: no mark. It is made without doing anything."""
     said = f"qdot itself failed on this notebook ({why}); it has no mark yet, tell your instructor"
-    nothing = dict.fromkeys(("override", "mistake", "advice", "followed_from", "certificate", "answer", "entries"))
+    names = ("override", "mistake", "advice", "followed_from", "group", "certificate", "answer", "entries")
+    nothing = dict.fromkeys(names)
     told: dict[str, Any] = {"outcome": Outcome.UNGRADED.value, "points": None, "reason": said}
     return {
         "sha256": None if attempt is None or attempt.submission is None else attempt.submission.sha256,

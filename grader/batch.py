@@ -8,7 +8,7 @@ import contextlib
 import hashlib
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
@@ -20,7 +20,7 @@ from exercises.files import cannot_write, made_lasting, make_folder, tidied, wri
 from exercises.parallel import ordered_map
 from grader.attempt import Attempt, Marked, grade_attempt, is_graded, made_from, read_attempts, ungraded
 from grader.copies import Copies
-from grader.overrides import Override, read_overrides
+from grader.overrides import Overrides, read_overrides
 from grader.remote import Order, brief_of, graded_by, order_of
 from grader.sandbox import Limits, Sandbox
 from grader.settle import Graded, Result, settle
@@ -29,7 +29,6 @@ from grader.submission import Found
 DIED = "its process was ended twice by the system, probably for want of memory"
 
 WritePage = Callable[[Assignment, Student, Result], None]
-AllOverrides = Mapping[str, Mapping[str, Override]]
 
 ROOM = 64
 """Notebooks that are out at a time with an executor of which nothing else is known."""
@@ -72,7 +71,7 @@ def grade_class(
 
     def settled(place: int, handed_in: list[Graded]) -> None:
         student = chosen[place]
-        results[place] = settle(assignment, student, handed_in, overrides.get(student.id, {}))
+        results[place] = _settled(assignment, student, handed_in, overrides)
         now_and_then()
         each(results[place])
 
@@ -170,7 +169,7 @@ class _Shelf:
 class _Context:
     """What a process has on its context while it grades: the assignment, a sandbox, the folder of what is graded."""
 
-    def __init__(self, shelf: _Shelf, overrides: AllOverrides, write_page: WritePage | None) -> None:
+    def __init__(self, shelf: _Shelf, overrides: Overrides, write_page: WritePage | None) -> None:
         self.shelf, self.assignment = shelf, shelf.assignment
         self._overrides, self._write_page = overrides, write_page
         self._roster = {student.id: student for student in self.assignment.roster}
@@ -182,11 +181,16 @@ class _Context:
         if self._write_page is not None:
             student = self._roster[name]
             with contextlib.suppress(Exception):  # it is told where the page is written at last
-                result = settle(self.assignment, student, handed_in, self._overrides.get(name, {}))
+                result = _settled(self.assignment, student, handed_in, self._overrides)
                 self._write_page(self.assignment, student, result)
 
     def close(self) -> None:
         self.sandbox.close()
+
+
+def _settled(assignment: Assignment, student: Student, handed_in: Sequence[Graded], overrides: Overrides) -> Result:
+    of_student = overrides.of_students.get(student.id, {})
+    return settle(assignment, student, handed_in, of_student, overrides.of_groups)
 
 
 Entry = tuple[Attempt | None, bool]

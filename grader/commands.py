@@ -31,8 +31,8 @@ from grader.cluster import connected
 from grader.compare import TYPES, as_json, compare_line, likely_type
 from grader.compare import compare as compare_texts
 from grader.marking import number
-from grader.overrides import OVERRIDES
-from grader.reports.tables import overrides, staff_notes, status
+from grader.overrides import OVERRIDES, read_overrides, without_answers
+from grader.reports.tables import count_set, staff_notes, status
 from grader.sandbox import Limits
 from grader.settle import Result
 from grader.sharing import shared_answers
@@ -269,7 +269,8 @@ def grade(
     and Gradescope let you download, as a folder or as the zip (docs/submissions.md). Writes
     DIR/graded/results.jsonl, DIR/graded/grades.csv and DIR/graded/feedback/STUDENT.html. What has been graded and
     has not changed is not graded again, so that a run that was stopped goes on where it was. Results that are replaced
-    stay in DIR/graded/history/STUDENT.jsonl. DIR/overrides.csv (student,part,points,comment) sets points by hand.
+    stay in DIR/graded/history/STUDENT.jsonl. DIR/overrides.csv (student,part,points,comment) sets points by
+    hand; with the column group, those of all equal wrong answers, by the key that `qdot report` shows.
     The formats of --report are in docs/outlets.md. With --student, nothing else is written than these reports. Several
     machines can grade a class together: docs/many-submissions.md.
     """
@@ -319,10 +320,18 @@ def _grade(
         with progress("writing feedback", len(results)) as counter:
             write_reports(assignment, results, min(jobs, len(results)), counter.step)
     _tell_notes(results)
+    for said in without_answers(assignment, read_overrides(assignment), _groups_of(results)):
+        note(said)
     if diff:
         tell(told(earlier, results))
     tell(_summary(results, assignment.folder, len(looked.unsure) + len(looked.strangers)))
     return results
+
+
+def _groups_of(results: list[Result]) -> list[str]:
+    """Return the keys of the groups of equal wrong answers, those of most students first."""
+    every = (part["group"] for result in results for problem in result["problems"] for part in problem["parts"])
+    return [group for group, _ in Counter(group for group in every if group is not None).most_common()]
 
 
 def _grade_one(
@@ -444,7 +453,7 @@ def _summary(results: list[Result], folder: Path, nobodys: int) -> str:
     mean = f"mean {sum(handed_in) / len(handed_in):.1f} % of those handed in; " if handed_in else ""
     said = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
     left = f"{nobodys} of nobody on the roster, or not surely of one; " if nobodys else ""
-    of_people = sum(len(overrides(result)) for result in results)
+    of_people = sum(map(count_set, results))
     by_hand = f"{of_people} set by {OVERRIDES}; " if of_people else ""
     return f"{len(results)} students: {said}; {mean}{by_hand}{left}see {folder / 'graded'}"
 

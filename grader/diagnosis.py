@@ -81,7 +81,8 @@ def diagnose(
         return offered
     for mistake, slip in taken(problem.chain, part) if len(given.text) <= LONGEST_SET else ():
         if judge_given(problem, replace(part, answer=slip.answer), given, seed).outcome is Outcome.CORRECT:
-            return Diagnosis((mistake.name,), mistake.sentence(slip.words))
+            made = known_by(mistake.name, slip.words)
+            return Diagnosis((mistake.name,), mistake.sentence(slip.words), known_by=(made,))
     if not is_derived(part):
         return None
     values = configurations(problem.chain, part, problem.domain(), POINTS, Stream(f"{seed}/diagnosis"))
@@ -171,7 +172,8 @@ def named(
                     break
     if fitting:
         plainest = min(fitting, key=lambda one: one.mistake.name in IF_NOTHING_PLAINER)
-        return next((_inherited(one, causes) for one in fitting if _cause(one, causes)), _said([plainest]))
+        here = _said([plainest])
+        return next((_inherited(one, causes, here) for one in fitting if _cause(one, causes)), here)
     if found.values.shape != right.shape:
         return None
     if right[..., 0].size == 1 and part.type == "number":
@@ -222,11 +224,12 @@ def _cause(wrong: Wrong, causes: Sequence[Cause]) -> Cause | None:
     return next((c for c in causes if (c.mistake, c.words) == (wrong.mistake.name, dict(wrong.slip.words))), None)
 
 
-def _inherited(wrong: Wrong, causes: Sequence[Cause]) -> Diagnosis:
+def _inherited(wrong: Wrong, causes: Sequence[Cause], here: Diagnosis) -> Diagnosis:
+    """Return what is said of a mistake that was found before; `here` is what would be said without that."""
     cause = _cause(wrong, causes)
     assert cause is not None
     says = f"This follows from what went wrong in {cause.title!r}: the same mistake gives this answer."
-    return Diagnosis((), says, inherited=cause.part)
+    return Diagnosis((), says, inherited=cause.part, known_by=here.known_by)
 
 
 def _said(wrongs: Sequence[Wrong], where: str = "") -> Diagnosis:
@@ -237,7 +240,22 @@ def _said(wrongs: Sequence[Wrong], where: str = "") -> Diagnosis:
     )
     first = wrongs[0]
     cause = (first.mistake.name, dict(first.slip.words)) if len(wrongs) == 1 and not where else None
-    return Diagnosis(tuple(dict.fromkeys(wrong.mistake.name for wrong in wrongs)), says, cause)
+    made = tuple(f"{known_by(wrong.mistake.name, wrong.slip.words)}{where}" for wrong in wrongs)
+    return Diagnosis(tuple(dict.fromkeys(wrong.mistake.name for wrong in wrongs)), says, cause, known_by=made)
+
+
+OWN_NUMBERS = ("degrees",)
+"""Words of a sentence that are numbers of the student's own arm, and don't say which mistake it is."""
+
+
+def known_by(mistake: str, words: Mapping[str, object]) -> str:
+    """Return a mistake with where it was made, the same for all arms on which it is made there.
+
+    >>> known_by("offset-sign", {"joint": 2, "degrees": "45°"})
+    'offset-sign joint=2'
+    """
+    said = [f"{name}={value}" for name, value in sorted(words.items()) if name not in OWN_NUMBERS]
+    return " ".join([mistake, *said])
 
 
 # --- two at once ---

@@ -101,7 +101,8 @@ def _in_places(rows: Rows, values: Values, found: InNumbers, places: Sequence[Pl
     if len(made) > 2:
         return None
     said = [_said(name, where, found.values.shape) for name, where in made.items()]
-    return Diagnosis(tuple(made), " ".join(one.says for one in said))
+    known_by = tuple(name for one in said for name in one.known_by)
+    return Diagnosis(tuple(made), " ".join(one.says for one in said), known_by=known_by)
 
 
 def _slips(entry: Node, values: Values, found: InNumbers, beside_others: bool, pairs: bool) -> tuple[str, ...] | None:
@@ -153,4 +154,5 @@ def _evaluated(entries: Sequence[Node], values: Values) -> np.ndarray:
 
 
 def _said(name: str, places: Sequence[Place], shape: tuple[int, ...]) -> Diagnosis:
-    return Diagnosis((name,), CATALOGUE[name].sentence({"Where": in_words(places, shape)}))
+    where = in_words(places, shape)
+    return Diagnosis((name,), CATALOGUE[name].sentence({"Where": where}), known_by=(f"{name} {where}",))

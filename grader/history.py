@@ -78,7 +78,7 @@ def last_results(assignment: Assignment) -> tuple[Assignment, list[Result]]:
 
 
 _KEYS = ("score", "max_score", "submission", "obstacle", "late", "override", "staff_notes", "problems")
-_PART_KEYS = ("outcome", "points", "max_points", "override", "mistake", "followed_from", "answer")
+_PART_KEYS = ("outcome", "points", "max_points", "override", "mistake", "followed_from", "group", "answer")
 
 
 def keep_earlier(assignment: Assignment, results: Sequence[Result]) -> None:
@@ -208,10 +208,31 @@ def _moves_of(student: str, was: Result, now: Result) -> list[Move]:
         old, new = (_shown(parts[part]["points"]) if part in parts else "–" for parts in (before, after))
         if old != new:
             by_hand = set_before.get(part) != set_now.get(part)
-            moved.append(Move(student, part, old, new, "override" if by_hand else of_grading))
+            why = _which(set_before.get(part), set_now.get(part)) if by_hand else of_grading
+            moved.append(Move(student, part, old, new, why))
     if moved or was["score"] != now["score"]:
         moved.append(Move(student, "", _shown(was["score"]), _shown(now["score"]), reasons(was, now)))
     return moved
+
+
+def _which(before: Any, now: Any) -> str:
+    """Return the override that came or went, in words."""
+    group = (now or before or {}).get("group")
+    return f"override of {group}" if group else "override"
+
+
+def told_anew(earlier: Mapping[str, Result], results: Sequence[Result]) -> list[str]:
+    """Return, a line for each group, how many students are told a comment that they were not, where no mark moves."""
+    count: dict[str, int] = {}
+    for result in results:
+        before = _overrides(earlier[result["student"]]) if result["student"] in earlier else {}
+        for part, override in _overrides(result).items():
+            if override and override["points"] is None and override != before.get(part):
+                count[override["group"]] = count.get(override["group"], 0) + 1
+    return [
+        f"{group}: {number} {'student is' if number == 1 else 'students are'} told the comment of overrides.csv"
+        for group, number in count.items()
+    ]
 
 
 def _shown(points: float | None) -> str:
@@ -222,9 +243,9 @@ def told(earlier: Mapping[str, Result], results: Sequence[Result]) -> str:
     """Return the comparison of a run with the one before as `qdot grade --diff` prints it."""
     if not earlier:
         return "nothing to compare with: this is the first run"
-    moved = moves(earlier, results)
+    moved, comments = moves(earlier, results), told_anew(earlier, results)
     if not moved:
-        return "no mark moved since the last run"
+        return "\n".join([*comments, "no mark moved since the last run"])
     rows = [(move.student, move.part or "total", move.was, move.now, move.why) for move in moved]
     wide = [max(len(row[column]) for row in rows) for column in range(4)]
     lines = [
@@ -237,4 +258,4 @@ def told(earlier: Mapping[str, Result], results: Sequence[Result]) -> str:
     marks = "1 student's mark" if students == 1 else f"{students} students' marks"
     sign = "+" if change >= 0 else "−"
     said = f"{marks} moved since the last run; all points together {number(before)} → {number(after)}"
-    return "\n".join([*lines, f"{said} ({sign}{number(abs(change))})"])
+    return "\n".join([*lines, *comments, f"{said} ({sign}{number(abs(change))})"])

@@ -14,6 +14,7 @@ from grader.credit import credited
 from grader.diagnosis import Cause, diagnose
 from grader.follow import Followed, IsCopied, follow, nothing_copied
 from grader.function_values import SHOWN, is_table
+from grader.groups import group_of
 from grader.parts import judge_given
 from grader.reading import read_answer
 from grader.verdict import Diagnosis, Judgement, Outcome, Verdict, missing
@@ -36,7 +37,8 @@ def mark(
 
     A part that follows from the student's own wrong answer to an earlier one earns `credit` of its points, unless that
     answer `is_copied`. What goes wrong in our own code is UNGRADED: it is told loudly, and is no mark. Points at which
-    answers are compared are drawn from `secret` and the answer; without one, a secret is drawn.
+    answers are compared are drawn from `secret` and the answer; without one, a secret is drawn, and no answer has a
+    group, whose key depends on it.
 
     >>> from exercises import generate
     >>> mark(generate("polar-rp/1", ["determinant"]), {"determinant": "d2 + 0.7"}, secret="s")
@@ -62,7 +64,7 @@ def mark(
     causes: list[Cause] = []
     for part in problem.parts:
         name, judgement = part.name, judged[part.name]
-        diagnosis, followed = None, None
+        diagnosis, followed, group = None, None, None
         if name in wrong:
             before = [other for other in wrong if _is_before(problem, other, name)]
             followed = (
@@ -70,12 +72,16 @@ def mark(
             )
             if followed is None or followed.judgement.outcome is not Outcome.CORRECT:
                 diagnosis = _safely(diagnose, problem, part, own[name], seeds[name], tuple(causes))
+                behind = diagnosis
                 if diagnosis is None:
                     diagnosis = _safely(advise, problem, part, own[name], seeds[name])
                 if diagnosis is not None and diagnosis.cause is not None:
                     causes.append(Cause(*diagnosis.cause, name, ASKED[part.kind].title))
+            else:
+                behind = _safely(diagnose, problem, part, own[name], seeds[name])
+            group = None if secret is None else _safely(group_of, problem, part, own[name], behind, secret)
         shown = SHOWN if name in texts and is_table(texts[name]) else texts.get(name)
-        verdicts.append(verdict(part, judgement, shown, diagnosis, followed, credit))
+        verdicts.append(replace(verdict(part, judgement, shown, diagnosis, followed, credit), group=group))
     return verdicts
 
 

@@ -87,9 +87,10 @@ def report(
 
     It is made from the results of the last `qdot grade`.
 
-    Distribution of scores, difficulty and discrimination of every part, mistakes and who made them, right answers in
-    unusual forms, whether some variants were harder, late and missing work, wrong answers that are nearly the same
-    (docs/report.md). With --report, nothing but the formats named is written (docs/outlets.md); nobody is graded.
+    Distribution of scores, difficulty and discrimination of every part, mistakes and who made them, equal wrong answers
+    together with the key by which overrides.csv marks them, right answers in unusual forms, whether some variants were
+    harder, late and missing work, wrong answers that are nearly the same (docs/report.md). With --report, nothing but
+    the formats named is written (docs/outlets.md); nobody is graded.
     """
     from grader.history import last_results
     from grader.reports.formats import STDOUT, read_reports, write_asked

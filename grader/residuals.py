@@ -49,6 +49,7 @@ def missing_links(w: Working, part: Part, right: np.ndarray, found: np.ndarray) 
     return Diagnosis(
         ("chain-rule",),
         f"{text[0].upper()}{text[1:]}. A joint moves every link behind it, with all that they carry. See (6.3).",
+        known_by=(f"chain-rule {text}",),
     )
 
 
@@ -59,7 +60,7 @@ def _of_position(w: Working, links: np.ndarray, residual: np.ndarray) -> Diagnos
     if lacking is None:
         return None
     says = f"The position seems to lack {_parts(w, lacking)}: every link from the base to P is added. See (6.1)."
-    return Diagnosis(("link-left-out",), says)
+    return Diagnosis(("link-left-out",), says, known_by=(f"link-left-out {lacking}",))
 
 
 def _sum_of(parts: np.ndarray, residual: np.ndarray, counted: Sequence[int], size: float) -> tuple[int, ...] | None:

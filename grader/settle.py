@@ -35,14 +35,21 @@ class Graded:
 
 
 def settle(
-    assignment: Assignment, student: Student, handed_in: Sequence[Graded], overrides: Mapping[str, Override]
-) -> Result:
+    assignment: Assignment, student: Student, handed_in: Sequence[Graded], overrides: Mapping[str, Override],
+    of_groups: Mapping[str, Override] | None = None,
+) -> Result:  # fmt: skip
     """Return a student's result from everything that was handed in, in the order in which it was received.
+
+    `overrides` are the student's own, by part; `of_groups` those for all equal wrong answers, by the group's key.
 
     Of several that were graded, the one that earns most counts; of equal ones, the first. What qdot failed on counts
     for as much as it may be worth, so that it is told and not passed over.
     """
-    results = {i: _of_one(assignment, student, one, overrides) for i, one in enumerate(handed_in) if one.marked}
+    results = {
+        i: _of_one(assignment, student, one, overrides, of_groups or {})
+        for i, one in enumerate(handed_in)
+        if one.marked
+    }
     counts = max(results, key=lambda i: _may_be_worth(results[i]))
     result = results[counts]
     if len(handed_in) == 1:
@@ -60,7 +67,10 @@ def settle(
     return {**result, "attempts": attempts, **told}
 
 
-def _of_one(assignment: Assignment, student: Student, graded: Graded, overrides: Mapping[str, Override]) -> Result:
+def _of_one(
+    assignment: Assignment, student: Student, graded: Graded, overrides: Mapping[str, Override],
+    of_groups: Mapping[str, Override],
+) -> Result:  # fmt: skip
     """Return the result if this notebook counts."""
     marked = graded.marked
     assert marked is not None
@@ -68,7 +78,10 @@ def _of_one(assignment: Assignment, student: Student, graded: Graded, overrides:
     for problem in marked["problems"]:
         names = [f"{problem['slot']}.{part['name']}" for part in problem["parts"]]
         judged = zip(problem["parts"], names, strict=True)
-        problems.append({**problem, "parts": [_overridden(part, overrides.get(name)) for part, name in judged]})
+        settled = [
+            _overridden(part, overrides.get(name) or of_groups.get(part.get("group") or "")) for part, name in judged
+        ]
+        problems.append({**problem, "parts": settled})
     parts = [part for problem in problems for part in problem["parts"]]
     before = total(part["points"] for part in parts)
     late = None if graded.late is False else _late(assignment, student, graded.received, before)
@@ -99,7 +112,8 @@ def _overridden(part: dict[str, Any], override: Override | None) -> dict[str, An
     """Return a part with the points that a person set, and with the grader's own; its outcome and reason stay."""
     if override is None:
         return part
-    return {**part, "points": override.points, "override": override.as_json(part["points"])}
+    points = part["points"] if override.points is None else override.points
+    return {**part, "points": points, "override": override.as_json(part["points"])}
 
 
 def _late(

@@ -37,18 +37,23 @@ class Diagnosis:
     """The names of the mistakes that together give a wrong answer, and what is said of them to the student.
 
     Without a name, what to look at is said. `cause` is the name and the words of a single one that gives the whole
-    answer; `inherited` the earlier part in which it was found, where it has no name of its own here.
+    answer; `inherited` the earlier part in which it was found, where it has no name of its own here. `known_by` tells
+    what the mistakes are and where they were made, whatever was found in earlier parts.
     """
 
     mistakes: tuple[str, ...]
     says: str
     cause: tuple[str, Mapping[str, object]] | None = None
     inherited: str | None = None
+    known_by: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """The judgement on one part with its points (None where ungraded), the answer's text, and what is known of it."""
+    """The judgement on one part with its points (None where ungraded), the answer's text, and what is known of it.
+
+    `group` is the key of all wrong answers that are the same as this one (`grader.groups`).
+    """
 
     part: str
     judgement: Judgement
@@ -57,6 +62,7 @@ class Verdict:
     answer: str | None
     diagnosis: Diagnosis | None = None
     followed_from: str | None = None
+    group: str | None = None
 
     def __repr__(self) -> str:
         earned = "no mark yet" if self.points is None else f"{self.points:g} of {self.max_points:g}"
@@ -75,6 +81,7 @@ class Verdict:
             "mistake": None if self.diagnosis is None else " and ".join(self.diagnosis.mistakes) or None,
             "advice": None if self.diagnosis is None else self.diagnosis.says,
             "followed_from": self.followed_from,
+            "group": self.group,
             "certificate": None if certificate is None else certificate.as_json(),
             "answer": self.answer,
             "entries": None if self.judgement.entries is None else [list(row) for row in self.judgement.entries],

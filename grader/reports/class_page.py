@@ -17,9 +17,11 @@ from grader.reports import charts
 from grader.reports.answers import answer_of, visible
 from grader.reports.class_view import (
     OUTCOMES,
+    GroupOfClass,
     MistakeOfClass,
     PartOfClass,
     graded_work,
+    groups,
     mistakes,
     not_on_time,
     parts,
@@ -40,6 +42,10 @@ MOST_UNUSUAL = 2
 UNUSUAL = 0.5
 """A right answer has an unusual form where it shares no more than this part of its pieces with the reference."""
 MOST_PAIRS = 30
+MOST_GROUPS = 20
+"""Of a part, of which an answer is shown; the keys of all are in results.jsonl."""
+MOST_NAMED = 12
+"""Students of a group that are named."""
 SHORT = 400
 """Characters of an answer that are shown."""
 FEW = 30
@@ -86,6 +92,7 @@ def class_page(assignment: Assignment, results: Sequence[Result]) -> str:
         followed=sum(part.followed for part in of_parts),
         mistakes=_mistakes(of_mistakes, names, len(able)),
         mistake_chart=_mistake_chart(of_mistakes),
+        groups=_groups(results, work, names),
         unusual=_unusual(work, names),
         variants=[_variant(each) for each in made],
         variant_charts=[
@@ -177,6 +184,48 @@ def _mistake_chart(found: Sequence[MistakeOfClass]) -> str:
 
 def _shortened(title: str, most: int = 44) -> str:
     return title if len(title) <= most else f"{title[: most - 1].rstrip()}…"
+
+
+# --- groups of equal wrong answers ---
+
+
+def _groups(
+    results: Sequence[Result], of_parts: Mapping[str, Sequence[Work]], names: Mapping[str, str]
+) -> list[dict[str, Any]]:
+    """Return every part that has groups, with those of most students."""
+    shown = []
+    every = groups(results)
+    for name in dict.fromkeys(group.part for group in every):
+        own = [group for group in every if group.part == name]
+        work = {each.student: each for each in of_parts[name]}
+        rows = [_group(group, work.get(group.typical), names) for group in own[:MOST_GROUPS]]
+        together, alone = [row for row in rows if row["count"] > 1], [row for row in rows if row["count"] == 1]
+        title = ASKED[name.split(".", 1)[1]].title
+        left = own[MOST_GROUPS:]
+        students = sum(len(group.students) for group in left)
+        more = {"left": len(left), "students_left": students}
+        shown.append({"name": name, "title": title, "rows": together, "alone": alone, **more})
+    return shown
+
+
+def _group(group: GroupOfClass, typical: Work | None, names: Mapping[str, str]) -> dict[str, Any]:
+    who = [names[student] for student in group.students]
+    more = len(who) - MOST_NAMED
+    least, most = (f"{points:g}" for points in group.earned)
+    override = group.override
+    set_to = "" if override is None or override["points"] is None else f"{override['points']:g}"
+    return {
+        "key": group.key,
+        "count": len(who),
+        "who": ", ".join(who[:MOST_NAMED]) + (f" and {more} more" if more > 0 else ""),
+        "typical": names[group.typical],
+        "answer": {"shown": "", "text": SHOWN} if typical is None else _answer(typical),
+        "mistake": group.mistake,
+        "followed": group.followed,
+        "earned": f"{least if least == most else f'{least} to {most}'} of {group.max_points:g}",
+        "set_to": set_to,
+        "comment": "" if override is None else visible(override["comment"]),
+    }
 
 
 # --- variants ---

@@ -52,6 +52,25 @@ class MistakeOfClass:
 
 
 @dataclass(frozen=True)
+class GroupOfClass:
+    """A group of equal wrong answers: its key, the part, who gave them, and of whom the answer is that most wrote.
+
+    `mistake` is the title of the mistake of the catalogue that gives the answer, empty where none is known. `earned`
+    are the least and the most points that the grader gave for it; `override` is what overrides.csv says of it.
+    """
+
+    key: str
+    part: str
+    students: tuple[str, ...]
+    typical: str
+    mistake: str
+    earned: tuple[float, float]
+    max_points: float
+    followed: int
+    override: Mapping[str, Any] | None
+
+
+@dataclass(frozen=True)
 class Scores:
     """The scores of those who have a mark, in per cent, and what they come to."""
 
@@ -122,7 +141,7 @@ def parts(assignment: Assignment, results: Sequence[Result]) -> list[PartOfClass
                 statistics.mean(shares),
                 statistics.discrimination(rows, index) if rows else None,
                 sum(part["followed_from"] is not None for part in own),
-                sum(part["override"] is not None for part in own),
+                sum(part["override"] is not None and part["override"]["points"] is not None for part in own),
             )
         )
     return of_class
@@ -140,6 +159,37 @@ def mistakes(results: Sequence[Result]) -> list[MistakeOfClass]:
     titles = {name: CATALOGUE[name].title if name in CATALOGUE else name for name in who}
     made = [MistakeOfClass(name, titles[name], tuple(own), tuple(where[name])) for name, own in who.items()]
     return sorted(made, key=lambda mistake: (-len(mistake.students), mistake.title))
+
+
+def groups(results: Sequence[Result]) -> list[GroupOfClass]:
+    """Return the groups of equal wrong answers: those of a part together, of most students first."""
+    given: dict[tuple[int, str], list[tuple[str, str, dict[str, Any]]]] = {}
+    for result in graded_work(results):
+        for index, (name, part) in enumerate(parts_of(result).items()):
+            if part["group"] is not None:
+                given.setdefault((index, part["group"]), []).append((result["student"], name, part))
+    of_class = [(index, _group(key, own)) for (index, key), own in given.items()]
+    return [group for _, group in sorted(of_class, key=lambda each: (each[0], -len(each[1].students), each[1].key))]
+
+
+def _group(key: str, given: Sequence[tuple[str, str, dict[str, Any]]]) -> GroupOfClass:
+    often = Counter("".join((part["answer"] or "").split()) for _, _, part in given)
+    most = max(often.values())
+    mistake = next((part["mistake"] for _, _, part in given if part["mistake"]), "")
+    overrides = [part["override"] for _, _, part in given if part["override"]]
+    before = [part["override"]["was"] if part["override"] else part["points"] for _, _, part in given]
+    earned = [points for points in before if points is not None] or [0.0]
+    return GroupOfClass(
+        key,
+        given[0][1],
+        tuple(student for student, _, _ in given),
+        next(student for student, _, part in given if often["".join((part["answer"] or "").split())] == most),
+        " and ".join(CATALOGUE[name].title if name in CATALOGUE else name for name in mistake.split(" and ") if name),
+        (min(earned), max(earned)),
+        given[0][2]["max_points"],
+        sum(part["followed_from"] is not None for _, _, part in given),
+        next((override for override in overrides if override.get("group") == key), None),
+    )
 
 
 def not_on_time(assignment: Assignment, results: Sequence[Result]) -> list[dict[str, str]]:
@@ -170,6 +220,8 @@ def set_by_hand(assignment: Assignment, results: Sequence[Result]) -> list[dict[
         for name, about in (*parts_of(result).items(), ("total", result)):
             if (override := about["override"]) is not None:
                 was = "ungraded" if override["was"] is None else f"{override['was']:g}"
-                told = {"was": was, "now": f"{override['points']:g}", "comment": visible(override["comment"])}
-                rows.append({"who": whom(by_id[result["student"]]), "part": name, **told})
+                now = was if override["points"] is None else f"{override['points']:g}"
+                told = {"was": was, "now": now, "comment": visible(override["comment"])}
+                group = override.get("group") or ""
+                rows.append({"who": whom(by_id[result["student"]]), "part": name, **told, "group": group})
     return rows

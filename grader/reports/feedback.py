@@ -23,7 +23,7 @@ from grader.counterexample import in_short
 from grader.reports.answers import answer_of, visible
 from grader.reports.differs import SUPERSCRIPT, table_of
 
-PAGE = 4
+PAGE = 5
 """Version of the page: any change of what it shows raises it, and every page is written anew."""
 
 WORDS = {
@@ -83,18 +83,20 @@ def _settled(result: Mapping[str, Any]) -> list[str]:
             share = f"{100 * late['penalty']:.4g} %"
             said[-1] += f": {share} of the {_points(late['points_before'])} points are taken off"
     if result["override"] is not None:
-        said.append(f"Total {_set_by(result['override'])}")
+        said.append(_set_by(result["override"], "Total"))
     if result["obstacle"] is not None:
         for problem in result["problems"]:
             parts = [part for part in problem["parts"] if part["override"] is not None]
-            said += [f"{problem['slot']}.{part['name']} {_set_by(part['override'])}" for part in parts]
+            said += [_set_by(part["override"], f"{problem['slot']}.{part['name']}") for part in parts]
     return said
 
 
-def _set_by(override: Mapping[str, Any]) -> str:
-    """Return what a person set, in words for the student."""
+def _set_by(override: Mapping[str, Any], what: str) -> str:
+    """Return what a person set (`what`: the points of a part, the total) or says, in words for the student."""
+    if override["points"] is None:
+        return f"Your instructor says: {override['comment']}"
     comment = f": {override['comment']}" if override["comment"] else ""
-    return f"set by your instructor to {_points(override['points'])}{comment}"
+    return f"{what} set by your instructor to {_points(override['points'])}{comment}"
 
 
 def _problems(assignment: Assignment, student: Student, result: dict[str, Any]) -> list[dict[str, Any]]:
@@ -137,7 +139,7 @@ def _part(problem: Problem, part: Part, judged: Mapping[str, Any]) -> dict[str, 
         "reason": _sentence(_reason(problem, part, judged, table is not None)),
         "advice": judged["advice"],
         "mistake": judged["mistake"],
-        "override": None if judged["override"] is None else visible(_set_by(judged["override"])),
+        "override": None if judged["override"] is None else visible(_set_by(judged["override"], "Points")),
         "sure": _how_sure(judged["certificate"]) if outcome == "correct" else "",
         "answer": None if answer is None or is_blank else answer_of(problem, part, answer),
         "entries": judged["entries"] if outcome in ("partial", "wrong") and _several(judged["entries"]) else None,

@@ -54,7 +54,8 @@ def _said(part: dict[str, object]) -> str:
     override = part["override"]
     by_hand = ""
     if isinstance(override, dict):
-        by_hand = f"points set by your instructor{': ' if override['comment'] else ''}{override['comment']}"
+        what = "your instructor says" if override["points"] is None else "points set by your instructor"
+        by_hand = f"{what}{': ' if override['comment'] else ''}{override['comment']}"
     said = [str(text).rstrip(".") for text in (part["reason"], part["advice"], by_hand) if text]
     whole = " ".join(". ".join(said).split())
     return whole if len(whole) <= LONGEST else f"{whole[:LONGEST]} …"

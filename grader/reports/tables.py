@@ -50,7 +50,7 @@ def grades_table(results: Sequence[dict[str, Any]], roster: Sequence[Student]) -
         percent = 100 * result["score"] / result["max_score"]
         cells = [student.id, student.name, student.email, *(value for _, value in student.others)]
         sums = [float(result["score"]), float(result["max_score"]), percent, status(result), _penalty(result)]
-        told = ["; ".join(overrides(result)), "; ".join(staff_notes(result))]
+        told = ["; ".join(overrides(result)), "; ".join((*staff_notes(result), *group_notes(result)))]
         rows.append([*cells, *(None if value is None else float(value) for value in points), *sums, *told])
     return ["student", "name", "email", *others, *parts, *SUMS], rows
 
@@ -68,9 +68,7 @@ def is_marked(result: dict[str, Any], *, zero: bool = False) -> bool:
 
     With `zero`, the 0 of what is missing or unusable is a mark, too; what qdot failed on never has one.
     """
-    by_hand = result["override"] is not None or any(
-        part["override"] is not None for problem in result["problems"] for part in problem["parts"]
-    )
+    by_hand = count_set(result) > 0
     return (graded := status(result)) in ("graded", "late") or (graded != "ungraded" and (zero or by_hand))
 
 
@@ -95,10 +93,28 @@ def overrides(result: dict[str, Any]) -> list[str]:
     return [_set(name, about["override"]) for name, about in (*parts, ("total", result)) if about["override"]]
 
 
+def count_set(result: dict[str, Any]) -> int:
+    """Return how many points a person set: of parts, and in all."""
+    every = [result, *(part for problem in result["problems"] for part in problem["parts"])]
+    return sum(about["override"] is not None and about["override"]["points"] is not None for about in every)
+
+
 def _set(name: str, override: dict[str, Any]) -> str:
+    if override["points"] is None:
+        return f"{name}: {override['comment']}"
     was = "ungraded" if override["was"] is None else number(override["was"])
     comment = f", {override['comment']}" if override["comment"] else ""
     return f"{name}: {number(override['points'])} (was {was}){comment}"
+
+
+def group_notes(result: dict[str, Any]) -> list[str]:
+    """Return by which groups of answers a person set or explained parts, in words for the staff."""
+    every = [part["override"] for problem in result["problems"] for part in problem["parts"] if part["override"]]
+    return [
+        f"overrides.csv {'explains' if override['points'] is None else 'sets'} the group {override['group']}"
+        for override in every
+        if override.get("group")
+    ]
 
 
 def _penalty(result: dict[str, Any]) -> float | None:

@@ -19,7 +19,7 @@ from exercises.lateness import LateRule
 from exercises.release import init_assignment, release
 from grader.cli import app
 from grader.demo import answered
-from grader.overrides import Override, read_overrides
+from grader.overrides import Override, Overrides, read_overrides
 from grader.reports.feedback import feedback_page
 from grader.reports.tables import SUMS, grades_csv, status
 from grader.settle import Graded, settle
@@ -106,9 +106,9 @@ def test_a_header_that_is_none_is_told(folder: Path) -> None:
 
 
 def test_overrides_are_read_as_spreadsheets_write_them(folder: Path) -> None:
-    assert read_overrides(load_assignment(folder)) == {}
+    assert read_overrides(load_assignment(folder)) == Overrides()
     (folder / "overrides.csv").write_text('﻿Student;Part;Points;Comment\ns1;p1.position;1,5;"a; b"\ns2;;2;\n\n')
-    assert read_overrides(load_assignment(folder)) == {
+    assert read_overrides(load_assignment(folder)).of_students == {
         "s1": {"p1.position": Override(1.5, "a; b")},
         "s2": {"": Override(2.0)},
     }

@@ -31,10 +31,10 @@ LAYERS = {
         site.page site.chapter site.arms site.guide site.reference site.pages site.stale_files site.build site
         overview commands""",
     "grader": """verdict counterexample contained function_values answer formulas choices direction functions reading
-        parts compare credit residuals numbers finished diagnosis advice follow marking prairielearn sandbox guarantees
-        cells archives layouts roster submission finding uncounted notebook copies overrides attempt settle remote
-        cluster batch single history
-        certificates sharing certify check statistics similar variants reports nbgrader_cells demo commands
+        parts compare credit residuals numbers finished diagnosis advice follow similar groups marking prairielearn
+        sandbox guarantees cells archives layouts roster submission finding uncounted notebook copies overrides attempt
+        settle remote cluster batch single history
+        certificates sharing certify check statistics variants reports nbgrader_cells demo commands
         pytest_plugin nbgrader_plugin gradescope outlets site docs cli""",
 }
 """From the bottom up: a module imports only from those before it; a folder stands for what is in it."""

@@ -1,0 +1,278 @@
+"""Equal wrong answers: a key for each, the same for all students of a class whose answer is wrong in the same way.
+
+Answers are the same where the same mistake was made in the same place. Where none is known, they are the same where
+they are the same formula, and the same is due, once each student's own numbers are undone: given lengths stand for
+themselves again (0.6 for a2), and joints count from where the table has its zero (theta1 + pi/4 is one angle). What
+can't be undone stays a number, so that only students with the same numbers share it.
+
+A key depends on the problem, the answer and the assignment's secret, and on nobody else's answer: it stays when others
+hand in, and nobody can work out which answers share one.
+"""
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
+from itertools import combinations_with_replacement, permutations
+
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.formula.claims import claimed_pieces
+from exercises.formula.constants import turns_of
+from exercises.formula.exact import known_by
+from exercises.formula.expression import tree_of_reference
+from exercises.formula.program import compile_program, evaluate
+from exercises.formula.trees import Node, ReadError
+from exercises.problem import Part, Problem
+from grader.answer import Given
+from grader.similar import written
+from grader.verdict import Diagnosis
+
+LETTERS = "bcdfghjkmnpqrstvwxz"
+"""What keys are made of: neither words nor anything that a spreadsheet takes for a number."""
+LENGTH = 6
+
+
+def group_key(part: str, letters: str) -> str:
+    """Return the key of a group as results.jsonl has it.
+
+    >>> group_key("p1.jacobian", "kqvxwz")
+    'p1.jacobian/kqvxwz'
+    """
+    return f"{part}/{letters}"
+
+
+def group_of(problem: Problem, part: Part, given: Given, diagnosis: Diagnosis | None, secret: str) -> str | None:
+    """Return the letters of the group that a wrong answer belongs to; None where that is not known.
+
+    `diagnosis` is what was found behind it, whatever was found in earlier parts. Not known is it of Python functions
+    behind which no mistake was found: each is called at other configurations.
+    """
+    same = _same(problem, part, given, diagnosis, secret)
+    if same is None:
+        return None
+    number = int.from_bytes(hashlib.sha256(repr((secret, part.name, same)).encode("utf-8", "replace")).digest()[:16])
+    letters = []
+    for _ in range(LENGTH):
+        number, index = divmod(number, len(LETTERS))
+        letters.append(LETTERS[index])
+    return "".join(letters)
+
+
+def _same(
+    problem: Problem, part: Part, given: Given, diagnosis: Diagnosis | None, secret: str
+) -> tuple[object, ...] | None:
+    """Return what is equal for answers that are the same."""
+    if diagnosis is not None and (made := diagnosis.known_by or diagnosis.mistakes):
+        return "mistake", *made
+    if given.table is not None:
+        return None
+    if part.answer.offered and given.chosen:
+        return "options", _options(part, given.chosen), _options(part, part.answer.right)
+    try:
+        if part.answer.is_in_numbers and given.rows is not None:
+            return "numbers", part.answer.code(), _numbers(given.entries)
+        own = _Own(problem.chain)
+        if given.tree is not None and part.answer.is_a_set:
+            joints = [q.name for q in problem.chain.q]
+            due = Node("list", tuple(tree for row in part.answer.trees(problem.domain().roles) for tree in row))
+            return "set", own.conditions(given.tree, joints, secret), own.conditions(due, joints, secret)
+        if given.rows is not None:
+            due_rows, free = part.answer.trees(problem.domain().roles), part.answer.counts_up_to_a_factor
+            shapes = [(len(rows), len(rows[0])) for rows in (given.rows, due_rows)]
+            due_entries = [entry for row in due_rows for entry in row]
+            return (
+                "formulas",
+                shapes,
+                own.formulas(given.entries, secret, free),
+                own.formulas(due_entries, secret, free),
+            )
+    except (ReadError, ValueError, ArithmeticError, RecursionError):
+        pass  # no formulas: it is known again by its text
+    return "text", "".join(given.text.split())
+
+
+def _options(part: Part, chosen: Sequence[int]) -> tuple[object, ...]:
+    """Return options by what they say, with the item that each is matched to: letters differ from arm to arm."""
+    texts = [part.answer.offered[index] for index in chosen]
+    items = part.answer.matched
+    return tuple(sorted(zip(items, texts, strict=True) if len(items) == len(texts) else texts))
+
+
+def _numbers(entries: Sequence[Node]) -> tuple[str, ...]:
+    """Return numbers to three digits, as they are due."""
+    values = evaluate(compile_program(list(entries)), {}, 1)[0]
+    return tuple(f"{complex(value):.2e}" for value in values[:, 0])
+
+
+class _Own:
+    """A student's own numbers, undone."""
+
+    def __init__(self, chain: Chain) -> None:
+        self.lengths = dict(_monomials(_given_lengths(chain)))
+        self.zeros: dict[str, Node] = {}
+        self.names: dict[str, Node] = {}
+        for q, joint, offset in zip(chain.q, chain.joints, _zeros(chain), strict=True):
+            if offset != 0:
+                self.zeros[q.name] = self.undone(tree_of_reference(str(offset), frozenset()), joint.kind == "P")
+                self.names[q.name] = Node("-", (Node("name", value=q.name), self.zeros[q.name]))
+
+    def undone(self, tree: Node, in_length: bool = True) -> Node:
+        """Return a tree in which names stand for given lengths, and joints count from the table's zero.
+
+        Numbers in a sine or an exponent are no lengths.
+        """
+        if tree.kind == "name":
+            return self.names.get(tree.value, tree)
+        if tree.kind == "blank":
+            return Node("name", value="blank")
+        if tree.kind in ("number", "decimal"):
+            return self._length(tree.value) if in_length else tree
+        if tree.kind == "call":
+            return Node("call", tuple(self.undone(arg, False) for arg in tree.args), tree.value)
+        if tree.kind == "^":
+            return Node("^", (self.undone(tree.args[0], in_length), self.undone(tree.args[1], False)))
+        if in_length and tree.kind in ("*", "/", "neg"):
+            return self._product(tree)
+        return Node(tree.kind, tuple(self.undone(arg, in_length) for arg in tree.args), tree.value)
+
+    def _product(self, tree: Node) -> Node:
+        """Return a product with its numbers as one where that is a length, as 7*cos(theta2)/20 has; else each alone."""
+        factors = list(_factors(tree))
+        numbers = [factor for factor in factors if factor[0].kind in ("number", "decimal") and factor[0].value]
+        number = Fraction(1)
+        for factor, is_below in numbers:
+            number *= 1 / factor.value if is_below else factor.value
+        if abs(number) in self.lengths:
+            factors = [(Node("number", value=number), False), *(factor for factor in factors if factor not in numbers)]
+        product = Node("number", value=Fraction(1))
+        for factor, is_below in factors:
+            product = Node("/" if is_below else "*", (product, self.undone(factor)))
+        return product
+
+    def _length(self, value: Fraction) -> Node:
+        known = self.lengths.get(abs(value))
+        number = Node("number", value=abs(value)) if known is None else known
+        return Node("neg", (number,)) if value < 0 else number
+
+    def formulas(self, entries: Sequence[Node], seed: str, up_to_a_factor: bool = False) -> tuple[object, ...]:
+        """Return what is the same for the same formulas; with `up_to_a_factor`, for their multiples, too."""
+        trees = [self.undone(entry) for entry in entries]
+        numbers = known_by(compile_program(trees), seed)
+        pivot = next((tree for tree, number in zip(trees, numbers, strict=True) if number and any(number)), None)
+        if up_to_a_factor and pivot is not None:
+            trees = [Node("/", (tree, pivot)) for tree in trees]
+            numbers = known_by(compile_program(trees), seed)
+        return tuple(_text(tree) if number is None else number for tree, number in zip(trees, numbers, strict=True))
+
+    def conditions(self, tree: Node, joints: Sequence[str], seed: str) -> tuple[object, ...]:
+        """Return what is the same for the same conditions, in whatever order they stand."""
+        every = {
+            tuple(sorted({repr(self._condition(atom.zero, atom.joint, seed)) for atom in piece}))
+            for piece in claimed_pieces(tree, joints)
+        }
+        return tuple(sorted(every))
+
+    def _condition(self, zero: Node, joint: str | None, seed: str) -> tuple[object, ...]:
+        if joint is None:
+            return "zero", *self.formulas([zero], seed)
+        value = Node("+", (zero, self.zeros[joint])) if joint in self.zeros else zero
+        turns = turns_of(value)
+        return (joint, str(turns)) if turns is not None else (joint, *self.formulas([value], seed))
+
+
+def _text(tree: Node) -> str:
+    form = written(Given("", tree=tree))
+    return repr(tree) if form is None else form.text
+
+
+def _zeros(chain: Chain) -> Sequence[sp.Expr]:
+    """Return what is added to each joint's variable, at the first with the turn of an upright base."""
+    if chain.joints[0].kind == "R" and chain.base.tilt == 0:
+        return (chain.offsets[0] + chain.base.yaw, *chain.offsets[1:])
+    return chain.offsets
+
+
+def _given_lengths(chain: Chain) -> Iterator[tuple[str, sp.Expr]]:
+    """Yield the lengths of an arm that are numbers, by names that are the same for all arms."""
+    for number, (joint, offset) in enumerate(zip(chain.joints, chain.offsets, strict=True), 1):
+        yield f"a{number}", joint.a
+        yield (f"d{number}", joint.d) if joint.kind == "R" else (f"zero of d{number}", offset)
+    for place, values in (("base", chain.base.position), ("point", chain.point.offset)):
+        for axis, value in zip("xyz", values, strict=True):
+            yield f"{place} {axis}", value
+
+
+def _monomials(lengths: Iterator[tuple[str, sp.Expr]]) -> Iterator[tuple[Fraction, Node]]:
+    """Yield the numbers that stand for lengths, products of up to three, and sums and differences of two.
+
+    Of those that could stand for several, the plainest is meant; where several are as plain, it stays a number. Lengths
+    that have the same value are one, under all their names.
+    """
+    of_value: dict[Fraction, list[tuple[str, int]]] = {}
+    for name, value in lengths:
+        if value.is_Rational and value != 0:
+            number = Fraction(int(value.p), int(value.q))
+            of_value.setdefault(abs(number), []).append((name, 1 if number > 0 else -1))
+    names = {value: _signed(named) for value, named in of_value.items()}
+    known = {value for value in of_value if value.denominator == 1}  # 2 may be any factor
+    for value, node in names.items():
+        if value not in known:
+            known.add(value)
+            yield value, node
+    values = list(of_value)
+    for made in (_products(values, 2), _products(values, 3), _sums(values)):
+        ways: dict[Fraction, list[tuple[Fraction, ...]]] = {}
+        for value, of in made:
+            ways.setdefault(value, []).append(of)
+        for value, every in ways.items():
+            if value not in known and value.denominator != 1 and len(every) == 1:
+                yield value, _joined(every[0], names)
+        known |= set(ways)
+
+
+def _signed(named: Sequence[tuple[str, int]]) -> Node:
+    name = Node("name", value=" = ".join(name for name, _ in named))
+    return name if named[0][1] > 0 else Node("neg", (name,))
+
+
+def _products(values: Sequence[Fraction], count: int) -> Iterator[tuple[Fraction, tuple[Fraction, ...]]]:
+    for of in combinations_with_replacement(values, count):
+        product = Fraction(1)
+        for value in of:
+            product *= value
+        yield product, of
+
+
+def _sums(values: Sequence[Fraction]) -> Iterator[tuple[Fraction, tuple[Fraction, ...]]]:
+    """Yield sums of two, which begin with 0, and differences that are positive, the second of which is negative."""
+    for value in values:
+        yield 2 * value, (Fraction(0), value, value)
+    for one, other in permutations(values, 2):
+        if one > other:
+            yield one + other, (Fraction(0), one, other)
+            yield one - other, (Fraction(0), one, -other)
+
+
+def _joined(of: tuple[Fraction, ...], names: Mapping[Fraction, Node]) -> Node:
+    """Return a product of lengths, or a sum, which begins with 0."""
+    terms = [names[abs(value)] if value > 0 else Node("neg", (names[abs(value)],)) for value in of if value]
+    node = terms[0]
+    for term in terms[1:]:
+        node = Node("+" if not of[0] else "*", (node, term))
+    return node
+
+
+def _factors(tree: Node) -> Iterator[tuple[Node, bool]]:
+    """Yield the factors of a product of products and quotients, and whether each stands below; a minus is -1."""
+    stack = [(tree, False)]
+    while stack:
+        top, is_below = stack.pop()
+        if top.kind == "neg":
+            yield Node("number", value=Fraction(-1)), False
+        if top.kind in ("*", "neg"):
+            stack += [(arg, is_below) for arg in reversed(top.args)]
+        elif top.kind == "/":
+            stack += [(top.args[1], not is_below), (top.args[0], is_below)]
+        else:
+            yield top, is_below
