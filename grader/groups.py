@@ -112,6 +112,7 @@ class _Own:
         self.lengths = dict(_monomials(_given_lengths(chain)))
         self.zeros: dict[str, Node] = {}
         self.names: dict[str, Node] = {}
+        self.angles = {q.name for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "R"}
         for q, joint, offset in zip(chain.q, chain.joints, _zeros(chain), strict=True):
             if offset != 0:
                 self.zeros[q.name] = self.undone(tree_of_reference(str(offset), frozenset()), joint.kind == "P")
@@ -120,10 +121,10 @@ class _Own:
     def undone(self, tree: Node, in_length: bool = True) -> Node:
         """Return a tree in which names stand for given lengths, and joints count from the table's zero.
 
-        Numbers in a sine or an exponent are no lengths.
+        Numbers in a sine or an exponent are no lengths, and an angle has its zero only in a sine.
         """
         if tree.kind == "name":
-            return self.names.get(tree.value, tree)
+            return tree if in_length and tree.value in self.angles else self.names.get(tree.value, tree)
         if tree.kind == "blank":
             return Node("name", value="blank")
         if tree.kind in ("number", "decimal"):
@@ -204,7 +205,7 @@ def _given_lengths(chain: Chain) -> Iterator[tuple[str, sp.Expr]]:
 
 
 def _monomials(lengths: Iterator[tuple[str, sp.Expr]]) -> Iterator[tuple[Fraction, Node]]:
-    """Yield the numbers that stand for lengths, products of up to three, and sums and differences of two.
+    """Yield the numbers that stand for lengths, products of up to three, sums and differences, and twice a product.
 
     Of those that could stand for several, the plainest is meant; where several are as plain, it stays a number. Lengths
     that have the same value are one, under all their names.
@@ -220,15 +221,18 @@ def _monomials(lengths: Iterator[tuple[str, sp.Expr]]) -> Iterator[tuple[Fractio
         if value not in known:
             known.add(value)
             yield value, node
-    values = list(of_value)
-    for made in (_products(values, 2), _products(values, 3), _sums(values)):
-        ways: dict[Fraction, list[tuple[Fraction, ...]]] = {}
-        for value, of in made:
-            ways.setdefault(value, []).append(of)
-        for value, every in ways.items():
-            if value not in known and value.denominator != 1 and len(every) == 1:
-                yield value, _joined(every[0], names)
+    for made in (_products(names, 2), _products(names, 3), [*_sums(names), *_twice(_products(names, 2))]):
+        ways: dict[Fraction, list[Node]] = {}
+        for value, node in made:
+            ways.setdefault(value, []).append(node)
+        for value, nodes in ways.items():
+            if value not in known and value.denominator != 1 and len(nodes) == 1:
+                yield value, nodes[0]
         known |= set(ways)
+
+
+Made = Iterator[tuple[Fraction, Node]]
+"""Numbers, and what they are made of."""
 
 
 def _signed(named: Sequence[tuple[str, int]]) -> Node:
@@ -236,31 +240,26 @@ def _signed(named: Sequence[tuple[str, int]]) -> Node:
     return name if named[0][1] > 0 else Node("neg", (name,))
 
 
-def _products(values: Sequence[Fraction], count: int) -> Iterator[tuple[Fraction, tuple[Fraction, ...]]]:
-    for of in combinations_with_replacement(values, count):
-        product = Fraction(1)
-        for value in of:
-            product *= value
-        yield product, of
+def _products(names: Mapping[Fraction, Node], count: int) -> Made:
+    for values in combinations_with_replacement(names, count):
+        product, node = values[0], names[values[0]]
+        for value in values[1:]:
+            product, node = product * value, Node("*", (node, names[value]))
+        yield product, node
 
 
-def _sums(values: Sequence[Fraction]) -> Iterator[tuple[Fraction, tuple[Fraction, ...]]]:
-    """Yield sums of two, which begin with 0, and differences that are positive, the second of which is negative."""
-    for value in values:
-        yield 2 * value, (Fraction(0), value, value)
-    for one, other in permutations(values, 2):
+def _sums(names: Mapping[Fraction, Node]) -> Made:
+    """Yield sums of two, and differences that are positive."""
+    yield from _twice((value, node) for value, node in names.items())
+    for one, other in permutations(names, 2):
         if one > other:
-            yield one + other, (Fraction(0), one, other)
-            yield one - other, (Fraction(0), one, -other)
+            yield one + other, Node("+", (names[one], names[other]))
+            yield one - other, Node("-", (names[one], names[other]))
 
 
-def _joined(of: tuple[Fraction, ...], names: Mapping[Fraction, Node]) -> Node:
-    """Return a product of lengths, or a sum, which begins with 0."""
-    terms = [names[abs(value)] if value > 0 else Node("neg", (names[abs(value)],)) for value in of if value]
-    node = terms[0]
-    for term in terms[1:]:
-        node = Node("+" if not of[0] else "*", (node, term))
-    return node
+def _twice(made: Made) -> Made:
+    for value, node in made:
+        yield 2 * value, Node("+", (node, node))
 
 
 def _factors(tree: Node) -> Iterator[tuple[Node, bool]]:

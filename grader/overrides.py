@@ -106,10 +106,10 @@ def without_answers(assignment: Assignment, overrides: Overrides, groups: Sequen
     told = []
     for group in overrides.of_groups:
         if group not in groups:
-            part = group.split("/")[0]
+            part, letters = group.split("/")
             of_part = [each for each in groups if each.split("/")[0] == part]
-            close = difflib.get_close_matches(group, of_part, n=1, cutoff=0.8)
-            hint = f" (did you mean {close[0]!r}?)" if close else ""
+            close = difflib.get_close_matches(letters, [each.split("/")[1] for each in of_part], n=1, cutoff=0.7)
+            hint = f" (did you mean {group_key(part, close[0])!r}?)" if close else ""
             known = f"groups of {part}: {_listed(of_part)}" if of_part else f"no answer to {part} is in a group"
             told.append(
                 f"{assignment.folder / OVERRIDES}: line {overrides.lines[group]}: no answer of this class is in the "

@@ -36,13 +36,17 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
     toml = (folder / "assignment.toml").read_text()
     rule = 'due = 2020-01-01T00:00:00Z\nlate = {per_day = 0.01, at_most = 0.5}\nattempts = "best"\n[[problem]]'
     (folder / "assignment.toml").write_text(toml.replace("[[problem]]", rule))
-    (folder / "overrides.csv").write_text("student,part,points,comment\nbo,p1.jacobian,1,x\nada,,3,\n")
+    lines = "student,part,points,comment,group\nbo,p1.jacobian,1,x,\nada,,3,,\n"
+    (folder / "overrides.csv").write_text(lines)
     hand_in(made, "ada/hw.ipynb", right(made, "ada"))
     for name in ("hw", "other"):
         hand_in(
             made, f"bo/{name}.ipynb", right(made, "bo", lambda cells: cells[-1].update(source="p1_determinant = a1"))
         )
     hand_in(made, "cy/hw.ipynb", "no notebook")
+    run("grade", folder, "--jobs", "1")
+    wrong = json.loads((folder / "graded" / "results.jsonl").read_text().splitlines()[1])["problems"][0]["parts"][2]
+    (folder / "overrides.csv").write_text(f"{lines},,,look again,{wrong['group']}\n")
     run("grade", folder, "--report", f"json={folder / 'results.json'}", "--jobs", "1")
     lines = [json.loads(line) for line in (folder / "graded" / "results.jsonl").read_text().splitlines()]
     assert json.loads((folder / "results.json").read_text()) == lines
@@ -54,6 +58,8 @@ def test_results(results: list[dict[str, Any]]) -> None:
     assert [errors("result", line) for line in results] == [[]] * 4
     told = [bool(results[0]["override"]), bool(results[1]["attempts"]), bool(results[1]["late"])]
     assert told == [True, True, True]
+    explained = results[1]["problems"][0]["parts"][2]
+    assert explained["override"] == {"points": None, "comment": "look again", "was": 0.0, "group": explained["group"]}
     for place, wrong in (("score", "4"), ("late", {}), ("problems", []), ("extra", 1)):
         changed = copy.deepcopy(results[0])
         changed[place] = wrong
