@@ -24,7 +24,7 @@ from grader.uncounted import without_self_checks
 from grader.verdict import Outcome, Verdict
 
 GRADER = 6
-"""Version of the grader: any change of what a submission earns raises it."""
+"""Version of the grader: any change of what a submission earns, or of what is kept of it, raises it."""
 
 Marked = dict[str, Any]
 """What the grader gives for a notebook, or for none, as JSON has it; `settle` makes a student's result of it."""

@@ -36,8 +36,8 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
     toml = (folder / "assignment.toml").read_text()
     rule = 'due = 2020-01-01T00:00:00Z\nlate = {per_day = 0.01, at_most = 0.5}\nattempts = "best"\n[[problem]]'
     (folder / "assignment.toml").write_text(toml.replace("[[problem]]", rule))
-    lines = "student,part,points,comment,group\nbo,p1.jacobian,1,x,\nada,,3,,\n"
-    (folder / "overrides.csv").write_text(lines)
+    table = "student,part,points,comment,group\nbo,p1.jacobian,1,x,\nada,,3,,\n"
+    (folder / "overrides.csv").write_text(table)
     hand_in(made, "ada/hw.ipynb", right(made, "ada"))
     for name in ("hw", "other"):
         hand_in(
@@ -46,7 +46,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
     hand_in(made, "cy/hw.ipynb", "no notebook")
     run("grade", folder, "--jobs", "1")
     wrong = json.loads((folder / "graded" / "results.jsonl").read_text().splitlines()[1])["problems"][0]["parts"][2]
-    (folder / "overrides.csv").write_text(f"{lines},,,look again,{wrong['group']}\n")
+    (folder / "overrides.csv").write_text(f"{table},,,look again,{wrong['group']}\n")
     run("grade", folder, "--report", f"json={folder / 'results.json'}", "--jobs", "1")
     lines = [json.loads(line) for line in (folder / "graded" / "results.jsonl").read_text().splitlines()]
     assert json.loads((folder / "results.json").read_text()) == lines
