@@ -109,7 +109,9 @@ class _Own:
     """A student's own numbers, undone."""
 
     def __init__(self, chain: Chain) -> None:
-        self.lengths = dict(_monomials(_given_lengths(chain)))
+        names = _named(_given_lengths(chain))
+        self.factors = dict(_numbers_of(names, [_products(names, 2), _products(names, 3), _sums_of(names)]))
+        self.terms = dict(_numbers_of(names, [_sums_of(names), _products(names, 2), _products(names, 3)]))
         self.zeros: dict[str, Node] = {}
         self.names: dict[str, Node] = {}
         self.angles = {q.name for q, joint in zip(chain.q, chain.joints, strict=True) if joint.kind == "R"}
@@ -128,7 +130,7 @@ class _Own:
         if tree.kind == "blank":
             return Node("name", value="blank")
         if tree.kind in ("number", "decimal"):
-            return self._length(tree.value) if in_length else tree
+            return _length(self.terms, tree.value) if in_length else tree
         if tree.kind == "call":
             return Node("call", tuple(self.undone(arg, False) for arg in tree.args), tree.value)
         if tree.kind == "^":
@@ -139,22 +141,19 @@ class _Own:
 
     def _product(self, tree: Node) -> Node:
         """Return a product with its numbers as one where that is a length, as 7*cos(theta2)/20 has; else each alone."""
-        factors = list(_factors(tree))
-        numbers = [factor for factor in factors if factor[0].kind in ("number", "decimal") and factor[0].value]
-        number = Fraction(1)
-        for factor, is_below in numbers:
-            number *= 1 / factor.value if is_below else factor.value
-        if abs(number) in self.lengths:
-            factors = [(Node("number", value=number), False), *(factor for factor in factors if factor not in numbers)]
-        product = Node("number", value=Fraction(1))
+        factors, number = list(_factors(tree)), Fraction(1)
+        others = [factor for factor in factors if not _is_number(factor[0])]
         for factor, is_below in factors:
-            product = Node("/" if is_below else "*", (product, self.undone(factor)))
+            if _is_number(factor):
+                number *= 1 / factor.value if is_below else factor.value
+        known = self.factors if others else self.terms
+        product = Node("number", value=Fraction(1))
+        if abs(number) in known:
+            product, factors = _length(known, number), others
+        for factor, is_below in factors:
+            undone = _length(known, factor.value) if _is_number(factor) else self.undone(factor)
+            product = Node("/" if is_below else "*", (product, undone))
         return product
-
-    def _length(self, value: Fraction) -> Node:
-        known = self.lengths.get(abs(value))
-        number = Node("number", value=abs(value)) if known is None else known
-        return Node("neg", (number,)) if value < 0 else number
 
     def formulas(self, entries: Sequence[Node], seed: str, up_to_a_factor: bool = False) -> tuple[object, ...]:
         """Return what is the same for the same formulas; with `up_to_a_factor`, for their multiples, too."""
@@ -182,6 +181,12 @@ class _Own:
         return (joint, str(turns)) if turns is not None else (joint, *self.formulas([value], seed))
 
 
+def _length(known: Mapping[Fraction, Node], value: Fraction) -> Node:
+    """Return what a number stands for, or the number."""
+    number = known.get(abs(value), Node("number", value=abs(value)))
+    return Node("neg", (number,)) if value < 0 else number
+
+
 def _text(tree: Node) -> str:
     form = written(Given("", tree=tree))
     return repr(tree) if form is None else form.text
@@ -204,35 +209,37 @@ def _given_lengths(chain: Chain) -> Iterator[tuple[str, sp.Expr]]:
             yield f"{place} {axis}", value
 
 
-def _monomials(lengths: Iterator[tuple[str, sp.Expr]]) -> Iterator[tuple[Fraction, Node]]:
-    """Yield the numbers that stand for lengths, products of up to three, sums and differences, and twice a product.
+Made = Iterator[tuple[Fraction, Node]]
+"""Numbers, and what they are made of."""
 
-    Of those that could stand for several, the plainest is meant; where several are as plain, it stays a number. Lengths
-    that have the same value are one, under all their names.
-    """
+
+def _named(lengths: Iterator[tuple[str, sp.Expr]]) -> dict[Fraction, Node]:
+    """Return what stands for each length, without its sign; those of the same value are one, under all their names."""
     of_value: dict[Fraction, list[tuple[str, int]]] = {}
     for name, value in lengths:
         if value.is_Rational and value != 0:
             number = Fraction(int(value.p), int(value.q))
             of_value.setdefault(abs(number), []).append((name, 1 if number > 0 else -1))
-    names = {value: _signed(named) for value, named in of_value.items()}
-    known = {value for value in of_value if value.denominator == 1}  # 2 may be any factor
-    for value, node in names.items():
-        if value not in known:
-            known.add(value)
-            yield value, node
-    for made in (_products(names, 2), _products(names, 3), [*_sums(names), *_twice(_products(names, 2))]):
-        ways: dict[Fraction, list[Node]] = {}
+    return {value: _signed(named) for value, named in of_value.items()}
+
+
+def _numbers_of(names: Mapping[Fraction, Node], ways: Sequence[Made]) -> Made:
+    """Yield the numbers that stand for lengths, or for what is made of several, the likelier ways first.
+
+    Those that could be made in several ways, one as likely as the other, stay numbers, and so do whole ones: 2 may be
+    any factor.
+    """
+    known = {value for value in names if value.denominator == 1}
+    for made in ((item for item in names.items()), *ways):
+        nodes: dict[Fraction, list[Node]] = {}
         for value, node in made:
-            ways.setdefault(value, []).append(node)
-        for value, nodes in ways.items():
-            if value not in known and value.denominator != 1 and len(nodes) == 1:
-                yield value, nodes[0]
-        known |= set(ways)
-
-
-Made = Iterator[tuple[Fraction, Node]]
-"""Numbers, and what they are made of."""
+            nodes.setdefault(value, []).append(node)
+        yield from (
+            (value, every[0])
+            for value, every in nodes.items()
+            if value not in known and value.denominator != 1 and len(every) == 1
+        )
+        known |= set(nodes)
 
 
 def _signed(named: Sequence[tuple[str, int]]) -> Node:
@@ -248,9 +255,10 @@ def _products(names: Mapping[Fraction, Node], count: int) -> Made:
         yield product, node
 
 
-def _sums(names: Mapping[Fraction, Node]) -> Made:
-    """Yield sums of two, and differences that are positive."""
+def _sums_of(names: Mapping[Fraction, Node]) -> Made:
+    """Yield sums of two, differences that are positive, and twice a product."""
     yield from _twice((value, node) for value, node in names.items())
+    yield from _twice(_products(names, 2))
     for one, other in permutations(names, 2):
         if one > other:
             yield one + other, Node("+", (names[one], names[other]))
@@ -260,6 +268,10 @@ def _sums(names: Mapping[Fraction, Node]) -> Made:
 def _twice(made: Made) -> Made:
     for value, node in made:
         yield 2 * value, Node("+", (node, node))
+
+
+def _is_number(node: Node) -> bool:
+    return node.kind in ("number", "decimal") and bool(node.value)
 
 
 def _factors(tree: Node) -> Iterator[tuple[Node, bool]]:

@@ -115,6 +115,7 @@ def test_lengths_are_undone_as_decimals_fractions_products_and_sums() -> None:
         ("0.27*cos(theta2)", "a1*a2*cos(theta2)"),
         ("(0.36 + 0.54*cos(theta2))*theta1", "(a1**2 + 2*a1*a2*cos(theta2))*theta1"),
         ("1.05*sin(theta2)", "(a1 + a2)*sin(theta2)"),
+        ("cos(theta2) - 0.15", "cos(theta2) - (a1 - a2)"),
         ("a1*cos(theta2)", "a1*cos(theta2)"),
         ("0.5*cos(theta2)", "cos(theta2)/2"),
     ):
