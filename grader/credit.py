@@ -1,9 +1,7 @@
 """What an answer earns that is right in part, by the rule of its type (docs/partial-credit.md).
 
-Shares are those of `exercises.credit`. What depends on the joints is told from lengths and angles of the arm, which are
-constants: an answer is right but for a constant factor where it is k times the reference at every configuration, k ≠ 0. With s, r the entries of answer and
-reference, s', r' the same at another configuration with the same constants, and r_p an entry that is not zero, that is
-s_i r'_p = r_i s'_p for all i: it is compared as exactly as a right answer is.
+Shares are those of `exercises.credit`. What depends on the configuration is told from lengths and angles of the arm,
+which are constants.
 """
 
 from collections.abc import Sequence
@@ -23,12 +21,13 @@ from exercises.credit import (
     share_of_columns,
     share_of_product,
 )
-from exercises.formula.algebra import ONE, ZERO, factors, negative, times
+from exercises.formula.algebra import ONE, ZERO, factors, times
 from exercises.formula.expression import tree_of_reference
-from exercises.formula.identity import READABLE, Domain, Rounding, compare_entries
+from exercises.formula.identity import READABLE, Domain, compare_entries
 from exercises.formula.program import compile_program, evaluate
+from exercises.formula.scale import Factor, constant_factor
 from exercises.formula.text import text_of
-from exercises.formula.trees import Node, names, replaced
+from exercises.formula.trees import Node, names
 from exercises.problem import Part, Problem
 from exercises.questions.results import is_product
 from exercises.stream import Stream
@@ -87,10 +86,8 @@ def _of_matrix(problem: Problem, part: Part, judgement: Judgement, share: Fracti
     varies = _varies(reference, problem.constants)
     columns = list(zip(*entries, strict=True))
     if (part.credit or OWN).by == "columns" and len(columns) > 1:
-        right = [all(column) for column in columns]
-        zeros = [not any(reference.col(k)) for k in range(len(columns))]
-        counted = [same for same, zero in zip(right, zeros, strict=True) if not zero]
-        share = share_of_columns(right, zeros)
+        counted = [all(column) for k, column in enumerate(columns) if any(reference.col(k))]
+        share = share_of_columns(counted)
         judgement = replace(judgement, reason=f"{sum(counted)} of {len(counted)} columns are right; {judgement.reason}")
     said = [same for row in entries for same in row]
     if share and any(varies) and not any(same and moves for same, moves in zip(said, varies, strict=True)):
@@ -122,7 +119,7 @@ def _of_whole(problem: Problem, part: Part, given: Given, seed: str) -> _Credit 
     elif any(given.blanks) or given.symbols - set(domain.roles) or len(given.entries) != len(due):
         return None
     else:
-        factor = _factor(given.entries, due, domain, varying, f"{seed}/factor", part.rounding)
+        factor = constant_factor(given.entries, due, domain, varying, f"{seed}/factor", part.rounding)
     if factor is None:
         return None
     words = [word for word, is_wrong in (("its sign", factor.is_negative), ("a constant factor", factor.is_other))
@@ -131,56 +128,7 @@ def _of_whole(problem: Problem, part: Part, given: Given, seed: str) -> _Credit 
     return _Credit(share, f"right but for {' and '.join(words)}")
 
 
-@dataclass(frozen=True)
-class _Factor:
-    """By what an answer is too large: whether that is negative, and whether it is another than 1 or -1."""
-
-    is_negative: bool
-    is_other: bool
-
-
-def _factor(
-    entries: Sequence[Node],
-    due: Sequence[Node],
-    domain: Domain,
-    varying: AbstractSet[str],
-    seed: str,
-    rounding: Rounding | None = None,
-) -> _Factor | None:
-    """Return by what constant factor all entries are off; None where there is no such factor but 0."""
-    pivot = next((k for k, entry in enumerate(due) if entry != ZERO), None)
-    if pivot is None:
-        return None
-    if all(compare_entries(entries, [negative(entry) for entry in due], domain, f"{seed}/sign", rounding).equal):
-        return _Factor(is_negative=True, is_other=False)
-    there = Domain({**domain.roles, **{_elsewhere(name): domain.roles[name] for name in varying}})
-    answered, right = (_moved(tree, varying) for tree in (entries[pivot], due[pivot]))
-    left = [times(entry, right) for entry in entries]
-    if not all(compare_entries(left, [times(entry, answered) for entry in due], there, f"{seed}/moved").equal):
-        return None
-    sampled = domain.sample(set(domain.roles), READABLE + POINTS, Stream(seed))
-    values = {name: column if name in varying else np.abs(column) for name, column in sampled.items()}
-    with np.errstate(all="ignore"):
-        own, reference = evaluate(compile_program([entries[pivot], due[pivot]]), values, READABLE + POINTS)[0]
-        ratio = own / reference
-    known = ratio[np.isfinite(ratio)].real
-    if not len(known) or not np.all(np.abs(known) > 0):
-        return None
-    return _Factor(is_negative=bool(np.all(known < 0)), is_other=True)
-
-
-def _elsewhere(name: str) -> str:
-    return f"{name}'"
-
-
-def _moved(tree: Node, varying: AbstractSet[str]) -> Node:
-    """Return a formula at another configuration."""
-    for name in names(tree) & varying:
-        tree = replaced(tree, name, Node("name", value=_elsewhere(name)))
-    return tree
-
-
-def _factor_of_values(table: Table, due: Sequence[Node], domain: Domain, constants: AbstractSet[str]) -> _Factor | None:
+def _factor_of_values(table: Table, due: Sequence[Node], domain: Domain, constants: AbstractSet[str]) -> Factor | None:
     """Return by what number times lengths, or over them, the values of a function are off."""
     count = len(table.values)
     if table.shape is None or not count or table.values.shape[1] != len(due):
@@ -197,12 +145,11 @@ def _factor_of_values(table: Table, due: Sequence[Node], domain: Domain, constan
         return None
     lengths = sorted(name for name in constants if isinstance(domain.roles.get(name), str) and name in table.at)
     for powers in product((0, 1, -1), repeat=min(len(lengths), MOST_CONSTANTS)):
-        scale = np.prod(
-            [table.at[name] ** power for name, power in zip(lengths, powers, strict=False)] or [1.0], axis=0
-        )
-        left = ratio * scale
+        left = ratio
+        for name, power in zip(lengths, powers, strict=False):
+            left = left * table.at[name] ** power
         if abs(left[0]) > SAME and np.allclose(left, left[0], rtol=SAME, atol=0):
-            return _Factor(bool(left[0].real < 0), any(powers) or abs(abs(left[0]) - 1) > SAME)
+            return Factor(bool(left[0].real < 0), any(powers) or abs(abs(left[0]) - 1) > SAME)
     return None
 
 
@@ -255,10 +202,11 @@ def _is_product_of(
     own: Sequence[Node], due: Sequence[Node], without: tuple[int, int], domain: Domain, varying: set[str], seed: str
 ) -> bool:
     """Return whether some of the factors of an answer are some of those that are due, but for a constant factor."""
-    count = READABLE + POINTS
-    values = domain.sample(set(domain.roles), count, Stream(seed))
-    values = {name: column if name in varying else np.full(count, column[-1]) for name, column in values.items()}
-    evaluated = evaluate(compile_program([*own, *due]), values, count)[0]
+    sampled = domain.sample(set(domain.roles), READABLE + POINTS, Stream(seed))
+    values = {  # readable ones may be zeros of a factor
+        name: column[READABLE:] if name in varying else np.full(POINTS, column[-1]) for name, column in sampled.items()
+    }
+    evaluated = evaluate(compile_program([*own, *due]), values, POINTS)[0]
     lost, too_many = without
     ways = product(
         combinations(range(len(own)), len(own) - too_many) if too_many < len(own) else (),
@@ -276,7 +224,7 @@ def _is_product_of(
 
 def _is_same_but_for_a_factor(left: Node, right: Node, domain: Domain, varying: set[str], seed: str) -> bool:
     same = compare_entries([left], [right], domain, f"{seed}/same").equal[0]
-    return same or _factor([left], [right], domain, varying, seed) is not None
+    return same or constant_factor([left], [right], domain, varying, seed) is not None
 
 
 def _product(trees: Sequence[Node]) -> Node:

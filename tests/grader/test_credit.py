@@ -25,6 +25,11 @@ DETERMINANT = "a2*a3*(a1 + a2*cos(theta2) + a3*cos(theta2 + theta3))*sin(theta3)
 J_WITHOUT = "[[-a1*sin(theta1) - a2*sin(theta1 + theta2), SECOND], [a1*cos(theta1) + a2*cos(theta1 + theta2), THIRD]]"
 
 
+JACOBIAN = sp.sympify(
+    J_WITHOUT.replace("SECOND", "-a2*sin(theta1 + theta2)").replace("THIRD", "a2*cos(theta1 + theta2)")
+)
+
+
 def earned(question: str, answer: str, credit: Credit = OWN, chain: Chain = PLANAR) -> Judgement:
     problem = asked(question, chain)
     part = replace(problem.parts[0], credit=credit)
@@ -136,9 +141,9 @@ def test_a_matrix_is_marked_by_entries_or_columns_or_as_a_whole() -> None:
 def test_no_way_gives_full_marks_for_what_is_not_right_or_takes_any_from_what_is() -> None:
     right = J_WITHOUT.replace("SECOND", "-a2*sin(theta1 + theta2)").replace("THIRD", "a2*cos(theta1 + theta2)")
     for by in WAYS:
-        negated = f"-Matrix({right})"
-        assert earned("jacobian", negated, Credit(by)).share == (0.0 if by == "whole" else 0.8)
-        assert earned("jacobian", f"a1*Matrix({right})", Credit(by)).share == (0.0 if by == "whole" else 0.8)
+        for factor in ("-1", "a1", "3"):
+            scaled = str(sp.Matrix(JACOBIAN) * sp.sympify(factor)).removeprefix("Matrix(").removesuffix(")")
+            assert earned("jacobian", scaled, Credit(by)).share == (0.0 if by == "whole" else 0.8), scaled
         assert earned("jacobian", right, Credit(by)).share == 1.0
         assert earned("jacobian", right.replace("a2*cos", "a1*cos"), Credit(by)).share < 1.0
         assert earned("singular-angles", "theta2 = 0", Credit(by)).share == (
