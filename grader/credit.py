@@ -180,7 +180,8 @@ def _of_product(problem: Problem, part: Part, given: Given, seed: str) -> _Credi
     for lost, too_many in ways:
         if lost < len(due) and _is_product_of(own, due, (lost, too_many), domain, varying, f"{seed}/factors"):
             extra = f", and {_counted(too_many, 'other')}" if too_many > lost else ""
-            says = f"{len(due) - lost} of {_counted(len(due), 'factor')} with joints are there{extra}"
+            kept = len(due) - lost
+            says = f"{kept} of {_counted(len(due), 'factor')} with joints {'is' if kept == 1 else 'are'} there{extra}"
             return _Credit(share_of_product(lost, too_many), says)
     return None
 

@@ -4,7 +4,8 @@ A key holds numbers, no formula. Configurations have two decimals, so that a cou
 right values are worked out with many digits and written with 15, those of mistakes with 6: the same bytes everywhere.
 
     {"type": "values", "symbols": [name], "points": [[value]], "rows": r, "columns": c,
-     "right": [[entry at each point]], "constants": [name], "moving": [index of an entry that depends on others], "mistakes": [{"name", "title", "says", "print": [number at the first points]}]}
+     "right": [[entry at each point]], "constants": [name], "moving": [index of an entry that depends on others],
+     "mistakes": [{"name", "title", "says", "print": [number at the first points]}]}
     {"type": "numbers", "units", "tolerance", "floor", "right": [number], "mistakes": [{…, "values": [number]}]}
     {"type": "direction", …as "values", "tolerance": number or null}
     {"type": "configurations", "joints": [name], "symbols": [name], "pieces": [[pose]],

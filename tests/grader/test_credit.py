@@ -16,7 +16,9 @@ from exercises.errors import QdotError
 from exercises.formula.text import text_of
 from exercises.problem import Part, Problem
 from exercises.release import init_assignment
+from grader.docs import credit_page
 from grader.verdict import Judgement, Outcome
+from tests.support import ROOT
 from tests.support.judging import earned as share_earned
 from tests.support.problems import asked
 
@@ -107,9 +109,7 @@ def test_a_factor_of_three_that_is_wrong_is_as_one_that_is_lost() -> None:
     assert right.share in (0.8, 1.0)  # the sign is a matter of the frames
     for wrong in ("", "*cos(theta3)"):
         judged = earned("determinant", DETERMINANT.replace("*sin(theta3)", wrong), chain=SCORBOT)
-        assert judged.share == 0.5 and judged.reason.startswith(
-            "1 of 2 factors with joints are there, which earns 1/2;"
-        )
+        assert judged.share == 0.5 and judged.reason.startswith("1 of 2 factors with joints is there, which earns 1/2;")
 
 
 GUESSES = ("0", "1", "7", "theta1", "sin(theta1)*cos(theta1)*sin(theta2)*cos(theta2)*sin(theta3)*cos(theta3)")
@@ -203,6 +203,10 @@ def typed(piece: str) -> str:
     conditions = [condition.replace(" = ", ", ") for condition in piece.split(" and ")]
     equations = [f"Eq({condition})" for condition in conditions]
     return equations[0] if len(equations) == 1 else f"And({', '.join(equations)})"
+
+
+def test_the_page_on_partial_credit_is_up_to_date() -> None:
+    assert (ROOT / "docs" / "partial-credit.md").read_text(encoding="utf-8") == credit_page()
 
 
 def test_numbers_are_marked_as_a_vector() -> None:
