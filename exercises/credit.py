@@ -1,4 +1,9 @@
-"""What an assignment gives for an answer that is right in part: `credit` of a [[problem]], for all or by question."""
+"""What an answer earns that is right in part: the rules, and what an assignment says of them (`credit`).
+
+A rule is a function of what is right and what is wrong, never of the arm: equal mistakes earn equal shares. Whoever
+marks (the grader, STACK's questions) finds out what is wrong, and takes the share from here. docs/partial-credit.md
+tells the rules with examples.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -24,7 +29,89 @@ class Credit:
 
 
 OWN = Credit()
-"""Matrices by entries, determinants by factors, singular sets by pieces."""
+"""Each answer by the rule of its type."""
+
+
+# --- the rules ---
+
+AMISS = Fraction(1, 5)
+"""What a wrong sign costs, and what a wrong constant factor does."""
+FORGOTTEN = Fraction(2, 3)
+"""By what a condition multiplies the share of which some configurations are forgotten."""
+HALF = Fraction(1, 2)
+"""By what each factor that is wrong does, each condition that is forgotten, each claim that does not hold."""
+MOST_WRONG = 2
+"""So many factors of a product may be wrong, lost or too many."""
+
+
+def share_but_for_a_factor(*, is_sign_wrong: bool, is_constant_wrong: bool) -> Fraction:
+    """Return the share of what is right but for its sign, or for a constant factor, or for both.
+
+    >>> share_but_for_a_factor(is_sign_wrong=True, is_constant_wrong=False)
+    Fraction(4, 5)
+    """
+    return 1 - AMISS * (is_sign_wrong + is_constant_wrong)
+
+
+def share_of_product(lost: int, too_many: int) -> Fraction:
+    """Return the share of a product some of whose factors are lost or too many; a wrong one is both.
+
+    >>> share_of_product(lost=1, too_many=0), share_of_product(lost=1, too_many=1), share_of_product(2, 0)
+    (Fraction(1, 2), Fraction(1, 2), Fraction(1, 4))
+    """
+    wrong = max(lost, too_many)
+    return HALF**wrong if wrong <= MOST_WRONG else Fraction(0)
+
+
+def share_of_entries(right: Sequence[bool], zeros: Sequence[bool], blanks: Sequence[bool] | None = None) -> Fraction:
+    """Return the share of a matrix or of numbers that are not all right.
+
+    It is that of the right entries among those that are not zero in the solution, less the zeros that were answered
+    with something else, and never more than all but one.
+
+    >>> share_of_entries([True, False, True, True], zeros=[False, False, True, False])
+    Fraction(2, 3)
+    """
+    counted = [same for same, zero in zip(right, zeros, strict=True) if not zero] or list(right)
+    return max(Fraction(0), Fraction(min(sum(counted) - spoiled(right, zeros, blanks), len(counted) - 1), len(counted)))
+
+
+def spoiled(right: Sequence[bool], zeros: Sequence[bool], blanks: Sequence[bool] | None = None) -> int:
+    """Return how many zeros were answered with something else, where not all are zeros."""
+    left = blanks or [False] * len(right)
+    wrong = [zero and not same and not blank for same, zero, blank in zip(right, zeros, left, strict=True)]
+    return 0 if all(zeros) else sum(wrong)
+
+
+def share_of_columns(right: Sequence[bool]) -> Fraction:
+    """Return the share of a matrix that is marked by columns, of which these, not of zeros alone, are right throughout.
+
+    >>> share_of_columns([True, False, True])
+    Fraction(2, 3)
+    """
+    return Fraction(min(sum(right), len(right) - 1), max(len(right), 1))
+
+
+def share_of_set(found: Sequence[tuple[int, int]], unsound: int) -> Fraction:
+    """Return the share of a set that is not right: of each condition, how many configurations are `found`, of how many.
+
+    `unsound` claims don't hold. Two of them that are no fewer than what is found are guesses.
+
+    >>> share_of_set([(1, 2)], 0), share_of_set([(0, 2), (1, 1)], 0), share_of_set([(2, 2)], 1)
+    (Fraction(2, 3), Fraction(1, 2), Fraction(1, 2))
+    >>> share_of_set([(2, 2)], 2)
+    Fraction(0, 1)
+    """
+    total = sum(some for some, _ in found)
+    if total == 0 or (unsound > 1 and unsound >= total):
+        return Fraction(0)
+    share = HALF**unsound
+    for some, due in found:
+        share *= 1 if some == due else FORGOTTEN if some else HALF
+    return share if share < 1 else HALF  # something is claimed that holds nowhere
+
+
+# --- what an assignment says ---
 
 
 def read_credit(

@@ -205,6 +205,11 @@ class Problem:
             known.update(part.symbols)
         return known
 
+    @property
+    def constants(self) -> frozenset[str]:
+        """The lengths and angles of the arm, which no motion changes."""
+        return frozenset(name for name, info in self.symbols().items() if info.role in ("length", "angle"))
+
     def domain(self) -> Domain:
         """Return what each symbol of the problem may be; a length that is given has its value."""
         return self._domain

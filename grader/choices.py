@@ -125,10 +125,11 @@ def judge_selection(given: Given, options: int, right: Sequence[int]) -> Judgeme
 
 
 def judge_matching(given: Given, items: Sequence[str], right: Sequence[int]) -> Judgement:
-    """Judge a letter for each item, in their order; items are marked one by one."""
+    """Judge a letter for each item, in their order, one by one; a letter that is given twice is no choice."""
     if given.refusal is not None:
         return given.refusal
-    off = [item for item, mine, due in zip(items, given.chosen, right, strict=True) if mine != due]
+    pairs = zip(items, given.chosen, right, strict=True)
+    off = [item for item, mine, due in pairs if mine != due or given.chosen.count(mine) > 1]
     if not off:
         return correct(Certificate("exact", 1, 0.0))
     share = float(Fraction(len(items) - len(off), len(items)))

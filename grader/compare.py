@@ -11,7 +11,7 @@ from exercises.formula.expression import MAX_DEPTH, read, tree_of_reference
 from exercises.formula.identity import Domain, default_role
 from exercises.formula.trees import Node, ReadError, as_matrix, names
 from grader.answer import read_conditions, read_formula, read_matrix
-from grader.formulas import judge_angles, judge_expression, judge_matrix, judge_singular
+from grader.formulas import by_joints, judge_angles, judge_expression, judge_matrix, judge_singular
 from grader.verdict import Judgement, Outcome
 
 TYPES = ("expression", "matrix", "angles", "singular")
@@ -42,7 +42,7 @@ def compare(kind: str, student: str, reference: Any, joints: Sequence[str] = ())
     if kind == "angles":
         return judge_angles(given, Node("set", tuple(trees)) if len(trees) > 1 else trees[0], domain, seed)
     variables = joints or sorted(name for name in domain.roles if name.startswith("theta"))
-    return judge_singular(given, trees, variables, domain, seed)
+    return judge_singular(given, by_joints(trees, variables), variables, domain, seed)
 
 
 def _flat(reference: Any) -> list[str]:

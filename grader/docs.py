@@ -7,6 +7,7 @@ import inspect
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
@@ -15,21 +16,109 @@ from typing import Any
 
 import exercises
 import grader
+from exercises.answers import ConditionSet
 from exercises.console import say
 from exercises.exports.registry import OUTLETS
 from exercises.files import write_atomically
+from exercises.generation import generate
+from exercises.problem import Problem, ProblemId
 from exercises.render import render
+from grader.marking import mark
 from grader.reports.formats import FORMATS
 
 
 def pages() -> dict[str, str]:
     """Return the pages by their names."""
-    return {"outlets.md": outlets_page(), "library.md": library_page()}
+    return {"outlets.md": outlets_page(), "library.md": library_page(), "partial-credit.md": credit_page()}
 
 
 def outlets_page() -> str:
     """Return the page: what is written, which program reads it, and what in our tests reads it as that would."""
     return render("docs/outlets.md.j2", outlets=OUTLETS.values(), formats=FORMATS.values())
+
+
+# --- partial credit ---
+
+ARMS = {"planar-2r": "theta2", "elbow-3r": "theta3", "ur-6r": "theta3"}
+"""Arms as the chapter draws them, on which mistakes are made; the joint whose sine is a factor of det J."""
+ROWS = "[[{}], [a1*cos(theta1) + a2*cos(theta1 + theta2), {}]]"
+FIRST = "-a1*sin(theta1) - a2*sin(theta1 + theta2), {}"
+OF_JACOBIAN = {
+    "one entry wrong": ROWS.format(FIRST.format("-a2*sin(theta2)"), "a2*cos(theta1 + theta2)"),
+    "the second column upside down": ROWS.format(FIRST.format("a2*cos(theta1 + theta2)"), "-a2*sin(theta1 + theta2)"),
+    "everything negated": (
+        "[[a1*sin(theta1) + a2*sin(theta1 + theta2), a2*sin(theta1 + theta2)], "
+        "[-a1*cos(theta1) - a2*cos(theta1 + theta2), -a2*cos(theta1 + theta2)]]"
+    ),
+    "zeros": "[[0, 0], [0, 0]]",
+}
+"""Wrong answers for the planar 2R."""
+
+
+@dataclass(frozen=True)
+class Example:
+    """A mistake made for an arm, as it was typed, with what it earns and what is said of it."""
+
+    mistake: str
+    arm: str
+    answer: str
+    share: str
+    reason: str
+
+
+def credit_page() -> str:
+    """Return the page on what is right in part, its examples marked by the grader."""
+    of_jacobian = [_example("jacobian", mistake, "planar-2r", answer) for mistake, answer in OF_JACOBIAN.items()]
+    examples = [
+        ("Determinants", list(_of_determinants())),
+        ("A Jacobian", of_jacobian),
+        ("Singular configurations", list(_of_sets())),
+    ]
+    return render("docs/partial-credit.md.j2", examples=examples)
+
+
+def _of_determinants() -> Iterator[Example]:
+    elbow = r"\*sin(\(theta[23]\))(?=\*|$)"
+    made = {
+        "the sign": (r"^", "-"),
+        "a length lost": (r"a2\*", ""),
+        "a length lost, and the sign": (r"^(.*?)a2\*", r"-\1"),
+        "the sine of the elbow lost": (elbow, ""),
+        "a cosine for the sine of the elbow": (elbow, r"*cos\1"),
+        "a factor too many": (r"$", "*sin(theta1)"),
+    }
+    for mistake, (pattern, instead) in made.items():
+        for arm in ARMS:
+            right = _problem(arm, "determinant").parts[0].answer.as_typed()
+            yield _example("determinant", mistake, arm, re.sub(pattern, instead, right, count=1))
+
+
+def _of_sets() -> Iterator[Example]:
+    made = (
+        ("one of two values forgotten", ("{0} = 0",), 1),
+        ("a wrong value for it", ("{0} = 0", "{0} = pi/2"), 1),
+        ("a claim too many", ("{0} = 0", "{0} = pi", "theta1 = 0"), 1),
+        ("a condition forgotten", (), 2),
+        ("guesses", ("{0} = 0", "{0} = pi", "theta1 = 0", "theta1 = pi"), 1),
+    )
+    for mistake, claims, least in made:
+        for arm, joint in list(ARMS.items())[: 1 if mistake == "guesses" else None]:
+            answer = _problem(arm, "singular-angles").parts[0].of(ConditionSet)
+            if len(answer.components) >= least:
+                others = [piece for piece in answer.pieces() if not piece.startswith(f"{joint} =")]
+                typed = [*(claim.format(joint) for claim in claims), *others]
+                yield _example("singular-angles", mistake, arm, f"[{', '.join(typed)}]")
+
+
+def _problem(arm: str, question: str) -> Problem:
+    return generate(ProblemId(arm, 1, (question,), variation="chapter"))
+
+
+def _example(question: str, mistake: str, arm: str, answer: str) -> Example:
+    (marked,) = mark(_problem(arm, question), {question: answer}, secret="docs")  # noqa: S106 - points of examples
+    share = Fraction(marked.judgement.share).limit_denominator(100)
+    said = marked.judgement.reason.split(";")[0] if share else "—"
+    return Example(mistake, arm, answer, str(share), said)
 
 
 # --- the library ---

@@ -18,6 +18,7 @@ from exercises.arm.arithmetic import Trees, determinant
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import derive
 from exercises.arm.stages import Change, Working, numbers, trees
+from exercises.formula.algebra import ZERO, factors
 from exercises.formula.algebra import Matrix as Rows
 from exercises.formula.identity import READABLE
 from exercises.formula.program import compile_program, evaluate
@@ -223,8 +224,9 @@ class _Context:
             return None
         if part.answer.is_a_set:
             joints = [q.name for q in self.chain.q]
-            vanishes = Node("eq", (result[0][0], Node("number", value=Fraction(0))))
-            return judge_singular(answer, [vanishes], joints, self.domain, self.seed, part.rounding)
+            varying = [factor for factor in factors(result[0][0]) if names(factor) & set(joints)]
+            vanishes = [[Node("eq", (factor, ZERO))] for factor in varying]
+            return judge_singular(answer, vanishes, joints, self.domain, self.seed, part.rounding)
         if part.shape is None:
             return judge_expression(answer, result[0][0], self.domain, self.seed, part.rounding)
         if part.answer.counts_up_to_a_factor:

@@ -6,13 +6,14 @@ from fractions import Fraction
 
 import numpy as np
 
+from exercises.credit import share_of_entries, share_of_set, spoiled
 from exercises.formula.algebra import Matrix
 from exercises.formula.claims import claimed_pieces
 from exercises.formula.conditions import SetComparison, Space, compare_sets
 from exercises.formula.identity import Certificate, Comparison, Domain, Rounding, compare_entries, missed, number
 from exercises.formula.pieces import Atom, Piece, pieces
 from exercises.formula.program import compile_program, evaluate
-from exercises.formula.trees import Node, ReadError
+from exercises.formula.trees import Node, ReadError, names
 from grader.answer import Given, with_joint
 from grader.counterexample import at_words, entry_name, number_words, pose_words, values_words
 from grader.verdict import Judgement, correct, graded, missing, wrong
@@ -57,30 +58,20 @@ def matrix_judgement(comparison: Comparison, blanks: Sequence[bool], reference: 
     else:
         said = unknown or _difference(comparison, columns) or "the others were left blank"
         reason = f"{_count(equal, blanks, is_zero)}; {said}"
-        judged = graded(_share(equal, blanks, is_zero), reason, comparison.certificate)
+        judged = graded(float(share_of_entries(equal, is_zero, blanks)), reason, comparison.certificate)
     marks = tuple(tuple(equal[i : i + columns]) for i in range(0, len(equal), columns))
     return replace(judged, entries=marks)
 
 
-def _share(equal: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool]) -> float:
-    zeros = list(is_zero) if not all(is_zero) else [False] * len(is_zero)
-    counted = [same for same, zero in zip(equal, zeros, strict=True) if not zero]
-    return min(max(0, sum(counted) - _spoiled(equal, blanks, zeros)) / len(counted), 0.99)
-
-
-def _spoiled(equal: Sequence[bool], blanks: Sequence[bool], zeros: Sequence[bool]) -> int:
-    return sum(zero and not same and not blank for same, blank, zero in zip(equal, blanks, zeros, strict=True))
-
-
-def _count(equal: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool]) -> str:
+def _count(equal: Sequence[bool], blanks: Sequence[bool], is_zero: Sequence[bool], what: str = "entries") -> str:
     """Say how many entries are right as they are counted: those that are zero in the reference earn nothing."""
     zeros = list(is_zero) if not all(is_zero) else [False] * len(is_zero)
     right = sum(same and not zero for same, zero in zip(equal, zeros, strict=True))
     total = len(zeros) - sum(zeros)
-    which = f"{total} entries that are not zero" if any(zeros) else f"{total} entries"
-    spoiled = _spoiled(equal, blanks, zeros)
-    also = f", and {spoiled} that should be zero {'is' if spoiled == 1 else 'are'} not" if spoiled else ""
-    return f"{right} of {which} are right{also}" if total > 1 or spoiled else "it is not right"
+    which = f"{total} {what} that are not zero" if any(zeros) else f"{total} {what}"
+    lost = spoiled(equal, zeros, blanks)
+    also = f", and {lost} that should be zero {'is' if lost == 1 else 'are'} not" if lost else ""
+    return f"{right} of {which} are right{also}" if total > 1 or lost else "it is not right"
 
 
 def _difference(comparison: Comparison, columns: int) -> str:
@@ -106,7 +97,10 @@ def unknown_symbols(given: Given, domain: Domain) -> str:
 def judge_numbers(
     given: Given, reference: Sequence[float], units: Sequence[str], tolerance: float, floor: float
 ) -> Judgement:
-    """Judge numbers, each right within a relative tolerance (or the absolute floor, for values near zero)."""
+    """Judge numbers, each right within a relative tolerance (or the absolute floor, for values near zero).
+
+    The share is that of a vector: numbers that are zero earn nothing.
+    """
     if given.refusal is not None:
         return given.refusal
     blanks = given.blanks
@@ -125,14 +119,16 @@ def judge_numbers(
     yours = "blank" if blanks[first] else number(complex(values[first]))
     example = {"entry": first, "at": {}, "yours": yours, "expected": float(f"{due:.4g}")}
     said = " was left blank" if blanks[first] else number_words(example, unit)
-    reason = f"{sum(equal)} of {len(equal)} numbers are right; number {first + 1}{said}"
-    judged = graded(sum(equal) / len(equal), reason, Certificate("numeric", 1, 0.0, example))
+    zeros = [abs(right) <= floor for right in reference]
+    reason = f"{_count(equal, blanks, zeros, 'numbers')}; number {first + 1}{said}"
+    share = share_of_entries(equal, zeros, blanks)
+    judged = graded(float(share), reason, Certificate("numeric", 1, 0.0, example))
     return replace(judged, entries=marks)
 
 
 def judge_singular(
     given: Given,
-    reference: Sequence[Node],
+    reference: Sequence[Sequence[Node]],
     joints: Sequence[str],
     domain: Domain,
     seed: str,
@@ -140,11 +136,12 @@ def judge_singular(
 ) -> Judgement:
     """Judge a set of singular configurations by what it contains.
 
-    The share is that of the reference's pieces that are claimed, less one for each claimed piece that is not singular.
+    The reference holds what is due for each condition: its values, or the condition itself. The share is by conditions
+    that are found, in part or not, and by claims that are not singular (`share_of_set`).
     """
     if given.refusal is not None or given.tree is None:
         return given.refusal or missing()
-    truth = [piece for tree in reference for piece in pieces(tree, joints)]
+    truth = [[piece for tree in condition for piece in pieces(tree, joints)] for condition in reference]
     try:
         claimed = claimed_pieces(with_joint(given.tree, joints), joints)
         return _judge_set(claimed, truth, Space(joints, domain, rounding), seed)
@@ -157,7 +154,7 @@ def judge_angles(given: Given, reference: Node, domain: Domain, seed: str) -> Ju
     if given.refusal is not None or given.tree is None:
         return given.refusal or missing()
     joint, inner = Node("name", value="angle"), Domain({**domain.roles, "angle": "angle"})
-    truth = pieces(Node("in", (joint, reference)), ["angle"])
+    truth = [pieces(Node("in", (joint, reference)), ["angle"])]
     try:
         claimed = claimed_pieces(Node("in", (joint, given.tree)), ["angle"])
         return _judge_set(claimed, truth, Space(["angle"], inner), seed, "angle")
@@ -166,20 +163,52 @@ def judge_angles(given: Given, reference: Node, domain: Domain, seed: str) -> Ju
 
 
 def _judge_set(
-    claimed: Sequence[Piece], truth: Sequence[Piece], space: Space, seed: str, what: str = "singular configuration"
+    claimed: Sequence[Piece],
+    conditions: Sequence[Sequence[Piece]],
+    space: Space,
+    seed: str,
+    what: str = "singular configuration",
 ) -> Judgement:
+    truth = [piece for condition in conditions for piece in condition]
     comparison = compare_sets(claimed, truth, space, seed)
     if comparison.equal and claimed:
         return correct(_set_certificate(comparison))
     # What is claimed beyond the truth must not earn what it happens to cover: only sound pieces count for the share.
     sound = [piece for piece, held in zip(claimed, comparison.sound, strict=True) if held]
-    covered = [held for held in compare_sets(sound, truth, space, seed).covered if held is not None]
-    surplus = sum(held is False for held in comparison.sound)
-    share = max(0, sum(covered) - surplus) / len(covered) if covered else 0.0
+    found = _found(compare_sets(sound, truth, space, seed).covered, conditions)
+    unsound = sum(held is False for held in comparison.sound)
+    share = share_of_set(found, unsound)
     reason = _set_reason(comparison, space.joints, what)
     if comparison.surplus is not None and _are_degrees(claimed, truth, space, seed):
         reason = f"these values are in degrees, and radians are due; {reason}"
-    return graded(min(share, 0.99), reason, _set_certificate(comparison))
+    counted = f"{_found_words(found, unsound)}; " if share else ""
+    return graded(float(share), counted + reason, _set_certificate(comparison))
+
+
+def _found(covered: Sequence[bool | None], conditions: Sequence[Sequence[Piece]]) -> list[tuple[int, int]]:
+    """Return of each condition how many of its pieces are covered, of how many there are anywhere."""
+    left, found = list(covered), []
+    for condition in conditions:
+        held, left = [one for one in left[: len(condition)] if one is not None], left[len(condition) :]
+        found += [(sum(held), len(held))] if held else []
+    return found
+
+
+def _found_words(found: Sequence[tuple[int, int]], unsound: int) -> str:
+    """Say of how many conditions all is found, of how many some, and how many claims don't hold."""
+    whole, in_part = sum(some == due for some, due in found), sum(0 < some < due for some, due in found)
+    conditions = f"{len(found)} conditions {'is' if whole == 1 else 'are'}" if len(found) > 1 else "1 condition is"
+    parts = f", {in_part} in part" if in_part else ""
+    claims = f", {unsound} of the claims {'does' if unsound == 1 else 'do'} not hold" if unsound else ""
+    return f"{whole} of {conditions} found{parts}{claims}"
+
+
+def by_joints(reference: Sequence[Node], joints: Sequence[str]) -> list[list[Node]]:
+    """Return conditions in groups that name the same joints, where it is not known what belongs together."""
+    groups: dict[frozenset[str], list[Node]] = {}
+    for tree in reference:
+        groups.setdefault(frozenset(names(tree) & set(joints)), []).append(tree)
+    return list(groups.values())
 
 
 def _are_degrees(claimed: Sequence[Piece], truth: Sequence[Piece], space: Space, seed: str) -> bool:

@@ -42,7 +42,7 @@ def mark(
 
     >>> from exercises import generate
     >>> mark(generate("polar-rp/1", ["determinant"]), {"determinant": "d2 + 0.7"}, secret="s")
-    [Verdict(determinant: partial, 0.6667 of 1)]
+    [Verdict(determinant: partial, 0.8 of 1)]
     """
     texts = {part.name: answers[part.name] for part in problem.parts if part.name in answers}
     drawn = secrets.token_hex(16) if secret is None else secret

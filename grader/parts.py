@@ -68,8 +68,8 @@ class _Judging(Forms[Judgement]):
     def conditions(self, answer: ConditionSet) -> Judgement:
         """Compare sets of configurations."""
         joints = [q.name for q in self.problem.chain.q]
-        pieces = [piece for (piece,) in answer.trees(self.domain.roles)]
-        return judge_singular(self.given, pieces, joints, self.domain, self.seed, self.part.rounding)
+        due = answer.by_condition([piece for (piece,) in answer.trees(self.domain.roles)])
+        return judge_singular(self.given, due, joints, self.domain, self.seed, self.part.rounding)
 
     def one_of(self, answer: Choice) -> Judgement:
         """Look whether it is the right option."""

@@ -1,5 +1,6 @@
 """A set of configurations, as conditions on the joints."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from exercises.answers.base import Answer
@@ -25,6 +26,15 @@ class ConditionSet(Answer):
     def pieces(self) -> list[str]:
         """Return every piece as text."""
         return [piece for component in self.components for piece in component.pieces()]
+
+    def by_condition(self, pieces: Sequence[T]) -> list[list[T]]:
+        """Return what stands for each piece, those together that belong to one condition or to several at once."""
+        left, groups = list(pieces), []
+        for component in self.components:
+            count = len(component.pieces())
+            groups.append(left[:count])
+            left = left[count:]
+        return groups
 
     @property
     def typed_as(self) -> str:

@@ -12,9 +12,19 @@ import sympy as sp
 
 from exercises.answers import LETTERS, Answer, Choice, ConditionSet, Direction, Forms, Number
 from exercises.arm.singularity import Component
-from exercises.credit import OWN
-from exercises.exports.known_wrong import Known, known_wrong, room_of, same_entries
+from exercises.credit import (
+    AMISS,
+    OWN,
+    share_but_for_a_factor,
+    share_of_columns,
+    share_of_entries,
+    share_of_set,
+)
+from exercises.exports.known_wrong import Known, domain_of, known_wrong, room_of, same_entries
+from exercises.formula.expression import read
 from exercises.formula.printers.maxima import maxima_matrix, maxima_text
+from exercises.formula.scale import Factor, constant_factor
+from exercises.formula.text import text_of
 from exercises.problem import Part, Problem
 from exercises.quizzes.options import blames_of
 
@@ -39,12 +49,23 @@ FUNCTIONS = (
     "qdot_plain(x) := ratsimp(trigsimp(subst(known, trigexpand(x))));",
     ("qdot_entry(x, y) := if not qdot_probe(x - y) then false "
     "elseif is(algebraic_equivalence(x, y) = true) then true else is(qdot_plain(x - y) = 0);"),
+    ("qdot_amiss(a, b, p, moving) := block([u, w, there, k, at], "
+    "u: if matrixp(a) then apply(append, args(a)) else [a], w: if matrixp(b) then apply(append, args(b)) else [b], "
+    "there: makelist(v = concat(v, \"moved\"), v, moving), "
+    "if qdot_entry(u[p], 0) then 0 "
+    "elseif qdot_count(makelist(qdot_entry(u[i], -w[i]), i, 1, length(w))) = length(w) then 1 "
+    "elseif qdot_count(makelist(qdot_entry(u[i]*subst(there, w[p]), w[i]*subst(there, u[p])), i, 1, length(w))) "
+    "< length(w) then 0 else (k: u[p]/w[p], at: makelist(v = 0.31, v, listofvars(k)), "
+    "if is(float(subst(at, k)) < 0) then 2 else 1));"),
     ("qdot_same(a, b) := if not matrixp(b) then (if qdot_entry(a, b) then 1 else 0) else "
     "block([u: apply(append, args(a)), w: apply(append, args(b))], "
     "if is(qdot_count(makelist(qdot_entry(u[i], w[i]), i, 1, length(w))) = length(w)) then 1 else 0);"),
     "qdot_count(l) := length(sublist(l, lambda([x], is(x = true))));",
     "qdot_exact(x) := num_ensure_rational(subst(append(short, given), x));",
     "qdot_near(x, y, room) := is(abs(float(x) - y) <= room);",
+    ("qdot_set_share(found, beyond) := block([total: apply(\"+\", map(first, found)), share], "
+    "share: apply(\"*\", makelist(if f[1] = f[2] then 1 elseif f[1] = 0 then 1/2 else 2/3, f, found))/2^beyond, "
+    "if total = 0 or (beyond > 1 and beyond >= total) then 0 elseif share = 1 then 1/2 else share);"),
     f"qdot_fits(c, t, turning) := is(lhs(c) = lhs(t)) and (if member(lhs(t), turning) then {_FITS});",
     f"qdot_covered(claims, truth, turning) := qdot_count({_MET.format('c', 'claims', 't', 'truth')});",
     f"qdot_beyond(claims, truth, turning) := length(claims) - qdot_count({_MET.format('t', 'truth', 'c', 'claims')});",
@@ -133,31 +154,52 @@ class _Asking(Forms["StackPart | str"]):
         return "letters of several options are not asked; the outlets with quizzes ask them"
 
 
-def share_of(part: Part, equal: Sequence[bool]) -> float:
-    """Return the share of a matrix some of whose entries are right, as `qdot grade` marks it.
-
-    >>> from exercises.answers import Matrix
-    >>> share_of(Part("j", "jacobian", Matrix(sp.Matrix([[1, 0], [2, 3]]))), (True, False, True, True))
-    0.6666666666666666
-    """
+def share_of(problem: Problem, part: Part, answer: sp.Matrix, equal: Sequence[bool]) -> float:
+    """Return the share of formulas that are not all right, as `qdot grade` marks them but for lost factors."""
     if all(equal):
         return 1.0
     credit = part.credit or OWN
-    if part.shape is None or credit.by == "whole":
+    if credit.by == "whole":
         return 0.0
     reference = part.answer.as_matrix()
-    counted, zeros = _counted(reference)
-    columns = reference.cols
-    right = {(k // columns + 1, k % columns + 1) for k, same in enumerate(equal) if same}
-    if credit.by == "columns" and columns > 1:
-        groups = _columns(reference)
-        whole = sum(set(group) <= right for group in groups)
-        share = Fraction(whole if whole < len(groups) else whole - 1, len(groups))
-    else:
-        spoiled = sum(place not in right for place in zeros)
-        share = Fraction(max(0, sum(place in right for place in counted) - spoiled), len(counted))
-        share = min(share, Fraction(99, 100))
+    share = Fraction(0)
+    if part.shape is not None:
+        _, zeros = _counted(reference)
+        columns = reference.cols
+        right = {(k // columns + 1, k % columns + 1) for k, same in enumerate(equal) if same}
+        if credit.by == "columns" and columns > 1:
+            share = share_of_columns([set(group) <= right for group in _columns(reference)])
+        else:
+            share = share_of_entries(equal, [(k // columns + 1, k % columns + 1) in zeros for k in range(len(equal))])
+        varying = _varying(problem, reference)
+        if varying and not set(varying) & right:
+            share = Fraction(0)
+    if _pivot(problem, reference) is not None and (factor := _factor(problem, answer, reference)) is not None:
+        off = share_but_for_a_factor(is_sign_wrong=factor.is_negative, is_constant_wrong=factor.is_other)
+        share = max(share, off)
     return float(share * credit.worth)
+
+
+def _factor(problem: Problem, answer: sp.Matrix, reference: sp.Matrix) -> Factor | None:
+    domain = domain_of(problem)
+    own, due = ([read(text_of(entry), domain.roles) for entry in matrix] for matrix in (answer, reference))
+    return constant_factor(own, due, domain, set(domain.roles) - problem.constants, f"stack/{problem.id}")
+
+
+def _varying(problem: Problem, reference: sp.Matrix) -> "Places":
+    """Return the places of entries that depend on the configuration or its velocity."""
+    return [
+        (i + 1, j + 1)
+        for i in range(reference.rows)
+        for j in range(reference.cols)
+        if any(symbol.name not in problem.constants for symbol in reference[i, j].free_symbols)
+    ]
+
+
+def _pivot(problem: Problem, reference: sp.Matrix) -> int | None:
+    """Return an entry by which a constant factor is told, counted from 1; None where a single number is due."""
+    filled = [k for k, entry in enumerate(reference, 1) if entry != 0]
+    return None if not filled or (len(filled) == 1 and not _varying(problem, reference)) else filled[0]
 
 
 Places = list[tuple[int, int]]
@@ -191,8 +233,8 @@ def _formulas(problem: Problem, part: Part, number: int) -> StackPart:
     model = _shown(reference, single)
     marking = [f"said{k}: qdot_exact(ans{k});"]
     score, otherwise = "0", ""
-    if not single and (part.credit or OWN).by != "whole":
-        lines, otherwise = _entries(part, reference, k)
+    if (part.credit or OWN).by != "whole":
+        lines, otherwise = _in_part(problem, part, reference, k)
         marking += lines
         score = f"share{k}"
     known = known_wrong(problem, part, MOST)
@@ -205,12 +247,14 @@ def _formulas(problem: Problem, part: Part, number: int) -> StackPart:
         variables.append(f"{name}: {_shown(wrong.answer, single)};")
         marking.append(f"like{k}_{index}: if same{k} = 1 then 0 else qdot_same(said{k}, {name});")
         nodes.append(Node("AlgEquiv", f"like{k}_{index}", "1", f"prt{k}-{wrong.mistake}", score, wrong.says))
-        cases.append(Case(wrong.title, name, share_of(part, wrong.equal), f"prt{k}-{wrong.mistake}"))
+        assert isinstance(wrong.answer, sp.MatrixBase)
+        note = f"prt{k}-{wrong.mistake}"
+        cases.append(Case(wrong.title, name, share_of(problem, part, wrong.answer, wrong.equal), note))
     unusual = _unusual(problem, reference)
     if unusual is not None:
         cases.append(Case("another form of the reference", _shown(unusual, single), 1.0, f"prt{k}-right"))
     nothing = reference * 0 + sp.ones(*reference.shape) * sp.Integer(7)
-    share = share_of(part, same_entries(problem, nothing, reference))
+    share = share_of(problem, part, nothing, same_entries(problem, nothing, reference))
     cases.append(Case("nobody's mistake", _shown(nothing, single), share, f"prt{k}-other"))
     words = "a formula" if single else f"one formula in each of the {reference.rows} × {reference.cols} boxes"
     longest = max(len(maxima_text(entry)) for entry in reference)
@@ -225,7 +269,24 @@ def _shown(matrix: sp.Matrix, single: bool) -> str:
     return maxima_text(matrix[0]) if single else maxima_matrix(matrix)
 
 
-def _entries(part: Part, reference: sp.Matrix, k: int) -> tuple[list[str], str]:
+def _in_part(problem: Problem, part: Part, reference: sp.Matrix, k: int) -> tuple[list[str], str]:
+    """Return the lines that work out the share of formulas that are right in part, and what is said of them."""
+    lines, said = ([f"share{k}: 0;"], "") if part.shape is None else _entries(problem, part, reference, k)
+    pivot = _pivot(problem, reference)
+    if pivot is None:
+        return lines, said
+    moving = sorted({symbol.name for symbol in reference.free_symbols} | {q.name for q in problem.chain.q})
+    moving = [name for name in moving if name not in problem.constants]
+    worth = (part.credit or OWN).worth
+    lines += [
+        f"amiss{k}: qdot_amiss(said{k}, ta{k}, {pivot}, [{', '.join(moving)}]);",
+        f"share{k}: max(share{k}, if amiss{k} = 0 then 0 else {worth}*(1 - {AMISS}*amiss{k}));",
+    ]
+    factor = "It is right but for its sign, a constant factor, or both."
+    return lines, said + f'[[if test="amiss{k}>0"]]<p>{factor}</p>[[/if]]'
+
+
+def _entries(problem: Problem, part: Part, reference: sp.Matrix, k: int) -> tuple[list[str], str]:
     """Return the lines that work out the share of a matrix, and what is said of it."""
     credit = part.credit or OWN
     counted, zeros = _counted(reference)
@@ -236,17 +297,27 @@ def _entries(part: Part, reference: sp.Matrix, k: int) -> tuple[list[str], str]:
         lines = [
             f"right{k}: qdot_count(makelist(is(qdot_count(makelist({same}, p, c)) = length(c)), c, {groups}));",
             f"share{k}: min(right{k}, {len(groups) - 1})/{len(groups)}{worth};",
+            *_unless_constant(problem, reference, k),
         ]
         return lines, f"<p>{{@right{k}@}} of {len(groups)} columns are right.</p>"
     spoiled = f"{len(zeros)} - qdot_count(makelist({same}, p, {_listed(zeros)}))" if zeros else "0"
     lines = [
         f"right{k}: qdot_count(makelist({same}, p, {_listed(counted)}));",
         f"spoiled{k}: {spoiled};",
-        f"share{k}: min(max(0, right{k} - spoiled{k})/{len(counted)}, 99/100){worth};",
+        f"share{k}: max(0, min(right{k} - spoiled{k}, {len(counted) - 1}))/{len(counted)}{worth};",
+        *_unless_constant(problem, reference, k),
     ]
     which = f"{len(counted)} entries that are not zero" if zeros else f"{len(counted)} entries"
     also = f"; {{@spoiled{k}@}} of {len(zeros)} zeros are answered with something else" if zeros else ""
     return lines, f"<p>{{@right{k}@}} of {which} are right{also}.</p>"
+
+
+def _unless_constant(problem: Problem, reference: sp.Matrix, k: int) -> list[str]:
+    """Return the line that gives nothing where no entry is right that depends on the configuration."""
+    varying = _varying(problem, reference)
+    same = f"qdot_entry(said{k}[p[1], p[2]], ta{k}[p[1], p[2]])"
+    found = f"qdot_count(makelist({same}, p, {_listed(varying)}))"
+    return [f"share{k}: if share{k} > 0 and {found} = 0 then 0 else share{k};"] if varying else []
 
 
 def _unusual(problem: Problem, reference: sp.Matrix) -> sp.Matrix | None:
@@ -303,7 +374,8 @@ def _numbers(problem: Problem, part: Part, number: int) -> StackPart:
         other = f"float({matrix})" if single else f"float({matrix}[i, 1])"
         return f"qdot_count(makelist(qdot_near({value}, {other}, room{k}[i]), i, 1, {n}))"
 
-    lines += [f"right{k}: {near(f'ta{k}')};", f"share{k}: right{k}/{n};"]
+    zeros = [abs(float(v)) <= answer.allowed(part.rounding)[1] for v in answer.reference]
+    lines += [f"right{k}: {near(f'ta{k}')};", *_share_of_numbers(part, zeros, k)]
     variables = [f"ta{k}: {_floats(truth, single)};"]
     score = f"share{k}"
     right = (
@@ -317,7 +389,7 @@ def _numbers(problem: Problem, part: Part, number: int) -> StackPart:
         variables.append(f"{name}: {_floats(wrong.answer, single)};")
         lines.append(f"like{k}_{index}: {near(name)};")
         nodes.append(Node("AlgEquiv", f"like{k}_{index}", str(n), f"prt{k}-{wrong.mistake}", score, wrong.says))
-        cases.append(Case(wrong.title, name, sum(wrong.equal) / n, f"prt{k}-{wrong.mistake}"))
+        cases.append(Case(wrong.title, name, _share_of_typed(part, wrong, zeros), f"prt{k}-{wrong.mistake}"))
     off = truth + sp.Matrix([50 * r for r in room])
     inside = truth + sp.Matrix([r / 2 for r in room])
     cases.append(Case("off by half of what is allowed", _floats(inside, single), 1.0, f"prt{k}-right"))
@@ -330,6 +402,40 @@ def _numbers(problem: Problem, part: Part, number: int) -> StackPart:
         part, k, "numerical" if single else "matrix", f"ta{k}", words, tuple(variables), tuple(lines), tuple(nodes),
         tuple(cases), otherwise, score, box=12, checked=False,
     )  # fmt: skip
+
+
+def _share_of_numbers(part: Part, zeros: Sequence[bool], k: int) -> list[str]:
+    """Return the lines that work out the share of numbers that are not all right."""
+    n = len(zeros)
+    if n == 1 or (part.credit or OWN).by == "whole":
+        return [f"share{k}: 0;"]
+    counted = [i for i, zero in enumerate(zeros, 1) if not zero] or list(range(1, n + 1))
+    spoiled = [i for i in range(1, n + 1) if i not in counted]
+
+    def near(sign: str, which: Sequence[int]) -> str:
+        return f"qdot_count(makelist(qdot_near(said{k}[i, 1], {sign}float(ta{k}[i, 1]), room{k}[i]), i, {which}))"
+
+    share = (
+        f"max(0, min({near('', counted)} - ({len(spoiled)} - {near('', spoiled)}), {len(counted) - 1}))/{len(counted)}"
+    )
+    lines = [f"share{k}: {share};"]
+    if all(part.answer.units_due) and not all(zeros):
+        lines.append(f"share{k}: if {near('-', list(range(1, n + 1)))} = {n} then {1 - AMISS} else share{k};")
+    worth = (part.credit or OWN).worth
+    return lines if worth == 1 else [*lines, f"share{k}: share{k}*{worth};"]
+
+
+def _share_of_typed(part: Part, wrong: Known, zeros: Sequence[bool]) -> float:
+    """Return the share of numbers that a mistake gives."""
+    credit = part.credit or OWN
+    if len(zeros) == 1 or credit.by == "whole":
+        return 0.0
+    share = share_of_entries(wrong.equal, zeros)
+    assert isinstance(wrong.answer, sp.MatrixBase)
+    pairs = zip(wrong.answer, part.answer.as_matrix(), room_of(part), strict=True)
+    if all(part.answer.units_due) and not all(zeros) and all(abs(float(a + b)) <= room for a, b, room in pairs):
+        share = 1 - AMISS
+    return float(share * credit.worth)
 
 
 def _floats(matrix: sp.Matrix | tuple[Component, ...], single: bool) -> str:
@@ -388,13 +494,17 @@ def _values(problem: Problem, part: Part, number: int) -> StackPart | str:
         ]
         return "{" + ", ".join(dict.fromkeys(shown)) + "}"
 
+    found = [
+        f"[qdot_covered(said{k}, args({equations((component,))}), turning{k}), {_count(component)}]"
+        for component in answer.components
+    ]
     lines = [
         f"said{k}: if setp(ans{k}) or listp(ans{k}) then args(ans{k}) else [ans{k}];",
         f"said{k}: qdot_exact(said{k});",
         f"turning{k}: [{', '.join(turning)}];",
         f"right{k}: qdot_covered(said{k}, args(ta{k}), turning{k});",
         f"beyond{k}: qdot_beyond(said{k}, args(ta{k}), turning{k});",
-        f"share{k}: min(max(0, right{k} - beyond{k})/length(ta{k}), 99/100);",
+        f"share{k}: qdot_set_share([{', '.join(found)}], beyond{k});",
     ]
     worth = (part.credit or OWN).worth if (part.credit or OWN).by != "whole" else 0
     lines += [] if worth == 1 else [f"share{k}: share{k}*{worth};"]
@@ -412,8 +522,8 @@ def _values(problem: Problem, part: Part, number: int) -> StackPart | str:
         against = f"(said{k}, args({name}), turning{k})"
         lines.append(f"like{k}_{index}: [qdot_covered{against} - length({name}), qdot_beyond{against}];")
         claimed = _claims(wrong.answer)
-        covered, beyond = len(claimed & truth), len(claimed - truth)
-        share = float(min(Fraction(max(0, covered - beyond), len(truth)), Fraction(99, 100)) * worth)
+        each = [_claims((component,)) for component in answer.components]
+        share = float(share_of_set([(len(claimed & due), len(due)) for due in each], len(claimed - truth)) * worth)
         nodes.append(Node("AlgEquiv", f"like{k}_{index}", "[0, 0]", note, f"share{k}", wrong.says))
         cases.append(Case(wrong.title, name, share, note))
     cases.append(Case("another form of the reference", equations(answer.components, 1), 1.0, f"prt{k}-right"))
@@ -427,6 +537,11 @@ def _values(problem: Problem, part: Part, number: int) -> StackPart | str:
         f"<p>{{@right{k}@}} of the configurations are there, and {{@beyond{k}@}} of your values are not singular or "
         "not as they are asked for.</p>", f"share{k}", box=50,
     )  # fmt: skip
+
+
+def _count(component: Component) -> int:
+    """Return how many values a component gives."""
+    return len(_claims((component,)))
 
 
 def _is_of_values(component: Component) -> bool:

@@ -13,6 +13,7 @@ From the bottom up:
     program                             trees evaluated at many points at once
     field, angles, exact                rational functions of sines and cosines, compared modulo a random prime
     identity                            are two expressions the same function
+    scale                               are they the same but for a sign, or for a constant factor
     constants, pieces, conditions       typed values; conditions as a union of pieces; are two sets the same
     claims                              the conditions that an answer claims, and whether they would take too long
 """

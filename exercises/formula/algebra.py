@@ -57,6 +57,27 @@ def call(function: str, a: Node) -> Node:
     return Node("call", (a,), function)
 
 
+def factors(node: Node) -> list[Node]:
+    """Return the factors of a product as it is written, those below a line as one over them; powers are taken apart.
+
+    >>> x, y = Node("name", value="x"), Node("name", value="y")
+    >>> factors(negative(times(power(x, TWO), y))) == [x, x, y, number(-1)]
+    True
+    """
+    if node.kind == "*":
+        return [factor for arg in node.args for factor in factors(arg)]
+    if node.kind == "neg":
+        return [*factors(node.args[0]), number(-1)]
+    if node.kind == "/":
+        return [*factors(node.args[0]), *(over(ONE, factor) for factor in factors(node.args[1]))]
+    if node.kind == "^" and node.args[1].kind == "number" and node.args[1].value in range(1, MOST_POWER + 1):
+        return factors(node.args[0]) * int(node.args[1].value)
+    return [node]
+
+
+MOST_POWER = 6
+"""The highest power that is taken apart."""
+
 # --- derivatives ---
 
 _SLOPES: dict[str, Callable[[Node], Node]] = {

@@ -36,6 +36,7 @@ GROUPS = {
     },
     "How it works": {
         "judging": ("How an answer is judged", "Identity tested in numbers, and the bound on being wrong."),
+        "partial-credit": ("What is right in part", "One rule for each type of answer, with examples."),
         "sandbox": ("Students' code, contained", "What a notebook may do, and who sees to it."),
         "structures": ("How many arms there are", "What random-2 to random-4 draw from."),
         "library": ("qdot as a library", "Problems and judgements in a program of your own."),

@@ -4,10 +4,12 @@ A key holds numbers, no formula. Configurations have two decimals, so that a cou
 right values are worked out with many digits and written with 15, those of mistakes with 6: the same bytes everywhere.
 
     {"type": "values", "symbols": [name], "points": [[value]], "rows": r, "columns": c,
-     "right": [[entry at each point]], "mistakes": [{"name", "title", "says", "print": [number at the first points]}]}
+     "right": [[entry at each point]], "constants": [name], "moving": [index of an entry that depends on others],
+     "mistakes": [{"name", "title", "says", "print": [number at the first points]}]}
     {"type": "numbers", "units", "tolerance", "floor", "right": [number], "mistakes": [{…, "values": [number]}]}
     {"type": "direction", …as "values", "tolerance": number or null}
-    {"type": "configurations", "joints": [name], "symbols": [name], "pieces": [[pose]], "mistakes": [{…, "pieces"}]}
+    {"type": "configurations", "joints": [name], "symbols": [name], "pieces": [[pose]],
+     "conditions": [number of pieces of each], "mistakes": [{…, "pieces"}]}
     {"type": "choice" | "selection" | "matching", "options": count, "items": count, "right": [index],
      "told": [sentence of each option, or null]}
 
@@ -104,8 +106,17 @@ class _Keys(Forms[Json]):
 def _values(problem: Problem, part: Part) -> tuple[Json, Values]:
     """Return the key of a part without its mistakes, and its configurations."""
     key = values_key(part.answer.formulas(), part.shape or (1, 1), problem.domain(), _stream(problem, part))
+    reference = part.answer.as_matrix()
+    used = [{symbol.name for symbol in entry.free_symbols} for entry in reference]
+    key["constants"] = sorted(problem.constants & {*key["symbols"]} & _open(problem))
+    key["moving"] = [index for index, symbols in enumerate(used) if symbols - problem.constants]
     columns = zip(*key["points"], strict=True)
     return key, {name: np.array(column) for name, column in zip(key["symbols"], columns, strict=True)}
+
+
+def _open(problem: Problem) -> set[str]:
+    """Return the symbols that are given no number."""
+    return {name for name, role in problem.domain().roles.items() if isinstance(role, str)}
 
 
 def values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, stream: Stream) -> Json:
@@ -201,7 +212,8 @@ def _mistakes_in_numbers(problem: Problem, part: Part, answer: Number) -> Iterat
 def _configurations(problem: Problem, part: Part, answer: ConditionSet) -> Json:
     joints, symbols = _variables(problem)
     return {
-        "type": "configurations", "joints": joints, "symbols": symbols, "pieces": _pieces(problem, part, answer)
+        "type": "configurations", "joints": joints, "symbols": symbols, "pieces": _pieces(problem, part, answer),
+        "conditions": _conditions(problem, answer),
     }  # fmt: skip
 
 
@@ -216,6 +228,13 @@ def _variables(problem: Problem) -> tuple[list[str], list[str]]:
     """Return the names of the joint variables, and of all symbols that a pose has values for."""
     joints = [q.name for q in problem.chain.q]
     return joints, sorted(set(problem.domain().roles) & {*joints, *(str(s) for s in problem.chain.parameters)})
+
+
+def _conditions(problem: Problem, answer: ConditionSet) -> list[int]:
+    """Return how many of the pieces belong to each condition, or to several that hold together."""
+    known, joints = problem.domain().roles, [q.name for q in problem.chain.q]
+    groups = answer.by_condition(answer.pieces())
+    return [sum(len(pieces(read(text, known), joints)) for text in group) for group in groups]
 
 
 def _pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[Any]:

@@ -112,6 +112,9 @@ export interface ValuesKey {
   readonly rows: number;
   readonly columns: number;
   readonly right: readonly (readonly (number | null)[])[];
+  /** Symbols that no motion changes, and the entries that depend on others, counted from 0. */
+  readonly constants?: readonly string[];
+  readonly moving?: readonly number[];
   readonly mistakes: readonly (readonly number[])[];
   readonly tolerance?: number | null;
 }
@@ -131,6 +134,8 @@ export interface ConfigurationsKey {
   readonly joints: readonly string[];
   readonly symbols: readonly string[];
   readonly pieces: readonly (readonly (readonly number[])[])[];
+  /** How many of the pieces belong to each condition. */
+  readonly conditions?: readonly number[];
   readonly mistakes: readonly (readonly [number, ...(readonly (readonly number[])[])[]])[];
 }
 

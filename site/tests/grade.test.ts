@@ -65,6 +65,8 @@ test.each([
   ["[[0.501], [-5/4]]", "correct", 1],
   ["{qd1: 0.5, qd2: -1.25}", "correct", 1],
   ["[0.5, 7]", "partial", 0.5],
+  ["[-0.5, 1.25]", "partial", 0.8],
+  ["[0, 0]", "wrong", 0],
   ["[0.5, a1]", "wrong", 0],
   ["[0.5]", "wrong", 0],
   ["[blank, blank]", "missing", 0],
@@ -129,7 +131,7 @@ test.each([
   ["sin(theta2) = 0", "correct", 1],
   ["theta2 = k*pi", "correct", 1],
   ["{theta2: [0, -pi]}", "correct", 1],
-  ["theta2 = 0", "partial", 0.5],
+  ["theta2 = 0", "partial", 2 / 3],
   ["theta2 = pi/2", "wrong", 0],
   ["theta2 = 0, theta2 = pi, theta1 = 0", "partial", 0.5],
   ["theta2", "wrong", 0],
@@ -141,7 +143,7 @@ test.each([
   ["sin(theta2)^2 = 0", "correct", 1],
   ["theta2 = 0, theta2 = pi, sin(theta1) = 2", "correct", 1],
   ["theta2 = 0, theta2 = pi, theta1 = foo", "partial", 0.5],
-  ["theta2 = 0, theta2 = 3.14159", "wrong", 0],
+  ["theta2 = 0, theta2 = 3.14159", "partial", 1 / 3],
 ])("a set: %s is %s", (typed, outcome, share) => {
   const found = judgeSet(typed, SET, ANGLES, stretched);
   expect([found.outcome, found.share]).toEqual([outcome, share]);
@@ -151,6 +153,33 @@ test.each(["hello world", "a1 + foo", "constructor"])("words that are no symbols
   const key: ValuesKey = { ...ALONG, type: "values", rows: 1, right: [[1, 2]] };
   const found = judgeValues(typed, key);
   expect([found.outcome, found.reasons[0]?.key]).toEqual(["wrong", "read.unknown"]);
+});
+
+test.each([
+  ["-a1*theta1", 0.8, "verdict.but-sign"],
+  ["theta1", 0.8, "verdict.but-factor"],
+  ["-3*theta1*a1^2", 0.6, "verdict.but-both"],
+  ["a1", 0, "verdict.differs"],
+  ["0", 0, "verdict.differs"],
+])("a formula that is right but for a factor: %s earns %d", (typed, share, said) => {
+  const key: ValuesKey = {
+    type: "values",
+    symbols: ["a1", "theta1"],
+    points: [
+      [0.5, 1.5],
+      [2, 0.25],
+      [3, -0.7],
+    ],
+    rows: 1,
+    columns: 1,
+    right: [[0.75, 0.5, -2.1]],
+    constants: ["a1"],
+    moving: [0],
+    mistakes: [],
+  };
+  const found = judgeValues(typed, key);
+  expect(found.share).toBeCloseTo(share);
+  expect(found.reasons[0]?.key).toBe(said);
 });
 
 test("terms that hide an entry leave the browser unsure", () => {

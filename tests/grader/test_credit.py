@@ -5,22 +5,31 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
+import sympy as sp
 
-from exercises.answers import Expression
+from exercises.answers import ConditionSet, Expression
 from exercises.arm.chain import Chain
 from exercises.assignment import load_assignment
 from exercises.credit import OWN, WAYS, Credit, read_credit
 from exercises.docs import planar_2r, scorbot_arm
 from exercises.errors import QdotError
 from exercises.formula.text import text_of
+from exercises.problem import Part, Problem
 from exercises.release import init_assignment
+from grader.docs import credit_page
 from grader.verdict import Judgement, Outcome
+from tests.support import ROOT
 from tests.support.judging import earned as share_earned
 from tests.support.problems import asked
 
 PLANAR, SCORBOT = planar_2r(), scorbot_arm()
 DETERMINANT = "a2*a3*(a1 + a2*cos(theta2) + a3*cos(theta2 + theta3))*sin(theta3)"
 J_WITHOUT = "[[-a1*sin(theta1) - a2*sin(theta1 + theta2), SECOND], [a1*cos(theta1) + a2*cos(theta1 + theta2), THIRD]]"
+
+
+JACOBIAN = sp.sympify(
+    J_WITHOUT.replace("SECOND", "-a2*sin(theta1 + theta2)").replace("THIRD", "a2*cos(theta1 + theta2)")
+)
 
 
 def earned(question: str, answer: str, credit: Credit = OWN, chain: Chain = PLANAR) -> Judgement:
@@ -35,12 +44,14 @@ def earned(question: str, answer: str, credit: Credit = OWN, chain: Chain = PLAN
         ("a1*a2*sin(theta2)", 1.0),
         ("-a1*a2*sin(theta2)", 0.8),
         ("a2*sin(theta2)", 0.8),
-        ("2*a2*sin(theta2)", 0.6),
+        ("2*a2*sin(theta2)", 0.8),
+        ("-2*a2*sin(theta2)", 0.6),
+        ("sin(theta2)", 0.8),
         ("a1*a2*cos(theta2)", 0.0),
         ("a1*a2", 0.0),
-        ("a1*(a2 + a1)*sin(theta2)", 0.0),
-        ("a1*a2*sin(theta2)*cos(theta1)", 0.0),
-        ("a1*a1*a2*sin(theta2)", 0.0),
+        ("a1*(a2 + a1)*sin(theta2)", 0.8),
+        ("a1*a2*sin(theta2)*cos(theta1)", 0.5),
+        ("a1*a1*a2*sin(theta2)", 0.8),
         ("sin(theta2)*(a1*a2 + 0)/a1", 0.8),
         ("0", 0.0), ("1", 0.0), ("a1/0", 0.0), ("x*a1*a2", 0.0), ("[a1, a2]", 0.0), ("{{", 0.0),
     ],
@@ -51,29 +62,71 @@ def test_a_determinant_is_marked_by_its_factors(answer: str, share: float) -> No
     assert found.outcome is (Outcome.CORRECT if share == 1 else Outcome.PARTIAL if share else Outcome.WRONG)
 
 
-def test_each_factor_that_is_there_counts_and_the_reason_says_so(family: str, drawn: object) -> None:
+def factors_of(part: Part, problem: Problem) -> tuple[sp.Expr, list[sp.Expr]]:
+    """Return the constant part of a determinant, and its factors with joints, each as often as its power says."""
+    joints, constant, factors = set(problem.chain.q), sp.S.One, []
+    for factor in sp.Mul.make_args(part.of(Expression).reference):
+        base, power = factor.as_base_exp()
+        if factor.free_symbols & joints:
+            factors += [base] * int(power)
+        else:
+            constant *= factor
+    return constant, factors
+
+
+def test_equal_mistakes_in_a_determinant_earn_equal_shares_whatever_the_arm(family: str, drawn: object) -> None:
     problem = drawn(family, 0)  # type: ignore[operator]
     for part in problem.parts:
-        if part.kind != "determinant" or not isinstance(part.answer, Expression):
+        if part.kind not in ("determinant", "gram-determinant") or not isinstance(part.answer, Expression):
             continue
-        _, product = part.answer.reference.as_coeff_Mul()
-        factors = [factor for factor in product.as_ordered_factors() if factor.free_symbols]
-        for left_out in factors if 1 < len(factors) <= 6 else ():
-            answer = text_of(part.answer.reference / left_out)
-            judgement = share_earned(problem, part, answer, "f")
-            weights = [2 if factor.free_symbols & set(problem.chain.q) else 1 for factor in factors]
-            lost = weights[factors.index(left_out)]
-            if lost == 1 or weights.count(2) > 1:
-                assert judgement.share == pytest.approx(1 - lost / (sum(weights) + 1)), (answer, judgement)
-                assert f"{len(factors) - 1} of {len(factors)} factors are right" in judgement.reason
-            else:
-                assert judgement.share == 0.0
+        constant, factors = factors_of(part, problem)
+        reference = part.answer.reference
+        lengths = sorted(constant.free_symbols, key=str)
+        made = {
+            "the sign": (-reference, 0.8),
+            "another number": (3 * reference, 0.8),
+            "sign and number": (-reference / 7, 0.6),
+            **{f"without {length}": (reference / length, 0.8) for length in lengths},
+            "a factor lost": (reference / factors[-1] if len(factors) > 1 else None, 0.5),
+            "a factor lost, and the sign": (-reference / factors[-1] if len(factors) > 1 else None, 0.5),
+            "two factors lost": (reference / factors[-1] / factors[0] if len(factors) > 2 else None, 0.25),
+            "a factor too many": (reference * (2 + sp.cos(sp.Symbol("theta1"))), 0.5),
+            "no factor": (constant, 0.0),
+            "zero": (sp.S.Zero, 0.0),
+            "a number": (sp.Integer(7), 0.0),
+        }
+        if not factors:  # a determinant that is a number: right or not
+            made = dict.fromkeys(("the sign", "twice"), (-reference, 0.0))
+        for mistake, (answer, share) in made.items():
+            if answer is None or (problem.chain.joints[0].kind == "P" and "too many" in mistake):
+                continue
+            judgement = share_earned(problem, part, text_of(answer), "f")
+            assert judgement.share == share, (mistake, answer, judgement)
 
 
-def test_the_factor_that_ties_joints_counts_as_one() -> None:
-    assert earned("determinant", DETERMINANT, chain=SCORBOT).share in (6 / 7, 1.0)  # the sign is a matter of the frames
-    without = DETERMINANT.replace("*sin(theta3)", "")
-    assert earned("determinant", without, chain=SCORBOT).share in (4 / 7, 5 / 7)
+def test_a_factor_of_three_that_is_wrong_is_as_one_that_is_lost() -> None:
+    right = earned("determinant", DETERMINANT, chain=SCORBOT)
+    assert right.share in (0.8, 1.0)  # the sign is a matter of the frames
+    for wrong in ("", "*cos(theta3)"):
+        judged = earned("determinant", DETERMINANT.replace("*sin(theta3)", wrong), chain=SCORBOT)
+        assert judged.share == 0.5 and judged.reason.startswith("1 of 2 factors with joints is there, which earns 1/2;")
+
+
+GUESSES = ("0", "1", "7", "theta1", "sin(theta1)*cos(theta1)*sin(theta2)*cos(theta2)*sin(theta3)*cos(theta3)")
+
+
+def test_nothing_is_earned_by_zeros_constants_and_guesses(family: str, drawn: object) -> None:
+    problem = drawn(family, 0)  # type: ignore[operator]
+    zeros = ", ".join(f"{q.name} = {value}" for q in problem.chain.q for value in ("0", "pi", "pi/2", "-pi/2"))
+    for part in problem.parts:
+        if part.answer.is_a_set:
+            assert share_earned(problem, part, f"[{zeros}]", "g").share == 0.0, part
+        elif part.answer.is_formulas:
+            rows, columns = part.shape or (1, 1)
+            varies = {symbol.name for symbol in part.answer.as_matrix().free_symbols} - problem.constants
+            for guess in GUESSES[:3] if varies else GUESSES[:1]:
+                answer = str([[guess] * columns] * rows).replace("'", "") if part.shape else guess
+                assert share_earned(problem, part, answer, "g").share == 0.0, (part, guess)
 
 
 def test_a_matrix_is_marked_by_entries_or_columns_or_as_a_whole() -> None:
@@ -88,9 +141,14 @@ def test_a_matrix_is_marked_by_entries_or_columns_or_as_a_whole() -> None:
 def test_no_way_gives_full_marks_for_what_is_not_right_or_takes_any_from_what_is() -> None:
     right = J_WITHOUT.replace("SECOND", "-a2*sin(theta1 + theta2)").replace("THIRD", "a2*cos(theta1 + theta2)")
     for by in WAYS:
+        for factor in ("-1", "a1", "3"):
+            scaled = str(sp.Matrix(JACOBIAN) * sp.sympify(factor)).removeprefix("Matrix(").removesuffix(")")
+            assert earned("jacobian", scaled, Credit(by)).share == (0.0 if by == "whole" else 0.8), scaled
         assert earned("jacobian", right, Credit(by)).share == 1.0
         assert earned("jacobian", right.replace("a2*cos", "a1*cos"), Credit(by)).share < 1.0
-        assert earned("singular-angles", "theta2 = 0", Credit(by)).share == (0.0 if by == "whole" else 0.5)
+        assert earned("singular-angles", "theta2 = 0", Credit(by)).share == (
+            0.0 if by == "whole" else pytest.approx(2 / 3)
+        )
 
 
 TOML = """title = "T"
@@ -122,6 +180,41 @@ def test_an_assignment_says_how_and_a_mistake_in_it_is_told(tmp_path: Path) -> N
         file.write_text(TOML.replace("follow_through = 1", wrong))
         with pytest.raises(QdotError, match=r"line 3.*from 0 to 1"):
             load_assignment(folder)
+
+
+def test_equal_mistakes_in_a_set_earn_equal_shares_whatever_the_arm(family: str, drawn: object) -> None:
+    problem = drawn(family, 0)  # type: ignore[operator]
+    for part in problem.parts:
+        if not isinstance(part.answer, ConditionSet):
+            continue
+        groups = part.answer.by_condition(part.answer.pieces())
+        k = next((k for k, group in enumerate(groups) if len(group) > 1), None)
+        if k is not None:
+            one_root_less = [piece for j, group in enumerate(groups) for piece in group[j == k :]]
+            judged = share_earned(problem, part, f"[{', '.join(map(typed, one_root_less))}]", "s")
+            assert judged.share == pytest.approx(2 / 3), judged
+        if len(groups) > 1:
+            one_less = [piece for group in groups[1:] for piece in group]
+            judged = share_earned(problem, part, f"[{', '.join(map(typed, one_less))}]", "s")
+            assert judged.share in (0.5, 1.0), judged  # what is left may hold all of it
+
+
+def typed(piece: str) -> str:
+    conditions = [condition.replace(" = ", ", ") for condition in piece.split(" and ")]
+    equations = [f"Eq({condition})" for condition in conditions]
+    return equations[0] if len(equations) == 1 else f"And({', '.join(equations)})"
+
+
+def test_the_page_on_partial_credit_is_up_to_date() -> None:
+    assert (ROOT / "docs" / "partial-credit.md").read_text(encoding="utf-8") == credit_page()
+
+
+def test_numbers_are_marked_as_a_vector() -> None:
+    problem = asked("joint-rates", PLANAR)
+    part = problem.parts[0]
+    values = [float(value) for value in part.answer.as_matrix()]
+    for answer, share in (([-v for v in values], 0.8), ([values[0], 99], 0.5), ([0, 0], 0.0), (values, 1.0)):
+        assert share_earned(problem, part, str(answer), "n").share == share, answer
 
 
 def test_nothing_said_is_each_questions_own_way() -> None:

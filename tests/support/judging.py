@@ -41,7 +41,8 @@ def judge_singular(
     rounding: Rounding | None = None,
 ) -> Judgement:  # fmt: skip
     pieces = [read(text, domain.roles) for text in reference]
-    return formulas.judge_singular(read_conditions(student, domain), pieces, joints, domain, seed, rounding)
+    due = formulas.by_joints(pieces, joints)
+    return formulas.judge_singular(read_conditions(student, domain), due, joints, domain, seed, rounding)
 
 
 def judge_angles(student: str, reference: str, domain: Domain, seed: str) -> Judgement:

@@ -39,8 +39,10 @@ function selected(chosen: readonly number[], key: LettersKey): Verdict {
   return graded(Math.max(share, 0), [message("verdict.letters", { hits, misses })]);
 }
 
+/** Each right pair counts; a letter that is given twice is no choice. */
 function matched(chosen: readonly number[], right: readonly number[]): Verdict {
-  const off = right.flatMap((due, i) => (chosen[i] === due ? [] : [i + 1]));
+  const isOnce = (letter: number) => chosen.filter((each) => each === letter).length === 1;
+  const off = right.flatMap((due, i) => (chosen[i] === due && isOnce(due) ? [] : [i + 1]));
   if (off.length === 0) return correct(message("verdict.right-letter"));
   return graded((right.length - off.length) / right.length, [
     message("verdict.matching", { items: off.join(", ") }),

@@ -6,6 +6,7 @@ import { withPoints } from "../read/points.js";
 import { read } from "../read/reader.js";
 import { asMatrix, hasBlank, namesIn, type Node, ReadError } from "../read/tree.js";
 import { message } from "../text/text.js";
+import { shareButForFactor, shareOfEntries } from "./credit.js";
 import { correct, graded, missing, unreadable, type Verdict, wrong } from "./verdict.js";
 import { agreed, atText, configuration, isBlank, rightSide, unknownSymbols, unlabelled } from "./values.js";
 
@@ -64,7 +65,14 @@ function numbers(entries: readonly Node[], key: NumbersKey): Verdict {
   const found = key.mistakes.find(([, ...theirs]) =>
     theirs.every((value, i) => near(mine[i] as number, value, KEPT)),
   );
-  return graded(right.filter(Boolean).length / right.length, [reason], {
+  const zeros = key.right.map((due) => Math.abs(due) <= key.floor);
+  const isNegated =
+    right.length > 1 &&
+    !zeros.every(Boolean) &&
+    key.units.every(Boolean) &&
+    mine.every((value, i) => near(-value, key.right[i] as number));
+  const share = isNegated ? shareButForFactor(1) : shareOfEntries(right, zeros, entries.map(hasBlank));
+  return graded(share, isNegated ? [message("verdict.but-sign"), reason] : [reason], {
     entries: right.map((ok) => [ok]),
     ...(found ? { mistake: found[0] as number } : {}),
   });

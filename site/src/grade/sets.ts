@@ -18,6 +18,7 @@ import {
 } from "../read/tree.js";
 import { message } from "../text/text.js";
 import { claimedPieces, isTied, type Piece } from "./pieces.js";
+import { shareOfSet } from "./credit.js";
 import { type At, correct, graded, missing, unreadable, type Verdict } from "./verdict.js";
 import { anyNumber, atText, isBlank } from "./values.js";
 
@@ -59,7 +60,7 @@ export function judgeSet(
     const poses = posesOf(key, tree);
     const claimed = assigned(withoutBlanks(tree), space);
     const claims = claimedPieces(claimed, new Set(key.joints));
-    return compared(claims, poses, space, isSingular);
+    return compared(claims, poses, space, isSingular, conditionsOf(key));
   } catch (error) {
     if (error instanceof ReadError) return unreadable(error.why);
     throw error;
@@ -101,25 +102,46 @@ function compared(
   poses: readonly (readonly At[])[],
   space: Space,
   isSingular: IsSingular,
+  conditions: readonly number[],
 ): Verdict {
   const found = claims.map((claim, i) => counterexample(claim, poses, space, isSingular, i));
   const bad = found.filter((each) => each !== null && each !== "nowhere");
-  const uncovered = (by: readonly Piece[]) =>
-    poses
+  const uncoveredIn = (by: readonly Piece[], pieces: readonly (readonly At[])[]) =>
+    pieces
       .map((piece) => piece.find((at) => !by.some((claim) => holds(claim, at, space))))
       .filter((at) => at !== undefined);
+  const uncovered = (by: readonly Piece[]) => uncoveredIn(by, poses);
   const open = uncovered(claims.filter((_, i) => found[i] !== "nowhere"));
   if (claims.length > 0 && open.length === 0 && bad.length === 0)
     return correct(message("verdict.set"), false);
   // What is claimed beyond the truth must not earn what it happens to cover.
-  const covered = poses.length - uncovered(claims.filter((_, i) => found[i] === null)).length;
-  const share = Math.min(Math.max(0, covered - bad.length) / Math.max(poses.length, 1), 0.99);
+  const sound = claims.filter((_, i) => found[i] === null);
+  const share = shareOfSet(
+    grouped(poses, conditions)
+      .filter((pieces) => pieces.length > 0)
+      .map((pieces) => [pieces.length - uncoveredIn(sound, pieces).length, pieces.length] as const),
+    bad.length,
+  );
   const [off] = bad.filter((each) => each !== "close");
   if (off) return graded(share, [message("verdict.unsound", { at: atText(shown(off, space)) })], { at: off });
   const [at] = open;
   if (at) return graded(share, [message("verdict.uncovered", { at: atText(shown(at, space)) })], { at });
   const nowhere = found.findIndex((each) => each === "nowhere" || each === "close") + 1;
   return graded(share, [message("verdict.nowhere", { text: String(nowhere) })]);
+}
+
+/** How many pieces with poses each condition has; without them it is nowhere, and does not count. */
+function conditionsOf({ pieces, conditions }: ConfigurationsKey): readonly number[] {
+  let start = 0;
+  return (conditions ?? [pieces.length]).map(
+    (count) => pieces.slice(start, (start += count)).filter((piece) => piece.length > 0).length,
+  );
+}
+
+/** The pieces of each condition. */
+function grouped<T>(pieces: readonly T[], conditions: readonly number[]): T[][] {
+  let start = 0;
+  return conditions.map((count) => pieces.slice(start, (start += count)));
 }
 
 function shown(at: At, { joints }: Space): At {

@@ -15,6 +15,8 @@ import {
   ReadError,
 } from "../read/tree.js";
 import { inDigits, message, type Message } from "../text/text.js";
+import type { TextKey } from "../text/en.js";
+import { shareButForFactor, shareOfEntries } from "./credit.js";
 import { type At, correct, graded, missing, unreadable, type Verdict, wrong } from "./verdict.js";
 
 /** Share of the size of the terms that rounding may take. */
@@ -86,13 +88,20 @@ function compared(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
     );
   const right = differing.map((k) => k < 0);
   const zeros = scales.map((scale) => scale === 0 && largest > 0);
-  const share = Math.min(shareOf(right, zeros, blank), 0.99);
+  const amiss = blank.some(Boolean) ? 0 : amissIn(mine, key, zeros);
+  const moving = key.moving ?? [];
+  const byEntries =
+    right.length === 1 || (moving.length > 0 && !moving.some((i) => right[i]))
+      ? 0
+      : shareOfEntries(right, zeros, blank);
+  const share = Math.max(byEntries, amiss === 0 ? 0 : shareButForFactor(amiss.count));
   const marks = rows.map((row, r) => row.map((_, c) => right[r * row.length + c] as boolean));
   const first = differing.findIndex((k) => k >= 0);
   const k = differing[first] as number;
   const reason = unknownSymbols(names, key) ?? difference(entries, first, mine(k)[first] ?? null, key, k);
   const mistake = mistakeBehind(mine, key);
-  return graded(share, [...counted(right, zeros), reason], {
+  const but = amiss === 0 ? [] : [message(amiss.says)];
+  return graded(share, [...but, ...counted(right, zeros), reason], {
     entries: marks,
     at: configuration(key, k, NOTHING),
     ...(mistake === undefined ? {} : { mistake }),
@@ -153,11 +162,53 @@ function hiddenBy(values: readonly (readonly (Value | null)[])[]): string | null
   return hiding === undefined ? null : hiding.toExponential(0);
 }
 
-/** Of the entries that are not zero, those that are right, less the zeros that were answered with something else. */
-function shareOf(right: readonly boolean[], zeros: readonly boolean[], blank: readonly boolean[]): number {
-  const counted = right.filter((_, i) => !zeros[i]);
-  const spoiled = right.filter((ok, i) => zeros[i] && !ok && !blank[i]).length;
-  return Math.max(0, counted.filter(Boolean).length - spoiled) / counted.length;
+interface Amiss {
+  readonly count: 1 | 2;
+  readonly says: TextKey;
+}
+
+/** Whether all entries are right but for their sign, or for a number times lengths or over them, or for both; else 0. */
+function amissIn(
+  mine: (k: number) => readonly (Value | null)[],
+  key: ValuesKey,
+  zeros: readonly boolean[],
+): Amiss | 0 {
+  const filled = zeros.flatMap((zero, i) => (zero ? [] : [i]));
+  if (filled.length === 0 || (filled.length === 1 && (key.moving ?? []).length === 0)) return 0;
+  const ratios: number[] = [];
+  for (let k = 0; k < key.points.length; k += 1) {
+    const own = mine(k);
+    const each = filled.map((i) => (own[i]?.im === 0 ? own[i].re / (key.right[i]?.[k] ?? NaN) : NaN));
+    const ratio = each[0] as number;
+    if (!Number.isFinite(ratio) || !each.every((other) => near(other, ratio))) return 0;
+    if (zeros.some((zero, i) => zero && !same(own[i] ?? null, 0))) return 0;
+    ratios.push(ratio);
+  }
+  const constants = (key.constants ?? []).slice(0, MOST_CONSTANTS).map((name) => key.symbols.indexOf(name));
+  for (const powers of powersOf(constants.length)) {
+    const left = ratios.map((ratio, k) =>
+      powers.reduce((product, power, j) => product * (key.points[k]?.[constants[j]!] ?? NaN) ** power, ratio),
+    );
+    const [first] = left as [number];
+    if (!(Math.abs(first) > SAME) || !left.every((each) => near(each, first))) continue;
+    const isOther = powers.some((power) => power !== 0) || !near(Math.abs(first), 1);
+    if (first < 0 && isOther) return { count: 2, says: "verdict.but-both" };
+    return { count: 1, says: first < 0 ? "verdict.but-sign" : "verdict.but-factor" };
+  }
+  return 0;
+}
+
+const MOST_CONSTANTS = 5;
+/** Powers of lengths that a constant factor may hold; the grader of qdot takes any factor that no joint changes. */
+const POWERS = [0, 1, -1, 0.5, -0.5];
+
+function near(a: number, b: number): boolean {
+  return Math.abs(a - b) <= SAME * Math.abs(b);
+}
+
+/** All ways to raise so many symbols to these powers. */
+function powersOf(count: number): number[][] {
+  return count === 0 ? [[]] : powersOf(count - 1).flatMap((rest) => POWERS.map((power) => [power, ...rest]));
 }
 
 function counted(right: readonly boolean[], zeros: readonly boolean[]): Message[] {

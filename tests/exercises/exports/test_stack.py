@@ -256,6 +256,16 @@ def test_answers_as_students_type_them_are_judged_alike(quiz: ET.Element, tmp_pa
         "qdot_covered([theta2 = 180], [theta2 = %pi], [theta2])": "0",
         "qdot_beyond([theta2 = 1/2, 5, x + y, theta1 = 1/2], [theta2 = 1/2], [theta2])": "3",
         "qdot_covered([d2 = 2*%pi], [d2 = 0], [theta1])": "0",
+        "qdot_amiss(-a1*sin(theta2), a1*sin(theta2), 1, [theta2])": "1",
+        "qdot_amiss(sin(theta2)/2, a1*sin(theta2), 1, [theta2])": "1",
+        "qdot_amiss(-sin(theta2), a1*sin(theta2), 1, [theta2])": "2",
+        "qdot_amiss(a1*cos(theta2), a1*sin(theta2), 1, [theta2])": "0",
+        "qdot_amiss(0, a1*sin(theta2), 1, [theta2])": "0",
+        "qdot_amiss(matrix([0, 2*s2]), matrix([0, sin(theta2)]), 2, [theta2])": "0",
+        "qdot_amiss(matrix([0, 2*sin(theta2)]), matrix([0, sin(theta2)]), 2, [theta2])": "1",
+        "qdot_set_share([[1, 2]], 0)": "2/3",
+        "qdot_set_share([[0, 2], [1, 1]], 1)": "1/4",
+        "qdot_set_share([[2, 2]], 2)": "0",
     }
     script = OWN_EQUALITY + COMMON + variables + "\n" + "\n".join(f'print("RAN", {case});' for case in cases)
     found = [line for line in maxima(script.replace(";", "$"), tmp_path) if line.startswith("RAN")]
@@ -277,7 +287,8 @@ def test_known_wrong_answers_are_wrong_for_the_grader_and_blamed_on_their_mistak
             judged = judge(problem, part, text, "known")
             assert judged.outcome in (Outcome.WRONG, Outcome.PARTIAL)
             if isinstance(part.answer, Matrix):
-                assert share_of(part, wrong.equal) == pytest.approx(judged.share)
+                share = earned(problem, part, text, "known").share
+                assert share_of(problem, part, wrong.answer, wrong.equal) == pytest.approx(share)
             blamed = diagnose(problem, part, text, "known")
             assert blamed is not None and blamed.mistakes
 
@@ -290,7 +301,7 @@ def test_shares_are_those_of_the_grader_whatever_the_policy(order: Order) -> Non
         assert isinstance(wrong.answer, sp.MatrixBase)
         text = str(wrong.answer.tolist())
         judged = earned(variant.problem, part, text, "s")
-        assert share_of(part, wrong.equal) == pytest.approx(judged.share)
+        assert share_of(variant.problem, part, wrong.answer, wrong.equal) == pytest.approx(judged.share)
 
 
 def test_directions_and_sets_that_tie_joints() -> None:

@@ -1,0 +1,38 @@
+// What is earned by an answer that is right in part: the rules of ../../../exercises/credit.py (docs/partial-credit.md).
+
+/** What a wrong sign costs, and what a wrong constant factor does. */
+const AMISS = 1 / 5;
+const FORGOTTEN = 2 / 3;
+const HALF = 1 / 2;
+
+/** Of what is right but for its sign, or for a constant factor (`amiss` 1), or for both (2). */
+export function shareButForFactor(amiss: 1 | 2): number {
+  return 1 - AMISS * amiss;
+}
+
+/** Of the entries that are not zero, those that are right, less the zeros that were answered with something else. */
+export function shareOfEntries(
+  right: readonly boolean[],
+  zeros: readonly boolean[],
+  blank: readonly boolean[] = [],
+): number {
+  const isCounted = zeros.every(Boolean) ? zeros.map(() => true) : zeros.map((zero) => !zero);
+  const counted = right.filter((_, i) => isCounted[i]);
+  const spoiled = right.filter((ok, i) => !isCounted[i] && !ok && !blank[i]).length;
+  const share = counted.filter(Boolean).length - spoiled;
+  return Math.max(0, Math.min(share, counted.length - 1)) / counted.length;
+}
+
+/** Of a set: how many pieces of each condition are found, of how many, and how many claims don't hold. */
+export function shareOfSet(
+  found: readonly (readonly [some: number, due: number])[],
+  unsound: number,
+): number {
+  const total = found.reduce((sum, [some]) => sum + some, 0);
+  if (total === 0 || (unsound > 1 && unsound >= total)) return 0;
+  const share = found.reduce(
+    (product, [some, due]) => product * (some === due ? 1 : some > 0 ? FORGOTTEN : HALF),
+    HALF ** unsound,
+  );
+  return share < 1 ? share : HALF;
+}
