@@ -90,7 +90,7 @@ def problems_json() -> list[dict[str, Any]]:
 
 
 def _part_json(problem: Problem, part: Part) -> dict[str, Any]:
-    labels, key = list(ASKED[part.kind].labels(problem.chain)), key_of(problem, part, with_mistakes=False)
+    labels, key = list(ASKED[part.kind].typed_labels(problem.chain, part)), key_of(problem, part, with_mistakes=False)
     return {"name": part.name, "labels": labels, "key": key}
 
 
