@@ -77,7 +77,7 @@ def read_matrix(text: str, shape: tuple[int, int], domain: Domain, labels: Seque
     """Read a matrix or vector; a vector may be a row where a column is due, or have its entries named by `labels`."""
     given = _in_rows(_in_order(_right_side(_read(text, domain), domain)), labels, "a matrix", shape)
     given = _of_scalars(_in_shape(given, shape), "a matrix of expressions")
-    if given.refusal is not None and (table := table_text(text, shape, domain.roles)) is not None:
+    if given.refusal is not None and (table := table_text(text, shape)) is not None:
         return replace(read_matrix(table, shape, domain), text=text)
     return given
 
@@ -87,13 +87,14 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = ()) -> Given:
     if count == 1 and (point := with_points(text)) != text:
         return replace(read_numbers(point, count, labels), text=text)
     given = _in_order(_right_side(_read(text, Domain({})), Domain({})))
-    given = _of_scalars(_in_shape(_in_rows(given, labels, "numbers"), (count, 1)), "numbers")
-    if given.refusal is not None and (table := numbers_text(text, count)) is not None:
-        return replace(read_numbers(table, count), text=text)
+    given = _in_shape(_in_rows(given, labels, "numbers"), (count, 1))
     if given.refusal is None and given.symbols:
         left = ", ".join(sorted(given.symbols)[:5])
         due = "0.5" if count == 1 else _as_in((count, 1), "0.5")
-        return given.refused(f"numbers are due, and {left} is left in the answer; write numbers alone, as in {due}")
+        given = given.refused(f"numbers are due, and {left} is left in the answer; write numbers alone, as in {due}")
+    given = _of_scalars(given, "numbers")
+    if given.refusal is not None and (table := numbers_text(text, count)) is not None:
+        return replace(read_numbers(table, count), text=text)
     return given
 
 
@@ -146,6 +147,9 @@ def _without_blanks(node: Node) -> Node:
     """Return conditions without the places that were left blank, and without the dots behind 0, pi, 2*pi, …"""
     if node.kind in ("eq", "in", "pair") and node.args[1].kind in ("list", "set"):
         return Node(node.kind, (node.args[0], _without_blanks(node.args[1])), node.value)
+    if node.kind == "and":
+        left = tuple(arg for arg in node.args if not _says_nothing(arg))
+        return node if len(left) != 1 else left[0]
     if node.kind not in ("list", "set"):
         return node
     return Node(node.kind, tuple(_without_blanks(arg) for arg in node.args if not _says_nothing(arg)))
@@ -155,7 +159,8 @@ def _says_nothing(node: Node) -> bool:
     """Tell whether an entry was left blank, or only says that k is a whole number."""
     if node.kind == "in" and node.args[0].value in WHOLE_NUMBERS:
         return node.args[1].value in VOCABULARY["whole_number_sets"]
-    return node.kind not in ("eq", "in", "pair") and has_blank(node)
+    is_several = node.kind in ("eq", "in", "pair") and node.args[1].kind in ("list", "set")
+    return has_blank(node) and not is_several
 
 
 def with_joint(node: Node, joints: Sequence[str]) -> Node:
@@ -229,9 +234,16 @@ def _right_side(given: Given, domain: Domain, labels: Sequence[str] = ()) -> Giv
     if tree is None or tree.kind not in ("eq", "pair"):
         return given
     left, right = tree.args
-    own = names(left) and not names(left) & set(domain.roles) and left.kind not in ("list", "set")
+    own = _is_called(left) and not names(left) & set(domain.roles)
     label = left.kind == "name" and [_label_of(str(left.value))] == [_label_of(label) for label in labels]
     return replace(given, tree=right) if own or label else given
+
+
+def _is_called(node: Node) -> bool:
+    """Tell whether words stand there, or the power of a name: The determinant, J^-1."""
+    while node.kind == "*" and node.args[1].kind == "name":
+        node = node.args[0]
+    return node.kind == "name" or (node.kind == "^" and node.args[0].kind == "name")
 
 
 def _in_order(given: Given) -> Given:
@@ -310,7 +322,7 @@ def _as_in(shape: tuple[int, int], entry: str = "a") -> str:
     """Return how an answer of a shape is typed: [a, b], or [[a, b], [c, d]]."""
     rows, columns = shape
     if max(shape) > _MOST_SHOWN:
-        row = entry if columns == 1 else f"[{entry}, {'…, ' if columns > 2 else ''}{entry}]"
+        row = entry if columns == 1 else f"[{entry}, {'…, ' if columns > 2 else ''}{entry}]"  # too many to show
         return f"[{row}, …, {row}] with {rows} {'entries' if columns == 1 else f'rows of {columns}'}"
     letters = iter("abcdefghi") if entry == "a" else iter((entry,) * 9)
     listed = [", ".join(next(letters) for _ in range(columns)) for _ in range(rows)]

@@ -81,7 +81,7 @@ def _said(student: str) -> str:
     return _LABEL.sub("", _plain(student[:1000]).strip()).strip("\"'()[]{}.„“”‚‘’«» ")
 
 
-_LABEL = re.compile(r"^(?:answer|option|antwort|lösung|solution|my answer) ?(?:is|ist|:|=) ?(?=.)")
+_LABEL = re.compile(r"^(?:answer|option|antwort|lösung|solution)(?: is| ist| ?[:=])? ?(?=[\"'(\[]?[a-h](?![a-z]))")
 """What stands before a letter, as in "Answer: C"."""
 
 

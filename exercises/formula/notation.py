@@ -48,7 +48,7 @@ def plain(text: str, known: AbstractSet[str]) -> str:
         text = _SYMBOLS_IN_A_ROW.sub(lambda row: _counted(row.group(), known), text)
     for mark, habit, meant in _HABITS:
         text = habit.sub(meant, text) if mark in text else text
-    text = _of_numbers(text, known)
+    text = without_units(text, known)
     latex = any(mark in text for mark in ("\\", "_{", "^{")) and len(text) <= _LONGEST_LATEX
     if text.isascii() and not (latex or text[-1:] in ".;$" or text[-1:].isalpha() or "^" in text[-5:]):
         return _of_joints(text, known)
@@ -59,7 +59,7 @@ def plain(text: str, known: AbstractSet[str]) -> str:
     if latex:
         text = _from_latex(text)
     text = _of_joints(_END.sub("", text.rstrip(SPACES)), known)
-    return _without_unit(_of_numbers(text, known), known)
+    return _without_unit(without_units(text, known), known)
 
 
 _RATES, _VECTORS = pattern("rate_as_derivative"), pattern("entry_of_vector")
@@ -93,7 +93,7 @@ _NUMBER_IN_UNIT = re.compile(
 )
 
 
-def _of_numbers(text: str, known: AbstractSet[str]) -> str:
+def without_units(text: str, known: AbstractSet[str]) -> str:
     """Return a text without the units of its numbers, as in 0.5 rad/s, 30 cm; those of m are left to the grammar."""
 
     def number(found: re.Match[str]) -> str:

@@ -5,8 +5,8 @@ that this is looked at only where a text is of another shape than is due, and ev
 """
 
 import re
-from collections.abc import Set as AbstractSet
 
+from exercises.formula.notation import without_units
 from exercises.formula.vocabulary import SPACES, pattern
 
 _FRAME, _GAP, _BLANK = pattern("frame_of_table"), pattern("gap_of_table"), pattern("gap_of_matlab")
@@ -16,12 +16,12 @@ MOST = 4000
 """Characters of a table that is read."""
 
 
-def table_text(text: str, shape: tuple[int, int], known: AbstractSet[str]) -> str | None:
+def table_text(text: str, shape: tuple[int, int]) -> str | None:
     r"""Return a table as the text of a list of rows; None for what is none of this shape.
 
-    >>> table_text("a1\ta2\n0\t1", (2, 2), set()), table_text("[a1 -a2; 0 1]", (2, 2), set())
+    >>> table_text("a1\ta2\n0\t1", (2, 2)), table_text("[a1 -a2; 0 1]", (2, 2))
     ('[[a1, a2], [0, 1]]', '[[a1, -a2], [0, 1]]')
-    >>> table_text("a1\n+ a2", (2, 1), set())
+    >>> table_text("a1\n+ a2", (2, 1))
     """
     if len(text) > MOST:
         return None
@@ -49,13 +49,13 @@ def numbers_text(text: str, count: int) -> str | None:
     """
     if count < 2 or len(text) > MOST:
         return None
-    inner = text.strip(SPACES)
+    inner = without_units(text, frozenset()).strip(SPACES)
     if inner[:1] + inner[-1:] in ("()", "[]") or (inner[:1] + inner[-1:] == "{}" and ";" in inner):
         inner = inner[1:-1]
     entries = [entry.strip(SPACES) for entry in _BETWEEN.split(inner)]
     if len(entries) == count and all(_NUMBER.fullmatch(entry) for entry in entries):
         return f"[{', '.join(entry.replace(',', '.') for entry in entries)}]"
-    return table_text(text, (count, 1), frozenset())
+    return table_text(text, (count, 1))
 
 
 def _listed(cells: list[list[str]]) -> str:

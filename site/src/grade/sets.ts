@@ -90,8 +90,10 @@ function withoutBlanks(tree: Node): Node {
   const isList = ({ kind }: Node) => kind === "list" || kind === "set";
   if (["eq", "in", "pair"].includes(tree.kind) && left && right && isList(right))
     return node(tree.kind, left, withoutBlanks(right));
+  const kept = tree.args.filter((arg) => !saysNothing(arg));
+  if (tree.kind === "and") return kept.length === 1 ? (kept[0] as Node) : tree;
   if (!isList(tree)) return tree;
-  return node(tree.kind, ...tree.args.filter((arg) => !saysNothing(arg)).map(withoutBlanks));
+  return node(tree.kind, ...kept.map(withoutBlanks));
 }
 
 /** Whether an entry was left blank, or only says that k is a whole number. */
@@ -99,7 +101,9 @@ function saysNothing(tree: Node): boolean {
   const [left, right] = tree.args;
   if (tree.kind === "in" && VOCABULARY.whole_numbers.includes(left?.text ?? ""))
     return VOCABULARY.whole_number_sets.includes(right?.text ?? "");
-  return !["eq", "in", "pair"].includes(tree.kind) && hasBlank(tree);
+  const isSeveral =
+    ["eq", "in", "pair"].includes(tree.kind) && (right?.kind === "list" || right?.kind === "set");
+  return hasBlank(tree) && !isSeveral;
 }
 
 /** The verdict on conditions that may mean two things, or of which one is no condition; null where there are none. */

@@ -327,12 +327,18 @@ export function rightSide(typed: Node, known: ReadonlySet<string>, labels: reado
   const [left, right] = tree.args;
   if ((tree.kind !== "eq" && tree.kind !== "pair") || !left || !right) return typed;
   const names = namesIn(left);
-  const isList = left.kind === "list" || left.kind === "set";
-  const own = names.size > 0 && ![...names].some((each) => known.has(each)) && !isList;
+  const own = isCalled(left) && ![...names].some((each) => known.has(each));
   const [label] = labels;
   const isAsked =
     left.kind === "name" && labels.length === 1 && labelOf(left.text) === labelOf(label as string);
   return own || isAsked ? right : typed;
+}
+
+/** Whether words stand there, or the power of a name: The determinant, J^-1. */
+function isCalled(tree: Node): boolean {
+  let top = tree;
+  while (top.kind === "*" && top.args[1]?.kind === "name") top = top.args[0] as Node;
+  return top.kind === "name" || (top.kind === "^" && top.args[0]?.kind === "name");
 }
 
 const isNamed = ({ kind, args }: Node): boolean =>

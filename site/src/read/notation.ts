@@ -80,7 +80,7 @@ export function plain(answer: string, known: ReadonlySet<string>): string {
   if (lengthOf(text, LIMITS.long) > LIMITS.long)
     text = text.replace(SYMBOLS_IN_A_ROW, (row) => counted(row, known));
   for (const habit of HABITS) if (text.includes(habit.mark)) text = text.replace(habit.pattern, habit.meant);
-  text = ofNumbers(text, known);
+  text = withoutUnits(text, known);
   const isShort = lengthOf(text, LIMITS.latex_characters) <= LIMITS.latex_characters;
   const latex = isShort && ["\\", "_{", "^{"].some((mark) => text.includes(mark));
   const last = text.at(-1) ?? "";
@@ -92,7 +92,7 @@ export function plain(answer: string, known: ReadonlySet<string>): string {
   text = DOLLARS.exec(text)?.[2] ?? text;
   if (latex) text = latexAsText(text);
   text = ofJoints(withoutSpacesAtEnd(text).replace(END, ""), known);
-  return withoutUnit(ofNumbers(text, known), known);
+  return withoutUnit(withoutUnits(text, known), known);
 }
 
 const NUMBER_IN_UNIT = compiled(
@@ -101,7 +101,7 @@ const NUMBER_IN_UNIT = compiled(
 );
 
 /** A text without the units of its numbers, as in 0.5 rad/s, 30 cm; those of m are left to the grammar. */
-function ofNumbers(text: string, known: ReadonlySet<string>): string {
+export function withoutUnits(text: string, known: ReadonlySet<string>): string {
   return text.replace(NUMBER_IN_UNIT, (found: string, number: string, unit: string) =>
     known.has(unit) || WHOLE.includes(unit) ? found : number + (UNITS.get(unit) ?? ""),
   );

@@ -1,6 +1,7 @@
 // Vectors and matrices without commas: entries in lines, in columns with tabs or wide gaps, Matlab's [a b; c d], 0,5; 1,25.
 // The rules of ../../../exercises/formula/tables.py: a text is looked at so only where it is of another shape than is due.
 
+import { withoutUnits } from "./notation.js";
 import { compiled, pattern, stripped, VOCABULARY, whole } from "./vocabulary.js";
 
 const FRAME = pattern("frame_of_table", "g");
@@ -39,7 +40,7 @@ export function tableText(text: string, rows: number, columns: number): string |
 /** Numbers that are separated by anything but commas as the text of a list; null for what is none. */
 export function numbersText(text: string, count: number): string | null {
   if (count < 2 || [...text].length > MOST) return null;
-  let inner = stripped(text);
+  let inner = stripped(withoutUnits(text, new Set()));
   const ends = inner.slice(0, 1) + inner.slice(-1);
   if (ends === "()" || ends === "[]" || (ends === "{}" && inner.includes(";"))) inner = inner.slice(1, -1);
   const entries = inner.split(BETWEEN).map(stripped);
