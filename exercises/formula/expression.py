@@ -76,7 +76,7 @@ class _Parser:
         """Whether functions have square brackets, as in Mathematica, where {a, b} is a list."""
 
     def meant(self, tokens: list[tuple[str, str, int]]) -> list[tuple[str, str, int]]:
-        """Return tokens with what words between formulas mean put for them: "or" for "oder"."""
+        """Return tokens with what words between formulas mean put for them: "or" for what is "or" in German."""
         found = []
         for kind, text, at in tokens:
             word = _SYNONYMS.get(text) if kind == "name" and text not in self.known else None
@@ -600,7 +600,7 @@ def _container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
         return args[0]
     if meant == "matrix" and len(args) == 3 and args[2].kind == "list":
         rows, columns, entries = args[0].value, args[1].value, args[2].args
-        if rows == len(entries) and all(one.kind == "list" and len(one.args) == columns for one in entries):
+        if rows == len(entries) > 0 and all(one.kind == "list" and len(one.args) == columns for one in entries):
             return args[2]  # as in Maple
         if args[0].kind == args[1].kind == "number" and 0 < rows * columns == len(entries):
             cut = range(0, len(entries), int(columns))

@@ -66,7 +66,7 @@ class Parser {
     this.tokens = tokensOf(text).flatMap((token) => this.meant(token));
   }
 
-  /** A token, with what a word between formulas means put for it: "or" for "oder". */
+  /** A token, with what a word between formulas means put for it: "or" for what is "or" in German. */
   private meant(token: Token): readonly Token[] {
     const word = token.kind === "name" && !this.known.has(token.text) ? SYNONYMS.get(token.text) : undefined;
     if (word === undefined) return [token];
@@ -637,6 +637,7 @@ const isWholeNumbers = ({ text }: Node): boolean => VOCABULARY.whole_number_sets
 function filledRows(rows: Node, columns: Node, entries: Node): Node | null {
   const [r, c] = [rows.value, columns.value];
   if (
+    r > 0 &&
     r === entries.args.length &&
     entries.args.every(({ kind, args }) => kind === "list" && args.length === c)
   )
