@@ -280,7 +280,10 @@ def _unlabelled(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 
     if due and set(said) == set(due):
         return Node("list", tuple(said[label] for label in due))
     rows, columns = shape
-    for due in ([f"row{i + 1}" for i in range(rows)], [f"j{i + 1}{j + 1}" for i in range(rows) for j in range(columns)]):
+    for due in (
+        [f"row{i + 1}" for i in range(rows)],
+        [f"j{i + 1}{j + 1}" for i in range(rows) for j in range(columns)],
+    ):
         if set(said) == set(due) and columns:
             entries = [said[label] for label in due]
             flat = len(due) > rows or columns == 1

@@ -22,7 +22,7 @@ from grader.submission import Found, Note, Submission, oddities, read_submission
 from grader.uncounted import without_self_checks
 from grader.verdict import Outcome
 
-GRADER = 5
+GRADER = 6
 """Version of the grader: any change of what a submission earns raises it."""
 
 Marked = dict[str, Any]

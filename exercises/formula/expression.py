@@ -239,8 +239,8 @@ class _Parser:
             right = self.product()
             if reach and right.kind == "name" and _ANGLE.fullmatch(str(right.value)):
                 raise self.fail(
-                    f"a function without brackets stands before {op} {right.value}; write what it is of in brackets, as "
-                    "in sin(theta1 + theta2),"
+                    f"a function without brackets stands before {op} {right.value}; write what it is of in brackets, "
+                    "as in sin(theta1 + theta2),"
                 )
             right = Node("neg", (right,)) if negative else right
             both = (Node("+", (node, right)), Node("-", (node, right)))
@@ -582,6 +582,20 @@ def _number(text: str) -> Node:
     return Node(kind, value=Fraction(text))
 
 
+def _filled(rows: Node, columns: Node, entries: Node) -> Node | None:
+    """Return Matrix(rows, columns, entries), with the entries in a row, or in rows as in Maple; else None."""
+    if entries.kind != "list" or rows.kind != "number" or columns.kind != "number":
+        return None
+    if rows.value == len(entries.args) > 0 and all(
+        one.kind == "list" and len(one.args) == columns.value for one in entries.args
+    ):
+        return entries
+    if not 0 < rows.value * columns.value == len(entries.args):
+        return None
+    cut = range(0, len(entries.args), int(columns.value))
+    return Node("list", tuple(Node("list", entries.args[i : i + int(columns.value)]) for i in cut))
+
+
 def _container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
     meant = _CONTAINERS[name]
     if meant == "set" or (meant in ("or", "and") and args) or (meant in _PAIRS and len(args) == 2):
@@ -598,13 +612,8 @@ def _container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
         return Node("-", (args[0], Node("*", (Node("name", value=VOCABULARY["whole_numbers"][0]), args[1]))))
     if len(args) == 1:
         return args[0]
-    if meant == "matrix" and len(args) == 3 and args[2].kind == "list":
-        rows, columns, entries = args[0].value, args[1].value, args[2].args
-        if rows == len(entries) > 0 and all(one.kind == "list" and len(one.args) == columns for one in entries):
-            return args[2]  # as in Maple
-        if args[0].kind == args[1].kind == "number" and 0 < rows * columns == len(entries):
-            cut = range(0, len(entries), int(columns))
-            return Node("list", tuple(Node("list", entries[i : i + int(columns)]) for i in cut))
+    if meant == "matrix" and len(args) == 3 and (filled := _filled(*args)) is not None:
+        return filled
     if meant == "diagonal" and len(args) <= MAX_DIAGONAL:
         zero = Node("number", value=Fraction(0))
         return Node("list", tuple(

@@ -1,6 +1,6 @@
-"""Products, sums and inverses of matrices that were written and not worked out, as in 1/a1 * [[a, b], [c, d]] * [vx; vy]."""
+"""Products, sums and inverses of matrices that were written and not worked out: 1/a1 * [[a, b], [c, d]] * [vx; vy]."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 
 from exercises.formula.trees import Node, ReadError
@@ -103,8 +103,8 @@ def _matrix(rows: Sequence[Sequence[Node]]) -> Node:
     return Node("list", tuple(Node("list", tuple(row)) for row in rows))
 
 
-def _each(rows: Rows, made: object) -> Node:
-    return _matrix([[made(entry) for entry in row] for row in rows])  # type: ignore[operator]
+def _each(rows: Rows, made: Callable[[Node], Node]) -> Node:
+    return _matrix([[made(entry) for entry in row] for row in rows])
 
 
 def _sum(sign: str, one: Rows, other: Rows, args: tuple[Node, ...]) -> Node:
@@ -136,7 +136,8 @@ def _power(rows: Rows, exponent: Node) -> Node:
     is_inverse = exponent.kind == "neg" and exponent.args[0].kind == "number" and exponent.args[0].value == 1
     if not is_inverse or len(rows) != len(rows[0]) or len(rows) > _LARGEST:
         raise ReadError(
-            f"a power of a matrix is worked out where it is the inverse of one with up to {_LARGEST} rows; write the entries"
+            f"a power of a matrix is worked out where it is the inverse of one with up to {_LARGEST} rows; write the "
+            "entries"
         )
     cofactors = [[_signed(i + j, _minor(rows, j, i)) for j in range(len(rows))] for i in range(len(rows))]
     whole = _determinant(rows)

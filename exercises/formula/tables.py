@@ -1,7 +1,7 @@
-r"""Vectors and matrices without commas: entries in lines, in columns with tabs or wide gaps, Matlab's [a b; c d], 0,5; 1,25.
+r"""Vectors and matrices without commas: in lines, in columns with tabs or wide gaps, Matlab's [a b; c d], 0,5; 1,25.
 
-What separates entries there may mean something else elsewhere (a sum goes on in the next line, a blank is a product), so
-that this is looked at only where a text is of another shape than is due, and every row has the entries that are due.
+What separates entries there may mean something else elsewhere (a sum goes on in the next line, a blank is a product):
+this is looked at only where a text is of another shape than is due, and every row has the entries that are due.
 """
 
 import re

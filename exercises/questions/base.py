@@ -198,7 +198,9 @@ class Question:
     def typed_labels(self, chain: Chain, part: Part) -> tuple[str, ...]:
         """Return the names under which the entries of a vector, or the one result, may be typed: qd1, vx, tau1."""
         labels = self.labels(chain) or tuple(
-            name.translate(_OF_LATEX) for name in self.entry_names(chain, part) if part.shape is None or part.shape[1] == 1
+            name.translate(_OF_LATEX)
+            for name in self.entry_names(chain, part)
+            if part.shape is None or part.shape[1] == 1
         )
         return labels if len(labels) == (1 if part.shape is None else part.shape[0]) else ()
 

@@ -35,7 +35,7 @@ def text_of(value: Any, depth: int = 0) -> str:
     if value is Ellipsis:
         return "blank"
     if isinstance(value, (Fraction, Decimal)):
-        return text_of(sympy.Rational(value.numerator, value.denominator) if isinstance(value, Fraction) else float(value))
+        return text_of(float(value) if isinstance(value, Decimal) else sympy.Rational(*value.as_integer_ratio()))
     if value is None or isinstance(value, (bool, int, float)):
         return repr(value)
     if isinstance(value, complex):
@@ -93,7 +93,8 @@ def _text_of_container(value: Any, depth: int) -> str:
         return "{" + ", ".join(sorted(text_of(item, depth) for item in value)) + "}"
     if isinstance(value, type) and issubclass(value, sympy.Basic):
         raise TypeError(f"{value.__name__} stands there without what it is of, as in {value.__name__}(theta1)")
-    raise TypeError(f"a {type(value).__name__} is not an expression{INSTEAD.get(type(value).__name__, '')}")
+    name = type(value).__name__
+    raise TypeError(f"a {name} is not an expression{INSTEAD.get(name, '')}")
 
 
 _LIST = "; write the list of its entries, as in list(…)"

@@ -1,8 +1,8 @@
 """What a person types: every form in tests/data/forms.jsonl gets what it says there.
 
-`where` a form is typed is a cell of a notebook, as Python, or a box, as text. `gets` is the outcome; "refused" is read and
-of another form than is due, "unreadable" a value that is no formula, "stopped" a cell that Python stops. `says` is how the
-sentence begins that the student reads. Where an answer is held against others than the problem's own, `right` has them.
+`where` a form is typed is a cell of a notebook, as Python, or a box, as text. `gets` is the outcome; "refused" is read
+and of another form than is due, "unreadable" a value that is no formula, "stopped" a cell that Python stops. `says` is
+how the sentence begins that the student reads. `right` has the right answer where it is not the problem's own.
 """
 
 import json

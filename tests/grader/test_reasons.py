@@ -142,7 +142,8 @@ def test_what_is_said_of_a_matrix(student: str, reference: list[list[str]], shar
     [
         ("[[1, 2], [3, 4], [5, 6]]", (2, 3), "the answer is 3 x 2, and 2 x 3 is due (transposed?)"),
         ("[[1, 2], [3, 4], [5, 6]]", (2, 2), "the answer is 3 x 2, and 2 x 2 is due; write it as in [[a, b], [c, d]]"),
-        ("[[1, 2], [3, 4], [5, 6]]", (2, 4), "the answer is 3 x 2, and 2 x 4 is due; write it as in [[a, …, a], …, [a, …, a]] with 2 rows of 4"),
+        ("[[1, 2], [3, 4], [5, 6]]", (2, 4),
+         "the answer is 3 x 2, and 2 x 4 is due; write it as in [[a, …, a], …, [a, …, a]] with 2 rows of 4"),
         ("[1, 2, 3]", (1, 3), "the answer is 3 x 1, and 1 x 3 is due; write it as in [[a, b, c]]"),
         ("[[1, 2]]", (2, 2), "the answer is 1 x 2, and 2 x 2 is due; write it as in [[a, b], [c, d]]"),
         ("[[1, 2, 3]]", (2, 1), "the answer is 1 x 3, and 2 x 1 is due; write it as in [a, b]"),
@@ -169,8 +170,16 @@ def test_what_is_said_of_a_wrong_shape(student: str, shape: tuple[int, int], sai
         ("[1, 2]", 0, "the answer is 2 x 1, and 3 x 1 is due; write it as in [a, b, c]"),
         ("[[1, 2, 3, 4]]", 0, "the answer is 1 x 4, and 3 x 1 is due; write it as in [a, b, c]"),
         ("[[1, 2], [3]]", 0, "this can't be read as numbers: the rows of the matrix have different lengths: 2, 1"),
-        ("[Eq(qd9, 1), 2, 3]", 0, "numbers are due, and qd9 is left in the answer; write numbers alone, as in [0.5, 0.5, 0.5]"),
-        ("[f + g + h + k + m + n, 2, 3]", 0, "numbers are due, and f, g, h, k, m is left in the answer; write numbers alone, as in [0.5, 0.5, 0.5]"),
+        (
+            "[Eq(qd9, 1), 2, 3]",
+            0,
+            "numbers are due, and qd9 is left in the answer; write numbers alone, as in [0.5, 0.5, 0.5]",
+        ),
+        (
+            "[f + g + h + k + m + n, 2, 3]",
+            0,
+            "numbers are due, and f, g, h, k, m is left in the answer; write numbers alone, as in [0.5, 0.5, 0.5]",
+        ),
         ("[{1, 2}, 2, 3]", 0, "this can't be read as numbers: an entry of the matrix is itself a list"),
     ],
 )
