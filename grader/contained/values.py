@@ -102,7 +102,8 @@ INSTEAD = {
     "generator": _LIST, "zip": _LIST, "map": _LIST, "filter": _LIST, "range": _LIST, "dict_values": _LIST,
     "dict_items": _LIST, "dict_keys": _LIST, "DomainMatrix": "; write it as a Matrix, as in M.to_Matrix()",
     "DataFrame": "; write its rows, as in D.values.tolist()",
-    "Vector": "; write its components, as in [v.dot(N.x), v.dot(N.y)]", "module": "; write a formula, as in sin(theta1)",
+    "Vector": "; write its components, as in [v.dot(N.x), v.dot(N.y)]",
+    "module": "; write a formula, as in sin(theta1)",
     "builtin_function_or_method": "; call it, with brackets and what it is of",
 }  # fmt: skip
 """What to write for values of these types, by their names: pandas need not be there."""
