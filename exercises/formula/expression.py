@@ -152,17 +152,16 @@ class _Parser:
         return self.take(close) if close else self.tokens[self.at][0] == "end"
 
     def paired(self, items: Sequence[Node]) -> Node:
-        pairs: list[Node] = []
+        pairs: list[list[Node]] = []
         for item in items:
             if item.kind == "pair":
-                pairs.append(item)
+                pairs.append([*item.args])
             elif pairs and _is_value(item):  # theta2: 0, pi
-                name, values = pairs.pop().args
-                several = values.args if values.kind == "set" else (values,)
-                pairs.append(Node("pair", (name, Node("set", (*several, item)))))
+                pairs[-1].append(item)
             else:
                 raise self.fail("a dictionary needs 'joint: values' throughout")
-        return Node("dict", tuple(pairs))
+        named = ((name, values[0] if len(values) == 1 else Node("set", tuple(values))) for name, *values in pairs)
+        return Node("dict", tuple(Node("pair", pair) for pair in named))
 
     def pass_parameters(self) -> None:
         """Pass the head of a Python function, lambda theta1, theta2: …; what it returns is the answer."""
@@ -318,7 +317,7 @@ class _Parser:
         self.take("[")
         row = self.bracketed("]", "list")
         rows = node.args if all(arg.kind == "list" for arg in node.args) else (node,)
-        if any(len(each.args) != len(row.args) for each in rows):
+        if len(rows) >= MAX_DIAGONAL or any(len(each.args) != len(row.args) for each in rows):
             raise self.fail("two lists of different lengths stand side by side,")
         return Node("list", (*rows, row))
 

@@ -38,11 +38,15 @@ def carried_out(node: Node) -> Node:
             if top.kind in _OPERATIONS and done[-1].kind == "list":
                 made += _size(done[-1], _MOST - made)
                 if made >= _MOST:
-                    raise ReadError("the products of matrices are too long; write their entries")
+                    raise _too_long()
         else:
             stack.append((top, True))
             stack.extend((arg, False) for arg in reversed(top.args))
     return done[0]
+
+
+def _too_long() -> ReadError:
+    return ReadError("the products of matrices are too long; write their entries")
 
 
 def _has_matrices(node: Node) -> bool:
@@ -117,6 +121,8 @@ def _sum(sign: str, one: Rows, other: Rows, args: tuple[Node, ...]) -> Node:
 def _product(one: Rows, other: Rows, args: tuple[Node, ...]) -> Node:
     if len(one[0]) != len(other):
         return _impossible("*", args)
+    if len(one) * len(other) * len(other[0]) >= _MOST:
+        raise _too_long()
     columns = list(zip(*other, strict=True))
     return _matrix([[_dot(row, column) for column in columns] for row in one])
 

@@ -90,6 +90,8 @@ function sum(sign: Kind, args: readonly Node[]): Node {
 function product(args: readonly Node[]): Node {
   const [one, other] = args.map(rowsOf) as [Rows, Rows];
   if (one[0]?.length !== other.length) return impossible("*", args);
+  if (one.length * other.length * (other[0] as readonly Node[]).length >= LIMITS.worked_out)
+    throw new ReadError("read.long-products");
   const columns = (other[0] as readonly Node[]).map((_, j) => other.map((row) => row[j] as Node));
   return matrix(one.map((row) => columns.map((column) => dot(row, column))));
 }

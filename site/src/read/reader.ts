@@ -129,18 +129,20 @@ class Parser {
   }
 
   private paired(items: readonly Node[]): Node {
-    const pairs: Node[] = [];
+    const pairs: Node[][] = [];
     for (const item of items) {
       const last = pairs.at(-1);
-      if (item.kind === "pair") pairs.push(item);
-      else if (last && isValue(item)) {
-        // theta2: 0, pi
-        const [called, values] = last.args as [Node, Node];
-        const several = values.kind === "set" ? values.args : [values];
-        pairs.splice(-1, 1, node("pair", called, node("set", ...several, item)));
-      } else throw this.fail("read.dictionary");
+      if (item.kind === "pair") pairs.push([...item.args]);
+      else if (last && isValue(item))
+        last.push(item); // theta2: 0, pi
+      else throw this.fail("read.dictionary");
     }
-    return node("dict", ...pairs);
+    return node(
+      "dict",
+      ...pairs.map(([called, ...values]) =>
+        node("pair", called as Node, values.length === 1 ? (values[0] as Node) : node("set", ...values)),
+      ),
+    );
   }
 
   private here(): Token {
@@ -357,7 +359,8 @@ class Parser {
     this.take("[");
     const row = this.bracketed("]", "list");
     const rows = top.args.every(({ kind }) => kind === "list") ? top.args : [top];
-    if (rows.some(({ args }) => args.length !== row.args.length)) throw this.fail("read.two-lists");
+    if (rows.length >= LIMITS.diagonal || rows.some(({ args }) => args.length !== row.args.length))
+      throw this.fail("read.two-lists");
     return node("list", ...rows, row);
   }
 
