@@ -17,7 +17,8 @@ MODULES = sorted((*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py"))
 LAYERS = {
     "exercises": """errors variation files input_file stream console parallel
         formula.printing formula.text formula.order formula.layout formula.latex formula.printers formula.vocabulary
-        formula.names formula.trees formula.algebra formula.notation formula.expression formula.program formula.field
+        formula.names formula.trees formula.algebra formula.notation formula.tables formula.products formula.expression
+        formula.program formula.field
         formula.angles formula.exact formula.identity formula.constants formula.pieces formula.conditions
         formula.claims
         arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.axes arm.reason arm.reach
