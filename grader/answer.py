@@ -11,7 +11,10 @@ from exercises.formula.algebra import Matrix
 from exercises.formula.claims import claimed_pieces
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
-from exercises.formula.trees import Node, ReadError, as_matrix, has_blank, names, refuse_statements
+from exercises.formula.pieces import WHOLE_NUMBERS
+from exercises.formula.tables import numbers_text, table_text
+from exercises.formula.trees import Node, ReadError, as_matrix, has_blank, names, node_text, refuse_statements
+from exercises.formula.vocabulary import VOCABULARY
 from grader.function_values import Table
 from grader.verdict import Judgement, missing, wrong
 
@@ -53,17 +56,17 @@ class Given:
         return replace(self, refusal=wrong(why))
 
 
-def read_formula(text: str, domain: Domain) -> Given:
-    """Read one formula; 0,5 is a half."""
-    given = _right_side(_read(text, domain), domain)
+def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> Given:
+    """Read one formula, that may be named by the only one of `labels`; 0,5 is a half."""
+    given = _right_side(_read(text, domain), domain, labels)
     if given.tree is None:
         return given
     if given.tree.kind == "list" and (point := with_points(text)) != text:
-        return replace(read_formula(point, domain), text=text)
-    given = _right_side(replace(given, tree=_alone(given.tree, domain)), domain)
+        return replace(read_formula(point, domain, labels), text=text)
+    given = _right_side(replace(given, tree=_alone(given.tree, domain)), domain, labels)
     given = _in_rows(given, (), "an answer")
     if given.tree is not None and given.tree.kind in ("list", "set", "dict"):
-        return given.refused("a list or matrix stands where a single expression is due")
+        return given.refused("a list or matrix stands where a single expression is due; write that alone")
     given = _of_scalars(given, "an answer")
     if given.refusal is None and any(given.blanks):
         return given.refused("this can't be read as an answer: a blank stands where a single expression is due")
@@ -72,8 +75,11 @@ def read_formula(text: str, domain: Domain) -> Given:
 
 def read_matrix(text: str, shape: tuple[int, int], domain: Domain, labels: Sequence[str] = ()) -> Given:
     """Read a matrix or vector; a vector may be a row where a column is due, or have its entries named by `labels`."""
-    given = _in_rows(_in_order(_right_side(_read(text, domain), domain)), labels, "a matrix")
-    return _of_scalars(_in_shape(given, shape), "a matrix of expressions")
+    given = _in_rows(_in_order(_right_side(_read(text, domain), domain)), labels, "a matrix", shape)
+    given = _of_scalars(_in_shape(given, shape), "a matrix of expressions")
+    if given.refusal is not None and (table := table_text(text, shape)) is not None:
+        return replace(read_matrix(table, shape, domain), text=text)
+    return given
 
 
 def read_numbers(text: str, count: int, labels: Sequence[str] = ()) -> Given:
@@ -83,8 +89,13 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = ()) -> Given:
     given = _in_order(_right_side(_read(text, Domain({})), Domain({})))
     given = _in_shape(_in_rows(given, labels, "numbers"), (count, 1))
     if given.refusal is None and given.symbols:
-        return given.refused(f"numbers are due, and {', '.join(sorted(given.symbols)[:5])} is left in the answer")
-    return _of_scalars(given, "numbers")
+        left = ", ".join(sorted(given.symbols)[:5])
+        due = "0.5" if count == 1 else _as_in((count, 1), "0.5")
+        given = given.refused(f"numbers are due, and {left} is left in the answer; write numbers alone, as in {due}")
+    given = _of_scalars(given, "numbers")
+    if given.refusal is not None and (table := numbers_text(text, count)) is not None:
+        return replace(read_numbers(table, count), text=text)
+    return given
 
 
 def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Given:
@@ -93,16 +104,63 @@ def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Gi
     Without joints, what is read is not looked at: it may as well be a set of angles.
     """
     given = _read(text, domain)
-    if given.tree is not None and given.tree.kind in ("list", "set"):
-        said = tuple(arg for arg in given.tree.args if not has_blank(arg))
-        given = replace(given, tree=Node(given.tree.kind, said))
+    if given.tree is not None:
+        given = replace(given, tree=_without_blanks(given.tree))
     if given.tree is None or not joints:
         return given
+    if with_points(text) != text:
+        return given.refused(
+            "a comma between two digits may belong to a number or stand between two; write 0.5, or 0, 5 with a space"
+        )
+    if bare := next((one for one in _alternatives(given.tree) if _is_bare(one, joints)), None):
+        return given.refused(
+            f"{node_text(bare)[:_SHOWN]} is no condition; write where it is zero, as in {joints[-1]} = 0 or "
+            f"{joints[-1]} = pi/3, or as an equation, {node_text(bare)[:_SHOWN]} = 0"
+        )
+    if unknown := names(given.tree) - set(domain.roles) - set(joints) - set(WHOLE_NUMBERS):
+        listed = ", ".join(repr(name) for name in sorted(unknown)[:5])
+        return given.refused(
+            f"{listed} {'is' if len(unknown) == 1 else 'are'} no symbol of this problem; write conditions on "
+            f"{', '.join(joints)}, as in {joints[-1]} = 0 or {joints[-1]} = pi/3; whole numbers are k, n and m"
+        )
     try:
         claimed_pieces(with_joint(given.tree, joints), joints)
     except ReadError as error:
         return given.refused(f"this can't be read as conditions: {error}")
     return given
+
+
+_SHOWN = 60
+
+
+def _alternatives(node: Node) -> list[Node]:
+    """Return what stands in a list of conditions, or beside "or"; a condition alone is the only one."""
+    return list(node.args) if node.kind in ("list", "set", "or") else [node]
+
+
+def _is_bare(node: Node, joints: Sequence[str]) -> bool:
+    """Tell whether a formula of the joints stands there without what it is equal to."""
+    return node.kind in ("+", "-", "*", "/", "^", "neg", "call") and bool(names(node) & set(joints))
+
+
+def _without_blanks(node: Node) -> Node:
+    """Return conditions without the places that were left blank, and without the dots behind 0, pi, 2*pi, …"""
+    if node.kind in ("eq", "in", "pair") and node.args[1].kind in ("list", "set"):
+        return Node(node.kind, (node.args[0], _without_blanks(node.args[1])), node.value)
+    if node.kind == "and":
+        left = tuple(arg for arg in node.args if not _says_nothing(arg))
+        return node if len(left) != 1 else left[0]
+    if node.kind not in ("list", "set"):
+        return node
+    return Node(node.kind, tuple(_without_blanks(arg) for arg in node.args if not _says_nothing(arg)))
+
+
+def _says_nothing(node: Node) -> bool:
+    """Tell whether an entry was left blank, or only says that k is a whole number."""
+    if node.kind == "in" and node.args[0].value in WHOLE_NUMBERS:
+        return node.args[1].value in VOCABULARY["whole_number_sets"]
+    is_several = node.kind in ("eq", "in", "pair") and node.args[1].kind in ("list", "set")
+    return has_blank(node) and not is_several
 
 
 def with_joint(node: Node, joints: Sequence[str]) -> Node:
@@ -168,12 +226,24 @@ def is_all_blank(node: Node) -> bool:
     return node.kind == "blank"
 
 
-def _right_side(given: Given, domain: Domain) -> Given:
-    """Take what stands right of "J = …": an equation whose left side is a name of the student's own."""
+def _right_side(given: Given, domain: Domain, labels: Sequence[str] = ()) -> Given:
+    """Take what stands right of "J = …" or "det: …": of a name of the student's own, or the only one of `labels`."""
     tree = given.tree
-    if tree is not None and tree.kind == "eq" and tree.args[0].kind == "name":
-        return given if tree.args[0].value in domain.roles else replace(given, tree=tree.args[1])
-    return given
+    if tree is not None and tree.kind == "dict" and len(tree.args) == 1:
+        tree = tree.args[0]
+    if tree is None or tree.kind not in ("eq", "pair"):
+        return given
+    left, right = tree.args
+    own = _is_called(left) and not names(left) & set(domain.roles)
+    label = left.kind == "name" and [_label_of(str(left.value))] == [_label_of(label) for label in labels]
+    return replace(given, tree=right) if own or label else given
+
+
+def _is_called(node: Node) -> bool:
+    """Tell whether words stand there, or the power of a name: The determinant, J^-1."""
+    while node.kind == "*" and node.args[1].kind == "name":
+        node = node.args[0]
+    return node.kind == "name" or (node.kind == "^" and node.args[0].kind == "name")
 
 
 def _in_order(given: Given) -> Given:
@@ -185,26 +255,49 @@ def _in_order(given: Given) -> Given:
     return replace(given.refused("a set {a, b} has no order; write the entries as a list, [a, b]"), tree=None)
 
 
-def _in_rows(given: Given, labels: Sequence[str], what: str) -> Given:
+def _in_rows(given: Given, labels: Sequence[str], what: str, shape: tuple[int, int] = (0, 0)) -> Given:
     if given.tree is None:
         return given
     try:
-        return replace(given, rows=as_matrix(_unlabelled(given.tree, labels)))
+        return replace(given, rows=as_matrix(_unlabelled(given.tree, labels, shape)))
     except ReadError as error:
         return given.refused(f"this can't be read as {what}: {error}")
 
 
-def _unlabelled(node: Node, labels: Sequence[str]) -> Node:
-    """Return the entries of {qd1: …, qd2: …}, of [qd1 = …, qd2 = …], or of either inside a list, in their order."""
+def _unlabelled(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 0)) -> Node:
+    """Return the entries of {qd1: …, qd2: …}, of [qd1 = …, qd2 = …] or of [(qd1, …), (qd2, …)] in their order.
+
+    They may stand inside a list, or have "and" between them; rows of a matrix may be called row1, and entries J12.
+    """
     while node.kind in ("list", "set") and len(node.args) == 1 and node.args[0].kind in ("dict", "list"):
-        if node.kind == "list" and node.args[0].kind == "list":
+        if node.kind == "list" and node.args[0].kind == "list" and not all(map(_is_named, node.args[0].args)):
             break
         node = node.args[0]
-    if not labels or node.kind not in ("dict", "list") or not all(arg.kind in ("pair", "eq") for arg in node.args):
+    if node.kind not in ("dict", "list", "set", "and") or not all(_is_labelled(arg) for arg in node.args):
         return node
     said = {_label_of(str(arg.args[0].value)): arg.args[1] for arg in node.args}
     due = [_label_of(label) for label in labels]
-    return Node("list", tuple(said[label] for label in due)) if set(said) == set(due) else node
+    if due and set(said) == set(due):
+        return Node("list", tuple(said[label] for label in due))
+    rows, columns = shape
+    for due in (
+        [f"row{i + 1}" for i in range(rows)],
+        [f"j{i + 1}{j + 1}" for i in range(rows) for j in range(columns)],
+    ):
+        if set(said) == set(due) and columns:
+            entries = [said[label] for label in due]
+            flat = len(due) > rows or columns == 1
+            cut = [Node("list", tuple(entries[i : i + columns])) for i in range(0, len(due), columns)]
+            return Node("list", tuple(cut if flat else entries))
+    return node
+
+
+def _is_named(node: Node) -> bool:
+    return node.kind in ("pair", "eq") and node.args[0].kind == "name"
+
+
+def _is_labelled(node: Node) -> bool:
+    return _is_named(node) or (node.kind == "list" and len(node.args) == 2 and node.args[0].kind == "name")
 
 
 def _label_of(name: str) -> str:
@@ -224,7 +317,22 @@ def _in_shape(given: Given, due: tuple[int, int]) -> Given:
     if shape == due:
         return given
     turned = " (transposed?)" if shape == due[::-1] and due[0] != due[1] and 1 not in due else ""
-    return given.refused(f"the answer is {shape[0]} x {shape[1]}, and {due[0]} x {due[1]} is due{turned}")
+    asked = f"; write it as in {_as_in(due)}" if shape != due[::-1] or 1 in due else ""
+    return given.refused(f"the answer is {shape[0]} x {shape[1]}, and {due[0]} x {due[1]} is due{turned}{asked}")
+
+
+def _as_in(shape: tuple[int, int], entry: str = "a") -> str:
+    """Return how an answer of a shape is typed: [a, b], or [[a, b], [c, d]]."""
+    rows, columns = shape
+    if max(shape) > _MOST_SHOWN:
+        row = entry if columns == 1 else f"[{entry}, {'…, ' if columns > 2 else ''}{entry}]"  # too many to show
+        return f"[{row}, …, {row}] with {rows} {'entries' if columns == 1 else f'rows of {columns}'}"
+    letters = iter("abcdefghi") if entry == "a" else iter((entry,) * 9)
+    listed = [", ".join(next(letters) for _ in range(columns)) for _ in range(rows)]
+    return f"[{', '.join(listed)}]" if columns == 1 else f"[{', '.join(f'[{row}]' for row in listed)}]"
+
+
+_MOST_SHOWN = 3
 
 
 def _of_scalars(given: Given, what: str) -> Given:

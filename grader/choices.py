@@ -78,7 +78,11 @@ def _plain(text: str) -> str:
 
 
 def _said(student: str) -> str:
-    return _plain(student[:1000]).strip().strip("\"'()[]{}. ")
+    return _LABEL.sub("", _plain(student[:1000]).strip()).strip("\"'()[]{}.„“”‚‘’«» ")
+
+
+_LABEL = re.compile(r"^(?:answer|option|antwort|lösung|solution)(?: is| ist| ?[:=])? ?(?=[\"'(\[]?[a-h](?![a-z]))")
+"""What stands before a letter, as in "Answer: C"."""
 
 
 def chosen_option(student: str, options: Sequence[str]) -> int | None:

@@ -28,7 +28,7 @@ def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "", 
             return Given(text, table=read_table(text, domain, points_seed))
         return replace(read_answer(problem, part, same, domain=domain), text=text)
     joints = tuple(q.name for q in problem.chain.q)
-    return part.answer.told_to(_Reading(text, domain, ASKED[part.kind].labels(problem.chain), joints))
+    return part.answer.told_to(_Reading(text, domain, ASKED[part.kind].typed_labels(problem.chain, part), joints))
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class _Reading(Forms[Given]):
 
     def formula(self, answer: Expression) -> Given:
         """Read a formula."""
-        return read_formula(self.text, self.domain)
+        return read_formula(self.text, self.domain, self.labels)
 
     def matrix(self, answer: Matrix) -> Given:
         """Read rows of formulas."""

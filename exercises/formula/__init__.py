@@ -9,7 +9,9 @@ From the bottom up:
     vocabulary                          words, signs, units and habits of those who write: vocabulary.json
     names, trees                        what a name stands for; expressions as trees of plain nodes
     algebra                             trees added, multiplied and differentiated, without SymPy
-    notation, expression                text to a tree by a grammar, in whatever notation it was written
+    notation, tables                    what people bring along as plain text; vectors and matrices without commas
+    products                            matrices that stand as operands, worked out
+    expression                          text to a tree by a grammar, in whatever notation it was written
     program                             trees evaluated at many points at once
     field, angles, exact                rational functions of sines and cosines, compared modulo a random prime
     identity                            are two expressions the same function

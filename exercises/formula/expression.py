@@ -13,6 +13,7 @@ from functools import lru_cache
 
 from exercises.formula.names import ARITY, LONGEST, NamePart, pieces_of, plain_name
 from exercises.formula.notation import plain
+from exercises.formula.products import carried_out
 from exercises.formula.trees import Node, ReadError, names, replaced
 from exercises.formula.vocabulary import LIMITS, VOCABULARY, pattern
 
@@ -52,7 +53,7 @@ def _tokens(text: str) -> list[tuple[str, str, int]]:
                     raise ReadError(f"brackets nest more than {MAX_DEPTH} deep {_where(text, at)}")
         at = end
     if at < len(text):
-        raise ReadError(f"cannot read {text[at]!r} {_where(text, at)}")
+        raise ReadError(f"cannot read {text[at]!r} {_where(text, at)}; a matrix is written [[a, b], [c, d]]")
     tokens.append(("end", "", at))
     return tokens
 
@@ -68,7 +69,22 @@ class _Parser:
 
     def __init__(self, text: str, known: frozenset[str]) -> None:
         self.text, self.known = text, known
-        self.tokens, self.at, self.depth = _tokens(text), 0, 0
+        self.tokens, self.at, self.depth = self.meant(_tokens(text)), 0, 0
+        self.without_brackets = -1
+        """Where the argument of a function without brackets ended last."""
+        self.braces_are_lists = False
+        """Whether functions have square brackets, as in Mathematica, where {a, b} is a list."""
+
+    def meant(self, tokens: list[tuple[str, str, int]]) -> list[tuple[str, str, int]]:
+        """Return tokens with what words between formulas mean put for them: "or" for what is "or" in German."""
+        found = []
+        for kind, text, at in tokens:
+            word = _SYNONYMS.get(text) if kind == "name" and text not in self.known else None
+            if word is None:
+                found.append((kind, text, at))
+            elif word:
+                found.append(("number" if word.isdigit() else "name" if word.isalpha() else "op", word, at))
+        return found
 
     def peek(self) -> str:
         return self.tokens[self.at][1]
@@ -92,6 +108,11 @@ class _Parser:
         if self.tokens[0][0] == "end":
             raise ReadError("nothing is there")
         self.pass_parameters()
+        found = self.listed()
+        return carried_out(_braces_as_lists(found) if self.braces_are_lists else found)
+
+    def listed(self) -> Node:
+        """Read what stands there to the end."""
         rows, separated = self.rows("")
         if self.tokens[self.at][0] != "end":
             raise self.fail(f"did not expect {self.peek()!r}")
@@ -131,9 +152,16 @@ class _Parser:
         return self.take(close) if close else self.tokens[self.at][0] == "end"
 
     def paired(self, items: Sequence[Node]) -> Node:
-        if any(item.kind != "pair" for item in items):
-            raise self.fail("a dictionary needs 'joint: values' throughout")
-        return Node("dict", tuple(items))
+        pairs: list[list[Node]] = []
+        for item in items:
+            if item.kind == "pair":
+                pairs.append([*item.args])
+            elif pairs and _is_value(item):  # theta2: 0, pi
+                pairs[-1].append(item)
+            else:
+                raise self.fail("a dictionary needs 'joint: values' throughout")
+        named = ((name, values[0] if len(values) == 1 else Node("set", tuple(values))) for name, *values in pairs)
+        return Node("dict", tuple(Node("pair", pair) for pair in named))
 
     def pass_parameters(self) -> None:
         """Pass the head of a Python function, lambda theta1, theta2: …; what it returns is the answer."""
@@ -204,9 +232,15 @@ class _Parser:
             node = Node("neg", (node,)) if negative else node
         while self.peek() in ("+", "-", "±"):
             op = self.peek()
+            reach = self.at == self.without_brackets
             self.at += 1
             negative = self.sign()
             right = self.product()
+            if reach and right.kind == "name" and _ANGLE.fullmatch(str(right.value)):
+                raise self.fail(
+                    f"a function without brackets stands before {op} {right.value}; write what it is of in brackets, "
+                    "as in sin(theta1 + theta2),"
+                )
             right = Node("neg", (right,)) if negative else right
             both = (Node("+", (node, right)), Node("-", (node, right)))
             node = Node("set", both) if op == "±" else Node(op, (node, right))
@@ -221,11 +255,14 @@ class _Parser:
 
     def product(self) -> Node:
         node = self.power()
+        below = -1
         while True:
             kind, text, _ = self.tokens[self.at]
             if text in ("*", "/"):
                 self.at += 1
+                here = self.at
                 node = Node(text, (node, self.signed_power()))
+                below = self.at if text == "/" and self.is_symbol(here) and node.args[1].kind == "name" else -1
             elif kind == "number" == self.tokens[self.at - 1][0]:
                 raise self.fail("two numbers stand side by side,")  # 1 000, 1.2.3: no product is meant
             elif text == "(" and self.text_at(1) in _MODULO:
@@ -233,10 +270,56 @@ class _Parser:
             elif kind == "name" and self.is_unit(text):
                 self.at += 1
                 node = _in_unit(node, text)
-            elif kind == "number" or text == "(" or (kind == "name" and text not in _WORDS):
-                node = Node("*", (node, self.power()))
+            elif kind == "name" and text not in _WORDS and self.at == below:
+                raise self.fail(
+                    f"/{self.text_at(-1)} {text} may mean two things; write what stands below in brackets, as in "
+                    "a/(b*c), or a/b*c,"
+                )
+            elif text == "[" and self.is_row_below(node):
+                node = self.with_row(node)
+            elif kind == "number" or text in ("(", "[") or (kind == "name" and text not in _WORDS):
+                node = Node("*", (node, self.factor()))
             else:
                 return node
+
+    def is_symbol(self, at: int) -> bool:
+        """Tell whether a single name stands there, as what a quotient is divided by."""
+        return self.tokens[at][0] == "name" and self.at == at + 1 and not self.tokens[at][1].startswith(_PI)
+
+    def factor(self) -> Node:
+        """Read a factor without a sign before it; [0] is none, but picks an entry in Python."""
+        bracket = self.peek() == "["
+        here, node = self.at, self.power()
+        if bracket and node.kind == "list" and len(node.args) == 1 and node.args[0].kind in ("number", "neg"):
+            self.at = here
+            raise self.fail("did not expect '['")
+        return node
+
+    def is_row_below(self, node: Node) -> bool:
+        """Tell whether a list is a row, or several, with another below it, as calculators write [a, b][c, d]."""
+        return node.kind == "list" and len(node.args) > 1 and self.text_at(-1) == "]" and not self.is_column_ahead()
+
+    def is_column_ahead(self) -> bool:
+        """Tell whether the list that begins here has rows, as in [a; b] or [[a, b], [c, d]]."""
+        depth, at = 0, self.at
+        while at < len(self.tokens):
+            text = self.tokens[at][1]
+            depth += _DEEPER.get(text, 0)
+            if depth == 0:
+                return False
+            if (text == ";" and depth == 1) or (text == "[" and at == self.at + 1):
+                return True
+            at += 1
+        return False
+
+    def with_row(self, node: Node) -> Node:
+        """Return a list of rows with the one that follows."""
+        self.take("[")
+        row = self.bracketed("]", "list")
+        rows = node.args if all(arg.kind == "list" for arg in node.args) else (node,)
+        if len(rows) >= MAX_DIAGONAL or any(len(each.args) != len(row.args) for each in rows):
+            raise self.fail("two lists of different lengths stand side by side,")
+        return Node("list", (*rows, row))
 
     def is_unit(self, text: str) -> bool:
         """Tell whether a name behind a number is a unit, as in d2 = 0.25 m: where the product ends with it."""
@@ -295,6 +378,8 @@ class _Parser:
     def bracketed(self, close: str, kind: str) -> Node:
         rows, comma = self.rows(close)
         items = rows[0]
+        if len(rows) > 1 and kind in ("group", "set") and all(len(row) == 1 for row in rows):  # (a; b), {0; pi}
+            return Node("list", tuple(row[0] for row in rows))
         if len(rows) > 1:  # [a, b; c, d]
             return Node("list", tuple(Node("list", tuple(row)) for row in rows))
         if kind == "group":
@@ -323,9 +408,9 @@ class _Parser:
             return Node("blank")
         pieces = pieces_of(raw, self.known)
         one = pieces[0].parts[0] if len(pieces) == 1 and pieces[0].kind == "name" else ""
-        if opens and one and not {name, one} & self.known:
+        if opens and one and not {name, one} & self.known and one not in _BEFORE_BRACKETS:
             said = (
-                "is not understood"
+                "is not understood; write the formula with sin, cos, tan, sqrt, exp, atan2,"
                 if name not in VOCABULARY["negations"]
                 else "says where they are not; write where they are,"
             )
@@ -342,6 +427,7 @@ class _Parser:
                 factors.append(_meant(piece))
             elif todo and todo[0].kind != "function" and piece.parts[0] not in ARITY:
                 factors.append(_call(piece.parts[0], (_meant(todo.pop(0)),)))
+                self.without_brackets = self.at if not todo else -1
             elif not todo:
                 factors.append(self.function(piece.parts[0]))
             else:
@@ -385,6 +471,7 @@ class _Parser:
             args = self.bracketed(")", "args").args
         elif self.take("["):
             args = self.bracketed("]", "args").args
+            self.braces_are_lists = True
         else:
             args = (self.bare_argument(name),)
         if len(args) != ARITY.get(name, 1):
@@ -405,6 +492,7 @@ class _Parser:
             factors.append(self.named(self.text_at(-1)))
         if not factors or self.peek() in ("/", "^", "**"):
             raise self.fail(f"expected '(' after {name},")
+        self.without_brackets = self.at
         product = factors[0]
         for factor in factors[1:]:
             product = Node("*", (product, factor))
@@ -412,7 +500,12 @@ class _Parser:
 
 
 _JOINT = pattern("joint")
+_ANGLE = pattern("angle")
 _MODULO: list[str] = VOCABULARY["modulo"]
+_SYNONYMS: dict[str, str] = VOCABULARY["synonyms"]
+_PI = tuple(VOCABULARY["before_whole_numbers"])
+_BEFORE_BRACKETS = ("pi", "I")
+"""Constants that are multiplied with a bracket behind them: nobody writes functions of these names."""
 _UNITS: dict[str, str] = VOCABULARY["units"]
 _GO_ON = ("*", "/", "^", "**", "(")
 """What follows a name that is a factor, and no unit at the end of a product."""
@@ -420,6 +513,23 @@ _GO_ON = ("*", "/", "^", "**", "(")
 
 def _is_value(node: Node) -> bool:
     return node.kind not in ("eq", "in", "and", "or") and names(node) <= set(VOCABULARY["whole_numbers"])
+
+
+def _braces_as_lists(node: Node) -> Node:
+    """Return a tree with lists for sets."""
+    done: list[Node] = []
+    stack = [(node, False)]
+    while stack:  # no recursion: a long sum is a deep tree
+        top, ready = stack.pop()
+        if not top.args:
+            done.append(Node("list") if top.kind == "set" else top)
+        elif ready:
+            args = tuple(done[len(done) - len(top.args) :])
+            done[len(done) - len(top.args) :] = [Node("list" if top.kind == "set" else top.kind, args, top.value)]
+        else:
+            stack.append((top, True))
+            stack.extend((arg, False) for arg in reversed(top.args))
+    return done[0]
 
 
 def _in_unit(value: Node, unit: str) -> Node:
@@ -471,6 +581,20 @@ def _number(text: str) -> Node:
     return Node(kind, value=Fraction(text))
 
 
+def _filled(rows: Node, columns: Node, entries: Node) -> Node | None:
+    """Return Matrix(rows, columns, entries), with the entries in a row, or in rows as in Maple; else None."""
+    if entries.kind != "list" or rows.kind != "number" or columns.kind != "number":
+        return None
+    if rows.value == len(entries.args) > 0 and all(
+        one.kind == "list" and len(one.args) == columns.value for one in entries.args
+    ):
+        return entries
+    if not 0 < rows.value * columns.value == len(entries.args):
+        return None
+    cut = range(0, len(entries.args), int(columns.value))
+    return Node("list", tuple(Node("list", entries.args[i : i + int(columns.value)]) for i in cut))
+
+
 def _container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
     meant = _CONTAINERS[name]
     if meant == "set" or (meant in ("or", "and") and args) or (meant in _PAIRS and len(args) == 2):
@@ -481,13 +605,14 @@ def _container(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
         return args[1]
     if meant == "transposed" and len(args) == 1:
         return _transposed(args[0])
+    if meant == "inverse" and len(args) == 1:
+        return Node("^", (args[0], _MINUS_ONE))
+    if meant == "modulo" and len(args) == 2:  # what is left is a whole number of times the second less
+        return Node("-", (args[0], Node("*", (Node("name", value=VOCABULARY["whole_numbers"][0]), args[1]))))
     if len(args) == 1:
         return args[0]
-    if meant == "matrix" and len(args) == 3 and args[2].kind == "list":
-        rows, columns, entries = args[0].value, args[1].value, args[2].args
-        if args[0].kind == args[1].kind == "number" and 0 < rows * columns == len(entries):
-            cut = range(0, len(entries), int(columns))
-            return Node("list", tuple(Node("list", entries[i : i + int(columns)]) for i in cut))
+    if meant == "matrix" and len(args) == 3 and (filled := _filled(*args)) is not None:
+        return filled
     if meant == "diagonal" and len(args) <= MAX_DIAGONAL:
         zero = Node("number", value=Fraction(0))
         return Node("list", tuple(

@@ -61,6 +61,8 @@ def pieces_of(raw: str, known: frozenset[str]) -> tuple[NamePart, ...]:
     for whole in VOCABULARY["whole_numbers"]:  # kπ
         if name in (f"{whole}pi", f"pi{whole}"):
             return (NamePart("name", (whole,)), NamePart("name", ("pi",)))
+    if name[0] in "ij" and name[1:] in known:  # e^(iθ1)
+        return (NamePart("name", ("I",)), NamePart("name", (name[1:],)))
     return _split(name, known) or (NamePart("name", (name,)),)
 
 
@@ -80,9 +82,11 @@ def _one(name: str, known: frozenset[str]) -> NamePart | None:
     together = name.replace("_", "")
     for spelled, letter in VOCABULARY["spelled"].items():
         together = together.replace(spelled, letter)
-    if together in known:
-        return NamePart("name", (together,))
-    joint = _JOINT.fullmatch(together)
+    together = VOCABULARY["velocities"].get(together, together)
+    for written in (together, together.lower()):
+        if written in known:
+            return NamePart("name", (written,))
+    joint = _JOINT.fullmatch(together.lower())
     if joint is None:
         return None
     spelled, digits = joint.groups()

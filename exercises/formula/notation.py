@@ -48,36 +48,59 @@ def plain(text: str, known: AbstractSet[str]) -> str:
         text = _SYMBOLS_IN_A_ROW.sub(lambda row: _counted(row.group(), known), text)
     for mark, habit, meant in _HABITS:
         text = habit.sub(meant, text) if mark in text else text
+    text = without_units(text, known)
     latex = any(mark in text for mark in ("\\", "_{", "^{")) and len(text) <= _LONGEST_LATEX
-    if text.isascii() and not (latex or text[-1:] in ".;$" or text[-1:].isalpha()):
-        return _of_joints(text)
+    if text.isascii() and not (latex or text[-1:] in ".;$" or text[-1:].isalpha() or "^" in text[-5:]):
+        return _of_joints(text, known)
     text = _SUPERSCRIPTS.sub(lambda found: f"^({''.join(_SUPERSCRIPT[sign] for sign in found.group())})", text)
     text = _RATE_WITH_DOT.sub("qd", text).translate(_SIGNS)
     framed = _DOLLARS.fullmatch(text)
     text = framed.group(2) if framed is not None else text
     if latex:
         text = _from_latex(text)
-    return _without_unit(_of_joints(_END.sub("", text.rstrip(SPACES))), known)
+    text = _of_joints(_END.sub("", text.rstrip(SPACES)), known)
+    return _without_unit(without_units(text, known), known)
 
 
 _RATES, _VECTORS = pattern("rate_as_derivative"), pattern("entry_of_vector")
 
 
-def _of_joints(text: str) -> str:
+def _of_joints(text: str, known: AbstractSet[str]) -> str:
     """Return a text with rates written as derivatives, and joints as the entries q[0] or q(1) of a vector, by name.
 
-    In brackets the first joint has the number 0, as in Python; in parentheses 1, as in Matlab.
+    In brackets the first joint has the number 0, as in Python, or 1, as in Maple, where the last would be none of the
+    problem's; in parentheses 1, as in Matlab.
     """
     if "'" in text or ("/" in text and "t" in text):
         text = _RATES.sub(lambda found: f" qd{next(filter(None, found.groups()))} ", text)
     if ".diff" in text:
         text = text.replace("(t).diff", ".diff")
 
+    indices = {int(found.group(2)) for found in _VECTORS.finditer(text) if found.group(2)} if "[" in text else set()
+    beyond = f"{max(indices, default=0) + 1}"
+    first = 0 if indices and 0 not in indices and known and not {f"theta{beyond}", f"d{beyond}"} & known else 1
+
     def entry(found: re.Match[str]) -> str:
-        number = int(found.group(2)) + 1 if found.group(2) else found.group(3)
+        number = int(found.group(2)) + first if found.group(2) else found.group(3)
         return f"{'q' if found.group(1) else 'qd'}{number}"
 
     return _VECTORS.sub(entry, text)
+
+
+_NUMBER_IN_UNIT = re.compile(
+    f"{VOCABULARY['patterns']['number_in_unit']}({'|'.join(map(re.escape, sorted(_UNITS, key=len, reverse=True)))})"
+    f"{VOCABULARY['patterns']['behind_unit']}"
+)
+
+
+def without_units(text: str, known: AbstractSet[str]) -> str:
+    """Return a text without the units of its numbers, as in 0.5 rad/s, 30 cm; those of m are left to the grammar."""
+
+    def number(found: re.Match[str]) -> str:
+        unit = found.group(2)
+        return found.group() if unit in known or unit in _WHOLE else f"{found.group(1)}{_UNITS[unit]}"
+
+    return _NUMBER_IN_UNIT.sub(number, text)
 
 
 _SYMBOLS_IN_A_ROW, _SIGNED_SYMBOL = pattern("symbols_in_a_row"), pattern("signed_symbol")
@@ -110,6 +133,7 @@ def _without_unit(text: str, known: AbstractSet[str]) -> str:
 
 _LATEX_TOKEN = pattern("latex_token")
 _LATEX: dict[str, Any] = VOCABULARY["latex"]
+_HEIGHT = pattern("height_of_row")
 
 
 def _from_latex(text: str) -> str:
@@ -182,10 +206,17 @@ class _Latex:
         if name in _LATEX["roots"]:
             return self.root()
         if name in _LATEX["rates"]:  # of whichever joint variable has the index inside, or that follows
-            index = re.search("[0-9]*$", self.argument().strip(" ()"))
+            of = self.argument().strip(" ()")
+            velocity = _LATEX["velocities"].get(name, {}).get(of)
+            if velocity is not None:
+                return f" {velocity}"
+            index = re.search("[0-9]*$", of)
             return f" {_LATEX['rates'][name]}{index.group() if index else ''}"
         if name == "begin":
             return self.matrix()
+        if name in _LATEX["matrices"] and self.peek() == "{":
+            self.at += 1
+            return self.rows("}")
         word: str | None = _LATEX["words"].get(name)
         return word if word is not None else f" {name} " if name in FUNCTIONS else f" {name}"
 
@@ -204,15 +235,30 @@ class _Latex:
             return ""
         if kind in _LATEX["with_columns"] and self.peek() == "{":
             self.argument()
+        text = self.rows("\\end")
+        self.argument()
+        return text
+
+    def rows(self, close: str) -> str:
+        """Return the rows up to what closes them as nested lists, and pass that."""
         rows: list[list[str]] = [[]]
         while self.at < len(self.tokens):
-            rows[-1].append(self.until(("&", "\\\\", "\\end")))
+            rows[-1].append(self.until(("&", *_LATEX["row_ends"], close)))
             end = self.peek()
             self.at += 1
-            if end == "\\\\":
+            if end in _LATEX["row_ends"]:
                 rows.append([])
+                self.pass_height()
             elif end != "&":
-                self.argument()
                 break
         filled = [row for row in rows if any(entry.strip(SPACES) for entry in row)]
         return "[" + ", ".join("[" + ", ".join(entry.strip(SPACES) for entry in row) + "]" for row in filled) + "]"
+
+    def pass_height(self) -> None:
+        r"""Pass what says how far apart two rows are, as in \\\\[2pt]."""
+        if self.peek() == "[":
+            ahead = "".join(self.tokens[self.at : self.at + 12])
+            found = _HEIGHT.match(ahead)
+            while found is not None and self.peek() != "]":
+                self.at += 1
+            self.at += found is not None

@@ -44,7 +44,7 @@ def pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
     if node.kind == "and":
         if not any(names(arg) & set(joints) for arg in node.args):
             raise ReadError("a value stands there without a joint; write it as in theta1 = pi/3")
-        return _together([pieces(arg, joints) for arg in node.args])
+        return _at_once(_together([pieces(arg, joints) for arg in node.args]))
     if node.kind == "dict":
         return _together([_assigned(pair.args[0], pair.args[1], joints) for pair in node.args])
     if node.kind == "in":
@@ -62,6 +62,24 @@ def pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
     return _vanishing(node)
 
 
+def _at_once(union: list[Piece]) -> list[Piece]:
+    """Return pieces that can hold; raise ReadError where each gives one joint two values at once."""
+    twice = [_given_twice(piece) for piece in union]
+    if union and None not in twice:
+        raise ReadError(f"{twice[0]} can't have two values at once; write {twice[0]} = 0 or {twice[0]} = pi/3")
+    return union
+
+
+def _given_twice(piece: Piece) -> str | None:
+    """Return the joint that a piece gives two values that are not the same."""
+    values: dict[str, object] = {}
+    for atom in piece:
+        turns = None if atom.joint is None else turns_of(atom.zero)
+        if atom.joint is not None and turns is not None and values.setdefault(atom.joint, turns) != turns:
+            return atom.joint
+    return None
+
+
 def _alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
     """Return the union of a list; a bare value belongs to the joint before it: theta3 = 0, pi, or (theta3, [0, pi])."""
     union: list[Piece] = []
@@ -70,7 +88,8 @@ def _alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
         says_more = bool(names(arg) & set(joints)) or arg.kind in ("eq", "in", "and", "or", "dict")
         if says_more:
             joint = _joint_of(arg, joints)
-            if arg.kind != "name" or len(node.args) == 1:
+            is_label = joint is not None and arg.kind == "name" and len(node.args) == 2 and arg is node.args[0]
+            if not is_label or names(node.args[1]) & set(joints):
                 union += pieces(arg, joints)
         elif joint is not None:
             union += _assigned(joint, arg, joints)

@@ -103,7 +103,10 @@ def has_blank(node: Node) -> bool:
 
 
 _SCALARS = {"number", "decimal", "name", "call", "neg", "+", "-", "*", "/", "^"}
-_SAID = {"list": "a list", "set": "a set", "dict": "a dictionary", "eq": "an equation", "blank": "a blank"}
+_SAID = {
+    "list": "a list", "set": "a set", "dict": "a dictionary", "pair": "a name with a colon", "eq": "an equation",
+    "blank": "a blank", "or": "an alternative", "and": "a condition", "in": "a condition",
+}  # fmt: skip
 
 
 def refuse_statements(node: Node) -> None:
@@ -127,6 +130,10 @@ def _is_column(node: Node) -> bool:
     return node.kind == "list" and len(node.args) > 1 and one_each
 
 
+def _is_row_matrix(node: Node) -> bool:
+    return node.kind == "list" and len(node.args) == 1 and node.args[0].kind == "list" and len(node.args[0].args) > 1
+
+
 def _is_rows(node: Node) -> bool:
     return node.kind == "list" and bool(node.args) and all(item.kind == "list" for item in node.args)
 
@@ -138,6 +145,8 @@ def as_matrix(node: Node) -> list[list[Node]]:
     """
     while node.kind == "list" and len(node.args) == 1 and _is_rows(node.args[0]):
         node = node.args[0]
+    if node.kind == "list" and node.args and all(_is_row_matrix(item) for item in node.args):  # [[[a, b]], [[c, d]]]
+        node = Node("list", tuple(item.args[0] for item in node.args))
     if node.kind == "set" and node.args and all(item.kind == "set" for item in node.args):  # {{a, b}, {c, d}}
         node = Node("list", tuple(Node("list", item.args) for item in node.args))
     if node.kind != "list":

@@ -124,6 +124,9 @@ def first_three(chain: Chain) -> list[tuple[int, int]]:
     return [(axis, axis) for axis in range(3)]
 
 
+_OF_LATEX = str.maketrans("", "", "\\{}_")
+
+
 def joint_rates(chain: Chain) -> tuple[str, ...]:
     """Return the names of the joint rates, as `solve` returns them: qd1, qd2, …"""
     return tuple(rate.name for rate in chain.rates)
@@ -191,6 +194,15 @@ class Question:
     def is_long(self) -> bool:
         """Whether the result is made of minors, which are too many in formulas for many joints."""
         return self.is_made_of_minors or self.vanishes is not None
+
+    def typed_labels(self, chain: Chain, part: Part) -> tuple[str, ...]:
+        """Return the names under which the entries of a vector, or the one result, may be typed: qd1, vx, tau1."""
+        labels = self.labels(chain) or tuple(
+            name.translate(_OF_LATEX)
+            for name in self.entry_names(chain, part)
+            if part.shape is None or part.shape[1] == 1
+        )
+        return labels if len(labels) == (1 if part.shape is None else part.shape[0]) else ()
 
     def refusal(self, chain: Chain) -> str | None:
         """Return why it is not asked of an arm, for one reason or the other."""

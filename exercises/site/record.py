@@ -174,7 +174,7 @@ def _part(problem: Problem, part: Part, said: _Said) -> Json:
         "points": part.points,
         "prompt": to_html(asked),
         "names": typed_names(problem, asked),
-        "labels": list(ASKED[part.kind].labels(problem.chain)),
+        "labels": list(ASKED[part.kind].typed_labels(problem.chain, part)),
         "figure": svg,
         "alt": part_alt(problem.chain, part) if svg else "",
         "hints": [page(hint) for hint in hints(problem, part)],

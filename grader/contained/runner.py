@@ -131,12 +131,24 @@ def describe(raised: BaseException) -> str:
     """Return an exception as one short line; a hostile one must not break the report."""
     try:
         said = f"{type(raised).__name__}: {raised}".splitlines()[0][:300]
-        return said + ALTERNATIVES if type(raised) is TypeError and "truth value of Relational" in said else said
+        return said + next((mends for found, mends in MENDED if found in said and isinstance(raised, TypeError)), "")
     except BaseException:
         return "an exception that can't be shown"
 
 
-ALTERNATIVES = "; 'or' and 'and' join no equations: write a list of them, or Or(Eq(theta1, 0), Eq(theta2, pi))"
+MENDED = (
+    (
+        "truth value of Relational",
+        "; 'or' and 'and' join no equations: write a list of them, or Or(Eq(theta1, 0), Eq(theta2, pi))",
+    ),
+    ("loop of ufunc does not support", "; NumPy's functions take numbers: write SymPy's, as in sin(theta1)"),
+    ("Cannot cast ufunc", "; numpy.linalg takes numbers: write Matrix(…).det() or Matrix(…).inv()"),
+    ("'FunctionClass'", "; a function stands there without what it is of: write sin(theta1)"),
+    ("and 'function'", "; a function stands there without what it is of: write rad(30), or the number alone"),
+    ("unsupported operand type(s) for /: 'list'", "; a list can't be divided: write Matrix([…])/…"),
+    ("unsupported operand type(s) for *: 'list'", "; a list can't be multiplied: write Matrix([…])*…"),
+)
+"""What an error of Python's says, and what is said beside it: how to write what was meant."""
 
 
 def value_of(answer: Any, name: str, request: dict[str, Any]) -> Any:

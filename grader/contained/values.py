@@ -3,6 +3,8 @@
 What was left to be carried out (Derivative, Integral, a determinant that is only named) is carried out.
 """
 
+from decimal import Decimal
+from fractions import Fraction
 from typing import Any
 
 import numpy
@@ -32,6 +34,8 @@ def text_of(value: Any, depth: int = 0) -> str:
         return text_of(value.item(), depth + 1)
     if value is Ellipsis:
         return "blank"
+    if isinstance(value, (Fraction, Decimal)):
+        return text_of(float(value) if isinstance(value, Decimal) else sympy.Rational(*value.as_integer_ratio()))
     if value is None or isinstance(value, (bool, int, float)):
         return repr(value)
     if isinstance(value, complex):
@@ -54,6 +58,8 @@ def _text_of_basic(value: Any, depth: int) -> str:
     done = _carried_out(value)
     if done is not value:
         return text_of(done, depth + 1)
+    if value.has(sympy.sinc):
+        return text_of(value.replace(sympy.sinc, lambda x: sympy.sin(x) / x), depth + 1)
     if isinstance(value, sympy.Poly):
         return text_of(value.as_expr(), depth + 1)
     if isinstance(value, sympy.Point):
@@ -87,4 +93,17 @@ def _text_of_container(value: Any, depth: int) -> str:
         return "{" + ", ".join(sorted(text_of(item, depth) for item in value)) + "}"
     if isinstance(value, type) and issubclass(value, sympy.Basic):
         raise TypeError(f"{value.__name__} stands there without what it is of, as in {value.__name__}(theta1)")
-    raise TypeError(f"a {type(value).__name__} is not an expression")
+    name = type(value).__name__
+    raise TypeError(f"a {name} is not an expression{INSTEAD.get(name, '')}")
+
+
+_LIST = "; write the list of its entries, as in list(…)"
+INSTEAD = {
+    "generator": _LIST, "zip": _LIST, "map": _LIST, "filter": _LIST, "range": _LIST, "dict_values": _LIST,
+    "dict_items": _LIST, "dict_keys": _LIST, "DomainMatrix": "; write it as a Matrix, as in M.to_Matrix()",
+    "DataFrame": "; write its rows, as in D.values.tolist()",
+    "Vector": "; write its components, as in [v.dot(N.x), v.dot(N.y)]",
+    "module": "; write a formula, as in sin(theta1)",
+    "builtin_function_or_method": "; call it, with brackets and what it is of",
+}  # fmt: skip
+"""What to write for values of these types, by their names: pandas need not be there."""

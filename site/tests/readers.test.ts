@@ -5,6 +5,7 @@ import { describe, expect, test } from "vitest";
 
 import { LIMITS, VOCABULARY } from "../src/read/vocabulary.js";
 import { type Answered, answered, type Asked, treeText } from "./readings.js";
+import forms from "./forms.json" with { type: "json" };
 import kept from "./readings.json" with { type: "json" };
 
 interface Kept extends Pick<Asked, "symbols" | "problems"> {
@@ -24,7 +25,7 @@ const shown = (text: string): string => text.slice(0, 60);
 
 /** Words to which the grammar itself gives a meaning, and kinds of nodes that are called like one. */
 const GRAMMAR = new Set(
-  "pi sin cos in and or list set eq name number blank qd rate matrix diagonal image radians sqrt ... Derivative condition transposed ±".split(
+  "pi sin cos in and or list set eq name number blank qd rate matrix diagonal image radians sqrt ... Derivative condition transposed inverse modulo \\\\ ±".split(
     " ",
   ),
 );
@@ -52,6 +53,20 @@ describe("both readers", () => {
       if (theirs === outcome && Math.abs(earned - share) < 1e-6) return [];
       return [{ part, text: shown(text), python: [outcome, share], site: [theirs, earned] }];
     });
+    expect(differing).toEqual([]);
+  });
+
+  test("give every form that is typed as text what the grader gives it", () => {
+    const { answers, problems } = forms as unknown as Kept;
+    const said = answered(forms as unknown as Asked);
+    const types = new Map(problems[0]!.parts.map(({ name, key }) => [name, key.type]));
+    const differing = answers.flatMap(([, part, text, outcome, share], i) => {
+      const [theirs, earned, sure] = said.verdicts[i]!;
+      const isUnsure = theirs === "correct" && !sure && types.get(part) !== "configurations";
+      const isSame = theirs === outcome && Math.abs(earned - share) < 1e-6;
+      return isUnsure || isSame ? [] : [{ part, text, python: [outcome, share], site: [theirs, earned] }];
+    });
+    expect(answers.length).toBeGreaterThan(300);
     expect(differing).toEqual([]);
   });
 

@@ -1,26 +1,32 @@
-"""What a person types in a notebook: every form in tests/data/forms.jsonl gets what it says there, one cell each.
+"""What a person types: every form in tests/data/forms.jsonl gets what it says there.
 
-`gets` is the outcome; "refused" is read and of another form than is due, "unreadable" a value that is no formula,
-"stopped" a cell that Python stops. `says` is how the sentence begins that the student reads.
+`where` a form is typed is a cell of a notebook, as Python, or a box, as text. `gets` is the outcome; "refused" is read
+and of another form than is due, "unreadable" a value that is no formula, "stopped" a cell that Python stops. `says` is
+how the sentence begins that the student reads. `right` has the right answer where it is not the problem's own.
 """
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 import pytest
+import sympy as sp
 
+from exercises.answers import LETTERS, Choice, Number
 from exercises.generation import generate
 from exercises.problem import Part, Problem, ProblemId
 from grader.answer import Given
 from grader.check import readable
+from grader.function_values import asked_of
 from grader.parts import judge_given
 from grader.reading import read_answer
 from grader.sandbox import Sandbox
 from tests.support import DATA
 
 FORMS = [json.loads(line) for line in (DATA / "forms.jsonl").read_text(encoding="utf-8").splitlines()]
+CELLS, TEXTS = ([form for form in FORMS if form["where"] == where] for where in ("cell", "text"))
 SETUP = """
 from sympy import *
 import numpy as np
@@ -29,6 +35,7 @@ px = a1*cos(theta1) + a2*cos(theta1 + theta2)
 py = a1*sin(theta1) + a2*sin(theta1 + theta2)
 P, q = Matrix([px, py]), Matrix([theta1, theta2])
 """
+SEED = "forms"
 
 
 @cache
@@ -37,22 +44,30 @@ def problem() -> Problem:
     return generate(ProblemId("planar-2r", 0, variation="chapter"))
 
 
+def part_of(form: Mapping[str, Any]) -> Part:
+    """The part that a form answers, with the right answer that the form names."""
+    part = problem()[form["part"]]
+    answer = part.answer
+    if "right" in form and isinstance(answer, Number):
+        answer = replace(answer, reference=sp.Matrix([sp.Float(value, 12) for value in form["right"]]))
+    elif "right" in form:
+        assert isinstance(answer, Choice)
+        answer = replace(answer, correct=LETTERS.index(form["right"]))
+    return replace(part, answer=answer)
+
+
 @dataclass(frozen=True)
 class Typed:
-    """A form with its value as it left the notebook, or why there is none."""
+    """A form with its value as it left the notebook or the box, or why there is none."""
 
-    form: Mapping[str, str]
+    form: Mapping[str, Any]
     text: str | None
-    why: str
-
-    @property
-    def asked(self) -> tuple[Problem, Part]:
-        return problem(), problem()[self.form["part"]]
+    why: str = ""
 
     @property
     def given(self) -> Given:
         assert self.text is not None
-        return read_answer(*self.asked, self.text)
+        return read_answer(problem(), part_of(self.form), self.text, SEED)
 
 
 TOGETHER = 12
@@ -61,13 +76,17 @@ TOGETHER = 12
 
 @pytest.fixture(scope="module")
 def typed(sandbox: Sandbox) -> list[Typed]:
-    """All forms, each in a cell of its own."""
-    return [one for begin in range(0, len(FORMS), TOGETHER) for one in _run(sandbox, FORMS[begin : begin + TOGETHER])]
+    """All forms: each that is Python in a cell of its own."""
+    runs = (_run(sandbox, CELLS[begin : begin + TOGETHER]) for begin in range(0, len(CELLS), TOGETHER))
+    return [*(one for run in runs for one in run), *(Typed(form, form["typed"]) for form in TEXTS)]
 
 
-def _run(sandbox: Sandbox, forms: list[dict[str, str]]) -> list[Typed]:
-    names = [f"form{k}" for k in range(len(forms))]
-    run = sandbox.run([SETUP, *(f"{name} = {form['python']}" for name, form in zip(names, forms, strict=True))], names)
+def _run(sandbox: Sandbox, forms: list[dict[str, Any]]) -> list[Typed]:
+    slots = [f"p{k}" for k in range(len(forms))]
+    names = [f"{slot}_form" for slot in slots]
+    asked = dict.fromkeys(slots, asked_of(problem(), problem().domain(), SEED))
+    cells = [SETUP, *(f"{name} = {form['typed']}" for name, form in zip(names, forms, strict=True))]
+    run = sandbox.run(cells, names, asked)
     assert run.end == "done"
     return [
         Typed(form, run.answers.get(name), run.failures.get(name) or run.cell_errors.get(k + 1, ""))
@@ -79,18 +98,25 @@ def outcome(one: Typed, number: int) -> tuple[str, str]:
     """Return what a form gets, and what is said of it."""
     if one.text is None:
         return ("stopped" if one.form["gets"] == "stopped" else "unreadable"), one.why
-    judged = judge_given(*one.asked, one.given, f"forms/{number}")
-    return ("refused" if one.given.refusal else judged.outcome.value), judged.reason
+    given = one.given
+    judged = judge_given(problem(), part_of(one.form), given, f"forms/{number}")
+    return ("refused" if given.refusal else judged.outcome.value), judged.reason
 
 
 def test_every_form_gets_what_is_due(typed: list[Typed]) -> None:
-    assert len({(one.form["part"], one.form["python"]) for one in typed}) == len(FORMS)
     found = [(one.form, *outcome(one, number)) for number, one in enumerate(typed)]
-    assert [(form["python"], gets, said) for form, gets, said in found if gets != form["gets"]] == []
-    assert [(form["python"], said) for form, _, said in found if not said.startswith(form["says"])] == []
+    assert [(form["typed"], gets, said) for form, gets, said in found if gets != form["gets"]] == []
+    assert [(form["typed"], said) for form, _, said in found if not said.startswith(form["says"])] == []
 
 
 def test_check_says_of_every_form_whether_the_grader_can_read_it(typed: list[Typed]) -> None:
     for one in typed:
         if one.text is not None:
-            assert readable(one.text, *one.asked) == (one.given.refusal is None), one.form
+            assert readable(one.text, problem(), part_of(one.form)) == (one.given.refusal is None), one.form
+
+
+def test_there_are_many_forms_of_every_question() -> None:
+    assert len(FORMS) >= 600
+    assert len({(form["part"], form["where"], form["typed"], str(form.get("right"))) for form in FORMS}) == len(FORMS)
+    assert {form["part"] for form in FORMS} == {part.name for part in problem().parts}
+    assert {form["gets"] for form in FORMS} == {"correct", "partial", "wrong", "refused", "unreadable", "stopped"}

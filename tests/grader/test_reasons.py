@@ -55,7 +55,7 @@ def test_only_a_name_of_their_own_may_stand_left(student: str, right: bool) -> N
 @pytest.mark.parametrize("student", ["{a1}", "{a1: 2}", "{a1, a2}", "[[a1, a2]]"])
 def test_a_list_is_no_expression(student: str) -> None:
     reason = judge_expression(student, "a1", DOMAIN, "s").reason
-    assert reason == "a list or matrix stands where a single expression is due"
+    assert reason == "a list or matrix stands where a single expression is due; write that alone"
 
 
 @pytest.mark.parametrize(
@@ -141,12 +141,13 @@ def test_what_is_said_of_a_matrix(student: str, reference: list[list[str]], shar
     ("student", "shape", "said"),
     [
         ("[[1, 2], [3, 4], [5, 6]]", (2, 3), "the answer is 3 x 2, and 2 x 3 is due (transposed?)"),
-        ("[[1, 2], [3, 4], [5, 6]]", (2, 2), "the answer is 3 x 2, and 2 x 2 is due"),
-        ("[[1, 2], [3, 4], [5, 6]]", (2, 4), "the answer is 3 x 2, and 2 x 4 is due"),
-        ("[1, 2, 3]", (1, 3), "the answer is 3 x 1, and 1 x 3 is due"),
-        ("[[1, 2]]", (2, 2), "the answer is 1 x 2, and 2 x 2 is due"),
-        ("[[1, 2, 3]]", (2, 1), "the answer is 1 x 3, and 2 x 1 is due"),
-        ("{}", (2, 2), "the answer is 1 x 1, and 2 x 2 is due"),
+        ("[[1, 2], [3, 4], [5, 6]]", (2, 2), "the answer is 3 x 2, and 2 x 2 is due; write it as in [[a, b], [c, d]]"),
+        ("[[1, 2], [3, 4], [5, 6]]", (2, 4),
+         "the answer is 3 x 2, and 2 x 4 is due; write it as in [[a, …, a], …, [a, …, a]] with 2 rows of 4"),
+        ("[1, 2, 3]", (1, 3), "the answer is 3 x 1, and 1 x 3 is due; write it as in [[a, b, c]]"),
+        ("[[1, 2]]", (2, 2), "the answer is 1 x 2, and 2 x 2 is due; write it as in [[a, b], [c, d]]"),
+        ("[[1, 2, 3]]", (2, 1), "the answer is 1 x 3, and 2 x 1 is due; write it as in [a, b]"),
+        ("{}", (2, 2), "the answer is 1 x 1, and 2 x 2 is due; write it as in [[a, b], [c, d]]"),
         ("[{1, 2}]", (2, 1), "this can't be read as a matrix: an entry of the matrix is itself a list"),
         ("[Eq(a1, a2), 0]", (2, 1),
          "this can't be read as a matrix of expressions: an equation stands where a single expression is due"),
@@ -166,11 +167,19 @@ def test_what_is_said_of_a_wrong_shape(student: str, shape: tuple[int, int], sai
         ("[1, 2.5, 7]", 1 / 3, "1 of 3 numbers are right; number 2 is 2.5, and 2 rad/s is right"),
         ("[1, blank, 3]", 2 / 3, "2 of 3 numbers are right; number 2 was left blank"),
         ("[1/0, 2, 3]", 2 / 3, "2 of 3 numbers are right; number 1 is not a finite number, and 1 rad/s is right"),
-        ("[1, 2]", 0, "the answer is 2 x 1, and 3 x 1 is due"),
-        ("[[1, 2, 3, 4]]", 0, "the answer is 1 x 4, and 3 x 1 is due"),
+        ("[1, 2]", 0, "the answer is 2 x 1, and 3 x 1 is due; write it as in [a, b, c]"),
+        ("[[1, 2, 3, 4]]", 0, "the answer is 1 x 4, and 3 x 1 is due; write it as in [a, b, c]"),
         ("[[1, 2], [3]]", 0, "this can't be read as numbers: the rows of the matrix have different lengths: 2, 1"),
-        ("[Eq(qd9, 1), 2, 3]", 0, "numbers are due, and qd9 is left in the answer"),
-        ("[f + g + h + k + m + n, 2, 3]", 0, "numbers are due, and f, g, h, k, m is left in the answer"),
+        (
+            "[Eq(qd9, 1), 2, 3]",
+            0,
+            "numbers are due, and qd9 is left in the answer; write numbers alone, as in [0.5, 0.5, 0.5]",
+        ),
+        (
+            "[f + g + h + k + m + n, 2, 3]",
+            0,
+            "numbers are due, and f, g, h, k, m is left in the answer; write numbers alone, as in [0.5, 0.5, 0.5]",
+        ),
         ("[{1, 2}, 2, 3]", 0, "this can't be read as numbers: an entry of the matrix is itself a list"),
     ],
 )

@@ -17,8 +17,9 @@ MODULES = sorted((*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py"))
 LAYERS = {
     "exercises": """errors variation files input_file stream console parallel
         formula.printing formula.text formula.order formula.layout formula.latex formula.printers formula.vocabulary
-        formula.names formula.trees formula.algebra formula.notation formula.expression formula.program formula.field
-        formula.angles formula.exact formula.identity formula.scale formula.constants formula.pieces formula.conditions
+        formula.names formula.trees formula.algebra formula.notation formula.tables formula.products formula.expression
+        formula.program formula.field formula.angles formula.exact formula.identity formula.scale formula.constants
+        formula.pieces formula.conditions
         formula.claims
         arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.axes arm.reason arm.reach
         arm.appearance arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file

@@ -85,14 +85,15 @@ def problems_json() -> list[dict[str, Any]]:
         {
             "id": f"{problem.chain.name} {problem.id}",
             "robot": arm_record(problem)["robot"],
-            "parts": [_part_json(problem, part) for part in problem.parts],
+            "parts": [part_json(problem, part) for part in problem.parts],
         }
         for problem in problems()
     ]
 
 
-def _part_json(problem: Problem, part: Part) -> dict[str, Any]:
-    labels, key = list(ASKED[part.kind].labels(problem.chain)), key_of(problem, part, with_mistakes=False)
+def part_json(problem: Problem, part: Part) -> dict[str, Any]:
+    """Return a part as the site's bank has it, as far as answers are judged by it."""
+    labels, key = list(ASKED[part.kind].typed_labels(problem.chain, part)), key_of(problem, part, with_mistakes=False)
     return {"name": part.name, "labels": labels, "key": key}
 
 

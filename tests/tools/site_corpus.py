@@ -1,7 +1,7 @@
 """What the site's own tests hold it against: what Python's reader and grader say. `python -m tests.tools.site_corpus`.
 
 corpus.json in site/tests has the checked answers of corpus.jsonl with keys, readings.json texts with their trees, and
-answers to problems with their outcomes (`readers`).
+answers to problems with their outcomes (`readers`), forms.json the texts of tests/data/forms.jsonl in the same form.
 """
 
 import json
@@ -13,13 +13,17 @@ from exercises.formula.identity import Domain, default_role
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, ReadError, as_matrix, names, node_text
 from exercises.site.keys import values_key
+from exercises.site.record import arm_record
 from exercises.stream import Stream
 from grader.compare import compare
+from grader.parts import judge
+from tests.grader.test_forms import TEXTS, part_of, problem
 from tests.support import ROOT
 from tests.tools.fuzz import KNOWN
-from tests.tools.readers import kept_question, tree_text, verdict
+from tests.tools.readers import kept_question, part_json, tree_text, verdict
 
 TARGET = ROOT / "site" / "tests" / "corpus.json"
+FORMS = ROOT / "site" / "tests" / "forms.json"
 READINGS = ROOT / "site" / "tests" / "readings.json"
 
 
@@ -38,6 +42,24 @@ def readings_text() -> str:
     asked["answers"] = [[*answer, *verdict(*answer)] for answer in question.answers]
     lists = (f"{json.dumps(name)}: [\n{_lines(rows)}\n]" for name, rows in asked.items())
     return "{\n" + ",\n".join(lists) + "\n}\n"
+
+
+def forms_text() -> str:
+    """Return the file's text: the forms that people type as text, but for letters, which are clicked in a browser."""
+    asked = problem()
+    parts: dict[str, Any] = {}
+    answers: list[list[Any]] = []
+    for form in TEXTS:
+        part = part_of(form)
+        if part.answer.offered:
+            continue
+        name = f"{part.name} {form['right']}" if "right" in form else part.name
+        parts[name] = part_json(asked, part) | {"name": name}
+        judged = judge(asked, part, form["typed"], f"forms/{form['typed']!a}")
+        answers.append([0, name, form["typed"], judged.outcome.value, round(judged.share, 9)])
+    kept = {"id": str(asked.id), "robot": arm_record(asked)["robot"], "parts": list(parts.values())}
+    lists: dict[str, list[Any]] = {"symbols": [], "readings": [], "problems": [kept], "answers": answers}
+    return "{\n" + ",\n".join(f"{json.dumps(name)}: [\n{_lines(rows)}\n]" for name, rows in lists.items()) + "\n}\n"
 
 
 def _lines(rows: list[Any]) -> str:
@@ -80,3 +102,4 @@ def _angle(node: Node) -> float:
 if __name__ == "__main__":
     write_atomically(TARGET, corpus_text())
     write_atomically(READINGS, readings_text())
+    write_atomically(FORMS, forms_text())

@@ -4,11 +4,23 @@ import type { NumbersKey, ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { withPoints } from "../read/points.js";
 import { read } from "../read/reader.js";
-import { asMatrix, hasBlank, namesIn, type Node, ReadError } from "../read/tree.js";
+import { numbersText, tableText } from "../read/tables.js";
+import { hasBlank, namesIn, type Node, ReadError } from "../read/tree.js";
 import { message } from "../text/text.js";
 import { shareButForFactor, shareOfEntries } from "./credit.js";
 import { correct, graded, missing, unreadable, type Verdict, wrong } from "./verdict.js";
-import { agreed, atText, configuration, isBlank, rightSide, unknownSymbols, unlabelled } from "./values.js";
+import {
+  agreed,
+  atText,
+  configuration,
+  isBlank,
+  matrixOf,
+  ofScalars,
+  readAs,
+  type Rows,
+  shaped,
+  unknownSymbols,
+} from "./values.js";
 
 /** Share by which a mistake's number, which is kept with six digits, may differ beside what the answer may. */
 const KEPT = 1e-5;
@@ -19,14 +31,15 @@ const ZERO = 1e-12;
 /** Judge numbers, right within the key's tolerance. */
 export function judgeNumbers(answer: string, key: NumbersKey, labels: readonly string[] = []): Verdict {
   if (!answer.trim()) return missing();
+  const count = key.right.length;
+  const found = readAs<Rows>(
+    () => column(count === 1 ? withPoints(answer) : answer, count, new Set(), labels),
+    () => numbersText(answer, count),
+    (table) => column(table, count, new Set(), labels),
+  );
+  if ("outcome" in found) return found;
   try {
-    const entries = column(
-      key.right.length === 1 ? withPoints(answer) : answer,
-      key.right.length,
-      new Set(),
-      labels,
-    );
-    return "outcome" in entries ? entries : numbers(entries, key);
+    return numbers(found.flat(), key);
   } catch (error) {
     if (error instanceof ReadError) return unreadable(error.why);
     throw error;
@@ -38,14 +51,11 @@ function column(
   count: number,
   known: ReadonlySet<string>,
   labels: readonly string[],
-): readonly Node[] | Verdict {
+): Rows | Verdict {
   const typed = read(answer, known);
   if (isBlank(typed)) return missing();
-  const rows = asMatrix(unlabelled(rightSide(typed, known), labels));
-  const row = rows[0] as Node[];
-  const entries = rows.length === 1 ? row : rows.map((each) => each[0] as Node);
-  if (entries.length === count && (rows.length === 1 || row.length === 1)) return entries;
-  return wrong("read.shape", { found: `${rows.length} × ${row.length}`, due: `${count} × 1` });
+  const shape = { rows: count, columns: 1 };
+  return ofScalars(shaped(matrixOf(typed, known, labels, shape), shape));
 }
 
 function numbers(entries: readonly Node[], key: NumbersKey): Verdict {
@@ -86,9 +96,15 @@ function real(entry: Node): number {
 /** Judge a vector that is right where it is the reference times any factor other than zero. */
 export function judgeDirection(answer: string, key: ValuesKey, labels: readonly string[] = []): Verdict {
   if (!answer.trim()) return missing();
+  const known = new Set(key.symbols);
+  const found = readAs<Rows>(
+    () => column(answer, key.rows, known, labels),
+    () => tableText(answer, key.rows, 1),
+    (table) => column(table, key.rows, known, []),
+  );
+  if ("outcome" in found) return found;
+  const entries = found.flat();
   try {
-    const entries = column(answer, key.rows, new Set(key.symbols), labels);
-    if ("outcome" in entries) return entries;
     if (entries.some(hasBlank)) return missing();
     return along(entries, key);
   } catch (error) {

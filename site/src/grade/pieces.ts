@@ -54,7 +54,7 @@ export function pieces(tree: Node, joints: ReadonlySet<string>): Piece[] {
   if (["or", "list", "set"].includes(tree.kind)) return alternatives(tree, joints);
   if (tree.kind === "and" && !tree.args.some((arg) => [...namesIn(arg)].some((each) => joints.has(each))))
     throw new ReadError("read.no-joint");
-  if (tree.kind === "and") return together(tree.args.map((arg) => pieces(arg, joints)));
+  if (tree.kind === "and") return atOnce(together(tree.args.map((arg) => pieces(arg, joints))));
   if (tree.kind === "dict") {
     return together(tree.args.map((pair) => assigned(pair.args[0] as Node, pair.args[1] as Node, joints)));
   }
@@ -75,6 +75,26 @@ function equation(left: Node, right: Node, joints: ReadonlySet<string>): Piece[]
   return vanishing(node("-", left, right));
 }
 
+/** Pieces that can hold. Throws ReadError where each gives one joint two values at once. */
+function atOnce(union: Piece[]): Piece[] {
+  const twice = union.map(givenTwice);
+  const [joint] = twice;
+  if (joint && twice.every((each) => each !== null)) throw new ReadError("read.two-values", { joint });
+  return union;
+}
+
+/** The joint that a piece gives two values that are not the same. */
+function givenTwice(piece: Piece): string | null {
+  const values = new Map<string, string>();
+  for (const { joint, zero } of piece) {
+    const value = joint === null ? null : turns(zero);
+    if (joint === null || value === null) continue;
+    if ((values.get(joint) ?? value) !== value) return joint;
+    values.set(joint, value);
+  }
+  return null;
+}
+
 /** The union of a list; a bare value belongs to the joint before it: theta3 = 0, pi, or (theta3, [0, pi]). */
 function alternatives(tree: Node, joints: ReadonlySet<string>): Piece[] {
   const found: Piece[] = [];
@@ -85,7 +105,10 @@ function alternatives(tree: Node, joints: ReadonlySet<string>): Piece[] {
     if (saysMore) {
       const own = arg.kind === "eq" || arg.kind === "in" ? (arg.args[0] as Node) : arg;
       joint = own.kind === "name" && joints.has(own.text) ? own : null;
-      if (arg.kind !== "name" || tree.args.length === 1) found.push(...pieces(arg, joints));
+      const [, other] = tree.args;
+      const isLabel = joint && arg.kind === "name" && tree.args.length === 2 && arg === tree.args[0];
+      const goesOn = other !== undefined && [...namesIn(other)].some((each) => joints.has(each));
+      if (!isLabel || goesOn) found.push(...pieces(arg, joints));
     } else if (joint) {
       found.push(...assigned(joint, arg, joints));
     } else {

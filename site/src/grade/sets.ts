@@ -5,6 +5,7 @@
 
 import type { ConfigurationsKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
+import { withPoints } from "../read/points.js";
 import { read } from "../read/reader.js";
 import {
   anyNode,
@@ -16,10 +17,11 @@ import {
   node,
   ReadError,
 } from "../read/tree.js";
+import { VOCABULARY } from "../read/vocabulary.js";
 import { message } from "../text/text.js";
 import { claimedPieces, isTied, type Piece } from "./pieces.js";
 import { shareOfSet } from "./credit.js";
-import { type At, correct, graded, missing, unreadable, type Verdict } from "./verdict.js";
+import { type At, correct, graded, missing, unreadable, type Verdict, wrong } from "./verdict.js";
 import { anyNumber, atText, isBlank } from "./values.js";
 
 /** How near a pose must be to a condition, in radians or metres; to a value, of which keys tell nine decimals. */
@@ -57,8 +59,11 @@ export function judgeSet(
   try {
     const tree = read(answer, new Set(key.symbols));
     if (isBlank(tree)) return missing();
-    const poses = posesOf(key, tree);
-    const claimed = assigned(withoutBlanks(tree), space);
+    const said = withoutBlanks(tree);
+    const refused = unclear(answer, said, key);
+    if (refused) return refused;
+    const poses = posesOf(key, said);
+    const claimed = assigned(said, space);
     const claims = claimedPieces(claimed, new Set(key.joints));
     return compared(claims, poses, space, isSingular, conditionsOf(key));
   } catch (error) {
@@ -80,9 +85,47 @@ function posesOf(key: ConfigurationsKey, tree: Node): readonly (readonly At[])[]
     );
 }
 
+/** Conditions without the places that were left blank, and without the dots behind 0, pi, 2*pi, … */
 function withoutBlanks(tree: Node): Node {
-  const isList = tree.kind === "list" || tree.kind === "set";
-  return isList ? node(tree.kind, ...tree.args.filter((arg) => !hasBlank(arg))) : tree;
+  const [left, right] = tree.args;
+  const isList = ({ kind }: Node) => kind === "list" || kind === "set";
+  if (["eq", "in", "pair"].includes(tree.kind) && left && right && isList(right))
+    return node(tree.kind, left, withoutBlanks(right));
+  const kept = tree.args.filter((arg) => !saysNothing(arg));
+  if (tree.kind === "and") return kept.length === 1 ? (kept[0] as Node) : tree;
+  if (!isList(tree)) return tree;
+  return node(tree.kind, ...kept.map(withoutBlanks));
+}
+
+/** Whether an entry was left blank, or only says that k is a whole number. */
+function saysNothing(tree: Node): boolean {
+  const [left, right] = tree.args;
+  if (tree.kind === "in" && VOCABULARY.whole_numbers.includes(left?.text ?? ""))
+    return VOCABULARY.whole_number_sets.includes(right?.text ?? "");
+  const isSeveral =
+    ["eq", "in", "pair"].includes(tree.kind) && (right?.kind === "list" || right?.kind === "set");
+  return hasBlank(tree) && !isSeveral;
+}
+
+/** The verdict on conditions that may mean two things, or of which one is no condition; null where there are none. */
+function unclear(answer: string, tree: Node, key: ConfigurationsKey): Verdict | null {
+  const joint = key.joints.at(-1) ?? "";
+  const used = [...namesIn(tree)];
+  const unknown = used.filter(
+    (each) =>
+      !key.symbols.includes(each) && !key.joints.includes(each) && !VOCABULARY.whole_numbers.includes(each),
+  );
+  if (unknown.length > 0)
+    return wrong("read.unknown", {
+      names: unknown.sort().slice(0, 5).join(", "),
+      known: key.symbols.join(", "),
+    });
+  if (withPoints(answer) !== answer) return wrong("read.comma");
+  const several = ["list", "set", "or"].includes(tree.kind) ? tree.args : [tree];
+  const isBare = (each: Node) =>
+    ["+", "-", "*", "/", "^", "neg", "call"].includes(each.kind) &&
+    key.joints.some((one) => namesIn(each).has(one));
+  return several.some(isBare) ? wrong("read.bare-condition", { joint }) : null;
 }
 
 /** Bare values, as in {0, pi}, given to the joint that they must mean. Throws ReadError where that is not clear. */

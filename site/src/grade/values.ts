@@ -4,6 +4,7 @@ import type { ValuesKey } from "../bank.js";
 import { evaluate, type Value } from "../read/evaluate.js";
 import { withPoints } from "../read/points.js";
 import { read } from "../read/reader.js";
+import { tableText } from "../read/tables.js";
 import {
   anyNode,
   asMatrix,
@@ -33,21 +34,78 @@ const BRANCHING = new Set(["sqrt", "abs", "sign", "asin", "acos", "atan", "acot"
 export function judgeValues(answer: string, key: ValuesKey, labels: readonly string[] = []): Verdict {
   const known = new Set(key.symbols);
   if (!answer.trim()) return missing();
+  const isSingle = key.rows * key.columns === 1;
+  const found = readAs<Rows>(
+    () => {
+      const typed = read(answer, known);
+      if (isBlank(typed)) return missing();
+      if (!isSingle) return ofScalars(shaped(matrixOf(typed, known, labels, key), key));
+      const right = alone(rightSide(typed, known, labels));
+      const tree = rightSide(right, known, labels);
+      if (tree.kind === "list" && withPoints(answer) !== answer)
+        return judgeValues(withPoints(answer), key, labels);
+      return ["list", "set", "dict"].includes(tree.kind) ? wrong("read.list") : shaped(asMatrix(tree), key);
+    },
+    () => (isSingle ? null : tableText(answer, key.rows, key.columns)),
+    (table) => ofScalars(shaped(matrixOf(read(table, known), known, [], key), key)),
+  );
+  if ("outcome" in found) return found;
   try {
-    const typed = read(answer, known);
-    if (isBlank(typed)) return missing();
-    const isSingle = key.rows * key.columns === 1;
-    const named = unlabelled(rightSide(typed, known), labels);
-    const tree = isSingle ? alone(named) : named;
-    if (isSingle && tree.kind === "list" && withPoints(answer) !== answer)
-      return judgeValues(withPoints(answer), key);
-    if (isSingle && ["list", "set", "dict"].includes(tree.kind)) return wrong("read.list");
-    const rows = shaped(asMatrix(tree), key);
-    return "outcome" in rows ? rows : compared(rows, key);
+    return compared(found, key);
   } catch (error) {
     if (error instanceof ReadError) return unreadable(error.why);
     throw error;
   }
+}
+
+export type Rows = readonly (readonly Node[])[];
+
+/** What is read, or the verdict on what can't be; what is of another shape may be a table without commas. */
+export function readAs<T extends object>(
+  first: () => T | Verdict,
+  table: () => string | null,
+  second: (table: string) => T | Verdict,
+): T | Verdict {
+  const caught = (work: () => T | Verdict): T | Verdict => {
+    try {
+      return work();
+    } catch (error) {
+      if (error instanceof ReadError) return unreadable(error.why);
+      throw error;
+    }
+  };
+  const found = caught(first);
+  if (!("outcome" in found) || found.outcome === "missing") return found;
+  const text = table();
+  return text === null ? found : caught(() => second(text));
+}
+
+/** Rows without lists or statements among their entries, but for those that were left blank. Throws ReadError. */
+export function ofScalars(rows: Rows | Verdict): Rows | Verdict {
+  if ("outcome" in rows) return rows;
+  for (const entry of rows.flat()) if (!hasBlank(entry)) anyNode(entry, isStatement);
+  return rows;
+}
+
+const SCALARS = new Set(["number", "decimal", "name", "call", "neg", "+", "-", "*", "/", "^"]);
+
+function isStatement(tree: Node): boolean {
+  if (!SCALARS.has(tree.kind)) evaluate(tree, {}); // which throws, and says what it is
+  return false;
+}
+
+/** The entries of a vector or matrix, which may be named; a set of several has no order. Throws ReadError. */
+export function matrixOf(
+  typed: Node,
+  known: ReadonlySet<string>,
+  labels: readonly string[],
+  { rows, columns }: Pick<ValuesKey, "rows" | "columns">,
+): Node[][] {
+  const tree = rightSide(typed, known);
+  const isOrdered = ({ kind }: Node) => ["eq", "pair", "set", "list"].includes(kind);
+  if (tree.kind === "set" && tree.args.length > 1 && !tree.args.some(isOrdered))
+    throw new ReadError("read.no-order");
+  return asMatrix(unlabelled(tree, labels, rows, columns));
 }
 
 /** The entry of Matrix([a]), [a] or [[a]]: a matrix of one entry stands for that. */
@@ -56,13 +114,22 @@ function alone(tree: Node): Node {
   return tree.kind === "list" && tree.args.length === 1 && only ? alone(only) : tree;
 }
 
-function shaped(rows: Node[][], key: ValuesKey): Node[][] | Verdict {
+/** How an answer of a shape is typed: [a, b], or [[a, b], [c, d]]. */
+function typedAs(rows: number, columns: number): string {
+  const letters = [..."abcdefghi"];
+  if (Math.max(rows, columns) > 3) return columns === 1 ? "[a, …, b]" : "[[a, …, b], …, [c, …, d]]";
+  const listed = Array.from({ length: rows }, () => letters.splice(0, columns).join(", "));
+  return `[${(columns === 1 ? listed : listed.map((row) => `[${row}]`)).join(", ")}]`;
+}
+
+export function shaped(rows: Node[][], key: Pick<ValuesKey, "rows" | "columns">): Rows | Verdict {
   const row = rows[0] as Node[];
   if (key.columns === 1 && rows.length === 1 && row.length === key.rows) return row.map((entry) => [entry]);
   if (rows.length === key.rows && row.length === key.columns) return rows;
   return wrong("read.shape", {
     found: `${rows.length} × ${row.length}`,
     due: `${key.rows} × ${key.columns}`,
+    typed: typedAs(key.rows, key.columns),
   });
 }
 
@@ -305,24 +372,62 @@ function complexText({ re, im, size }: Value): string {
 
 // --- forms that an answer may have ---
 
-/** What stands right of "det = …": an equation whose left side is a name of the student's own. */
-export function rightSide(tree: Node, known: ReadonlySet<string>): Node {
+/** What stands right of "J = …" or "det: …": of a name of the student's own, or the only one of `labels`. */
+export function rightSide(typed: Node, known: ReadonlySet<string>, labels: readonly string[] = []): Node {
+  const tree = typed.kind === "dict" && typed.args.length === 1 ? (typed.args[0] as Node) : typed;
   const [left, right] = tree.args;
-  return tree.kind === "eq" && left?.kind === "name" && !known.has(left.text) && right ? right : tree;
+  if ((tree.kind !== "eq" && tree.kind !== "pair") || !left || !right) return typed;
+  const names = namesIn(left);
+  const own = isCalled(left) && ![...names].some((each) => known.has(each));
+  const [label] = labels;
+  const isAsked =
+    left.kind === "name" && labels.length === 1 && labelOf(left.text) === labelOf(label as string);
+  return own || isAsked ? right : typed;
 }
 
-/** The entries of {qd1: …, qd2: …} or of [qd1 = …, qd2 = …] in the order of the labels. */
-export function unlabelled(tree: Node, labels: readonly string[]): Node {
+/** Whether words stand there, or the power of a name: The determinant, J^-1. */
+function isCalled(tree: Node): boolean {
+  let top = tree;
+  while (top.kind === "*" && top.args[1]?.kind === "name") top = top.args[0] as Node;
+  return top.kind === "name" || (top.kind === "^" && top.args[0]?.kind === "name");
+}
+
+const isNamed = ({ kind, args }: Node): boolean =>
+  (kind === "pair" || kind === "eq") && args[0]?.kind === "name";
+const isLabelled = (tree: Node): boolean =>
+  isNamed(tree) || (tree.kind === "list" && tree.args.length === 2 && tree.args[0]?.kind === "name");
+
+/**
+ * The entries of {qd1: …, qd2: …}, of [qd1 = …, qd2 = …] or of [(qd1, …), (qd2, …)] in the order of the labels. They may
+ * have "and" between them; rows of a matrix may be called row1, and entries J12.
+ */
+export function unlabelled(tree: Node, labels: readonly string[], rows = 0, columns = 0): Node {
   const inner = tree.args[0];
   if (tree.args.length === 1 && inner && (tree.kind === "list" || tree.kind === "set")) {
-    if (inner.kind === "dict" || (tree.kind === "set" && inner.kind === "list"))
-      return unlabelled(inner, labels);
+    const isInner = tree.kind === "set" || inner.args.every(isNamed);
+    if (inner.kind === "dict" || (inner.kind === "list" && isInner))
+      return unlabelled(inner, labels, rows, columns);
   }
-  const pairs = tree.args.every((arg) => arg.kind === "pair" || arg.kind === "eq");
-  if (labels.length === 0 || !["dict", "list"].includes(tree.kind) || !pairs) return tree;
+  if (!["dict", "list", "set", "and"].includes(tree.kind) || !tree.args.every(isLabelled)) return tree;
   const found = new Map(tree.args.map((arg) => [labelOf(arg.args[0]?.text ?? ""), arg.args[1] as Node]));
-  const entries = labels.map((label) => found.get(labelOf(label)));
-  return found.size === labels.length && entries.every(Boolean) ? node("list", ...(entries as Node[])) : tree;
+  const called = (due: readonly string[]): readonly Node[] | null =>
+    due.length > 0 && found.size === new Set(due).size && due.every((each) => found.has(each))
+      ? due.map((each) => found.get(each) as Node)
+      : null;
+  const entries = called(labels.map(labelOf));
+  if (entries) return node("list", ...entries);
+  const byRow = columns > 0 ? called(Array.from({ length: rows }, (_, i) => `row${i + 1}`)) : null;
+  if (byRow && columns > 1) return node("list", ...byRow);
+  const each = Array.from(
+    { length: rows * columns },
+    (_, k) => `j${Math.floor(k / columns) + 1}${(k % columns) + 1}`,
+  );
+  const byEntry = byRow ?? (columns > 0 ? called(each) : null);
+  if (!byEntry) return tree;
+  return node(
+    "list",
+    ...Array.from({ length: rows }, (_, i) => node("list", ...byEntry.slice(i * columns, (i + 1) * columns))),
+  );
 }
 
 /** The name of an entry as it is compared: of P_x, p_x, px and x the last, of v_x and vx the latter. */

@@ -1,12 +1,14 @@
 // LaTeX as the plain text that the grammar reads; what is not known is left, for the grammar to complain about.
 
 import { FUNCTIONS } from "./names.js";
-import { isSpace, LIMITS, pattern, stripped, table, VOCABULARY } from "./vocabulary.js";
+import { compiled, isSpace, LIMITS, pattern, stripped, table, VOCABULARY } from "./vocabulary.js";
 
 const TOKEN = pattern("latex_token", "g");
 const { latex } = VOCABULARY;
 const WORDS = table(latex.words);
 const RATES = table(latex.rates);
+const VELOCITIES = new Map(Object.entries(latex.velocities).map(([dot, of]) => [dot, table<string>(of)]));
+const HEIGHT = compiled(`^${VOCABULARY.patterns.height_of_row}`);
 
 export function latexAsText(text: string): string {
   return new Walk(text.match(TOKEN) ?? []).until([]);
@@ -75,9 +77,16 @@ class Walk {
     if (latex.fractions.includes(name)) return `((${this.argument()})/(${this.argument()}))`;
     if (latex.roots.includes(name)) return this.root();
     const rate = RATES.get(name); // of whichever joint variable has the index inside, or that follows
-    if (rate !== undefined)
-      return ` ${rate}${/[0-9]*$/.exec(this.argument().replace(/^[ ()]+|[ ()]+$/g, ""))?.[0] ?? ""}`;
+    if (rate !== undefined) {
+      const of = this.argument().replace(/^[ ()]+|[ ()]+$/g, "");
+      const velocity = VELOCITIES.get(name)?.get(of);
+      return ` ${velocity ?? rate + (/[0-9]*$/.exec(of)?.[0] ?? "")}`;
+    }
     if (name === "begin") return this.matrix();
+    if (latex.matrices.includes(name) && this.peek() === "{") {
+      this.at += 1;
+      return this.rows("}");
+    }
     return WORDS.get(name) ?? (FUNCTIONS.has(name) ? ` ${name} ` : ` ${name}`);
   }
 
@@ -94,18 +103,31 @@ class Walk {
     const kind = this.argument();
     if (!latex.matrices.includes(kind)) return "";
     if (latex.with_columns.includes(kind) && this.peek() === "{") this.argument();
+    const text = this.rows("\\end");
+    this.argument();
+    return text;
+  }
+
+  /** The rows up to what closes them as nested lists; that is passed. */
+  private rows(close: string): string {
     const rows: string[][] = [[]];
     while (this.at < this.tokens.length) {
-      rows.at(-1)?.push(stripped(this.until(["&", "\\\\", "\\end"])));
+      rows.at(-1)?.push(stripped(this.until(["&", ...latex.row_ends, close])));
       const end = this.peek();
       this.at += 1;
-      if (end === "\\\\") rows.push([]);
-      else if (end !== "&") {
-        this.argument();
-        break;
-      }
+      if (latex.row_ends.includes(end)) {
+        rows.push([]);
+        this.passHeight();
+      } else if (end !== "&") break;
     }
     const filled = rows.filter((row) => row.some((entry) => entry !== ""));
     return `[${filled.map((row) => `[${row.join(", ")}]`).join(", ")}]`;
+  }
+
+  /** What says how far apart two rows are, as in \\\\[2pt], is passed. */
+  private passHeight(): void {
+    if (this.peek() !== "[" || !HEIGHT.test(this.tokens.slice(this.at, this.at + 12).join(""))) return;
+    while (this.peek() !== "]") this.at += 1;
+    this.at += 1;
   }
 }

@@ -14,6 +14,7 @@ export const LONGEST = LIMITS.name;
 
 const CONSTANTS = table(VOCABULARY.constants);
 const LETTERS = table(VOCABULARY.letters);
+const VELOCITIES = table<string>(VOCABULARY.velocities);
 const RATE = whole("rate");
 const SHORT = whole("short");
 /** What q1, th1 and t1 may be, the first of them that is a symbol of the problem. */
@@ -51,6 +52,7 @@ export function piecesOf(raw: string, known: ReadonlySet<string>): readonly Piec
   for (const whole of VOCABULARY.whole_numbers) {
     if (name === `${whole}pi` || name === `pi${whole}`) return [named(whole), named("pi")]; // kπ
   }
+  if (/^[ij]/.test(name) && known.has(name.slice(1))) return [named("I"), named(name.slice(1))]; // e^(iθ1)
   const several = split(name, known);
   return several.length > 0 ? several : [named(name)];
 }
@@ -75,8 +77,10 @@ function together(name: string, known: ReadonlySet<string>): Piece | null {
   let joined = name.replaceAll("_", "");
   for (const [spelled, letter] of Object.entries(VOCABULARY.spelled))
     joined = joined.replaceAll(spelled, letter);
-  if (known.has(joined)) return named(joined);
-  const [, spelled = "", digits = ""] = JOINT.exec(joined) ?? [];
+  joined = VELOCITIES.get(joined) ?? joined;
+  const written = [joined, joined.toLowerCase()].find((each) => known.has(each));
+  if (written !== undefined) return named(written);
+  const [, spelled = "", digits = ""] = JOINT.exec(joined.toLowerCase()) ?? [];
   if (!digits) return null;
   if (digits.length === 1) {
     const own = JOINTS.get(spelled)?.map((symbol) => symbol + digits);

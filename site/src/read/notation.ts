@@ -34,7 +34,7 @@ const UNIT_AT_END = compiled(`${VOCABULARY.patterns.before_unit}(${UNIT_NAMES.jo
 const HABITS = VOCABULARY.habits.map(({ mark, pattern: source, meant }) => ({
   mark,
   pattern: compiled(source, "g"),
-  meant: meant.replace("\\1", () => "$1"),
+  meant: meant.replace(/\\([12])/g, "$$$1"),
 }));
 
 /** Digits of all scripts, wide signs of East Asian keyboards, spaces of typesetters, and marks that nobody sees. */
@@ -80,16 +80,31 @@ export function plain(answer: string, known: ReadonlySet<string>): string {
   if (lengthOf(text, LIMITS.long) > LIMITS.long)
     text = text.replace(SYMBOLS_IN_A_ROW, (row) => counted(row, known));
   for (const habit of HABITS) if (text.includes(habit.mark)) text = text.replace(habit.pattern, habit.meant);
+  text = withoutUnits(text, known);
   const isShort = lengthOf(text, LIMITS.latex_characters) <= LIMITS.latex_characters;
   const latex = isShort && ["\\", "_{", "^{"].some((mark) => text.includes(mark));
   const last = text.at(-1) ?? "";
-  if (isAscii(text) && !latex && !".;$".includes(last) && !/[A-Za-z]/.test(last)) return ofJoints(text);
+  const isPlain = isAscii(text) && !latex && !".;$".includes(last) && !/[A-Za-z]/.test(last);
+  if (isPlain && !text.slice(-5).includes("^")) return ofJoints(text, known);
   const raised = (found: string): string => [...found].map((sign) => SUPERSCRIPTS.get(sign)).join("");
   text = text.replace(SUPERSCRIPT, (found) => `^(${raised(found)})`).replace(RATE_WITH_DOT, "qd");
   text = [...text].map((sign) => SIGNS.get(sign) ?? sign).join("");
   text = DOLLARS.exec(text)?.[2] ?? text;
   if (latex) text = latexAsText(text);
-  return withoutUnit(ofJoints(withoutSpacesAtEnd(text).replace(END, "")), known);
+  text = ofJoints(withoutSpacesAtEnd(text).replace(END, ""), known);
+  return withoutUnit(withoutUnits(text, known), known);
+}
+
+const NUMBER_IN_UNIT = compiled(
+  `${VOCABULARY.patterns.number_in_unit}(${UNIT_NAMES.join("|")})${VOCABULARY.patterns.behind_unit}`,
+  "g",
+);
+
+/** A text without the units of its numbers, as in 0.5 rad/s, 30 cm; those of m are left to the grammar. */
+export function withoutUnits(text: string, known: ReadonlySet<string>): string {
+  return text.replace(NUMBER_IN_UNIT, (found: string, number: string, unit: string) =>
+    known.has(unit) || WHOLE.includes(unit) ? found : number + (UNITS.get(unit) ?? ""),
+  );
 }
 
 const RATES = pattern("rate_as_derivative", "g");
@@ -97,16 +112,23 @@ const VECTORS = pattern("entry_of_vector", "g");
 
 /**
  * A text with rates written as derivatives, and joints as the entries q[0] or q(1) of a vector, by name. In brackets
- * the first joint has the number 0, as in Python; in parentheses 1, as in Matlab.
+ * the first joint has the number 0, as in Python, or 1, as in Maple, where the last would be none of the problem's; in
+ * parentheses 1, as in Matlab.
  */
-function ofJoints(answer: string): string {
+function ofJoints(answer: string, known: ReadonlySet<string>): string {
   let text = answer;
   if (text.includes("'") || (text.includes("/") && text.includes("t"))) {
     text = text.replace(RATES, (...found: unknown[]) => ` qd${found.slice(1, 5).find((digit) => digit)} `);
   }
   if (text.includes(".diff")) text = text.replaceAll("(t).diff", ".diff");
-  return text.replace(VECTORS, (_, joint?: string, fromNought?: string, fromOne?: string) => {
-    const number = fromNought === undefined ? fromOne : Number(fromNought) + 1;
+  const indices = text.includes("[")
+    ? [...text.matchAll(VECTORS)].flatMap(([, , index]) => (index === undefined ? [] : [Number(index)]))
+    : [];
+  const beyond = Math.max(0, ...indices) + 1;
+  const isLast = known.has(`theta${beyond}`) || known.has(`d${beyond}`);
+  const first = indices.length > 0 && !indices.includes(0) && known.size > 0 && !isLast ? 0 : 1;
+  return text.replace(VECTORS, (_, joint?: string, index?: string, fromOne?: string) => {
+    const number = index === undefined ? fromOne : Number(index) + first;
     return `${joint ? "q" : "qd"}${number}`;
   });
 }

@@ -5,6 +5,7 @@ import type { TextKey } from "../text/en.js";
 import { type Message, message, type Values } from "../text/text.js";
 import { ARITY, LONGEST, type Piece, piecesOf, plainName } from "./names.js";
 import { plain } from "./notation.js";
+import { carriedOut } from "./products.js";
 import { type Token, tokensOf } from "./tokens.js";
 import {
   call,
@@ -29,6 +30,10 @@ const BLANK = new Set(VOCABULARY.blank);
 const WORDS = new Set(VOCABULARY.words);
 const INVERSES = table(VOCABULARY.inverses);
 const JOINT = whole("joint");
+const ANGLE = whole("angle");
+const SYNONYMS = table<string>(VOCABULARY.synonyms);
+/** Constants that are multiplied with a bracket behind them: nobody writes functions of these names. */
+const BEFORE_BRACKETS = new Set(["pi", "I"]);
 const MODULO = new Set(VOCABULARY.modulo);
 const UNITS = table(VOCABULARY.units);
 /** What follows a name that is a factor, and no unit at the end of a product. */
@@ -49,17 +54,41 @@ class Parser {
   private readonly pieces = new Map<string, readonly Piece[]>();
   private at = 0;
   private depth = 0;
+  /** Where the argument of a function without brackets ended last. */
+  private withoutBrackets = -1;
+  /** Whether functions have square brackets, as in Mathematica, where {a, b} is a list. */
+  private bracesAreLists = false;
 
   constructor(
     private readonly text: string,
     private readonly known: ReadonlySet<string>,
   ) {
-    this.tokens = tokensOf(text);
+    this.tokens = tokensOf(text).flatMap((token) => this.meant(token));
+  }
+
+  /** A token, with what a word between formulas means put for it: "or" for what is "or" in German. */
+  private meant(token: Token): readonly Token[] {
+    const word = token.kind === "name" && !this.known.has(token.text) ? SYNONYMS.get(token.text) : undefined;
+    if (word === undefined) return [token];
+    if (word === "") return [];
+    return [
+      {
+        ...token,
+        kind: /^[0-9]+$/.test(word) ? "number" : /^[a-z]+$/.test(word) ? "name" : "op",
+        text: word,
+      },
+    ];
   }
 
   whole(): Node {
     if (this.here().kind === "end") throw new ReadError("read.nothing");
     this.passParameters();
+    const found = this.listed();
+    return carriedOut(this.bracesAreLists ? bracesAsLists(found) : found);
+  }
+
+  /** What stands there to the end. */
+  private listed(): Node {
     const found = this.rows("");
     if (this.here().kind !== "end") throw this.fail("read.unexpected", { found: this.found() });
     const flat = found.rows.every((row) => row.length === 1); // a; b
@@ -100,8 +129,20 @@ class Parser {
   }
 
   private paired(items: readonly Node[]): Node {
-    if (items.some(({ kind }) => kind !== "pair")) throw this.fail("read.dictionary");
-    return node("dict", ...items);
+    const pairs: Node[][] = [];
+    for (const item of items) {
+      const last = pairs.at(-1);
+      if (item.kind === "pair") pairs.push([...item.args]);
+      else if (last && isValue(item))
+        last.push(item); // theta2: 0, pi
+      else throw this.fail("read.dictionary");
+    }
+    return node(
+      "dict",
+      ...pairs.map(([called, ...values]) =>
+        node("pair", called as Node, values.length === 1 ? (values[0] as Node) : node("set", ...values)),
+      ),
+    );
   }
 
   private here(): Token {
@@ -221,10 +262,13 @@ class Parser {
       top = negative ? node("neg", first) : first;
     }
     for (let op = this.peek(); op === "+" || op === "-" || op === "±"; op = this.peek()) {
+      const reach = this.at === this.withoutBrackets;
       this.at += 1;
       const minus = this.sign();
       const found = this.product();
       const right = minus ? node("neg", found) : found;
+      if (reach && right.kind === "name" && ANGLE.test(right.text))
+        throw this.fail("read.reach", { sign: op, name: right.text });
       top = op === "±" ? node("set", node("+", top, right), node("-", top, right)) : node(op, top, right);
     }
     return top;
@@ -241,18 +285,83 @@ class Parser {
 
   private product(): Node {
     let top = this.power();
+    let below = -1;
     for (;;) {
-      if (this.take("*")) top = node("*", top, this.signedPower());
-      else if (this.take("/")) top = node("/", top, this.signedPower());
-      else if (this.here().kind === "number" && this.tokens[this.at - 1]?.kind === "number") {
+      if (this.take("*")) {
+        top = node("*", top, this.signedPower());
+        below = -1;
+      } else if (this.take("/")) {
+        const here = this.at;
+        const divisor = this.signedPower();
+        top = node("/", top, divisor);
+        below = this.isSymbol(here) && divisor.kind === "name" ? this.at : -1;
+      } else if (this.here().kind === "number" && this.tokens[this.at - 1]?.kind === "number") {
         throw this.fail("read.two-numbers"); // 1 000, 1.2.3: no product is meant
       } else if (this.peek() === "(" && MODULO.has(this.textAt(1))) return top;
       else if (this.isUnit()) {
         top = inUnit(top, this.peek());
         this.at += 1;
-      } else if (this.startsFactor()) top = node("*", top, this.power());
+      } else if (this.at === below && this.here().kind === "name" && !WORDS.has(this.peek())) {
+        throw this.fail("read.below", { name: this.textAt(-1), next: this.peek() });
+      } else if (this.peek() === "[" && this.isRowBelow(top)) top = this.withRow(top);
+      else if (this.startsFactor()) top = node("*", top, this.factor());
       else return top;
     }
+  }
+
+  /** Whether a single name stands there, as what a quotient is divided by. */
+  private isSymbol(at: number): boolean {
+    const { kind, text } = this.tokens[at] as Token;
+    return (
+      kind === "name" &&
+      this.at === at + 1 &&
+      !VOCABULARY.before_whole_numbers.some((constant) => text.startsWith(constant))
+    );
+  }
+
+  /** A factor without a sign before it; [0] is none, but picks an entry in Python. */
+  private factor(): Node {
+    const here = this.at;
+    const bracket = this.peek() === "[";
+    const found = this.power();
+    const [only] = found.args;
+    if (
+      bracket &&
+      found.kind === "list" &&
+      found.args.length === 1 &&
+      /^(number|neg)$/.test(only?.kind ?? "")
+    ) {
+      this.at = here;
+      throw this.fail("read.unexpected", { found: "'['" });
+    }
+    return found;
+  }
+
+  /** Whether a list is a row, or several, with another below it, as calculators write [a, b][c, d]. */
+  private isRowBelow(top: Node): boolean {
+    return top.kind === "list" && top.args.length > 1 && this.textAt(-1) === "]" && !this.isColumnAhead();
+  }
+
+  /** Whether the list that begins here has rows, as in [a; b] or [[a, b], [c, d]]. */
+  private isColumnAhead(): boolean {
+    let depth = 0;
+    for (let at = this.at; at < this.tokens.length; at += 1) {
+      const { text } = this.tokens[at] as Token;
+      depth += "([{".includes(text) && text ? 1 : ")]}".includes(text) && text ? -1 : 0;
+      if (depth === 0) return false;
+      if ((text === ";" && depth === 1) || (text === "[" && at === this.at + 1)) return true;
+    }
+    return false;
+  }
+
+  /** A list of rows with the one that follows. */
+  private withRow(top: Node): Node {
+    this.take("[");
+    const row = this.bracketed("]", "list");
+    const rows = top.args.every(({ kind }) => kind === "list") ? top.args : [top];
+    if (rows.length >= LIMITS.diagonal || rows.some(({ args }) => args.length !== row.args.length))
+      throw this.fail("read.two-lists");
+    return node("list", ...rows, row);
   }
 
   /** Whether a name behind a number is a unit, as in d2 = 0.25 m: where the product ends with it. */
@@ -270,7 +379,7 @@ class Parser {
 
   private startsFactor(): boolean {
     const { kind, text } = this.here();
-    return kind === "number" || (kind === "name" && !WORDS.has(text)) || text === "(";
+    return kind === "number" || (kind === "name" && !WORDS.has(text)) || text === "(" || text === "[";
   }
 
   private signedPower(): Node {
@@ -319,6 +428,8 @@ class Parser {
 
   private bracketed(close: string, kind: "group" | "list" | "set"): Node {
     const { rows, comma } = this.rows(close);
+    const inLine = close !== "]" && rows.every((row) => row.length === 1); // (a; b), {0; pi}
+    if (rows.length > 1 && inLine && kind !== "list") return node("list", ...rows.flat());
     if (rows.length > 1) return node("list", ...rows.map((row) => node("list", ...row))); // [a, b; c, d]
     const items = rows[0] as readonly Node[];
     const first = items[0];
@@ -355,7 +466,7 @@ class Parser {
     if (BLANK.has(own)) return node("blank");
     const pieces = this.piecesOf(raw);
     const one = pieces.length === 1 && pieces[0]?.kind === "name" ? pieces[0].parts[0] : undefined;
-    if (opens && one && !this.known.has(own) && !this.known.has(one)) {
+    if (opens && one && !this.known.has(own) && !this.known.has(one) && !BEFORE_BRACKETS.has(one)) {
       throw this.fail("read.function", { name: own });
     }
     const only = pieces.length === 1 && own === raw ? pieces[0] : undefined;
@@ -385,6 +496,7 @@ class Parser {
       else if (next && next.kind !== "function" && !ARITY.has(called)) {
         factors.push(applied(called, [meant(next)]));
         i += 1;
+        this.withoutBrackets = i + 1 >= pieces.length ? this.at : -1;
       } else if (!next) factors.push(this.function(called));
       else throw this.fail("read.no-argument", { name: called });
     }
@@ -419,11 +531,13 @@ class Parser {
       const exponent = this.primary();
       power = negative ? node("neg", exponent) : exponent;
     }
+    const opened = this.peek();
     const args = this.take("(")
       ? this.args(")")
       : this.take("[")
         ? this.args("]")
         : [this.bareArgument(called)];
+    this.bracesAreLists ||= opened === "[";
     const due = ARITY.get(called) ?? 1;
     if (args.length !== due) throw this.fail("read.arguments", { name: called, due, count: args.length });
     const inverted = power?.kind === "neg" && power.args[0]?.kind === "number" && power.args[0].value === 1;
@@ -446,6 +560,7 @@ class Parser {
     }
     if (factors.length === 0 || ["/", "^", "**"].includes(this.peek()))
       throw this.fail("read.bare", { name: called });
+    this.withoutBrackets = this.at;
     return factors.reduce((product, factor) => node("*", product, factor));
   }
 
@@ -458,6 +573,11 @@ class Parser {
     if (meant === "image" && first && args.length === 2 && isWholeNumbers(second as Node)) return first;
     if (meant === "condition" && second && args.length <= 3) return second;
     if (meant === "transposed" && first && args.length === 1) return transposed(first);
+    if (meant === "inverse" && first && args.length === 1) return node("^", first, node("neg", integer(1)));
+    if (meant === "modulo" && first && second && args.length === 2) {
+      // what is left is a whole number of times the second less
+      return node("-", first, node("*", name(VOCABULARY.whole_numbers[0] as string), second));
+    }
     if (first && args.length === 1) return first;
     if (meant === "matrix" && args.length === 3 && first && second && third?.kind === "list") {
       const filled = filledRows(first, second, third);
@@ -477,6 +597,23 @@ class Parser {
 const isValue = (value: Node): boolean =>
   !["eq", "in", "and", "or"].includes(value.kind) &&
   [...namesIn(value)].every((each) => VOCABULARY.whole_numbers.includes(each));
+
+/** A tree with lists for sets. */
+function bracesAsLists(tree: Node): Node {
+  const done: Node[] = [];
+  const todo: (readonly [top: Node, ready: boolean])[] = [[tree, false]];
+  for (let next = todo.pop(); next; next = todo.pop()) {
+    const [top, ready] = next;
+    const kind = top.kind === "set" ? "list" : top.kind;
+    if (top.args.length === 0) done.push({ ...top, kind });
+    else if (ready) done.push({ ...top, kind, args: done.splice(done.length - top.args.length) });
+    else {
+      todo.push([top, true]);
+      for (let i = top.args.length - 1; i >= 0; i -= 1) todo.push([top.args[i] as Node, false]);
+    }
+  }
+  return done[0] as Node;
+}
 
 /** A value in metres and radians: of cm a hundredth, of degrees pi/180. */
 function inUnit(value: Node, unit: string): Node {
@@ -502,6 +639,12 @@ const isWholeNumbers = ({ text }: Node): boolean => VOCABULARY.whole_number_sets
 /** Matrix(rows, columns, [entries]). */
 function filledRows(rows: Node, columns: Node, entries: Node): Node | null {
   const [r, c] = [rows.value, columns.value];
+  if (
+    r > 0 &&
+    r === entries.args.length &&
+    entries.args.every(({ kind, args }) => kind === "list" && args.length === c)
+  )
+    return entries; // as in Maple
   const isWhole = rows.kind === "number" && columns.kind === "number";
   if (!isWhole || !(r * c > 0) || r * c !== entries.args.length) return null;
   return node(

@@ -142,6 +142,9 @@ export function asMatrix(tree: Node): Node[][] {
   ) {
     top = inner;
   }
+  if (top.kind === "list" && top.args.length > 0 && top.args.every(isRowMatrix)) {
+    top = node("list", ...top.args.map((item) => item.args[0] as Node)); // [[[a, b]], [[c, d]]]
+  }
   if (top.kind === "set" && top.args.length > 0 && top.args.every((item) => item.kind === "set")) {
     top = node("list", ...top.args.map((item) => node("list", ...item.args)));
   }
@@ -173,6 +176,11 @@ function isColumn(tree: Node): boolean {
   const single = (item: Node) =>
     item.kind === "list" && item.args.length === 1 && item.args[0]?.kind !== "list";
   return tree.kind === "list" && tree.args.length > 1 && tree.args.every(single);
+}
+
+function isRowMatrix(tree: Node): boolean {
+  const [row] = tree.args;
+  return tree.kind === "list" && tree.args.length === 1 && row?.kind === "list" && row.args.length > 1;
 }
 
 function isRows(tree: Node): boolean {

@@ -4,10 +4,17 @@ export const en = {
   "number.point": ".",
   "read.missing": "Nothing was answered.",
   "read.unreadable": "This can't be read as an answer: {why}.",
-  "read.shape": "The answer has {found} entries; it should have {due} (rows × columns).",
+  "read.shape":
+    "The answer has {found} entries; it should have {due} (rows × columns): write it as in {typed}.",
   "read.list": "A list or matrix stands where a single expression is due.",
   "read.unknown": "This problem has no {names}; its symbols are {known}.",
   "read.numbers": "Numbers are due, and {names} is left in the answer.",
+  "read.comma":
+    "A comma between two digits may belong to a number or stand between two: write 0.5, or 0, 5 with a space.",
+  "read.bare-condition":
+    "A formula alone is no condition: write where it is zero, as in {joint} = 0 or {joint} = pi/3, or put = 0 behind it.",
+  "read.no-order": "a set in braces has no order; write the entries as a list, [a, b]",
+  "read.two-values": "{joint} can't have two values at once; write {joint} = 0 or {joint} = pi/3",
   "read.empty-list": "the list is empty",
   "read.ragged": "the rows of the matrix have different lengths: {lengths}",
   "read.nested-list": "an entry of the matrix is itself a list",
@@ -18,7 +25,8 @@ export const en = {
   "read.an-equation": "an equation",
   "read.a-blank": "a blank",
   "read.a-condition": "a condition",
-  "read.function": "the function '{name}' is not understood",
+  "read.function":
+    "the function '{name}' is not understood; write the formula with sin, cos, tan, sqrt, exp, atan2,",
   "read.alone": "{joint} stands alone; say what it is, as in {joint} = pi/3",
   "read.no-joint": "a value stands there without a joint; write it as in theta1 = pi/3",
   "read.many-cases": "the conditions are too long, or there are too many whole numbers in them",
@@ -40,6 +48,18 @@ export const en = {
   "read.no-answer": "{name} is not an answer;",
   "read.bound": "this {name} is not understood",
   "read.arguments": "{name} takes {due} argument, not {count},",
+  "read.reach":
+    "a function without brackets stands before {sign} {name}; write what it is of in brackets, as in sin(theta1 + theta2),",
+  "read.below":
+    "/{name} {next} may mean two things; write what stands below in brackets, as in a/(b*c), or a/b*c,",
+  "read.two-lists": "two lists of different lengths stand side by side,",
+  "read.long-products": "the products of matrices are too long; write their entries",
+  "read.no-matrix":
+    "a list that is no matrix stands in a product or a sum; write its rows, as in [[a, b], [c, d]]",
+  "read.power-of-matrix":
+    "a power of a matrix is worked out where it is the inverse of one with up to {most} rows; write the entries",
+  "read.no-product":
+    "matrices of these shapes don't go together by {sign}: {shapes}; write the entries, as in [[a, b], [c, d]]",
   "read.bare": "expected '(' after {name},",
   "read.no-argument": "expected what {name} is of,",
   "read.container": "{name} with {count} arguments is not understood",

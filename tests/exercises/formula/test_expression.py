@@ -129,7 +129,7 @@ def test_names_and_blanks() -> None:
         ("foo(theta1)", "the function 'foo' is not understood"),
         ("a1)", "did not expect '\\)'"),
         ("nan", "nan is not an answer"),
-        ("{theta1: 0, 1}", "a dictionary needs"),
+        ("{theta1: 0, theta2}", "a dictionary needs"),
     ],
 )
 def test_an_error_says_what_and_where(text: str, said: str) -> None:

@@ -24,7 +24,7 @@ TABLES = (
 )  # fmt: skip
 GRAMMAR = {
     "pi", "sqrt", "sin", "cos", "rate", "in", "and", "or", "list", "set", "eq", "name", "qd", "begin", "...",
-    "Derivative", "theta", "radians", "matrix", "image", "diagonal", "condition", "transposed", "±",
+    "Derivative", "theta", "radians", "matrix", "image", "diagonal", "condition", "transposed", "inverse", "±",
 }  # fmt: skip
 """Words to which the grammar itself gives a meaning, and kinds of nodes that are called like one."""
 
