@@ -2,7 +2,7 @@
 
 From formulas to whole texts:
 
-    angles                      one name for each angle of an arm
+    angles, gathering           one name for each angle of an arm; sums gathered by the joint that turns the whole arm
     latex, typeset              formulas laid out: SymPy's as the textbook has them, and what somebody typed
     fit                         wide formulas on several lines
     typst                       our Markdown for Typst
