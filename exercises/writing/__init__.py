@@ -2,7 +2,8 @@
 
 From formulas to whole texts:
 
-    angles, gathering           one name for each angle of an arm; sums gathered by the joint that turns the whole arm
+    gathering                   sums gathered by the joint that turns the whole arm
+    angles                      one name for each angle of an arm
     latex, typeset              formulas laid out: SymPy's as the textbook has them, and what somebody typed
     fit                         wide formulas on several lines
     typst                       our Markdown for Typst

@@ -17,8 +17,8 @@ def same(first: sp.Expr, second: sp.Expr, seed: str) -> bool:
     symbols = sorted(first.free_symbols | second.free_symbols, key=str)
     stream = Stream(seed)
     values = [[stream.uniform(-2, 2) for _ in symbols] for _ in range(3)]
-    numbers = [[float(sp.lambdify(symbols, e)(*each)) for each in values] for e in (first, second)]
-    return bool(np.allclose(*numbers, atol=1e-9))
+    here, there = ([float(sp.lambdify(symbols, e)(*each)) for each in values] for e in (first, second))
+    return bool(np.allclose(here, there, atol=1e-9))
 
 
 @pytest.mark.parametrize(
