@@ -61,6 +61,7 @@ def solution_figure(problem: Problem, part: Part, name: str) -> str:
 HIDDEN: dict[str, object] = {"jupyter": {"source_hidden": True}, "cellView": "form"}
 """What keeps a cell's code folded in JupyterLab and VS Code, and in Colab."""
 
+
 def points_text(points: float) -> str:
     """Return points as in "1 point" or "2.5 points"."""
     return f"{points:g} {'point' if points == 1 else 'points'}"

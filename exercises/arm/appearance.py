@@ -164,7 +164,7 @@ def _names(joints: Sequence[int]) -> str:
 
 def _on_an_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     turning = [i for i in range(chain.point.frame) if chain.joints[i].kind == "R"]
-    on = [i for i in turning if samples and all(sample.off(partial(distance, joint=i)) < NEAR for sample in samples)]
+    on = [i for i in turning if next(_if_only_there(samples, "", partial(distance, joint=i)), None) is not None]
     if len(on) > 1:
         words = f"the point lies on the axes of joints {_names(on)}, which then do not move it"
         yield from _if_only_there(samples, words, partial(_off_axes, joints=on))

@@ -8,19 +8,21 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import combinations, pairwise, product
 
+import numpy as np
 import sympy as sp
 
+from exercises.arm.axes import slope
 from exercises.arm.chain import TASK_ROWS, Chain, Point
 from exercises.arm.classification import Kind, classify
 from exercises.arm.derivation import Derivation, derive, structure, task_velocity
-from exercises.arm.kinematics import frame_behind, frames_and_point, joint_rotation, link_vector
+from exercises.arm.kinematics import NumericChain, frame_behind, frames_and_point, joint_rotation, link_vector
 from exercises.arm.precise import determinant, four_digits, inverse, shown
 from exercises.arm.singularity import Component, singular_set
 from exercises.arm.trigonometry import substitute, textbook
 from exercises.formula.order import joint_sum
 from exercises.problem import Part
 from exercises.questions.inversion import Situation, jacobian_at
-from exercises.questions.rank import LostAt, Where, lost_where
+from exercises.questions.rank import LostAt, MeaningAsked, Where, lost_where
 from exercises.questions.singular import Place
 from exercises.questions.wrist import block_determinants, not_partitioned, wrist_block
 from exercises.writing.angles import AngleNames, angle_names, arm_angles, link_angles
@@ -342,6 +344,11 @@ class Worked:
                 return label, minor, value
         return None
 
+    def largest_minor(self, situation: Situation) -> tuple[str, sp.Expr]:
+        """Return the minor that is farthest from zero in a situation: its columns or rows, and its number."""
+        numbers = [(label, self.numeric(situation, minor)) for label, minor in self.minors]
+        return max(numbers, key=lambda one: abs(one[1]))
+
     @cached_property
     def _generic_minors(self) -> Minors:
         return minors_of(self._structure)
@@ -429,6 +436,18 @@ class Worked:
             and joints[1].alpha in (0, sp.pi)
             and self.chain.task == ("vx", "vy", "vz")
         )
+
+    def is_kept_by_all(self, asked: MeaningAsked, axis: int) -> bool:
+        """Tell whether no joint changes, at first order, how far P is from the axis of a joint, at singular poses."""
+        if asked.place is not None:
+            lengths, joints = asked.place.lengths, asked.place.joints
+        else:
+            lengths = {symbol: sp.Rational(37 + 11 * i, 100) for i, symbol in enumerate(self.chain.parameters)}
+            joints = {q: sp.Rational(7 + 5 * i, 10) for i, q in enumerate(self.chain.q)} | dict(asked.values)
+        arm = NumericChain(self.chain, {symbol.name: float(value) for symbol, value in lengths.items()})
+        q = np.array([complex(sp.N(joints[symbol].xreplace(lengths))) for symbol in self.chain.q])
+        later = range(axis, self.chain.point.frame)
+        return bool(np.isreal(q).all() and slope(arm, q.real[None], joint=axis - 1, movers=[*later])[0] < 1e-9)
 
     def of_place(self, place: Place) -> SingularComponent | None:
         """Return the component that a place lies on, or None where the arm is not singular."""
