@@ -58,6 +58,10 @@ def solution_figure(problem: Problem, part: Part, name: str) -> str:
     return singular_svg(problem.chain, name) if part.answer.is_a_set else ""
 
 
+HIDDEN: dict[str, object] = {"jupyter": {"source_hidden": True}, "cellView": "form"}
+"""What keeps a cell's code folded in JupyterLab and VS Code, and in Colab."""
+
+
 def points_text(points: float) -> str:
     """Return points as in "1 point" or "2.5 points"."""
     return f"{points:g} {'point' if points == 1 else 'points'}"
@@ -71,7 +75,7 @@ def _notebook(kind: str, title: str, key: str, student: str, problems: Problems,
     opening = render("notebook-title.md.j2", title=title, key=key, student=student, kind=kind)
     notebook.cells = [_markdown("title", opening), _code("setup", _setup(problems))]
     if checks := function_cell(problems):
-        notebook.cells.append(_code("self-check", checks, {"jupyter": {"source_hidden": True}}))
+        notebook.cells.append(_code("self-check", checks, HIDDEN))
     for number, (slot, problem) in enumerate(problems, 1):
         notebook.cells.extend(_problem_cells(kind, number, slot, problem, hinted))
     nbformat.validate(notebook)

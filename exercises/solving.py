@@ -18,7 +18,7 @@ from exercises.render import render
 from exercises.stream import Stream
 from exercises.writing.latex import tex
 from exercises.writing.markup import latex_escaped, to_latex, to_text
-from exercises.writing.statement import worked_solution
+from exercises.writing.statement import worked_solutions
 from exercises.writing.wording import Wording
 from exercises.writing.worked import SingularComponent, Worked
 
@@ -156,17 +156,15 @@ def _markdown(solution: Solution) -> str:
 
 def _sections(solution: Solution) -> list[tuple[str, str]]:
     chain = solution.chain
-    sections = []
+    parts: list[Part] = []
     for name in SECTIONS:
         question = QUESTIONS[name]
         unreadable = chain.n > BY_HAND and name in ("inverse-jacobian", "inverse-velocity")
         if unreadable or question.objects(chain) is not None:
             continue
         answer, details = question.ask(chain, Stream("solve"))
-        part = Part(name, name, answer, details=details)
-        problem = Problem(ProblemId("own", 0), chain, (part,))
-        sections.append((name, worked_solution(problem, part)))
-    return sections
+        parts.append(Part(name, name, answer, details=details))
+    return list(worked_solutions(Problem(ProblemId("own", 0), chain, tuple(parts))).items())
 
 
 __all__ = ["Solution", "read_robot", "solution_data", "solution_json", "solution_latex", "solution_text", "solve"]

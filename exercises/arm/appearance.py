@@ -163,9 +163,19 @@ def _names(joints: Sequence[int]) -> str:
 
 
 def _on_an_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    for joint in (i for i in range(chain.point.frame) if chain.joints[i].kind == "R"):
+    turning = [i for i in range(chain.point.frame) if chain.joints[i].kind == "R"]
+    on = [i for i in turning if next(_if_only_there(samples, "", partial(distance, joint=i)), None) is not None]
+    if len(on) > 1:
+        words = f"the point lies on the axes of joints {_names(on)}, which then do not move it"
+        yield from _if_only_there(samples, words, partial(_off_axes, joints=on))
+    for joint in turning:
         words = f"the point lies on the axis of joint {joint + 1}, which then does not move it"
         yield from _if_only_there(samples, words, partial(distance, joint=joint))
+
+
+def _off_axes(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
+    """Return how far the point is from the farthest of several axes."""
+    return np.asarray(np.max([distance(arm, q, joint) for joint in joints], axis=0))
 
 
 def _revolute(chain: Chain) -> list[int]:
@@ -179,11 +189,18 @@ def _in_line(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
 
 
 def _parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    """Look for parallel axes: two of them where turns alone count, else with them all that are parallel to them."""
+    """Look for parallel axes: two of them where turns alone count, else with them all that are parallel to them.
+
+    That is a reason only if the columns of these joints depend on each other by themselves.
+    """
+    rows = [TASK_ROWS.index(row) for row in chain.task]
     for i, j in sorted(combinations(_revolute(chain), 2), key=lambda pair: pair[1] - pair[0]):
         if parallel(samples, i, j):
             others = [k for k in _revolute(chain) if chain.linear_rows and parallel(samples, i, k)]
-            words = f"the axes of joints {_names(sorted({i, j, *others}))} are parallel"
+            chosen = sorted({i, j, *others})
+            if not all(_depend(sample.arm.jacobian(sample.q)[np.ix_(rows, chosen)]) for sample in samples):
+                continue
+            words = f"the axes of joints {_names(chosen)} are parallel"
             yield from _if_only_there(samples, words, partial(spread, joints=(i, j)))
 
 

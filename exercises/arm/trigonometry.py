@@ -249,8 +249,32 @@ class Factored:
         """Return the product with `values` put in, factor by factor; lengths that are equal come out of a sum."""
         some_equal = len(set(values.values())) < len(values)
         put_in = [(substitute(factor, values), power) for factor, power in self.factors]
-        pieces = [(sp.factor_terms(base) if some_equal else base) ** power for base, power in put_in]
+        pieces = [(numbers_inside(sp.factor_terms(base)) if some_equal else base) ** power for base, power in put_in]
         return sp.Mul(self.coefficient, *pieces)
+
+
+def numbers_inside(product: sp.Expr) -> sp.Expr:
+    """Return a product with its fraction inside of the sum whose terms have numbers of their own.
+
+    >>> x, y, z = sp.symbols("x y z")
+    >>> numbers_inside(z * (15 * x + 7 * y) / 20), numbers_inside(z * (x + y) / 20)
+    (z*(3*x/4 + 7*y/20), z*(x + y)/20)
+    """
+    fraction, rest = product.as_coeff_Mul()
+    factors = sp.Mul.make_args(rest)
+    numbered = next((factor for factor in factors if factor.is_Add and _has_numbers(factor)), None)
+    if fraction.is_integer or numbered is None:
+        return product
+    others = [factor for factor in factors if factor is not numbered]
+    return sp.Mul(*others, sp.Add(*(numbers_inside(fraction * term) for term in numbered.args)))
+
+
+def _has_numbers(terms: sp.Expr) -> bool:
+    """Tell whether a term of a sum, or of a sum within it, has another number before it than 1."""
+    return any(
+        abs(term.as_coeff_Mul()[0]) != 1 or any(inner.is_Add and _has_numbers(inner) for inner in term.args)
+        for term in terms.args
+    )
 
 
 def substitute(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:

@@ -34,7 +34,10 @@ SCARA = (
     Family(
         "scara-rrrp", "SCARA arm with the slide last (RRRP)", "equations 6.9 to 6.12",
         Chain(
-            "scara-rrrp", dh("R d1 a1 0", "R 0 a2 0", "R 0 0 180", "P 0 0 0"), TASK, title="SCARA arm, slide last"
+            "scara-rrrp",
+            dh("R d1 a1 0", "R 0 a2 0", "R 0 0 180", "P 0 0 0"),
+            TASK,
+            title="SCARA arm with its slide last",
         ),
         {
             "lengths": Lengths({"a1": LINK, "a2": LINK}, ("a1", "a2")),
@@ -47,7 +50,10 @@ SCARA = (
     Family(
         "scara-prrr", "SCARA arm with the lift first (PRRR)", "equations 6.9 to 6.12",
         Chain(
-            "scara-prrr", dh("P 0 a1 0", "R 0 a2 0", "R 0 a3 180", "R d4 0 0"), TASK, title="SCARA arm, lift first"
+            "scara-prrr",
+            dh("P 0 a1 0", "R 0 a2 0", "R 0 a3 180", "R d4 0 0"),
+            TASK,
+            title="SCARA arm with its lift first",
         ),
         {
             "lengths": Lengths({"a1": OFFSET, "a2": LINK, "a3": LINK}, ("a2", "a3")),

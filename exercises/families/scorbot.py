@@ -31,12 +31,12 @@ def _axes(tool: Axis) -> dict[str, Axis]:
 SCORBOT = (
     Family(
         "scorbot-wrist", "Scorbot 5R at the wrist point", "Example 6.3",
-        Chain("scorbot-wrist", TABLE, TASK_ROWS, tool=Point(4), title="Scorbot arm, wrist point"),
+        Chain("scorbot-wrist", TABLE, TASK_ROWS, tool=Point(4), title="Scorbot arm up to its wrist"),
         _axes(Frames((3, 4))),
     ),
     Family(
         "scorbot-tip", "Scorbot 5R at the tip", "Example 6.3",
-        Chain("scorbot-tip", TABLE, TASK_ROWS, title="Scorbot arm, tip"),
+        Chain("scorbot-tip", TABLE, TASK_ROWS, title="Scorbot arm up to its tip"),
         _axes(with_point),
     ),
 )  # fmt: skip

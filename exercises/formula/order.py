@@ -31,11 +31,11 @@ def natural(name: str) -> Key:
 
 def _trig_key(trig: sp.Expr) -> Key:
     """Sort sines and cosines by the last joint in them, by how many joints they sum, cosines first."""
-    joints = sorted(joint for s in trig.args[0].free_symbols for joint in _joints(s))
+    joints = sorted(joint for s in trig.args[0].free_symbols for joint in joints_of(s))
     return (max(joints, default=0), -len(joints), joints, isinstance(trig, sp.sin), ByText(trig))
 
 
-def _joints(symbol: sp.Symbol) -> list[int]:
+def joints_of(symbol: sp.Symbol) -> list[int]:
     """Return the joint that a symbol belongs to, or those whose angles are summed in a named angle."""
     named = NAMED_ANGLE.fullmatch(symbol.name)
     return [int(digit) for digit in named.group(1)] if named else [index_of(symbol)]

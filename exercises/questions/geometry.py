@@ -19,7 +19,7 @@ from exercises.arm.directions import CLEAR, Values, clear_rank, task_rows, value
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.singularity import Component, singular_set
 from exercises.problem import Details
-from exercises.questions.inversion import Configuration, draw_pose
+from exercises.questions.inversion import Configuration, draw_pose, lengths_in_table
 from exercises.stream import Stream
 
 DIGITS, KEPT = 30, 40
@@ -178,8 +178,10 @@ def shown_pose(chain: Chain, components: Sequence[Component], rng: Stream, rank:
 
 
 def distinct_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
-    """Draw a number for each length that the table leaves open, no two the same: equal ones are a case of its own."""
-    steps = rng.shuffled(range(6, max(17, 6 + len(chain.parameters))))
+    """Draw a number for each length that the table leaves open, none equal to another: that is a case of its own."""
+    taken = lengths_in_table(chain)
+    drawn = rng.shuffled(range(6, max(17, 6 + len(chain.parameters) + len(taken))))
+    steps = [step for step in drawn if sp.Rational(step, 20) not in taken]
     return {symbol: sp.Rational(step, 20) for symbol, step in zip(chain.parameters, steps, strict=False)}
 
 

@@ -91,8 +91,20 @@ def draw_pose(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Expr]:
 
 
 def draw_lengths(chain: Chain, rng: Stream) -> dict[sp.Symbol, sp.Rational]:
-    """Draw a number for each length that the table leaves open."""
-    return {symbol: sp.Rational(rng.integer(6, 16), 20) for symbol in chain.parameters}
+    """Draw a number for each length that the table leaves open: no two lengths are equal, as the statement says."""
+    taken = lengths_in_table(chain)
+    lengths: dict[sp.Symbol, sp.Rational] = {}
+    for symbol in chain.parameters:
+        first = rng.integer(0, 10)
+        steps = (sp.Rational(6 + (first + more) % 11, 20) for more in range(11))
+        lengths[symbol] = next(length for length in steps if length not in taken)
+        taken.add(lengths[symbol])
+    return lengths
+
+
+def lengths_in_table(chain: Chain) -> set[sp.Expr]:
+    """Return the lengths that the table gives as numbers."""
+    return {abs(length) for joint in chain.joints for length in (joint.a, joint.d) if length.is_number}
 
 
 def conditioning(chain: Chain, lengths: dict[sp.Symbol, sp.Rational], joints: dict[sp.Symbol, sp.Expr]) -> float:

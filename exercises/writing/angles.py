@@ -14,6 +14,7 @@ from exercises.arm.chain import Chain
 from exercises.formula.order import index_of, joint_sum
 from exercises.formula.printers.python import python_text
 from exercises.formula.text import ByText
+from exercises.writing.gathering import gathered
 
 
 @dataclass(frozen=True)
@@ -24,8 +25,9 @@ class AngleNames:
     _known: dict[sp.Expr, sp.Expr] = field(default_factory=dict, compare=False, repr=False)
 
     def put_into(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
-        """Return an expression or matrix with the sines and cosines of angles that have a name said by it."""
-        return expression.xreplace({trig: self._said(trig) for trig in expression.atoms(sp.sin, sp.cos)})
+        """Return an expression or matrix with the sines and cosines of angles that have a name said by it, gathered."""
+        named = expression.xreplace({trig: self._said(trig) for trig in expression.atoms(sp.sin, sp.cos)})
+        return named.applyfunc(gathered) if isinstance(named, sp.MatrixBase) else gathered(named)
 
     def typed(self, expression: sp.Expr) -> str:
         """Return an expression as Python code with the angles that have a name as these are: theta1 + 5*pi/6."""

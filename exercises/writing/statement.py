@@ -84,19 +84,26 @@ def worked_solution(problem: Problem, part: Part, language: str = ENGLISH) -> st
 
 
 def worked_solutions(problem: Problem, language: str = ENGLISH) -> dict[str, str]:
-    """Return the solutions of all parts by their names, for one text: the names of angles are said once, before all."""
+    """Return the solutions of all parts by their names, for one text.
+
+    The names of angles are said once, before all, and what an earlier part has found is not derived again.
+    """
     steps, words = worked_steps(problem.chain), catalogue(language)
-    texts = {part.name: _derivation(problem, part, language) for part in problem.parts}
-    first, *others = texts
-    before = _used(steps, "".join(texts.values()))
-    told = {first: _after(before, texts[first], language, first_of_all=bool(others))}
-    told |= {name: _tidy(texts[name]) for name in others}
+    texts: dict[str, str] = {}
+    for number, part in enumerate(problem.parts):
+        before = frozenset(each.kind for each in problem.parts[:number])
+        texts[part.name] = _derivation(problem, part, language, before)
+    angles = _used(steps, "".join(texts.values()))
+    first = next((name for name, text in texts.items() if _used(steps, text)), "")
+    told = {name: _tidy(text) for name, text in texts.items()}
+    if first:
+        told[first] = _after(angles, texts[first], language, first_of_all=len(texts) > 1)
     return {name: words.with_decimals(text) for name, text in told.items()}
 
 
-def _derivation(problem: Problem, part: Part, language: str) -> str:
+def _derivation(problem: Problem, part: Part, language: str, earlier: frozenset[str] = frozenset()) -> str:
     chain = problem.chain
-    words, steps = Wording(chain, catalogue(language)), worked_steps(chain)
+    words, steps = Wording(chain, catalogue(language), earlier), worked_steps(chain)
     return str(_macros(part, language).solution(part, chain, derive(chain), words, steps))
 
 

@@ -1,5 +1,6 @@
 """The words in which a problem speaks of its arm: frame, point, task, units; the same in every question."""
 
+import re
 from dataclasses import dataclass, field
 
 import sympy as sp
@@ -15,10 +16,14 @@ NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "ei
 
 @dataclass(frozen=True)
 class Wording:
-    """What templates say about a chain, in the words of a language; formulas are LaTeX without dollar signs."""
+    """What templates say about a chain, in the words of a language; formulas are LaTeX without dollar signs.
+
+    `earlier` are the kinds of questions solved before in the same text; what they found is not shown again.
+    """
 
     chain: Chain
     words: Catalogue = field(default_factory=lambda: catalogue(ENGLISH))
+    earlier: frozenset[str] = frozenset()
 
     @property
     def frame(self) -> str:
@@ -159,22 +164,24 @@ class Wording:
         if kind == "boundary":
             return {
                 "v": say.gettext(
-                    "Small motions reach one side only of this place, and no other configuration reaches the far side."
+                    "Along the direction that is lost, $P$ can be moved to one side only, and no other configuration "
+                    "takes it to the other side."
                 ),
                 "w": say.gettext(
-                    "Small motions reach one side only of this orientation, and no other configuration reaches the "
-                    "far side."
+                    "About the direction that is lost, the last link can be turned to one side only, and no other "
+                    "configuration takes it to the other side."
                 ),
                 "vw": say.gettext(
-                    "Small motions reach one side only of this pose, and no other configuration reaches the far side."
+                    "Along the direction that is lost, the arm can leave this pose to one side only, and no other "
+                    "configuration takes it to the other side."
                 ),
             }[self._motions]
         return {
-            "v": say.gettext("$P$ can get past this place in every direction, here or in another configuration."),
+            "v": say.gettext("$P$ can reach all places around this one, in this configuration or in another."),
             "w": say.gettext(
-                "The last link can get past this orientation in every direction, here or in another configuration."
+                "The last link can take all orientations around this one, in this configuration or in another."
             ),
-            "vw": say.gettext("The arm can get past this pose in every direction, here or in another configuration."),
+            "vw": say.gettext("The arm can reach all poses around this one, in this configuration or in another."),
         }[self._motions]
 
     def numbers(self, kind: str) -> list[int]:
@@ -188,6 +195,9 @@ class Wording:
         if len(units) > 2 and len(set(units)) == 1:
             rates = self.join([f"${rate}$" for rate in self.rates])
             return say.gettext("%(rates)s, all in %(unit)s", rates=rates, unit=units[0])
+        if len(units) > 3 and units.count("m/s") == 1:
+            slide = units.index("m/s")
+            return say.gettext("$%(rate)s$ in m/s, all others in rad/s", rate=self.rates[slide])
         pairs = zip(self.rates, units, strict=True)
         return ", ".join(say.gettext("$%(rate)s$ in %(unit)s", rate=rate, unit=unit) for rate, unit in pairs)
 
@@ -346,10 +356,15 @@ class Wording:
     @property
     def rows_remark(self) -> str:
         """What the rows of the geometric Jacobian show."""
-        return self.words.gettext(
-            "The rows $%(rows)s$ are the Jacobian for the task; the other rows say how the arm moves besides.",
-            rows=", ".join(self.task),
-        )
+        say, rows, geometric = self.words, ", ".join(self.task), derive(self.chain).geometric
+        if len(self.task) == len(TASK_ROWS):
+            return ""
+        if any(row not in self.chain.task and not geometric[i, :].is_zero_matrix for i, row in enumerate(TASK_ROWS)):
+            return say.gettext(
+                "The rows $%(rows)s$ are the Jacobian for the task; the other rows say how the arm moves besides.",
+                rows=rows,
+            )
+        return say.gettext("The rows $%(rows)s$ are the Jacobian for the task; the other rows are zero.", rows=rows)
 
     @property
     def smaller(self) -> int:
@@ -387,13 +402,18 @@ class Wording:
             return say.gettext("%(meaning)s, a boundary singularity.", meaning=meaning)
         return say.gettext("%(meaning)s, an internal singularity.", meaning=meaning)
 
+    def clause(self, english: str) -> str:
+        """Return the same behind a colon."""
+        return f"{self._of_point(english)}."
+
     def sentence(self, english: str) -> str:
         """Return words that a problem carries as a sentence that speaks of P by name."""
         said = self._of_point(english)
         return f"{said[0].upper()}{said[1:]}."
 
     def _of_point(self, english: str) -> str:
-        return self.words.phrase(english.replace("the point", "$P$"))
+        whole = re.sub(r"^arm (?=stretched|folded|drawn)", "the arm is ", english)
+        return self.words.phrase(whole.replace("the point", "$P$"))
 
     def join(self, words: list[str]) -> str:
         """Return words as in a sentence: "x, y and z"."""

@@ -8,19 +8,21 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import combinations, pairwise, product
 
+import numpy as np
 import sympy as sp
 
+from exercises.arm.axes import slope
 from exercises.arm.chain import TASK_ROWS, Chain, Point
 from exercises.arm.classification import Kind, classify
 from exercises.arm.derivation import Derivation, derive, structure, task_velocity
-from exercises.arm.kinematics import frame_behind, frames_and_point, joint_rotation, link_vector
+from exercises.arm.kinematics import NumericChain, frame_behind, frames_and_point, joint_rotation, link_vector
 from exercises.arm.precise import determinant, four_digits, inverse, shown
 from exercises.arm.singularity import Component, singular_set
 from exercises.arm.trigonometry import substitute, textbook
 from exercises.formula.order import joint_sum
 from exercises.problem import Part
 from exercises.questions.inversion import Situation, jacobian_at
-from exercises.questions.rank import LostAt, Where, lost_where
+from exercises.questions.rank import LostAt, MeaningAsked, Where, lost_where
 from exercises.questions.singular import Place
 from exercises.questions.wrist import block_determinants, not_partitioned, wrist_block
 from exercises.writing.angles import AngleNames, angle_names, arm_angles, link_angles
@@ -140,6 +142,14 @@ class Worked:
         )
 
     @property
+    def some_opposite(self) -> bool:
+        """Whether two neighbouring joints turn about axes that point in opposite directions."""
+        return any(
+            joint.kind == following.kind == "R" and joint.alpha in (sp.pi, -sp.pi)
+            for joint, following in pairwise(self.chain.joints)
+        )
+
+    @property
     def has_quarter_turns(self) -> bool:
         """Whether some link's angle is theta_1 + ... and quarter turns, which are worked out and not named."""
         links = (link.as_independent(*self.chain.q, as_Add=True) for link in link_angles(self.chain))
@@ -182,6 +192,10 @@ class Worked:
 
     def _moves(self, place: sp.Matrix | sp.Expr) -> bool:
         return bool(place.free_symbols & set(self.chain.q))
+
+    def rotation(self, i: int) -> sp.Matrix:
+        """Return R_i with its last column as z_i is written."""
+        return sp.Matrix.hstack(self.d.rotations[i][:, :2], self.d.z[:, i])
 
     @cached_property
     def recursion(self) -> list[Recursion]:
@@ -235,6 +249,16 @@ class Worked:
         generic = derive(self._structure).jacobian
         n = generic.rows
         return self._fill(sp.Matrix(n, n, lambda i, j: generic.cofactor(i, j) if n > 1 else sp.S.One))
+
+    @property
+    def determinant_sign(self) -> str:
+        """What stands before 1/det J: a minus where det J has one before it."""
+        return "-" if self.d.determinant.as_coeff_Mul()[0].is_negative else ""
+
+    @property
+    def determinant_size(self) -> sp.Expr:
+        """Return det J without that sign."""
+        return -self.d.determinant if self.determinant_sign else self.d.determinant
 
     @cached_property
     def expansion(self) -> Expansion:
@@ -310,6 +334,20 @@ class Worked:
         labels = [f"{what} {', '.join(str(i + 1) for i in chosen)}" for chosen in combinations(range(count), size)]
         values = (minor.substituted(self._values) for minor in self.d.generic_minors)
         return list(zip(labels, values, strict=True))
+
+    def minor_at(self, place: Place) -> tuple[str, sp.Expr, sp.Expr] | None:
+        """Return a minor that is not zero at a place, whatever the open lengths are: its columns, formula and value."""
+        for label, minor in self.minors:
+            value = self.at(place, minor)
+            signs = {bool(term.as_coeff_Mul()[0] > 0) for term in sp.Add.make_args(value) if term != 0}
+            if len(signs) == 1 and not value.free_symbols - set(self.chain.parameters):
+                return label, minor, value
+        return None
+
+    def largest_minor(self, situation: Situation) -> tuple[str, sp.Expr]:
+        """Return the minor that is farthest from zero in a situation: its columns or rows, and its number."""
+        numbers = [(label, self.numeric(situation, minor)) for label, minor in self.minors]
+        return max(numbers, key=lambda one: abs(one[1]))
 
     @cached_property
     def _generic_minors(self) -> Minors:
@@ -399,6 +437,18 @@ class Worked:
             and self.chain.task == ("vx", "vy", "vz")
         )
 
+    def is_kept_by_all(self, asked: MeaningAsked, axis: int) -> bool:
+        """Tell whether no joint changes, at first order, how far P is from the axis of a joint, at singular poses."""
+        if asked.place is not None:
+            lengths, joints = asked.place.lengths, asked.place.joints
+        else:
+            lengths = {symbol: sp.Rational(37 + 11 * i, 100) for i, symbol in enumerate(self.chain.parameters)}
+            joints = {q: sp.Rational(7 + 5 * i, 10) for i, q in enumerate(self.chain.q)} | dict(asked.values)
+        arm = NumericChain(self.chain, {symbol.name: float(value) for symbol, value in lengths.items()})
+        q = np.array([complex(sp.N(joints[symbol].xreplace(lengths))) for symbol in self.chain.q])
+        later = range(axis, self.chain.point.frame)
+        return bool(np.isreal(q).all() and slope(arm, q.real[None], joint=axis - 1, movers=[*later])[0] < 1e-9)
+
     def of_place(self, place: Place) -> SingularComponent | None:
         """Return the component that a place lies on, or None where the arm is not singular."""
         for component in singular_set(self.chain) or ():
@@ -433,6 +483,11 @@ class Worked:
         filled = sp.expand(sp.N(expression.xreplace(place.joints), 15))
         return filled.xreplace({number: _four_digits(number) for number in filled.atoms(sp.Float)})
 
+    def empty_row(self, jacobian: sp.Matrix) -> int | None:
+        """Return the only row of a matrix, from 1, that is zero."""
+        empty = [row + 1 for row in range(jacobian.rows) if jacobian[row, :].is_zero_matrix]
+        return empty[0] if len(empty) == 1 else None
+
     def three_digits(self, part: Part) -> list[str]:
         """Return the numbers of an answer to three significant digits."""
         return [three_digits(value) for value in part.answer.as_matrix()]
@@ -463,7 +518,7 @@ def three_digits(value: sp.Expr) -> str:
     >>> three_digits(sp.Float("0.0752277")), three_digits(sp.Float("-12.345"))
     ('0.0752', '-12.3')
     """
-    return _plain(f"{float(value):#.3g}")
+    return "0" if abs(value) < sp.Float("1e-12") else _plain(f"{float(value):#.3g}")
 
 
 def _plain(text: str) -> str:

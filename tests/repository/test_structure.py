@@ -25,7 +25,8 @@ LAYERS = {
         arm.appearance arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
         arm.arithmetic arm.stages
         credit decimals lateness difficulty answers problem families questions mistakes quizzes
-        generation record verify writing.angles writing.latex phrases languages render writing messages figure
+        generation record verify writing.gathering writing.angles writing.latex phrases languages render writing
+        messages figure
         self_check notebook showing solving docs gradebook redrawn assignment drawing store sets release exports.outlet
         exports.bank exports.handouts
         exports.known_wrong exports.stack_parts exports exports.registry site.keys site.record site.bank

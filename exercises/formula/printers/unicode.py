@@ -14,7 +14,7 @@ from exercises.formula.layout import Layout
 _SUBSCRIPTS = str.maketrans("0123456789+-−()aehijklmnoprstuv", "₀₁₂₃₄₅₆₇₈₉₊₋₋₍₎ₐₑₕᵢⱼₖₗₘₙₒₚᵣₛₜᵤᵥ")
 _SUPERSCRIPTS = str.maketrans("0123456789+-()*Tinjk−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻⁽⁾*ᵀⁱⁿʲᵏ⁻")
 _SUB_ABLE, _SUPER_ABLE = set("0123456789+-−()aehijklmnoprstuv"), set("0123456789+-()*Tinjk−")
-_BINARY = {"+", "-", "−", "=", "≠", "×", "⋅", "→", "±"}
+_BINARY = {"+", "-", "−", "=", "≠", "≤", "≥", "≈", "∈", "×", "⋅", "→", "±"}
 _OPENS = {"", "(", "[", "=", "+", "-", "−", ",", "×", "⋅", "≠"}
 _BRACKETS = {"[": "⎡⎢⎣", "]": "⎤⎥⎦", "(": "⎛⎜⎝", ")": "⎞⎟⎠"}
 
@@ -153,9 +153,11 @@ def _row(pieces: Sequence[Layout]) -> _Box:
         apart = piece.kind != "matrix" and (not is_sign or (text == "(" and not called))
         if boxes and apart and _needs_space(before, text):
             boxes.append(_flat(" "))
-        boxes.append(_sign(parts, index, before) if is_sign else box)
+        at_line = index == 1 and pieces[0].kind == "space"  # a sum that is broken goes on with a sign
+        boxes.append(_flat(f"{text} ") if at_line and text in "+−" else _sign(parts, index, before) if is_sign else box)
         called = re.fullmatch(r"[a-z]{3,}2?|[A-Z]_.|[A-Z][ₐ-ₜ]", text) is not None
-        before = "]" if len(box.lines) > 1 and not is_sign else text.strip()[-1:]
+        index_before = piece.kind == "script" and not piece.inner[0].inner and not piece.inner[0].text  # as in ³J
+        before = "]" if len(box.lines) > 1 and not is_sign else "" if index_before else text.strip()[-1:]
     return _beside(boxes)
 
 

@@ -1,5 +1,6 @@
 """What is told of singular configurations is why they are singular: it is so at no regular configuration."""
 
+import re
 from functools import partial
 
 import numpy as np
@@ -70,6 +71,20 @@ def test_axes_are_parallel_where_their_directions_are() -> None:
         z = sample.arm.frames(sample.q)[[1, 2, 3, 5], :3, 2]
         assert np.linalg.matrix_rank(z, 1e-6) == 1
         assert sample.off(partial(spread, joints=(3, 5))) < NEAR < sample.off_beside(partial(spread, joints=(3, 5)))
+
+
+@pytest.mark.families(("stanford-6r", "ur-6r", "scara", "scorbot-wrist", "puma-560", "industrial-6r"), most=3)
+def test_parallel_axes_are_a_reason_only_where_their_own_columns_depend_on_each_other(family: str) -> None:
+    """At s2 = 0 of a Stanford arm axes 1 and 4 are parallel, which costs no rank by itself."""
+    chain = arm(family)
+    rows = [TASK_ROWS.index(row) for row in chain.task]
+    for component in singular_set(chain) or ():
+        samples = [sample for piece in component.pieces() for sample in samples_of(chain, piece)]
+        said = reason_of(chain, samples)
+        if said is not None and (joints := re.search(r"axes of joints ([\d, and]+) are parallel", said.words)):
+            columns = [int(number) - 1 for number in re.findall(r"\d", joints[1])]
+            for sample in samples:
+                assert np.linalg.matrix_rank(sample.arm.jacobian(sample.q)[np.ix_(rows, columns)], 1e-6) < len(columns)
 
 
 @pytest.mark.families(tuple(name for name in FAMILIES if name != "cartesian"), most=6)

@@ -110,5 +110,5 @@ def test_an_angle_is_known_in_every_form_that_sympy_gives_it(expression: sp.Expr
 def test_a_text_on_a_whole_problem_says_the_names_once() -> None:
     problem = generate("stanford-6r/1@full", ["position", "jacobian", "determinant"])
     for form in ("text", "latex", "html", "ipynb"):
-        assert show(problem, True, form).count("In all solutions of this problem") == 1
-    assert show(problem, False, "text").count("In all solutions of this problem") == 0
+        assert show(problem, True, form).count("In what follows, let") == 1
+    assert show(problem, False, "text").count("In what follows, let") == 0

@@ -14,14 +14,23 @@ import sympy as sp
 from exercises.answers import Choice, ConditionSet, Expression, Matrix, Number
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
-from exercises.problem import Part, Problem
+from exercises.generation import generate
+from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
+from exercises.questions.singular import OfKind
 from exercises.quizzes import ASKED
 from exercises.render import template_folder
 from exercises.showing import FORMATS, problem_json, show
 from exercises.writing.latex import tex
 from exercises.writing.markup import to_html, to_latex, to_text
-from exercises.writing.statement import answer_code, prompt, statement, worked_solution
+from exercises.writing.statement import (
+    answer_code,
+    prompt,
+    statement,
+    worked_solution,
+    worked_solutions,
+    worked_steps,
+)
 from exercises.writing.worked import Worked
 from tests.support.problems import drawn, parts_in_turn
 from tests.support.programs import LATEX, needs
@@ -78,7 +87,7 @@ def _explains(part: Part, text: str) -> None:
         assert f"**{part.answer.letter}**" in text, part.name
     if isinstance(part.answer, ConditionSet):
         for component in part.answer.components:
-            assert component.solutions is not None or "ties several joints" in text, part.name
+            assert component.solutions is not None or "several joints together" in text, part.name
     if isinstance(part.answer, (Expression, Matrix)) and part.kind != "link-velocity":
         assert re.search(r"\(6\.\d+\)|6\.\d+\)|appendix|det J|Cauchy|O_|\$z_|z_\{", text), part.name
 
@@ -217,3 +226,44 @@ def test_other_lengths_are_said_to_be_numbers_where_there_are_any(family: str) -
     first, *others = chapter.chain.joints
     chain = replace(chapter.chain, joints=(replace(first, a=sp.Rational(3, 10)), *others))
     assert "Other lengths are numbers" in statement(replace(chapter, chain=chain), "")
+
+
+def test_what_an_earlier_part_has_found_is_not_derived_again() -> None:
+    """A solution by itself shows the Jacobian and its determinant; behind the parts that ask for them it uses them."""
+    asked = ("position", "jacobian", "determinant", "inverse-velocity", "singular-angles", "joint-torques")
+    problem = generate(ProblemId("planar-2r", 1, asked, variation="chapter"))
+    together = worked_solutions(problem)
+    found = {"jacobian": "coordinates", "singular-angles": "determinant", "joint-torques": "Jacobian"}
+    for name, said in found.items():
+        alone = worked_solution(problem, problem[name])
+        assert re.search(rf"{said}.* found above", together[name]) and "found above" not in alone
+        assert len(alone) > len(together[name])
+    assert "J = " in worked_solution(problem, problem["inverse-velocity"])
+    assert "J = " not in together["inverse-velocity"]
+
+
+def test_names_of_angles_are_said_where_the_first_is_used() -> None:
+    problem = generate(ProblemId("elbow-3r", 2, ("jacobian-size", "position", "jacobian"), variation="full"))
+    texts = worked_solutions(problem)
+    with_names = [name for name, text in texts.items() if "let $" in text]
+    assert len(with_names) == 1 and with_names != ["jacobian-size"]
+
+
+@of_families(list(FAMILIES))
+def test_the_minor_that_shows_full_rank_is_that_of_the_jacobian_there(family: str) -> None:
+    """It is a minor of J, not zero whatever the open lengths are."""
+    for seed in range(several(2, 8)):
+        problem = generate(ProblemId(family, seed, variation="zeros"))
+        part = next((part for part in problem.parts if part.kind == "singularity-type"), None)
+        if part is None or part.about(OfKind).type != "regular" or len(problem.chain.task) == problem.chain.n:
+            continue
+        steps, place = worked_steps(problem.chain), part.about(OfKind).place
+        shown = steps.minor_at(place)
+        assert shown is not None, problem.id
+        label, _, value = shown
+        jacobian = steps.d.jacobian
+        chosen = [int(number) - 1 for number in re.findall(r"\d+", label)]
+        square = jacobian[:, chosen] if label.startswith("columns") else jacobian[chosen, :]
+        lengths = {symbol: sp.Rational(7 + 2 * i, 10) for i, symbol in enumerate(problem.chain.parameters)}
+        there = sp.N(square.xreplace(place.joints).xreplace(lengths).det())
+        assert abs(there) > 1e-3 and abs(there - value.xreplace(lengths)) < 2e-3 * max(1, abs(there)), problem.id
