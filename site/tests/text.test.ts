@@ -71,7 +71,7 @@ describe("what can't be read", () => {
       "zwei Zahlen stehen nebeneinander, bei Zeichen 3",
     ],
     ["", "nothing is there", "es steht nichts da"],
-    ["f(2)", "the function 'f' is not understood", "die Funktion „f“ ist unbekannt"],
+    ["f(2)", "the function 'f' is not understood", "die Funktion „f“ wird nicht verstanden"],
   ])("%s is told in English and in German", (text, english, german) => {
     expect(why(text).message).toContain(english);
     expect(said(why(text).why, GERMAN)).toContain(german);

@@ -145,10 +145,14 @@ def _exactly(node: Node) -> str:
 
 def verdict(problem: int, name: str, text: str) -> tuple[str, float]:
     """Return the outcome of an answer, and its share of the points before an assignment says what earns how much."""
-    part = part_of(problem, name)
+    return verdict_on(problems()[problem], part_of(problem, name), text, f"readers/{text!a}")
+
+
+def verdict_on(problem: Problem, part: Part, text: str, seed: str) -> tuple[str, float]:
+    """Return the same of an answer to a part of any problem."""
     if is_product(part):  # the site has no formula of which it could tell lost factors
         part = replace(part, credit=Credit("entries"))
-    judged = earned(problems()[problem], part, text, f"readers/{text!a}")
+    judged = earned(problem, part, text, seed)
     return judged.outcome.value, round(judged.share, 9)
 
 

@@ -16,11 +16,10 @@ from exercises.site.keys import values_key
 from exercises.site.record import arm_record
 from exercises.stream import Stream
 from grader.compare import compare
-from grader.parts import judge
 from tests.grader.test_forms import TEXTS, part_of, problem
 from tests.support import ROOT
 from tests.tools.fuzz import KNOWN
-from tests.tools.readers import kept_question, part_json, tree_text, verdict
+from tests.tools.readers import kept_question, part_json, tree_text, verdict, verdict_on
 
 TARGET = ROOT / "site" / "tests" / "corpus.json"
 FORMS = ROOT / "site" / "tests" / "forms.json"
@@ -55,8 +54,7 @@ def forms_text() -> str:
             continue
         name = f"{part.name} {form['right']}" if "right" in form else part.name
         parts[name] = part_json(asked, part) | {"name": name}
-        judged = judge(asked, part, form["typed"], f"forms/{form['typed']!a}")
-        answers.append([0, name, form["typed"], judged.outcome.value, round(judged.share, 9)])
+        answers.append([0, name, form["typed"], *verdict_on(asked, part, form["typed"], f"forms/{form['typed']!a}")])
     kept = {"id": str(asked.id), "robot": arm_record(asked)["robot"], "parts": list(parts.values())}
     lists: dict[str, list[Any]] = {"symbols": [], "readings": [], "problems": [kept], "answers": answers}
     return "{\n" + ",\n".join(f"{json.dumps(name)}: [\n{_lines(rows)}\n]" for name, rows in lists.items()) + "\n}\n"
