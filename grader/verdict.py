@@ -44,6 +44,14 @@ class Diagnosis:
     says: str
     cause: tuple[str, Mapping[str, object]] | None = None
     inherited: str | None = None
+    either: bool = False
+    """Whether it was one of the mistakes, each of which gives the answer, and not all together."""
+
+
+    @property
+    def names(self) -> str:
+        """The names of the mistakes as results.jsonl has them, none as an empty text."""
+        return (" or " if self.either else " and ").join(self.mistakes)
 
 
 @dataclass(frozen=True)
@@ -72,7 +80,7 @@ class Verdict:
             "max_points": self.max_points,
             "override": None,
             "reason": self.judgement.reason,
-            "mistake": None if self.diagnosis is None else " and ".join(self.diagnosis.mistakes) or None,
+            "mistake": None if self.diagnosis is None else self.diagnosis.names or None,
             "advice": None if self.diagnosis is None else self.diagnosis.says,
             "followed_from": self.followed_from,
             "certificate": None if certificate is None else certificate.as_json(),

@@ -319,6 +319,16 @@ def _wrist_block(w: Working) -> np.ndarray:
     return np.stack([applied(turned, w["axes"][i]) for i in (3, 4, 5)], axis=1)
 
 
+def _tool_jacobian(w: Working) -> np.ndarray:
+    """Return the geometric Jacobian in the coordinates of the last frame."""
+    return turned_rows(w.arithmetic.value(w["rotations"][-1]).swapaxes(0, 1), w["geometric"])
+
+
+def turned_rows(rotation: np.ndarray, geometric: np.ndarray) -> np.ndarray:
+    """Return the linear and the angular rows of a Jacobian, both turned."""
+    return np.concatenate([product(rotation, geometric[:3]), product(rotation, geometric[3:])])
+
+
 STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
     "table": (_table, ()),
     "base rotation": (_base_rotation, ("table",)),
@@ -335,6 +345,7 @@ STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
     "linear": (_linear, ("effects", "products", "axes", "kinds")),
     "angular": (_angular, ("axes", "kinds")),
     "geometric": (_geometric, ("linear", "angular")),
+    "tool jacobian": (_tool_jacobian, ("rotations", "geometric")),
     "arm block": (lambda w: w["geometric"][:3, :3], ("geometric",)),
     "wrist block": (_wrist_block, ("rotations", "axes")),
     "jacobian": (_jacobian, ("geometric",)),

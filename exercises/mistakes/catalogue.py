@@ -29,11 +29,35 @@ _LAST_STEPS = {mistake.name for module in (algebra, arrangement) for mistake in 
 
 _IN_NUMBERS = [mistake.name for mistake in numeric.MISTAKES]
 
-ONE_NUMBER = frozenset({*_IN_NUMBERS, "all-relative-angles", "determinant-sign", "sign"})
+ONE_NUMBER = frozenset({*_IN_NUMBERS, "all-relative-angles", "determinant-sign", "sign", "square-lost"} - {"value-sign"})
 """What is looked for behind a wrong answer of a single number, which many others would meet by chance."""
 
 ON_THE_WAY = frozenset(mistake.name for module in (position, columns) for mistake in module.MISTAKES)
 """What is looked for together with a second mistake behind J."""
+
+READING = (
+    "offset-forgotten", "offset-sign", "slide-offset-sign", "offset-in-degrees", "wrong-radians", "twist-sign",
+    "twist-forgotten", "length-forgotten", "distance-forgotten", "base-forgotten", "lengths-exchanged",
+    "point-forgotten", "base-exchanged", "decimal-point", "value-sign",
+)  # fmt: skip
+"""What is misread most often, in that order: looked for together with any second mistake."""
+
+PRIORS: dict[str, float] = {
+    "point-forgotten": 2.0, "link-left-out": 1.5, "joint-left-out": 1.0, "row-misread": 0.1, "cross-order": 0.1,
+    "arm-reversed": 0.1, "modified-dh": 0.1, "value-sign-in-set": 1.0, "tangent-turned-over": 1.0,
+}  # fmt: skip
+"""How often a mistake is made, beside others that give the same answer: 1 for most, RARE for those that are rare."""
+RARE = 0.3
+BY_PROPAGATION = 0.5
+"""What a mistake in adding up the links counts less where the columns are not differentiated from it."""
+
+ALIKE: dict[str, tuple[str, ...]] = {
+    "prismatic-as-revolute": ("joint-left-out",),
+    "link-left-out": ("point-forgotten", "chain-rule"),
+    "row-misread": ("offset-sign",),
+    "tangent-turned-over": ("value-sign-in-set",),
+}
+"""Mistakes that give the same answer as another on some arms: the likelier one is told, both where none is."""
 
 _POSITIONS = frozenset({"table", "rotations", "own links", "links"})
 _BEHIND = {stage for stage in STAGES if "jacobian" in built_on(stage)}
@@ -54,6 +78,13 @@ class Wrong:
     def sentence(self) -> str:
         """What is said to the student."""
         return self.mistake.sentence(self.slip.words)
+
+
+def prior(wrong: Wrong) -> float:
+    """Return how often a mistake is made in this way, beside others that give the same answer."""
+    own = PRIORS.get(wrong.mistake.name, RARE if wrong.mistake.rare else 1.0)
+    propagated_from = _POSITIONS & set(wrong.slip.changes) and any(name == "linear" for name, _ in wrong.working.changes)
+    return own * BY_PROPAGATION if propagated_from and "linear" not in wrong.slip.changes else own
 
 
 def likely(part: Part, precise: bool = False) -> list[Mistake]:
