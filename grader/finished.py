@@ -4,6 +4,8 @@ Where single entries are meant, they are named: the rest of the answer is right.
 """
 
 from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from itertools import islice
 
 import numpy as np
 
@@ -11,7 +13,7 @@ from exercises.formula.algebra import Matrix as Rows
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, size_of
 from exercises.mistakes.catalogue import CATALOGUE
-from exercises.mistakes.finished import edits, throughout
+from exercises.mistakes.finished import LONGEST, edits, throughout, waves_in
 from exercises.mistakes.given import Values
 from grader.numbers import SAME, InNumbers, says_something
 from grader.verdict import Diagnosis
@@ -20,6 +22,10 @@ MOST_ENTRIES = 6
 """Wrong entries in which single slips are looked for."""
 MOST_NODES = 40_000
 """Nodes of all changed formulas that are evaluated for an answer."""
+
+MOST_WAVES = 24
+"""Sines and cosines of an entry whose angle may be wrong by any constant."""
+POINTS_FOR_CONSTANT = 4
 
 LEAST_PAIRED = 20
 """Nodes of an entry in which two slips are looked for: of a shorter one, two leave too little to tell them by."""
@@ -40,11 +46,11 @@ def finished(rows: Rows, values: Values, found: InNumbers, right: np.ndarray, pa
         return None
     alone = wrong.size == 1
     if len(places) == 1 and not alone:
-        return _in_places(rows, values, found, places, pairs)
+        return in_places(rows, values, found, places, pairs)
     return (
         _exchanged(found, right, places)
         or _everywhere(rows, values, found)
-        or (_in_places(rows, values, found, places, pairs) if len(places) <= MOST_ENTRIES else None)
+        or (in_places(rows, values, found, places, pairs) if len(places) <= MOST_ENTRIES else None)
     )
 
 
@@ -89,7 +95,7 @@ def _everywhere(rows: Rows, values: Values, found: InNumbers) -> Diagnosis | Non
     return None
 
 
-def _in_places(rows: Rows, values: Values, found: InNumbers, places: Sequence[Place], pairs: bool) -> Diagnosis | None:
+def in_places(rows: Rows, values: Values, found: InNumbers, places: Sequence[Place], pairs: bool) -> Diagnosis | None:
     """Return the one kind of slip that was made in each of some entries, or up to two kinds."""
     made: dict[str, list[Place]] = {}
     for place in places:
@@ -113,9 +119,35 @@ def _slips(entry: Node, values: Values, found: InNumbers, beside_others: bool, p
     for (name, _), answer in zip(changed, answers[:-1], strict=True):
         if found.is_all(answer[None, None]):
             return (name,)
+    if _by_a_constant(entry, values, found):
+        return ("angle-typed",)
     if not pairs or size_of(entry) < LEAST_PAIRED:
         return None
     return _two([name for name, _ in changed], answers[:-1], answers[-1], found)
+
+
+def _by_a_constant(entry: Node, values: Values, found: InNumbers) -> bool:
+    """Tell whether one angle is wrong by a constant, whatever that is.
+
+    With w and w' a sine or cosine and what is a quarter turn on, the entry is A + B (w cos c + w' sin c): c follows.
+    """
+    gone = list(islice(waves_in(entry), MOST_WAVES)) if size_of(entry) <= LONGEST else []
+    if not gone or found.values.shape[-1] < POINTS_FOR_CONSTANT:
+        return False
+    probes = _evaluated([entry, *(tree for one in gone for tree in (one.without, one.on))], values)
+    mine = found.values[0, 0]
+    for k, one in enumerate(gone):
+        without, on = probes[2 * k + 1], probes[2 * k + 2]
+        slopes = np.stack([probes[0] - without, on - without], axis=1)
+        if not (np.isfinite(slopes).all() and np.isfinite(without).all()):
+            continue
+        (c, s), *_ = np.linalg.lstsq(slopes.real, (mine - without).real, rcond=None)
+        if abs(c * c + s * s - 1) > 1e-6:
+            continue
+        more = Node("decimal", value=Fraction(float(np.arctan2(s, c))))
+        if found.is_all(_evaluated([one.turned(more)], values)[None]):
+            return True
+    return False
 
 
 def _two(made: Sequence[str], answers: np.ndarray, right: np.ndarray, found: InNumbers) -> tuple[str, ...] | None:

@@ -47,7 +47,6 @@ class Diagnosis:
     either: bool = False
     """Whether it was one of the mistakes, each of which gives the answer, and not all together."""
 
-
     @property
     def names(self) -> str:
         """The names of the mistakes as results.jsonl has them, none as an empty text."""

@@ -29,7 +29,9 @@ _LAST_STEPS = {mistake.name for module in (algebra, arrangement) for mistake in 
 
 _IN_NUMBERS = [mistake.name for mistake in numeric.MISTAKES]
 
-ONE_NUMBER = frozenset({*_IN_NUMBERS, "all-relative-angles", "determinant-sign", "sign", "square-lost"} - {"value-sign"})
+ONE_NUMBER = frozenset(
+    {*_IN_NUMBERS, "all-relative-angles", "determinant-sign", "sign", "square-lost"} - {"value-sign"}
+)
 """What is looked for behind a wrong answer of a single number, which many others would meet by chance."""
 
 ON_THE_WAY = frozenset(mistake.name for module in (position, columns) for mistake in module.MISTAKES)
@@ -83,8 +85,8 @@ class Wrong:
 def prior(wrong: Wrong) -> float:
     """Return how often a mistake is made in this way, beside others that give the same answer."""
     own = PRIORS.get(wrong.mistake.name, RARE if wrong.mistake.rare else 1.0)
-    propagated_from = _POSITIONS & set(wrong.slip.changes) and any(name == "linear" for name, _ in wrong.working.changes)
-    return own * BY_PROPAGATION if propagated_from and "linear" not in wrong.slip.changes else own
+    propagates = "linear" not in wrong.slip.changes and any(stage == "linear" for stage, _ in wrong.working.changes)
+    return own * BY_PROPAGATION if propagates else own
 
 
 def likely(part: Part, precise: bool = False) -> list[Mistake]:
