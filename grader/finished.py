@@ -10,7 +10,7 @@ from itertools import islice
 import numpy as np
 
 from exercises.formula.algebra import Matrix as Rows
-from exercises.formula.program import compile_program, evaluate
+from exercises.formula.program import evaluate_each
 from exercises.formula.trees import Node, size_of
 from exercises.mistakes.catalogue import CATALOGUE
 from exercises.mistakes.finished import LONGEST, edits, throughout, waves_in
@@ -23,6 +23,8 @@ MOST_ENTRIES = 6
 MOST_NODES = 40_000
 """Nodes of all changed formulas that are evaluated for an answer."""
 
+MOST_EDITS = 600
+"""Slips that are tried in an entry."""
 MOST_WAVES = 24
 """Sines and cosines of an entry whose angle may be wrong by any constant."""
 POINTS_FOR_CONSTANT = 4
@@ -84,12 +86,12 @@ def _exchanged(found: InNumbers, right: np.ndarray, places: Sequence[Place]) -> 
 
 def _everywhere(rows: Rows, values: Values, found: InNumbers) -> Diagnosis | None:
     room = MOST_NODES
+    size = sum(size_of(entry) for row in rows for entry in row)
     for name, changed in throughout(rows):
-        entries = [entry for row in changed for entry in row]
-        room -= sum(map(size_of, entries))
+        room -= size
         if room < 0:
             return None
-        answer = _evaluated(entries, values).reshape(found.values.shape)
+        answer = _evaluated([entry for row in changed for entry in row], values).reshape(found.values.shape)
         if found.is_all(answer) and says_something(answer):
             return Diagnosis((name,), CATALOGUE[name].sentence({"Where": "In your answer"}))
     return None
@@ -116,9 +118,8 @@ def _slips(entry: Node, values: Values, found: InNumbers, beside_others: bool, p
     if not changed or not (says_something(found.values) or (beside_others and found.values.any())):
         return None
     answers = _evaluated([tree for _, tree in changed] + [entry], values)
-    for (name, _), answer in zip(changed, answers[:-1], strict=True):
-        if found.is_all(answer[None, None]):
-            return (name,)
+    for k in np.flatnonzero(found.like(answers[:-1, None, None])):
+        return (changed[k][0],)
     if _by_a_constant(entry, values, found):
         return ("angle-typed",)
     if not pairs or size_of(entry) < LEAST_PAIRED:
@@ -168,20 +169,13 @@ def _two(made: Sequence[str], answers: np.ndarray, right: np.ndarray, found: InN
 
 
 def _affordable(entry: Node, values: Values) -> Iterator[tuple[str, Node]]:
-    room, seen = MOST_NODES // 4, set()
-    for edit in edits(entry, values):
-        room -= size_of(edit.entry)
-        if room < 0:
-            return
-        if edit.entry not in seen:
-            seen.add(edit.entry)
-            yield edit.mistake, edit.entry
+    for edit in islice(edits(entry, values), MOST_EDITS):
+        yield edit.mistake, edit.entry
 
 
 def _evaluated(entries: Sequence[Node], values: Values) -> np.ndarray:
     """Return values, (entries, N); nan where one can't be had."""
-    with np.errstate(all="ignore"):
-        return np.asarray(evaluate(compile_program(list(entries)), values, len(next(iter(values.values()))))[0])
+    return evaluate_each(entries, values, len(next(iter(values.values()))))
 
 
 def _said(name: str, places: Sequence[Place], shape: tuple[int, ...]) -> Diagnosis:

@@ -163,14 +163,19 @@ def turn_z(w: Working, angle: np.ndarray) -> np.ndarray:
     """Return the rotation about z by an angle, (3, 3, …)."""
     c, s = w.arithmetic.cos(angle), w.arithmetic.sin(angle)
     o, one = angle * 0, angle * 0 + 1
-    return np.stack([np.stack([c, -s, o]), np.stack([s, c, o]), np.stack([o, o, one])])
+    return _matrix(c, -s, o, s, c, o, o, o, one)
 
 
 def turn_x(w: Working, angle: np.ndarray) -> np.ndarray:
     """Return the rotation about x by an angle, (3, 3, …)."""
     c, s = w.arithmetic.cos(angle), w.arithmetic.sin(angle)
     o, one = angle * 0, angle * 0 + 1
-    return np.stack([np.stack([one, o, o]), np.stack([o, c, -s]), np.stack([o, s, c])])
+    return _matrix(one, o, o, o, c, -s, o, s, c)
+
+
+def _matrix(*entries: np.ndarray) -> np.ndarray:
+    """Return a 3 x 3 matrix of its entries, row by row."""
+    return np.array(entries).reshape(3, 3, *entries[0].shape)
 
 
 def _base_rotation(w: Working) -> np.ndarray:

@@ -189,8 +189,8 @@ def exchanged_symbols(entry: Node, symbols: Iterable[str]) -> Iterator[Edit]:
 
 def _renamed(node: Node, to: Mapping[str, str]) -> Node:
     if node.kind == "name":
-        return Node("name", value=to.get(str(node.value), node.value))
-    return Node(node.kind, tuple(_renamed(arg, to) for arg in node.args), node.value)
+        return Node("name", value=to[node.value]) if node.value in to else node
+    return _with_arguments(node, tuple(_renamed(arg, to) for arg in node.args))
 
 
 def _more_in_angles(node: Node, symbols: Sequence[str]) -> Iterator[Edit]:
@@ -343,7 +343,7 @@ def _is_length(name: str) -> bool:
 def _ones(node: Node, lengths: Sequence[str]) -> Node:
     if node.kind == "name" and node.value in lengths:
         return number(1)
-    return Node(node.kind, tuple(_ones(arg, lengths) for arg in node.args), node.value)
+    return _with_arguments(node, tuple(_ones(arg, lengths) for arg in node.args))
 
 
 def _put(changed: Mapping[Node, Node], node: Node) -> Node:
@@ -367,7 +367,13 @@ def _all(rows: Sequence[Sequence[Node]], change: Callable[[Node], Node]) -> list
 def _changed(node: Node, change: Callable[[Node], Node]) -> Node:
     if node.kind == "call" and node.value in WAVES:
         return change(node)
-    return Node(node.kind, tuple(_changed(arg, change) for arg in node.args), node.value)
+    return _with_arguments(node, tuple(_changed(arg, change) for arg in node.args))
+
+
+def _with_arguments(node: Node, args: tuple[Node, ...]) -> Node:
+    """Return a tree with other operands; the same object where these are the same, whose value is known then."""
+    same = all(new is old for new, old in zip(args, node.args, strict=True))
+    return node if same else Node(node.kind, args, node.value)
 
 
 def _angles_in(node: Node) -> Iterator[Node]:
