@@ -106,16 +106,17 @@ def likely(part: Part, precise: bool = False) -> list[Mistake]:
 def wrong_answers(w: Working, part: Part, precise: bool = False) -> Iterator[Wrong]:
     """Yield what each mistake in the derivation makes of the answer to a part, those that change nothing included."""
     if is_derived(part):
+        right = _result(w, part)
         for mistake in likely(part, precise):
-            yield from made(mistake, w, part)
+            yield from made(mistake, w, part, right)
 
 
-def made(mistake: Mistake, w: Working, part: Part) -> Iterator[Wrong]:
+def made(mistake: Mistake, w: Working, part: Part, right: np.ndarray | None = None) -> Iterator[Wrong]:
     """Yield what one mistake makes of the answer to a part, in every way in which it is made.
 
     A mistake in adding up the links is followed by differentiation first, then by propagation.
     """
-    right = _result(w, part)
+    right = _result(w, part) if right is None else right
     if right is None:
         return
     for slip in mistake.slips(w.chain, (right.shape[0], right.shape[1])):
