@@ -32,7 +32,7 @@ from exercises.quizzes.options import blames_of
 from exercises.stream import Stream
 from exercises.writing.statement import answer_code
 from grader.answer import Given
-from grader.finished import finished
+from grader.finished import How, finished
 from grader.function_values import Table
 from grader.numbers import SAME, InNumbers, says_something, unit
 from grader.pairs import (
@@ -48,12 +48,15 @@ from grader.pairs import (
 )
 from grader.parts import judge_given
 from grader.residuals import missing_links
+from grader.set_mistakes import behind_set
 from grader.verdict import Diagnosis, Outcome
 
 POINTS = 5
 THREE_DECIMALS = 6e-4
 LEAST_LIKELY = 0.2
 """Prior of a mistake below which a slip in one place of the finished formulas is likelier."""
+MOST_IN_ONE_PLACE = 2
+"""Wrong entries that one slip may make in finished formulas."""
 LONGEST_SET = 600
 """Characters of a set that is compared with what mistakes make of the right one; each comparison takes its time."""
 
@@ -88,6 +91,8 @@ def diagnose(
     offered = _behind_options(part, given)
     if offered is not None:
         return offered
+    if part.answer.is_a_set:
+        return behind_set(problem, part, given, seed) if len(given.text) <= LONGEST_SET else None
     for mistake, slip in taken(problem.chain, part) if len(given.text) <= LONGEST_SET else ():
         if judge_given(problem, replace(part, answer=slip.answer), given, seed).outcome is Outcome.CORRECT:
             return Diagnosis((mistake.name,), mistake.sentence(slip.words))
@@ -191,10 +196,11 @@ def named(
         return two(w, right, alone, part, found) or misread_and_more(w, right, alone, part, found)
     return (
         missing_links(w, part, right, found.values)
-        or _finished(problem, part, values, found, right, pairs=False)
+        or _finished(problem, part, values, found, right)
         or two(w, right, alone, part, found)
-        or _finished(problem, part, values, found, right, pairs=True)
+        or _finished(problem, part, values, found, right, "pairs")
         or _in_part(problem, part, values, w, found, right, alone)
+        or _finished(problem, part, values, found, right, "any constant")
     )
 
 
@@ -212,7 +218,7 @@ def _in_part(
     return (
         one_in_some(telling, off)
         or misread_and_more(w, right, alone, part, found)
-        or two_in_some(telling, off)
+        or two_in_some(telling, off, part, found)
         or all_but_one(alone, right, found)
         or one_beside_slips(_forms(problem, part), values, telling, off, found)
         or misread_twice(w, right, alone, part, found)
@@ -238,8 +244,9 @@ def _likeliest(
     others = [wrong for name in alike for wrong in made(CATALOGUE[name], w, part) if _gives(wrong, found)]
     rivals = [first, *(wrong for wrong in others if wrong.sentence != first.sentence)]
     highest = max(map(prior, rivals))
-    if highest < LEAST_LIKELY and not found.is_direction:
-        slip = _finished(problem, part, values, found, right, pairs=False)
+    few = (~found.like(right)).sum() <= MOST_IN_ONE_PLACE if found.values.shape == right.shape else False
+    if highest < LEAST_LIKELY and few and not found.is_direction:
+        slip = _finished(problem, part, values, found, right)
         if slip is not None:
             return slip
     told = [wrong for wrong in rivals if prior(wrong) == highest][:2]
@@ -261,7 +268,7 @@ def _moves(lost: np.ndarray, found: np.ndarray) -> bool:
 
 
 def _finished(
-    problem: Problem, part: Part, values: Values, found: InNumbers, right: np.ndarray, pairs: bool
+    problem: Problem, part: Part, values: Values, found: InNumbers, right: np.ndarray, how: How = "one"
 ) -> Diagnosis | None:
     """Return what went wrong in the finished formulas, as worked solutions show them or as they are compared."""
     if part.answer.is_in_numbers or not part.answer.entries() or part.type == "number":
@@ -269,7 +276,7 @@ def _finished(
     for form in _forms(problem, part):
         for rows in (form, [list(column) for column in zip(*form, strict=True)]):
             if (len(rows), len(rows[0])) == right.shape[:2]:
-                diagnosis = finished(rows, values, found, right, pairs)
+                diagnosis = finished(rows, values, found, right, how)
                 if diagnosis is not None:
                     return diagnosis
                 break

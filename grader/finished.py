@@ -6,6 +6,7 @@ Where single entries are meant, they are named: the rest of the answer is right.
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import islice
+from typing import Literal
 
 import numpy as np
 
@@ -36,11 +37,13 @@ MOST_PAIRED = 400
 
 Place = tuple[int, int]
 
+How = Literal["one", "pairs", "any constant"]
 
-def finished(rows: Rows, values: Values, found: InNumbers, right: np.ndarray, pairs: bool) -> Diagnosis | None:
+
+def finished(rows: Rows, values: Values, found: InNumbers, right: np.ndarray, how: How = "one") -> Diagnosis | None:
     """Return what went wrong in the finished formulas; `rows` are the reference's, in the shape of `right`.
 
-    With `pairs`, two slips in an entry are looked for, too.
+    By `how`, one slip in an entry is looked for, or two as well, or an angle that is wrong by any constant.
     """
     wrong = ~found.like(right)
     places = [(int(i), int(j)) for i, j in np.argwhere(wrong)]
@@ -48,11 +51,11 @@ def finished(rows: Rows, values: Values, found: InNumbers, right: np.ndarray, pa
         return None
     alone = wrong.size == 1
     if len(places) == 1 and not alone:
-        return in_places(rows, values, found, places, pairs)
+        return in_places(rows, values, found, places, how)
     return (
         _exchanged(found, right, places)
         or _everywhere(rows, values, found)
-        or (in_places(rows, values, found, places, pairs) if len(places) <= MOST_ENTRIES else None)
+        or (in_places(rows, values, found, places, how) if len(places) <= MOST_ENTRIES else None)
     )
 
 
@@ -97,11 +100,13 @@ def _everywhere(rows: Rows, values: Values, found: InNumbers) -> Diagnosis | Non
     return None
 
 
-def in_places(rows: Rows, values: Values, found: InNumbers, places: Sequence[Place], pairs: bool) -> Diagnosis | None:
+def in_places(
+    rows: Rows, values: Values, found: InNumbers, places: Sequence[Place], how: How = "one"
+) -> Diagnosis | None:
     """Return the one kind of slip that was made in each of some entries, or up to two kinds."""
     made: dict[str, list[Place]] = {}
     for place in places:
-        names = _slips(rows[place[0]][place[1]], values, found.entry(*place), found.values[..., 0].size > 3, pairs)
+        names = _slips(rows[place[0]][place[1]], values, found.entry(*place), found.values[..., 0].size > 3, how)
         if names is None:
             return None
         for name in names:
@@ -112,7 +117,7 @@ def in_places(rows: Rows, values: Values, found: InNumbers, places: Sequence[Pla
     return Diagnosis(tuple(made), " ".join(one.says for one in said))
 
 
-def _slips(entry: Node, values: Values, found: InNumbers, beside_others: bool, pairs: bool) -> tuple[str, ...] | None:
+def _slips(entry: Node, values: Values, found: InNumbers, beside_others: bool, how: How) -> tuple[str, ...] | None:
     """Return the slip that gives an entry, or two; a constant says something `beside_others` only that are right."""
     changed = list(_affordable(entry, values))
     if not changed or not (says_something(found.values) or (beside_others and found.values.any())):
@@ -120,9 +125,9 @@ def _slips(entry: Node, values: Values, found: InNumbers, beside_others: bool, p
     answers = _evaluated([tree for _, tree in changed] + [entry], values)
     for k in np.flatnonzero(found.like(answers[:-1, None, None])):
         return (changed[k][0],)
-    if _by_a_constant(entry, values, found):
-        return ("angle-typed",)
-    if not pairs or size_of(entry) < LEAST_PAIRED:
+    if how == "any constant":
+        return ("angle-typed",) if _by_a_constant(entry, values, found) else None
+    if how == "one" or size_of(entry) < LEAST_PAIRED:
         return None
     return _two([name for name, _ in changed], answers[:-1], answers[-1], found)
 

@@ -21,6 +21,7 @@ from exercises.mistakes.catalogue import (
     late_mistakes,
     late_slips,
     made,
+    prior,
 )
 from exercises.mistakes.given import Values
 from exercises.problem import Part
@@ -62,6 +63,10 @@ def two(w: Working, right: np.ndarray, alone: Sequence[Wrong], part: Part, found
     return _one_after_another(w, right, [first for first in alone if first.mistake.name in ON_THE_WAY], part, found)
 
 
+def _rarity(wrong: Wrong) -> float:
+    return -prior(wrong)
+
+
 def misread_and_more(
     w: Working, right: np.ndarray, alone: Sequence[Wrong], part: Part, found: InNumbers
 ) -> Diagnosis | None:
@@ -84,11 +89,13 @@ def _one_after_another(
     single = right[..., 0].size == 1 and not found.is_precise
     if single:  # a factor of a single number may be that of anything
         late = [(mistake, slip) for mistake, slip in late if RESULT not in slip.changes]
-    seen, tries = {fingerprint(w, right)}, most_tries(found)
+    seen = {np.round(right, 9).tobytes() if single else fingerprint(w, right)}
+    tries = most_tries(found)
     for first in firsts:
-        if (worked_out := fingerprint(first.working, first.answer)) in seen:
+        key = np.round(first.answer, 9).tobytes() if single else fingerprint(first.working, first.answer)
+        if key in seen:
             continue
-        seen.add(worked_out)
+        seen.add(key)
         for second in late_slips(first, part, late):
             tries -= 1
             if tries < 0:
@@ -119,7 +126,7 @@ def misread_twice(
             if (worked_out := fingerprint(one.working, one.answer)) not in seen:
                 seen.add(worked_out)
                 read.append(one)
-    others = [one for one in alone if one.mistake.name in ON_THE_WAY and not one.mistake.rare]
+    others = sorted((one for one in alone if one.mistake.name in ON_THE_WAY), key=_rarity)
     pairs = [*combinations(read, 2), *((first, second) for first in read for second in others)]
     for first, second in islice(pairs, MOST_READ_TWICE):
         answer = _together(first, second, part)
@@ -167,11 +174,13 @@ def one_in_some(telling: Telling, wrong: np.ndarray) -> Diagnosis | None:
     return next((said([one], [_where(wrong)]) for one, covered in telling if (covered == wrong).all()), None)
 
 
-def two_in_some(telling: Telling, wrong: np.ndarray) -> Diagnosis | None:
-    """Return two mistakes that give the wrong entries between them, each with its own."""
+def two_in_some(telling: Telling, wrong: np.ndarray, part: Part, found: InNumbers) -> Diagnosis | None:
+    """Return two mistakes that give the wrong entries between them, each with its own unless both give the answer."""
     for (one, covered), (other, rest) in combinations(telling, 2):
         if ((covered | rest) == wrong).all() and (covered & ~rest).any() and (rest & ~covered).any():
-            return said([one, other], [_where(covered), _where(rest & ~covered)])
+            answer = _together(one, other, part)
+            together = answer is not None and found.is_all(answer)
+            return said([one, other], [] if together else [_where(covered), _where(rest & ~covered)])
     return None
 
 
@@ -188,7 +197,7 @@ def one_beside_slips(
         if not 1 <= rest.sum() <= MOST_BESIDE or rest.tobytes() in tried:
             continue
         tried.add(rest.tobytes())
-        slips = in_places(rows, values, found, [(int(i), int(j)) for i, j in np.argwhere(rest)], pairs=False)
+        slips = in_places(rows, values, found, [(int(i), int(j)) for i, j in np.argwhere(rest)])
         if slips is not None:
             first = said([one], [_where(covered)])
             return Diagnosis((*first.mistakes, *slips.mistakes), f"{first.says} {slips.says}")
@@ -219,6 +228,6 @@ def all_but_one(alone: Sequence[Wrong], right: np.ndarray, found: InNumbers) -> 
         return None
     _, one, off, name = min(fitting, key=lambda each: each[0])
     where = _where(off)
-    more = CATALOGUE[name].sentence({"Where": f"{where}"}) if name else f"{where} something else is wrong, too."
+    more = CATALOGUE[name].sentence({"Where": where}) if name else "Something else is wrong there."
     says = f"{where.replace('In ', 'But for ', 1)}, the answer is what this gives: {one.sentence} {more}"
     return Diagnosis((one.mistake.name, *([name] if name else [])), says)

@@ -46,7 +46,10 @@ READING = (
 
 PRIORS: dict[str, float] = {
     "point-forgotten": 2.0, "link-left-out": 1.5, "joint-left-out": 1.0, "row-misread": 0.1, "cross-order": 0.1,
-    "arm-reversed": 0.1, "modified-dh": 0.1, "value-sign-in-set": 1.0, "tangent-turned-over": 1.0,
+    "arm-reversed": 0.1, "modified-dh": 0.1, "joint-turns-other-way": 0.1, "previous-axis": 0.1, "wrong-axis": 0.1,
+    "row-of-rotation": 0.1, "arm-to-origin": 0.1, "offset-sign": 1.0, "offset-in-degrees": 1.0, "wrong-radians": 1.0,
+    "slide-offset-sign": 1.0, "lengths-exchanged": 1.0, "other-point": 1.0, "value-sign-in-set": 1.0,
+    "tangent-turned-over": 1.0,
 }  # fmt: skip
 """How often a mistake is made, beside others that give the same answer: 1 for most, RARE for those that are rare."""
 RARE = 0.3

@@ -342,7 +342,7 @@ def _other_frames_velocity(chain: Chain, shape: Shape) -> Iterator[Slip]:
 
         yield Slip({RESULT: of_frame}, {"frame": f"frame {frame}" if frame < chain.n else "the last frame"})
         if frame < chain.n:
-            yield Slip({RESULT: of_point}, {"frame": "P, for some of the joints,"})
+            yield Slip({RESULT: of_point}, {"frame": f"P by the joints up to {frame}"})
 
 
 MISTAKES = (
@@ -493,8 +493,8 @@ MISTAKES = (
     ),
     Mistake(
         "velocity-of-other-frame", "Velocity of another frame",
-        "The velocity seems to be that of {frame}: the sums go to the frame that is asked for, with the joints before "
-        "it.", "6.9 and 6.10", _other_frames_velocity, rare=True,
+        "The velocity seems to be that of {frame}: it is wanted for the origin of the frame that is asked for, by the "
+        "joints before it.", "6.9 and 6.10", _other_frames_velocity, rare=True,
     ),
     Mistake(
         "arms-exchanged", "Vectors p* exchanged",
