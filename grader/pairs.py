@@ -60,7 +60,8 @@ def two(w: Working, right: np.ndarray, alone: Sequence[Wrong], part: Part, found
 
     Of first mistakes that come to the same, or to what is right, one is tried: the others have the same second ones.
     """
-    return _one_after_another(w, right, [first for first in alone if first.mistake.name in ON_THE_WAY], part, found)
+    firsts = sorted((one for one in alone if one.mistake.name in ON_THE_WAY), key=_rarity)
+    return _one_after_another(w, right, firsts, part, found)
 
 
 def _rarity(wrong: Wrong) -> float:

@@ -49,7 +49,7 @@ PRIORS: dict[str, float] = {
     "arm-reversed": 0.1, "modified-dh": 0.1, "joint-turns-other-way": 0.1, "previous-axis": 0.1, "wrong-axis": 0.1,
     "row-of-rotation": 0.1, "arm-to-origin": 0.1, "offset-sign": 1.0, "offset-in-degrees": 1.0, "wrong-radians": 1.0,
     "slide-offset-sign": 1.0, "lengths-exchanged": 1.0, "other-point": 1.0, "value-sign-in-set": 1.0,
-    "tangent-turned-over": 1.0,
+    "tangent-turned-over": 1.0, "product-sign": 1.0,
 }  # fmt: skip
 """How often a mistake is made, beside others that give the same answer: 1 for most, RARE for those that are rare."""
 RARE = 0.3
@@ -60,6 +60,7 @@ ALIKE: dict[str, tuple[str, ...]] = {
     "prismatic-as-revolute": ("joint-left-out",),
     "link-left-out": ("point-forgotten", "chain-rule"),
     "row-misread": ("offset-sign",),
+    "term-sign": ("product-sign",),
     "tangent-turned-over": ("value-sign-in-set",),
 }
 """Mistakes that give the same answer as another on some arms: the likelier one is told, both where none is."""
@@ -68,6 +69,9 @@ _POSITIONS = frozenset({"table", "rotations", "own links", "links"})
 _BEHIND = {stage for stage in STAGES if "jacobian" in built_on(stage)}
 _LATE = frozenset(_BEHIND | {"wanted velocity", "joint rates", RESULT})
 """Stages behind J, and what J is multiplied by."""
+
+_LOOKS_BACK = frozenset({"product-sign", "blocks-added", "velocity-of-other-frame"})
+"""Mistakes behind J in which there is more than J: the same J with another mistake before may give another result."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +139,8 @@ def made(mistake: Mistake, w: Working, part: Part, right: np.ndarray | None = No
 
 def late_mistakes(chain: Chain, part: Part, shape: Shape, precise: bool = False) -> list[tuple[Mistake, Slip]]:
     """Return the mistakes that are made behind J, in an answer of some rows and columns, in every way they are made."""
-    slips = ((mistake, slip) for mistake in likely(part, precise) for slip in mistake.slips(chain, shape))
+    some = (mistake for mistake in likely(part, precise) if mistake.name not in _LOOKS_BACK)
+    slips = ((mistake, slip) for mistake in some for slip in mistake.slips(chain, shape))
     return [(mistake, slip) for mistake, slip in slips if set(slip.changes) <= _LATE]
 
 

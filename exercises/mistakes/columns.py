@@ -268,13 +268,13 @@ def _joint_left_out(chain: Chain, _: Shape) -> Iterator[Slip]:
     """Take a joint for one that does not move: what it adds to the velocities is missing."""
     for i in range(chain.n):
 
-        def changed(w: Working, geometric: np.ndarray, i: int = i) -> np.ndarray:
-            out = np.array(geometric)
+        def changed(w: Working, rows: np.ndarray, i: int = i) -> np.ndarray:
+            out = np.array(rows)
             out[:, i] = 0 * out[:, i]
             return out
 
         if chain.n > 1:
-            yield Slip({"geometric": changed}, {"joint": i + 1})
+            yield Slip({"linear": changed, "angular": changed}, {"joint": i + 1})
 
 
 def _arms_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:

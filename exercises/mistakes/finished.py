@@ -197,7 +197,8 @@ def _more_in_angles(node: Node, symbols: Sequence[str]) -> Iterator[Edit]:
     """Yield a tree with a joint too much in an angle, or one with another sign."""
     if node.kind == "call" and node.value in WAVES:
         for joint in (Node("name", value=name) for name in symbols if name.startswith("theta")):
-            for more in (joint, negative(joint), times(TWO, joint), negative(times(TWO, joint))):
+            alone = names(node.args[0]) == {joint.value}  # which turned round would be no sum mistaken
+            for more in (joint, negative(joint), times(TWO, joint), *(() if alone else (negative(times(TWO, joint)),))):
                 yield Edit("angle-typed", Node("call", (plus(node.args[0], more),), node.value))
     for k, arg in enumerate(node.args):
         for edit in _more_in_angles(arg, symbols):

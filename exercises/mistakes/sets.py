@@ -204,7 +204,7 @@ def _all_at_once(chain: Chain, part: Part) -> Iterator[Taken]:
 def _other_radians(chain: Chain, part: Part) -> Iterator[Taken]:
     """Turn degrees into half or twice the angle."""
     components = _components(part)
-    for factor in (sp.S.Half, sp.S(2)):
+    for factor in (sp.S.Half, sp.S(2)) if any(map(_angles, components)) else ():
         yield _set([_times(component, factor) if _angles(component) else component for component in components])
 
 
