@@ -297,7 +297,7 @@ def _tool_stage(change: Change) -> Callable[[Chain, Shape], Iterator[Slip]]:
 
 def _rows_not_turned(chain: Chain, _: Shape) -> Iterator[Slip]:
     """Turn one kind of rows into the tool frame, and leave the other as the base sees it."""
-    for words, rows in (("angular", slice(3, 6)), ("linear", slice(0, 3))):
+    for words, rows in (("the angular", slice(3, 6)), ("the linear", slice(0, 3))):
 
         def changed(w: Working, turned: np.ndarray, rows: slice = rows) -> np.ndarray:
             out = np.array(turned)
@@ -340,9 +340,9 @@ def _other_frames_velocity(chain: Chain, shape: Shape) -> Iterator[Slip]:
                 return velocity
             return applied(w["geometric"][:, :k], w["joint rates"][:k])[:, None]
 
-        yield Slip({RESULT: of_frame}, {"frame": f"frame {frame}" if frame < chain.n else "the last frame"})
+        yield Slip({RESULT: of_frame}, {"frame": "another frame" if frame < chain.n else "the last frame"})
         if frame < chain.n:
-            yield Slip({RESULT: of_point}, {"frame": f"P by the joints up to {frame}"})
+            yield Slip({RESULT: of_point}, {"frame": "the point"})
 
 
 MISTAKES = (
@@ -478,8 +478,8 @@ MISTAKES = (
     ),
     Mistake(
         "rows-not-turned", "One kind of rows not turned into the tool frame",
-        "The {rows} rows seem to be left in the base frame: both kinds are turned into the tool frame.", "6.11",
-        _rows_not_turned, rare=True,
+        "Of the Jacobian, {rows} rows seem to be left in the base frame: both kinds are turned into the tool frame.",
+        "6.11", _rows_not_turned, rare=True,
     ),
     Mistake(
         "turned-the-wrong-way", "Turned by the rotation for its transpose",

@@ -114,7 +114,7 @@ def _at_start(chain: Chain, at: AtDistance) -> Iterator[tuple[np.ndarray, str]]:
 
 def _not_unit(chain: Chain, at: AtDistance) -> Iterator[tuple[np.ndarray, str]]:
     for line, joint in _lines(chain, at):
-        more = f", and the constant that the table adds to joint {joint} to be left out" if joint else ""
+        more = ", and the constant of a joint to be left out" if joint else ""
         yield _rates_at(line, float(at.distance), float(at.seam.speed) * float(line.length)), more
 
 

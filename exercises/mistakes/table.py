@@ -250,9 +250,9 @@ def _in_centimetres(chain: Chain, _: Shape) -> Iterator[Slip]:
                 own = joint.d - w.chain.q[i] if joint.kind == "P" else joint.d
                 numeric = {"a": joint.a.is_number, "d": own.is_number}
                 rows.append(replace(row, **_scaled_lengths(row, _slide(w, i), factor, lambda e, n=numeric: n[e])))  # type: ignore[misc]
-            position, *turns = table.base
+            position, yaw, tilt = table.base
             offset = table.offset * factor if all(x.is_number for x in w.chain.point.offset) else table.offset
-            return replace(table, rows=tuple(rows), base=(position * factor, *turns), offset=offset)
+            return replace(table, rows=tuple(rows), base=(position * factor, yaw, tilt), offset=offset)
 
         return changed
 
@@ -286,9 +286,9 @@ def _base_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
         if chain.base.position[i] != chain.base.position[j]:
 
             def changed(w: Working, table: Table, i: int = i, j: int = j) -> Table:
-                position, *turns = table.base
+                position, yaw, tilt = table.base
                 order = [j if k == i else i if k == j else k for k in range(3)]
-                return replace(table, base=(position[order], *turns))
+                return replace(table, base=(position[order], yaw, tilt))
 
             yield Slip({"table": changed})
 
