@@ -56,7 +56,8 @@ def _of_numbers(part: Part, given: Given) -> str | None:
     except (KeyError, ReadError):  # names among the numbers
         return None
     right = np.array([complex(entry) for entry in part.answer.as_matrix()])[:, None]
-    return next(_ratio(mine, right, 5e-3), None)
+    again = "Work it out again step by step, and look at each number that you took from the problem."
+    return next(_ratio(mine, right, 5e-3), again)
 
 
 def _of_formulas(problem: Problem, part: Part, given: Given, seed: str) -> str | None:

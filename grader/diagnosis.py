@@ -5,9 +5,8 @@ together (one on the way to J, one behind it), then mistakes that were made in s
 these is not guessed at.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
 
 import numpy as np
 
@@ -17,12 +16,11 @@ from exercises.formula.expression import read
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node, ReadError, as_matrix, digits_of_decimals
 from exercises.mistakes.catalogue import (
+    ALIKE,
     CATALOGUE,
-    ON_THE_WAY,
     Wrong,
-    fingerprint,
-    late_mistakes,
-    late_slips,
+    made,
+    prior,
     taken,
     wrong_answers,
 )
@@ -34,17 +32,31 @@ from exercises.quizzes.options import blames_of
 from exercises.stream import Stream
 from exercises.writing.statement import answer_code
 from grader.answer import Given
-from grader.finished import finished, in_words
+from grader.finished import How, finished
 from grader.function_values import Table
 from grader.numbers import SAME, InNumbers, says_something, unit
+from grader.pairs import (
+    all_but_one,
+    in_some_entries,
+    misread_and_more,
+    misread_twice,
+    one_beside_slips,
+    one_in_some,
+    said,
+    two,
+    two_in_some,
+)
 from grader.parts import judge_given
 from grader.residuals import missing_links
-from grader.verdict import Diagnosis, Outcome
+from grader.set_mistakes import behind_set
+from grader.verdict import Diagnosis, Outcome, known_by
 
 POINTS = 5
 THREE_DECIMALS = 6e-4
-IF_NOTHING_PLAINER = frozenset({"cross-order", "arm-reversed"})
-"""Mistakes that are told where no other gives the same: mostly a wrong sign throughout does."""
+LEAST_LIKELY = 0.2
+"""Prior of a mistake below which a slip in one place of the finished formulas is likelier."""
+MOST_IN_ONE_PLACE = 2
+"""Wrong entries that one slip may make in finished formulas."""
 LONGEST_SET = 600
 """Characters of a set that is compared with what mistakes make of the right one; each comparison takes its time."""
 
@@ -79,6 +91,8 @@ def diagnose(
     offered = _behind_options(part, given)
     if offered is not None:
         return offered
+    if part.answer.is_a_set:
+        return behind_set(problem, part, given, seed) if len(given.text) <= LONGEST_SET else None
     for mistake, slip in taken(problem.chain, part) if len(given.text) <= LONGEST_SET else ():
         if judge_given(problem, replace(part, answer=slip.answer), given, seed).outcome is Outcome.CORRECT:
             made = known_by(mistake.name, slip.words)
@@ -166,27 +180,83 @@ def named(
     for wrong in wrong_answers(w, part, found.is_precise):
         if wrong.answer.shape == found.values.shape:
             alone.append(wrong)
-            if found.is_all(wrong.answer) and says_something(wrong.answer):
+            if _gives(wrong, found):
                 fitting.append(wrong)
-                if not causes and wrong.mistake.name not in IF_NOTHING_PLAINER:
+                if not causes and prior(wrong) >= 1:
                     break
     if fitting:
-        plainest = min(fitting, key=lambda one: one.mistake.name in IF_NOTHING_PLAINER)
-        here = _said([plainest])
-        return next((_inherited(one, causes, here) for one in fitting if _cause(one, causes)), here)
+        inherited = next((one for one in fitting if _cause(one, causes)), None)
+        return (
+            _inherited(inherited, causes) if inherited else _likeliest(problem, part, values, w, found, right, fitting)
+        )
     if found.values.shape != right.shape:
         return None
     if right[..., 0].size == 1 and part.type == "number":
-        return _two(w, right, alone, part, found) if found.is_precise else None
-    telling, off = _in_some_entries(alone, right, found)
+        return two(w, right, alone, part, found) or misread_and_more(w, right, alone, part, found)
+    if found.is_direction:
+        return two(w, right, alone, part, found) or misread_and_more(w, right, alone, part, found)
     return (
-        (None if found.is_direction else missing_links(w, part, right, found.values))
-        or (None if found.is_direction else _finished(problem, part, values, found, right, pairs=False))
-        or _two(w, right, alone, part, found)
-        or (None if found.is_direction else _finished(problem, part, values, found, right, pairs=True))
-        or _one_in_some(telling, off)
-        or _two_in_some(telling, off)
+        missing_links(w, part, right, found.values)
+        or _finished(problem, part, values, found, right)
+        or two(w, right, alone, part, found)
+        or _finished(problem, part, values, found, right, "pairs")
+        or _in_part(problem, part, values, w, found, right, alone)
+        or _finished(problem, part, values, found, right, "any constant")
     )
+
+
+def _in_part(
+    problem: Problem,
+    part: Part,
+    values: Values,
+    w: Working,
+    found: InNumbers,
+    right: np.ndarray,
+    alone: Sequence[Wrong],
+) -> Diagnosis | None:
+    """Return what went wrong in some entries only, or twice."""
+    telling, off = in_some_entries(alone, right, found)
+    return (
+        one_in_some(telling, off)
+        or misread_and_more(w, right, alone, part, found)
+        or two_in_some(telling, off, part, found)
+        or all_but_one(alone, right, found)
+        or one_beside_slips(_forms(problem, part), values, telling, off, found)
+        or misread_twice(w, right, alone, part, found)
+    )
+
+
+def _gives(wrong: Wrong, found: InNumbers) -> bool:
+    return found.is_all(wrong.answer) and says_something(wrong.answer)
+
+
+def _likeliest(
+    problem: Problem,
+    part: Part,
+    values: Values,
+    w: Working,
+    found: InNumbers,
+    right: np.ndarray,
+    fitting: Sequence[Wrong],
+) -> Diagnosis:
+    """Return the mistake with the highest prior, or the first two of them; a slip in one place may be likelier."""
+    first = max(fitting, key=prior)
+    alike = [*ALIKE.get(first.mistake.name, ()), *(["row-sign"] if _of_either_row(first, found) else [])]
+    others = [wrong for name in alike for wrong in made(CATALOGUE[name], w, part) if _gives(wrong, found)]
+    rivals = [first, *(wrong for wrong in others if wrong.sentence != first.sentence)]
+    highest = max(map(prior, rivals))
+    few = (~found.like(right)).sum() <= MOST_IN_ONE_PLACE if found.values.shape == right.shape else False
+    if highest < LEAST_LIKELY and few and not found.is_direction:
+        slip = _finished(problem, part, values, found, right)
+        if slip is not None:
+            return slip
+    told = [wrong for wrong in rivals if prior(wrong) == highest][:2]
+    return said(told, either=len(told) > 1)
+
+
+def _of_either_row(wrong: Wrong, found: InNumbers) -> bool:
+    """Tell whether it is one row of a direction against the others that has the wrong sign."""
+    return found.is_direction and wrong.mistake.name == "row-sign"
 
 
 def _moves(lost: np.ndarray, found: np.ndarray) -> bool:
@@ -199,19 +269,26 @@ def _moves(lost: np.ndarray, found: np.ndarray) -> bool:
 
 
 def _finished(
-    problem: Problem, part: Part, values: Values, found: InNumbers, right: np.ndarray, pairs: bool
+    problem: Problem, part: Part, values: Values, found: InNumbers, right: np.ndarray, how: How = "one"
 ) -> Diagnosis | None:
     """Return what went wrong in the finished formulas, as worked solutions show them or as they are compared."""
     if part.answer.is_in_numbers or not part.answer.entries() or part.type == "number":
         return None
-    for form in (_as_shown(problem, part), part.answer.trees(problem.domain().roles)):
-        for rows in () if form is None else (form, [list(column) for column in zip(*form, strict=True)]):
+    for form in _forms(problem, part):
+        for rows in (form, [list(column) for column in zip(*form, strict=True)]):
             if (len(rows), len(rows[0])) == right.shape[:2]:
-                diagnosis = finished(rows, values, found, right, pairs)
+                diagnosis = finished(rows, values, found, right, how)
                 if diagnosis is not None:
                     return diagnosis
                 break
     return None
+
+
+def _forms(problem: Problem, part: Part) -> Iterator[Rows]:
+    """Yield the entries of the reference, as worked solutions show them and as they are compared."""
+    if not part.answer.is_in_numbers and part.answer.entries() and part.type != "number":
+        shown = _as_shown(problem, part)
+        yield from (form for form in (shown, part.answer.trees(problem.domain().roles)) if form is not None)
 
 
 def _as_shown(problem: Problem, part: Part) -> Rows | None:
@@ -224,95 +301,9 @@ def _cause(wrong: Wrong, causes: Sequence[Cause]) -> Cause | None:
     return next((c for c in causes if (c.mistake, c.words) == (wrong.mistake.name, dict(wrong.slip.words))), None)
 
 
-def _inherited(wrong: Wrong, causes: Sequence[Cause], here: Diagnosis) -> Diagnosis:
-    """Return what is said of a mistake that was found before; `here` is what would be said without that."""
+def _inherited(wrong: Wrong, causes: Sequence[Cause]) -> Diagnosis:
+    """Return what is said of a mistake that was found before."""
     cause = _cause(wrong, causes)
     assert cause is not None
     says = f"This follows from what went wrong in {cause.title!r}: the same mistake gives this answer."
-    return Diagnosis((), says, inherited=cause.part, known_by=here.known_by)
-
-
-def _said(wrongs: Sequence[Wrong], where: str = "") -> Diagnosis:
-    sentences = dict.fromkeys(wrong.sentence for wrong in wrongs)
-    says = " ".join(
-        f"{where}, and only there, the answer is what this gives: {sentence}" if where else sentence
-        for sentence in sentences
-    )
-    first = wrongs[0]
-    cause = (first.mistake.name, dict(first.slip.words)) if len(wrongs) == 1 and not where else None
-    made = tuple(f"{known_by(wrong.mistake.name, wrong.slip.words)}{where}" for wrong in wrongs)
-    return Diagnosis(tuple(dict.fromkeys(wrong.mistake.name for wrong in wrongs)), says, cause, known_by=made)
-
-
-OWN_NUMBERS = ("degrees",)
-"""Words of a sentence that are numbers of the student's own arm, and don't say which mistake it is."""
-
-
-def known_by(mistake: str, words: Mapping[str, object]) -> str:
-    """Return a mistake with where it was made, the same for all arms on which it is made there.
-
-    >>> known_by("offset-sign", {"joint": 2, "degrees": "45°"})
-    'offset-sign joint=2'
-    """
-    said = [f"{name}={value}" for name, value in sorted(words.items()) if name not in OWN_NUMBERS]
-    return " ".join([mistake, *said])
-
-
-# --- two at once ---
-
-
-def _two(w: Working, right: np.ndarray, alone: Sequence[Wrong], part: Part, found: InNumbers) -> Diagnosis | None:
-    """Return one mistake on the way to J and one behind it, which give the answer together.
-
-    Of first mistakes that come to the same, or to what is right, one is tried: the others have the same second ones.
-    """
-    if part.type == "number" and not found.is_precise:  # three digits are too few to tell so many apart
-        return None
-    if np.isnan(found.values).any():  # left blank, and like nothing
-        return None
-    late, seen = (
-        late_mistakes(w.chain, part, (right.shape[0], right.shape[1]), found.is_precise),
-        {fingerprint(w, right)},
-    )
-    for first in alone:
-        if first.mistake.name in ON_THE_WAY and (made := fingerprint(first.working, first.answer)) not in seen:
-            seen.add(made)
-            for second in late_slips(first, part, late):
-                if found.is_all(second.answer) and says_something(second.answer):
-                    return _said([first, second])
-    return None
-
-
-# --- in some entries ---
-
-
-_Telling = list[tuple[Wrong, np.ndarray]]
-
-
-def _in_some_entries(alone: Sequence[Wrong], right: np.ndarray, found: InNumbers) -> tuple[_Telling, np.ndarray]:
-    """Return the mistakes that give some of the wrong entries, with these, and all that are wrong."""
-    wrong = ~found.like(right) & ~np.isnan(found.values).any(axis=-1)
-    telling: list[tuple[int, Wrong, np.ndarray]] = []
-    if found.is_direction or not wrong.any() or wrong.size == 1 or right.shape[-1] == 1:
-        return [], wrong
-    original = replace(found, values=right)
-    for one in alone:
-        covered = found.like(one.answer) & wrong
-        if covered.any() and says_something(one.answer[covered]):
-            elsewhere = ~original.like(one.answer) & ~covered
-            telling.append((int(elsewhere.sum()), one, covered))
-    # What such a mistake would change elsewhere is right here: the fewer, the truer is its name.
-    return [(one, covered) for _, one, covered in sorted(telling, key=lambda each: each[0])], wrong
-
-
-def _one_in_some(telling: _Telling, wrong: np.ndarray) -> Diagnosis | None:
-    places = [(int(i), int(j)) for i, j in np.argwhere(wrong)]
-    where = in_words(places, wrong.shape).rstrip(",")
-    return next((_said([one], where) for one, covered in telling if (covered == wrong).all()), None)
-
-
-def _two_in_some(telling: _Telling, wrong: np.ndarray) -> Diagnosis | None:
-    for (one, covered), (other, rest) in combinations(telling, 2):
-        if ((covered | rest) == wrong).all() and (covered & ~rest).any() and (rest & ~covered).any():
-            return _said([one, other])
-    return None
+    return Diagnosis((), says, inherited=cause.part, known_by=said([wrong]).known_by)

@@ -4,14 +4,17 @@ Where single entries are meant, they are named: the rest of the answer is right.
 """
 
 from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from itertools import islice
+from typing import Literal
 
 import numpy as np
 
 from exercises.formula.algebra import Matrix as Rows
-from exercises.formula.program import compile_program, evaluate
+from exercises.formula.program import evaluate_each
 from exercises.formula.trees import Node, size_of
 from exercises.mistakes.catalogue import CATALOGUE
-from exercises.mistakes.finished import edits, throughout
+from exercises.mistakes.finished import LONGEST, edits, throughout, waves_in
 from exercises.mistakes.given import Values
 from grader.numbers import SAME, InNumbers, says_something
 from grader.verdict import Diagnosis
@@ -21,6 +24,12 @@ MOST_ENTRIES = 6
 MOST_NODES = 40_000
 """Nodes of all changed formulas that are evaluated for an answer."""
 
+MOST_EDITS = 600
+"""Slips that are tried in an entry."""
+MOST_WAVES = 24
+"""Sines and cosines of an entry whose angle may be wrong by any constant."""
+POINTS_FOR_CONSTANT = 4
+
 LEAST_PAIRED = 20
 """Nodes of an entry in which two slips are looked for: of a shorter one, two leave too little to tell them by."""
 MOST_PAIRED = 400
@@ -28,11 +37,13 @@ MOST_PAIRED = 400
 
 Place = tuple[int, int]
 
+How = Literal["one", "pairs", "any constant"]
 
-def finished(rows: Rows, values: Values, found: InNumbers, right: np.ndarray, pairs: bool) -> Diagnosis | None:
+
+def finished(rows: Rows, values: Values, found: InNumbers, right: np.ndarray, how: How = "one") -> Diagnosis | None:
     """Return what went wrong in the finished formulas; `rows` are the reference's, in the shape of `right`.
 
-    With `pairs`, two slips in an entry are looked for, too.
+    By `how`, one slip in an entry is looked for, or two as well, or an angle that is wrong by any constant.
     """
     wrong = ~found.like(right)
     places = [(int(i), int(j)) for i, j in np.argwhere(wrong)]
@@ -40,11 +51,11 @@ def finished(rows: Rows, values: Values, found: InNumbers, right: np.ndarray, pa
         return None
     alone = wrong.size == 1
     if len(places) == 1 and not alone:
-        return _in_places(rows, values, found, places, pairs)
+        return in_places(rows, values, found, places, how)
     return (
         _exchanged(found, right, places)
         or _everywhere(rows, values, found)
-        or (_in_places(rows, values, found, places, pairs) if len(places) <= MOST_ENTRIES else None)
+        or (in_places(rows, values, found, places, how) if len(places) <= MOST_ENTRIES else None)
     )
 
 
@@ -78,22 +89,24 @@ def _exchanged(found: InNumbers, right: np.ndarray, places: Sequence[Place]) -> 
 
 def _everywhere(rows: Rows, values: Values, found: InNumbers) -> Diagnosis | None:
     room = MOST_NODES
+    size = sum(size_of(entry) for row in rows for entry in row)
     for name, changed in throughout(rows):
-        entries = [entry for row in changed for entry in row]
-        room -= sum(map(size_of, entries))
+        room -= size
         if room < 0:
             return None
-        answer = _evaluated(entries, values).reshape(found.values.shape)
+        answer = _evaluated([entry for row in changed for entry in row], values).reshape(found.values.shape)
         if found.is_all(answer) and says_something(answer):
             return Diagnosis((name,), CATALOGUE[name].sentence({"Where": "In your answer"}))
     return None
 
 
-def _in_places(rows: Rows, values: Values, found: InNumbers, places: Sequence[Place], pairs: bool) -> Diagnosis | None:
+def in_places(
+    rows: Rows, values: Values, found: InNumbers, places: Sequence[Place], how: How = "one"
+) -> Diagnosis | None:
     """Return the one kind of slip that was made in each of some entries, or up to two kinds."""
     made: dict[str, list[Place]] = {}
     for place in places:
-        names = _slips(rows[place[0]][place[1]], values, found.entry(*place), found.values[..., 0].size > 3, pairs)
+        names = _slips(rows[place[0]][place[1]], values, found.entry(*place), found.values[..., 0].size > 3, how)
         if names is None:
             return None
         for name in names:
@@ -105,18 +118,43 @@ def _in_places(rows: Rows, values: Values, found: InNumbers, places: Sequence[Pl
     return Diagnosis(tuple(made), " ".join(one.says for one in said), known_by=known_by)
 
 
-def _slips(entry: Node, values: Values, found: InNumbers, beside_others: bool, pairs: bool) -> tuple[str, ...] | None:
+def _slips(entry: Node, values: Values, found: InNumbers, beside_others: bool, how: How) -> tuple[str, ...] | None:
     """Return the slip that gives an entry, or two; a constant says something `beside_others` only that are right."""
     changed = list(_affordable(entry, values))
     if not changed or not (says_something(found.values) or (beside_others and found.values.any())):
         return None
     answers = _evaluated([tree for _, tree in changed] + [entry], values)
-    for (name, _), answer in zip(changed, answers[:-1], strict=True):
-        if found.is_all(answer[None, None]):
-            return (name,)
-    if not pairs or size_of(entry) < LEAST_PAIRED:
+    for k in np.flatnonzero(found.like(answers[:-1, None, None])):
+        return (changed[k][0],)
+    if how == "any constant":
+        return ("angle-typed",) if _by_a_constant(entry, values, found) else None
+    if how == "one" or size_of(entry) < LEAST_PAIRED:
         return None
     return _two([name for name, _ in changed], answers[:-1], answers[-1], found)
+
+
+def _by_a_constant(entry: Node, values: Values, found: InNumbers) -> bool:
+    """Tell whether one angle is wrong by a constant, whatever that is.
+
+    With w and w' a sine or cosine and what is a quarter turn on, the entry is A + B (w cos c + w' sin c): c follows.
+    """
+    gone = list(islice(waves_in(entry), MOST_WAVES)) if size_of(entry) <= LONGEST else []
+    if not gone or found.values.shape[-1] < POINTS_FOR_CONSTANT:
+        return False
+    probes = _evaluated([entry, *(tree for one in gone for tree in (one.without, one.on))], values)
+    mine = found.values[0, 0]
+    for k, one in enumerate(gone):
+        without, on = probes[2 * k + 1], probes[2 * k + 2]
+        slopes = np.stack([probes[0] - without, on - without], axis=1)
+        if not (np.isfinite(slopes).all() and np.isfinite(without).all()):
+            continue
+        (c, s), *_ = np.linalg.lstsq(slopes.real, (mine - without).real, rcond=None)
+        if abs(c * c + s * s - 1) > 1e-6:
+            continue
+        more = Node("decimal", value=Fraction(float(np.arctan2(s, c))))
+        if found.is_all(_evaluated([one.turned(more)], values)[None]):
+            return True
+    return False
 
 
 def _two(made: Sequence[str], answers: np.ndarray, right: np.ndarray, found: InNumbers) -> tuple[str, ...] | None:
@@ -137,20 +175,13 @@ def _two(made: Sequence[str], answers: np.ndarray, right: np.ndarray, found: InN
 
 
 def _affordable(entry: Node, values: Values) -> Iterator[tuple[str, Node]]:
-    room, seen = MOST_NODES // 4, set()
-    for edit in edits(entry, values):
-        room -= size_of(edit.entry)
-        if room < 0:
-            return
-        if edit.entry not in seen:
-            seen.add(edit.entry)
-            yield edit.mistake, edit.entry
+    for edit in islice(edits(entry, values), MOST_EDITS):
+        yield edit.mistake, edit.entry
 
 
 def _evaluated(entries: Sequence[Node], values: Values) -> np.ndarray:
     """Return values, (entries, N); nan where one can't be had."""
-    with np.errstate(all="ignore"):
-        return np.asarray(evaluate(compile_program(list(entries)), values, len(next(iter(values.values()))))[0])
+    return evaluate_each(entries, values, len(next(iter(values.values()))))
 
 
 def _said(name: str, places: Sequence[Place], shape: tuple[int, ...]) -> Diagnosis:

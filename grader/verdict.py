@@ -46,6 +46,27 @@ class Diagnosis:
     cause: tuple[str, Mapping[str, object]] | None = None
     inherited: str | None = None
     known_by: tuple[str, ...] = ()
+    either: bool = False
+    """Whether it was one of the mistakes, each of which gives the answer, and not all together."""
+
+    @property
+    def names(self) -> str:
+        """The names of the mistakes as results.jsonl has them, none as an empty text."""
+        return (" or " if self.either else " and ").join(self.mistakes)
+
+
+OWN_NUMBERS = ("degrees",)
+"""Words of a sentence that are numbers of the student's own arm, and don't say which mistake it is."""
+
+
+def known_by(mistake: str, words: Mapping[str, object]) -> str:
+    """Return a mistake with where it was made, the same for all arms on which it is made there.
+
+    >>> known_by("offset-sign", {"joint": 2, "degrees": "45°"})
+    'offset-sign joint=2'
+    """
+    said = [f"{name}={value}" for name, value in sorted(words.items()) if name not in OWN_NUMBERS]
+    return " ".join([mistake, *said])
 
 
 @dataclass(frozen=True)
@@ -78,7 +99,7 @@ class Verdict:
             "max_points": self.max_points,
             "override": None,
             "reason": self.judgement.reason,
-            "mistake": None if self.diagnosis is None else " and ".join(self.diagnosis.mistakes) or None,
+            "mistake": None if self.diagnosis is None else self.diagnosis.names or None,
             "advice": None if self.diagnosis is None else self.diagnosis.says,
             "followed_from": self.followed_from,
             "group": self.group,

@@ -56,9 +56,17 @@ class Numbers:
         self._values = {name: np.asarray(value, dtype=float) for name, value in values.items()}
         self.count = len(next(iter(self._values.values())))
         self._joints = list(joints)
+        self._stepped: dict[sp.Expr, np.ndarray] = {}
 
     def stepped(self, expression: sp.Expr) -> np.ndarray:
         """Return an expression of the table and, behind it, where each joint is a step further, (N, n + 1)."""
+        known = self._stepped.get(expression)
+        if known is None:
+            known = self._stepped[expression] = self._worked_out(expression)
+            known.flags.writeable = False
+        return known
+
+    def _worked_out(self, expression: sp.Expr) -> np.ndarray:
         shape = (self.count, len(self._joints) + 1)
         values = {symbol.name: self._steps(symbol.name).ravel() for symbol in expression.free_symbols}
         return evaluate(program_of(expression), values, shape[0] * shape[1])[0][0].reshape(shape)
@@ -231,6 +239,9 @@ def _slope(name: str, term: Term) -> Term:
 
 # --- vectors and matrices, along the first axes ---
 
+MANY = 5
+"""Rows of a matrix in numbers whose determinants are worked out by factors, not by minors."""
+
 
 def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the product of matrices (l, m, …) and (m, n, …)."""
@@ -249,6 +260,8 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def determinant(a: np.ndarray, sign: int = -1) -> np.ndarray:
     """Return the determinant of a matrix (n, n, …) by minors; with sign 1, what comes out if all signs are plus."""
+    if len(a) >= MANY and a.dtype != object and sign == -1:
+        return np.asarray(np.linalg.det(np.moveaxis(a, -1, 0)))
     known: dict[tuple[int, ...], np.ndarray] = {}
 
     def minor(columns: tuple[int, ...]) -> np.ndarray:
@@ -270,6 +283,9 @@ def minors(a: np.ndarray) -> np.ndarray:
     if n == 1:
         return np.asarray(a * 0 + 1)
     rows = [[r for r in range(n) if r != i] for i in range(n)]
+    if n >= MANY and a.dtype != object:
+        blocks = np.stack([np.stack([a[rows[i]][:, rows[j]] for j in range(n)]) for i in range(n)])
+        return np.asarray(np.linalg.det(np.moveaxis(blocks, -1, 2)))
     return np.stack([np.stack([determinant(a[rows[i]][:, rows[j]]) for j in range(n)]) for i in range(n)])
 
 

@@ -163,14 +163,19 @@ def turn_z(w: Working, angle: np.ndarray) -> np.ndarray:
     """Return the rotation about z by an angle, (3, 3, …)."""
     c, s = w.arithmetic.cos(angle), w.arithmetic.sin(angle)
     o, one = angle * 0, angle * 0 + 1
-    return np.stack([np.stack([c, -s, o]), np.stack([s, c, o]), np.stack([o, o, one])])
+    return _matrix(c, -s, o, s, c, o, o, o, one)
 
 
 def turn_x(w: Working, angle: np.ndarray) -> np.ndarray:
     """Return the rotation about x by an angle, (3, 3, …)."""
     c, s = w.arithmetic.cos(angle), w.arithmetic.sin(angle)
     o, one = angle * 0, angle * 0 + 1
-    return np.stack([np.stack([one, o, o]), np.stack([o, c, -s]), np.stack([o, s, c])])
+    return _matrix(one, o, o, o, c, -s, o, s, c)
+
+
+def _matrix(*entries: np.ndarray) -> np.ndarray:
+    """Return a 3 x 3 matrix of its entries, row by row."""
+    return np.array(entries).reshape(3, 3, *entries[0].shape)
 
 
 def _base_rotation(w: Working) -> np.ndarray:
@@ -319,6 +324,16 @@ def _wrist_block(w: Working) -> np.ndarray:
     return np.stack([applied(turned, w["axes"][i]) for i in (3, 4, 5)], axis=1)
 
 
+def _tool_jacobian(w: Working) -> np.ndarray:
+    """Return the geometric Jacobian in the coordinates of the last frame."""
+    return turned_rows(w.arithmetic.value(w["rotations"][-1]).swapaxes(0, 1), w["geometric"])
+
+
+def turned_rows(rotation: np.ndarray, geometric: np.ndarray) -> np.ndarray:
+    """Return the linear and the angular rows of a Jacobian, both turned."""
+    return np.concatenate([product(rotation, geometric[:3]), product(rotation, geometric[3:])])
+
+
 STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
     "table": (_table, ()),
     "base rotation": (_base_rotation, ("table",)),
@@ -335,6 +350,7 @@ STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
     "linear": (_linear, ("effects", "products", "axes", "kinds")),
     "angular": (_angular, ("axes", "kinds")),
     "geometric": (_geometric, ("linear", "angular")),
+    "tool jacobian": (_tool_jacobian, ("rotations", "geometric")),
     "arm block": (lambda w: w["geometric"][:3, :3], ("geometric",)),
     "wrist block": (_wrist_block, ("rotations", "axes")),
     "jacobian": (_jacobian, ("geometric",)),

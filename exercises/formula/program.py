@@ -139,6 +139,51 @@ def evaluate(program: Program, values: Mapping[str, np.ndarray], points: int) ->
     return outputs(program, evaluate_steps(program, values, points))
 
 
+def evaluate_each(nodes: Sequence[Node], values: Mapping[str, np.ndarray], points: int) -> np.ndarray:
+    """Return the values of trees that share branches (the same objects), (trees, points), without magnitudes.
+
+    It takes less than a program where each of many trees is another one with a single place changed.
+    """
+    known: dict[int, Any] = {}
+
+    def value_of(node: Node) -> Any:
+        value = known.get(id(node))
+        if value is None:
+            value = known[id(node)] = _plain(node, value_of, values)
+        return value
+
+    out = np.empty((len(nodes), points), dtype=complex)
+    with np.errstate(all="ignore"):
+        for k, node in enumerate(nodes):
+            out[k] = value_of(node)
+    return out
+
+
+def _plain(node: Node, value_of: Callable[[Node], Any], values: Mapping[str, np.ndarray]) -> Any:
+    kind, args = node.kind, node.args
+    if kind == "+":
+        return value_of(args[0]) + value_of(args[1])
+    if kind == "-":
+        return value_of(args[0]) - value_of(args[1])
+    if kind == "*":
+        return value_of(args[0]) * value_of(args[1])
+    if kind == "/":
+        return value_of(args[0]) / value_of(args[1])
+    if kind == "neg":
+        return -value_of(args[0])
+    op, _, constant = _step(node, ())
+    if op == "number":
+        return np.complex128(_as_float(constant))
+    if op == "name":
+        return np.complex128(_CONSTANTS[constant]) if constant in _CONSTANTS else values[constant].astype(complex)
+    operands = [value_of(arg) + 0.0 if op in BRANCHING else value_of(arg) for arg in args]
+    if op == "integer power":
+        return operands[0] ** constant
+    if len(operands) == 1:
+        return _NUMPY[op](operands[0])
+    return _double(op, [(operand, np.abs(operand)) for operand in operands], constant, values, 1)[0]
+
+
 def evaluate_steps(program: Program, values: Mapping[str, np.ndarray], points: int) -> Steps:
     """Return value and magnitude of every step of a program, as `evaluate` does of the results."""
     out: Steps = []

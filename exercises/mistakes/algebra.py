@@ -2,14 +2,15 @@
 
 from collections.abc import Callable, Iterator
 from itertools import combinations
+from itertools import product as product_of
 
 import numpy as np
 import sympy as sp
 
 from exercises.arm.arithmetic import applied, determinant, product, signs
-from exercises.arm.chain import Chain
+from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive, structure
-from exercises.arm.stages import Change, Working, singular_vectors
+from exercises.arm.stages import Change, Working, carried, singular_vectors
 from exercises.mistakes.base import Mistake, Shape, Slip
 
 
@@ -162,6 +163,78 @@ def _no_transpose(chain: Chain, _: Shape) -> Iterator[Slip]:
         yield Slip({"transposed jacobian": lambda w, _: w["jacobian"]})
 
 
+def _product_signs(chain: Chain, _: Shape) -> Iterator[Slip]:
+    """Give one product of the expansion the wrong sign: an entry, or the part of a link in it, times its cofactor."""
+    if not _square(chain, 2, 3):
+        return
+    axes = [TASK_ROWS.index(row) for row in chain.task]
+    for row, column in product_of(range(chain.n), range(chain.n)):
+
+        def whole(w: Working, found: np.ndarray, i: int = row, j: int = column) -> np.ndarray:
+            return np.asarray(found - 2 * w["jacobian"][i, j] * w["cofactors"][i, j])
+
+        yield Slip({"determinant": whole})
+        for link in carried(chain) if axes[row] < 3 else ():
+
+            def part(w: Working, found: np.ndarray, i: int = row, j: int = column, k: int = link) -> np.ndarray:
+                return np.asarray(found - 2 * w["effects"][j, k, axes[i]] * w["cofactors"][i, j])
+
+            yield Slip({"determinant": part})
+
+
+def _blocks_added(chain: Chain, _: Shape) -> Iterator[Slip]:
+    if _square(chain, 6):
+
+        def changed(w: Working, _: np.ndarray) -> np.ndarray:
+            return np.asarray(determinant(w["arm block"]) + determinant(w["wrist block"]))
+
+        yield Slip({"determinant": changed})
+
+
+def _wrist_alone(chain: Chain, _: Shape) -> Iterator[Slip]:
+    if _square(chain, 6):
+
+        def changed(w: Working, jacobian: np.ndarray) -> np.ndarray:
+            out = np.array(jacobian)
+            out[3:, :3] = 0 * out[3:, :3]
+            return out
+
+        yield Slip({"jacobian": changed})
+
+
+def _sum_squared(chain: Chain, _: Shape) -> Iterator[Slip]:
+    if _wide(chain):
+        for sign in (1, -1):
+
+            def changed(w: Working, _: np.ndarray, sign: int = sign) -> np.ndarray:
+                chosen = combinations(range(w.n), len(w.chain.task))
+                total = sum(sign**k * determinant(w["jacobian"][:, list(some)]) for k, some in enumerate(chosen))
+                return np.asarray(total * total)
+
+            yield Slip({"gram determinant": changed})
+
+
+def _square_lost(chain: Chain, _: Shape) -> Iterator[Slip]:
+    """Lose one of several equal factors of the determinant in its absolute value."""
+    if _square(chain, 1):
+        values = dict(structure(chain).values)
+        for factor, power in derive(chain).generic_minors[0].factors:
+            own = factor.xreplace(values)
+            if power > 1 and not own.is_number:
+                yield Slip({"manipulability": _divided(sp.Abs(own))}, {"factor": _kind_of_factor(chain, own)})
+
+
+def _velocity_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
+    for i, name in enumerate(chain.task):
+
+        def changed(w: Working, velocity: np.ndarray, i: int = i) -> np.ndarray:
+            out = np.array(velocity)
+            out[i] = -out[i]
+            return out
+
+        yield Slip({"wanted velocity": changed}, {"name": name})
+
+
 MISTAKES = (
     Mistake(
         "determinant-plus", "Plus for minus in the determinant",
@@ -259,6 +332,35 @@ MISTAKES = (
         "jacobian-for-transpose", "J for its transpose",
         "The torques seem to be J times the load: by virtual work it is the transpose of J.", "dual of 6.4",
         _no_transpose,
+    ),
+    Mistake(
+        "product-sign", "Sign of one product of the determinant",
+        "One product of the determinant seems to have the wrong sign: did terms add up that are to cancel?", "appendix",
+        _product_signs, rare=True,
+    ),
+    Mistake(
+        "blocks-added", "Determinants of the blocks added",
+        "The determinants of the blocks seem to be added: that of a block triangular matrix is their product.",
+        "6.8", _blocks_added, rare=True,
+    ),
+    Mistake(
+        "wrist-alone", "Wrist solved with the whole angular velocity",
+        "The wrist seems to be solved with the whole angular velocity: what joints 1 to 3 turn is subtracted first.",
+        "6.7", _wrist_alone, rare=True,
+    ),
+    Mistake(
+        "sum-squared", "Square of the sum of the minors",
+        "The maximal minors seem to be added before they are squared: by Cauchy and Binet each square counts.", "6.8",
+        _sum_squared, rare=True,
+    ),
+    Mistake(
+        "square-lost", "Square of a factor lost",
+        "The determinant seems to hold a factor once that it holds more than once: {factor}.", "6.8", _square_lost,
+        rare=True,
+    ),
+    Mistake(
+        "velocity-sign", "Component of the velocity with the wrong sign",
+        "The component {name} of the velocity seems to have the wrong sign.", "6.7", _velocity_sign, rare=True,
     ),
     Mistake(
         "velocity-components-exchanged", "Components of the velocity exchanged",

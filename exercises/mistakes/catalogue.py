@@ -29,16 +29,49 @@ _LAST_STEPS = {mistake.name for module in (algebra, arrangement) for mistake in 
 
 _IN_NUMBERS = [mistake.name for mistake in numeric.MISTAKES]
 
-ONE_NUMBER = frozenset({*_IN_NUMBERS, "all-relative-angles", "determinant-sign", "sign"})
+ONE_NUMBER = frozenset(
+    {*_IN_NUMBERS, "all-relative-angles", "determinant-sign", "sign", "square-lost"} - {"value-sign"}
+)
 """What is looked for behind a wrong answer of a single number, which many others would meet by chance."""
 
 ON_THE_WAY = frozenset(mistake.name for module in (position, columns) for mistake in module.MISTAKES)
 """What is looked for together with a second mistake behind J."""
 
+READING = (
+    "offset-forgotten", "offset-sign", "slide-offset-sign", "offset-in-degrees", "wrong-radians", "twist-sign",
+    "twist-forgotten", "length-forgotten", "distance-forgotten", "base-forgotten", "lengths-exchanged",
+    "point-forgotten", "base-exchanged", "decimal-point", "value-sign",
+)  # fmt: skip
+"""What is misread most often, in that order: looked for together with any second mistake."""
+
+PRIORS: dict[str, float] = {
+    "point-forgotten": 2.0, "link-left-out": 1.5, "joint-left-out": 1.0, "row-misread": 0.1, "cross-order": 0.1,
+    "arm-reversed": 0.1, "modified-dh": 0.1, "joint-turns-other-way": 0.1, "previous-axis": 0.1, "wrong-axis": 0.1,
+    "row-of-rotation": 0.1, "arm-to-origin": 0.1, "offset-sign": 1.0, "offset-in-degrees": 1.0, "wrong-radians": 1.0,
+    "slide-offset-sign": 1.0, "lengths-exchanged": 1.0, "other-point": 1.0, "value-sign-in-set": 1.0,
+    "tangent-turned-over": 1.0, "product-sign": 1.0, "axis-sign": 0.5,
+}  # fmt: skip
+"""How often a mistake is made, beside others that give the same answer: 1 for most, RARE for those that are rare."""
+RARE = 0.3
+BY_PROPAGATION = 0.5
+"""What a mistake in adding up the links counts less where the columns are not differentiated from it."""
+
+ALIKE: dict[str, tuple[str, ...]] = {
+    "prismatic-as-revolute": ("joint-left-out",),
+    "link-left-out": ("point-forgotten", "chain-rule"),
+    "row-misread": ("offset-sign",),
+    "term-sign": ("product-sign",),
+    "tangent-turned-over": ("value-sign-in-set",),
+}
+"""Mistakes that give the same answer as another on some arms: the likelier one is told, both where none is."""
+
 _POSITIONS = frozenset({"table", "rotations", "own links", "links"})
 _BEHIND = {stage for stage in STAGES if "jacobian" in built_on(stage)}
 _LATE = frozenset(_BEHIND | {"wanted velocity", "joint rates", RESULT})
 """Stages behind J, and what J is multiplied by."""
+
+_LOOKS_BACK = frozenset({"product-sign", "blocks-added", "velocity-of-other-frame"})
+"""Mistakes behind J in which there is more than J: the same J with another mistake before may give another result."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +87,13 @@ class Wrong:
     def sentence(self) -> str:
         """What is said to the student."""
         return self.mistake.sentence(self.slip.words)
+
+
+def prior(wrong: Wrong) -> float:
+    """Return how often a mistake is made in this way, beside others that give the same answer."""
+    own = PRIORS.get(wrong.mistake.name, RARE if wrong.mistake.rare else 1.0)
+    propagates = "linear" not in wrong.slip.changes and any(stage == "linear" for stage, _ in wrong.working.changes)
+    return own * BY_PROPAGATION if propagates else own
 
 
 def likely(part: Part, precise: bool = False) -> list[Mistake]:
@@ -73,16 +113,17 @@ def likely(part: Part, precise: bool = False) -> list[Mistake]:
 def wrong_answers(w: Working, part: Part, precise: bool = False) -> Iterator[Wrong]:
     """Yield what each mistake in the derivation makes of the answer to a part, those that change nothing included."""
     if is_derived(part):
+        right = _result(w, part)
         for mistake in likely(part, precise):
-            yield from made(mistake, w, part)
+            yield from made(mistake, w, part, right)
 
 
-def made(mistake: Mistake, w: Working, part: Part) -> Iterator[Wrong]:
+def made(mistake: Mistake, w: Working, part: Part, right: np.ndarray | None = None) -> Iterator[Wrong]:
     """Yield what one mistake makes of the answer to a part, in every way in which it is made.
 
     A mistake in adding up the links is followed by differentiation first, then by propagation.
     """
-    right = _result(w, part)
+    right = _result(w, part) if right is None else right
     if right is None:
         return
     for slip in mistake.slips(w.chain, (right.shape[0], right.shape[1])):
@@ -98,7 +139,8 @@ def made(mistake: Mistake, w: Working, part: Part) -> Iterator[Wrong]:
 
 def late_mistakes(chain: Chain, part: Part, shape: Shape, precise: bool = False) -> list[tuple[Mistake, Slip]]:
     """Return the mistakes that are made behind J, in an answer of some rows and columns, in every way they are made."""
-    slips = ((mistake, slip) for mistake in likely(part, precise) for slip in mistake.slips(chain, shape))
+    some = (mistake for mistake in likely(part, precise) if mistake.name not in _LOOKS_BACK)
+    slips = ((mistake, slip) for mistake in some for slip in mistake.slips(chain, shape))
     return [(mistake, slip) for mistake, slip in slips if set(slip.changes) <= _LATE]
 
 

@@ -129,6 +129,26 @@ def _less_by_one(chain: Chain, part: Part) -> Iterator[list[int]]:
         yield [right - 1]
 
 
+def _one_condition(chain: Chain, part: Part) -> Iterator[list[int]]:
+    full = min(len(chain.task), chain.n)
+    if int(part.of(Number).reference[0]) < full - 1:
+        yield [full - 1]
+
+
+def _no_rank(chain: Chain, part: Part) -> Iterator[list[int]]:
+    yield [0]
+
+
+def _kinds_counted(chain: Chain, part: Part) -> Iterator[list[int]]:
+    """Count the orientation as one component, or the position."""
+    task = part.about(ForTask).task
+    linear = sum(row[0] == "v" for row in task)
+    angular = len(task) - linear
+    yield [linear + min(angular, 1), chain.n]
+    yield [min(linear, 1) + angular, chain.n]
+    yield [min(linear, 1) + min(angular, 1), chain.n]
+
+
 MISTAKES = (
     Mistake(
         "boundary-and-internal", "Boundary and internal confused",
@@ -211,5 +231,20 @@ MISTAKES = (
         "rank-less", "Rank of a singular configuration given",
         "The configuration seems to be taken for a singular one. Are the columns dependent here?", "6.8",
         takes=_numbers("rank", _less_by_one),
+    ),
+    Mistake(
+        "rank-of-one-condition", "Only one of several conditions counted",
+        "One seems to be taken off the full rank. Does more than one condition hold in this configuration?", "6.8",
+        takes=_numbers("rank", _one_condition), rare=True,
+    ),
+    Mistake(
+        "rank-zero", "Rank zero where the determinant is",
+        "A determinant that is zero says only that the rank is less than full: count the independent columns.", "6.8",
+        takes=_numbers("rank", _no_rank), rare=True,
+    ),
+    Mistake(
+        "size-of-kinds", "Orientation counted as one component",
+        "Position or orientation seems to be counted as one component: J has a row for each component that counts.",
+        "6.6", takes=_numbers("jacobian-size", _kinds_counted), rare=True,
     ),
 )  # fmt: skip

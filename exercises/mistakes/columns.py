@@ -9,7 +9,7 @@ import sympy as sp
 
 from exercises.arm.arithmetic import applied, cross
 from exercises.arm.chain import Chain
-from exercises.arm.stages import Change, Table, Working, carried, propagated
+from exercises.arm.stages import RESULT, Change, Table, Working, carried, propagated, turned_rows
 from exercises.mistakes.base import Mistake, Shape, Slip
 from exercises.mistakes.position import run_start
 
@@ -268,13 +268,13 @@ def _joint_left_out(chain: Chain, _: Shape) -> Iterator[Slip]:
     """Take a joint for one that does not move: what it adds to the velocities is missing."""
     for i in range(chain.n):
 
-        def changed(w: Working, geometric: np.ndarray, i: int = i) -> np.ndarray:
-            out = np.array(geometric)
+        def changed(w: Working, rows: np.ndarray, i: int = i) -> np.ndarray:
+            out = np.array(rows)
             out[:, i] = 0 * out[:, i]
             return out
 
         if chain.n > 1:
-            yield Slip({"geometric": changed}, {"joint": i + 1})
+            yield Slip({"linear": changed, "angular": changed}, {"joint": i + 1})
 
 
 def _arms_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -286,6 +286,63 @@ def _arms_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
             return out
 
         yield Slip({"arms": changed, "linear": propagated}, {"joint": i + 1, "other": j + 1})
+
+
+def _tool_stage(change: Change) -> Callable[[Chain, Shape], Iterator[Slip]]:
+    def slips(chain: Chain, _: Shape) -> Iterator[Slip]:
+        yield Slip({"tool jacobian": change})
+
+    return slips
+
+
+def _rows_not_turned(chain: Chain, _: Shape) -> Iterator[Slip]:
+    """Turn one kind of rows into the tool frame, and leave the other as the base sees it."""
+    for words, rows in (("the angular", slice(3, 6)), ("the linear", slice(0, 3))):
+
+        def changed(w: Working, turned: np.ndarray, rows: slice = rows) -> np.ndarray:
+            out = np.array(turned)
+            out[rows] = w["geometric"][rows]
+            return out
+
+        yield Slip({"tool jacobian": changed}, {"rows": words})
+
+
+def _turned_by(frame: int, there: bool) -> Change:
+    def changed(w: Working, _: np.ndarray) -> np.ndarray:
+        rotation = w.arithmetic.value(w["rotations"][frame])
+        return turned_rows(rotation if there else rotation.swapaxes(0, 1), w["geometric"])
+
+    return changed
+
+
+def _frame_before(chain: Chain, shape: Shape) -> Iterator[Slip]:
+    for frame in range(1, chain.n):
+        yield Slip({"tool jacobian": _turned_by(frame, False)}, {"frame": frame})
+
+
+def _other_frames_velocity(chain: Chain, shape: Shape) -> Iterator[Slip]:
+    """Take the velocity of another frame, or that of P with the sums ending at another joint."""
+    if shape != (6, 1):
+        return
+    for frame in range(1, chain.n + 1):
+
+        def of_frame(w: Working, velocity: np.ndarray, k: int = frame) -> np.ndarray:
+            if not w.comes_from("joint rates"):
+                return velocity
+            try:
+                inner = w if k == w.n else w.up_to(k)
+                return applied(inner["geometric"], w["joint rates"][:k])[:, None]
+            except IndexError:  # of a joint behind the frame
+                return velocity
+
+        def of_point(w: Working, velocity: np.ndarray, k: int = frame) -> np.ndarray:
+            if not w.comes_from("joint rates"):
+                return velocity
+            return applied(w["geometric"][:, :k], w["joint rates"][:k])[:, None]
+
+        yield Slip({RESULT: of_frame}, {"frame": "another frame" if frame < chain.n else "the last frame"})
+        if frame < chain.n:
+            yield Slip({RESULT: of_point}, {"frame": "the point"})
 
 
 MISTAKES = (
@@ -418,6 +475,26 @@ MISTAKES = (
     Mistake(
         "axis-sign", "Axis with the wrong sign",
         "The axis of joint {joint} seems to point the wrong way.", "below 6.10", _axis_sign, rare=True,
+    ),
+    Mistake(
+        "rows-not-turned", "One kind of rows not turned into the tool frame",
+        "Of the Jacobian, {rows} rows seem to be left in the base frame: both kinds are turned into the tool frame.",
+        "6.11", _rows_not_turned, rare=True,
+    ),
+    Mistake(
+        "turned-the-wrong-way", "Turned by the rotation for its transpose",
+        "The Jacobian seems to be multiplied by the rotation matrix of the last frame: its transpose takes vectors "
+        "into that frame.", "6.11", _tool_stage(_turned_by(-1, True)), rare=True,
+    ),
+    Mistake(
+        "frame-before", "Another frame for the tool frame",
+        "The vectors seem to be those that frame {frame} sees: they are wanted in the last frame.", "6.11",
+        _frame_before, rare=True,
+    ),
+    Mistake(
+        "velocity-of-other-frame", "Velocity of another frame",
+        "The velocity seems to be that of {frame}: it is wanted for the origin of the frame that is asked for, by the "
+        "joints before it.", "6.9 and 6.10", _other_frames_velocity, rare=True,
     ),
     Mistake(
         "arms-exchanged", "Vectors p* exchanged",

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
+from itertools import combinations
 
 from exercises.formula.algebra import TWO, ZERO, minus, negative, number, over, plus, times
 from exercises.formula.trees import Node, names, size_of
@@ -36,11 +37,15 @@ def edits(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
     """Yield an entry with one slip in it, in every way; one of the `symbols` can be typed for another like it."""
     if size_of(entry) > LONGEST:
         return
+    yield from _typed(entry, sorted(symbols))
     yield from _anywhere(entry)
     coefficient = _coefficient(entry)
     if coefficient not in (-1, 0, 1):
         yield Edit("factor-missing", over(entry, number(abs(coefficient))))
-    yield from _typed(entry, sorted(symbols))
+        if coefficient:
+            yield Edit("factor-turned-over", over(entry, number(coefficient**2)))
+    yield from exchanged_symbols(entry, symbols)
+    yield from _more_in_angles(entry, sorted(symbols))
     for angle in dict.fromkeys(_angles_in(entry)):
         for new in _angles(angle):
             yield Edit("angle-typed", _changed(entry, partial(_put, {angle: new})))
@@ -80,6 +85,7 @@ def _of_sum(node: Node) -> Iterator[Edit]:
     yield Edit("term-sign-typed", Node(node.kind, (negative(left), right)))
     yield Edit("term-missing", left)
     yield Edit("term-missing", right if node.kind == "+" else negative(right))
+    yield from _unlike(node)
     if right.kind == "*" and node.kind == "-":  # without its bracket, the minus holds for the first term only
         for edit in _of_product(right):
             if edit.mistake == "bracket-missing":
@@ -87,8 +93,21 @@ def _of_sum(node: Node) -> Iterator[Edit]:
                 yield Edit("bracket-missing", Node(edit.entry.kind, (minus(left, first), second)))
 
 
+def _unlike(node: Node) -> Iterator[Edit]:
+    """Yield a number that was added to the number before something else: 0.2 + 0.4 x as 0.6 x."""
+    for constant, term in (node.args, node.args[::-1]):
+        if constant.kind in ("number", "decimal") and names(term):
+            share = _coefficient(constant) / _coefficient(term) if _coefficient(term) else Fraction(0)
+            first, second = (term, times(number(share), term))
+            yield Edit("unlike-terms-added", plus(first, second) if node.kind == "+" else minus(first, second))
+
+
 def _of_product(node: Node) -> Iterator[Edit]:
     left, right = node.args
+    yield from _loose(left, right)
+    if right.kind == "call" and right.value in WAVES and len(_parts(right.args[0])) > 1:
+        first, *rest = _waves(right)  # s12 for s1 + s2, and that without its bracket
+        yield Edit("sum-of-angles-split", plus(times(left, first), _sum(rest)))
     for lost, kept in ((left, right), (right, left)):
         yield Edit("factor-missing", kept)
         if lost.kind in ("+", "-"):  # the factor multiplies one of the terms only
@@ -117,7 +136,19 @@ def _of_power(node: Node) -> Iterator[Edit]:
 
 
 def _of_negative(node: Node) -> Iterator[Edit]:
-    yield Edit("term-sign-typed", node.args[0])
+    (inside,) = node.args
+    yield Edit("term-sign-typed", inside)
+    yield from _loose(number(-1), inside)
+    terms = _parts(inside.args[0]) if inside.kind == "/" else []
+    if 1 < len(terms) <= MOST_TERMS:  # the minus holds for the first term, the division for the last one
+        yield Edit("bracket-missing", _sum([negative(terms[0]), *terms[1:-1], over(terms[-1], inside.args[1])]))
+
+
+def _loose(factor: Node, quotient: Node) -> Iterator[Edit]:
+    """Yield a factor times a quotient whose denominator has no bracket."""
+    if quotient.kind == "/" and quotient.args[1].kind in ("+", "-"):
+        above, below = quotient.args
+        yield Edit("bracket-missing", Node(below.kind, (over(times(factor, above), below.args[0]), below.args[1])))
 
 
 _OPERATIONS: dict[str, Callable[[Node], Iterator[Edit]]] = {
@@ -138,18 +169,76 @@ def _coefficient(node: Node) -> Fraction:
 
 
 def _typed(node: Node, symbols: Sequence[str]) -> Iterator[Edit]:
-    """Yield a tree with one name typed for another of the same letters, and angles with a joint too much in them."""
+    """Yield a tree with one name typed for another that is like it."""
     if node.kind == "name":
         for other in symbols:
-            if other != node.value and other.rstrip("0123456789") == str(node.value).rstrip("0123456789"):
+            if other != node.value and _stem(other) == _stem(str(node.value)):
                 yield Edit("symbol-typed", Node("name", value=other))
-    if node.kind == "call" and node.value in WAVES:
-        for joint in (Node("name", value=name) for name in symbols if name.startswith("theta")):
-            for more in (joint, negative(joint), times(TWO, joint), negative(times(TWO, joint))):
-                yield Edit("angle-typed", Node("call", (plus(node.args[0], more),), node.value))
     for k, arg in enumerate(node.args):
         for edit in _typed(arg, symbols):
             yield Edit(edit.mistake, Node(node.kind, (*node.args[:k], edit.entry, *node.args[k + 1 :]), node.value))
+
+
+def exchanged_symbols(entry: Node, symbols: Iterable[str]) -> Iterator[Edit]:
+    """Yield an entry with two names exchanged that are like each other."""
+    present = sorted(names(entry) & set(symbols))
+    for one, other in combinations(present, 2):
+        if _stem(one) == _stem(other):
+            yield Edit("symbol-typed", _renamed(entry, {one: other, other: one}))
+
+
+def _renamed(node: Node, to: Mapping[str, str]) -> Node:
+    if node.kind == "name":
+        return Node("name", value=to[node.value]) if node.value in to else node
+    return _with_arguments(node, tuple(_renamed(arg, to) for arg in node.args))
+
+
+def _more_in_angles(node: Node, symbols: Sequence[str]) -> Iterator[Edit]:
+    """Yield a tree with a joint too much in an angle, or one with another sign."""
+    if node.kind == "call" and node.value in WAVES:
+        for joint in (Node("name", value=name) for name in symbols if name.startswith("theta")):
+            alone = names(node.args[0]) == {joint.value}  # which turned round would be no sum mistaken
+            for more in (joint, negative(joint), times(TWO, joint), *(() if alone else (negative(times(TWO, joint)),))):
+                yield Edit("angle-typed", Node("call", (plus(node.args[0], more),), node.value))
+    for k, arg in enumerate(node.args):
+        for edit in _more_in_angles(arg, symbols):
+            yield Edit(edit.mistake, Node(node.kind, (*node.args[:k], edit.entry, *node.args[k + 1 :]), node.value))
+
+
+@dataclass(frozen=True)
+class WaveGone:
+    """An entry of which one sine or cosine is looked at: the entry without it, and with what is a quarter turn on."""
+
+    without: Node
+    on: Node
+    turned: Callable[[Node], Node]
+    """The entry with a constant added to the angle there."""
+
+
+def waves_in(entry: Node) -> Iterator[WaveGone]:
+    """Yield an entry for each sine and cosine in it."""
+    if entry.kind == "call" and entry.value in WAVES:
+        (angle,) = entry.args
+        on = Node("call", (angle,), "cos") if entry.value == "sin" else negative(Node("call", (angle,), "sin"))
+        yield WaveGone(ZERO, on, lambda more: Node("call", (plus(angle, more),), entry.value))
+        return
+    for k, arg in enumerate(entry.args):
+        for gone in waves_in(arg):
+            put = partial(_with_argument, entry, k)
+            yield WaveGone(put(gone.without), put(gone.on), partial(_through, put, gone.turned))
+
+
+def _with_argument(node: Node, index: int, arg: Node) -> Node:
+    return Node(node.kind, (*node.args[:index], arg, *node.args[index + 1 :]), node.value)
+
+
+def _through(put: Callable[[Node], Node], turned: Callable[[Node], Node], more: Node) -> Node:
+    return put(turned(more))
+
+
+def _stem(name: str) -> str:
+    """Return what names have in common that are typed for one another: theta1 and theta2, fy and fz."""
+    return name[:-1] if len(name) == 2 and name[-1] in "xyz" else name.rstrip("0123456789")
 
 
 def _is_angle(node: Node) -> bool:
@@ -165,6 +254,7 @@ def _split(node: Node) -> Iterator[Edit]:
     if len(parts) > 1:
         yield Edit("sum-of-angles-split", _sum(_waves(node)))
         yield Edit("sum-of-angles-split", _product(_waves(node)))
+        yield Edit("sum-of-angles-split", _sum(_signed_waves(node)))
         inside, outside = _sum(parts[:-1]), parts[-1]
         yield Edit("bracket-missing", plus(Node("call", (inside,), node.value), outside))
 
@@ -172,6 +262,13 @@ def _split(node: Node) -> Iterator[Edit]:
 def _waves(node: Node) -> list[Node]:
     """Return the sine or cosine of each term of an angle."""
     return [Node("call", (part,), node.value) for part in _parts(node.args[0])]
+
+
+def _signed_waves(node: Node) -> list[Node]:
+    """Return the sine or cosine of each term of an angle, with the sign of the term before it."""
+    signed = [(part.args[0], True) if part.kind == "neg" else (part, False) for part in _parts(node.args[0])]
+    waves = [(Node("call", (part,), node.value), minus_before) for part, minus_before in signed]
+    return [negative(wave) if minus_before else wave for wave, minus_before in waves]
 
 
 def _product(factors: Sequence[Node]) -> Node:
@@ -195,14 +292,18 @@ def _parts(total: Node) -> list[Node]:
 def _angles(angle: Node) -> Iterator[Node]:
     """Yield an angle with a term left out, negative, or of another size if it is a constant."""
     parts = _parts(angle)
+    turning = [part for part in parts if names(part)]
     for k, part in enumerate(parts):
         rest = [*parts[:k], *parts[k + 1 :]]
         if rest:
             yield _sum(rest)
-            yield _sum([*rest, negative(part)])
+            if len(turning) > 1 or not names(part):  # an angle alone that turns the other way is no sum mistaken
+                yield _sum([*rest, negative(part)])
         if not names(part):
             for factor in (number(2), number(Fraction(1, 2)), over(number(180), Node("name", value="pi"))):
                 yield _sum([*rest, times(factor, part)])
+    if len(turning) > 1:
+        yield _sum([_product(turning), *(part for part in parts if not names(part))])
     if len(parts) > 2:
         constants = [part for part in parts if not names(part)]
         for part in parts:  # one angle alone, with the constant and without
@@ -243,7 +344,7 @@ def _is_length(name: str) -> bool:
 def _ones(node: Node, lengths: Sequence[str]) -> Node:
     if node.kind == "name" and node.value in lengths:
         return number(1)
-    return Node(node.kind, tuple(_ones(arg, lengths) for arg in node.args), node.value)
+    return _with_arguments(node, tuple(_ones(arg, lengths) for arg in node.args))
 
 
 def _put(changed: Mapping[Node, Node], node: Node) -> Node:
@@ -267,7 +368,13 @@ def _all(rows: Sequence[Sequence[Node]], change: Callable[[Node], Node]) -> list
 def _changed(node: Node, change: Callable[[Node], Node]) -> Node:
     if node.kind == "call" and node.value in WAVES:
         return change(node)
-    return Node(node.kind, tuple(_changed(arg, change) for arg in node.args), node.value)
+    return _with_arguments(node, tuple(_changed(arg, change) for arg in node.args))
+
+
+def _with_arguments(node: Node, args: tuple[Node, ...]) -> Node:
+    """Return a tree with other operands; the same object where these are the same, whose value is known then."""
+    same = all(new is old for new, old in zip(args, node.args, strict=True))
+    return node if same else Node(node.kind, args, node.value)
 
 
 def _angles_in(node: Node) -> Iterator[Node]:
@@ -353,6 +460,15 @@ MISTAKES = (
     Mistake(
         "bracket-missing", "Bracket missing",
         "{Where} a bracket seems to be missing: the factor multiplies every term of the sum.", "6.3",
+    ),
+    Mistake(
+        "factor-turned-over", "Number turned over",
+        "{Where} a number seems to be turned over: to divide by a fraction is to multiply by what it is upside down.",
+        "6.3",
+    ),
+    Mistake(
+        "unlike-terms-added", "Terms added that are not alike",
+        "{Where} numbers seem to be added that stand before different things: only like terms add up.", "6.3",
     ),
     Mistake("square-missing", "Square missing", "{Where} a square seems to be missing.", "6.3"),
     Mistake("wave-typed", "Sine for cosine in one place", "{Where} a sine stands where a cosine is due, or the other "

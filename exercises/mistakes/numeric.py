@@ -6,9 +6,13 @@ from dataclasses import replace
 import numpy as np
 import sympy as sp
 
+from exercises.answers import Number
 from exercises.arm.chain import Chain
+from exercises.arm.path import Line
 from exercises.arm.stages import RESULT, Table, Working
-from exercises.mistakes.base import Mistake, Shape, Slip
+from exercises.mistakes.base import Mistake, Shape, Slip, Taken, Takes
+from exercises.problem import Part
+from exercises.questions.path import AtDistance
 
 
 def _degrees_as_radians(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -24,6 +28,15 @@ def _degrees_as_radians(chain: Chain, _: Shape) -> Iterator[Slip]:
         yield Slip({"table": large})
     if any(joint.kind == "R" and offset != 0 for joint, offset in zip(chain.joints, chain.offsets, strict=True)):
         yield Slip({"table": _variables_in_degrees})
+    if (chain.base.yaw, chain.base.tilt) != (0, 0):
+        yield Slip({"table": _base_in_degrees})
+
+
+def _base_in_degrees(w: Working, table: Table) -> Table:
+    """Put the angles of the base in as degrees."""
+    position, yaw, tilt = table.base
+    large = w.arithmetic.stepped(180 / sp.pi)
+    return replace(table, base=(position, yaw * large, tilt * large))
 
 
 def _variables_in_degrees(w: Working, table: Table) -> Table:
@@ -33,6 +46,18 @@ def _variables_in_degrees(w: Working, table: Table) -> Table:
         if joint.kind == "R":
             table = table.with_row(i, theta=table.rows[i].theta + w.arithmetic.stepped(more * q))
     return table
+
+
+def _value_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
+    """Give the value of a joint variable the other sign, and leave what the table adds to it."""
+    for i, (joint, q) in enumerate(zip(chain.joints, chain.q, strict=True)):
+        entry = "theta" if joint.kind == "R" else "d"
+
+        def changed(w: Working, table: Table, i: int = i, entry: str = entry, q: sp.Symbol = q) -> Table:
+            value = getattr(table.rows[i], entry) - w.arithmetic.stepped(2 * q)
+            return table.with_row(i, **{entry: value})
+
+        yield Slip({"table": changed}, {"variable": q})
 
 
 def _times(factor: float) -> Callable[[Chain, Shape], Iterator[Slip]]:
@@ -60,7 +85,81 @@ def _stage(stage: str, change: Callable[[Working, np.ndarray], np.ndarray]) -> C
     return slips
 
 
+# --- rates along a path ---
+
+
+def _on_path(way: Callable[[Chain, AtDistance], Iterator[tuple[np.ndarray, str]]]) -> Takes:
+    """Return the takes of joint rates along a path, worked out by floats."""
+
+    def takes(chain: Chain, part: Part) -> Iterator[Taken]:
+        if part.kind == "path-rates" and isinstance(part.answer, Number):
+            for rates, more in way(chain, part.about(AtDistance)):
+                if np.isfinite(rates).all():
+                    reference = sp.Matrix([sp.Float(float(rate)) for rate in rates])
+                    yield Taken(replace(part.answer, reference=reference), {"more": more})
+
+    return takes
+
+
+def _rates_at(line: Line, distance: float, speed: float) -> np.ndarray:
+    """Return the joint rates at a distance from A (m); nan where the line can't be followed so far."""
+    stations = list(line.follow(distance / max(1, round(distance / 0.02)) if distance else 1.0, 1e-3, distance))
+    reached = bool(stations) and abs(stations[-1].s - distance) < 1e-9
+    return np.array(stations[-1].slopes) * speed if reached else np.array([np.nan])
+
+
+def _at_start(chain: Chain, at: AtDistance) -> Iterator[tuple[np.ndarray, str]]:
+    yield _rates_at(at.seam.line(chain), 0.0, float(at.seam.speed)), ""
+
+
+def _not_unit(chain: Chain, at: AtDistance) -> Iterator[tuple[np.ndarray, str]]:
+    for line, joint in _lines(chain, at):
+        more = ", and the constant of a joint to be left out" if joint else ""
+        yield _rates_at(line, float(at.distance), float(at.seam.speed) * float(line.length)), more
+
+
+def _without_offset(chain: Chain, at: AtDistance) -> Iterator[tuple[np.ndarray, str]]:
+    for line, joint in _lines(chain, at):
+        if joint:
+            yield _rates_at(line, float(at.distance), float(at.seam.speed)), str(joint)
+
+
+def _lines(chain: Chain, at: AtDistance) -> Iterator[tuple[Line, int]]:
+    """Yield the line as it is (0), and those of the arm without what the table adds to the variable of a joint."""
+    yield at.seam.line(chain), 0
+    for i, (joint, offset, q) in enumerate(zip(chain.joints, chain.offsets, chain.q, strict=True)):
+        if offset != 0:
+            bare = replace(joint, theta=q) if joint.kind == "R" else replace(joint, d=q)
+            yield at.seam.line(replace(chain, joints=(*chain.joints[:i], bare, *chain.joints[i + 1 :]))), i + 1
+
+
+def _away(chain: Chain, at: AtDistance) -> Iterator[tuple[np.ndarray, str]]:
+    line = at.seam.line(chain)
+    behind = [2 * a - b for a, b in zip(line.start, map(float, at.seam.target.values()), strict=True)]
+    away = Line(chain, at.seam.lengths, at.seam.joints, [sp.Float(value) for value in behind])
+    yield _rates_at(away, float(at.distance), float(at.seam.speed)), ""
+
+
 MISTAKES = (
+    Mistake(
+        "rates-at-start", "Joint rates at the start of the path",
+        "The Jacobian seems to be that at A: it is wanted where P is by then, with the joint values there.", "6.7",
+        takes=_on_path(_at_start), rare=True,
+    ),
+    Mistake(
+        "direction-not-unit", "Direction of the path without length 1",
+        "B - A seems to be multiplied by the speed as it is{more}: it is to be divided by its length first.", "6.7",
+        takes=_on_path(_not_unit), rare=True,
+    ),
+    Mistake(
+        "path-turned-round", "Path in the other direction",
+        "P seems to move away from B: the direction is that from A to B.", "6.7", takes=_on_path(_away), rare=True,
+    ),
+    Mistake(
+        "offset-forgotten-on-path", "Joint offset left out along the path",
+        "The constant that the table adds to the variable of joint {more} seems to be left out.", "6.1",
+        takes=_on_path(_without_offset), rare=True,
+    ),
     Mistake(
         "degrees-as-radians", "Degrees taken for radians",
         "The angles seem to be put into sine and cosine in degrees: they must be turned into radians first.", "6.1",
@@ -92,6 +191,10 @@ MISTAKES = (
         "root-forgotten", "Root forgotten",
         "The square root of det(J J^T) seems to be forgotten.", "below 6.8",
         _stage("manipulability", lambda w, _: w["gram determinant"]),
+    ),
+    Mistake(
+        "value-sign", "Value of a joint with the wrong sign",
+        "The value of {variable} seems to be put in with the wrong sign.", "6.1", _value_sign, rare=True,
     ),
     Mistake(
         "ratio-turned-over", "Ratio the wrong way round",

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import sympy as sp
 
@@ -173,6 +174,59 @@ def _or_for_and(chain: Chain, part: Part) -> Iterator[Taken]:
         yield _set((*(component for component in components if component.solutions is None), together))
 
 
+def _one_root_each(chain: Chain, part: Part) -> Iterator[Taken]:
+    """Take one value for several, in some of the components."""
+    components = _components(part)
+    several = [k for k, c in enumerate(components) if c.solutions and any(len(v) > 1 for _, v in c.solutions)]
+    for size in range(2, min(len(several), 4)):
+        for chosen in combinations(several, size):
+            for keep in (0, 1):
+                yield _set([_thinned(c, keep) if k in chosen else c for k, c in enumerate(components)])
+
+
+def _all_at_once(chain: Chain, part: Part) -> Iterator[Taken]:
+    """Take the values of a joint for conditions that hold together, or add a condition of another joint to one."""
+    components = _components(part)
+    for k, component in enumerate(components):
+        for index, (q, values) in enumerate(component.solutions or ()):
+            if len(values) > 1:
+                apart = tuple((q, (value,)) for value in values)
+                solutions = (*(component.solutions or ())[:index], *apart, *(component.solutions or ())[index + 1 :])
+                yield _set(_with(components, k, replace(component, solutions=solutions)))
+        singular = {q for q, _ in component.solutions or ()}
+        for joint, q in zip(chain.joints, chain.q, strict=True):
+            if component.solutions and q not in singular:
+                for value in (sp.S.Zero, sp.pi) if joint.kind == "R" else (sp.S.Zero,):
+                    more = Component((*component.conditions, q), (*component.solutions, (q, (value,))))
+                    yield _set(_with(components, k, more))
+
+
+def _other_radians(chain: Chain, part: Part) -> Iterator[Taken]:
+    """Turn degrees into half or twice the angle."""
+    components = _components(part)
+    for factor in (sp.S.Half, sp.S(2)) if any(map(_angles, components)) else ():
+        yield _set([_times(component, factor) if _angles(component) else component for component in components])
+
+
+def _times(component: Component, factor: sp.Expr) -> Component:
+    solutions = tuple((q, tuple(factor * value for value in values)) for q, values in component.solutions or ())
+    return replace(component, solutions=solutions)
+
+
+def _tangent_turned_over(chain: Chain, part: Part) -> Iterator[Taken]:
+    """Take the tangent for one over it where an angle is solved for."""
+    components = _components(part)
+    turned = []
+    for component in components:
+        solutions = tuple(
+            (q, tuple(value.replace(sp.atan, lambda ratio: sp.atan(1 / ratio)) for value in values))
+            for q, values in component.solutions or ()
+        )
+        turned.append(component if component.solutions is None else replace(component, solutions=solutions))
+    if tuple(turned) != components:
+        yield _set(turned)
+
+
 def _value_sign(chain: Chain, part: Part) -> Iterator[Taken]:
     """Give one value of a joint, or all of them, the other sign."""
     components = _components(part)
@@ -317,6 +371,26 @@ MISTAKES = (
         "Conditions that must hold together seem to be given as alternatives, or alternatives as conditions that must "
         "hold together: a product is zero where one of its factors is, several minors where all of them are.", "6.8",
         takes=_or_for_and, rare=True,
+    ),
+    Mistake(
+        "one-root-of-each", "One root of several joints",
+        "Only one of several values seems to be given for more than one joint: a sine or cosine takes the same value "
+        "more than once in a turn.", "6.8", takes=_one_root_each, rare=True,
+    ),
+    Mistake(
+        "and-for-or", "Values of a joint that hold at once",
+        "Conditions seem to hold together that are alternatives, or that are no conditions: a joint has one value at a "
+        "time, and a product is zero where one of its factors is.", "6.8", takes=_all_at_once, rare=True,
+    ),
+    Mistake(
+        "values-in-wrong-radians", "Values turned into the wrong radians",
+        "The values of the angles seem to be turned into twice or half of them: 180° is pi.", "6.8",
+        takes=_other_radians, rare=True,
+    ),
+    Mistake(
+        "tangent-turned-over", "Tangent turned over",
+        "The tangent seems to be turned over: which of the two factors stands before the sine, and which before the "
+        "cosine?", "6.8", takes=_tangent_turned_over, rare=True,
     ),
     Mistake(
         "value-sign-in-set", "Value of a joint with the wrong sign",

@@ -230,6 +230,69 @@ def _up_to(frame: int) -> Callable[[Working, np.ndarray], np.ndarray]:
     return changed
 
 
+def _scaled_lengths(row: TableRow, slide: np.ndarray, factor: Any, which: Callable[[str], bool]) -> dict[str, Any]:
+    """Return a row's lengths times a factor; of a joint that slides, the constant that is added to its variable."""
+    scaled = {}
+    if which("a"):
+        scaled["a"] = row.a * factor
+    if which("d"):
+        scaled["d"] = (row.d - slide) * factor + slide
+    return scaled
+
+
+def _in_centimetres(chain: Chain, _: Shape) -> Iterator[Slip]:
+    """Give every length that is a number in centimetres or millimetres, beside letters in metres."""
+
+    def times(factor: int) -> Callable[[Working, Table], Table]:
+        def changed(w: Working, table: Table) -> Table:
+            rows = []
+            for i, (row, joint) in enumerate(zip(table.rows, w.chain.joints, strict=True)):
+                own = joint.d - w.chain.q[i] if joint.kind == "P" else joint.d
+                numeric = {"a": joint.a.is_number, "d": own.is_number}
+                rows.append(replace(row, **_scaled_lengths(row, _slide(w, i), factor, lambda e, n=numeric: n[e])))  # type: ignore[misc]
+            position, yaw, tilt = table.base
+            offset = table.offset * factor if all(x.is_number for x in w.chain.point.offset) else table.offset
+            return replace(table, rows=tuple(rows), base=(position * factor, yaw, tilt), offset=offset)
+
+        return changed
+
+    if any(joint.a != 0 or joint.d != 0 for joint in chain.joints):
+        yield Slip({"table": times(100)}, {"unit": "centimetres"})
+        yield Slip({"table": times(1000)}, {"unit": "millimetres"})
+
+
+def _slide(w: Working, index: int) -> np.ndarray:
+    """Return what slides in a row of the table: the joint variable, or nothing."""
+    q = w.arithmetic.stepped(w.chain.q[index])
+    return q if w.chain.joints[index].kind == "P" else q * 0
+
+
+def _decimal_point(chain: Chain, _: Shape) -> Iterator[Slip]:
+    """Take a length that is a number for ten times, or a tenth of it."""
+    for i, joint in enumerate(chain.joints):
+        own = joint.d - chain.q[i] if joint.kind == "P" else joint.d
+        for entry, length in (("a", joint.a), ("d", own)):
+            if length.is_number and length != 0:
+                for factor in (sp.Integer(10), sp.Rational(1, 10)):
+
+                    def change(w: Working, row: TableRow, i: int = i, e: str = entry, f: sp.Expr = factor) -> Any:
+                        return _scaled_lengths(row, _slide(w, i), w.arithmetic.stepped(f), lambda name: name == e)
+
+                    yield _row(i, change, entry=entry)
+
+
+def _base_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
+    for i, j in combinations(range(3), 2):
+        if chain.base.position[i] != chain.base.position[j]:
+
+            def changed(w: Working, table: Table, i: int = i, j: int = j) -> Table:
+                position, yaw, tilt = table.base
+                order = [j if k == i else i if k == j else k for k in range(3)]
+                return replace(table, base=(position[order], yaw, tilt))
+
+            yield Slip({"table": changed})
+
+
 def _modified(chain: Chain, _: Shape) -> Iterator[Slip]:
     """Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i), the convention of other books, with the table of this one."""
 
@@ -351,6 +414,19 @@ MISTAKES = (
         "quarter-turn", "A quarter turn too much",
         "The angle of joint {joint} seems to be a quarter turn off: it is counted from the x axis before to the one "
         "behind.", "6.1", _turned_too_far, rare=True,
+    ),
+    Mistake(
+        "base-exchanged", "Coordinates of the base exchanged",
+        "Two coordinates of where the base stands seem to be exchanged.", "6.1", _base_exchanged, rare=True,
+    ),
+    Mistake(
+        "lengths-in-centimetres", "Lengths in another unit",
+        "The lengths that are numbers seem to be in {unit}: metres are asked for.", "6.1", _in_centimetres, rare=True,
+    ),
+    Mistake(
+        "decimal-point", "Decimal point of a length",
+        "The length {entry} in row {link} of the table seems to have its decimal point in another place.", "6.1",
+        _decimal_point, rare=True,
     ),
     Mistake(
         "degrees", "Degrees for radians",

@@ -8,14 +8,13 @@ import numpy as np
 import sympy as sp
 
 from exercises.answers import Matrix
-from exercises.arm.arithmetic import product
 from exercises.arm.chain import Chain, Joint
 from exercises.arm.derivation import Derivation, derive, structure
 from exercises.arm.kinematics import Z, frame_behind, frames_and_point
 from exercises.arm.stages import Change, Working
 from exercises.arm.trigonometry import textbook
 from exercises.problem import Details, Part
-from exercises.questions.base import MOST_TERMS, Asked, Question
+from exercises.questions.base import MOST_TERMS, Asked, Question, stage
 from exercises.stream import Stream
 
 MOST_JOINTS = 5
@@ -166,11 +165,6 @@ def _derived_transform(w: Working, part: Part) -> np.ndarray:
     return np.concatenate([np.concatenate([rotation, origin[:, None]], axis=1), below[None]])
 
 
-def _derived_tool_jacobian(w: Working, part: Part) -> np.ndarray:
-    turned = w.arithmetic.value(w["rotations"][-1]).swapaxes(0, 1)
-    return np.concatenate([product(turned, w["geometric"][:3]), product(turned, w["geometric"][3:])])
-
-
 def _put_transform(rows: np.ndarray) -> dict[str, Change]:
     return {"rotations": lambda _, right: [*right[:-1], rows[:3, :3]]}
 
@@ -196,7 +190,7 @@ QUESTIONS = (
         points=2.0,
         objection=_point_on_last_link,
         too_long=_long_jacobian,
-        result=_derived_tool_jacobian,
+        result=stage("tool jacobian"),
         follows=(("transform", "geometric-jacobian"),),
     ),
 )  # fmt: skip

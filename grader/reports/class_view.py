@@ -153,7 +153,7 @@ def mistakes(results: Sequence[Result]) -> list[MistakeOfClass]:
     where: dict[str, dict[str, None]] = {}
     for result in graded_work(results):
         for name, part in parts_of(result).items():
-            for mistake in (part["mistake"] or "").split(" and ") if part["mistake"] else ():
+            for mistake in (part["mistake"] or "").replace(" or ", " and ").split(" and ") if part["mistake"] else ():
                 who.setdefault(mistake, {})[result["student"]] = None
                 where.setdefault(mistake, {})[name] = None
     titles = {name: CATALOGUE[name].title if name in CATALOGUE else name for name in who}

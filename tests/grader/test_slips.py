@@ -1,7 +1,14 @@
-"""Wrong answers that somebody wrote who had not seen the catalogue: most are named, and each gets something true.
+"""Wrong answers that two people wrote who had not seen the catalogue: most are named, and each gets something true.
 
-In `slips.jsonl`: a problem, a part, the answer as it was typed, and what the student did. Written on 24 November 2026
-by a hand that saw worked solutions only, as edits of these, a quarter of them with two slips at once.
+In `slips.jsonl`: whose hand, a problem, a part, the answer as it was typed, and what the student did. Written on 24
+November 2026 by two hands that saw worked solutions only, as edits of these, a quarter of them with two slips at once.
+
+Of 237 answers with one slip 233 are named (129 of the first hand's 133, all 104 of the second's), of 71 with two slips
+54 (32 of 40, 22 of 31). The diagnosis of an answer takes 45 ms of processor time at the median, 90 ms on average.
+
+Three names are not what the student did, and give the very same answer: a difference formula taken for a sum is a
+twist that is left out (pan-tilt/20), or one product with the wrong sign; an offset with the wrong sign and the other
+direction together are an offset in the wrong radians (planar-3r/11).
 """
 
 import json
@@ -25,7 +32,7 @@ SLIPS: list[dict[str, Any]] = [
     json.loads(line) for line in (DATA / "slips.jsonl").read_text(encoding="utf-8").splitlines()
 ]
 TAKEN = range(0, len(SLIPS), several(7, 1))
-NAMED = {1: several(0.75, 0.87), 2: several(0.3, 0.6)}
+NAMED = {1: several(0.9, 0.97), 2: several(0.5, 0.74)}
 """The share of answers with one slip, and with two, behind which mistakes are named."""
 
 
@@ -68,9 +75,66 @@ def test_most_are_named() -> None:
         ("Overlooked the offset of 45 degrees at theta3 in row 3 of the table.", {"offset-forgotten"}),
         ("Took O5, the tip, for P = O4.", {"other-point"}),
         ("Lost the term 0.75*sin(theta2 + theta3)*wz in the third row.", {"term-missing"}),
+        # of the second hand
+        ("Sign slip when the two mixed terms 0.1*sin*cos should cancel: they were added.", {"product-sign"}),
+        ("Left out the bracket of the denominator: /d3 + 0.8", {"bracket-missing"}),
+        ("Turned only the linear rows into frame 3", {"rows-not-turned"}),
+        ("Turned 1/0.75 into 3/4 instead of 4/3 in row 3.", {"factor-turned-over"}),
+        ("Saw that the arm is singular and took one off the full rank", {"rank-of-one-condition"}),
+        ("Added 0.2 + 0.4*cos(theta3) to 0.6*cos(theta3)", {"unlike-terms-added"}),
+        ("Took only the positive root of cos(theta2) = -1/2", {"one-root-of-each"}),
+        ("Used the Jacobian at the start A instead of the one at the place 0.3 m", {"rates-at-start"}),
+        ("Typed fy instead of fz in the last term of tau_3.", {"symbol-typed"}),
+        ("Counted the orientation of the last link as one component", {"size-of-kinds"}),
+        ("Typed the lengths 0.45 m and 0.65 m in centimetres.", {"lengths-in-centimetres"}),
+        ("Added joint 2 to the angular velocity of link 1", {"velocity-of-other-frame"}),
+        ("Sign slip in the difference formula: plus instead of minus", {"term-sign-typed"}),
+        ("From 4*sin = cos concluded tan = 4", {"tangent-turned-over", "value-sign-in-set"}),
+        ("Took the moment arms to the origin O_2 of the last frame", {"point-forgotten"}),
+        ("Squared the sum of the three minors", {"sum-squared"}),
+        ("Overlooked the minus sign of the given omega_y", {"velocity-sign"}),
+        ("Product rule forgotten", {"chain-rule"}),
+        ("Multiplied the base Jacobian by R instead of by R transposed.", {"turned-the-wrong-way"}),
+        ("Joined the two solutions for theta3 by AND", {"and-for-or"}),
+        ("Dropped the offset 0.5 m of joint 2.", {"offset-forgotten-on-path"}),
+        ("Typed sin(theta3 - theta4) and cos(theta3 - theta4) as differences", {"sum-of-angles-split"}),
+        ("Took the unit vector as (A - B)/|A - B|", {"path-turned-round"}),
+        ("Lost one of the two factors d3 in w", {"square-lost"}),
+        ("Added the determinants of the two blocks instead of multiplying them.", {"blocks-added"}),
+        ("Gave the components in frame 2 instead of in frame 3", {"frame-before"}),
+        ("Converted 30 deg and -150 deg to radians with 360", {"values-in-wrong-radians"}),
+        # two slips of the second hand
+        ("Dropped the offset -60 deg of joint 2, and took -J^T F", {"offset-forgotten", "sign"}),
+        ("Exchanged the base coordinates 0.2 m and 0.8 m", {"base-exchanged", "column-sign"}),
+        ("Took the offset of joint 2 as -45 deg, and wrote the velocity in the order", {
+            "offset-sign", "velocity-components-exchanged",
+        }),
+        ("Took the offset of joint 2 as -45 deg, and divided the smallest", {"offset-sign", "ratio-turned-over"}),
+        ("Let joint 4 turn about +z", {"axis-sign", "rates-in-degrees"}),
+        ("Typed 0.07 for 0.7 m throughout", {"decimal-point", "row-sign"}),
+        ("Dropped the offset -30 deg of joint 4 and overlooked d4", {"link-left-out", "offset-forgotten"}),
+        ("Cancelled d3 from d3**2*sin(theta2) = 0", {"one-root-only", "component-missed"}),
+        ("Let the moment act on the prismatic joint 3 as well", {"slide-turns", "symbol-typed"}),
+        ("Dropped the offset -30 deg of joint 2, and typed the offset of joint 1", {
+            "offset-forgotten", "offset-in-degrees",
+        }),
+        ("Forgot to transpose the matrix of cofactors", {"adjugate-not-transposed", "term-sign-typed"}),
+        ("Read the twist of row 4 as +90 deg instead of -90 deg, and typed", {"twist-sign"}),
     ],
-)
+)  # fmt: skip
 def test_by_their_true_names(did: str, mistakes: set[str]) -> None:
-    index = next(index for index, slip in enumerate(SLIPS) if slip["did"] == did)
+    index = next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did))
     named, _ = told(index)
     assert named is not None and set(named.mistakes) == mistakes
+
+
+def test_what_holds_for_all_entries_but_one_is_said_so() -> None:
+    did = "Read the twist of row 4 as +90 deg instead of -90 deg, and typed"
+    named, _ = told(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did)))
+    assert named is not None and named.says.startswith("But for row 3, column 3, the answer is what this gives:")
+
+
+def test_mistakes_that_give_the_same_answer_are_told_as_such() -> None:
+    named, _ = told(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith("From 4*sin = cos")))
+    assert named is not None and named.either and " Or, which gives the same answer: " in named.says
+    assert named.names == "tangent-turned-over or value-sign-in-set"

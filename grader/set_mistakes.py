@@ -1,0 +1,175 @@
+"""The mistake behind a wrong set of singular configurations, or two: sets are compared as they are written.
+
+A piece that gives values of joints is told by these values, one that ties several joints by the values of what vanishes
+up to a factor. Only what is written in another form is compared by its configurations, which takes its time.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice, product
+
+import numpy as np
+
+from exercises.answers import ConditionSet
+from exercises.arm.arithmetic import program_of
+from exercises.arm.singularity import Component
+from exercises.formula.claims import claimed_pieces
+from exercises.formula.identity import READABLE
+from exercises.formula.pieces import Piece
+from exercises.formula.program import Program, compile_program, evaluate
+from exercises.formula.trees import ReadError, names
+from exercises.mistakes.base import Mistake, Taken
+from exercises.mistakes.catalogue import ALIKE, CATALOGUE, PRIORS, RARE, taken
+from exercises.mistakes.given import Values
+from exercises.problem import Part, Problem
+from exercises.stream import Stream
+from grader.answer import Given, with_joint
+from grader.parts import judge_given
+from grader.verdict import Diagnosis, Outcome, known_by
+
+POINTS = 3
+MOST_PAIRS = 1500
+"""Pairs of mistakes that are tried."""
+DIGITS = 6
+
+Mark = tuple[str, tuple[complex, ...]]
+"""A joint and its values at some configurations, or no joint and what vanishes, up to a factor."""
+
+
+@dataclass(frozen=True)
+class Marks:
+    """A set as it is written: the pieces that are values of joints, and the others."""
+
+    values: frozenset[frozenset[Mark]]
+    ties: frozenset[frozenset[Mark]]
+
+
+def behind_set(problem: Problem, part: Part, given: Given, seed: str) -> Diagnosis | None:
+    """Return the mistake that makes the right set one that was given, or two that do."""
+    if given.tree is None:
+        return None
+    joints = [q.name for q in problem.chain.q]
+    try:
+        pieces = claimed_pieces(with_joint(given.tree, joints), joints)
+    except ReadError:
+        return None
+    look = _Look(problem, seed)
+    if not all(map(look.is_plain, pieces)):
+        return _as_configurations(problem, part, given, seed)
+    mine = look.marks_of(pieces)
+    made = [(mistake, slip) for mistake, slip in taken(problem.chain, part) if isinstance(slip.answer, ConditionSet)]
+    for mistake, slip in made:
+        if look.is_same(mine, slip) or (
+            look.may_be_same(mine, slip) and _judged(problem, part, given, slip, seed) is Outcome.CORRECT
+        ):
+            return _told(problem, part, mistake, slip, look, mine)
+    for (first, one), (second, other) in islice(_twice(problem, part, made), MOST_PAIRS):
+        if look.is_same(mine, other):
+            says = f"{first.sentence(one.words)} {second.sentence(other.words)}"
+            return Diagnosis(tuple(dict.fromkeys((first.name, second.name))), says)
+    return None
+
+
+def _twice(
+    problem: Problem, part: Part, made: Sequence[tuple[Mistake, Taken]]
+) -> Iterator[tuple[tuple[Mistake, Taken], tuple[Mistake, Taken]]]:
+    """Yield a mistake, and another that is made in what it gives."""
+    for mistake, slip in made:
+        for other, more in taken(problem.chain, replace(part, answer=slip.answer)):
+            if other.name != mistake.name:
+                yield (mistake, slip), (other, more)
+
+
+def _told(problem: Problem, part: Part, mistake: Mistake, slip: Taken, look: "_Look", mine: Marks) -> Diagnosis:
+    """Return what is said of a mistake, and of one as likely that gives the same set."""
+    told = [(mistake, slip)]
+    for name in ALIKE.get(mistake.name, ()):
+        others = CATALOGUE[name].takes(problem.chain, part)
+        same = next((other for other in others if look.is_same(mine, other)), None)
+        if same is not None and _prior(CATALOGUE[name]) == _prior(mistake):
+            told.append((CATALOGUE[name], same))
+    says = " Or, which gives the same answer: ".join(one.sentence(taken_for.words) for one, taken_for in told)
+    made = tuple(known_by(one.name, taken_for.words) for one, taken_for in told)
+    return Diagnosis(tuple(one.name for one, _ in told), says, known_by=made, either=len(told) > 1)
+
+
+def _prior(mistake: Mistake) -> float:
+    return PRIORS.get(mistake.name, RARE if mistake.rare else 1.0)
+
+
+def _as_configurations(problem: Problem, part: Part, given: Given, seed: str) -> Diagnosis | None:
+    for mistake, slip in taken(problem.chain, part):
+        if _judged(problem, part, given, slip, seed) is Outcome.CORRECT:
+            return Diagnosis(
+                (mistake.name,), mistake.sentence(slip.words), known_by=(known_by(mistake.name, slip.words),)
+            )
+    return None
+
+
+def _judged(problem: Problem, part: Part, given: Given, slip: Taken, seed: str) -> Outcome:
+    return judge_given(problem, replace(part, answer=slip.answer), given, seed).outcome
+
+
+class _Look:
+    """Looks at sets at some values of all symbols."""
+
+    def __init__(self, problem: Problem, seed: str) -> None:
+        domain = problem.domain()
+        drawn = domain.sample(set(domain.roles), READABLE + POINTS, Stream(f"{seed}/sets"))
+        self.values: Values = {name: column[READABLE:] for name, column in drawn.items()}
+        self.joints = {q.name: joint.kind for q, joint in zip(problem.chain.q, problem.chain.joints, strict=True)}
+
+    def is_plain(self, piece: Piece) -> bool:
+        """Tell whether a piece gives values of joints, or ties several."""
+        for atom in piece:
+            tied = len(names(atom.zero) & set(self.joints))
+            if (tied > 0) if atom.joint is not None else (tied < 2):
+                return False
+        return True
+
+    def marks_of(self, pieces: Sequence[Piece]) -> Marks:
+        """Return a set that was typed."""
+        return self._sorted(
+            frozenset(self._mark(atom.joint, compile_program([atom.zero])) for atom in piece) for piece in pieces
+        )
+
+    def _of(self, slip: Taken) -> Marks:
+        assert isinstance(slip.answer, ConditionSet)
+        return self._sorted(piece for component in slip.answer.components for piece in self._of_component(component))
+
+    def _of_component(self, component: Component) -> Iterator[frozenset[Mark]]:
+        if component.solutions is None:
+            yield frozenset(self._mark(None, program_of(condition)) for condition in component.conditions)
+            return
+        for combination in product(*(values for _, values in component.solutions)):
+            joints = (q.name for q, _ in component.solutions)
+            yield frozenset(
+                self._mark(joint, program_of(value)) for joint, value in zip(joints, combination, strict=True)
+            )
+
+    def _sorted(self, pieces: Iterator[frozenset[Mark]]) -> Marks:
+        listed = set(pieces)
+        known = {
+            piece for piece in listed if not any(other < piece for other in listed)
+        }  # what holds more often counts
+        values = frozenset(piece for piece in known if all(joint for joint, _ in piece))
+        return Marks(values, frozenset(known) - values)
+
+    def _mark(self, joint: str | None, program: Program) -> Mark:
+        found = evaluate(program, self.values, POINTS)[0][0]
+        with np.errstate(all="ignore"):
+            if joint is None:
+                found = found / found[0]
+            elif self.joints[joint] == "R":
+                turns = found.real / (2 * np.pi)
+                found = np.round(turns - np.floor(turns + 10.0**-DIGITS), DIGITS) + 0.0
+        return (joint or "", tuple(np.round(np.nan_to_num(found, nan=1e9), DIGITS).tolist()))
+
+    def is_same(self, mine: Marks, slip: Taken) -> bool:
+        """Tell whether a set is the same, piece by piece."""
+        return isinstance(slip.answer, ConditionSet) and self._of(slip) == mine
+
+    def may_be_same(self, mine: Marks, slip: Taken) -> bool:
+        """Tell whether a set may be the same with what ties joints in another form."""
+        other = self._of(slip)
+        return bool(mine.ties) and mine.values == other.values and len(mine.ties) == len(other.ties)
