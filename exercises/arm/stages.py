@@ -77,6 +77,7 @@ class Working:
     before: "Working | None" = None
     _known: dict[str, Any] = field(default_factory=dict)
     _first: dict[int, "Working"] = field(default_factory=dict)
+    _turns: dict[tuple[int, int], tuple[TableRow, np.ndarray]] = field(default_factory=dict)
 
     def __getitem__(self, stage: str) -> Any:
         """Return the result of a stage."""
@@ -98,19 +99,26 @@ class Working:
     def but(self, changes: Mapping[str, Change]) -> "Working":
         """Return the same working with mistakes in it, beside those that it has."""
         fresh = tuple(changes.items())
-        return Working(self.chain, self.arithmetic, (*self.changes, *fresh), fresh, self)
+        return Working(self.chain, self.arithmetic, (*self.changes, *fresh), fresh, self, _turns=self._turns)
 
     def without(self, stage: str) -> "Working":
         """Return the same working without the changes of a stage."""
         kept = tuple((name, change) for name, change in self.changes if name != stage)
-        return Working(self.chain, self.arithmetic, kept)
+        return Working(self.chain, self.arithmetic, kept, _turns=self._turns)
+
+    def turn(self, row: TableRow) -> np.ndarray:
+        """Return the rotation by a row of the table, Rz Rx, worked out once for the same angles (the same objects)."""
+        key = (id(row.theta), id(row.alpha))
+        if key not in self._turns:
+            self._turns[key] = (row, product(turn_z(self, row.theta), turn_x(self, row.alpha)))
+        return self._turns[key][1]
 
     def up_to(self, frame: int) -> "Working":
         """Return the same working, with its mistakes, for the origin of a frame inside the arm and its link."""
         if frame not in self._first:
             before = None if self.before is None else self.before.up_to(frame)
             shorter = before.chain if before else replace(self.chain, joints=self.chain.joints[:frame], tool=None)
-            self._first[frame] = Working(shorter, self.arithmetic, self.changes, self.fresh, before)
+            self._first[frame] = Working(shorter, self.arithmetic, self.changes, self.fresh, before, _turns=self._turns)
         return self._first[frame]
 
     def comes_from(self, stage: str) -> bool:
@@ -186,7 +194,7 @@ def _base_rotation(w: Working) -> np.ndarray:
 def _rotations(w: Working) -> list[np.ndarray]:
     rotations = [w["base rotation"]]
     for row in w["table"].rows:
-        rotations.append(product(rotations[-1], product(turn_z(w, row.theta), turn_x(w, row.alpha))))
+        rotations.append(product(rotations[-1], w.turn(row)))
     return rotations
 
 
