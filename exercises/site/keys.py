@@ -17,6 +17,7 @@ right values are worked out with many digits and written with 15, those of mista
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,7 +31,7 @@ from exercises.formula.expression import read
 from exercises.formula.identity import Domain
 from exercises.formula.pieces import pieces
 from exercises.formula.program import Program, compile_program, evaluate_precisely
-from exercises.formula.trees import names
+from exercises.formula.trees import ReadError, names
 from exercises.mistakes.catalogue import Wrong, taken, wrong_answers
 from exercises.mistakes.given import Values, configurations
 from exercises.problem import Part, Problem
@@ -221,7 +222,8 @@ def _mistakes_in_sets(problem: Problem, part: Part) -> Iterator[Json]:
     for mistake, slip in taken(problem.chain, part):
         if isinstance(slip.answer, ConditionSet):
             said = {"name": mistake.name, "title": mistake.title, "says": mistake.sentence(slip.words)}
-            yield {**said, "pieces": _pieces(problem, part, slip.answer)}
+            with suppress(ReadError):  # two values of a joint at once, which no reader takes
+                yield {**said, "pieces": _pieces(problem, part, slip.answer)}
 
 
 def _variables(problem: Problem) -> tuple[list[str], list[str]]:

@@ -162,23 +162,26 @@ def test_numbers_and_options_are_the_same_by_value_and_by_what_they_say() -> Non
 # --- mistakes ---
 
 
+RELATIVE = {
+    "position": "[a1*cos(theta1) + {a2}*cos(theta2), a1*sin(theta1) + {a2}*sin(theta2)]",
+    "jacobian": "[[-a1*sin(theta1), -{a2}*sin(theta2)], [a1*cos(theta1), {a2}*cos(theta2)]]",
+}
+
+
 def test_the_same_mistake_is_one_group_also_where_it_was_found_before_or_followed() -> None:
-    """A wrong sign in the position, then the same in J: found in J itself, inherited, or earned by follow-through."""
-    made = generate("elbow-3r/3", ["position", "jacobian"])
-    position, jacobian = made.parts
-    negative = {part.name: str((-part.answer.as_matrix()).tolist()) for part in made.parts}
-    answers = (
-        {"position": position.answer.code(), "jacobian": negative["jacobian"]},
-        negative,
-    )
+    """Relative for absolute angles in the position, then in J: found in J itself, or earned by follow-through."""
+    made = generate(ProblemId("planar-2r", 3, ("position", "jacobian"), variation="chapter"))
+    wrong = {name: text.format(a2="a2") for name, text in RELATIVE.items()}
+    answers = ({"position": made["position"].answer.code(), "jacobian": wrong["jacobian"]}, wrong)
     by_itself, followed = (mark(made, each, secret=SECRET)[1] for each in answers)
     assert by_itself.diagnosis is not None and by_itself.diagnosis.mistakes and by_itself.followed_from is None
     assert followed.followed_from == "position"
     assert by_itself.group == followed.group is not None
-    other = generate("elbow-3r/4", ["jacobian"])
-    text = str((-other.parts[0].answer.as_matrix()).tolist())
+    other = generate(ProblemId("planar-2r", 4, ("jacobian",), variation="lengths"))
+    lengths = [joint.a for joint in other.chain.joints]
+    text = wrong["jacobian"].replace("a1", f"({lengths[0]})").replace("a2", f"({lengths[1]})")
     assert mark(other, {"jacobian": text}, secret=SECRET)[0].group == by_itself.group
-    assert jacobian.answer.code() != other.parts[0].answer.code()
+    assert any(length.is_number for length in lengths)
 
 
 def test_the_same_mistake_in_another_place_is_another_group() -> None:
@@ -199,7 +202,7 @@ def test_the_same_mistake_in_another_place_is_another_group() -> None:
 # --- overrides.csv ---
 
 NAMES = ("ada", "bo", "cy", "di")
-WRONG = "p1_determinant = theta1*({})"
+WRONG = "p1_determinant = ({}) + theta1"
 
 
 @pytest.fixture
