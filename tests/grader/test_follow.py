@@ -142,7 +142,8 @@ def test_nothing_is_earned_by_making_a_later_part_easier(game: str) -> None:
     assert all(verdict.followed_from is None for verdict in verdicts.values())
     for part in problem.parts:  # what it has in common with the solution by chance counts as it does by itself
         alone = marked(problem, {part.name: GAMES[game].get(part.name, "")})[part.name]
-        assert verdicts[part.name].points == alone.points <= 0.7 * part.points, part.name
+        assert verdicts[part.name].points == alone.points, part.name
+        assert alone.points is not None and alone.points <= 0.7 * part.points, part.name
 
 
 EARLY = ("relative-angle", "sine-for-cosine", "link-subtracted", "chain-rule", "term-sign")

@@ -4,8 +4,9 @@ In `slips.jsonl`: whose hand, a problem, a part, the answer as it was typed, and
 November 2026 by two hands that saw worked solutions only, as edits of these, a quarter of them with two slips at once.
 
 Of 236 answers with one slip 232 are named (129 of the first hand's 133, all 103 of the second's; one more of these is
-refused with what to write: two values of a joint at once), of 71 with two slips 54 (32 of 40, 22 of 31); of some of these, one of the two slips is named, with the entries for which it holds. The
-diagnosis of an answer takes 25 ms of processor time at the median, 50 ms on average.
+refused with what to write: two values of a joint at once), of 71 with two slips 54 (32 of 40, 22 of 31); of some of
+these, one of the two slips is named, with the entries for which it holds. The diagnosis of an answer takes 25 ms of
+processor time at the median, 50 ms on average.
 
 Three names are not what the student did, and give the very same answer: a difference formula taken for a sum is a
 twist that is left out (pan-tilt/20); an offset with the wrong sign and the direction that is not lost are an offset in
