@@ -28,20 +28,35 @@ from exercises.files import write_atomically
 from exercises.formula.text import know_texts, text_of
 from exercises.problem import Problem
 from exercises.render import template_folder
+from exercises.writing.markup import to_html
+from exercises.writing.statement import prompt, statement
 
 FOLDER = ".qdot"
 
 
 @dataclass(frozen=True)
 class Kept:
-    """The problems of a student, each with its slot, and figures (SVG) by slot or slot-part; none where not drawn."""
+    """The problems of a student, each with its slot, and by slot or slot-part figures (SVG) and what is given or asked.
+
+    There are none where these were not drawn and written.
+    """
 
     problems: list[tuple[str, Problem]]
     figures: Mapping[str, str] = field(default_factory=dict)
+    wording: Mapping[str, str] = field(default_factory=dict)
 
     def figure(self, slot: str, problem: Problem) -> str:
         """Return the figure of a problem's arm."""
         return self.figures[slot] if slot in self.figures else figure_svg(problem.chain, slot)
+
+    def given(self, slot: str, problem: Problem) -> str:
+        """Return what is given of a problem's arm, as HTML."""
+        return self.wording[slot] if slot in self.wording else given_html(problem)
+
+    def asked(self, slot: str, problem: Problem, part: str) -> str:
+        """Return what is asked in a part, as HTML."""
+        name = f"{slot}-{part}"
+        return self.wording[name] if name in self.wording else to_html(prompt(problem, problem[part]))
 
     def part_figure(self, slot: str, problem: Problem, part: str) -> str:
         """Return the figure of a part, empty where it has none."""
@@ -51,17 +66,24 @@ class Kept:
         return part_svg(problem.chain, next(one for one in problem.parts if one.name == part), name)
 
 
+def given_html(problem: Problem) -> str:
+    """Return the table of an arm and what else is given, as HTML."""
+    return to_html(statement(problem, "", typed=False))
+
+
 def keep(assignment: Assignment, student: str, problems: list[tuple[str, Problem]]) -> None:
     """Keep the problems of a student with their figures; a disk that is full or read-only is no reason to stop."""
-    figures = {}
+    figures, wording = {}, {}
     for slot, problem in problems:
+        wording[slot] = given_html(problem)
+        wording.update({f"{slot}-{part.name}": to_html(prompt(problem, part)) for part in problem.parts})
         figures[slot] = figure_svg(problem.chain, slot)
         drawn = {f"{slot}-{part.name}": part_svg(problem.chain, part, f"{slot}-{part.name}") for part in problem.parts}
         figures.update({name: svg for name, svg in drawn.items() if svg})
     answers = [part.answer for _, problem in problems for part in problem.parts]
     texts = [(entry, text_of(entry)) for answer in answers for entry in answer.entries()]
     minors = [_minors(problem) for _, problem in problems]
-    payload = zlib.compress(_pickled((problems, figures, texts, minors)), 1)
+    payload = zlib.compress(_pickled((problems, figures, wording, texts, minors)), 1)
     text = f"{_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"
     try:
         write_atomically(store_path(assignment, student), text, mode=0o600, lasting=False)
@@ -114,12 +136,12 @@ def kept(assignment: Assignment, student: str, text: str | None = None) -> Kept:
         signature, encoded = (kept_text(assignment, student) if text is None else text).split("\n")[:2]
         payload = base64.b64decode(encoded, validate=True)
         if hmac.compare_digest(signature, _signature(assignment, student, payload)):
-            problems, figures, texts, minors = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed with the secret
+            problems, figures, wording, texts, minors = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed with the secret
             know_texts(texts)
             for (_, problem), kept_minors in zip(problems, minors, strict=True):
                 if kept_minors:
                     know_minors(problem.chain, partial(pickle.loads, kept_minors))
-            return Kept(problems, figures)
+            return Kept(problems, figures, wording)
     except ValueError:
         pass  # nothing kept, or damaged
     return Kept(assignment.problems(student))

@@ -113,7 +113,16 @@ def verdict(
         f"{float(credit):.0%} of what it would; against the solution: {judgement.reason}"
     )
     followed_from = replace(judgement, outcome=Outcome.PARTIAL, reason=reason)
-    return Verdict(part.name, followed_from, more, part.points, answer, diagnosis, followed.earlier)
+    follows = _entries(part, followed.judgement)
+    return Verdict(part.name, followed_from, more, part.points, answer, diagnosis, followed.earlier, follows=follows)
+
+
+def _entries(part: Part, judgement: Judgement) -> tuple[tuple[bool, ...], ...] | None:
+    """Return which entries are as they should be, of an answer that has several."""
+    if judgement.entries is not None or judgement.outcome is not Outcome.CORRECT:
+        return judgement.entries
+    rows, columns = part.shape or (0, 0)
+    return ((True,) * columns,) * rows or None
 
 
 def points_of(points: float, share: float, credit: Fraction = Fraction(1)) -> float:

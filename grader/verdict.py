@@ -73,7 +73,8 @@ def known_by(mistake: str, words: Mapping[str, object]) -> str:
 class Verdict:
     """The judgement on one part with its points (None where ungraded), the answer's text, and what is known of it.
 
-    `group` is the key of all wrong answers that are the same as this one (`grader.groups`).
+    `group` is the key of all wrong answers that are the same as this one (`grader.groups`); `follows` the entries that
+    follow from the earlier answer.
     """
 
     part: str
@@ -84,6 +85,7 @@ class Verdict:
     diagnosis: Diagnosis | None = None
     followed_from: str | None = None
     group: str | None = None
+    follows: tuple[tuple[bool, ...], ...] | None = None
 
     def __repr__(self) -> str:
         earned = "no mark yet" if self.points is None else f"{self.points:g} of {self.max_points:g}"
@@ -102,6 +104,7 @@ class Verdict:
             "mistake": None if self.diagnosis is None else self.diagnosis.names or None,
             "advice": None if self.diagnosis is None else self.diagnosis.says,
             "followed_from": self.followed_from,
+            "follows": None if self.follows is None else [list(row) for row in self.follows],
             "group": self.group,
             "certificate": None if certificate is None else certificate.as_json(),
             "answer": self.answer,

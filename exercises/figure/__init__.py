@@ -16,6 +16,7 @@ are seen.
 import math
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache, partial
 
 import numpy as np
@@ -38,8 +39,10 @@ from exercises.quizzes.places import options_drawn
 from exercises.render import render
 
 __all__ = [
+    "Example",
     "alt_text",
     "arm_figure",
+    "examples_svg",
     "figure_svg",
     "fixed",
     "options_svg",
@@ -196,6 +199,24 @@ def options_svg(chain: Chain, poses: Sequence[Mapping[str, float]], name: str = 
     drawings = [(LETTERS[k], posed(chain, pose)) for k, pose in enumerate(poses)]
     title = f"{title_text(chain)}: configurations to choose from"
     return _side_by_side(drawings, "", name, title, options_text(poses))
+
+
+@dataclass(frozen=True)
+class Example:
+    """A configuration to be shown: its caption, an arm in numbers, joint values by name, and what leads to a point."""
+
+    caption: str
+    chain: Chain
+    pose: Mapping[str, float]
+    beside: np.ndarray | None = None
+
+
+def examples_svg(examples: Sequence[Example], name: str, below: str = "") -> str:
+    """Return arms in numbers in told configurations side by side, each with its caption, to scale."""
+    drawings = [(one.caption, posed(one.chain, one.pose, one.beside)) for one in examples]
+    said = (f"{one.caption}: {', '.join(_in_words(q, value) for q, value in one.pose.items())}" for one in examples)
+    title = f"{title_text(examples[0].chain)}: where the answer differs"
+    return _side_by_side(drawings, below, name, title, f"{'; '.join(said)}.")
 
 
 def options_text(poses: Sequence[Mapping[str, float]]) -> str:

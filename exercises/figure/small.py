@@ -36,6 +36,7 @@ ARROW, RING, SHORT = 44.0, 14.0, 0.3
 A last link that is shorter than that part of the longest one gets an arrow along its z axis, HAND pixels long.
 """
 HAND = 56.0
+CROSS = 6.0
 MOST = 8
 """So many singular configurations are drawn at most."""
 TRIED = 24
@@ -51,13 +52,23 @@ def thumbnail(chain: Chain) -> Figure:
     return _figure(drawn, best_poses(chain, drawn, 1)[0], THUMBNAIL)
 
 
-def posed(chain: Chain, pose: Mapping[str, float]) -> Figure:
-    """Return an arm whose lengths are all numbers in a told configuration, to scale."""
+def posed(chain: Chain, pose: Mapping[str, float], beside: np.ndarray | None = None) -> Figure:
+    """Return an arm whose lengths are all numbers in a told configuration, to scale.
+
+    `beside` (3, in m) leads from P to a point that is marked by a cross.
+    """
     scaled = _scaled(exact(chain))
-    return _figure(scaled.drawn, np.array([pose[q.name] for q in chain.q]) + scaled.offsets, PANEL)
+    entries = np.array([pose[q.name] for q in chain.q]) + scaled.offsets
+    return _figure(scaled.drawn, entries, PANEL, beside=beside)
 
 
-def _figure(drawn: Chain, entries: np.ndarray, size: tuple[int, int], lost: tuple[np.ndarray, ...] = ()) -> Figure:
+def _figure(
+    drawn: Chain,
+    entries: np.ndarray,
+    size: tuple[int, int],
+    lost: tuple[np.ndarray, ...] = (),
+    beside: np.ndarray | None = None,
+) -> Figure:
     bones, shown_hand = skeleton(drawn, entries), size == PANEL and _hides_hand(drawn)
 
     def draw(view: View) -> Drawn:
@@ -65,7 +76,8 @@ def _figure(drawn: Chain, entries: np.ndarray, size: tuple[int, int], lost: tupl
         marks = itertools.chain(*(_cannot_move(view, bones.path[-1], direction) for direction in lost))
         hand, z = bones.origins[-1], bones.frames[-1, :3, 2]
         last = arrow(view, hand, hand + HAND / view.scale * z, "axis-z") if shown_hand else ()
-        return Drawn((*body(scene(drawn, bones, view)).shapes, *last, *marks, dot))
+        cross = () if beside is None else _cross(view.px(bones.path[-1] + beside))
+        return Drawn((*body(scene(drawn, bones, view)).shapes, *last, *marks, dot, *cross))
 
     part, _ = fitted(drawn, bones, draw, (0.9 * size[0], 0.9 * size[1]), size, MARGIN)
     return Figure(*size, part.shapes, ())
@@ -76,6 +88,16 @@ def _hides_hand(drawn: Chain) -> bool:
     sizes = [max(abs(float(v)) for v in (joint.a, joint.d) if v.is_number) for joint in drawn.joints]
     wrist = drawn.n > 1 and drawn.joints[-1].kind == "R" and drawn.joints[-2].alpha not in (0, sp.pi, -sp.pi)
     return wrist and not is_flat(drawn) and sizes[-1] < SHORT * max(sizes)
+
+
+def _cross(at: Pair) -> tuple[Shape, ...]:
+    """Return a cross in a circle, as a point is marked that an answer gives."""
+    (x, y), d = at, CROSS
+    return (
+        Circle(at, 1.5 * CROSS, "yours"),
+        Polyline(((x - d, y - d), (x + d, y + d)), "yours"),
+        Polyline(((x - d, y + d), (x + d, y - d)), "yours"),
+    )
 
 
 def _cannot_move(view: View, point: np.ndarray, direction: np.ndarray) -> tuple[Shape, ...]:

@@ -4,7 +4,8 @@ Beside the reports for other programs, which stand in `formats`:
 
     rows, tables                    a result as rows, a part each; results.jsonl and grades.csv
     class_view, charts, class_page  what `qdot report` tells, draws and shows
-    answers, differs, feedback      an answer as it was read; where it differs; the feedback page
+    answers, differs, example       an answer as it was read; where it differs; that as a drawing
+    feedback                        the feedback page
     write                           all of them, only what is not up to date
     formats                         the reports by name
 """

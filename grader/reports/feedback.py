@@ -22,8 +22,9 @@ from exercises.writing.statement import worked_solution
 from grader.counterexample import in_short
 from grader.reports.answers import answer_of, visible
 from grader.reports.differs import SUPERSCRIPT, table_of
+from grader.reports.example import example_svg
 
-PAGE = 5
+PAGE = 6
 """Version of the page: any change of what it shows raises it, and every page is written anew."""
 
 WORDS = {
@@ -106,17 +107,25 @@ def _problems(assignment: Assignment, student: Student, result: dict[str, Any]) 
     shown = []
     for number, (slot, (name, problem), entry) in enumerate(slots, 1):
         own = {part.name: part for part in problem.parts}
+        numbers = {judged["name"]: f"{number}.{index}" for index, judged in enumerate(entry["parts"], 1)}
         parts = []
         for index, judged in enumerate(entry["parts"], 1):
             part = own[judged["name"]]
             solution = to_html(worked_solution(problem, part)) if assignment.feedback == "solutions" else None
             figure = have.part_figure(name, problem, part.name)
-            told = {"number": f"{number}.{index}", "id": f"part-{number}-{index}"}
-            parts.append({**told, **_part(problem, part, judged), "solution": solution, "figure": figure})
+            told = {"number": numbers[part.name], "id": f"part-{number}-{index}"}
+            told["asked"] = have.asked(name, problem, part.name)
+            parts.append({**told, **_part(problem, part, judged, numbers), "solution": solution, "figure": figure})
         title = f"Problem {number}: {slot.family.title}"
-        figure = have.figure(name, problem)
-        shown.append({"id": f"problem-{number}", "title": title, "figure": figure, "parts": parts, **_sum(entry)})
+        drawn = {"figure": have.figure(name, problem), "given": _captioned(have.given(name, problem))}
+        shown.append({"id": f"problem-{number}", "title": title, **drawn, "parts": parts, **_sum(entry)})
     return shown
+
+
+def _captioned(given: str) -> str:
+    """Return what is given with a caption for its table, which a screen reader tells before it."""
+    caption = '<table><caption class="unseen">Denavit–Hartenberg parameters</caption>'
+    return re.sub(r"<th\b(?!ead)", '<th scope="col"', given.replace("<table>", caption))
 
 
 def _sum(entry: Mapping[str, Any]) -> dict[str, str]:
@@ -125,8 +134,8 @@ def _sum(entry: Mapping[str, Any]) -> dict[str, str]:
     return {"points": _points(points), "max_points": _points(sum(part["max_points"] for part in entry["parts"]))}
 
 
-def _part(problem: Problem, part: Part, judged: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what is said of a part."""
+def _part(problem: Problem, part: Part, judged: Mapping[str, Any], numbers: Mapping[str, str]) -> dict[str, Any]:
+    """Return what is said of a part; other parts are called by their numbers."""
     outcome, answer = judged["outcome"], judged["answer"]
     is_blank = outcome == "missing" and _is_blank(answer or "")
     table = table_of(problem, part, judged["certificate"]) if outcome in ("partial", "wrong") else None
@@ -136,15 +145,37 @@ def _part(problem: Problem, part: Part, judged: Mapping[str, Any]) -> dict[str, 
         "word": WORDS[outcome],
         "points": "–" if judged["points"] is None else _points(judged["points"]),
         "max_points": _points(judged["max_points"]),
-        "reason": _sentence(_reason(problem, part, judged, table is not None)),
-        "advice": judged["advice"],
+        "reason": _numbered(_sentence(_reason(problem, part, judged, table is not None)), problem, numbers),
+        "advice": _numbered(judged["advice"], problem, numbers) if judged["advice"] else None,
         "mistake": judged["mistake"],
         "override": None if judged["override"] is None else visible(_set_by(judged["override"], "Points")),
         "sure": _how_sure(judged["certificate"]) if outcome == "correct" else "",
         "answer": None if answer is None or is_blank else answer_of(problem, part, answer),
-        "entries": judged["entries"] if outcome in ("partial", "wrong") and _several(judged["entries"]) else None,
+        "entries": _marks(judged) if outcome in ("partial", "wrong") and _several(judged["entries"]) else None,
+        "followed_from": numbers.get(judged["followed_from"] or ""),
         "table": table,
+        "example": example_svg(problem, part, judged) if table is not None else "",
     }
+
+
+def _marks(judged: Mapping[str, Any]) -> list[list[str]]:
+    """Return of each entry whether it is right, wrong, or follows from a wrong one before."""
+    right = judged["entries"]
+    follows = judged["follows"] or [[False] * len(row) for row in right]
+
+    def mark(same: bool, does_follow: bool) -> str:
+        return "right" if same else "follows" if does_follow else "wrong"
+
+    return [list(map(mark, row, following)) for row, following in zip(right, follows, strict=True)]
+
+
+def _numbered(said: str, problem: Problem, numbers: Mapping[str, str]) -> str:
+    """Return a text in which parts of the problem are called by their numbers, as the page does."""
+    for part in problem.parts:
+        for called in (part.name, ASKED[part.kind].title):
+            if part.name in numbers:
+                said = re.sub(rf"(\bto|\bin) '{re.escape(called)}'", rf"\1 {numbers[part.name]}", said)
+    return said
 
 
 def _is_blank(answer: str) -> bool:

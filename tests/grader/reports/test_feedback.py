@@ -18,6 +18,8 @@ from exercises.assignment import Assignment, Student, load_assignment
 from exercises.problem import Problem
 from exercises.release import init_assignment
 from exercises.render import template_folder
+from exercises.writing.markup import to_html
+from exercises.writing.statement import prompt
 from grader.contained.callables import TABLE
 from grader.function_values import SHOWN
 from grader.marking import mark, total
@@ -168,7 +170,43 @@ def test_what_follows_from_a_wrong_answer_is_said(assignment: Assignment) -> Non
     }  # fmt: skip
     _, page = page_of(assignment, result)
     said = next(text for _, text in page.all("p") if text.startswith("This follows"))
+    assert said.startswith("This follows from your own answer to 1.1, which")
     assert said.endswith("against the solution: its value differs from the solution's.")
+
+
+def test_entries_that_follow_are_marked_as_such_and_parts_called_by_their_numbers(tmp_path: Path) -> None:
+    """Relative for absolute angles in the position, and in the Jacobian that follows from it."""
+    init_assignment(tmp_path / "hw", "T", "hw", [Student("s1")], "0123456789abcdef")
+    (tmp_path / "hw" / "assignment.toml").write_text(f'variation = "chapter"\n{TOML}')
+    made = load_assignment(tmp_path / "hw")
+    wrong = {
+        "position": "[a1*cos(theta1) + a2*cos(theta2), a1*sin(theta1) + a2*sin(theta2)]",
+        "jacobian": "[[-a1*sin(theta1), -a2*sin(theta2)], [a1*cos(theta1), a2*cos(theta2)]]",
+    }
+    result = result_of(made, lambda slot, part, code: wrong.get(part, code))
+    text, page = page_of(made, result)
+    jacobian = result["problems"][0]["parts"][1]
+    assert (jacobian["followed_from"], jacobian["follows"]) == ("position", [[True, True], [True, True]])
+    assert [said for about, said in page.all("td") if about.get("class") == "follows"] == ["↪follows"] * 4
+    assert "Which entries are right, or follow from 1.1" in text and "'position'" not in text
+    assert text.count("Red cross: where your answer puts it") == 1
+
+
+def test_what_was_asked_and_given_stands_there(assignment: Assignment, mix: dict[str, Any]) -> None:
+    text, page = page_of(assignment, mix)
+    for slot, problem in assignment.problems("s1"):
+        for part in problem.parts:
+            assert to_html(prompt(problem, part)) in text, (slot, part.name)
+    assert text.count("Denavit–Hartenberg parameters</caption>") == len(assignment.slots)
+    assert len([about for about, _ in page.all("details") if about.get("class") == "asked"]) == 9
+
+
+def test_configurations_that_differ_are_drawn(assignment: Assignment) -> None:
+    def one_claim(slot: str, part: str, code: str) -> str:
+        return "[theta1 = 0.3]" if part == "singular-angles" else code
+
+    text, _ = page_of(assignment, result_of(assignment, one_claim))
+    assert "in your answer, not singular" in text and "singular, not in your answer" in text
 
 
 def test_the_table_holds_what_the_certificate_does_and_the_reason_does_not_repeat_it(
@@ -189,7 +227,7 @@ def test_the_table_holds_what_the_certificate_does_and_the_reason_does_not_repea
                 assert f"{decimal(value if abs(value) > 1e-12 else 0.0)}{unit}" in table, (table, name)
         for value in (example.get("yours"), example.get("expected")):
             assert value is None or isinstance(value, str) or decimal(value) in table
-    reasons = re.findall(r'<article class="part (?:wrong|partial)".*?</div>\n<p>(.*?)</p>', text, re.DOTALL)
+    reasons = re.findall(r'<article class="part (?:wrong|partial)".*?</details>\n<p>(.*?)</p>', text, re.DOTALL)
     assert len(reasons) >= 5
     assert not [reason for reason in reasons if re.search(r"yours|expected|= -?\d", reason)]
     assert "number 1 is not right" in text and "not a finite number" in text and "its value differs" not in reasons

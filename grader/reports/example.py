@@ -1,0 +1,77 @@
+"""A counterexample as a drawing: the arm in that pose, to scale, with P and where an answer puts it.
+
+Of sets of singular configurations, the one that is missing and the one that is not singular are drawn side by side.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from exercises.arm.chain import Chain
+from exercises.arm.kinematics import NumericChain
+from exercises.figure import Example, examples_svg
+from exercises.formula.program import compile_program, evaluate
+from exercises.formula.trees import ReadError, as_matrix
+from exercises.problem import Part, Problem
+from exercises.quizzes.places import filled
+from grader.function_values import SHOWN
+from grader.reading import read_answer
+
+FREE = {"R": 0.7, "P": 0.4}
+"""What a joint is drawn at that a configuration leaves open, in rad or m; a length is half a metre then."""
+FAR = 3.0
+"""Times as far from the base as P: a point beyond that is not drawn, so that the arm is seen."""
+LONGEST = 2_000
+"""Characters of an answer of which a point is worked out."""
+
+CAPTIONS = {"missing": "singular, not in your answer", "surplus": "in your answer, not singular"}
+CROSS = "Black point: P. Red cross: where your answer puts it."
+
+
+def example_svg(problem: Problem, part: Part, judged: Mapping[str, Any]) -> str:
+    """Return the counterexample of a wrong answer as an SVG element, empty where there is nothing to be drawn."""
+    example, name = judged["certificate"]["counterexample"], f"{part.name}-example"
+    if "missing" in example:
+        places = [(caption, example[which]) for which, caption in CAPTIONS.items() if example[which] is not None]
+        drawn = [_at(problem.chain, caption, at) for caption, at in places]
+        return "" if not drawn or None in drawn else examples_svg([one for one in drawn if one is not None], name)
+    if part.kind != "position" or judged["answer"] in (None, SHOWN) or len(judged["answer"]) > LONGEST:
+        return ""
+    beside = _beside(problem, part, example["at"], judged["answer"])
+    return "" if beside is None else examples_svg([beside], name, CROSS)
+
+
+def _at(chain: Chain, caption: str, at: Mapping[str, float]) -> Example | None:
+    """Return an arm at a configuration, what that leaves open at usual values; None where it is nowhere."""
+    lengths = {symbol: sp.Rational(str(round(at.get(symbol.name, 0.5), 4))) for symbol in chain.parameters}
+    pose = {q.name: at.get(q.name, FREE[joint.kind]) for q, joint in zip(chain.q, chain.joints, strict=True)}
+    if not all(map(math.isfinite, pose.values())) or any(length <= 0 for length in lengths.values()):
+        return None
+    return Example(caption, filled(chain, lengths), pose)
+
+
+def _beside(problem: Problem, part: Part, at: Mapping[str, float], answer: str) -> Example | None:
+    """Return the arm with the point that an answer gives; None where it gives none, or one far away."""
+    shown, tree = _at(problem.chain, "the arm there", at), read_answer(problem, part, answer).tree
+    if shown is None or tree is None:
+        return None
+    axes = ["xyz".index(axis) for axis in part.details.axes]  # type: ignore[attr-defined]  # of a position
+    try:
+        entries = [entry for row in as_matrix(tree) for entry in row]
+        values, _ = evaluate(compile_program(entries), {name: np.array([value]) for name, value in at.items()}, 1)
+    except (KeyError, ReadError):
+        return None
+    if len(entries) != len(axes) or not np.isfinite(values).all() or np.abs(values.imag).max() > 1e-9:
+        return None
+    arm = NumericChain(shown.chain, {})
+    right = arm.point(np.array([shown.pose[q.name] for q in shown.chain.q]))
+    yours = right.copy()
+    yours[axes] = values[:, 0].real
+    base = arm.base[:3, 3]
+    if np.linalg.norm(yours - base) > FAR * max(float(np.linalg.norm(right - base)), 0.3):
+        return None
+    return replace(shown, beside=yours - right)
