@@ -17,12 +17,15 @@ from exercises.figure import Example, examples_svg
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import ReadError, as_matrix
 from exercises.problem import Part, Problem
+from exercises.questions.inversion import lengths_in_table
 from exercises.quizzes.places import filled
 from grader.function_values import SHOWN
 from grader.reading import read_answer
 
 FREE = {"R": 0.7, "P": 0.4}
-"""What a joint is drawn at that a configuration leaves open, in rad or m; a length is half a metre then."""
+"""What a joint is drawn at that a configuration leaves open, in rad or m."""
+USUAL = [sp.Rational(twentieths, 20) for twentieths in (12, 9, 7, 11, 8, 10, 6, 13, 14, 15, 16, 17)]
+"""Lengths that are left open, in m, no two of them equal."""
 FAR = 3.0
 """Times as far from the base as P: a point beyond that is not drawn, so that the arm is seen."""
 LONGEST = 2_000
@@ -47,7 +50,11 @@ def example_svg(problem: Problem, part: Part, judged: Mapping[str, Any]) -> str:
 
 def _at(chain: Chain, caption: str, at: Mapping[str, float]) -> Example | None:
     """Return an arm at a configuration, what that leaves open at usual values; None where it is nowhere."""
-    lengths = {symbol: sp.Rational(str(round(at.get(symbol.name, 0.5), 4))) for symbol in chain.parameters}
+    usual = iter([length for length in USUAL if length not in lengths_in_table(chain)])
+    lengths = {
+        symbol: sp.Rational(str(round(at[symbol.name], 4))) if symbol.name in at else next(usual)
+        for symbol in chain.parameters
+    }
     pose = {q.name: at.get(q.name, FREE[joint.kind]) for q, joint in zip(chain.q, chain.joints, strict=True)}
     if not all(map(math.isfinite, pose.values())) or any(length <= 0 for length in lengths.values()):
         return None
