@@ -76,14 +76,20 @@ def _transposed(code: str, part: Part) -> str:
 
 
 def _dropped(code: str, part: Part) -> str:
-    """Forget what joint 2 adds: the derivative with respect to theta2, or its rate, is taken for zero."""
+    """Forget what joint 2 adds to velocities: the derivative with respect to its variable is taken for zero."""
+    if part.kind in ("joint-axes", "position-vectors"):
+        return code
     if _symbolic(part) and part.shape is not None and part.shape[1] > 1:
         return f"{code} * Matrix.diag(*[0 if i == 1 else 1 for i in range({part.shape[1]})])"
     return f"({code}).subs(qd2, 0)" if _symbolic(part) else code
 
 
 def _degrees(code: str, part: Part) -> str:
-    return f"180 / pi * {code}" if part.answer.units_due else "{theta2: [0, 180]}" if part.answer.is_a_set else code
+    """Give angles in degrees, and rates of joints that turn in degrees per second."""
+    if part.answer.units_due:
+        factors = ["180/pi" if unit == "rad/s" else "1" for unit in part.answer.units_due]
+        return f"{code}.multiply_elementwise(Matrix([{', '.join(factors)}]))"
+    return f"[one.subs(pi, 180) for one in {code}]" if part.answer.is_a_set else code
 
 
 def _only_first(code: str, part: Part) -> str:
