@@ -19,7 +19,7 @@ def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "", 
     >>> from exercises import generate
     >>> problem = generate("planar-2r/7", ["position"])
     >>> read_answer(problem, problem["position"], "[a1, a2, a3]").refusal
-    Judgement(wrong, 0: the answer is 3 x 1, and 2 x 1 is due)
+    Judgement(wrong, 0: the answer is 3 x 1, and 2 x 1 is due; write it as in [a, b])
     """
     domain = domain or problem.domain()
     if is_table(text):

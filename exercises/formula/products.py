@@ -20,7 +20,8 @@ def carried_out(node: Node) -> Node:
 
     >>> from exercises.formula.trees import node_text
     >>> two, x = Node("number", value=Fraction(2)), Node("name", value="x")
-    >>> [node_text(entry) for entry in carried_out(Node("*", (two, Node("list", (x, two))))).args]
+    >>> column = carried_out(Node("*", (two, Node("list", (x, two)))))
+    >>> [node_text(entry) for row in column.args for entry in row.args]
     ['(2*x)', '(2*2)']
     """
     if not _has_matrices(node):

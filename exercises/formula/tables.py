@@ -42,10 +42,10 @@ def table_text(text: str, shape: tuple[int, int]) -> str | None:
 
 
 def numbers_text(text: str, count: int) -> str | None:
-    """Return numbers that are separated by anything but commas as the text of a list; None for what is none.
+    """Return numbers that are separated by more than a comma as the text of a list; None for what is none.
 
-    >>> numbers_text("0,5; -1,25", 2), numbers_text("0,5, -1,25", 2), numbers_text("[.5 -1.25]", 2)
-    ('[0.5, -1.25]', None, '[.5, -1.25]')
+    >>> numbers_text("0,5; -1,25", 2), numbers_text("0,5, -1,25", 2), numbers_text("0,5,-1,25", 2)
+    ('[0.5, -1.25]', '[0.5, -1.25]', None)
     """
     if count < 2 or len(text) > MOST:
         return None

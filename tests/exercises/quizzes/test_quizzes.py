@@ -233,7 +233,7 @@ def test_letters_are_marked_one_by_one(typed: str, share: float) -> None:
     [
         ("BAC", 1), ("b, a, c", 1), ("['B', 'A', 'C']", 1), ("{1: 'B', 2: 'A', 3: 'C'}", 1), ("1-B, 2-A, 3-C", 1),
         ("1: B\n2: A\n3: C", 1), ("joint 1 is B, joint 2 is A, joint 3 is C", 1),
-        ("ABC", 1 / 3), ("BA", 0), ("BACD", 0), ("CBA", 0), ("BBB", 1 / 3), ("x", 0),
+        ("ABC", 1 / 3), ("BA", 0), ("BACD", 0), ("CBA", 0), ("BBB", 0), ("x", 0),
     ],
 )  # fmt: skip
 def test_matches_are_marked_one_by_one(typed: str, share: float) -> None:
