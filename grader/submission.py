@@ -333,8 +333,8 @@ def oddities(submission: Submission, assignment: Assignment, student: str) -> li
     claimed = claims.get("student")
     if isinstance(claimed, str) and claimed != student:
         said = (
-            "this notebook was handed out to somebody else; it was graded against your own problems, and no answer in it "
-            "earns points for following from a wrong one"
+            "this notebook was handed out to somebody else; it was graded against your own problems, and no answer in "
+            "it earns points for following from a wrong one"
         )
         notes.append(Note(f"the notebook was handed out to {claimed[:80]!r}", said))
     if claims.get("kind") == "solution":
