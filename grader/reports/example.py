@@ -32,7 +32,7 @@ LONGEST = 2_000
 """Characters of an answer of which a point is worked out."""
 
 CAPTIONS = {"missing": "singular, not in your answer", "surplus": "in your answer, not singular"}
-CROSS = "Black point: P. Red cross: where your answer puts it."
+CROSS = "Dot: P. Cross: where your answer puts it."
 
 
 def example_svg(problem: Problem, part: Part, judged: Mapping[str, Any]) -> str:

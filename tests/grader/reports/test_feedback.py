@@ -189,7 +189,7 @@ def test_entries_that_follow_are_marked_as_such_and_parts_called_by_their_number
     assert (jacobian["followed_from"], jacobian["follows"]) == ("position", [[True, True], [True, True]])
     assert [said for about, said in page.all("td") if about.get("class") == "follows"] == ["↪follows"] * 4
     assert "Which entries are right, or follow from 1.1" in text and "'position'" not in text
-    assert text.count("Red cross: where your answer puts it") == 1
+    assert text.count("Cross: where your answer puts it") == 1
 
 
 def test_what_was_asked_and_given_stands_there(assignment: Assignment, mix: dict[str, Any]) -> None:
