@@ -88,7 +88,7 @@ RELATIONS = (
     ),
     Relation(
         ("joint-axes", "geometric-jacobian"),
-        "Do the angular rows of your geometric Jacobian hold your axes, for joints that turn?",
+        "Are the angular rows of your geometric Jacobian your axes, for joints that turn?",
         "at({geometric_jacobian})[3:]", "at({joint_axes}) * {turning}",
     ),
     Relation(
