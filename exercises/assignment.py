@@ -23,6 +23,7 @@ from exercises.generation import check_questions, family_named, generate, questi
 from exercises.gradebook import Gradebook, identifier_of, read_export
 from exercises.input_file import TomlFile, read_table, read_text, read_toml
 from exercises.lateness import LATE, LateRule, aware, read_late
+from exercises.mistakes.catalogue import NO_OFTENER, OFTENER, Oftener, read_oftener
 from exercises.problem import ENGINE, Problem, ProblemId
 from exercises.quizzes import ASKED
 from exercises.redrawn import Redraws, read_redrawn
@@ -59,6 +60,7 @@ class AssignmentFile(pydantic.BaseModel):
     feedback: Literal["verdicts", "solutions"] = "verdicts"
     follow_through: float = pydantic.Field(default=0.8, ge=0, le=1)
     hints: bool = False
+    mistakes: dict[str, float] | None = None
     sandbox: Literal["best", "strict"] = "best"
     variation: str | list[str] = DEFAULT
     problem: list[ProblemEntry] = pydantic.Field(min_length=1)
@@ -73,6 +75,7 @@ RIGHT = {
     "feedback": 'it is "verdicts" or "solutions"',
     "follow_through": "it is the share of the points for what follows from a wrong earlier answer, from 0 to 1",
     "hints": "it is true or false, without quotes: true puts three hints under every question, as in hints = true",
+    "mistakes": OFTENER,
     "sandbox": '"strict" grades only where the system itself contains students\' code, "best" by what there is',
     "problem": "problems are given as [[problem]] tables, one for each",
     "family": 'it is the name of a family, as in family = "planar-2r"; `qdot families` lists them',
@@ -169,6 +172,7 @@ class Assignment:
     sandbox: str = "best"
     gradebook: Gradebook | None = None
     redrawn: Redraws = field(default_factory=dict)
+    oftener: Oftener = field(default_factory=lambda: NO_OFTENER)
 
     def __repr__(self) -> str:
         return f"Assignment({self.key}: {len(self.slots)} problems, {len(self.roster)} students)"
@@ -204,8 +208,12 @@ class Assignment:
 
     @property
     def marking(self) -> str:
-        """A short text that changes whenever an answer may earn something else; what is late is another matter."""
-        return _short_hash(repr((self.follow_through, [slot.credit for slot in self.slots])))
+        """A short text that changes whenever an answer may earn something else, or be told another mistake.
+
+        What is late is another matter.
+        """
+        oftener = sorted(self.oftener.items())
+        return _short_hash(repr((self.follow_through, [slot.credit for slot in self.slots], oftener)))
 
     @property
     def digest(self) -> str:
@@ -260,6 +268,8 @@ def load_assignment(folder: Path) -> Assignment:
     with file.at("late"):
         late = read_late(content.late, content.due)
     notes: list[str] = []
+    with file.at("mistakes"):
+        oftener = read_oftener(content.mistakes)
     with file.at("variation"):
         variation = _variation(content.variation)
     slots = tuple(_slot(file, index, entry, variation, notes) for index, entry in enumerate(content.problem))
@@ -269,7 +279,7 @@ def load_assignment(folder: Path) -> Assignment:
         folder, content.title, content.key, slots, students, read_secret(folder),
         content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
         content.hints, late, content.attempts, content.sandbox, None if export is None else export.gradebook,
-        read_redrawn(folder),
+        read_redrawn(folder), oftener,
     )  # fmt: skip
 
 

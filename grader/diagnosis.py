@@ -7,6 +7,7 @@ these is not guessed at.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -18,6 +19,8 @@ from exercises.formula.trees import Node, ReadError, as_matrix, digits_of_decima
 from exercises.mistakes.catalogue import (
     ALIKE,
     CATALOGUE,
+    NO_OFTENER,
+    Oftener,
     Wrong,
     made,
     prior,
@@ -72,12 +75,17 @@ class Cause:
 
 
 def diagnose(
-    problem: Problem, part: Part, given: Given, seed: str = "", causes: Sequence[Cause] = ()
+    problem: Problem,
+    part: Part,
+    given: Given,
+    seed: str = "",
+    causes: Sequence[Cause] = (),
+    oftener: Oftener = NO_OFTENER,
 ) -> Diagnosis | None:
     """Return the mistake that gives a wrong answer, or nothing where none in the catalogue does.
 
     One of the `causes` that were found in earlier parts is told as that. `seed` draws the configurations at which the
-    answer is compared with what mistakes give.
+    answer is compared with what mistakes give. `oftener` is what is known of mistakes that a class makes more.
 
     >>> from exercises import generate
     >>> from grader import read_answer
@@ -87,12 +95,12 @@ def diagnose(
     ('determinant-sign',)
     """
     if given.table is not None:
-        return _of_function(problem, part, given.table, causes)
+        return _of_function(problem, part, given.table, causes, oftener)
     offered = _behind_options(part, given)
     if offered is not None:
         return offered
     if part.answer.is_a_set:
-        return behind_set(problem, part, given, seed) if len(given.text) <= LONGEST_SET else None
+        return behind_set(problem, part, given, seed, oftener) if len(given.text) <= LONGEST_SET else None
     for mistake, slip in taken(problem.chain, part) if len(given.text) <= LONGEST_SET else ():
         if judge_given(problem, replace(part, answer=slip.answer), given, seed).outcome is Outcome.CORRECT:
             made = known_by(mistake.name, slip.words)
@@ -104,10 +112,12 @@ def diagnose(
         in_numbers = _in_numbers(part, given, values)
     except ReadError:  # statements among the entries of an answer that was refused
         return None
-    return None if in_numbers is None else named(problem, part, values, in_numbers, causes)
+    return None if in_numbers is None else named(problem, part, values, in_numbers, causes, oftener)
 
 
-def _of_function(problem: Problem, part: Part, table: Table, causes: Sequence[Cause]) -> Diagnosis | None:
+def _of_function(
+    problem: Problem, part: Part, table: Table, causes: Sequence[Cause], oftener: Oftener
+) -> Diagnosis | None:
     if table.shape is None or not is_derived(part) or len(table.shape) > 2:
         return None
     values = {name: column[:POINTS] for name, column in table.at.items()}
@@ -115,7 +125,7 @@ def _of_function(problem: Problem, part: Part, table: Table, causes: Sequence[Ca
     returned = table.values[:POINTS].T.reshape(*rows, -1)
     room = (max(SAME, part.rounding.relative), part.rounding.absolute) if part.rounding else (SAME, 0.0)
     answer = InNumbers(returned, np.abs(returned), room, part.answer.counts_up_to_a_factor)
-    return named(problem, part, values, answer, causes)
+    return named(problem, part, values, answer, causes, oftener)
 
 
 def _in_numbers(part: Part, given: Given, values: Values) -> InNumbers | None:
@@ -163,7 +173,12 @@ def _behind_options(part: Part, given: Given) -> Diagnosis | None:
 
 
 def named(
-    problem: Problem, part: Part, values: Values, found: InNumbers, causes: Sequence[Cause] = ()
+    problem: Problem,
+    part: Part,
+    values: Values,
+    found: InNumbers,
+    causes: Sequence[Cause] = (),
+    oftener: Oftener = NO_OFTENER,
 ) -> Diagnosis | None:
     """Return the mistake that gives values at configurations, or nothing.
 
@@ -177,18 +192,19 @@ def named(
         mistake = CATALOGUE["direction-that-moves"]
         return Diagnosis((mistake.name,), mistake.sentence({}))
     alone, fitting = [], []
+    highest = max([1.0, *oftener.values()])
     for wrong in wrong_answers(w, part, found.is_precise):
         if wrong.answer.shape == found.values.shape:
             alone.append(wrong)
             if _gives(wrong, found):
                 fitting.append(wrong)
-                if not causes and prior(wrong) >= 1:
+                if not causes and prior(wrong, oftener) >= highest:
                     break
     if fitting:
         inherited = next((one for one in fitting if _cause(one, causes)), None)
-        return (
-            _inherited(inherited, causes) if inherited else _likeliest(problem, part, values, w, found, right, fitting)
-        )
+        if inherited:
+            return _inherited(inherited, causes)
+        return _likeliest(problem, part, values, w, found, right, fitting, oftener)
     if found.values.shape != right.shape:
         return None
     if right[..., 0].size == 1 and part.type == "number":
@@ -238,19 +254,21 @@ def _likeliest(
     found: InNumbers,
     right: np.ndarray,
     fitting: Sequence[Wrong],
+    oftener: Oftener,
 ) -> Diagnosis:
     """Return the mistake with the highest prior, or the first two of them; a slip in one place may be likelier."""
-    first = max(fitting, key=prior)
+    first = max(fitting, key=partial(prior, oftener=oftener))
     alike = [*ALIKE.get(first.mistake.name, ()), *(["row-sign"] if _of_either_row(first, found) else [])]
     others = [wrong for name in alike for wrong in made(CATALOGUE[name], w, part) if _gives(wrong, found)]
     rivals = [first, *(wrong for wrong in others if wrong.sentence != first.sentence)]
-    highest = max(map(prior, rivals))
+    priors = [prior(wrong, oftener) for wrong in rivals]
+    highest = max(priors)
     few = (~found.like(right)).sum() <= MOST_IN_ONE_PLACE if found.values.shape == right.shape else False
     if highest < LEAST_LIKELY and few and not found.is_direction:
         slip = _finished(problem, part, values, found, right)
         if slip is not None:
             return slip
-    told = [wrong for wrong in rivals if prior(wrong) == highest][:2]
+    told = [wrong for wrong, own in zip(rivals, priors, strict=True) if own == highest][:2]
     return said(told, either=len(told) > 1)
 
 

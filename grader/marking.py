@@ -6,6 +6,7 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TypeVar
 
+from exercises.mistakes.catalogue import NO_OFTENER, Oftener
 from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
 from grader.advice import advise
@@ -32,13 +33,14 @@ def mark(
     points_seed: str = "",
     credit: Fraction = CREDIT,
     is_copied: IsCopied = nothing_copied,
+    oftener: Oftener = NO_OFTENER,
 ) -> list[Verdict]:
     """Return a verdict for each part; `answers` and `reasons` (why there is none) are by the name of the part.
 
     A part that follows from the student's own wrong answer to an earlier one earns `credit` of its points, unless that
     answer `is_copied`. What goes wrong in our own code is UNGRADED: it is told loudly, and is no mark. Points at which
     answers are compared are drawn from `secret` and the answer; without one, a secret is drawn, and no answer has a
-    group, whose key depends on it.
+    group, whose key depends on it. `oftener` is what is known of mistakes that a class makes more.
 
     >>> from exercises import generate
     >>> mark(generate("polar-rp/1", ["determinant"]), {"determinant": "d2 + 0.7"}, secret="s")
@@ -71,14 +73,14 @@ def mark(
                 _safely(follow, problem, part, own, before, seeds[name], is_copied) if credit and before else None
             )
             if followed is None or followed.judgement.outcome is not Outcome.CORRECT:
-                diagnosis = _safely(diagnose, problem, part, own[name], seeds[name], tuple(causes))
+                diagnosis = _safely(diagnose, problem, part, own[name], seeds[name], tuple(causes), oftener)
                 behind = diagnosis
                 if diagnosis is None:
                     diagnosis = _safely(advise, problem, part, own[name], seeds[name])
                 if diagnosis is not None and diagnosis.cause is not None:
                     causes.append(Cause(*diagnosis.cause, name, ASKED[part.kind].title))
             else:
-                behind = _safely(diagnose, problem, part, own[name], seeds[name])
+                behind = _safely(diagnose, problem, part, own[name], seeds[name], (), oftener)
             group = None if secret is None else _safely(group_of, problem, part, own[name], behind, secret)
         shown = SHOWN if name in texts and is_table(texts[name]) else texts.get(name)
         verdicts.append(replace(verdict(part, judgement, shown, diagnosis, followed, credit), group=group))

@@ -63,7 +63,9 @@ def grade(data: Data, folder: str, slot: str) -> None:
     problem = _problem(data, folder, slot)
     answers = {part.name: typed for part in problem.parts if (typed := _typed(data, part))}
     assignment = load_assignment(_folder(data, folder))
-    verdicts = mark(problem, answers, secret=assignment.secret, credit=assignment.follow_through)
+    verdicts = mark(
+        problem, answers, secret=assignment.secret, credit=assignment.follow_through, oftener=assignment.oftener
+    )
     said = []
     for part, verdict in zip(problem.parts, verdicts, strict=True):
         if verdict.points is None:

@@ -19,7 +19,7 @@ from exercises.formula.pieces import Piece
 from exercises.formula.program import Program, compile_program, evaluate
 from exercises.formula.trees import ReadError, names
 from exercises.mistakes.base import Mistake, Taken
-from exercises.mistakes.catalogue import ALIKE, CATALOGUE, PRIORS, RARE, taken
+from exercises.mistakes.catalogue import ALIKE, CATALOGUE, NO_OFTENER, Oftener, taken, usual
 from exercises.mistakes.given import Values
 from exercises.problem import Part, Problem
 from exercises.stream import Stream
@@ -44,7 +44,9 @@ class Marks:
     ties: frozenset[frozenset[Mark]]
 
 
-def behind_set(problem: Problem, part: Part, given: Given, seed: str) -> Diagnosis | None:
+def behind_set(
+    problem: Problem, part: Part, given: Given, seed: str, oftener: Oftener = NO_OFTENER
+) -> Diagnosis | None:
     """Return the mistake that makes the right set one that was given, or two that do."""
     if given.tree is None:
         return None
@@ -62,7 +64,7 @@ def behind_set(problem: Problem, part: Part, given: Given, seed: str) -> Diagnos
         if look.is_same(mine, slip) or (
             look.may_be_same(mine, slip) and _judged(problem, part, given, slip, seed) is Outcome.CORRECT
         ):
-            return _told(problem, part, mistake, slip, look, mine)
+            return _told(problem, part, mistake, slip, look, mine, oftener)
     for (first, one), (second, other) in islice(_twice(problem, part, made), MOST_PAIRS):
         if look.is_same(mine, other):
             says = f"{first.sentence(one.words)} {second.sentence(other.words)}"
@@ -80,21 +82,21 @@ def _twice(
                 yield (mistake, slip), (other, more)
 
 
-def _told(problem: Problem, part: Part, mistake: Mistake, slip: Taken, look: "_Look", mine: Marks) -> Diagnosis:
-    """Return what is said of a mistake, and of one as likely that gives the same set."""
+def _told(
+    problem: Problem, part: Part, mistake: Mistake, slip: Taken, look: "_Look", mine: Marks, oftener: Oftener
+) -> Diagnosis:
+    """Return what is said of a mistake, and of one as likely that gives the same set; of a likelier one alone."""
     told = [(mistake, slip)]
     for name in ALIKE.get(mistake.name, ()):
         others = CATALOGUE[name].takes(problem.chain, part)
         same = next((other for other in others if look.is_same(mine, other)), None)
-        if same is not None and _prior(CATALOGUE[name]) == _prior(mistake):
+        if same is not None and usual(CATALOGUE[name], oftener) == usual(mistake, oftener):
             told.append((CATALOGUE[name], same))
+        elif same is not None and usual(CATALOGUE[name], oftener) > usual(mistake, oftener):
+            told = [(CATALOGUE[name], same)]
     says = " Or, which gives the same answer: ".join(one.sentence(taken_for.words) for one, taken_for in told)
     made = tuple(known_by(one.name, taken_for.words) for one, taken_for in told)
     return Diagnosis(tuple(one.name for one, _ in told), says, known_by=made, either=len(told) > 1)
-
-
-def _prior(mistake: Mistake) -> float:
-    return PRIORS.get(mistake.name, RARE if mistake.rare else 1.0)
 
 
 def _as_configurations(problem: Problem, part: Part, given: Given, seed: str) -> Diagnosis | None:

@@ -1,5 +1,6 @@
 """The catalogue: every kind of mistake, and what each makes of the answer to a question."""
 
+import difflib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from types import ModuleType
@@ -8,6 +9,7 @@ import numpy as np
 
 from exercises.arm.chain import Chain
 from exercises.arm.stages import RESULT, STAGES, Working, built_on, propagated
+from exercises.errors import QdotError
 from exercises.mistakes import algebra, arrangement, choices, columns, finished, numeric, position, sets, table
 from exercises.mistakes.base import Mistake, Shape, Slip, Taken
 from exercises.problem import Part
@@ -43,6 +45,15 @@ READING = (
     "point-forgotten", "base-exchanged", "decimal-point", "value-sign",
 )  # fmt: skip
 """What is misread most often, in that order: looked for together with any second mistake."""
+
+Oftener = Mapping[str, float]
+"""How many times as often as by `PRIORS` mistakes are made, by their names; what an instructor says of a course."""
+NO_OFTENER: Oftener = {}
+MOST_OFTEN = 1000
+OFTENER = (
+    "it says how many times as often as usual mistakes are made in this course, by their names in docs/mistakes.md, a "
+    f"number above 0 and up to {MOST_OFTEN}, as in mistakes = {{offset-sign = 3}}; `qdot report` tells them of a class"
+)
 
 PRIORS: dict[str, float] = {
     "point-forgotten": 2.0, "link-left-out": 1.5, "joint-left-out": 1.0, "row-misread": 0.1, "cross-order": 0.1,
@@ -89,9 +100,30 @@ class Wrong:
         return self.mistake.sentence(self.slip.words)
 
 
-def prior(wrong: Wrong) -> float:
+def read_oftener(said: Mapping[str, float] | None) -> Oftener:
+    """Return how many times as often mistakes are made, as an assignment says it. Raises QdotError.
+
+    >>> read_oftener({"offset-sign": 3})
+    {'offset-sign': 3.0}
+    """
+    for name, times in (said or {}).items():
+        if name not in CATALOGUE:
+            close = difflib.get_close_matches(name, CATALOGUE, n=1)
+            hint = f" (did you mean {close[0]!r}?)" if close else ""
+            raise QdotError(f"unknown mistake {name!r}{hint}; docs/mistakes.md has the names")
+        if isinstance(times, bool) or not 0 < times <= MOST_OFTEN:
+            raise QdotError(f"{name} = {times}: {OFTENER}")
+    return {name: float(times) for name, times in (said or {}).items()}
+
+
+def usual(mistake: Mistake, oftener: Oftener = NO_OFTENER) -> float:
+    """Return how often a mistake is made, beside others that give the same answer."""
+    return PRIORS.get(mistake.name, RARE if mistake.rare else 1.0) * oftener.get(mistake.name, 1.0)
+
+
+def prior(wrong: Wrong, oftener: Oftener = NO_OFTENER) -> float:
     """Return how often a mistake is made in this way, beside others that give the same answer."""
-    own = PRIORS.get(wrong.mistake.name, RARE if wrong.mistake.rare else 1.0)
+    own = usual(wrong.mistake, oftener)
     propagates = "linear" not in wrong.slip.changes and any(stage == "linear" for stage, _ in wrong.working.changes)
     return own * BY_PROPAGATION if propagates else own
 

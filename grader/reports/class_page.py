@@ -24,6 +24,7 @@ from grader.reports.class_view import (
     groups,
     mistakes,
     not_on_time,
+    oftener,
     parts,
     parts_of,
     scores,
@@ -91,6 +92,7 @@ def class_page(assignment: Assignment, results: Sequence[Result]) -> str:
         few=len(of_class.percents) < FEW,
         followed=sum(part.followed for part in of_parts),
         mistakes=_mistakes(of_mistakes, names, len(able)),
+        oftener=_oftener(oftener(of_mistakes, len(able))),
         mistake_chart=_mistake_chart(of_mistakes),
         groups=_groups(results, work, names),
         unusual=_unusual(work, names),
@@ -173,6 +175,11 @@ def _mistakes(found: Sequence[MistakeOfClass], names: Mapping[str, str], graded:
         }
         for each in found
     ]
+
+
+def _oftener(times: Mapping[str, float]) -> str:
+    """Return what assignment.toml may say of the mistakes that a class makes more, empty where there is nothing."""
+    return f"mistakes = {{{', '.join(f'{name} = {often:g}' for name, often in times.items())}}}" if times else ""
 
 
 def _mistake_chart(found: Sequence[MistakeOfClass]) -> str:

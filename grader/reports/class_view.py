@@ -13,7 +13,10 @@ from grader import statistics
 from grader.reports.answers import visible
 from grader.reports.tables import is_marked, status
 from grader.settle import Result
-from grader.statistics import Interval
+from grader.statistics import LEAST, Interval
+
+STANDS_OUT = 1.5
+"""How many times as often as the mean a mistake is made that is told as one that a class makes more."""
 
 OUTCOMES = ("correct", "partial", "wrong", "missing", "ungraded")
 
@@ -159,6 +162,18 @@ def mistakes(results: Sequence[Result]) -> list[MistakeOfClass]:
     titles = {name: CATALOGUE[name].title if name in CATALOGUE else name for name in who}
     made = [MistakeOfClass(name, titles[name], tuple(own), tuple(where[name])) for name, own in who.items()]
     return sorted(made, key=lambda mistake: (-len(mistake.students), mistake.title))
+
+
+def oftener(found: Sequence[MistakeOfClass], graded: int) -> dict[str, float]:
+    """Return how many times as often as the others a class made mistakes, those that stand out; few students tell none.
+
+    A mistake that nobody else made is counted as made once more, and so is the mean of all: one student says little.
+    """
+    if graded < LEAST or not found:
+        return {}
+    mean = sum(len(each.students) for each in found) / len(found)
+    times = {each.name: round((len(each.students) + 1) / (mean + 1), 1) for each in found if each.name in CATALOGUE}
+    return {name: often for name, often in times.items() if often >= STANDS_OUT}
 
 
 def groups(results: Sequence[Result]) -> list[GroupOfClass]:

@@ -176,6 +176,21 @@ def test_an_assignment_says_how_and_a_mistake_in_it_is_told(tmp_path: Path) -> N
         file.write_text(TOML + wrong + "\n")
         with pytest.raises(QdotError, match=r"assignment.toml: line 7.*credit"):
             load_assignment(folder)
+    file.write_text(TOML)
+    before = load_assignment(folder).marking
+    file.write_text(f"mistakes = {{offset-sign = 3, chain-rule = 0.5}}\n{TOML}")
+    assert load_assignment(folder).oftener == {"offset-sign": 3.0, "chain-rule": 0.5}
+    assert load_assignment(folder).marking != before
+    for wrong, right in (
+        ("{offset-sgn = 3}", r"unknown mistake 'offset-sgn' \(did you mean 'offset-sign'\?\); docs/mistakes.md"),
+        ("{offset-sign = 0}", "offset-sign = 0.*a number above 0"),
+        ("{offset-sign = true}", "a number above 0"),
+        ('{offset-sign = "often"}', "a number above 0"),
+        ("3", "a number above 0"),
+    ):
+        file.write_text(f"mistakes = {wrong}\n{TOML}")
+        with pytest.raises(QdotError, match=rf"assignment.toml: line 1.*{right}"):
+            load_assignment(folder)
     for wrong in ("follow_through = 1.5", 'follow_through = "80%"', "follow_through = true"):
         file.write_text(TOML.replace("follow_through = 1", wrong))
         with pytest.raises(QdotError, match=r"line 3.*from 0 to 1"):

@@ -39,14 +39,14 @@ NAMED = {1: several(0.9, 0.97), 2: several(0.5, 0.74)}
 
 
 @cache
-def told(index: int) -> tuple[Diagnosis | None, Diagnosis | None]:
-    """Return the mistake that is named, and what is said where there is none."""
+def told(index: int, oftener: str = "") -> tuple[Diagnosis | None, Diagnosis | None]:
+    """Return the mistake that is named, or what is said where there is none; of mistakes, one may be made oftener."""
     slip = SLIPS[index]
     problem = generate(ProblemId.parse(slip["problem"]), [slip["part"]])
     (part,) = problem.parts
     given = read_answer(problem, part, slip["answer"], "slips")
     assert judge_given(problem, part, given, "slips").outcome in (Outcome.WRONG, Outcome.PARTIAL), slip
-    named = diagnose(problem, part, given, "slips")
+    named = diagnose(problem, part, given, "slips", oftener={oftener: 100.0} if oftener else {})
     return named, None if named else advise(problem, part, given, "slips")
 
 
@@ -139,3 +139,20 @@ def test_mistakes_that_give_the_same_answer_are_told_as_such() -> None:
     named, _ = told(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith("From 4*sin = cos")))
     assert named is not None and named.either and " Or, which gives the same answer: " in named.says
     assert named.names == "tangent-turned-over or value-sign-in-set"
+
+
+@pytest.mark.parametrize(
+    ("did", "oftener"),
+    [
+        ("Took the moment arms to the origin O_2 of the last frame", "link-left-out"),
+        ("Took the offset of joint 2 as -30 deg instead of +30 deg", "row-misread"),
+        ("From 4*sin = cos", "tangent-turned-over"),
+        ("From 4*sin = cos", "value-sign-in-set"),
+    ],
+)
+def test_what_a_class_makes_oftener_is_named_before_what_gives_the_same(did: str, oftener: str) -> None:
+    index = next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did))
+    usual, _ = told(index)
+    named, _ = told(index, oftener)
+    assert usual is not None and usual.mistakes != (oftener,)
+    assert named is not None and named.mistakes == (oftener,) and not named.either
