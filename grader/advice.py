@@ -26,6 +26,7 @@ PRECISE = 1e-3
 """How near a single number has to be to a known factor."""
 SAME = 1e-7
 FACTORS = {
+    2.0: "by the factor 2",
     100.0: "by the factor 100, as between metres and centimetres",
     1000.0: "by the factor 1000, as between metres and millimetres",
     180 / np.pi: "by the factor between degrees and radians",

@@ -51,6 +51,7 @@ from grader.pairs import (
 )
 from grader.parts import judge_given
 from grader.residuals import missing_links
+from grader.rounded import rounded
 from grader.set_mistakes import behind_set
 from grader.verdict import Diagnosis, Outcome, known_by
 
@@ -112,7 +113,10 @@ def diagnose(
         in_numbers = _in_numbers(part, given, values)
     except ReadError:  # statements among the entries of an answer that was refused
         return None
-    return None if in_numbers is None else named(problem, part, values, in_numbers, causes, oftener)
+    if in_numbers is None:
+        return None
+    right = result(numbers(problem.chain, values), part)
+    return rounded(part, in_numbers, right, given.entries) or named(problem, part, values, in_numbers, causes, oftener)
 
 
 def _of_function(

@@ -352,8 +352,11 @@ def _apart(yours: Any, expected: Any) -> tuple[float | str, float | str]:
     shown = number(complex(yours)), number(complex(expected))
     if shown[0] != shown[1]:
         return shown
+    both = [mpmath.mpmathify(value) for value in (yours, expected)]
+    if not any(isinstance(value, str) for value in shown):  # real, but for what is left of complex arithmetic
+        both = [value.real for value in both]
     for digits in range(8, 50, 2):
-        texts = mpmath.nstr(mpmath.mpmathify(yours), digits), mpmath.nstr(mpmath.mpmathify(expected), digits)
+        texts = mpmath.nstr(both[0], digits), mpmath.nstr(both[1], digits)
         if texts[0] != texts[1]:
             return texts
     return shown

@@ -234,6 +234,8 @@ def _value_sign(chain: Chain, part: Part) -> Iterator[Taken]:
         for index, (q, values) in enumerate(component.solutions or ()):
             ways = [tuple(-v if v == value else v for v in values) for value in values if value != 0]
             for new in dict.fromkeys([*ways, tuple(-value for value in values)]):
+                if {sp.expand(value) % (2 * sp.pi) for value in new} == {value % (2 * sp.pi) for value in values}:
+                    continue  # pi/2 and -pi/2 are the same two values then
                 solutions = list(component.solutions or ())
                 solutions[index] = (q, new)
                 yield _set(_with(components, k, replace(component, solutions=tuple(solutions))), joint=str(q))

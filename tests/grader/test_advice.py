@@ -2,11 +2,17 @@
 
 import pytest
 
+from exercises import generate
 from exercises.docs import planar_2r
 from grader.advice import advise
 from grader.marking import mark
 from grader.reading import read_answer
 from tests.support.problems import asked, drawn
+
+TWO_R = (
+    "[[a1*cos(theta1 + {pi}/3) - 0.35*sin(theta1 + theta2 + {pi}/3)],"
+    " [a1*sin(theta1 + {pi}/3) {sign} 0.35*cos(theta1 + theta2 + {pi}/3)]]"
+)
 
 
 @pytest.mark.parametrize(
@@ -15,6 +21,7 @@ from tests.support.problems import asked, drawn
         ("determinant", "a1*a2*tan(theta2) + 1", "The terms of your answer have different units"),
         ("determinant", "a1*sin(theta2)**3", "Count the lengths in each term: yours has the unit m, and m^2 is due."),
         ("determinant", "a1*a2*sin(theta2)/7", "Everything is wrong by one and the same factor"),
+        ("determinant", "a1*a2*sin(theta2)/2", "All numbers are too small by the factor 2."),
         ("determinant", "a1*a2*sin(theta2)*100", "All numbers are too large by the factor 100"),
         ("determinant", "a1*a2*sin(theta2)**2*cos(theta1)", "Your answer changes with theta1."),
         ("determinant", "a1*a2 + a2**2", "Your answer does not change with theta2."),
@@ -28,6 +35,32 @@ def test_what_is_said_is_what_the_answer_fails_simplest_first(question: str, ans
     found = advise(problem, problem.parts[0], read_answer(problem, problem.parts[0], answer), "advice")
     assert found is not None and found.mistakes == ()
     assert found.says.startswith(begins)
+
+
+@pytest.mark.parametrize(
+    ("arm", "question", "answer", "is_said"),
+    [  # due are 1.391223934 and 0.3918262811
+        ("polar-rp/3@zeros", "joint-rates", "[1.4, 0.39]", True),
+        ("polar-rp/3@zeros", "joint-rates", "[1.3, 0.39]", True),  # cut off
+        ("polar-rp/3@zeros", "joint-rates", "[1.39, 0.4]", True),
+        ("polar-rp/3@zeros", "joint-rates", "[1, 0.4]", False),
+        ("polar-rp/3@zeros", "joint-rates", "[1.4, 0.38]", False),
+        ("polar-rp/3@zeros", "joint-rates", "[-1.4, 0.39]", False),
+        ("planar-2r/3@zeros", "position", TWO_R.format(pi="3.1416", sign="+"), True),
+        ("planar-2r/3@zeros", "position", TWO_R.format(pi="3.14", sign="+"), True),
+        ("planar-2r/3@zeros", "position", TWO_R.format(pi="3.1416", sign="-"), False),
+        ("planar-2r/3@zeros", "position", TWO_R.format(pi="3.2", sign="+"), False),
+    ],
+)
+def test_what_is_right_but_for_rounding_is_said_so_and_blamed_on_nothing(
+    arm: str, question: str, answer: str, is_said: bool
+) -> None:
+    problem = generate(arm, [question])
+    (verdict,) = mark(problem, {question: answer}, secret="s")
+    assert verdict.judgement.share < 1 and verdict.diagnosis is not None
+    assert verdict.diagnosis.says.startswith("Right but for rounding:") is is_said
+    assert not (is_said and verdict.diagnosis.mistakes)
+    assert "j" not in verdict.judgement.reason.split(": yours")[-1]
 
 
 def test_marking_says_it_where_nothing_is_named() -> None:

@@ -1,0 +1,51 @@
+"""Wrong answers that are right but for rounding: fewer digits than are due, or decimals for exact constants."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from exercises.formula.trees import Node, digits_of_decimals
+from exercises.problem import Part
+from grader.numbers import InNumbers
+from grader.verdict import Diagnosis
+
+NEAR = 2e-3
+"""What decimals for exact constants change at most, as a share of an entry: 3.14 for pi changes as much."""
+DIGITS = 2
+"""So many digits of a number are due to tell it from others; of several, one or more of them need as many."""
+
+
+def rounded(part: Part, found: InNumbers, right: np.ndarray, entries: Sequence[Node] = ()) -> Diagnosis | None:
+    """Return that an answer is right but for rounding, or nothing: it is no mistake of the catalogue.
+
+    `entries` are what was typed; formulas are looked at where there is a decimal in them.
+    """
+    if found.values.shape != right.shape or found.is_direction or (np.iscomplexobj(right) and np.any(right.imag)):
+        return None
+    due = part.rounding.words if part.rounding is not None else "to three significant digits"
+    if part.answer.is_in_numbers:
+        return Diagnosis((), f"Right but for rounding: numbers are due {due}.") if _to_few(found, right) else None
+    if not any(map(digits_of_decimals, entries)):
+        return None
+    off = np.abs(found.values - right)
+    if not (found.like(right) | (off <= NEAR * found.size).all(axis=-1)).all():
+        return None
+    if part.rounding is not None:
+        return Diagnosis((), f"Right but for rounding: decimals are due {due}.")
+    return Diagnosis((), "Right but for rounding: write exact values, as pi/2 for 1.5708 and sqrt(3)/2 for 0.866.")
+
+
+def _to_few(found: InNumbers, right: np.ndarray) -> bool:
+    """Tell whether all numbers are the right ones to one or two digits, and one of them to two."""
+    to_two = found.like(right) | _is_to(DIGITS, found.values.real, right.real)
+    to_one = _is_to(DIGITS - 1, found.values.real, right.real)
+    return bool((to_two | to_one).all() and to_two.any())
+
+
+def _is_to(digits: int, given: np.ndarray, due: np.ndarray) -> np.ndarray:
+    """Tell of each number whether it is the right one, rounded to digits or cut off after two, (rows, columns)."""
+    with np.errstate(all="ignore"):
+        step = 10.0 ** (np.floor(np.log10(np.abs(due))) + 1 - digits)
+        ways = [np.round(due / step) * step, *([np.trunc(due / step) * step] if digits == DIGITS else [])]
+        same = [(np.abs(given - way) <= 1e-9 * np.abs(due)).all(axis=-1) for way in ways]
+    return np.any(same, axis=0)
