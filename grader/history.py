@@ -208,16 +208,18 @@ def _moves_of(student: str, was: Result, now: Result) -> list[Move]:
         old, new = (_shown(parts[part]["points"]) if part in parts else "–" for parts in (before, after))
         if old != new:
             by_hand = set_before.get(part) != set_now.get(part)
-            why = _which(set_before.get(part), set_now.get(part)) if by_hand else of_grading
-            moved.append(Move(student, part, old, new, why))
+            moved.append(Move(student, part, old, new, _which(part, was, now) if by_hand else of_grading))
     if moved or was["score"] != now["score"]:
         moved.append(Move(student, "", _shown(was["score"]), _shown(now["score"]), reasons(was, now)))
     return moved
 
 
-def _which(before: Any, now: Any) -> str:
-    """Return the override that came or went, in words."""
-    group = (now or before or {}).get("group")
+def _which(part: str, was: Result, now: Result) -> str:
+    """Return the override that came or went, in words; whoever answers otherwise leaves a group."""
+    before, after = _overrides(was).get(part), _overrides(now).get(part)
+    group = (after or before or {}).get("group")
+    if after is None and group and _parts(now)[part]["group"] != group:
+        return ", ".join([*_of_grading(was, now), f"no longer in {group}"])
     return f"override of {group}" if group else "override"
 
 

@@ -102,6 +102,7 @@ def class_page(assignment: Assignment, results: Sequence[Result]) -> str:
             for index, each in enumerate(made[:CHARTED_VARIANTS])
         ],
         permutations=f"{statistics.PERMUTATIONS:,}",
+        has_due=any(assignment.due_of(student) is not None for student in assignment.roster),
         not_on_time=not_on_time(assignment, results),
         overrides=set_by_hand(assignment, results),
         **_similar(work, names),

@@ -1,5 +1,6 @@
 """Equal wrong answers of students with different arms have one key, and a line of overrides.csv is for all of them."""
 
+import copy
 import csv
 import json
 import re
@@ -252,6 +253,12 @@ def test_a_line_marks_and_explains_a_group_also_for_who_comes_later(assignment: 
     assert [" ".join(line.split()) for line in said[:2]] == [
         f"ada p1.determinant 0 → 0.5 override of {group}", "ada total 3 → 3.5 override",
     ]  # fmt: skip
+
+    mended = copy.deepcopy(results["ada"])
+    determinant(mended).update(override=None, group=None, points=1.0, outcome="correct")
+    mended["submission"]["sha256"] = "another notebook"
+    said = told(results, [mended, *ordered[1:]]).splitlines()
+    assert " ".join(said[0].split()) == f"ada p1.determinant 0.5 → 1 new submission, no longer in {group}"
 
 
 def test_a_comment_alone_leaves_the_points(assignment: Assignment) -> None:
