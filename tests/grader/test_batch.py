@@ -242,7 +242,8 @@ def test_nothing_follows_from_answers_that_are_right_for_somebody_else(assignmen
     others = {part.name: part.answer.code() for _, problem in assignment.problems("s01") for part in problem.parts}
     hand_in(assignment, "s02/hw.ipynb", right(assignment, "s02", lambda _, part: others[part.name]))
     forgotten = {
-        "position": "Matrix({}) * 0.5", "jacobian": "Matrix({}) * 0.5", "determinant": "({}) * 0.25",
+        "position": "{} + 0.3*Matrix([cos(theta1), sin(theta1)])",
+        "jacobian": "{} + 0.3*Matrix([[-sin(theta1), 0], [cos(theta1), 0]])", "determinant": "p1_jacobian.det()",
     }  # fmt: skip
     hand_in(
         assignment,
@@ -333,7 +334,7 @@ def test_the_feedback_page_says_per_part_what_was_right(assignment: Assignment) 
     hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01", lambda c, p: f"-({c})" if p.name == "jacobian" else c))
     page = feedback_page(assignment, assignment.roster[0], grade(assignment)["s01"])
     assert page.count('class="part correct"') == 4
-    assert page.count('class="part wrong"') == 1
+    assert page.count('class="part partial"') == 1
     assert "Where entry (1, 1) differs" in page
 
 
@@ -348,12 +349,12 @@ def test_what_stops_the_grading_stands_once_on_the_page(assignment: Assignment) 
 
 def test_entries_are_shown_and_names_keep_their_case(assignment: Assignment) -> None:
     def change(code: str, part: Part) -> str:
-        return {"jacobian": f"7*({code})", "position": "foo", "determinant": "bar"}.get(part.name, code)
+        return {"jacobian": f"{code} + Matrix([[1, 1], [1, 1]])", "position": "foo", "determinant": "bar"}.get(part.name, code)
 
     hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01", change).replace("p1_determinant = bar", "pass"))
     page = feedback_page(assignment, assignment.roster[0], grade(assignment)["s01"])
     assert page.count("Which entries are right") == 1
-    assert page.count('<td class="no">') == 4
+    assert page.count('<td class="wrong">') == 4
     assert "P1_" not in page
     assert "Matrices are marked by the entries" in page
 

@@ -243,10 +243,10 @@ def reword(name: str) -> Callable[[Cells], None]:
         (lambda cells: cell(cells, "p1-jacobian-question").update(cell_type="raw"), "p1-jacobian-question changed", 1),
         (lambda cells: cell(cells, "p1-jacobian")["metadata"].clear(), "p1-jacobian changed", 1),
         (lambda cells: cells.remove(cell(cells, "p2-determinant")), "p2-determinant gone", 1),
-        (lambda cells: cells.append({"cell_type": "raw", "source": ["Not ", "so."]}), "cell 15 added", 2),
+        (lambda cells: cells.append({"cell_type": "raw", "source": ["Not ", "so."]}), "cell 18 added", 2),
         (lambda cells: cells.append(dict(cell(cells, "title"))), "title added", 2),
         (lambda cells: cells.append(cells.pop(3)), "cells in another order", 2),
-        (lambda cells: cells.append({"cell_type": "raw", "source": "\ud800"}), "cell 15 added", 2),
+        (lambda cells: cells.append({"cell_type": "raw", "source": "\ud800"}), "cell 18 added", 2),
         (lambda cells: cells.append([]), "", 0),
     ],
 )
