@@ -349,7 +349,9 @@ def test_what_stops_the_grading_stands_once_on_the_page(assignment: Assignment) 
 
 def test_entries_are_shown_and_names_keep_their_case(assignment: Assignment) -> None:
     def change(code: str, part: Part) -> str:
-        return {"jacobian": f"{code} + Matrix([[1, 1], [1, 1]])", "position": "foo", "determinant": "bar"}.get(part.name, code)
+        return {"jacobian": f"{code} + Matrix([[1, 1], [1, 1]])", "position": "foo", "determinant": "bar"}.get(
+            part.name, code
+        )
 
     hand_in(assignment, "s01/hw.ipynb", right(assignment, "s01", change).replace("p1_determinant = bar", "pass"))
     page = feedback_page(assignment, assignment.roster[0], grade(assignment)["s01"])
