@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, islice, product
 
 import sympy as sp
 
@@ -14,9 +14,23 @@ from exercises.problem import Part
 
 Components = tuple[Component, ...]
 
+MOST_WAYS = 20
+"""Ways to leave conditions out of several components at once that are looked at."""
+
 
 def _components(part: Part) -> Components:
     return part.answer.components if isinstance(part.answer, ConditionSet) else ()
+
+
+def _every(chain: Chain) -> str:
+    """Return what of J counts, as a clause."""
+    square = chain.n == len(chain.task)
+    return "every factor of det J counts" if square else "every way counts in which all minors are zero"
+
+
+def _zero_there(chain: Chain) -> str:
+    """Return the question that a singular configuration answers."""
+    return "is det J zero there" if chain.n == len(chain.task) else "are all minors zero there"
 
 
 def _set(components: Sequence[Component], **words: object) -> Taken:
@@ -52,10 +66,10 @@ def _missed(chain: Chain, part: Part) -> Iterator[Taken]:
     components = _components(part)
     for k, component in enumerate(components):
         if len(components) > 1:
-            yield _set((*components[:k], *components[k + 1 :]), kind=_kind(component))
+            yield _set((*components[:k], *components[k + 1 :]), kind=_kind(component), every=_every(chain))
     for k in range(len(components)):
         if len(components) > 2:
-            yield _set((components[k],), kind="more than one kind of condition")
+            yield _set((components[k],), kind="more than one kind of condition", every=_every(chain))
 
 
 def _kind(component: Component) -> str:
@@ -67,7 +81,34 @@ def _tied_missed(chain: Chain, part: Part) -> Iterator[Taken]:
     components = _components(part)
     solved = [component for component in components if component.solutions is not None]
     if solved and len(solved) < len(components):
-        yield _set(solved)
+        yield _set(solved, every=_every(chain))
+
+
+def _part_alone(chain: Chain, part: Part) -> Iterator[Taken]:
+    """Give a part of the conditions that must hold together, in one component or in all that have several."""
+    components = _components(part)
+    for size in (1, 2):
+        shorter = {k: list(_alone(c, size)) for k, c in enumerate(components) if len(c.conditions) > size}
+        for k, ways in shorter.items():
+            for way in ways:
+                yield _set(_with(components, k, way), joint=_joints_of(chain, [way]))
+        if len(shorter) > 1:
+            for every in islice(product(*shorter.values()), MOST_WAYS):
+                new = [dict(zip(shorter, every, strict=True)).get(k, c) for k, c in enumerate(components)]
+                yield _set(new, joint=_joints_of(chain, every))
+
+
+def _alone(component: Component, size: int) -> Iterator[Component]:
+    """Yield some of the conditions of a component."""
+    for chosen in combinations(range(len(component.conditions)), size):
+        conditions = tuple(component.conditions[i] for i in chosen)
+        solutions = component.solutions
+        yield Component(conditions, None if solutions is None else tuple(solutions[i] for i in chosen))
+
+
+def _joints_of(chain: Chain, components: Sequence[Component]) -> str:
+    symbols = {q for component in components for condition in component.conditions for q in condition.free_symbols}
+    return ", ".join(str(q) for q in chain.q if q in symbols)
 
 
 def _moved(component: Component, to: sp.Symbol) -> Component:
@@ -115,10 +156,10 @@ def _joint_added(chain: Chain, part: Part) -> Iterator[Taken]:
     for joint, q in zip(chain.joints, chain.q, strict=True):
         if joint.kind == "R" and q not in singular:
             for component in (_straight(q), _thinned(_straight(q), 0)) if components else ():
-                yield _set((*components, component), joint=q)
+                yield _set((*components, component), joint=q, zero=_zero_there(chain))
                 tied = [k for k, other in enumerate(components) if other.solutions is None]
                 if tied:
-                    yield _set(_with(components, tied[0], component), joint=q)
+                    yield _set(_with(components, tied[0], component), joint=q, zero=_zero_there(chain))
 
 
 def _offsets(factor: int) -> Callable[[Chain, Part], Iterator[Taken]]:
@@ -242,7 +283,7 @@ def _value_sign(chain: Chain, part: Part) -> Iterator[Taken]:
 def _all_joints(chain: Chain, part: Part) -> Iterator[Taken]:
     revolute = [q for joint, q in zip(chain.joints, chain.q, strict=True) if joint.kind == "R"]
     if _components(part) and len(revolute) > 1:
-        yield _set([_straight(q) for q in revolute])
+        yield _set([_straight(q) for q in revolute], zero=_zero_there(chain))
 
 
 def _degrees(chain: Chain, part: Part) -> Iterator[Taken]:
@@ -308,13 +349,17 @@ MISTAKES = (
     ),
     Mistake(
         "shoulder-missed", "Condition that ties several joints missed",
-        "What depends on more than one joint at once seems to be left out, as where the point lies on the first axis. "
-        "Every factor of det J counts.", "6.8 and Example 6.3", takes=_tied_missed,
+        "What depends on more than one joint at once seems to be left out, as where the point lies on the first axis: "
+        "{every}.", "6.8 and Example 6.3", takes=_tied_missed,
     ),
     Mistake(
         "component-missed", "Part of the singular set missed",
-        "A part of the singular configurations seems to be left out: {kind}. Every factor of det J counts.", "6.8",
-        takes=_missed,
+        "A part of the singular configurations seems to be left out, {kind}: {every}.", "6.8", takes=_missed,
+    ),
+    Mistake(
+        "condition-of-several-forgotten", "One of several conditions forgotten",
+        "What is said of {joint} is not enough: another condition seems to be forgotten that must hold at the same "
+        "time. J is not square, and loses rank only where all its minors are zero.", "6.8", takes=_part_alone,
     ),
     Mistake(
         "quarter-turn-singular", "Sine for cosine in the condition",
@@ -323,12 +368,12 @@ MISTAKES = (
     ),
     Mistake(
         "joint-called-singular", "A joint called singular that is not",
-        "{joint} = 0 or pi seems to be called singular. Is it a factor of det J? (The book has this slip in its own "
+        "{joint} = 0 or pi seems to be called singular: {zero}? (The book has this slip in its own "
         "Example 6.3.)", "6.8", takes=_joint_added,
     ),
     Mistake(
         "all-joints-straight", "All joints at 0 or pi called singular",
-        "Every joint at 0 or pi seems to be called singular. Only what makes det J vanish is.", "6.8",
+        "Every joint at 0 or pi seems to be called singular: {zero}?", "6.8",
         takes=_all_joints,
     ),
     Mistake(

@@ -112,6 +112,8 @@ def test_most_are_named() -> None:
         ("Left the offset of 90 degrees out, and forgot the second root.", {
             "one-root-only", "offset-forgotten-in-set",
         }),
+        ("Forgot that theta3 has to be straight, too", {"condition-of-several-forgotten"}),
+        ("Forgot the condition on theta2 that holds at the same time.", {"condition-of-several-forgotten"}),
         # two slips of the second hand
         ("Dropped the offset -60 deg of joint 2, and took -J^T F", {"offset-forgotten", "sign"}),
         ("Exchanged the base coordinates 0.2 m and 0.8 m", {"base-exchanged", "column-sign"}),
@@ -157,6 +159,12 @@ def test_the_same_slip_on_two_arms_is_the_same_mistake() -> None:
         for angle in ("pi/4", "pi/3")
     )
     assert first is not None and second is not None and first.known_by == second.known_by
+
+
+def test_nothing_is_said_of_a_determinant_where_there_is_none() -> None:
+    for index in TAKEN:
+        if SLIPS[index]["problem"].startswith("planar-3r/") and SLIPS[index]["part"] == "singular-angles":
+            assert not any(one and "det J" in one.says for one in told(index)), SLIPS[index]
 
 
 @pytest.mark.parametrize(
