@@ -41,10 +41,13 @@ def _with(components: Components, index: int, new: Component) -> Components:
     return (*components[:index], new, *components[index + 1 :])
 
 
-def _thinned(component: Component, keep: int) -> Component:
-    """Return a component with one value of each joint."""
+def _thinned(component: Component, keep: int, only: sp.Symbol | None = None) -> Component:
+    """Return a component with one value of each joint, or of one joint only."""
     assert component.solutions is not None
-    kept = tuple((joint, (values[min(keep, len(values) - 1)],)) for joint, values in component.solutions)
+    kept = tuple(
+        (joint, (values[min(keep, len(values) - 1)],) if only in (None, joint) else values)
+        for joint, values in component.solutions
+    )
     return replace(component, solutions=kept)
 
 
@@ -60,6 +63,10 @@ def _one_root(chain: Chain, part: Part) -> Iterator[Taken]:
             yield _set([_thinned(c, keep) if k in several else c for k, c in enumerate(components)])
         for k in several:
             yield _set(_with(components, k, _thinned(components[k], keep)))
+        for k in several:  # of one joint where values of several hold together
+            solutions = components[k].solutions or ()
+            for joint, _ in solutions if len(solutions) > 1 else ():
+                yield _set(_with(components, k, _thinned(components[k], keep, joint)))
 
 
 def _missed(chain: Chain, part: Part) -> Iterator[Taken]:
@@ -195,24 +202,11 @@ def _with_offset(component: Component, more: Mapping[sp.Symbol, sp.Expr]) -> Com
 
 
 def _or_for_and(chain: Chain, part: Part) -> Iterator[Taken]:
-    """Take conditions that must hold together for alternatives; or alternatives for what must hold together."""
+    """Take conditions that must hold together for alternatives."""
     components = _components(part)
     for k, component in enumerate(components):
         if len(component.conditions) > 1:
-            solutions = [None] * len(component.conditions) if component.solutions is None else component.solutions
-            single = [
-                Component((condition,), None if solution is None else (solution,))
-                for condition, solution in zip(component.conditions, solutions, strict=False)
-            ]
-            yield _set((*components[:k], *single, *components[k + 1 :]))
-    solved = [component for component in components if component.solutions is not None]
-    apart = len({q for component in solved for q, _ in component.solutions or ()})
-    if len(solved) > 1 and apart == sum(len(component.solutions or ()) for component in solved):
-        together = Component(
-            tuple(condition for component in solved for condition in component.conditions),
-            tuple(solution for component in solved for solution in component.solutions or ()),
-        )
-        yield _set((*(component for component in components if component.solutions is None), together))
+            yield _set((*components[:k], *_alone(component, 1), *components[k + 1 :]))
 
 
 def _one_root_each(chain: Chain, part: Part) -> Iterator[Taken]:
@@ -225,21 +219,35 @@ def _one_root_each(chain: Chain, part: Part) -> Iterator[Taken]:
                 yield _set([_thinned(c, keep) if k in chosen else c for k, c in enumerate(components)])
 
 
-def _all_at_once(chain: Chain, part: Part) -> Iterator[Taken]:
-    """Take the values of a joint for conditions that hold together, or add a condition of another joint to one."""
+def _and_for_or(chain: Chain, part: Part) -> Iterator[Taken]:
+    """Take alternatives for conditions that hold together: those of several joints, or the values of one."""
     components = _components(part)
+    solved = [component for component in components if component.solutions is not None]
+    apart = len({q for component in solved for q, _ in component.solutions or ()})
+    if len(solved) > 1 and apart == sum(len(component.solutions or ()) for component in solved):
+        together = Component(
+            tuple(condition for component in solved for condition in component.conditions),
+            tuple(solution for component in solved for solution in component.solutions or ()),
+        )
+        yield _set((*(component for component in components if component.solutions is None), together))
     for k, component in enumerate(components):
         for index, (q, values) in enumerate(component.solutions or ()):
             if len(values) > 1:
-                apart = tuple((q, (value,)) for value in values)
-                solutions = (*(component.solutions or ())[:index], *apart, *(component.solutions or ())[index + 1 :])
+                ways = tuple((q, (value,)) for value in values)
+                solutions = (*(component.solutions or ())[:index], *ways, *(component.solutions or ())[index + 1 :])
                 yield _set(_with(components, k, replace(component, solutions=solutions)))
+
+
+def _condition_too_many(chain: Chain, part: Part) -> Iterator[Taken]:
+    """Add a condition of another joint to one that is enough."""
+    components = _components(part)
+    for k, component in enumerate(components):
         singular = {q for q, _ in component.solutions or ()}
         for joint, q in zip(chain.joints, chain.q, strict=True):
             if component.solutions and q not in singular:
                 for value in (sp.S.Zero, sp.pi) if joint.kind == "R" else (sp.S.Zero,):
                     more = Component((*component.conditions, q), (*component.solutions, (q, (value,))))
-                    yield _set(_with(components, k, more))
+                    yield _set(_with(components, k, more), joint=str(q))
 
 
 def _other_radians(chain: Chain, part: Part) -> Iterator[Taken]:
@@ -413,9 +421,8 @@ MISTAKES = (
     ),
     Mistake(
         "or-for-and", "Or for and in the conditions",
-        "Conditions that must hold together seem to be given as alternatives, or alternatives as conditions that must "
-        "hold together: a product is zero where one of its factors is, several minors where all of them are.", "6.8",
-        takes=_or_for_and, rare=True,
+        "Conditions that must hold together seem to be given as alternatives: J loses rank only where all its minors "
+        "are zero.", "6.8", takes=_or_for_and, rare=True,
     ),
     Mistake(
         "one-root-of-each", "One root of several joints",
@@ -423,9 +430,14 @@ MISTAKES = (
         "more than once in a turn.", "6.8", takes=_one_root_each, rare=True,
     ),
     Mistake(
-        "and-for-or", "Values of a joint that hold at once",
-        "Conditions seem to hold together that are alternatives, or that are no conditions: a joint has one value at a "
-        "time, and a product is zero where one of its factors is.", "6.8", takes=_all_at_once, rare=True,
+        "and-for-or", "And for or in the conditions",
+        "Alternatives seem to be given as conditions that hold together: each of them is enough by itself, and a joint "
+        "has one value at a time.", "6.8", takes=_and_for_or, rare=True,
+    ),
+    Mistake(
+        "condition-too-many", "Condition that is not needed",
+        "A condition for {joint} seems to be added to one that is enough without it.", "6.8",
+        takes=_condition_too_many, rare=True,
     ),
     Mistake(
         "values-in-wrong-radians", "Values turned into the wrong radians",

@@ -114,6 +114,9 @@ def test_most_are_named() -> None:
         }),
         ("Forgot that theta3 has to be straight, too", {"condition-of-several-forgotten"}),
         ("Forgot the condition on theta2 that holds at the same time.", {"condition-of-several-forgotten"}),
+        ("Gave one root of theta2 and both of theta3, which hold together.", {"one-root-only"}),
+        ("Gave the other root of theta2 alone, with a tangent", {"one-root-only"}),
+        ("Gave the conditions on theta2 and theta3 as alternatives.", {"or-for-and"}),
         # two slips of the second hand
         ("Dropped the offset -60 deg of joint 2, and took -J^T F", {"offset-forgotten", "sign"}),
         ("Exchanged the base coordinates 0.2 m and 0.8 m", {"base-exchanged", "column-sign"}),
