@@ -120,6 +120,7 @@ PHRASES = (
     "a condition that ties several joints",
     "values of a joint",
     "more than one kind of condition",
+    ", and {name} = {values} is called singular in its place",
     "every factor of det J counts",
     "every way counts in which all minors are zero",
     "is det J zero there",

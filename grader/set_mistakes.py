@@ -73,7 +73,8 @@ def behind_set(
                 _likeliest(problem, between, second, other, look, oftener)[0],
             ]
             says = " ".join(mistake.sentence(slip.words) for mistake, slip in both)
-            return Diagnosis(tuple(dict.fromkeys(mistake.name for mistake, _ in both)), says)
+            made_here = tuple(known_by(mistake.name, slip.words) for mistake, slip in both)
+            return Diagnosis(tuple(dict.fromkeys(mistake.name for mistake, _ in both)), says, known_by=made_here)
     return None
 
 

@@ -14,6 +14,10 @@ from exercises.problem import Part
 
 Components = tuple[Component, ...]
 
+CALLED_SINGULAR: tuple[tuple[sp.Expr, ...], ...] = (
+    (sp.S.Zero, sp.pi), (sp.S.Zero,), (sp.pi,), (sp.pi / 2, -sp.pi / 2), (sp.pi / 2,), (-sp.pi / 2,),
+)  # fmt: skip
+"""Angles at which joints are called singular."""
 MOST_WAYS = 20
 """Ways to leave conditions out of several components at once that are looked at."""
 
@@ -84,11 +88,32 @@ def _kind(component: Component) -> str:
 
 
 def _tied_missed(chain: Chain, part: Part) -> Iterator[Taken]:
-    """Leave out the shoulder and whatever else ties several joints: the rest is seen from one joint at a time."""
+    """Leave out the shoulder and whatever else ties several joints, or put angles of one joint in its place.
+
+    The rest is seen from one joint at a time.
+    """
     components = _components(part)
     solved = [component for component in components if component.solutions is not None]
-    if solved and len(solved) < len(components):
-        yield _set(solved, every=_every(chain))
+    if len(solved) == len(components):
+        return
+    if solved:
+        yield _set(solved, every=_every(chain), instead="")
+    for q, called in _called_singular(chain, components):
+        instead = f", and {q} = {_values(called)} is called singular in its place"
+        yield _set((*solved, called), every=_every(chain), instead=instead)
+
+
+def _called_singular(chain: Chain, components: Components) -> Iterator[tuple[sp.Symbol, Component]]:
+    """Yield joints that are called singular and are not, at angles where a sine or a cosine is zero."""
+    singular = {q for component in components for q, _ in component.solutions or ()}
+    for joint, q in zip(chain.joints, chain.q, strict=True):
+        if joint.kind == "R" and q not in singular and components:
+            for values in CALLED_SINGULAR:
+                yield q, Component((q,), ((q, values),))
+
+
+def _values(component: Component) -> str:
+    return ", ".join(str(value) for _, values in component.solutions or () for value in values)
 
 
 def _part_alone(chain: Chain, part: Part) -> Iterator[Taken]:
@@ -157,16 +182,10 @@ def _straight(q: sp.Symbol) -> Component:
 
 
 def _joint_added(chain: Chain, part: Part) -> Iterator[Taken]:
-    """Call a joint singular at 0 or pi that is not: the book's own slip."""
+    """Call a joint singular that is not: the book's own slip."""
     components = _components(part)
-    singular = {q for component in components for q, _ in component.solutions or ()}
-    for joint, q in zip(chain.joints, chain.q, strict=True):
-        if joint.kind == "R" and q not in singular:
-            for component in (_straight(q), _thinned(_straight(q), 0)) if components else ():
-                yield _set((*components, component), joint=q, zero=_zero_there(chain))
-                tied = [k for k, other in enumerate(components) if other.solutions is None]
-                if tied:
-                    yield _set(_with(components, tied[0], component), joint=q, zero=_zero_there(chain))
+    for q, called in _called_singular(chain, components):
+        yield _set((*components, called), joint=q, values=_values(called), zero=_zero_there(chain))
 
 
 def _offsets(factor: int) -> Callable[[Chain, Part], Iterator[Taken]]:
@@ -357,8 +376,8 @@ MISTAKES = (
     ),
     Mistake(
         "shoulder-missed", "Condition that ties several joints missed",
-        "What depends on more than one joint at once seems to be left out, as where the point lies on the first axis: "
-        "{every}.", "6.8 and Example 6.3", takes=_tied_missed,
+        "What depends on more than one joint at once seems to be left out, as where the point lies on the first "
+        "axis{instead}: {every}.", "6.8 and Example 6.3", takes=_tied_missed,
     ),
     Mistake(
         "component-missed", "Part of the singular set missed",
@@ -376,8 +395,8 @@ MISTAKES = (
     ),
     Mistake(
         "joint-called-singular", "A joint called singular that is not",
-        "{joint} = 0 or pi seems to be called singular: {zero}? (The book has this slip in its own "
-        "Example 6.3.)", "6.8", takes=_joint_added,
+        "{joint} seems to be called singular at {values}: {zero}? (The book has this slip in its own Example 6.3.)",
+        "6.8", takes=_joint_added,
     ),
     Mistake(
         "all-joints-straight", "All joints at 0 or pi called singular",

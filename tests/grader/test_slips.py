@@ -117,6 +117,8 @@ def test_most_are_named() -> None:
         ("Gave one root of theta2 and both of theta3, which hold together.", {"one-root-only"}),
         ("Gave the other root of theta2 alone, with a tangent", {"one-root-only"}),
         ("Gave the conditions on theta2 and theta3 as alternatives.", {"or-for-and"}),
+        ("Solved the condition of the shoulder with one joint alone", {"shoulder-missed"}),
+        ("Called theta1 = 0 singular, and missed the shoulder", {"shoulder-missed"}),
         # two slips of the second hand
         ("Dropped the offset -60 deg of joint 2, and took -J^T F", {"offset-forgotten", "sign"}),
         ("Exchanged the base coordinates 0.2 m and 0.8 m", {"base-exchanged", "column-sign"}),
@@ -162,6 +164,12 @@ def test_the_same_slip_on_two_arms_is_the_same_mistake() -> None:
         for angle in ("pi/4", "pi/3")
     )
     assert first is not None and second is not None and first.known_by == second.known_by
+
+
+def test_what_is_claimed_in_the_place_of_the_shoulder_is_told_as_it_is_claimed() -> None:
+    did = "Solved the condition of the shoulder with one joint alone"
+    named, _ = told(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did)))
+    assert named is not None and "and theta2 = pi/2 is called singular in its place" in named.says
 
 
 def test_nothing_is_said_of_a_determinant_where_there_is_none() -> None:
