@@ -116,6 +116,7 @@ PHRASES = (
     "all six",
     "the linear",
     "the angular",
+    "only some",
     "each",
     "a condition that ties several joints",
     "values of a joint",

@@ -69,6 +69,8 @@ def _of_formulas(problem: Problem, part: Part, given: Given, seed: str) -> str |
         return None
     look = _Look(problem.chain, part, given)
     try:
+        if look.mine(values).shape != look.right(values).shape:
+            return None  # the reason tells it
         remarks = (one for remark in (_factor, _units, _joints, _easy_pose) for one in remark(look, values))
         return next(remarks, None)
     except ReadError:

@@ -126,6 +126,8 @@ def usual(mistake: Mistake, oftener: Oftener = NO_OFTENER) -> float:
 def prior(wrong: Wrong, oftener: Oftener = NO_OFTENER) -> float:
     """Return how often a mistake is made in this way, beside others that give the same answer."""
     own = usual(wrong.mistake, oftener)
+    if "linear" in wrong.slip.changes and not wrong.working.comes_from("linear"):
+        return max(own, oftener.get(wrong.mistake.name, 1.0))  # what is propagated is asked for itself, as p* is
     propagates = "linear" not in wrong.slip.changes and any(stage == "linear" for stage, _ in wrong.working.changes)
     return own * BY_PROPAGATION if propagates else own
 

@@ -119,6 +119,9 @@ def test_most_are_named() -> None:
         ("Gave the conditions on theta2 and theta3 as alternatives.", {"or-for-and"}),
         ("Solved the condition of the shoulder with one joint alone", {"shoulder-missed"}),
         ("Called theta1 = 0 singular, and missed the shoulder", {"shoulder-missed"}),
+        ("Took p* from the point to the joints.", {"arm-reversed"}),
+        ("Gave the whole Jacobian with the wrong sign.", {"sign"}),
+        ("Gave the three rows of a planar arm where six are asked for.", {"other-rows"}),
         # two slips of the second hand
         ("Dropped the offset -60 deg of joint 2, and took -J^T F", {"offset-forgotten", "sign"}),
         ("Exchanged the base coordinates 0.2 m and 0.8 m", {"base-exchanged", "column-sign"}),
