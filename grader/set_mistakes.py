@@ -121,7 +121,7 @@ def _as_configurations(problem: Problem, part: Part, given: Given, seed: str) ->
 def _judged(problem: Problem, part: Part, given: Given, slip: Taken, seed: str) -> Outcome:
     try:
         return judge_given(problem, replace(part, answer=slip.answer), given, seed).outcome
-    except ReadError:  # no set at all: two values of a joint at once
+    except ReadError:  # what the mistake gives is no set
         return Outcome.WRONG
 
 

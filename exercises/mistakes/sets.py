@@ -239,22 +239,16 @@ def _one_root_each(chain: Chain, part: Part) -> Iterator[Taken]:
 
 
 def _and_for_or(chain: Chain, part: Part) -> Iterator[Taken]:
-    """Take alternatives for conditions that hold together: those of several joints, or the values of one."""
+    """Take alternatives for conditions that hold together: two, or all that give values of joints."""
     components = _components(part)
     solved = [component for component in components if component.solutions is not None]
-    apart = len({q for component in solved for q, _ in component.solutions or ()})
-    if len(solved) > 1 and apart == sum(len(component.solutions or ()) for component in solved):
-        together = Component(
-            tuple(condition for component in solved for condition in component.conditions),
-            tuple(solution for component in solved for solution in component.solutions or ()),
-        )
-        yield _set((*(component for component in components if component.solutions is None), together))
-    for k, component in enumerate(components):
-        for index, (q, values) in enumerate(component.solutions or ()):
-            if len(values) > 1:
-                ways = tuple((q, (value,)) for value in values)
-                solutions = (*(component.solutions or ())[:index], *ways, *(component.solutions or ())[index + 1 :])
-                yield _set(_with(components, k, replace(component, solutions=solutions)))
+    for size in sorted({2, len(solved)} - {0, 1}):
+        for chosen in combinations(solved, size):
+            solutions = tuple(solution for component in chosen for solution in component.solutions or ())
+            if len({q for q, _ in solutions}) == len(solutions):
+                conditions = tuple(condition for component in chosen for condition in component.conditions)
+                rest = (component for component in components if component not in chosen)
+                yield _set((*rest, Component(conditions, solutions)))
 
 
 def _condition_too_many(chain: Chain, part: Part) -> Iterator[Taken]:
@@ -450,8 +444,8 @@ MISTAKES = (
     ),
     Mistake(
         "and-for-or", "And for or in the conditions",
-        "Alternatives seem to be given as conditions that hold together: each of them is enough by itself, and a joint "
-        "has one value at a time.", "6.8", takes=_and_for_or, rare=True,
+        "Alternatives seem to be given as conditions that hold together: each of them is enough by itself.", "6.8",
+        takes=_and_for_or, rare=True,
     ),
     Mistake(
         "condition-too-many", "Condition that is not needed",
