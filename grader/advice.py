@@ -227,7 +227,7 @@ def _of_set(problem: Problem, part: Part, given: Given, seed: str) -> str | None
     own = names(given.tree) & set(joints)
     for name in joints:
         if name in due and name not in own:
-            return f"Nothing is said of {name}. Does it count when the determinant (or all minors) becomes zero?"
+            return f"Nothing is said of {name}. Do the zeros of the determinant (or of all minors) depend on it?"
         if name in own and name not in due:
             return (
                 f"Something is said of {name}. Put its value into the determinant (or the minors): are they zero then, "

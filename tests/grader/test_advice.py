@@ -42,7 +42,7 @@ def test_what_is_said_is_what_the_answer_fails_simplest_first(question: str, ans
             "What you give is singular, and it is not",
         ),
         ("And(theta2 = 3.14, theta3 = 0)", "A value that is right but for its digits does not count"),
-        ("theta2 = 1", "Nothing is said of theta3. Does it count"),
+        ("theta2 = 1", "Nothing is said of theta3. Do the zeros"),
     ],
 )
 def test_of_conditions_that_hold_together_nothing_false_is_said(answer: str, begins: str) -> None:
