@@ -12,13 +12,16 @@ import numpy as np
 from exercises.arm.chain import Chain
 from exercises.arm.singularity import singular_set
 from exercises.arm.stages import numbers
+from exercises.formula.claims import claimed_pieces
+from exercises.formula.conditions import Space, compare_sets
+from exercises.formula.pieces import pieces
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import ReadError, names
 from exercises.mistakes.given import Values, configurations
 from exercises.problem import Part, Problem
 from exercises.questions.results import is_derived, result
 from exercises.stream import Stream
-from grader.answer import Given
+from grader.answer import Given, with_joint
 from grader.verdict import Diagnosis
 
 POINTS = 5
@@ -40,7 +43,7 @@ MOST_POSES = 81
 def advise(problem: Problem, part: Part, given: Given, seed: str = "") -> Diagnosis | None:
     """Return what to look at in a wrong answer that was read; nothing where it is a letter, or text that is none."""
     if part.answer.is_a_set:
-        says = _of_set(problem, given)
+        says = _of_set(problem, part, given, seed)
     elif given.rows is None or any(given.blanks):
         says = None
     elif not is_derived(part):
@@ -67,6 +70,8 @@ def _of_formulas(problem: Problem, part: Part, given: Given, seed: str) -> str |
         return None
     look = _Look(problem.chain, part, given)
     try:
+        if look.mine(values).shape != look.right(values).shape:
+            return None  # the reason tells it
         remarks = (one for remark in (_factor, _units, _joints, _easy_pose) for one in remark(look, values))
         return next(remarks, None)
     except ReadError:
@@ -213,24 +218,51 @@ def _entry(part: Part, index: int) -> str:
     return f"entry {index + 1}" if 1 in (rows, columns) else f"row {index // columns + 1}, column {index % columns + 1}"
 
 
-def _of_set(problem: Problem, given: Given) -> str | None:
+def _of_set(problem: Problem, part: Part, given: Given, seed: str) -> str | None:
     """Look at which joints a set speaks of, and then at what each value makes of J."""
     if given.refusal is not None or given.tree is None:
         return None
-    due = {
-        q.name for component in singular_set(problem.chain) or () for c in component.conditions for q in c.free_symbols
-    }
+    components = singular_set(problem.chain) or ()
+    due = {q.name for component in components for c in component.conditions for q in c.free_symbols}
     joints = [q.name for q in problem.chain.q]
     own = names(given.tree) & set(joints)
     for name in joints:
         if name in due and name not in own:
-            return f"Nothing is said of {name}. Can the determinant (or all minors) become zero by it?"
+            return f"Nothing is said of {name}. Do the zeros of the determinant (or of all minors) depend on it?"
         if name in own and name not in due:
             return (
                 f"Something is said of {name}. Put its value into the determinant (or the minors): are they zero then, "
                 "whatever the other joints are?"
             )
+    together = any(len(component.conditions) > 1 for component in components)
+    return _of_claims(problem, part, given, seed, together)
+
+
+def _of_claims(problem: Problem, part: Part, given: Given, seed: str, together: bool) -> str | None:
+    """Look at whether what is claimed is singular; `together` tells that conditions are due that hold at once."""
+    joints = [q.name for q in problem.chain.q]
+    domain = problem.domain()
+    try:
+        claimed = claimed_pieces(with_joint(given.tree, joints), joints) if given.tree is not None else []
+        right = [piece for (tree,) in part.answer.trees(domain.roles) for piece in pieces(tree, joints)]
+        found = compare_sets(claimed, right, Space(joints, domain, part.rounding), seed)
+    except ReadError:
+        return None
+    every = (
+        "look for all angles in a turn, and for what vanishes together"
+        if together
+        else ("set each factor to zero by itself, and look for all angles in a turn")
+    )
+    if found.rounded:
+        return "A value that is right but for its digits does not count: write each as it is, as in pi/3 or acos(1/3)."
+    if found.surplus is None:
+        return f"What you give is singular, and it is not all: {every}."
+    if together or any(len(piece) > 1 for piece in claimed):
+        return (
+            "Put each of your values into the determinant (or the minors), those that hold together at once: it has to "
+            f"be zero whatever the remaining joints are. Then {every}."
+        )
     return (
         "Put each of your values into the determinant (or the minors): it has to be zero whatever the other joints "
-        "are. Then set each factor to zero by itself, and look for all angles in a turn."
+        f"are. Then {every}."
     )

@@ -64,11 +64,17 @@ def behind_set(
         if look.is_same(mine, slip) or (
             look.may_be_same(mine, slip) and _judged(problem, part, given, slip, seed) is Outcome.CORRECT
         ):
-            return _told(problem, part, mistake, slip, look, mine, oftener)
+            return _told(problem, part, mistake, slip, look, oftener)
     for (first, one), (second, other) in islice(_twice(problem, part, made), MOST_PAIRS):
         if look.is_same(mine, other):
-            says = f"{first.sentence(one.words)} {second.sentence(other.words)}"
-            return Diagnosis(tuple(dict.fromkeys((first.name, second.name))), says)
+            between = replace(part, answer=one.answer)
+            both = [
+                _likeliest(problem, part, first, one, look, oftener)[0],
+                _likeliest(problem, between, second, other, look, oftener)[0],
+            ]
+            says = " ".join(mistake.sentence(slip.words) for mistake, slip in both)
+            made_here = tuple(known_by(mistake.name, slip.words) for mistake, slip in both)
+            return Diagnosis(tuple(dict.fromkeys(mistake.name for mistake, _ in both)), says, known_by=made_here)
     return None
 
 
@@ -82,18 +88,22 @@ def _twice(
                 yield (mistake, slip), (other, more)
 
 
-def _told(
-    problem: Problem, part: Part, mistake: Mistake, slip: Taken, look: "_Look", mine: Marks, oftener: Oftener
-) -> Diagnosis:
-    """Return what is said of a mistake, and of one as likely that gives the same set; of a likelier one alone."""
-    told = [(mistake, slip)]
+def _likeliest(
+    problem: Problem, part: Part, mistake: Mistake, slip: Taken, look: "_Look", oftener: Oftener
+) -> list[tuple[Mistake, Taken]]:
+    """Return a mistake and those as likely that give the same set; likelier ones in their place."""
+    marks = look.of(slip)
+    same = [(mistake, slip)]
     for name in ALIKE.get(mistake.name, ()):
         others = CATALOGUE[name].takes(problem.chain, part)
-        same = next((other for other in others if look.is_same(mine, other)), None)
-        if same is not None and usual(CATALOGUE[name], oftener) == usual(mistake, oftener):
-            told.append((CATALOGUE[name], same))
-        elif same is not None and usual(CATALOGUE[name], oftener) > usual(mistake, oftener):
-            told = [(CATALOGUE[name], same)]
+        same += [(CATALOGUE[name], other) for other in others if look.is_same(marks, other)][:1]
+    most = max(usual(one, oftener) for one, _ in same)
+    return [(one, taken_for) for one, taken_for in same if usual(one, oftener) == most]
+
+
+def _told(problem: Problem, part: Part, mistake: Mistake, slip: Taken, look: "_Look", oftener: Oftener) -> Diagnosis:
+    """Return what is said of a mistake, and of one as likely that gives the same set; of a likelier one alone."""
+    told = _likeliest(problem, part, mistake, slip, look, oftener)
     says = " Or, which gives the same answer: ".join(one.sentence(taken_for.words) for one, taken_for in told)
     made = tuple(known_by(one.name, taken_for.words) for one, taken_for in told)
     return Diagnosis(tuple(one.name for one, _ in told), says, known_by=made, either=len(told) > 1)
@@ -109,7 +119,10 @@ def _as_configurations(problem: Problem, part: Part, given: Given, seed: str) ->
 
 
 def _judged(problem: Problem, part: Part, given: Given, slip: Taken, seed: str) -> Outcome:
-    return judge_given(problem, replace(part, answer=slip.answer), given, seed).outcome
+    try:
+        return judge_given(problem, replace(part, answer=slip.answer), given, seed).outcome
+    except ReadError:  # what the mistake gives is no set
+        return Outcome.WRONG
 
 
 class _Look:
@@ -135,7 +148,8 @@ class _Look:
             frozenset(self._mark(atom.joint, compile_program([atom.zero])) for atom in piece) for piece in pieces
         )
 
-    def _of(self, slip: Taken) -> Marks:
+    def of(self, slip: Taken) -> Marks:
+        """Return a set that a mistake gives."""
         assert isinstance(slip.answer, ConditionSet)
         return self._sorted(piece for component in slip.answer.components for piece in self._of_component(component))
 
@@ -169,9 +183,9 @@ class _Look:
 
     def is_same(self, mine: Marks, slip: Taken) -> bool:
         """Tell whether a set is the same, piece by piece."""
-        return isinstance(slip.answer, ConditionSet) and self._of(slip) == mine
+        return isinstance(slip.answer, ConditionSet) and self.of(slip) == mine
 
     def may_be_same(self, mine: Marks, slip: Taken) -> bool:
         """Tell whether a set may be the same with what ties joints in another form."""
-        other = self._of(slip)
+        other = self.of(slip)
         return bool(mine.ties) and mine.values == other.values and len(mine.ties) == len(other.ties)

@@ -55,8 +55,8 @@ class Diagnosis:
         return (" or " if self.either else " and ").join(self.mistakes)
 
 
-OWN_NUMBERS = ("degrees",)
-"""Words of a sentence that are numbers of the student's own arm, and don't say which mistake it is."""
+NOT_THE_MISTAKE = ("degrees", "every", "zero")
+"""Words of a sentence that don't say which mistake it is: numbers of the student's own arm, and what J is like."""
 
 
 def known_by(mistake: str, words: Mapping[str, object]) -> str:
@@ -65,7 +65,7 @@ def known_by(mistake: str, words: Mapping[str, object]) -> str:
     >>> known_by("offset-sign", {"joint": 2, "degrees": "45°"})
     'offset-sign joint=2'
     """
-    said = [f"{name}={value}" for name, value in sorted(words.items()) if name not in OWN_NUMBERS]
+    said = [f"{name}={value}" for name, value in sorted(words.items()) if name not in NOT_THE_MISTAKE and value != ""]
     return " ".join([mistake, *said])
 
 

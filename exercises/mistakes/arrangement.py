@@ -1,6 +1,6 @@
 """Mistakes in writing a result down: rows, columns, signs, rates that are left in or out."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -8,6 +8,9 @@ import numpy as np
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.stages import RESULT, Change, Working
 from exercises.mistakes.base import Mistake, Shape, Slip
+
+PLANAR_ROWS = ("vx", "vy", "wz")
+"""How a planar arm can move: its other rows are zero."""
 
 
 def _exchanged(axis: int, i: int, j: int) -> Change:
@@ -64,8 +67,7 @@ def _column_sign(chain: Chain, shape: Shape) -> Iterator[Slip]:
 
 
 def _sign(chain: Chain, shape: Shape) -> Iterator[Slip]:
-    why = ", as after cross products in the wrong order: a x b is minus b x a" if shape[1] == chain.n > 1 else ""
-    yield Slip({RESULT: lambda w, found: -found}, {"why": why})
+    yield Slip({RESULT: lambda w, found: -found})
 
 
 def _rates_left_in(chain: Chain, shape: Shape) -> Iterator[Slip]:
@@ -85,13 +87,27 @@ def _rates_exchanged(chain: Chain, shape: Shape) -> Iterator[Slip]:
         yield Slip({"joint rates": _exchanged(0, i, j)}, {"one": i + 1, "other": j + 1})
 
 
+def _rows(chosen: list[int], of_answer: bool) -> Change:
+    def changed(w: Working, found: np.ndarray) -> np.ndarray:
+        return (found if of_answer else w["geometric"])[chosen]
+
+    return changed
+
+
 def _other_rows(chain: Chain, shape: Shape) -> Iterator[Slip]:
-    """All six rows, or all three of one kind, where the task counts fewer; or fewer than it counts."""
-    if shape == (len(chain.task), chain.n):
-        kinds = (("all six", slice(0, 6)), ("the linear", slice(0, 3)), ("the angular", slice(3, 6)))
-        for words, rows in kinds:
-            if tuple(TASK_ROWS[rows]) != chain.task:
-                yield Slip({RESULT: lambda w, _, rows=rows: w["geometric"][rows]}, {"rows": words})  # type: ignore[misc]
+    """All six rows, or all three of one kind, where others count; or some where all six are asked for."""
+    due = {(6, chain.n): TASK_ROWS, (len(chain.task), chain.n): chain.task}.get(shape)
+    if due is None:
+        return
+    kinds: list[tuple[str, Sequence[str]]] = [
+        ("all six", TASK_ROWS), ("the linear", TASK_ROWS[:3]), ("the angular", TASK_ROWS[3:]),
+    ]  # fmt: skip
+    if len(due) == 6:
+        kinds += [("only some", chain.task), ("only some", PLANAR_ROWS)]
+    for words, rows in kinds:
+        if tuple(rows) != tuple(due):
+            chosen = [TASK_ROWS.index(row) for row in rows]
+            yield Slip({RESULT: _rows(chosen, of_answer=len(due) == 6)}, {"rows": words})
 
 
 MISTAKES = (
@@ -101,7 +117,7 @@ MISTAKES = (
     ),
     Mistake(
         "other-rows", "Rows that the task does not count",
-        "The matrix has {rows} rows. The task counts others: look at the velocities that are asked for.", "6.6",
+        "The matrix has {rows} rows, and others are asked for: look at which velocities they are.", "6.6",
         _other_rows,
     ),
     Mistake(
@@ -117,7 +133,7 @@ MISTAKES = (
     ),
     Mistake(
         "sign", "Everything with the wrong sign",
-        "Everything seems to have the wrong sign{why}.", "6.4", _sign,
+        "Everything seems to have the wrong sign.", "6.4", _sign,
     ),
     Mistake("column-sign", "Column with the wrong sign", "Column {one} seems to have the wrong sign.", "6.4",
             _column_sign),

@@ -60,7 +60,8 @@ PRIORS: dict[str, float] = {
     "arm-reversed": 0.1, "modified-dh": 0.1, "joint-turns-other-way": 0.1, "previous-axis": 0.1, "wrong-axis": 0.1,
     "row-of-rotation": 0.1, "arm-to-origin": 0.1, "offset-sign": 1.0, "offset-in-degrees": 1.0, "wrong-radians": 1.0,
     "slide-offset-sign": 1.0, "lengths-exchanged": 1.0, "other-point": 1.0, "value-sign-in-set": 1.0,
-    "tangent-turned-over": 1.0, "product-sign": 1.0, "axis-sign": 0.5,
+    "tangent-turned-over": 1.0, "product-sign": 1.0, "axis-sign": 0.5, "offset-forgotten-in-set": 1.0,
+    "offset-sign-in-set": 1.0, "quarter-turn-singular": 0.5,
 }  # fmt: skip
 """How often a mistake is made, beside others that give the same answer: 1 for most, RARE for those that are rare."""
 RARE = 0.3
@@ -73,6 +74,7 @@ ALIKE: dict[str, tuple[str, ...]] = {
     "row-misread": ("offset-sign",),
     "term-sign": ("product-sign",),
     "tangent-turned-over": ("value-sign-in-set",),
+    "quarter-turn-singular": ("offset-forgotten-in-set", "offset-sign-in-set"),
 }
 """Mistakes that give the same answer as another on some arms: the likelier one is told, both where none is."""
 
@@ -124,6 +126,8 @@ def usual(mistake: Mistake, oftener: Oftener = NO_OFTENER) -> float:
 def prior(wrong: Wrong, oftener: Oftener = NO_OFTENER) -> float:
     """Return how often a mistake is made in this way, beside others that give the same answer."""
     own = usual(wrong.mistake, oftener)
+    if "linear" in wrong.slip.changes and not wrong.working.comes_from("linear"):
+        return max(own, oftener.get(wrong.mistake.name, 1.0))  # what is propagated is asked for itself, as p* is
     propagates = "linear" not in wrong.slip.changes and any(stage == "linear" for stage, _ in wrong.working.changes)
     return own * BY_PROPAGATION if propagates else own
 

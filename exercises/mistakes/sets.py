@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, islice, product
 
 import sympy as sp
 
@@ -14,9 +14,27 @@ from exercises.problem import Part
 
 Components = tuple[Component, ...]
 
+CALLED_SINGULAR: tuple[tuple[sp.Expr, ...], ...] = (
+    (sp.S.Zero, sp.pi), (sp.S.Zero,), (sp.pi,), (sp.pi / 2, -sp.pi / 2), (sp.pi / 2,), (-sp.pi / 2,),
+)  # fmt: skip
+"""Angles at which joints are called singular."""
+MOST_WAYS = 20
+"""Ways to leave conditions out of several components at once that are looked at."""
+
 
 def _components(part: Part) -> Components:
     return part.answer.components if isinstance(part.answer, ConditionSet) else ()
+
+
+def _every(chain: Chain) -> str:
+    """Return what of J counts, as a clause."""
+    square = chain.n == len(chain.task)
+    return "every factor of det J counts" if square else "every way counts in which all minors are zero"
+
+
+def _zero_there(chain: Chain) -> str:
+    """Return the question that a singular configuration answers."""
+    return "is det J zero there" if chain.n == len(chain.task) else "are all minors zero there"
 
 
 def _set(components: Sequence[Component], **words: object) -> Taken:
@@ -27,10 +45,13 @@ def _with(components: Components, index: int, new: Component) -> Components:
     return (*components[:index], new, *components[index + 1 :])
 
 
-def _thinned(component: Component, keep: int) -> Component:
-    """Return a component with one value of each joint."""
+def _thinned(component: Component, keep: int, only: sp.Symbol | None = None) -> Component:
+    """Return a component with one value of each joint, or of one joint only."""
     assert component.solutions is not None
-    kept = tuple((joint, (values[min(keep, len(values) - 1)],)) for joint, values in component.solutions)
+    kept = tuple(
+        (joint, (values[min(keep, len(values) - 1)],) if only in (None, joint) else values)
+        for joint, values in component.solutions
+    )
     return replace(component, solutions=kept)
 
 
@@ -46,16 +67,20 @@ def _one_root(chain: Chain, part: Part) -> Iterator[Taken]:
             yield _set([_thinned(c, keep) if k in several else c for k, c in enumerate(components)])
         for k in several:
             yield _set(_with(components, k, _thinned(components[k], keep)))
+        for k in several:  # of one joint where values of several hold together
+            solutions = components[k].solutions or ()
+            for joint, _ in solutions if len(solutions) > 1 else ():
+                yield _set(_with(components, k, _thinned(components[k], keep, joint)))
 
 
 def _missed(chain: Chain, part: Part) -> Iterator[Taken]:
     components = _components(part)
     for k, component in enumerate(components):
         if len(components) > 1:
-            yield _set((*components[:k], *components[k + 1 :]), kind=_kind(component))
+            yield _set((*components[:k], *components[k + 1 :]), kind=_kind(component), every=_every(chain))
     for k in range(len(components)):
         if len(components) > 2:
-            yield _set((components[k],), kind="more than one kind of condition")
+            yield _set((components[k],), kind="more than one kind of condition", every=_every(chain))
 
 
 def _kind(component: Component) -> str:
@@ -63,11 +88,59 @@ def _kind(component: Component) -> str:
 
 
 def _tied_missed(chain: Chain, part: Part) -> Iterator[Taken]:
-    """Leave out the shoulder and whatever else ties several joints: the rest is seen from one joint at a time."""
+    """Leave out the shoulder and whatever else ties several joints, or put angles of one joint in its place.
+
+    The rest is seen from one joint at a time.
+    """
     components = _components(part)
     solved = [component for component in components if component.solutions is not None]
-    if solved and len(solved) < len(components):
-        yield _set(solved)
+    if len(solved) == len(components):
+        return
+    if solved:
+        yield _set(solved, every=_every(chain), instead="")
+    for q, called in _called_singular(chain, components):
+        instead = f", and {q} = {_values(called)} is called singular in its place"
+        yield _set((*solved, called), every=_every(chain), instead=instead)
+
+
+def _called_singular(chain: Chain, components: Components) -> Iterator[tuple[sp.Symbol, Component]]:
+    """Yield joints that are called singular and are not, at angles where a sine or a cosine is zero."""
+    singular = {q for component in components for q, _ in component.solutions or ()}
+    for joint, q in zip(chain.joints, chain.q, strict=True):
+        if joint.kind == "R" and q not in singular and components:
+            for values in CALLED_SINGULAR:
+                yield q, Component((q,), ((q, values),))
+
+
+def _values(component: Component) -> str:
+    return ", ".join(str(value) for _, values in component.solutions or () for value in values)
+
+
+def _part_alone(chain: Chain, part: Part) -> Iterator[Taken]:
+    """Give a part of the conditions that must hold together, in one component or in all that have several."""
+    components = _components(part)
+    for size in (1, 2):
+        shorter = {k: list(_alone(c, size)) for k, c in enumerate(components) if len(c.conditions) > size}
+        for k, ways in shorter.items():
+            for way in ways:
+                yield _set(_with(components, k, way), joint=_joints_of(chain, [way]))
+        if len(shorter) > 1:
+            for every in islice(product(*shorter.values()), MOST_WAYS):
+                new = [dict(zip(shorter, every, strict=True)).get(k, c) for k, c in enumerate(components)]
+                yield _set(new, joint=_joints_of(chain, every))
+
+
+def _alone(component: Component, size: int) -> Iterator[Component]:
+    """Yield some of the conditions of a component."""
+    for chosen in combinations(range(len(component.conditions)), size):
+        conditions = tuple(component.conditions[i] for i in chosen)
+        solutions = component.solutions
+        yield Component(conditions, None if solutions is None else tuple(solutions[i] for i in chosen))
+
+
+def _joints_of(chain: Chain, components: Sequence[Component]) -> str:
+    symbols = {q for component in components for condition in component.conditions for q in condition.free_symbols}
+    return ", ".join(str(q) for q in chain.q if q in symbols)
 
 
 def _moved(component: Component, to: sp.Symbol) -> Component:
@@ -109,16 +182,10 @@ def _straight(q: sp.Symbol) -> Component:
 
 
 def _joint_added(chain: Chain, part: Part) -> Iterator[Taken]:
-    """Call a joint singular at 0 or pi that is not: the book's own slip."""
+    """Call a joint singular that is not: the book's own slip."""
     components = _components(part)
-    singular = {q for component in components for q, _ in component.solutions or ()}
-    for joint, q in zip(chain.joints, chain.q, strict=True):
-        if joint.kind == "R" and q not in singular:
-            for component in (_straight(q), _thinned(_straight(q), 0)) if components else ():
-                yield _set((*components, component), joint=q)
-                tied = [k for k, other in enumerate(components) if other.solutions is None]
-                if tied:
-                    yield _set(_with(components, tied[0], component), joint=q)
+    for q, called in _called_singular(chain, components):
+        yield _set((*components, called), joint=q, values=_values(called), zero=_zero_there(chain))
 
 
 def _offsets(factor: int) -> Callable[[Chain, Part], Iterator[Taken]]:
@@ -154,24 +221,11 @@ def _with_offset(component: Component, more: Mapping[sp.Symbol, sp.Expr]) -> Com
 
 
 def _or_for_and(chain: Chain, part: Part) -> Iterator[Taken]:
-    """Take conditions that must hold together for alternatives; or alternatives for what must hold together."""
+    """Take conditions that must hold together for alternatives."""
     components = _components(part)
     for k, component in enumerate(components):
         if len(component.conditions) > 1:
-            solutions = [None] * len(component.conditions) if component.solutions is None else component.solutions
-            single = [
-                Component((condition,), None if solution is None else (solution,))
-                for condition, solution in zip(component.conditions, solutions, strict=False)
-            ]
-            yield _set((*components[:k], *single, *components[k + 1 :]))
-    solved = [component for component in components if component.solutions is not None]
-    apart = len({q for component in solved for q, _ in component.solutions or ()})
-    if len(solved) > 1 and apart == sum(len(component.solutions or ()) for component in solved):
-        together = Component(
-            tuple(condition for component in solved for condition in component.conditions),
-            tuple(solution for component in solved for solution in component.solutions or ()),
-        )
-        yield _set((*(component for component in components if component.solutions is None), together))
+            yield _set((*components[:k], *_alone(component, 1), *components[k + 1 :]))
 
 
 def _one_root_each(chain: Chain, part: Part) -> Iterator[Taken]:
@@ -184,21 +238,29 @@ def _one_root_each(chain: Chain, part: Part) -> Iterator[Taken]:
                 yield _set([_thinned(c, keep) if k in chosen else c for k, c in enumerate(components)])
 
 
-def _all_at_once(chain: Chain, part: Part) -> Iterator[Taken]:
-    """Take the values of a joint for conditions that hold together, or add a condition of another joint to one."""
+def _and_for_or(chain: Chain, part: Part) -> Iterator[Taken]:
+    """Take alternatives for conditions that hold together: two, or all that give values of joints."""
+    components = _components(part)
+    solved = [component for component in components if component.solutions is not None]
+    for size in sorted({2, len(solved)} - {0, 1}):
+        for chosen in combinations(solved, size):
+            solutions = tuple(solution for component in chosen for solution in component.solutions or ())
+            if len({q for q, _ in solutions}) == len(solutions):
+                conditions = tuple(condition for component in chosen for condition in component.conditions)
+                rest = (component for component in components if component not in chosen)
+                yield _set((*rest, Component(conditions, solutions)))
+
+
+def _condition_too_many(chain: Chain, part: Part) -> Iterator[Taken]:
+    """Add a condition of another joint to one that is enough."""
     components = _components(part)
     for k, component in enumerate(components):
-        for index, (q, values) in enumerate(component.solutions or ()):
-            if len(values) > 1:
-                apart = tuple((q, (value,)) for value in values)
-                solutions = (*(component.solutions or ())[:index], *apart, *(component.solutions or ())[index + 1 :])
-                yield _set(_with(components, k, replace(component, solutions=solutions)))
         singular = {q for q, _ in component.solutions or ()}
         for joint, q in zip(chain.joints, chain.q, strict=True):
             if component.solutions and q not in singular:
                 for value in (sp.S.Zero, sp.pi) if joint.kind == "R" else (sp.S.Zero,):
                     more = Component((*component.conditions, q), (*component.solutions, (q, (value,))))
-                    yield _set(_with(components, k, more))
+                    yield _set(_with(components, k, more), joint=str(q))
 
 
 def _other_radians(chain: Chain, part: Part) -> Iterator[Taken]:
@@ -244,7 +306,7 @@ def _value_sign(chain: Chain, part: Part) -> Iterator[Taken]:
 def _all_joints(chain: Chain, part: Part) -> Iterator[Taken]:
     revolute = [q for joint, q in zip(chain.joints, chain.q, strict=True) if joint.kind == "R"]
     if _components(part) and len(revolute) > 1:
-        yield _set([_straight(q) for q in revolute])
+        yield _set([_straight(q) for q in revolute], zero=_zero_there(chain))
 
 
 def _degrees(chain: Chain, part: Part) -> Iterator[Taken]:
@@ -310,13 +372,17 @@ MISTAKES = (
     ),
     Mistake(
         "shoulder-missed", "Condition that ties several joints missed",
-        "What depends on more than one joint at once seems to be left out, as where the point lies on the first axis. "
-        "Every factor of det J counts.", "6.8 and Example 6.3", takes=_tied_missed,
+        "What depends on more than one joint at once seems to be left out, as where the point lies on the first "
+        "axis{instead}: {every}.", "6.8 and Example 6.3", takes=_tied_missed,
     ),
     Mistake(
         "component-missed", "Part of the singular set missed",
-        "A part of the singular configurations seems to be left out: {kind}. Every factor of det J counts.", "6.8",
-        takes=_missed,
+        "A part of the singular configurations seems to be left out, {kind}: {every}.", "6.8", takes=_missed,
+    ),
+    Mistake(
+        "condition-of-several-forgotten", "One of several conditions forgotten",
+        "What is said of {joint} is not enough: another condition seems to be forgotten that must hold at the same "
+        "time. J is not square, and loses rank only where all its minors are zero.", "6.8", takes=_part_alone,
     ),
     Mistake(
         "quarter-turn-singular", "Sine for cosine in the condition",
@@ -325,12 +391,12 @@ MISTAKES = (
     ),
     Mistake(
         "joint-called-singular", "A joint called singular that is not",
-        "{joint} = 0 or pi seems to be called singular. Is it a factor of det J? (The book has this slip in its own "
-        "Example 6.3.)", "6.8", takes=_joint_added,
+        "{joint} seems to be called singular at {values}: {zero}? (The book has this slip in its own Example 6.3.)",
+        "6.8", takes=_joint_added,
     ),
     Mistake(
         "all-joints-straight", "All joints at 0 or pi called singular",
-        "Every joint at 0 or pi seems to be called singular. Only what makes det J vanish is.", "6.8",
+        "Every joint at 0 or pi seems to be called singular: {zero}?", "6.8",
         takes=_all_joints,
     ),
     Mistake(
@@ -370,9 +436,8 @@ MISTAKES = (
     ),
     Mistake(
         "or-for-and", "Or for and in the conditions",
-        "Conditions that must hold together seem to be given as alternatives, or alternatives as conditions that must "
-        "hold together: a product is zero where one of its factors is, several minors where all of them are.", "6.8",
-        takes=_or_for_and, rare=True,
+        "Conditions that must hold together seem to be given as alternatives: J loses rank only where all its minors "
+        "are zero.", "6.8", takes=_or_for_and, rare=True,
     ),
     Mistake(
         "one-root-of-each", "One root of several joints",
@@ -380,9 +445,14 @@ MISTAKES = (
         "more than once in a turn.", "6.8", takes=_one_root_each, rare=True,
     ),
     Mistake(
-        "and-for-or", "Values of a joint that hold at once",
-        "Conditions seem to hold together that are alternatives, or that are no conditions: a joint has one value at a "
-        "time, and a product is zero where one of its factors is.", "6.8", takes=_all_at_once, rare=True,
+        "and-for-or", "And for or in the conditions",
+        "Alternatives seem to be given as conditions that hold together: each of them is enough by itself.", "6.8",
+        takes=_and_for_or, rare=True,
+    ),
+    Mistake(
+        "condition-too-many", "Condition that is not needed",
+        "A condition for {joint} seems to be added to one that is enough without it.", "6.8",
+        takes=_condition_too_many, rare=True,
     ),
     Mistake(
         "values-in-wrong-radians", "Values turned into the wrong radians",

@@ -63,6 +63,29 @@ def test_what_is_right_but_for_rounding_is_said_so_and_blamed_on_nothing(
     assert "j" not in verdict.judgement.reason.split(": yours")[-1]
 
 
+@pytest.mark.parametrize(
+    ("answer", "begins"),
+    [
+        (
+            "And(theta2 = 0, theta3 = 1)",
+            "Put each of your values into the determinant (or the minors), those that hold",
+        ),
+        (
+            "[And(theta2 = 0, sin(theta3) = 0), And(theta2 = pi, theta3 = 0)]",
+            "What you give is singular, and it is not",
+        ),
+        ("And(theta2 = 3.14, theta3 = 0)", "A value that is right but for its digits does not count"),
+        ("theta2 = 1", "Nothing is said of theta3. Do the zeros"),
+    ],
+)
+def test_of_conditions_that_hold_together_nothing_false_is_said(answer: str, begins: str) -> None:
+    problem = drawn("planar-3r", 0, variation="lengths")
+    part = next(part for part in problem.parts if part.name == "singular-angles")
+    found = advise(problem, part, read_answer(problem, part, answer), "advice")
+    assert found is not None and found.says.startswith(begins)
+    assert "whatever the other joints are" not in found.says
+
+
 def test_marking_says_it_where_nothing_is_named() -> None:
     problem = drawn("elbow-3r", 0)
     part = next(part for part in problem.parts if part.name == "determinant")

@@ -126,7 +126,7 @@ REACH = "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)"
         ("theta3 in {0, pi}", "shoulder-missed"),
         (f"[{REACH} = 0]", "component-missed"),
         (f"[theta3 = 0, theta3 = pi, {REACH} = 0, theta2 = 0]", "joint-called-singular"),
-        ("[theta3 = 0, theta3 = pi, theta2 = 0, theta2 = pi]", "joint-called-singular"),
+        ("[theta3 = 0, theta3 = pi, theta2 = 0, theta2 = pi]", "shoulder-missed"),
         (f"[theta3 = 0, {REACH} = 0]", "one-root-only"),
         ("[theta3 in {0, pi}, a1 + a2*cos(theta2) + a3*cos(theta3) = 0]", "relative-angle-in-condition"),
         ("[theta3 in {0, pi}, a1 + a2*cos(theta2) - a3*cos(theta2 + theta3) = 0]", "sign-in-condition"),

@@ -8,6 +8,8 @@ refused with what to write: two values of a joint at once), of 71 with two slips
 these, one of the two slips is named, with the entries for which it holds. The diagnosis of an answer takes 25 ms of
 processor time at the median, 50 ms on average.
 
+The third hand is that of a reader who found the wrong name behind these answers, or none: they are named since.
+
 Three names are not what the student did, and give the very same answer: a difference formula taken for a sum is a
 twist that is left out (pan-tilt/20); an offset with the wrong sign and the direction that is not lost are an offset in
 the wrong radians (planar-3r/11), and with the wrong sign of a cofactor, constants with the wrong sign (wrist-zyz/18).
@@ -104,6 +106,22 @@ def test_most_are_named() -> None:
         ("Added the determinants of the two blocks instead of multiplying them.", {"blocks-added"}),
         ("Gave the components in frame 2 instead of in frame 3", {"frame-before"}),
         ("Converted 30 deg and -150 deg to radians with 360", {"values-in-wrong-radians"}),
+        # of the third hand
+        ("Left the offset of 90 degrees out of the singular angles.", {"offset-forgotten-in-set"}),
+        ("Solved sin(theta2 + pi/4) = 0 with the offset of 45 degrees", {"offset-sign-in-set"}),
+        ("Left the offset of 90 degrees out, and forgot the second root.", {
+            "one-root-only", "offset-forgotten-in-set",
+        }),
+        ("Forgot that theta3 has to be straight, too", {"condition-of-several-forgotten"}),
+        ("Forgot the condition on theta2 that holds at the same time.", {"condition-of-several-forgotten"}),
+        ("Gave one root of theta2 and both of theta3, which hold together.", {"one-root-only"}),
+        ("Gave the other root of theta2 alone, with a tangent", {"one-root-only"}),
+        ("Gave the conditions on theta2 and theta3 as alternatives.", {"or-for-and"}),
+        ("Solved the condition of the shoulder with one joint alone", {"shoulder-missed"}),
+        ("Called theta1 = 0 singular, and missed the shoulder", {"shoulder-missed"}),
+        ("Took p* from the point to the joints.", {"arm-reversed"}),
+        ("Gave the whole Jacobian with the wrong sign.", {"sign"}),
+        ("Gave the three rows of a planar arm where six are asked for.", {"other-rows"}),
         # two slips of the second hand
         ("Dropped the offset -60 deg of joint 2, and took -J^T F", {"offset-forgotten", "sign"}),
         ("Exchanged the base coordinates 0.2 m and 0.8 m", {"base-exchanged", "column-sign"}),
@@ -139,6 +157,28 @@ def test_mistakes_that_give_the_same_answer_are_told_as_such() -> None:
     named, _ = told(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith("From 4*sin = cos")))
     assert named is not None and named.either and " Or, which gives the same answer: " in named.says
     assert named.names == "tangent-turned-over or value-sign-in-set"
+
+
+def test_the_same_slip_on_two_arms_is_the_same_mistake() -> None:
+    first, second = (
+        told(
+            next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(f"Solved sin(theta2 + {angle})"))
+        )[0]
+        for angle in ("pi/4", "pi/3")
+    )
+    assert first is not None and second is not None and first.known_by == second.known_by
+
+
+def test_what_is_claimed_in_the_place_of_the_shoulder_is_told_as_it_is_claimed() -> None:
+    did = "Solved the condition of the shoulder with one joint alone"
+    named, _ = told(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did)))
+    assert named is not None and "and theta2 = pi/2 is called singular in its place" in named.says
+
+
+def test_nothing_is_said_of_a_determinant_where_there_is_none() -> None:
+    for index in TAKEN:
+        if SLIPS[index]["problem"].startswith("planar-3r/") and SLIPS[index]["part"] == "singular-angles":
+            assert not any(one and "det J" in one.says for one in told(index)), SLIPS[index]
 
 
 @pytest.mark.parametrize(
