@@ -58,7 +58,10 @@ class Given:
 
 def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> Given:
     """Read one formula, that may be named by the only one of `labels`; 0,5 is a half."""
-    given = _right_side(_read(text, domain), domain, labels)
+    given = _read(text, domain)
+    if given.tree is not None and (other := _other_component(given.tree, labels)):
+        return given.refused(f"{other} is named, and {labels[0]} is asked; write {labels[0]} = …, or the formula alone")
+    given = _right_side(given, domain, labels)
     if given.tree is None:
         return given
     if given.tree.kind == "list" and (point := with_points(text)) != text:
@@ -239,6 +242,22 @@ def _right_side(given: Given, domain: Domain, labels: Sequence[str] = ()) -> Giv
     return replace(given, tree=right) if own or label else given
 
 
+LINEAR, ANGULAR = ("vx", "vy", "vz"), ("wx", "wy", "wz")
+"""The components of a velocity, and of an angular one."""
+
+
+def _other_component(tree: Node, labels: Sequence[str]) -> str:
+    """Return the name before a formula, where it is that of another component of a velocity than the one asked."""
+    if [label for label in map(_label_of, labels) if label in LINEAR] == [] or len(labels) != 1:
+        return ""
+    while tree.kind in ("list", "set", "dict") and len(tree.args) == 1:
+        tree = tree.args[0]
+    if tree.kind not in ("eq", "pair") or tree.args[0].kind != "name":
+        return ""
+    name = str(tree.args[0].value)
+    return name if _label_of(name) in (*LINEAR, *ANGULAR) and _label_of(name) != _label_of(labels[0]) else ""
+
+
 def _is_called(node: Node) -> bool:
     """Tell whether words stand there, or the power of a name: The determinant, J^-1."""
     while node.kind == "*" and node.args[1].kind == "name":
@@ -301,8 +320,11 @@ def _is_labelled(node: Node) -> bool:
 
 
 def _label_of(name: str) -> str:
-    """Return the name of an entry as it is compared: of P_x, p_x, px and x the last, of v_x and vx the latter."""
+    """Return the name of an entry as it is compared: of P_x, p_x and px it is x, of v_x and x_dot vx, of ω_x wx."""
     plain = name.replace("_", "").lower()
+    plain = VOCABULARY["velocities"].get(plain, plain)
+    for spelled, letter in VOCABULARY["spelled"].items():
+        plain = plain.replace(spelled, letter)
     return plain.removeprefix("p") if len(plain) > 1 else plain
 
 

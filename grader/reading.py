@@ -11,10 +11,18 @@ from grader.choices import read_choice, read_matching, read_selection
 from grader.function_values import constant_text, is_table, read_table
 
 
-def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "", domain: Domain | None = None) -> Given:
+def read_answer(
+    problem: Problem,
+    part: Part,
+    text: str,
+    points_seed: str = "",
+    domain: Domain | None = None,
+    labels: tuple[str, ...] | None = None,
+) -> Given:
     """Return what a text is as the answer to a part; `points_seed` drew the points at which a function was called.
 
-    `domain` has the symbols where they are not those of the problem, which is then any of the same family.
+    `domain` has the symbols, and `labels` the names of the entries, where they are not those of the problem, which is
+    then any of the same family.
 
     >>> from exercises import generate
     >>> problem = generate("planar-2r/7", ["position"])
@@ -26,9 +34,10 @@ def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "", 
         same = constant_text(text)
         if same is None:
             return Given(text, table=read_table(text, domain, points_seed))
-        return replace(read_answer(problem, part, same, domain=domain), text=text)
+        return replace(read_answer(problem, part, same, domain=domain, labels=labels), text=text)
     joints = tuple(q.name for q in problem.chain.q)
-    return part.answer.told_to(_Reading(text, domain, ASKED[part.kind].typed_labels(problem.chain, part), joints))
+    labels = ASKED[part.kind].typed_labels(problem.chain, part) if labels is None else labels
+    return part.answer.told_to(_Reading(text, domain, labels, joints))
 
 
 @dataclass(frozen=True)

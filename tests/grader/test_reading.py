@@ -10,7 +10,10 @@ import pytest
 from exercises.assignment import Student
 from exercises.formula.expression import read
 from exercises.formula.trees import Node
-from exercises.problem import Problem
+from exercises.generation import generate
+from exercises.notebook import notebook_text, student_notebook
+from exercises.problem import Problem, ProblemId
+from exercises.quizzes import ASKED
 from grader.check import check_notebook
 from grader.marking import mark
 from grader.parts import judge
@@ -126,6 +129,36 @@ def test_check_knows_the_symbols_of_the_students_own_problem(tmp_path: Path) -> 
     )
     for claimed in claims:
         assert said(wrong, claimed)[0], claimed
+
+
+MEANT = {"vx": "vx", "v_y": "vy", "vz": "vz", "ẏ": "vy", "z_dot": "vz"}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_check_knows_which_component_of_a_velocity_the_student_is_asked(tmp_path: Path, seed: int) -> None:
+    problem = generate(ProblemId("elbow-3r", seed, ("velocity-component",)))
+    part = problem["velocity-component"]
+    (asked,) = ASKED[part.kind].typed_labels(problem.chain, part)
+    file = tmp_path / "hw.ipynb"
+
+    def checked(answer: str, names: object = None) -> tuple[bool, str]:
+        notebook = student_notebook("T", "hw", "ada", [("p1", problem)])
+        (cell,) = (cell for cell in notebook.cells if "qdot" in cell.metadata)
+        cell.source = f"p1_velocity_component = {answer!r}"
+        if names is not None:
+            notebook.metadata["qdot"]["names"] = names
+        file.write_text(notebook_text(notebook), encoding="utf-8")
+        (row,) = check_notebook(file).rows
+        return row.readable, row.said
+
+    for name, meant in MEANT.items():
+        given = read_answer(problem, part, f"{name} = a1 qd1")
+        expected = f"{name} = a1 qd1" if given.refusal is None else given.refusal.reason
+        assert (given.refusal is None) == (meant == asked)
+        assert given.refusal is None or f"{asked} is asked" in expected
+        assert checked(f"{name} = a1 qd1") == (given.refusal is None, expected)
+    for unsaid in (5, {}, {"p1": 5}, {"p1": {"velocity-component": [3]}}, {"p1": {"velocity-component": []}}):
+        assert all(checked(f"{name} = a1 qd1", unsaid)[0] for name in MEANT)
 
 
 def test_check_knows_no_shape_of_an_arm_that_is_drawn_with_its_structure(tmp_path: Path) -> None:
