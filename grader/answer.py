@@ -11,6 +11,7 @@ from exercises.formula.algebra import Matrix
 from exercises.formula.claims import claimed_pieces
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
+from exercises.formula.notation import kind_of_unit, units_of_numbers
 from exercises.formula.pieces import WHOLE_NUMBERS
 from exercises.formula.tables import numbers_text, table_text
 from exercises.formula.trees import Node, ReadError, as_matrix, has_blank, names, node_text, refuse_statements
@@ -85,8 +86,13 @@ def read_matrix(text: str, shape: tuple[int, int], domain: Domain, labels: Seque
     return given
 
 
-def read_numbers(text: str, count: int, labels: Sequence[str] = ()) -> Given:
-    """Read numbers, or formulas without symbols, that may be named by `labels`; where one is due, 0,5 is a half."""
+def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Sequence[str] = ()) -> Given:
+    """Read numbers, or formulas without symbols, that may be named by `labels`; where one is due, 0,5 is a half.
+
+    `units` are those of the entries: a length in place of an angle is refused, and so is an angle for a length.
+    """
+    if text.strip() and (why := _other_unit(text, labels, units)):
+        return Given(text).refused(why)
     if count == 1 and (point := with_points(text)) != text:
         return replace(read_numbers(point, count, labels), text=text)
     given = _in_order(_right_side(_read(text, Domain({})), Domain({})))
@@ -99,6 +105,23 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = ()) -> Given:
     if given.refusal is not None and (table := numbers_text(text, count)) is not None:
         return replace(read_numbers(table, count), text=text)
     return given
+
+
+def _other_unit(text: str, labels: Sequence[str], units: Sequence[str]) -> str:
+    """Say which unit of a number can't be right where it stands; nothing where all can."""
+    text = text.strip().strip("[](){}")
+    mark = ";" if ";" in text else "\n" if "\n" in text else ","
+    in_order = text.count(mark) + 1 == len(units)
+    called = [_label_of(label) for label in labels]
+    for name, unit, start in units_of_numbers(text):
+        place = text.count(mark, 0, start) if in_order else None
+        place = called.index(_label_of(name)) if _label_of(name) in called else place
+        due = list(units) if place is None else list(units[place : place + 1])
+        kinds = {kind_of_unit(one) for one in due}
+        if due and "" not in kinds and kind_of_unit(unit) not in ("", *kinds):
+            where = f"entry {place + 1} is in {due[0]}" if place is not None and len(units) > 1 else f"{due[0]} is due"
+            return f"{unit} can't be right here, for {where}; write it in {due[0]}, or the number alone"
+    return ""
 
 
 def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Given:

@@ -63,7 +63,7 @@ class _Reading(Forms[Given]):
 
     def numbers(self, answer: Number) -> Given:
         """Read numbers."""
-        return read_numbers(self.text, len(answer.reference), self.labels)
+        return read_numbers(self.text, len(answer.reference), self.labels, answer.units)
 
     def conditions(self, answer: ConditionSet) -> Given:
         """Read conditions."""

@@ -9,6 +9,7 @@ import pytest
 
 from exercises.assignment import Student
 from exercises.formula.expression import read
+from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node
 from exercises.generation import generate
 from exercises.notebook import notebook_text, student_notebook
@@ -129,6 +130,28 @@ def test_check_knows_the_symbols_of_the_students_own_problem(tmp_path: Path) -> 
     )
     for claimed in claims:
         assert said(wrong, claimed)[0], claimed
+
+
+UNITS = (
+    ("-0.1 rad/s, 290 mm/s", ""), ("qd2 = 29 cm/s, qd1 = -100 mrad/s", ""), ("[-0.1, 290 mm/s]", ""),
+    ("-0.1 rad/s; 290 mm/s", ""), ("-0.1 rad/s\n0.29 m/s", ""),
+    ("-100 mm/s, 0.29", "mm/s can't be right here, for entry 1 is in rad/s"),
+    ("-0.1, 290 mrad/s", "mrad/s can't be right here, for entry 2 is in m/s; write it in m/s"),
+    ("qd2 = 290 mrad/s, qd1 = -0.1 rad/s", "mrad/s can't be right here, for entry 2 is in m/s"),
+    ("-0.1 rad/s, 16°/s", "°/s can't be right here, for entry 2 is in m/s"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "why"), UNITS)
+def test_units_of_numbers_are_converted_each_where_it_can_be_right(text: str, why: str) -> None:
+    problem = generate(ProblemId("polar-rp", 0, ("joint-rates",)))
+    given = read_answer(problem, problem["joint-rates"], text)
+    if why:
+        assert given.refusal is not None and given.refusal.reason.startswith(why)
+    else:
+        assert given.refusal is None
+        values = evaluate(compile_program(given.entries), {}, 1)
+        assert [round(float(value[0].real), 6) for value in values[0]] == [-0.1, 0.29]
 
 
 MEANT = {"vx": "vx", "v_y": "vy", "vz": "vz", "ẏ": "vy", "z_dot": "vz"}
