@@ -1,10 +1,12 @@
 """The door: a text as the answer to one part of a problem, read in the form that is due there."""
 
+import re
 from dataclasses import dataclass, replace
 
 from exercises.answers import Choice, ConditionSet, Direction, Expression, Forms, Matching, Matrix, Number, Selection
 from exercises.formula.identity import Domain
 from exercises.problem import Part, Problem
+from exercises.questions.differentiation import ForTask
 from exercises.quizzes import ASKED
 from grader.answer import Given, read_conditions, read_formula, read_matrix, read_numbers
 from grader.choices import read_choice, read_matching, read_selection
@@ -35,9 +37,21 @@ def read_answer(
         if same is None:
             return Given(text, table=read_table(text, domain, points_seed))
         return replace(read_answer(problem, part, same, domain=domain, labels=labels), text=text)
+    if _CUBIC.search(text) and part.kind == "determinant" and (power := _lengths_in_determinant(part)) != CUBED:
+        return Given(text).refused(f"m^3 can't be right here, for m^{power} is due; write the formula alone")
     joints = tuple(q.name for q in problem.chain.q)
     labels = ASKED[part.kind].typed_labels(problem.chain, part) if labels is None else labels
     return part.answer.told_to(_Reading(text, domain, labels, joints))
+
+
+_CUBIC = re.compile(r"(?<![\w])(?:m|\\mathrm\{m\}|\\text\{m\})(?:\^\(?3\)?|\^\{3\}|³|\*\*3)\]?[ .$]{0,9}$")
+"""Cubic metres at the end of an answer."""
+CUBED = 3
+
+
+def _lengths_in_determinant(part: Part) -> int:
+    """Return the power of metres that a determinant is in: one for each row of linear velocity."""
+    return sum(row.startswith("v") for row in part.about(ForTask).task)
 
 
 @dataclass(frozen=True)

@@ -194,3 +194,12 @@ def test_check_knows_no_shape_of_an_arm_that_is_drawn_with_its_structure(tmp_pat
         told["metadata"]["qdot"]["problems"] = {"p1": family}
         rows = check_notebook(hand_in(assignment, "a/hw.ipynb", json.dumps(told))).rows
         assert [row.said for row in rows if row.part == "p1.jacobian"] == ["3 x 1 matrix [1, 2, 3]"]
+
+
+@pytest.mark.parametrize("unit", ["m^3", "m³", "m^(3)", "[m^3]", r"\,\mathrm{m}^3"])
+def test_cubic_metres_are_the_unit_of_a_determinant_of_three_linear_rows(unit: str) -> None:
+    for family, is_right in (("elbow-3r", True), ("planar-2r", False)):
+        problem = generate(ProblemId(family, 0, ("determinant",)))
+        part = problem["determinant"]
+        given = read_answer(problem, part, f"{part.answer.as_typed()} {unit}")
+        assert (given.refusal is None) == is_right and (is_right or "m^2 is due" in str(given.refusal))
