@@ -77,9 +77,17 @@ def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> Given
     return given
 
 
-def read_matrix(text: str, shape: tuple[int, int], domain: Domain, labels: Sequence[str] = ()) -> Given:
-    """Read a matrix or vector; a vector may be a row where a column is due, or have its entries named by `labels`."""
-    given = _in_rows(_in_order(_right_side(_read(text, domain), domain)), labels, "a matrix", shape)
+def read_matrix(
+    text: str, shape: tuple[int, int], domain: Domain, labels: Sequence[str] = (), columns: Sequence[str] = ()
+) -> Given:
+    """Read a matrix or vector; a vector may be a row where a column is due, or have its entries named by `labels`.
+
+    Vectors may stand for the `columns` of a matrix by their names, and for the halves v and ω of a twist.
+    """
+    given = _in_order(_right_side(_read(text, domain), domain))
+    if given.tree is not None and (whole := _of_vectors(given.tree, labels, columns)) is not None:
+        given = replace(given, tree=whole)
+    given = _in_rows(given, labels, "a matrix", shape)
     given = _of_scalars(_in_shape(given, shape), "a matrix of expressions")
     if given.refusal is not None and (table := table_text(text, shape)) is not None:
         return replace(read_matrix(table, shape, domain), text=text)
@@ -318,6 +326,8 @@ def _unlabelled(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 
     if node.kind not in ("dict", "list", "set", "and") or not all(_is_labelled(arg) for arg in node.args):
         return node
     said = {_label_of(str(arg.args[0].value)): arg.args[1] for arg in node.args}
+    if len(said) != len(node.args):
+        return node  # a name stands twice
     due = [_label_of(label) for label in labels]
     if due and set(said) == set(due):
         return Node("list", tuple(said[label] for label in due))
@@ -332,6 +342,33 @@ def _unlabelled(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 
             cut = [Node("list", tuple(entries[i : i + columns])) for i in range(0, len(due), columns)]
             return Node("list", tuple(cut if flat else entries))
     return node
+
+
+def _of_vectors(node: Node, labels: Sequence[str], columns: Sequence[str]) -> Node | None:
+    """Return the matrix of v = […], ω = […] or of z0 = […], z1 = […], which may come in any order; None for others."""
+    if node.kind not in ("dict", "list", "set", "and") or not all(map(_is_named, node.args)):
+        return None
+    is_twist = tuple(map(_label_of, labels)) == (*LINEAR, *ANGULAR)
+    due = ["v", "w"] if is_twist else [_label_of(column) for column in columns]
+    said = {_label_of(str(arg.args[0].value)): _vector(arg.args[1]) for arg in node.args}
+    vectors = [said.get(name, ()) for name in due]
+    if (
+        not due
+        or len(node.args) != len(due)
+        or set(said) != set(due)
+        or any(len(one) != len(LINEAR) for one in vectors)
+    ):
+        return None
+    if is_twist:
+        return Node("list", tuple(entry for vector in vectors for entry in vector))
+    return Node("list", tuple(Node("list", row) for row in zip(*vectors, strict=True)))
+
+
+def _vector(node: Node) -> tuple[Node, ...]:
+    """Return the entries of a row or column; nothing of what is none."""
+    rows = node.args if node.kind == "list" else ()
+    entries = [row.args[0] if row.kind == "list" and len(row.args) == 1 else row for row in rows]
+    return tuple(entries) if not any(entry.kind == "list" for entry in entries) else ()
 
 
 def _is_named(node: Node) -> bool:

@@ -41,7 +41,8 @@ def read_answer(
         return Given(text).refused(f"m^3 can't be right here, for m^{power} is due; write the formula alone")
     joints = tuple(q.name for q in problem.chain.q)
     labels = ASKED[part.kind].typed_labels(problem.chain, part) if labels is None else labels
-    return part.answer.told_to(_Reading(text, domain, labels, joints))
+    columns = tuple(f"z{i}" for i in range(problem.chain.n)) if part.kind == "joint-axes" else ()
+    return part.answer.told_to(_Reading(text, domain, labels, joints, columns))
 
 
 _CUBIC = re.compile(r"(?<![\w])(?:m|\\mathrm\{m\}|\\text\{m\})(?:\^\(?3\)?|\^\{3\}|³|\*\*3)\]?[ .$]{0,9}$")
@@ -56,12 +57,16 @@ def _lengths_in_determinant(part: Part) -> int:
 
 @dataclass(frozen=True)
 class _Reading(Forms[Given]):
-    """Reads a text by the form of the answer that is due; the entries of a vector may be named by `labels`."""
+    """Reads a text by the form of the answer that is due.
+
+    The entries of a vector may be named by `labels`, those of a matrix stand below the names of its `columns`.
+    """
 
     text: str
     domain: Domain
     labels: tuple[str, ...]
     joints: tuple[str, ...]
+    columns: tuple[str, ...]
 
     def formula(self, answer: Expression) -> Given:
         """Read a formula."""
@@ -69,7 +74,7 @@ class _Reading(Forms[Given]):
 
     def matrix(self, answer: Matrix) -> Given:
         """Read rows of formulas."""
-        return read_matrix(self.text, answer.shape, self.domain, self.labels)
+        return read_matrix(self.text, answer.shape, self.domain, self.labels, self.columns)
 
     def direction(self, answer: Direction) -> Given:
         """Read a vector."""

@@ -108,7 +108,25 @@ export function matrixOf(
   const isOrdered = ({ kind }: Node) => ["eq", "pair", "set", "list"].includes(kind);
   if (tree.kind === "set" && tree.args.length > 1 && !tree.args.some(isOrdered))
     throw new ReadError("read.no-order");
-  return asMatrix(unlabelled(tree, labels, rows, columns));
+  return asMatrix(twistOf(tree, labels) ?? unlabelled(tree, labels, rows, columns));
+}
+
+/** The twist of v = […], ω = […], in either order; null for anything else. */
+function twistOf({ kind, args }: Node, labels: readonly string[]): Node | null {
+  if (labels.map(labelOf).join() !== COMPONENTS.join() || args.length !== 2) return null;
+  if (!["dict", "list", "set", "and"].includes(kind) || !args.every(isNamed)) return null;
+  const said = new Map(args.map((arg) => [labelOf(arg.args[0]?.text ?? ""), vectorOf(arg.args[1] as Node)]));
+  const [v, w] = [said.get("v"), said.get("w")];
+  return v?.length === 3 && w?.length === 3 ? node("list", ...v, ...w) : null;
+}
+
+/** The entries of a row or column; nothing of what is none. */
+function vectorOf({ kind, args }: Node): readonly Node[] {
+  const rows = kind === "list" ? args : [];
+  const entries = rows.map((row) =>
+    row.kind === "list" && row.args.length === 1 ? (row.args[0] as Node) : row,
+  );
+  return entries.some((entry) => entry.kind === "list") ? [] : entries;
 }
 
 /** The entry of Matrix([a]), [a] or [[a]]: a matrix of one entry stands for that. */
@@ -429,6 +447,7 @@ export function unlabelled(tree: Node, labels: readonly string[], rows = 0, colu
   }
   if (!["dict", "list", "set", "and"].includes(tree.kind) || !tree.args.every(isLabelled)) return tree;
   const found = new Map(tree.args.map((arg) => [labelOf(arg.args[0]?.text ?? ""), arg.args[1] as Node]));
+  if (found.size !== tree.args.length) return tree; // a name stands twice
   const called = (due: readonly string[]): readonly Node[] | null =>
     due.length > 0 && found.size === new Set(due).size && due.every((each) => found.has(each))
       ? due.map((each) => found.get(each) as Node)
