@@ -105,7 +105,7 @@ def without_units(text: str, known: AbstractSet[str]) -> str:
 
 _NAMED_IN_UNIT = re.compile(
     f"{VOCABULARY['patterns']['name_of_number']}{VOCABULARY['patterns']['number_in_unit']}"
-    f"((?:{'|'.join(map(re.escape, sorted([*_UNITS, '°', '°/s'], key=len, reverse=True)))}))"
+    f"((?:{'|'.join(map(re.escape, sorted([*_UNITS, *VOCABULARY['degrees']], key=len, reverse=True)))}))"
     f"{VOCABULARY['patterns']['behind_unit']}"
 )
 
@@ -121,7 +121,7 @@ def units_of_numbers(text: str) -> list[tuple[str, str, int]]:
 
 def kind_of_unit(unit: str) -> str:
     """Return "length" for metres and metres per second, "angle" for radians and degrees, "" for any other unit."""
-    for per_second in ("/s", " s^-1", " s^(-1)", "*s^-1"):
+    for per_second in VOCABULARY["per_second"]:
         unit = unit.removesuffix(per_second)
     return "length" if unit in VOCABULARY["lengths"] else "angle" if unit in VOCABULARY["angles"] else ""
 

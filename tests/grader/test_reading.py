@@ -180,7 +180,8 @@ def test_check_knows_which_component_of_a_velocity_the_student_is_asked(tmp_path
         assert (given.refusal is None) == (meant == asked)
         assert given.refusal is None or f"{asked} is asked" in expected
         assert checked(f"{name} = a1 qd1") == (given.refusal is None, expected)
-    for unsaid in (5, {}, {"p1": 5}, {"p1": {"velocity-component": [3]}}, {"p1": {"velocity-component": []}}):
+    of_the_part: tuple[object, ...] = ([3], [], ["vx", "vy"], 5)
+    for unsaid in (5, {}, {"p1": 5}, *({"p1": {"velocity-component": said}} for said in of_the_part)):
         assert all(checked(f"{name} = a1 qd1", unsaid)[0] for name in MEANT)
 
 
