@@ -71,6 +71,7 @@ def _notebook(kind: str, title: str, key: str, student: str, problems: Problems,
     families = {slot: problem.id.family for slot, problem in problems}
     own = {"assignment": key, "student": student, "engine": ENGINE, "kind": kind, "problems": families}
     own["symbols"] = {slot: sorted(problem.symbols()) for slot, problem in problems}
+    own["names"] = {slot: _names_of_entries(problem) for slot, problem in problems}
     notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": own})
     opening = render("notebook-title.md.j2", title=title, key=key, student=student, kind=kind)
     notebook.cells = [_markdown("title", opening), _code("setup", _setup(problems))]
@@ -80,6 +81,12 @@ def _notebook(kind: str, title: str, key: str, student: str, problems: Problems,
         notebook.cells.extend(_problem_cells(kind, number, slot, problem, hinted))
     nbformat.validate(notebook)
     return notebook
+
+
+def _names_of_entries(problem: Problem) -> dict[str, list[str]]:
+    """Return the names that entries of each answer may have, for `qdot check`: vy where v_y is asked."""
+    names = {part.name: list(ASKED[part.kind].typed_labels(problem.chain, part)) for part in problem.parts}
+    return {name: listed for name, listed in names.items() if listed}
 
 
 def _problem_cells(kind: str, number: int, slot: str, problem: Problem, hinted: bool) -> Iterator[NotebookNode]:

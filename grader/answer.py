@@ -11,6 +11,7 @@ from exercises.formula.algebra import Matrix
 from exercises.formula.claims import claimed_pieces
 from exercises.formula.expression import read
 from exercises.formula.identity import Domain
+from exercises.formula.notation import kind_of_unit, units_of_numbers
 from exercises.formula.pieces import WHOLE_NUMBERS
 from exercises.formula.tables import numbers_text, table_text
 from exercises.formula.trees import Node, ReadError, as_matrix, has_blank, names, node_text, refuse_statements
@@ -58,7 +59,10 @@ class Given:
 
 def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> Given:
     """Read one formula, that may be named by the only one of `labels`; 0,5 is a half."""
-    given = _right_side(_read(text, domain), domain, labels)
+    given = _read(text, domain)
+    if given.tree is not None and (other := _other_component(given.tree, labels)):
+        return given.refused(f"{other} is named, and {labels[0]} is asked; write {labels[0]} = …, or the formula alone")
+    given = _right_side(given, domain, labels)
     if given.tree is None:
         return given
     if given.tree.kind == "list" and (point := with_points(text)) != text:
@@ -73,17 +77,30 @@ def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> Given
     return given
 
 
-def read_matrix(text: str, shape: tuple[int, int], domain: Domain, labels: Sequence[str] = ()) -> Given:
-    """Read a matrix or vector; a vector may be a row where a column is due, or have its entries named by `labels`."""
-    given = _in_rows(_in_order(_right_side(_read(text, domain), domain)), labels, "a matrix", shape)
+def read_matrix(
+    text: str, shape: tuple[int, int], domain: Domain, labels: Sequence[str] = (), columns: Sequence[str] = ()
+) -> Given:
+    """Read a matrix or vector; a vector may be a row where a column is due, or have its entries named by `labels`.
+
+    Vectors may stand for the `columns` of a matrix by their names, and for the halves v and ω of a twist.
+    """
+    given = _in_order(_right_side(_read(text, domain), domain))
+    if given.tree is not None and (whole := _of_vectors(given.tree, labels, columns)) is not None:
+        given = replace(given, tree=whole)
+    given = _in_rows(given, labels, "a matrix", shape)
     given = _of_scalars(_in_shape(given, shape), "a matrix of expressions")
     if given.refusal is not None and (table := table_text(text, shape)) is not None:
         return replace(read_matrix(table, shape, domain), text=text)
     return given
 
 
-def read_numbers(text: str, count: int, labels: Sequence[str] = ()) -> Given:
-    """Read numbers, or formulas without symbols, that may be named by `labels`; where one is due, 0,5 is a half."""
+def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Sequence[str] = ()) -> Given:
+    """Read numbers, or formulas without symbols, that may be named by `labels`; where one is due, 0,5 is a half.
+
+    `units` are those of the entries: a length in place of an angle is refused, and so is an angle for a length.
+    """
+    if text.strip() and (why := _other_unit(text, labels, units)):
+        return Given(text).refused(why)
     if count == 1 and (point := with_points(text)) != text:
         return replace(read_numbers(point, count, labels), text=text)
     given = _in_order(_right_side(_read(text, Domain({})), Domain({})))
@@ -96,6 +113,23 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = ()) -> Given:
     if given.refusal is not None and (table := numbers_text(text, count)) is not None:
         return replace(read_numbers(table, count), text=text)
     return given
+
+
+def _other_unit(text: str, labels: Sequence[str], units: Sequence[str]) -> str:
+    """Say which unit of a number can't be right where it stands; nothing where all can."""
+    text = text.strip().strip("[](){}")
+    mark = ";" if ";" in text else "\n" if "\n" in text else ","
+    in_order = text.count(mark) + 1 == len(units)
+    called = [_label_of(label) for label in labels]
+    for name, unit, start in units_of_numbers(text):
+        place = text.count(mark, 0, start) if in_order else None
+        place = called.index(_label_of(name)) if _label_of(name) in called else place
+        due = list(units) if place is None else list(units[place : place + 1])
+        kinds = {kind_of_unit(one) for one in due}
+        if due and "" not in kinds and kind_of_unit(unit) not in ("", *kinds):
+            where = f"entry {place + 1} is in {due[0]}" if place is not None and len(units) > 1 else f"{due[0]} is due"
+            return f"{unit} can't be right here, for {where}; write it in {due[0]}, or the number alone"
+    return ""
 
 
 def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> Given:
@@ -239,6 +273,22 @@ def _right_side(given: Given, domain: Domain, labels: Sequence[str] = ()) -> Giv
     return replace(given, tree=right) if own or label else given
 
 
+LINEAR, ANGULAR = ("vx", "vy", "vz"), ("wx", "wy", "wz")
+"""The components of a velocity, and of an angular one."""
+
+
+def _other_component(tree: Node, labels: Sequence[str]) -> str:
+    """Return the name before a formula, where it is that of another component of a velocity than the one asked."""
+    if [label for label in map(_label_of, labels) if label in LINEAR] == [] or len(labels) != 1:
+        return ""
+    while tree.kind in ("list", "set", "dict") and len(tree.args) == 1:
+        tree = tree.args[0]
+    if tree.kind not in ("eq", "pair") or tree.args[0].kind != "name":
+        return ""
+    name = str(tree.args[0].value)
+    return name if _label_of(name) in (*LINEAR, *ANGULAR) and _label_of(name) != _label_of(labels[0]) else ""
+
+
 def _is_called(node: Node) -> bool:
     """Tell whether words stand there, or the power of a name: The determinant, J^-1."""
     while node.kind == "*" and node.args[1].kind == "name":
@@ -276,6 +326,8 @@ def _unlabelled(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 
     if node.kind not in ("dict", "list", "set", "and") or not all(_is_labelled(arg) for arg in node.args):
         return node
     said = {_label_of(str(arg.args[0].value)): arg.args[1] for arg in node.args}
+    if len(said) != len(node.args):
+        return node  # a name stands twice
     due = [_label_of(label) for label in labels]
     if due and set(said) == set(due):
         return Node("list", tuple(said[label] for label in due))
@@ -292,6 +344,33 @@ def _unlabelled(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 
     return node
 
 
+def _of_vectors(node: Node, labels: Sequence[str], columns: Sequence[str]) -> Node | None:
+    """Return the matrix of v = […], ω = […] or of z0 = […], z1 = […], which may come in any order; None for others."""
+    if node.kind not in ("dict", "list", "set", "and") or not all(map(_is_named, node.args)):
+        return None
+    is_twist = tuple(map(_label_of, labels)) == (*LINEAR, *ANGULAR)
+    due = ["v", "w"] if is_twist else [_label_of(column) for column in columns]
+    said = {_label_of(str(arg.args[0].value)): _vector(arg.args[1]) for arg in node.args}
+    vectors = [said.get(name, ()) for name in due]
+    if (
+        not due
+        or len(node.args) != len(due)
+        or set(said) != set(due)
+        or any(len(one) != len(LINEAR) for one in vectors)
+    ):
+        return None
+    if is_twist:
+        return Node("list", tuple(entry for vector in vectors for entry in vector))
+    return Node("list", tuple(Node("list", row) for row in zip(*vectors, strict=True)))
+
+
+def _vector(node: Node) -> tuple[Node, ...]:
+    """Return the entries of a row or column; nothing of what is none."""
+    rows = node.args if node.kind == "list" else ()
+    entries = [row.args[0] if row.kind == "list" and len(row.args) == 1 else row for row in rows]
+    return tuple(entries) if not any(entry.kind == "list" for entry in entries) else ()
+
+
 def _is_named(node: Node) -> bool:
     return node.kind in ("pair", "eq") and node.args[0].kind == "name"
 
@@ -301,8 +380,11 @@ def _is_labelled(node: Node) -> bool:
 
 
 def _label_of(name: str) -> str:
-    """Return the name of an entry as it is compared: of P_x, p_x, px and x the last, of v_x and vx the latter."""
+    """Return the name of an entry as it is compared: of P_x, p_x and px it is x, of v_x and x_dot vx, of ω_x wx."""
     plain = name.replace("_", "").lower()
+    plain = VOCABULARY["velocities"].get(plain, plain)
+    for spelled, letter in VOCABULARY["spelled"].items():
+        plain = plain.replace(spelled, letter)
     return plain.removeprefix("p") if len(plain) > 1 else plain
 
 

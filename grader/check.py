@@ -11,7 +11,7 @@ from exercises.formula.trees import has_blank
 from exercises.generation import generate
 from exercises.problem import Part, Problem, ProblemId, variable
 from exercises.quizzes import ASKED
-from grader.answer import Given, read_any
+from grader.answer import LINEAR, Given, read_any
 from grader.cells import Unreadable
 from grader.finding import asked_in, find_answers
 from grader.formulas import unknown_symbols
@@ -68,8 +68,8 @@ def check_notebook(path: Path) -> Checked:
         if answer is None:
             rows.append(CheckedAnswer(part, False, answers.reasons[variable(slot, kind)]))
         else:
-            family, symbols = (_claimed(submission, key, slot) for key in ("problems", "symbols"))
-            rows.append(_row(part, answer, _due(family, symbols, kind)))
+            family, symbols, names = (_claimed(submission, key, slot) for key in ("problems", "symbols", "names"))
+            rows.append(_row(part, answer, _due(family, symbols, names, kind)))
     return Checked(tuple(rows), (*submission.notes, *answers.notes))
 
 
@@ -81,14 +81,19 @@ def _claimed(submission: Submission, key: str, slot: str) -> object:
 
 @dataclass(frozen=True)
 class _Due:
-    """A part of any problem of the family, and the symbols of the student's own where the notebook names them."""
+    """A part of any problem of the family, with what the notebook names of the student's own: symbols, entries.
+
+    `labels` are the names that the entries may have: one choice where they are known, else all that there are.
+    """
 
     problem: Problem
     part: Part
     symbols: Domain | None = None
+    labels: tuple[tuple[str, ...] | None, ...] = (None,)
 
     def read(self, text: str) -> Given:
-        return read_answer(self.problem, self.part, text, domain=self.symbols)
+        given = [read_answer(self.problem, self.part, text, domain=self.symbols, labels=each) for each in self.labels]
+        return next((one for one in given if one.refusal is None), given[-1])
 
     def unknown(self, given: Given) -> str:
         """Say which symbols the student's problem does not have; nothing where that is not known."""
@@ -97,7 +102,7 @@ class _Due:
         return unknown_symbols(given, self.symbols)
 
 
-def _due(family: object, symbols: object, kind: str) -> _Due | None:
+def _due(family: object, symbols: object, names: object, kind: str) -> _Due | None:
     """Return what is due in the form in which it is, as in any problem of the family; None where that varies.
 
     Of a notebook without its assignment is known which family an arm is of, and no more: which options there are, and
@@ -111,7 +116,18 @@ def _due(family: object, symbols: object, kind: str) -> _Due | None:
     except QdotError:
         return None
     (part,) = problem.parts
-    return None if part.answer.offered else _Due(problem, part, _domain(symbols, problem))
+    if part.answer.offered:
+        return None
+    return _Due(problem, part, _domain(symbols, problem), _labels(names, problem, part))
+
+
+def _labels(names: object, like: Problem, part: Part) -> tuple[tuple[str, ...] | None, ...]:
+    """Return the names of the entries that the notebook tells; of one of an older edition, whatever is asked in any."""
+    own = ASKED[part.kind].typed_labels(like.chain, part)
+    told = names.get(part.name) if isinstance(names, dict) else None
+    if isinstance(told, list) and len(told) == len(own) and all(isinstance(name, str) for name in told):
+        return (tuple(told),)
+    return tuple((name,) for name in LINEAR) if len(own) == 1 and own[0] in LINEAR else (None,)
 
 
 def _domain(symbols: object, like: Problem) -> Domain | None:

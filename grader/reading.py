@@ -1,20 +1,30 @@
 """The door: a text as the answer to one part of a problem, read in the form that is due there."""
 
+import re
 from dataclasses import dataclass, replace
 
 from exercises.answers import Choice, ConditionSet, Direction, Expression, Forms, Matching, Matrix, Number, Selection
 from exercises.formula.identity import Domain
 from exercises.problem import Part, Problem
+from exercises.questions.differentiation import ForTask
 from exercises.quizzes import ASKED
 from grader.answer import Given, read_conditions, read_formula, read_matrix, read_numbers
 from grader.choices import read_choice, read_matching, read_selection
 from grader.function_values import constant_text, is_table, read_table
 
 
-def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "", domain: Domain | None = None) -> Given:
+def read_answer(
+    problem: Problem,
+    part: Part,
+    text: str,
+    points_seed: str = "",
+    domain: Domain | None = None,
+    labels: tuple[str, ...] | None = None,
+) -> Given:
     """Return what a text is as the answer to a part; `points_seed` drew the points at which a function was called.
 
-    `domain` has the symbols where they are not those of the problem, which is then any of the same family.
+    `domain` has the symbols, and `labels` the names of the entries, where they are not those of the problem, which is
+    then any of the same family.
 
     >>> from exercises import generate
     >>> problem = generate("planar-2r/7", ["position"])
@@ -26,19 +36,37 @@ def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "", 
         same = constant_text(text)
         if same is None:
             return Given(text, table=read_table(text, domain, points_seed))
-        return replace(read_answer(problem, part, same, domain=domain), text=text)
+        return replace(read_answer(problem, part, same, domain=domain, labels=labels), text=text)
+    if _CUBIC.search(text) and part.kind == "determinant" and (power := _lengths_in_determinant(part)) != CUBED:
+        return Given(text).refused(f"m^3 can't be right here, for m^{power} is due; write the formula alone")
     joints = tuple(q.name for q in problem.chain.q)
-    return part.answer.told_to(_Reading(text, domain, ASKED[part.kind].typed_labels(problem.chain, part), joints))
+    labels = ASKED[part.kind].typed_labels(problem.chain, part) if labels is None else labels
+    columns = tuple(f"z{i}" for i in range(problem.chain.n)) if part.kind == "joint-axes" else ()
+    return part.answer.told_to(_Reading(text, domain, labels, joints, columns))
+
+
+_CUBIC = re.compile(r"(?<![\w])(?:m|\\mathrm\{m\}|\\text\{m\})(?:\^\(?3\)?|\^\{3\}|³|\*\*3)\]?[ .$]{0,9}$")
+"""Cubic metres at the end of an answer."""
+CUBED = 3
+
+
+def _lengths_in_determinant(part: Part) -> int:
+    """Return the power of metres that a determinant is in: one for each row of linear velocity."""
+    return sum(row.startswith("v") for row in part.about(ForTask).task)
 
 
 @dataclass(frozen=True)
 class _Reading(Forms[Given]):
-    """Reads a text by the form of the answer that is due; the entries of a vector may be named by `labels`."""
+    """Reads a text by the form of the answer that is due.
+
+    The entries of a vector may be named by `labels`, those of a matrix stand below the names of its `columns`.
+    """
 
     text: str
     domain: Domain
     labels: tuple[str, ...]
     joints: tuple[str, ...]
+    columns: tuple[str, ...]
 
     def formula(self, answer: Expression) -> Given:
         """Read a formula."""
@@ -46,7 +74,7 @@ class _Reading(Forms[Given]):
 
     def matrix(self, answer: Matrix) -> Given:
         """Read rows of formulas."""
-        return read_matrix(self.text, answer.shape, self.domain, self.labels)
+        return read_matrix(self.text, answer.shape, self.domain, self.labels, self.columns)
 
     def direction(self, answer: Direction) -> Given:
         """Read a vector."""
@@ -54,7 +82,7 @@ class _Reading(Forms[Given]):
 
     def numbers(self, answer: Number) -> Given:
         """Read numbers."""
-        return read_numbers(self.text, len(answer.reference), self.labels)
+        return read_numbers(self.text, len(answer.reference), self.labels, answer.units)
 
     def conditions(self, answer: ConditionSet) -> Given:
         """Read conditions."""

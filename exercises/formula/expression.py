@@ -137,6 +137,8 @@ class _Parser:
                 rows.append([])
                 continue
             item = self.disjunction()
+            if not close and self.is_comma_and():
+                item = self.joined(item, rows == [[]])
             if close in ("", "}") and self.take(":"):
                 item = Node("pair", (item, self.disjunction()))
             rows[-1].append(item)
@@ -147,6 +149,24 @@ class _Parser:
                     self.expect(close)
                 break
         return [row for row in rows if row] or [[]], comma
+
+    def is_comma_and(self) -> bool:
+        return self.peek() == "," and self.text_at(1) in ("and", "&")
+
+    def joined(self, first: Node, is_alone: bool) -> Node:
+        """Read A, and B as A and B; with other commas, or alternatives that are no values, it may mean two things."""
+        here = self.at
+        terms = list(first.args) if first.kind == "and" else [first]
+        while self.is_comma_and():
+            self.at += 2
+            terms.append(self.relation())
+        if not is_alone or self.peek() in (",", "or", "|") or any(term.kind not in ("eq", "in") for term in terms):
+            self.at = here
+            raise self.fail(
+                "a comma before 'and' may mean two things here; write brackets, as in "
+                "(theta1 = 0 or theta2 = 0) and theta3 = 0, without the comma,"
+            )
+        return Node("and", tuple(terms))
 
     def closed(self, close: str) -> bool:
         return self.take(close) if close else self.tokens[self.at][0] == "end"

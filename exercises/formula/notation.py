@@ -103,6 +103,29 @@ def without_units(text: str, known: AbstractSet[str]) -> str:
     return _NUMBER_IN_UNIT.sub(number, text)
 
 
+_NAMED_IN_UNIT = re.compile(
+    f"{VOCABULARY['patterns']['name_of_number']}{VOCABULARY['patterns']['number_in_unit']}"
+    f"((?:{'|'.join(map(re.escape, sorted([*_UNITS, *VOCABULARY['degrees']], key=len, reverse=True)))}))"
+    f"{VOCABULARY['patterns']['behind_unit']}"
+)
+
+
+def units_of_numbers(text: str) -> list[tuple[str, str, int]]:
+    """Return the unit of every number that has one, each with the name before it, or "", and where that begins.
+
+    >>> units_of_numbers("qd1 = 0.5 rad/s, 118 mm/s")
+    [('qd1', 'rad/s', 0), ('', 'mm/s', 17)]
+    """
+    return [(found.group(1) or "", found.group(3), found.start()) for found in _NAMED_IN_UNIT.finditer(text)]
+
+
+def kind_of_unit(unit: str) -> str:
+    """Return "length" for metres and metres per second, "angle" for radians and degrees, "" for any other unit."""
+    for per_second in VOCABULARY["per_second"]:
+        unit = unit.removesuffix(per_second)
+    return "length" if unit in VOCABULARY["lengths"] else "angle" if unit in VOCABULARY["angles"] else ""
+
+
 _SYMBOLS_IN_A_ROW, _SIGNED_SYMBOL = pattern("symbols_in_a_row"), pattern("signed_symbol")
 
 

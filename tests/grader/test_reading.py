@@ -9,8 +9,12 @@ import pytest
 
 from exercises.assignment import Student
 from exercises.formula.expression import read
+from exercises.formula.program import compile_program, evaluate
 from exercises.formula.trees import Node
-from exercises.problem import Problem
+from exercises.generation import generate
+from exercises.notebook import notebook_text, student_notebook
+from exercises.problem import Problem, ProblemId
+from exercises.quizzes import ASKED
 from grader.check import check_notebook
 from grader.marking import mark
 from grader.parts import judge
@@ -128,6 +132,59 @@ def test_check_knows_the_symbols_of_the_students_own_problem(tmp_path: Path) -> 
         assert said(wrong, claimed)[0], claimed
 
 
+UNITS = (
+    ("-0.1 rad/s, 290 mm/s", ""), ("qd2 = 29 cm/s, qd1 = -100 mrad/s", ""), ("[-0.1, 290 mm/s]", ""),
+    ("-0.1 rad/s; 290 mm/s", ""), ("-0.1 rad/s\n0.29 m/s", ""),
+    ("-100 mm/s, 0.29", "mm/s can't be right here, for entry 1 is in rad/s"),
+    ("-0.1, 290 mrad/s", "mrad/s can't be right here, for entry 2 is in m/s; write it in m/s"),
+    ("qd2 = 290 mrad/s, qd1 = -0.1 rad/s", "mrad/s can't be right here, for entry 2 is in m/s"),
+    ("-0.1 rad/s, 16°/s", "°/s can't be right here, for entry 2 is in m/s"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "why"), UNITS)
+def test_units_of_numbers_are_converted_each_where_it_can_be_right(text: str, why: str) -> None:
+    problem = generate(ProblemId("polar-rp", 0, ("joint-rates",)))
+    given = read_answer(problem, problem["joint-rates"], text)
+    if why:
+        assert given.refusal is not None and given.refusal.reason.startswith(why)
+    else:
+        assert given.refusal is None
+        values = evaluate(compile_program(given.entries), {}, 1)
+        assert [round(float(value[0].real), 6) for value in values[0]] == [-0.1, 0.29]
+
+
+MEANT = {"vx": "vx", "v_y": "vy", "vz": "vz", "ẏ": "vy", "z_dot": "vz"}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_check_knows_which_component_of_a_velocity_the_student_is_asked(tmp_path: Path, seed: int) -> None:
+    problem = generate(ProblemId("elbow-3r", seed, ("velocity-component",)))
+    part = problem["velocity-component"]
+    (asked,) = ASKED[part.kind].typed_labels(problem.chain, part)
+    file = tmp_path / "hw.ipynb"
+
+    def checked(answer: str, names: object = None) -> tuple[bool, str]:
+        notebook = student_notebook("T", "hw", "ada", [("p1", problem)])
+        (cell,) = (cell for cell in notebook.cells if "qdot" in cell.metadata)
+        cell.source = f"p1_velocity_component = {answer!r}"
+        if names is not None:
+            notebook.metadata["qdot"]["names"] = names
+        file.write_text(notebook_text(notebook), encoding="utf-8")
+        (row,) = check_notebook(file).rows
+        return row.readable, row.said
+
+    for name, meant in MEANT.items():
+        given = read_answer(problem, part, f"{name} = a1 qd1")
+        expected = f"{name} = a1 qd1" if given.refusal is None else given.refusal.reason
+        assert (given.refusal is None) == (meant == asked)
+        assert given.refusal is None or f"{asked} is asked" in expected
+        assert checked(f"{name} = a1 qd1") == (given.refusal is None, expected)
+    of_the_part: tuple[object, ...] = ([3], [], ["vx", "vy"], 5)
+    for unsaid in (5, {}, {"p1": 5}, *({"p1": {"velocity-component": said}} for said in of_the_part)):
+        assert all(checked(f"{name} = a1 qd1", unsaid)[0] for name in MEANT)
+
+
 def test_check_knows_no_shape_of_an_arm_that_is_drawn_with_its_structure(tmp_path: Path) -> None:
     assignment = a_class(tmp_path / "hw", [Student("ada")])
     text = right(assignment, "ada", lambda cells: cells[-2].update(source="p1_jacobian = [1, 2, 3]"))
@@ -138,3 +195,12 @@ def test_check_knows_no_shape_of_an_arm_that_is_drawn_with_its_structure(tmp_pat
         told["metadata"]["qdot"]["problems"] = {"p1": family}
         rows = check_notebook(hand_in(assignment, "a/hw.ipynb", json.dumps(told))).rows
         assert [row.said for row in rows if row.part == "p1.jacobian"] == ["3 x 1 matrix [1, 2, 3]"]
+
+
+@pytest.mark.parametrize("unit", ["m^3", "m³", "m^(3)", "[m^3]", r"\,\mathrm{m}^3"])
+def test_cubic_metres_are_the_unit_of_a_determinant_of_three_linear_rows(unit: str) -> None:
+    for family, is_right in (("elbow-3r", True), ("planar-2r", False)):
+        problem = generate(ProblemId(family, 0, ("determinant",)))
+        part = problem["determinant"]
+        given = read_answer(problem, part, f"{part.answer.as_typed()} {unit}")
+        assert (given.refusal is None) == is_right and (is_right or "m^2 is due" in str(given.refusal))

@@ -15,6 +15,7 @@ import {
   node,
   ReadError,
 } from "../read/tree.js";
+import { table, VOCABULARY } from "../read/vocabulary.js";
 import { inDigits, message, type Message } from "../text/text.js";
 import type { TextKey } from "../text/en.js";
 import { shareButForFactor, shareOfEntries } from "./credit.js";
@@ -40,6 +41,8 @@ export function judgeValues(answer: string, key: ValuesKey, labels: readonly str
       const typed = read(answer, known);
       if (isBlank(typed)) return missing();
       if (!isSingle) return ofScalars(shaped(matrixOf(typed, known, labels, key), key));
+      const other = otherComponent(typed, labels);
+      if (other) return wrong("read.component", { other, asked: labels[0] as string });
       const right = alone(rightSide(typed, known, labels));
       const tree = rightSide(right, known, labels);
       if (tree.kind === "list" && withPoints(answer) !== answer)
@@ -105,7 +108,25 @@ export function matrixOf(
   const isOrdered = ({ kind }: Node) => ["eq", "pair", "set", "list"].includes(kind);
   if (tree.kind === "set" && tree.args.length > 1 && !tree.args.some(isOrdered))
     throw new ReadError("read.no-order");
-  return asMatrix(unlabelled(tree, labels, rows, columns));
+  return asMatrix(twistOf(tree, labels) ?? unlabelled(tree, labels, rows, columns));
+}
+
+/** The twist of v = […], ω = […], in either order; null for anything else. */
+function twistOf({ kind, args }: Node, labels: readonly string[]): Node | null {
+  if (labels.map(labelOf).join() !== COMPONENTS.join() || args.length !== 2) return null;
+  if (!["dict", "list", "set", "and"].includes(kind) || !args.every(isNamed)) return null;
+  const said = new Map(args.map((arg) => [labelOf(arg.args[0]?.text ?? ""), vectorOf(arg.args[1] as Node)]));
+  const [v, w] = [said.get("v"), said.get("w")];
+  return v?.length === 3 && w?.length === 3 ? node("list", ...v, ...w) : null;
+}
+
+/** The entries of a row or column; nothing of what is none. */
+function vectorOf({ kind, args }: Node): readonly Node[] {
+  const rows = kind === "list" ? args : [];
+  const entries = rows.map((row) =>
+    row.kind === "list" && row.args.length === 1 ? (row.args[0] as Node) : row,
+  );
+  return entries.some((entry) => entry.kind === "list") ? [] : entries;
 }
 
 /** The entry of Matrix([a]), [a] or [[a]]: a matrix of one entry stands for that. */
@@ -385,6 +406,22 @@ export function rightSide(typed: Node, known: ReadonlySet<string>, labels: reado
   return own || isAsked ? right : typed;
 }
 
+/** The components of a velocity, and of an angular one. */
+const LINEAR = ["vx", "vy", "vz"];
+const COMPONENTS = [...LINEAR, "wx", "wy", "wz"];
+
+/** The name before a formula, where it is that of another component of a velocity than the one asked. */
+function otherComponent(typed: Node, labels: readonly string[]): string {
+  const [label] = labels;
+  if (label === undefined || labels.length !== 1 || !LINEAR.includes(labelOf(label))) return "";
+  let tree = typed;
+  while (["list", "set", "dict"].includes(tree.kind) && tree.args.length === 1) tree = tree.args[0] as Node;
+  const [left] = tree.args;
+  if ((tree.kind !== "eq" && tree.kind !== "pair") || left?.kind !== "name") return "";
+  const name = labelOf(left.text);
+  return COMPONENTS.includes(name) && name !== labelOf(label) ? left.text : "";
+}
+
 /** Whether words stand there, or the power of a name: The determinant, J^-1. */
 function isCalled(tree: Node): boolean {
   let top = tree;
@@ -410,6 +447,7 @@ export function unlabelled(tree: Node, labels: readonly string[], rows = 0, colu
   }
   if (!["dict", "list", "set", "and"].includes(tree.kind) || !tree.args.every(isLabelled)) return tree;
   const found = new Map(tree.args.map((arg) => [labelOf(arg.args[0]?.text ?? ""), arg.args[1] as Node]));
+  if (found.size !== tree.args.length) return tree; // a name stands twice
   const called = (due: readonly string[]): readonly Node[] | null =>
     due.length > 0 && found.size === new Set(due).size && due.every((each) => found.has(each))
       ? due.map((each) => found.get(each) as Node)
@@ -430,9 +468,14 @@ export function unlabelled(tree: Node, labels: readonly string[], rows = 0, colu
   );
 }
 
-/** The name of an entry as it is compared: of P_x, p_x, px and x the last, of v_x and vx the latter. */
+const VELOCITIES = table(VOCABULARY.velocities);
+
+/** The name of an entry as it is compared: of P_x, p_x, px and x the last; v_x and x_dot are vx, ω_x is wx. */
 function labelOf(name: string): string {
-  const plain = name.replaceAll("_", "").toLowerCase();
+  const joined = name.replaceAll("_", "").toLowerCase();
+  let plain = VELOCITIES.get(joined) ?? joined;
+  for (const [spelled, letter] of Object.entries(VOCABULARY.spelled))
+    plain = plain.replaceAll(spelled, letter);
   return plain.length > 1 && plain.startsWith("p") ? plain.slice(1) : plain;
 }
 

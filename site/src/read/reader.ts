@@ -111,7 +111,8 @@ class Parser {
         rows.push([]);
         continue;
       }
-      const item = this.disjunction();
+      const first = this.disjunction();
+      const item = close === "" && this.isCommaAnd() ? this.joined(first, rows) : first;
       const named = (close === "" || close === "}") && this.take(":");
       rows.at(-1)?.push(named ? node("pair", item, this.disjunction()) : item);
       if (this.take(",")) comma = true;
@@ -197,6 +198,24 @@ class Parser {
 
   // made once: a text of ten thousand brackets calls them for each
   private readonly one = (): Node => this.relation();
+  private isCommaAnd(): boolean {
+    return this.peek() === "," && ["and", "&"].includes(this.textAt(1));
+  }
+
+  /** A, and B as A and B; with other commas, or alternatives that are no values, it may mean two things. */
+  private joined(first: Node, rows: readonly (readonly Node[])[]): Node {
+    const terms = first.kind === "and" ? [...first.args] : [first];
+    while (this.isCommaAnd()) {
+      this.at += 2;
+      terms.push(this.one());
+    }
+    const isAlone = rows.length === 1 && rows[0]?.length === 0;
+    const isOpen = [",", "or", "|"].includes(this.peek());
+    if (!isAlone || isOpen || terms.some(({ kind }) => kind !== "eq" && kind !== "in"))
+      throw this.fail("read.unexpected", { found: "'and'" });
+    return node("and", ...terms);
+  }
+
   private readonly all = (): Node => this.conjunction();
   private readonly anyOf = (): Node => this.several("or", this.all, "or", "|");
 

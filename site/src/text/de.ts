@@ -8,6 +8,7 @@ export const de: Catalogue = {
   "read.unreadable": "Das lässt sich nicht als Antwort lesen: {why}.",
   "read.shape": "Die Antwort hat {found} Einträge, verlangt sind {due} (Zeilen × Spalten): zu schreiben wie in {typed}.",
   "read.list": "Verlangt ist ein einzelner Ausdruck, dort steht eine Liste oder Matrix.",
+  "read.component": "Genannt ist {other}, gefragt ist {asked}; schreibe {asked} = …, oder die Formel allein.",
   "read.unknown": "In dieser Aufgabe gibt es kein {names}; ihre Größen sind {known}.",
   "read.numbers": "Verlangt sind Zahlen, in der Antwort steht noch {names}.",
   "read.comma": "Ein Komma zwischen zwei Ziffern kann zu einer Zahl gehören oder zwischen zweien stehen: Schreibe 0.5, oder 0, 5 mit einem Leerzeichen.",

@@ -7,6 +7,7 @@ export const en = {
   "read.shape":
     "The answer has {found} entries; it should have {due} (rows × columns): write it as in {typed}.",
   "read.list": "A list or matrix stands where a single expression is due.",
+  "read.component": "{other} is named, and {asked} is asked; write {asked} = …, or the formula alone.",
   "read.unknown": "This problem has no {names}; its symbols are {known}.",
   "read.numbers": "Numbers are due, and {names} is left in the answer.",
   "read.comma":
