@@ -10,7 +10,7 @@ The map, from the bottom up: nothing here imports what stands below it.
     reading, parts                  the door: an answer to a part, read in the form that is due; and judged
     compare                         two texts (`qdot compare`)
     credit, residuals               what an answer earns in part; what it lacks
-    numbers, finished               an answer in numbers; slips in the finished formulas
+    numbers, finished, rounded      an answer in numbers; slips in the finished formulas; what is right but for rounding
     pairs, set_mistakes             two mistakes at once, or in some entries; behind a set of singular configurations
     diagnosis                       the mistake behind a wrong answer
     advice, follow                  what to look at where there is none; what follows from a wrong answer

@@ -114,7 +114,7 @@ def units_of_numbers(text: str) -> list[tuple[str, str, int]]:
     """Return the unit of every number that has one, each with the name before it, or "", and where that begins.
 
     >>> units_of_numbers("qd1 = 0.5 rad/s, 118 mm/s")
-    [('qd1', 'rad/s', 0), ('', 'mm/s', 17)]
+    [('qd1', 'rad/s', 0), ('', 'mm/s', 16)]
     """
     return [(found.group(1) or "", found.group(3), found.start()) for found in _NAMED_IN_UNIT.finditer(text)]
 
