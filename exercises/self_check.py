@@ -111,7 +111,7 @@ RELATIONS = (
     Relation(
         ("transform", "geometric-jacobian", "tool-jacobian"),
         "Is your Jacobian in the tool frame the geometric one, turned by your rotation?",
-        "at({tool_jacobian})", "np.kron(np.eye(2), at({transform})[:3, :3].T) @ at({geometric_jacobian})",
+        "at({tool_jacobian})", "at.into_tool({transform}) @ at({geometric_jacobian})",
     ),
     Relation(
         ("jacobian", "determinant"), "Is your determinant that of your Jacobian?",
