@@ -89,8 +89,9 @@ def read_matrix(
         given = replace(given, tree=whole)
     given = _in_rows(given, labels, "a matrix", shape)
     given = _of_scalars(_in_shape(given, shape), "a matrix of expressions")
-    if given.refusal is not None and (table := table_text(text, shape)) is not None:
-        return replace(read_matrix(table, shape, domain), text=text)
+    if given.refusal is not None and (table := table_text(text, shape)) not in (None, text):
+        again = read_matrix(table, shape, domain) if table_text(table, shape) in (None, table) else given
+        return replace(again, text=text)
     return given
 
 
@@ -110,8 +111,9 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Seque
         due = "0.5" if count == 1 else _as_in((count, 1), "0.5")
         given = given.refused(f"numbers are due, and {left} is left in the answer; write numbers alone, as in {due}")
     given = _of_scalars(given, "numbers")
-    if given.refusal is not None and (table := numbers_text(text, count)) is not None:
-        return replace(read_numbers(table, count), text=text)
+    if given.refusal is not None and (table := numbers_text(text, count)) not in (None, text):
+        again = read_numbers(table, count) if numbers_text(table, count) in (None, table) else given
+        return replace(again, text=text)
     return given
 
 

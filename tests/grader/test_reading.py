@@ -208,3 +208,11 @@ def test_cubic_metres_are_the_unit_of_a_determinant_of_three_linear_rows(unit: s
         part = problem["determinant"]
         given = read_answer(problem, part, f"{part.answer.as_typed()} {unit}")
         assert (given.refusal is None) == is_right and (is_right or "m^2 is due" in str(given.refusal))
+
+
+@pytest.mark.parametrize("text", ["[1e999, 0]", "1e999 0", "[[1e999], [0]]", "(1, 1e999)"])
+@pytest.mark.parametrize("question", ["joint-rates", "position"])
+def test_what_stays_a_table_when_it_is_read_as_one_is_refused_once(question: str, text: str) -> None:
+    problem = generate(ProblemId("polar-rp", 0, (question,)))
+    given = read_answer(problem, problem[question], text)
+    assert given.refusal is not None and "out of range" in given.refusal.reason
