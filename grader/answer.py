@@ -329,7 +329,7 @@ def _unlabelled(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 
         return node
     said = {_label_of(str(arg.args[0].value)): arg.args[1] for arg in node.args}
     if len(said) != len(node.args):
-        return node  # a name stands twice
+        return _once(node)
     due = [_label_of(label) for label in labels]
     if due and set(said) == set(due):
         return Node("list", tuple(said[label] for label in due))
@@ -344,6 +344,16 @@ def _unlabelled(node: Node, labels: Sequence[str], shape: tuple[int, int] = (0, 
             cut = [Node("list", tuple(entries[i : i + columns])) for i in range(0, len(due), columns)]
             return Node("list", tuple(cut if flat else entries))
     return node
+
+
+def _once(node: Node) -> Node:
+    """Return entries of which two begin alike, as rows of a matrix may; ReadError where two have the same name."""
+    if not all(map(_is_named, node.args)):
+        return node
+    called = [str(arg.args[0].value) for arg in node.args]
+    labels = list(map(_label_of, called))
+    twice = next(name for name, label in zip(called, labels, strict=True) if labels.count(label) > 1)
+    raise ReadError(f"{twice} stands there twice; write each entry once")
 
 
 def _of_vectors(node: Node, labels: Sequence[str], columns: Sequence[str]) -> Node | None:

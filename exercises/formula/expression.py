@@ -33,6 +33,9 @@ _TOKEN = re.compile("|".join(
     for kind, name in (("space", "passed"), ("number", "number"), ("name", "name"), ("op", "operator"))
 ))  # fmt: skip
 
+_BESIDE_COMMA = ("and", "&", "or", "|")
+"""Words behind a comma that say no more than the comma."""
+
 _DEEPER = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
 
 
@@ -137,13 +140,15 @@ class _Parser:
                 rows.append([])
                 continue
             item = self.disjunction()
-            if not close and self.is_comma_and():
+            if not close and self.is_comma_and() and self.is_condition(item):
                 item = self.joined(item, rows == [[]])
             if close in ("", "}") and self.take(":"):
                 item = Node("pair", (item, self.disjunction()))
             rows[-1].append(item)
             if self.take(","):
                 comma = True
+                if not close:
+                    self.take(*_BESIDE_COMMA)
             elif self.peek() != ";":
                 if close:
                     self.expect(close)
@@ -153,14 +158,30 @@ class _Parser:
     def is_comma_and(self) -> bool:
         return self.peek() == "," and self.text_at(1) in ("and", "&")
 
+    def is_condition(self, node: Node) -> bool:
+        """Tell whether a term is on a symbol of the problem; x = 1 only names an entry."""
+        if node.kind in ("and", "or"):
+            return all(map(self.is_condition, node.args))
+        return node.kind in ("eq", "in") and not names(node.args[0]).isdisjoint(self.known)
+
     def joined(self, first: Node, is_alone: bool) -> Node:
-        """Read A, and B as A and B; with other commas, or alternatives that are no values, it may mean two things."""
+        """Read A, and B as A and B where B is a condition, too; with other commas or alternatives it may mean two things.
+
+        Before a value, as in theta2 = 0, and pi, the comma parts a list.
+        """
         here = self.at
         terms = list(first.args) if first.kind == "and" else [first]
         while self.is_comma_and():
+            before = self.at
             self.at += 2
-            terms.append(self.relation())
-        if not is_alone or self.peek() in (",", "or", "|") or any(term.kind not in ("eq", "in") for term in terms):
+            term = self.relation()
+            if not self.is_condition(term):
+                self.at = before
+                break
+            terms.append(term)
+        if self.at == here:
+            return first
+        if not is_alone or self.peek() in (",", "or", "|") or first.kind == "or":
             self.at = here
             raise self.fail(
                 "a comma before 'and' may mean two things here; write brackets, as in "

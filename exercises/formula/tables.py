@@ -7,11 +7,12 @@ this is looked at only where a text is of another shape than is due, and every r
 import re
 
 from exercises.formula.notation import without_units
-from exercises.formula.vocabulary import SPACES, pattern
+from exercises.formula.vocabulary import SPACES, VOCABULARY, pattern
 
 _FRAME, _GAP, _BLANK = pattern("frame_of_table"), pattern("gap_of_table"), pattern("gap_of_matlab")
 _GOES_ON, _MATLAB, _BETWEEN = pattern("line_goes_on"), pattern("rows_of_matlab"), pattern("between_numbers")
 _NUMBER = pattern("decimal_with_comma")
+_FACTORS = sorted({factor for factor in VOCABULARY["units"].values() if factor})
 MOST = 4000
 """Characters of a table that is read."""
 
@@ -53,9 +54,15 @@ def numbers_text(text: str, count: int) -> str | None:
     if inner[:1] + inner[-1:] in ("()", "[]") or (inner[:1] + inner[-1:] == "{}" and ";" in inner):
         inner = inner[1:-1]
     entries = [entry.strip(SPACES) for entry in _BETWEEN.split(inner)]
-    if len(entries) == count and all(_NUMBER.fullmatch(entry) for entry in entries):
+    if len(entries) == count and all(map(_is_number, entries)):
         return f"[{', '.join(entry.replace(',', '.') for entry in entries)}]"
     return table_text(text, (count, 1))
+
+
+def _is_number(entry: str) -> bool:
+    """Tell whether a number stands there, alone or times what its unit is worth."""
+    factors = (factor for factor in ("", *_FACTORS) if entry.endswith(factor))
+    return any(_NUMBER.fullmatch(entry.removesuffix(factor)) for factor in factors)
 
 
 def _listed(cells: list[list[str]]) -> str:

@@ -75,6 +75,20 @@ test.each([
   expect([found.outcome, found.share]).toEqual([outcome, share]);
 });
 
+test.each([
+  ["qd2 = -1.25 m/s, qd1 = 0.5 rad/s", "read.unit-of-entry"],
+  ["[0.5 rad/s, -1250 mm/s]", "read.unit-of-entry"],
+  ["0.5 m, -1.25", "read.unit-of-entry"],
+])("%s is in a unit that can't be right", (typed, key) => {
+  const rates = { ...NUMBERS, units: ["rad/s", "rad/s"] };
+  expect(judgeNumbers(typed, rates, ["qd1", "qd2"]).reasons[0]?.key).toBe(key);
+});
+
+test("a unit that can be right is no matter", () => {
+  const rates = { ...NUMBERS, units: ["rad/s", "m/s"] };
+  expect(judgeNumbers("qd2 = -125 cm/s, qd1 = 0.5 rad/s", rates, ["qd1", "qd2"]).outcome).toBe("correct");
+});
+
 test("a mistake in numbers is named", () => expect(judgeNumbers("[0.5, 1.25]", NUMBERS).mistake).toBe(3));
 
 test("a decimal comma is no list where one number is due", () => {

@@ -94,7 +94,7 @@ def problems_json() -> list[dict[str, Any]]:
 def part_json(problem: Problem, part: Part) -> dict[str, Any]:
     """Return a part as the site's bank has it, as far as answers are judged by it."""
     labels, key = list(ASKED[part.kind].typed_labels(problem.chain, part)), key_of(problem, part, with_mistakes=False)
-    return {"name": part.name, "labels": labels, "key": key}
+    return {"name": part.name, "kind": part.kind, "labels": labels, "key": key}
 
 
 # --- what Python says ---

@@ -12,7 +12,7 @@ export function judge(problem: Problem, part: Part, answer: string, isSingular: 
   const { key, labels } = part;
   switch (key.type) {
     case "values":
-      return judgeValues(answer, key, labels);
+      return judgeValues(answer, key, labels, columnsOf(part, key.columns));
     case "direction":
       return judgeDirection(answer, key, labels);
     case "numbers":
@@ -26,4 +26,9 @@ export function judge(problem: Problem, part: Part, answer: string, isSingular: 
     default:
       return judgeLetters(answer, key);
   }
+}
+
+/** The names that vectors may have which stand for the columns of a matrix. */
+function columnsOf({ kind }: Part, count: number): string[] {
+  return kind === "joint-axes" ? Array.from({ length: count }, (_, i) => `z${i}`) : [];
 }

@@ -4,6 +4,7 @@ import type { NumbersKey, ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { withPoints } from "../read/points.js";
 import { read } from "../read/reader.js";
+import { kindOfUnit, unitsOfNumbers } from "../read/notation.js";
 import { numbersText, tableText } from "../read/tables.js";
 import { hasBlank, namesIn, type Node, ReadError } from "../read/tree.js";
 import { message } from "../text/text.js";
@@ -14,6 +15,7 @@ import {
   atText,
   configuration,
   isBlank,
+  labelOf,
   matrixOf,
   ofScalars,
   readAs,
@@ -31,6 +33,8 @@ const ZERO = 1e-12;
 /** Judge numbers, right within the key's tolerance. */
 export function judgeNumbers(answer: string, key: NumbersKey, labels: readonly string[] = []): Verdict {
   if (!answer.trim()) return missing();
+  const unit = otherUnit(answer, labels, key.units);
+  if (unit) return unit;
   const count = key.right.length;
   const found = readAs<Rows>(
     () => column(count === 1 ? withPoints(answer) : answer, count, new Set(), labels),
@@ -44,6 +48,26 @@ export function judgeNumbers(answer: string, key: NumbersKey, labels: readonly s
     if (error instanceof ReadError) return unreadable(error.why);
     throw error;
   }
+}
+
+/** The verdict on a unit that can't be right where it stands: a length in place of an angle; null where all can. */
+function otherUnit(text: string, labels: readonly string[], units: readonly string[]): Verdict | null {
+  const inner = text.trim().replace(/^[[\](){}]+|[[\](){}]+$/g, "");
+  const mark = [";", "\n"].find((each) => inner.includes(each)) ?? ",";
+  const marksIn = (part: string): number => part.split(mark).length - 1;
+  const called = labels.map(labelOf);
+  for (const { name, unit, start } of unitsOfNumbers(inner)) {
+    const inOrder = marksIn(inner) + 1 === units.length ? marksIn(inner.slice(0, start)) : -1;
+    const place = called.includes(labelOf(name)) ? called.indexOf(labelOf(name)) : inOrder;
+    const due = place < 0 ? units : units.slice(place, place + 1);
+    const kinds = new Set(due.map(kindOfUnit));
+    const kind = kindOfUnit(unit);
+    if (due.length === 0 || kinds.has("") || kind === "" || kinds.has(kind)) continue;
+    return place >= 0 && units.length > 1
+      ? wrong("read.unit-of-entry", { unit, entry: place + 1, due: due[0] as string })
+      : wrong("read.unit", { unit, due: due[0] as string });
+  }
+  return null;
 }
 
 function column(

@@ -31,8 +31,13 @@ const GOLDEN = 0.6180339887498949;
 /** Functions of which two formulas may be the same in one region and differ in another. */
 const BRANCHING = new Set(["sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log"]);
 
-/** Judge a formula, a vector or a matrix; `labels` name the entries of a vector of joint rates. */
-export function judgeValues(answer: string, key: ValuesKey, labels: readonly string[] = []): Verdict {
+/** Judge a formula, a vector or a matrix; `labels` name the entries of a vector of joint rates, `vectors` columns. */
+export function judgeValues(
+  answer: string,
+  key: ValuesKey,
+  labels: readonly string[] = [],
+  vectors: readonly string[] = [],
+): Verdict {
   const known = new Set(key.symbols);
   if (!answer.trim()) return missing();
   const isSingle = key.rows * key.columns === 1;
@@ -40,7 +45,7 @@ export function judgeValues(answer: string, key: ValuesKey, labels: readonly str
     () => {
       const typed = read(answer, known);
       if (isBlank(typed)) return missing();
-      if (!isSingle) return ofScalars(shaped(matrixOf(typed, known, labels, key), key));
+      if (!isSingle) return ofScalars(shaped(matrixOf(typed, known, labels, key, vectors), key));
       const other = otherComponent(typed, labels);
       if (other) return wrong("read.component", { other, asked: labels[0] as string });
       const right = alone(rightSide(typed, known, labels));
@@ -97,27 +102,36 @@ function isStatement(tree: Node): boolean {
   return false;
 }
 
-/** The entries of a vector or matrix, which may be named; a set of several has no order. Throws ReadError. */
+/**
+ * The entries of a vector or matrix, which may be named by `labels`, or a matrix's columns by `vectors`; a set of several
+ * has no order. Throws ReadError.
+ */
 export function matrixOf(
   typed: Node,
   known: ReadonlySet<string>,
   labels: readonly string[],
   { rows, columns }: Pick<ValuesKey, "rows" | "columns">,
+  vectors: readonly string[] = [],
 ): Node[][] {
   const tree = rightSide(typed, known);
   const isOrdered = ({ kind }: Node) => ["eq", "pair", "set", "list"].includes(kind);
   if (tree.kind === "set" && tree.args.length > 1 && !tree.args.some(isOrdered))
     throw new ReadError("read.no-order");
-  return asMatrix(twistOf(tree, labels) ?? unlabelled(tree, labels, rows, columns));
+  return asMatrix(ofVectors(tree, labels, vectors) ?? unlabelled(tree, labels, rows, columns));
 }
 
-/** The twist of v = […], ω = […], in either order; null for anything else. */
-function twistOf({ kind, args }: Node, labels: readonly string[]): Node | null {
-  if (labels.map(labelOf).join() !== COMPONENTS.join() || args.length !== 2) return null;
+/** The matrix of v = […], ω = […] or of z0 = […], z1 = […], which may come in any order; null for anything else. */
+function ofVectors({ kind, args }: Node, labels: readonly string[], columns: readonly string[]): Node | null {
   if (!["dict", "list", "set", "and"].includes(kind) || !args.every(isNamed)) return null;
+  const isTwist = labels.map(labelOf).join() === COMPONENTS.join();
+  const due = isTwist ? ["v", "w"] : columns;
   const said = new Map(args.map((arg) => [labelOf(arg.args[0]?.text ?? ""), vectorOf(arg.args[1] as Node)]));
-  const [v, w] = [said.get("v"), said.get("w")];
-  return v?.length === 3 && w?.length === 3 ? node("list", ...v, ...w) : null;
+  const vectors = due.map((name) => said.get(name) ?? []);
+  const isAll = due.length > 0 && args.length === due.length && said.size === due.length;
+  if (!isAll || vectors.some(({ length }) => length !== LINEAR.length)) return null;
+  if (isTwist) return node("list", ...vectors.flat());
+  const rows = LINEAR.map((_, row) => vectors.map((vector) => vector[row] as Node));
+  return node("list", ...rows.map((row) => node("list", ...row)));
 }
 
 /** The entries of a row or column; nothing of what is none. */
@@ -447,7 +461,7 @@ export function unlabelled(tree: Node, labels: readonly string[], rows = 0, colu
   }
   if (!["dict", "list", "set", "and"].includes(tree.kind) || !tree.args.every(isLabelled)) return tree;
   const found = new Map(tree.args.map((arg) => [labelOf(arg.args[0]?.text ?? ""), arg.args[1] as Node]));
-  if (found.size !== tree.args.length) return tree; // a name stands twice
+  if (found.size !== tree.args.length) return once(tree);
   const called = (due: readonly string[]): readonly Node[] | null =>
     due.length > 0 && found.size === new Set(due).size && due.every((each) => found.has(each))
       ? due.map((each) => found.get(each) as Node)
@@ -468,10 +482,21 @@ export function unlabelled(tree: Node, labels: readonly string[], rows = 0, colu
   );
 }
 
+/** Entries of which two begin alike, as rows of a matrix may. Throws ReadError where two have the same name. */
+function once(tree: Node): Node {
+  if (!tree.args.every(isNamed)) return tree;
+  const called = tree.args.map(({ args }) => args[0]?.text ?? "");
+  const labels = called.map(labelOf);
+  const twice = called.find(
+    (_, i) => labels.indexOf(labels[i] as string) !== labels.lastIndexOf(labels[i] as string),
+  );
+  throw new ReadError("read.twice", { name: twice as string });
+}
+
 const VELOCITIES = table(VOCABULARY.velocities);
 
 /** The name of an entry as it is compared: of P_x, p_x, px and x the last; v_x and x_dot are vx, ω_x is wx. */
-function labelOf(name: string): string {
+export function labelOf(name: string): string {
   const joined = name.replaceAll("_", "").toLowerCase();
   let plain = VELOCITIES.get(joined) ?? joined;
   for (const [spelled, letter] of Object.entries(VOCABULARY.spelled))

@@ -107,6 +107,32 @@ export function withoutUnits(text: string, known: ReadonlySet<string>): string {
   );
 }
 
+const OF_NUMBERS = [...UNITS.keys(), ...VOCABULARY.degrees]
+  .sort((a, b) => b.length - a.length)
+  .map(literally);
+const NAMED_IN_UNIT = compiled(
+  `${VOCABULARY.patterns.name_of_number}${VOCABULARY.patterns.number_in_unit}` +
+    `((?:${OF_NUMBERS.join("|")}))${VOCABULARY.patterns.behind_unit}`,
+  "g",
+);
+
+/** The unit of every number that has one, each with the name before it, or "", and where that begins. */
+export function unitsOfNumbers(text: string): { name: string; unit: string; start: number }[] {
+  return [...text.matchAll(NAMED_IN_UNIT)].map((found) => ({
+    name: found[1] ?? "",
+    unit: found[3] as string,
+    start: found.index,
+  }));
+}
+
+/** Whether a unit is one of lengths or of angles, also per second; "" for any other. */
+export function kindOfUnit(unit: string): "length" | "angle" | "" {
+  const rate = (bare: string, each: string): string =>
+    bare.endsWith(each) ? bare.slice(0, bare.length - each.length) : bare;
+  const bare = VOCABULARY.per_second.reduce(rate, unit);
+  return VOCABULARY.lengths.includes(bare) ? "length" : VOCABULARY.angles.includes(bare) ? "angle" : "";
+}
+
 const RATES = pattern("rate_as_derivative", "g");
 const VECTORS = pattern("entry_of_vector", "g");
 

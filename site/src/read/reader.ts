@@ -39,6 +39,9 @@ const UNITS = table(VOCABULARY.units);
 /** What follows a name that is a factor, and no unit at the end of a product. */
 const GO_ON = new Set(["*", "/", "^", "**", "("]);
 
+/** Words behind a comma that say no more than the comma. */
+const BESIDE_COMMA = new Set(["and", "&", "or", "|"]);
+
 /** The tree of a text; `known` are the names of the problem's symbols, which win over any shorthand. */
 export function read(text: string, known: ReadonlySet<string>): Node {
   const length = lengthOf(text, LIMITS.characters);
@@ -112,11 +115,14 @@ class Parser {
         continue;
       }
       const first = this.disjunction();
-      const item = close === "" && this.isCommaAnd() ? this.joined(first, rows) : first;
+      const isJoined = close === "" && this.isCommaAnd() && this.isCondition(first);
+      const item = isJoined ? this.joined(first, rows) : first;
       const named = (close === "" || close === "}") && this.take(":");
       rows.at(-1)?.push(named ? node("pair", item, this.disjunction()) : item);
-      if (this.take(",")) comma = true;
-      else if (this.peek() !== ";") {
+      if (this.take(",")) {
+        comma = true;
+        if (close === "" && BESIDE_COMMA.has(this.peek())) this.at += 1;
+      } else if (this.peek() !== ";") {
         if (close) this.expect(close);
         break;
       }
@@ -202,17 +208,35 @@ class Parser {
     return this.peek() === "," && ["and", "&"].includes(this.textAt(1));
   }
 
-  /** A, and B as A and B; with other commas, or alternatives that are no values, it may mean two things. */
+  /** Whether a term is on a symbol of the problem; x = 1 only names an entry. */
+  private isCondition({ kind, args }: Node): boolean {
+    if (kind === "and" || kind === "or") return args.every((arg) => this.isCondition(arg));
+    return (
+      (kind === "eq" || kind === "in") && [...namesIn(args[0] as Node)].some((each) => this.known.has(each))
+    );
+  }
+
+  /**
+   * A, and B as A and B where B is a condition, too; with other commas or alternatives it may mean two things. Before a
+   * value, as in theta2 = 0, and pi, the comma parts a list.
+   */
   private joined(first: Node, rows: readonly (readonly Node[])[]): Node {
+    const here = this.at;
     const terms = first.kind === "and" ? [...first.args] : [first];
     while (this.isCommaAnd()) {
+      const before = this.at;
       this.at += 2;
-      terms.push(this.one());
+      const term = this.one();
+      if (!this.isCondition(term)) {
+        this.at = before;
+        break;
+      }
+      terms.push(term);
     }
+    if (this.at === here) return first;
     const isAlone = rows.length === 1 && rows[0]?.length === 0;
     const isOpen = [",", "or", "|"].includes(this.peek());
-    if (!isAlone || isOpen || terms.some(({ kind }) => kind !== "eq" && kind !== "in"))
-      throw this.fail("read.unexpected", { found: "'and'" });
+    if (!isAlone || isOpen || first.kind === "or") throw this.fail("read.unexpected", { found: "'and'" });
     return node("and", ...terms);
   }
 

@@ -11,6 +11,7 @@ const GOES_ON = compiled(VOCABULARY.patterns.line_goes_on);
 const MATLAB = whole("rows_of_matlab");
 const BETWEEN = pattern("between_numbers");
 const NUMBER = whole("decimal_with_comma");
+const FACTORS = ["", ...new Set(Object.values(VOCABULARY.units))];
 /** Characters of a table that is read. */
 const MOST = 4000;
 
@@ -44,9 +45,16 @@ export function numbersText(text: string, count: number): string | null {
   const ends = inner.slice(0, 1) + inner.slice(-1);
   if (ends === "()" || ends === "[]" || (ends === "{}" && inner.includes(";"))) inner = inner.slice(1, -1);
   const entries = inner.split(BETWEEN).map(stripped);
-  if (entries.length === count && entries.every((entry) => NUMBER.test(entry)))
+  if (entries.length === count && entries.every(isNumber))
     return `[${entries.map((entry) => entry.replace(",", ".")).join(", ")}]`;
   return tableText(text, count, 1);
+}
+
+/** Whether a number stands there, alone or times what its unit is worth. */
+function isNumber(entry: string): boolean {
+  return FACTORS.some(
+    (factor) => entry.endsWith(factor) && NUMBER.test(entry.slice(0, entry.length - factor.length)),
+  );
 }
 
 function listed(cells: Cells): string {

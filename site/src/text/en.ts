@@ -14,6 +14,10 @@ export const en = {
     "A comma between two digits may belong to a number or stand between two: write 0.5, or 0, 5 with a space.",
   "read.bare-condition":
     "A formula alone is no condition: write where it is zero, as in {joint} = 0 or {joint} = pi/3, or put = 0 behind it.",
+  "read.unit": "{unit} can't be right here, for {due} is due; write it in {due}, or the number alone.",
+  "read.unit-of-entry":
+    "{unit} can't be right here, for entry {entry} is in {due}; write it in {due}, or the number alone.",
+  "read.twice": "{name} stands there twice; write each entry once",
   "read.no-order": "a set in braces has no order; write the entries as a list, [a, b]",
   "read.two-values": "{joint} can't have two values at once; write {joint} = 0 or {joint} = pi/3",
   "read.empty-list": "the list is empty",
