@@ -165,7 +165,7 @@ class _Parser:
         return node.kind in ("eq", "in") and not names(node.args[0]).isdisjoint(self.known)
 
     def joined(self, first: Node, is_alone: bool) -> Node:
-        """Read A, and B as A and B where B is a condition, too; with other commas or alternatives it may mean two things.
+        """Read A, and B as A and B where B is a condition; with other commas or alternatives it may mean two things.
 
         Before a value, as in theta2 = 0, and pi, the comma parts a list.
         """
