@@ -90,8 +90,7 @@ def _names_of_entries(problem: Problem) -> dict[str, list[str]]:
 
 
 def _problem_cells(kind: str, number: int, slot: str, problem: Problem, hinted: bool) -> Iterator[NotebookNode]:
-    heading = f"{number} {problem.chain.title[:1].upper()}{problem.chain.title[1:] or 'Arm'}"
-    yield _markdown(f"{slot}-statement", statement(problem, heading, figure_image(problem, slot)))
+    yield _markdown(f"{slot}-statement", statement(problem, f"{number} {problem.title}", figure_image(problem, slot)))
     solved = worked_solutions(problem) if kind == "solution" else {}
     for index, part in enumerate(problem.parts, 1):
         label = f"{number}.{index}"

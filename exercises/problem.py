@@ -185,6 +185,12 @@ class Problem:
                 return part
         raise KeyError(f"{self.id} asks {', '.join(part.name for part in self.parts)}, not {name!r}")
 
+    @property
+    def title(self) -> str:
+        """What its arm is called, as a heading."""
+        named = self.chain.title or "arm"
+        return f"{named[:1].upper()}{named[1:]}"
+
     def symbols(self) -> dict[str, SymbolInfo]:
         """Return every symbol that an answer may use, the table's numbers under their usual names included."""
         known: dict[str, SymbolInfo] = {}

@@ -382,8 +382,8 @@ MISTAKES = (
     ),
     Mistake(
         "twist-sign", "Twist with the wrong sign",
-        "The twist alpha of row {joint} seems to be taken with the wrong sign: it is the angle from z{joint}'s "
-        "predecessor to z{joint}, counted about x{joint}.", "Example 6.1", _twist_sign,
+        "The twist alpha of row {joint} seems to be taken with the wrong sign: it is the angle from the z "
+        "axis before it to z{joint}, counted about x{joint}.", "Example 6.1", _twist_sign,
     ),
     Mistake(
         "all-twists-sign", "All twists with the wrong sign",

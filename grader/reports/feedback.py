@@ -103,9 +103,9 @@ def _set_by(override: Mapping[str, Any], what: str) -> str:
 def _problems(assignment: Assignment, student: Student, result: dict[str, Any]) -> list[dict[str, Any]]:
     """Return every problem as the template shows it."""
     have = kept(assignment, student.id)
-    slots = zip(assignment.slots, have.problems, result["problems"], strict=True)
+    kept_problems = zip(have.problems, result["problems"], strict=True)
     shown = []
-    for number, (slot, (name, problem), entry) in enumerate(slots, 1):
+    for number, ((name, problem), entry) in enumerate(kept_problems, 1):
         own = {part.name: part for part in problem.parts}
         numbers = {judged["name"]: f"{number}.{index}" for index, judged in enumerate(entry["parts"], 1)}
         parts = []
@@ -116,7 +116,7 @@ def _problems(assignment: Assignment, student: Student, result: dict[str, Any]) 
             told = {"number": numbers[part.name], "id": f"part-{number}-{index}"}
             told["asked"] = have.asked(name, problem, part.name)
             parts.append({**told, **_part(problem, part, judged, numbers), "solution": solution, "figure": figure})
-        title = f"Problem {number}: {slot.family.title}"
+        title = f"Problem {number}: {problem.title}"
         drawn = {"figure": have.figure(name, problem), "given": _captioned(have.given(name, problem))}
         shown.append({"id": f"problem-{number}", "title": title, **drawn, "parts": parts, **_sum(entry)})
     return shown
