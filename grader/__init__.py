@@ -13,7 +13,7 @@ The map, from the bottom up: nothing here imports what stands below it.
     numbers, finished, rounded      an answer in numbers; slips in the finished formulas; what is right but for rounding
     pairs, set_mistakes             two mistakes at once, or in some entries; behind a set of singular configurations
     diagnosis                       the mistake behind a wrong answer
-    advice, follow                  what to look at where there is none; what follows from a wrong answer
+    advice, terms, follow           what to look at without one; terms of the solution; what follows from a wrong answer
     similar, groups                 answers compared as they are written; the key of equal wrong answers
     marking                         a student's answers to a problem
     prairielearn                    what an exported PrairieLearn question calls

@@ -23,7 +23,7 @@ from grader.submission import Found, Note, Submission, oddities, read_submission
 from grader.uncounted import without_self_checks
 from grader.verdict import Outcome, Verdict
 
-GRADER = 7
+GRADER = 8
 """Version of the grader: any change of what a submission earns, or of what is kept of it, raises it."""
 
 Marked = dict[str, Any]
@@ -187,7 +187,18 @@ def _of_part(slot: str, verdict: Verdict) -> dict[str, Any]:
 def ungraded(assignment: Assignment, student: str, attempt: Attempt | None, why: str) -> Marked:
     """Return what stands for a notebook on which qdot itself failed: no mark. It is made without doing anything."""
     said = f"qdot itself failed on this notebook ({why}); it has no mark yet, tell your instructor"
-    names = ("override", "mistake", "advice", "followed_from", "follows", "group", "certificate", "answer", "entries")
+    names = (
+        "override",
+        "mistake",
+        "advice",
+        "followed_from",
+        "follows",
+        "attempt",
+        "group",
+        "certificate",
+        "answer",
+        "entries",
+    )
     nothing = dict.fromkeys(names)
     told: dict[str, Any] = {"outcome": Outcome.UNGRADED.value, "points": None, "reason": said}
     return {

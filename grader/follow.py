@@ -4,10 +4,11 @@ The parts of a problem build on one another (`Part.needs`). An earlier answer th
 reference, and the later one is judged against what follows from it: by trees, exactly as against a reference. Nothing
 follows from an answer that was not given, or that makes the later part easier than it is: one that is zero or constant,
 depends on fewer joints or not by their sines and cosines, has more zeros, is singular where it should not be, or is a
-copy of another of the answers or of the right answer to somebody else's problem.
+copy of another of the answers or of the right answer to somebody else's problem. What follows from an answer that is no
+attempt at this arm is told, and earns nothing (`terms`, `marking`).
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -41,10 +42,14 @@ POINTS = 6
 
 @dataclass(frozen=True)
 class Followed:
-    """The judgement on an answer against what follows from an earlier one, and that part's name."""
+    """The judgement on an answer against what follows from an earlier one, and that part's name.
+
+    It earns nothing where one of those that it follows from, `idle`, is no attempt at this arm.
+    """
 
     judgement: Judgement
     earlier: str
+    idle: str | None = None
 
 
 Own = Mapping[str, Rows]
@@ -67,10 +72,12 @@ def follow(
     wrong: Sequence[str],
     seed: str,
     is_copied: IsCopied = nothing_copied,
+    attempts: Collection[str] | None = None,
 ) -> Followed | None:
     """Return the best judgement on an answer against what follows from an earlier wrong one; None where none does.
 
-    `answers` are those to all parts, by part, `wrong` the earlier parts that were answered wrongly.
+    `answers` are those to all parts, by part, `wrong` the earlier parts that were answered wrongly, `attempts` those of
+    them that are attempts at this arm, None for all.
     """
     answer = answers[part.name]
     if answer.table is not None or part.kind not in QUESTIONS:
@@ -84,8 +91,10 @@ def follow(
         result = context.worked_out(part, own)
         judgement = None if result is None else context.judged(part, result, answer)
         if judgement is not None and judgement.share > 0:
-            followed.append(Followed(judgement, next(name for name in sources if name in wrong)))
-    return max(followed, key=lambda one: one.judgement.share, default=None)
+            before = [name for name in sources if name in wrong]
+            idle = next((name for name in before if attempts is not None and name not in attempts), None)
+            followed.append(Followed(judgement, before[0], idle))
+    return max(followed, key=lambda one: (one.idle is None, one.judgement.share), default=None)
 
 
 class _Context:

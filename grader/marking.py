@@ -18,6 +18,7 @@ from grader.function_values import SHOWN, is_table
 from grader.groups import group_of
 from grader.parts import judge_given
 from grader.reading import read_answer
+from grader.terms import has_terms
 from grader.verdict import Diagnosis, Judgement, Outcome, Verdict, missing
 
 CREDIT = Fraction(4, 5)
@@ -38,9 +39,11 @@ def mark(
     """Return a verdict for each part; `answers` and `reasons` (why there is none) are by the name of the part.
 
     A part that follows from the student's own wrong answer to an earlier one earns `credit` of its points, unless that
-    answer `is_copied`. What goes wrong in our own code is UNGRADED: it is told loudly, and is no mark. Points at which
-    answers are compared are drawn from `secret` and the answer; without one, a secret is drawn, and no answer has a
-    group, whose key depends on it. `oftener` is what is known of mistakes that a class makes more.
+    answer `is_copied`, or is no attempt at this arm: one that earns something itself, shows a known mistake, has at
+    least half of the solution's terms, or follows from an attempt. What goes wrong in our own code is UNGRADED: it is
+    told loudly, and is no mark. Points at which answers are compared are drawn from `secret` and the answer; without
+    one, a secret is drawn, and no answer has a group, whose key depends on it. `oftener` is what is known of mistakes
+    that a class makes more.
 
     >>> from exercises import generate
     >>> mark(generate("polar-rp/1", ["determinant"]), {"determinant": "d2 + 0.7"}, secret="s")
@@ -64,15 +67,16 @@ def mark(
     wrong = [name for name, judgement in judged.items() if judgement.outcome in NOT_RIGHT]
     verdicts: list[Verdict] = []
     causes: list[Cause] = []
+    attempts: list[str] = []
     for part in problem.parts:
         name, judgement = part.name, judged[part.name]
         diagnosis, followed, group = None, None, None
+        attempt = True if judgement.outcome is Outcome.CORRECT and not part.answer.offered else None
         if name in wrong:
             before = [other for other in wrong if _is_before(problem, other, name)]
-            followed = (
-                _safely(follow, problem, part, own, before, seeds[name], is_copied) if credit and before else None
-            )
-            if followed is None or followed.judgement.outcome is not Outcome.CORRECT:
+            if credit and before:
+                followed = _safely(follow, problem, part, own, before, seeds[name], is_copied, attempts)
+            if not _is_followed(followed):
                 diagnosis = _safely(diagnose, problem, part, own[name], seeds[name], tuple(causes), oftener)
                 behind = diagnosis
                 if diagnosis is None:
@@ -81,13 +85,28 @@ def mark(
                     causes.append(Cause(*diagnosis.cause, name, ASKED[part.kind].title))
             else:
                 behind = _safely(diagnose, problem, part, own[name], seeds[name], (), oftener)
+            if part.answer.is_formulas:
+                known = judgement.share > 0 or _is_followed(followed) or _is_named(behind)
+                attempt = known or bool(_safely(has_terms, problem, part, own[name], seeds[name]))
+                attempts += [name] if attempt else []
             group = None if secret is None else _safely(group_of, problem, part, own[name], behind, secret)
         shown = SHOWN if name in texts and is_table(texts[name]) else texts.get(name)
-        verdicts.append(replace(verdict(part, judgement, shown, diagnosis, followed, credit), group=group))
+        marked = verdict(part, judgement, shown, diagnosis, followed, credit)
+        verdicts.append(replace(marked, group=group, attempt=attempt))
     return verdicts
 
 
 NOT_RIGHT = (Outcome.WRONG, Outcome.PARTIAL)
+
+
+def _is_followed(followed: Followed | None) -> bool:
+    """Tell whether an answer is all that follows from an earlier attempt."""
+    return followed is not None and followed.idle is None and followed.judgement.outcome is Outcome.CORRECT
+
+
+def _is_named(diagnosis: Diagnosis | None) -> bool:
+    """Tell whether a known mistake gives an answer, made here or earlier."""
+    return diagnosis is not None and (bool(diagnosis.mistakes) or diagnosis.inherited is not None)
 
 
 def _is_before(problem: Problem, one: str, other: str) -> bool:
@@ -107,6 +126,10 @@ def verdict(
     if judgement.outcome is Outcome.UNGRADED:
         return Verdict(part.name, judgement, None, part.points, answer)
     points = points_of(part.points, judgement.share)
+    if followed is not None and followed.idle is not None:
+        if followed.judgement.outcome is Outcome.CORRECT:
+            judgement = replace(judgement, reason=f"{judgement.reason}; {_no_attempt(followed.idle)}")
+        return Verdict(part.name, judgement, points, part.points, answer, diagnosis)
     if followed is None or (more := points_of(part.points, followed.judgement.share, credit)) <= points:
         return Verdict(part.name, judgement, points, part.points, answer, diagnosis)
     how_far = "follows" if followed.judgement.outcome is Outcome.CORRECT else "follows in part"
@@ -117,6 +140,13 @@ def verdict(
     followed_from = replace(judgement, outcome=Outcome.PARTIAL, reason=reason)
     follows = _entries(part, followed.judgement)
     return Verdict(part.name, followed_from, more, part.points, answer, diagnosis, followed.earlier, follows=follows)
+
+
+def _no_attempt(earlier: str) -> str:
+    return (
+        f"it follows from your own answer to {earlier!r}, and earns nothing by that: fewer than half of the terms "
+        "there are those of this arm, and no known mistake gives that answer"
+    )
 
 
 def _entries(part: Part, judgement: Judgement) -> tuple[tuple[bool, ...], ...] | None:

@@ -74,7 +74,8 @@ class Verdict:
     """The judgement on one part with its points (None where ungraded), the answer's text, and what is known of it.
 
     `group` is the key of all wrong answers that are the same as this one (`grader.groups`); `follows` the entries that
-    follow from the earlier answer.
+    follow from the earlier answer. `attempt` tells whether formulas are an attempt at this arm,
+    as what is right is; None of options and what is not known.
     """
 
     part: str
@@ -86,6 +87,7 @@ class Verdict:
     followed_from: str | None = None
     group: str | None = None
     follows: tuple[tuple[bool, ...], ...] | None = None
+    attempt: bool | None = None
 
     def __repr__(self) -> str:
         earned = "no mark yet" if self.points is None else f"{self.points:g} of {self.max_points:g}"
@@ -105,6 +107,7 @@ class Verdict:
             "advice": None if self.diagnosis is None else self.diagnosis.says,
             "followed_from": self.followed_from,
             "follows": None if self.follows is None else [list(row) for row in self.follows],
+            "attempt": self.attempt,
             "group": self.group,
             "certificate": None if certificate is None else certificate.as_json(),
             "answer": self.answer,

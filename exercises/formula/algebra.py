@@ -57,6 +57,34 @@ def call(function: str, a: Node) -> Node:
     return Node("call", (a,), function)
 
 
+def addends(total: Node) -> list[Node]:
+    """Return the terms of a sum as it is written."""
+    if total.kind == "+":
+        return addends(total.args[0]) + addends(total.args[1])
+    if total.kind == "-":
+        return addends(total.args[0]) + [negative(part) for part in addends(total.args[1])]
+    if total.kind == "neg":
+        return [negative(part) for part in addends(total.args[0])]
+    return [total]
+
+
+def terms_of(node: Node, most: int) -> list[Node] | None:
+    """Return the terms of sums and products multiplied out, None where they are more than `most`."""
+    if node.kind not in ("+", "-", "*", "neg"):
+        return [node]
+    inside = [terms_of(arg, most) for arg in node.args]
+    known = [terms for terms in inside if terms is not None]
+    if len(known) < len(inside):
+        return None
+    if node.kind == "*":
+        terms = [times(one, other) for one in known[0] for other in known[1]]
+    elif node.kind == "neg":
+        terms = [negative(term) for term in known[0]]
+    else:
+        terms = known[0] + (known[1] if node.kind == "+" else [negative(term) for term in known[1]])
+    return terms if len(terms) <= most else None
+
+
 def factors(node: Node) -> list[Node]:
     """Return the factors of a product as it is written, those below a line as one over them; powers are taken apart.
 

@@ -10,7 +10,7 @@ from fractions import Fraction
 from functools import partial
 from itertools import combinations
 
-from exercises.formula.algebra import TWO, ZERO, minus, negative, number, over, plus, times
+from exercises.formula.algebra import TWO, ZERO, addends, minus, negative, number, over, plus, terms_of, times
 from exercises.formula.trees import Node, names, size_of
 from exercises.mistakes.base import Mistake
 
@@ -49,7 +49,7 @@ def edits(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
     for angle in dict.fromkeys(_angles_in(entry)):
         for new in _angles(angle):
             yield Edit("angle-typed", _changed(entry, partial(_put, {angle: new})))
-    terms = _terms(entry)
+    terms = terms_of(entry, MOST_TERMS)
     if terms is not None and len(terms) > 1:
         for k, term in enumerate(terms):
             rest = [*terms[:k], *terms[k + 1 :]]
@@ -105,7 +105,7 @@ def _unlike(node: Node) -> Iterator[Edit]:
 def _of_product(node: Node) -> Iterator[Edit]:
     left, right = node.args
     yield from _loose(left, right)
-    if right.kind == "call" and right.value in WAVES and len(_parts(right.args[0])) > 1:
+    if right.kind == "call" and right.value in WAVES and len(addends(right.args[0])) > 1:
         first, *rest = _waves(right)  # s12 for s1 + s2, and that without its bracket
         yield Edit("sum-of-angles-split", plus(times(left, first), _sum(rest)))
     for lost, kept in ((left, right), (right, left)):
@@ -118,7 +118,7 @@ def _of_product(node: Node) -> Iterator[Edit]:
 
 def _of_quotient(node: Node) -> Iterator[Edit]:
     above, below = node.args
-    terms = _parts(above)
+    terms = addends(above)
     for k in range(len(terms)) if 1 < len(terms) <= MOST_TERMS else ():  # one term alone is divided, or is not
         yield Edit("bracket-missing", _sum([over(term, below) if i == k else term for i, term in enumerate(terms)]))
         yield Edit("bracket-missing", _sum([term if i == k else over(term, below) for i, term in enumerate(terms)]))
@@ -139,7 +139,7 @@ def _of_negative(node: Node) -> Iterator[Edit]:
     (inside,) = node.args
     yield Edit("term-sign-typed", inside)
     yield from _loose(number(-1), inside)
-    terms = _parts(inside.args[0]) if inside.kind == "/" else []
+    terms = addends(inside.args[0]) if inside.kind == "/" else []
     if 1 < len(terms) <= MOST_TERMS:  # the minus holds for the first term, the division for the last one
         yield Edit("bracket-missing", _sum([negative(terms[0]), *terms[1:-1], over(terms[-1], inside.args[1])]))
 
@@ -250,7 +250,7 @@ def _is_angle(node: Node) -> bool:
 
 def _split(node: Node) -> Iterator[Edit]:
     """Yield the sine or cosine of a sum as if it were that of each, added or multiplied."""
-    parts = _parts(node.args[0])
+    parts = addends(node.args[0])
     if len(parts) > 1:
         yield Edit("sum-of-angles-split", _sum(_waves(node)))
         yield Edit("sum-of-angles-split", _product(_waves(node)))
@@ -261,12 +261,12 @@ def _split(node: Node) -> Iterator[Edit]:
 
 def _waves(node: Node) -> list[Node]:
     """Return the sine or cosine of each term of an angle."""
-    return [Node("call", (part,), node.value) for part in _parts(node.args[0])]
+    return [Node("call", (part,), node.value) for part in addends(node.args[0])]
 
 
 def _signed_waves(node: Node) -> list[Node]:
     """Return the sine or cosine of each term of an angle, with the sign of the term before it."""
-    signed = [(part.args[0], True) if part.kind == "neg" else (part, False) for part in _parts(node.args[0])]
+    signed = [(part.args[0], True) if part.kind == "neg" else (part, False) for part in addends(node.args[0])]
     waves = [(Node("call", (part,), node.value), minus_before) for part, minus_before in signed]
     return [negative(wave) if minus_before else wave for wave, minus_before in waves]
 
@@ -278,20 +278,9 @@ def _product(factors: Sequence[Node]) -> Node:
     return total
 
 
-def _parts(total: Node) -> list[Node]:
-    """Return the terms of an angle or of another sum."""
-    if total.kind == "+":
-        return _parts(total.args[0]) + _parts(total.args[1])
-    if total.kind == "-":
-        return _parts(total.args[0]) + [negative(part) for part in _parts(total.args[1])]
-    if total.kind == "neg":
-        return [negative(part) for part in _parts(total.args[0])]
-    return [total]
-
-
 def _angles(angle: Node) -> Iterator[Node]:
     """Yield an angle with a term left out, negative, or of another size if it is a constant."""
-    parts = _parts(angle)
+    parts = addends(angle)
     turning = [part for part in parts if names(part)]
     for k, part in enumerate(parts):
         rest = [*parts[:k], *parts[k + 1 :]]
@@ -318,7 +307,7 @@ def _angles(angle: Node) -> Iterator[Node]:
 def throughout(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list[list[Node]]]]:
     """Yield all entries with the same slip in every angle, or in every angle that is the same."""
     angles = list(dict.fromkeys(angle for row in rows for entry in row for angle in _angles_in(entry)))
-    sums = [angle for angle in angles if len(_parts(angle)) > 1]
+    sums = [angle for angle in angles if len(addends(angle)) > 1]
     for name, change in _SAME_EVERYWHERE:
         changed = {angle: change(angle) for angle in sums}
         if any(new != angle for angle, new in changed.items()):
@@ -386,18 +375,18 @@ def _angles_in(node: Node) -> Iterator[Node]:
 
 
 def _without_constants(angle: Node) -> Node:
-    return _sum([part for part in _parts(angle) if names(part)])
+    return _sum([part for part in addends(angle) if names(part)])
 
 
 def _with_constants(factor: Node) -> Callable[[Node], Node]:
-    return lambda angle: _sum([part if names(part) else times(factor, part) for part in _parts(angle)])
+    return lambda angle: _sum([part if names(part) else times(factor, part) for part in addends(angle)])
 
 
 def _last_only(keep: bool) -> Callable[[Node], Node]:
     """Return the change of every sum of angles to the last of them, with its constant or without."""
 
     def changed(angle: Node) -> Node:
-        parts = _parts(angle)
+        parts = addends(angle)
         turning = [part for part in parts if names(part)]
         if len(turning) < 2:
             return angle
@@ -419,23 +408,6 @@ _SAME_EVERYWHERE: tuple[tuple[str, Callable[[Node], Node]], ...] = (
 
 
 # --- sums of products ---
-
-
-def _terms(node: Node) -> list[Node] | None:
-    """Return the terms of an entry multiplied out, None where they are too many."""
-    if node.kind not in ("+", "-", "*", "neg"):
-        return [node]
-    inside = [_terms(arg) for arg in node.args]
-    known = [terms for terms in inside if terms is not None]
-    if len(known) < len(inside):
-        return None
-    if node.kind == "*":
-        terms = [times(one, other) for one in known[0] for other in known[1]]
-    elif node.kind == "neg":
-        terms = [negative(term) for term in known[0]]
-    else:
-        terms = known[0] + (known[1] if node.kind == "+" else [negative(term) for term in known[1]])
-    return terms if len(terms) <= MOST_TERMS else None
 
 
 def _sum(terms: Sequence[Node]) -> Node:

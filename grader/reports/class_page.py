@@ -30,6 +30,7 @@ from grader.reports.class_view import (
     scores,
     set_by_hand,
     whom,
+    without_attempt,
 )
 from grader.reports.tables import status
 from grader.settle import Result
@@ -105,6 +106,7 @@ def class_page(assignment: Assignment, results: Sequence[Result]) -> str:
         has_due=any(assignment.due_of(student) is not None for student in assignment.roster),
         not_on_time=not_on_time(assignment, results),
         overrides=set_by_hand(assignment, results),
+        without_attempt=without_attempt(assignment, results),
         **_similar(work, names),
     )
 

@@ -227,6 +227,21 @@ def not_on_time(assignment: Assignment, results: Sequence[Result]) -> list[dict[
     return sorted(rows, key=lambda row: order.index(row["status"]))
 
 
+def without_attempt(assignment: Assignment, results: Sequence[Result]) -> list[dict[str, str]]:
+    """Return whose wrong formulas, two or more, are all no attempt at their own arm, with nothing right but letters."""
+    by_id = {student.id: student for student in assignment.roster}
+    rows = []
+    for result in graded_work(results):
+        parts = parts_of(result)
+        none = [name for name, part in parts.items() if part["attempt"] is False]
+        if len(none) >= FEWEST_WITHOUT and not any(part["attempt"] for part in parts.values()):
+            rows.append({"who": whom(by_id[result["student"]]), "parts": ", ".join(none)})
+    return rows
+
+
+FEWEST_WITHOUT = 2
+
+
 def set_by_hand(assignment: Assignment, results: Sequence[Result]) -> list[dict[str, str]]:
     """Return what a person set."""
     by_id = {student.id: student for student in assignment.roster}

@@ -20,8 +20,9 @@ from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.results import is_derived, result
 from exercises.stream import Stream
-from grader.follow import earlier
+from grader.follow import earlier, follow
 from grader.marking import mark, points_of, total
+from grader.reading import read_answer
 from grader.verdict import Outcome, Verdict
 
 Draw = Callable[[str, int], Problem]
@@ -146,18 +147,70 @@ def test_nothing_is_earned_by_making_a_later_part_easier(game: str) -> None:
         assert alone.points is not None and alone.points <= 0.7 * part.points, part.name
 
 
+def invented(problem: Problem) -> dict[str, str]:
+    """Return a position that never looked at the arm, and all that follows from it."""
+    q = problem.chain.q
+    count = len(problem.chain.task)
+    point = sp.Matrix([
+        sum(j * sp.cos(each + i) for j, each in enumerate(q, 2)) + sp.sin(q[0] - q[-1]) + sp.prod(map(sp.sin, q))
+        for i in range(count)
+    ])  # fmt: skip
+    jacobian = point.jacobian(q)
+    told = {"position": str(point.tolist()), "jacobian": str(jacobian.tolist())}
+    if jacobian.rows == jacobian.cols:
+        told["determinant"] = str(jacobian.det())
+        told["singular-angles"] = f"Eq({jacobian.det()}, 0)"
+    if jacobian.shape == (2, 2):
+        inverse = jacobian.inv()
+        told["inverse-jacobian"] = str(inverse.tolist())
+        told["inverse-velocity"] = str((inverse * sp.Matrix(sp.symbols(problem.chain.task))).T.tolist()[0])
+    return told
+
+
+@pytest.mark.families(tuple(FAMILIES), most=6)
+def test_nothing_follows_from_what_never_looked_at_the_arm(family: str, drawn: Draw) -> None:
+    problem = drawn(family, 3)
+    names = [part.name for part in problem.parts]
+    is_point = set(problem.chain.task) <= {"vx", "vy", "vz"}
+    if problem.chain.n > 3 or not is_point or not {"position", "jacobian"} <= set(names):
+        return
+    answers = {name: text for name, text in invented(problem).items() if name in names}
+    verdicts = marked(problem, answers)
+    assert [verdicts[name].points for name in answers] == [0.0] * len(answers)
+    assert {verdicts[name].attempt for name in answers} <= {False, None}
+    assert "earns nothing by that" in verdicts["jacobian"].judgement.reason or not follows_at_all(problem, answers)
+
+
+def follows_at_all(problem: Problem, answers: dict[str, str]) -> bool:
+    """Tell whether a Jacobian would follow from a position, if that were an attempt."""
+    own = {name: read_answer(problem, problem[name], text) for name, text in answers.items()}
+    return follow(problem, problem["jacobian"], own, ["position"], "seed") is not None
+
+
+HALF = {
+    "half of the terms": ("[a1*cos(theta1) + a2*sin(theta2), a1*sin(theta1) - 3*a2]", True),
+    "with sines of sums taken apart": (
+        "[2*a1*cos(theta1) + a2*(cos(theta1)*cos(theta2) - sin(theta1)*sin(theta2)), a1 - a2*sin(theta1 + theta2)]",
+        True,
+    ),
+    "a quarter": ("[a1*cos(theta1) + a2*sin(theta2)/3, a1*sin(theta2)/5 - 3*a2*cos(theta1)]", False),
+    "in the other entry": ("[a1*sin(theta1)/2 + a2*sin(theta1 + theta2)*3, a1*cos(theta1)*7]", False),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", HALF)
+def test_half_of_the_terms_are_an_attempt(case: str) -> None:
+    answer, due = HALF[case]
+    verdict = marked(problem_of(PLANAR, ("position",)), {"position": answer})["position"]
+    assert (verdict.points, verdict.attempt) == (0.0, due), verdict.diagnosis
+
+
 EARLY = ("relative-angle", "sine-for-cosine", "link-subtracted", "chain-rule", "term-sign")
 
 
 @pytest.mark.families(tuple(FAMILIES), most=4)
-def test_what_follows_from_a_mistake_is_followed_on_every_family(
-    family: str, drawn: Draw, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """All answers of one working in which one thing went wrong: each is right, follows, or builds on what is easy.
-
-    Which mistake it is isn't looked for: it changes no mark, and has test_diagnosis.py.
-    """
-    monkeypatch.setattr("grader.marking.diagnose", lambda *_: None)
+def test_what_follows_from_a_mistake_is_followed_on_every_family(family: str, drawn: Draw) -> None:
+    """All answers of one working in which one thing went wrong: each is right, follows, or builds on what is easy."""
     problem = drawn(family, 0)
     later = [part for part in problem.parts if any(earlier(part)) and is_derived(part) and _is_formula(part)]
     if problem.chain.n > 3 or not later:

@@ -33,7 +33,7 @@ LAYERS = {
         site.page site.chapter site.arms site.guide site.reference site.pages site.stale_files site.build site
         overview commands""",
     "grader": """verdict counterexample contained function_values answer formulas choices direction functions reading
-        parts compare credit residuals numbers finished rounded pairs set_mistakes diagnosis advice follow similar
+        parts compare credit residuals numbers finished rounded pairs set_mistakes diagnosis advice terms follow similar
         groups marking prairielearn sandbox guarantees cells archives layouts roster submission finding uncounted
         notebook copies overrides attempt settle remote cluster batch single history
         certificates sharing certify check statistics variants reports nbgrader_cells demo commands

@@ -16,8 +16,8 @@ def part(
     made = {
         "name": name, "outcome": outcome, "points": None if share is None else share * max_points,
         "max_points": max_points, "override": None, "reason": "because", "mistake": mistake,
-        "advice": None if mistake is None else f"advice on {mistake}", "followed_from": None, "group": None,
-        "certificate": None, "answer": answer, "entries": None,
+        "advice": None if mistake is None else f"advice on {mistake}", "followed_from": None, "attempt": None,
+        "group": None, "certificate": None, "answer": answer, "entries": None,
     }  # fmt: skip
     return made | others
 

@@ -255,6 +255,17 @@ def test_what_is_alike_is_worded_as_a_hint(assignment: Assignment) -> None:
     assert "A hint to look" not in class_page(assignment, explained)
 
 
+def test_who_does_not_look_at_the_arm_is_told_to_the_staff(assignment: Assignment) -> None:
+    results = a_graded_class(assignment)
+    assert "do not look at their arm" not in class_page(assignment, results)
+    for part in results[0]["problems"][0]["parts"][:2]:
+        part.update(outcome="wrong", points=0.0, attempt=False)
+    told = Page(class_page(assignment, results)).text.split("do not look at their arm")[1]
+    assert "(s0): p1.position, p1.jacobian" in told
+    results[0]["problems"][0]["parts"][2]["attempt"] = True
+    assert "do not look at their arm" not in class_page(assignment, results)
+
+
 def test_a_right_answer_in_an_odd_form_is_shown(assignment: Assignment) -> None:
     page = Page(class_page(assignment, a_graded_class(assignment)))
     forms = page.text.split("Right answers in unusual forms")[1].split("Late and missing")[0]
