@@ -77,27 +77,28 @@ def hints(problem: Problem, part: Part, language: str = ENGLISH) -> tuple[str, s
 def worked_solution(problem: Problem, part: Part, language: str = ENGLISH) -> str:
     """Return the way to the answer as the chapter would print it: formula, steps, result, what it means.
 
-    It is for a part by itself, and begins with what the names of angles in it stand for.
+    It is for a part by itself, and begins with what names of angles, sines and cosines in it stand for.
     """
     steps, text = worked_steps(problem.chain), _derivation(problem, part, language)
-    return catalogue(language).with_decimals(with_meanings(steps, text, language))
+    return catalogue(language).with_decimals(_after([*_used(steps, text), *_short(text)], text, language))
 
 
 def worked_solutions(problem: Problem, language: str = ENGLISH) -> dict[str, str]:
     """Return the solutions of all parts by their names, for one text.
 
-    The names of angles are said once, before all, and what an earlier part has found is not derived again.
+    What names stand for is said once, before all, and what an earlier part has found is not derived again.
     """
     steps, words = worked_steps(problem.chain), catalogue(language)
     texts: dict[str, str] = {}
     for number, part in enumerate(problem.parts):
         before = frozenset(each.kind for each in problem.parts[:number])
         texts[part.name] = _derivation(problem, part, language, before)
-    angles = _used(steps, "".join(texts.values()))
-    first = next((name for name, text in texts.items() if _used(steps, text)), "")
+    every = "".join(texts.values())
+    names = [*_used(steps, every), *_short(every)]
+    first = next((name for name, text in texts.items() if _used(steps, text) or _short(text)), "")
     told = {name: _tidy(text) for name, text in texts.items()}
     if first:
-        told[first] = _after(angles, texts[first], language, first_of_all=len(texts) > 1)
+        told[first] = _after(names, texts[first], language, first_of_all=len(texts) > 1)
     return {name: words.with_decimals(text) for name, text in told.items()}
 
 
@@ -122,9 +123,22 @@ def _used(steps: Worked, text: str) -> list[tuple[str, str]]:
     return [(str(name), tex_angle(angle)) for name, angle in steps.angles.meanings.items() if str(name) in text]
 
 
-def _after(angles: list[tuple[str, str]], text: str, language: str, first_of_all: bool = False) -> str:
+def _short(text: str) -> list[tuple[str, str]]:
+    """Return what sines and cosines in short stand for: all of one angle, and the first of a sum as an example."""
+    found = [(wave, digits) for wave, digits in _SHORT.findall(text)]
+    single = [(r"c_i", r"\cos\theta_i"), (r"s_i", r"\sin\theta_i")] if any(len(i) == 1 for _, i in found) else []
+    wave, digits = next(((wave, digits) for wave, digits in found if len(digits) > 1), ("", ""))
+    angle = " + ".join(rf"\theta_{{{digit}}}" for digit in digits)
+    return [*single, *([(f"{wave}_{{{digits}}}", rf"\{_WAVES[wave]}({angle})")] if digits else [])]
+
+
+_SHORT = re.compile(r"(?<![A-Za-z\\])([cs])_\{?([1-9]{1,7})\}?")
+_WAVES = {"c": "cos", "s": "sin"}
+
+
+def _after(names: list[tuple[str, str]], text: str, language: str, first_of_all: bool = False) -> str:
     template = environment(language).get_template("solution.md.j2")
-    return _tidy(template.render(angles=angles, solution=text, first_of_all=first_of_all))
+    return _tidy(template.render(names=names, solution=text, first_of_all=first_of_all))
 
 
 @lru_cache(maxsize=256)

@@ -177,11 +177,13 @@ class Wording:
                 ),
             }[self._motions]
         return {
-            "v": say.gettext("$P$ can reach all places around this one, in this configuration or in another."),
+            "v": say.gettext("$P$ can reach all places around this one, with joint values near these or with others."),
             "w": say.gettext(
-                "The last link can take all orientations around this one, in this configuration or in another."
+                "The last link can take all orientations around this one, with joint values near these or with others."
             ),
-            "vw": say.gettext("The arm can reach all poses around this one, in this configuration or in another."),
+            "vw": say.gettext(
+                "The arm can reach all poses around this one, with joint values near these or with others."
+            ),
         }[self._motions]
 
     def numbers(self, kind: str) -> list[int]:

@@ -36,7 +36,8 @@ def test_every_angle_has_one_name_and_no_plain_one_has_any(problem: Problem) -> 
 def test_solutions_say_angles_by_their_names_only_and_in_degrees(problem: Problem) -> None:
     for name, text in worked_solutions(problem).items():
         assert r"\pi}" not in text and not re.search(r"\\theta[^$]*\\pi", text), name
-        unnamed = [call for call in CALL.findall(text) if r"\theta_" in call]
+        said = re.sub(r"^(?:In what follows, l|L)et .*", "", text)  # where it is said what names stand for
+        unnamed = [call for call in CALL.findall(said) if r"\theta_{" in call]
         # In the configuration that is asked about, some joints are put to values, which gives sums of their own.
         assert name in ("lost-direction", "lost-motion") or not unnamed, (name, unnamed)
 
@@ -50,6 +51,15 @@ def test_names_are_said_before_they_are_used_and_mean_the_same_in_all_parts(prob
         assert set(re.findall(r"\\varphi'*_\{\d+\}", text)) == set(said), part.name
         assert all(told.setdefault(name, angle) == angle for name, angle in said.items()), part.name
     assert all(whole.count(f"${name} = {angle}$") == 1 for name, angle in told.items())
+
+
+def test_sines_and_cosines_in_short_are_said_before_they_are_used(problem: Problem) -> None:
+    for part in problem.parts:
+        text = worked_solution(problem, part)
+        said = text.split("\n\n")[0]
+        short = re.findall(r"(?<![A-Za-z\\])[cs]_\{(\d+)\}", text)
+        assert (r"$c_i = \cos\theta_i$" in said) == any(len(digits) == 1 for digits in short), part.name
+        assert bool(re.search(r"\$[cs]_\{\d\d+\} = \\(cos|sin)\(", said)) == any(len(d) > 1 for d in short), part.name
 
 
 def test_code_means_the_reference(problem: Problem) -> None:
