@@ -48,6 +48,10 @@ class ProblemEntry(pydantic.BaseModel):
     credit: str | float | dict[str, str | float] | None = None
 
 
+FEEDBACK = ("outcome", "mistake", "counterexample", "values", "solutions")
+"""How much a student is told of a wrong answer, from little to all."""
+
+
 class AssignmentFile(pydantic.BaseModel):
     """assignment.toml as it stands."""
 
@@ -57,7 +61,7 @@ class AssignmentFile(pydantic.BaseModel):
     due: datetime.datetime | None = None
     late: dict[str, Any] | None = None
     attempts: Literal["last", "best"] = "last"
-    feedback: Literal["verdicts", "solutions"] = "verdicts"
+    feedback: Literal["outcome", "mistake", "counterexample", "values", "solutions"] = "counterexample"
     follow_through: float = pydantic.Field(default=0.8, ge=0, le=1)
     hints: bool = False
     mistakes: dict[str, float] | None = None
@@ -72,7 +76,7 @@ RIGHT = {
     "due": "it is a day with a time, without quotes, as in due = 2027-01-15T23:59:00+01:00",
     "late": LATE,
     "attempts": 'it says which of several notebooks of a student counts: it is "last" or "best"',
-    "feedback": 'it is "verdicts" or "solutions"',
+    "feedback": 'it is "outcome", "mistake", "counterexample", "values" or "solutions"',
     "follow_through": "it is the share of the points for what follows from a wrong earlier answer, from 0 to 1",
     "hints": "it is true or false, without quotes: true puts three hints under every question, as in hints = true",
     "mistakes": OFTENER,
@@ -163,7 +167,7 @@ class Assignment:
     roster: tuple[Student, ...]
     secret: str
     due: datetime.datetime | None = None
-    feedback: str = "verdicts"
+    feedback: str = "counterexample"
     notes: tuple[str, ...] = ()
     follow_through: Fraction = Fraction(4, 5)
     hints: bool = False

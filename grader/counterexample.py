@@ -1,4 +1,4 @@
-"""A counterexample in words, as part of a reason; and a reason without them, for where its numbers are in a table."""
+"""A counterexample in words, as part of a reason; `levels` takes them out again."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -35,20 +35,3 @@ def shown(value: Any) -> str:
 def entry_name(entry: int, columns: int) -> str:
     """Return what an entry is called: "entry 2" of a vector, "entry (1, 2)" of a matrix."""
     return f"entry {entry + 1}" if columns == 1 else f"entry ({entry // columns + 1}, {entry % columns + 1})"
-
-
-def in_short(reason: str, example: Mapping[str, Any], joints: Sequence[str], unit: str = "") -> str:
-    """Return a reason without the numbers of its counterexample.
-
-    >>> example = {"entry": 0, "at": {"a1": 2.0}, "yours": 4.0, "expected": 2.0}
-    >>> in_short("entry 1 differs at a1 = 2: yours 4, expected 2", example, [])
-    'entry 1 differs'
-    """
-    if "missing" in example:
-        for at in (example["missing"], example["surplus"]):
-            reason = reason.replace(pose_words(at, joints), "") if at is not None else reason
-        return reason
-    at = at_words(example["at"])
-    for words, less in ((at + values_words(example), ""), (number_words(example, unit), " is not right"), (at, "")):
-        reason = reason.replace(words, less) if words else reason
-    return reason

@@ -38,7 +38,7 @@ def results_of(root: Path, visibility: str = "visible", seconds: float = 120.0) 
         student = replace(student, due=due)
     handed_in = found_of_one(assignment, submission, received, "Gradescope")
     result = the_only([grade_one(assignment, student, handed_in, limits_of(seconds))], "gradescope")
-    content = content_of(result, visibility)
+    content = content_of(result, assignment.feedback, visibility)
     return best_of(content, metadata) if assignment.attempts == "best" else content
 
 

@@ -84,7 +84,7 @@ class Mark(Execute):
         if assignment is None:
             return super().preprocess(nb, resources, *others, **named)
         result = _result(assignment, told["student"], _place(self, told) / f"{told['notebook']}.ipynb", self)
-        rows = rows_of(result)
+        rows = rows_of(result, assignment.feedback)
         fill_in(nb.cells, rows)
         nb.cells = [from_dict(cell) for cell in nb.cells]
         resources["qdot"] = {"late": _taken_off(result)}

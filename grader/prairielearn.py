@@ -17,6 +17,7 @@ from exercises.problem import ENGINE, Part, Problem
 from exercises.quizzes import ASKED
 from exercises.writing.markup import to_html_for_mathjax
 from exercises.writing.statement import hints, prompt, statement, worked_solution
+from grader.levels import at_least
 from grader.marking import mark
 from grader.reading import read_answer
 from grader.verdict import Outcome, Verdict
@@ -72,8 +73,10 @@ def grade(data: Data, folder: str, slot: str) -> None:
             data["format_errors"][part.name] = verdict.judgement.reason
             continue
         data["partial_scores"][part.name] = {"score": verdict.points / part.points, "weight": part.points}
-        advice = "" if verdict.diagnosis is None else verdict.diagnosis.says
-        said.append({"title": ASKED[part.kind].title, "said": _said(verdict), "advice": advice})
+        is_told = at_least(assignment.feedback, "mistake")
+        advice = verdict.diagnosis.says if is_told and verdict.diagnosis is not None else ""
+        words = _said(verdict) if is_told else _OUTCOMES[verdict.judgement.outcome]
+        said.append({"title": ASKED[part.kind].title, "said": words, "advice": advice})
     earned = sum(verdict.points or 0.0 for verdict in verdicts)
     data["score"] = min(1.0, earned / problem.max_points)
     data["feedback"]["parts"] = said

@@ -26,7 +26,7 @@ def result_json(assignment: Assignment, results: Sequence[Result]) -> str:
 
 def of_environment(assignment: Assignment, result: Result, environment: Mapping[str, str]) -> str:
     """Return result.json for a runner's environment; what it lacks is left empty, and Classroom 50 refuses that."""
-    rows = rows_of(result)
+    rows = rows_of(result, assignment.feedback)
     exact = [Fraction(str(row.max_points)) for row in rows]
     unit = 1 if all(Fraction(str(row.points)).denominator == 1 for row in rows) and _whole(exact) else 100
     limits = [round(points * unit) for points in exact]

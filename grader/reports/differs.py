@@ -41,7 +41,8 @@ class Table:
 def table_of(problem: Problem, part: Part, certificate: Mapping[str, Any] | None) -> Table | None:
     """Return the counterexample of a certificate; None where there is none that can be followed.
 
-    There is none to follow where the answer has symbols that the problem does not have.
+    There is none to follow where the answer has symbols that the problem does not have. What is right is left out where
+    that is kept back.
     """
     example = None if certificate is None else certificate["counterexample"]
     if example is None:
@@ -84,6 +85,8 @@ def _what(part: Part, example: Mapping[str, Any]) -> str:
 
 def _results(part: Part, example: Mapping[str, Any]) -> tuple[ExampleRow, ...]:
     unit = part.answer.unit(example.get("entry", 0))
+    if example["expected"] is None:
+        return (ExampleRow("Your answer", (_value(example["yours"], DIGITS, unit),)),)
     yours, right = _values(example["yours"], example["expected"], unit)
     heads = "Your answer", "Right"
     if part.answer.counts_up_to_a_factor:

@@ -8,7 +8,7 @@ import hashlib
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from exercises.assignment import Assignment, Student
@@ -19,12 +19,12 @@ from exercises.render import render
 from exercises.store import kept
 from exercises.writing.markup import to_html
 from exercises.writing.statement import worked_solution
-from grader.counterexample import in_short
+from grader.levels import at_least, told, without_numbers
 from grader.reports.answers import answer_of, visible
 from grader.reports.differs import SUPERSCRIPT, table_of
 from grader.reports.example import example_svg
 
-PAGE = 6
+PAGE = 7
 """Version of the page: any change of what it shows raises it, and every page is written anew."""
 
 WORDS = {
@@ -71,7 +71,19 @@ def feedback_page(assignment: Assignment, student: Student, result: dict[str, An
         problems=problems,
         outcomes=[name for name in WORDS if any(part["outcome"] == name for part in parts)],
         overview=len(parts) > MANY,
+        kept_back=_kept_back(assignment.feedback, parts),
     )
+
+
+def _kept_back(level: str, parts: Sequence[Mapping[str, Any]]) -> str:
+    """Return what the page does not tell of answers that are not right, for the student; empty where it tells all."""
+    if at_least(level, "values") or not any(part["outcome"] in ("partial", "wrong") for part in parts):
+        return ""
+    if at_least(level, "counterexample"):
+        return "Where an answer differs is shown with its own value there; what is right is not told."
+    if at_least(level, "mistake"):
+        return "Mistakes are named; where an answer differs, and what is right, is not told."
+    return "What came of each part is told, and no more."
 
 
 def _settled(result: Mapping[str, Any]) -> list[str]:
@@ -104,7 +116,7 @@ def _problems(assignment: Assignment, student: Student, result: dict[str, Any]) 
     """Return every problem as the template shows it."""
     have = kept(assignment, student.id)
     kept_problems = zip(have.problems, result["problems"], strict=True)
-    shown = []
+    made = []
     for number, ((name, problem), entry) in enumerate(kept_problems, 1):
         own = {part.name: part for part in problem.parts}
         numbers = {judged["name"]: f"{number}.{index}" for index, judged in enumerate(entry["parts"], 1)}
@@ -113,13 +125,14 @@ def _problems(assignment: Assignment, student: Student, result: dict[str, Any]) 
             part = own[judged["name"]]
             solution = to_html(worked_solution(problem, part)) if assignment.feedback == "solutions" else None
             figure = have.part_figure(name, problem, part.name)
-            told = {"number": numbers[part.name], "id": f"part-{number}-{index}"}
-            told["asked"] = have.asked(name, problem, part.name)
-            parts.append({**told, **_part(problem, part, judged, numbers), "solution": solution, "figure": figure})
+            said = {"number": numbers[part.name], "id": f"part-{number}-{index}"}
+            said["asked"] = have.asked(name, problem, part.name)
+            shown = _part(problem, part, told(judged, assignment.feedback), numbers)
+            parts.append({**said, **shown, "solution": solution, "figure": figure})
         title = f"Problem {number}: {problem.title}"
         drawn = {"figure": have.figure(name, problem), "given": _captioned(have.given(name, problem))}
-        shown.append({"id": f"problem-{number}", "title": title, **drawn, "parts": parts, **_sum(entry)})
-    return shown
+        made.append({"id": f"problem-{number}", "title": title, **drawn, "parts": parts, **_sum(entry)})
+    return made
 
 
 def _captioned(given: str) -> str:
@@ -145,7 +158,7 @@ def _part(problem: Problem, part: Part, judged: Mapping[str, Any], numbers: Mapp
         "word": WORDS[outcome],
         "points": "–" if judged["points"] is None else _points(judged["points"]),
         "max_points": _points(judged["max_points"]),
-        "reason": _numbered(_sentence(_reason(problem, part, judged, table is not None)), problem, numbers),
+        "reason": _numbered(_sentence(_reason(judged, table is not None)), problem, numbers),
         "advice": _numbered(judged["advice"], problem, numbers) if judged["advice"] else None,
         "mistake": judged["mistake"],
         "override": None if judged["override"] is None else visible(_set_by(judged["override"], "Points")),
@@ -187,16 +200,13 @@ def _points(points: float) -> str:
     return f"{round(points, 2):g}"
 
 
-def _reason(problem: Problem, part: Part, judged: Mapping[str, Any], is_short: bool) -> str:
+def _reason(judged: Mapping[str, Any], is_short: bool) -> str:
     """Return why an answer is not right, without the numbers that stand in the table."""
     reason = str(judged["reason"])
-    if not is_short:
-        return visible(reason)
-    example = judged["certificate"]["counterexample"]
-    unit = part.answer.unit(example.get("entry", 0))
-    reason = in_short(reason, example, [q.name for q in problem.chain.q], unit)
-    for pattern, words in IN_SHORT.items():
-        reason = re.sub(pattern, words, reason)
+    if is_short:
+        reason = without_numbers(reason)
+        for pattern, words in IN_SHORT.items():
+            reason = re.sub(pattern, words, reason)
     return visible(reason)
 
 

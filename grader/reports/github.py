@@ -34,13 +34,13 @@ def summary(assignment: Assignment, results: Sequence[Result]) -> str:
     Where all parts would be too much, those of the first students are shown, and how many are left out.
     """
     if len(results) == 1:
-        return _page(assignment, results, [_section(results[0], opened=True)], 0)
+        return _page(assignment, results, [_section(results[0], assignment.feedback, opened=True)], 0)
     sections: list[dict[str, object]] = []
     size = len(_page(assignment, results, [], len(results)).encode())
     if size > LARGEST_SUMMARY:
         return render("reports/github-short.md.j2", title=_markdown(assignment.title), count=len(results))
     for result in results:
-        section = _section(result, opened=False)
+        section = _section(result, assignment.feedback, opened=False)
         size += len(_page(assignment, [], [section], 0).encode())
         if size > LARGEST_SUMMARY:
             break
@@ -61,7 +61,7 @@ def _page(assignment: Assignment, results: Sequence[Result], sections: list[dict
     return render("reports/github.md.j2", title=title, students=students, sections=sections, left_out=left_out)
 
 
-def _section(result: Result, opened: bool) -> dict[str, object]:
+def _section(result: Result, feedback: str, opened: bool) -> dict[str, object]:
     rows = [
         {
             "part": row.part,
@@ -70,7 +70,7 @@ def _section(result: Result, opened: bool) -> dict[str, object]:
             "earned": row.earned,
             "said": _markdown(row.said),
         }
-        for row in rows_of(result)
+        for row in rows_of(result, feedback)
     ]  # fmt: skip
     notes = [_markdown(said) for said in (*result["notes"], lateness(result)) if said]
     override = result["override"]
@@ -93,7 +93,7 @@ def annotations(assignment: Assignment, results: Sequence[Result]) -> str:
 
     Of a class there is one for every student who has no marks or whose notebook could not be used.
     """
-    notes = list(_of_parts(results[0]) if len(results) == 1 else _of_class(results))
+    notes = list(_of_parts(results[0], assignment.feedback) if len(results) == 1 else _of_class(results))
     lines = []
     for kind in ("error", "warning"):
         own = [(title, said) for each, title, said in notes if each == kind]
@@ -104,8 +104,8 @@ def annotations(assignment: Assignment, results: Sequence[Result]) -> str:
     return "".join(f"{line}\n" for line in lines)
 
 
-def _of_parts(result: Result) -> Iterator[tuple[str, str, str]]:
-    for row in rows_of(result):
+def _of_parts(result: Result, feedback: str) -> Iterator[tuple[str, str, str]]:
+    for row in rows_of(result, feedback):
         if not row.passed:
             yield "warning" if row.points else "error", f"{row.part}: {row.earned}", _shown(row)
 

@@ -18,9 +18,9 @@ VISIBILITY = ("visible", "after_due_date", "after_published", "hidden")
 """When students see a test, in Gradescope's words."""
 
 
-def results_json(_: Assignment, results: Sequence[Result]) -> str:
+def results_json(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return results.json, with every test visible."""
-    return as_text(content_of(the_only(results, "gradescope")))
+    return as_text(content_of(the_only(results, "gradescope"), assignment.feedback))
 
 
 def as_text(content: dict[str, Any]) -> str:
@@ -28,8 +28,11 @@ def as_text(content: dict[str, Any]) -> str:
     return json.dumps(content, ensure_ascii=False, indent=1) + "\n"
 
 
-def content_of(result: Result, visibility: str = "visible") -> dict[str, Any]:
-    """Return what results.json holds; the score is after lateness and whatever a person set."""
+def content_of(result: Result, feedback: str, visibility: str = "visible") -> dict[str, Any]:
+    """Return what results.json holds, told as the level `feedback` says.
+
+    The score is after lateness and whatever a person set.
+    """
     said = [text for text in (*result["notes"], lateness(result)) if text]
     if result["override"] is not None:
         said.append(f"the total was set by your instructor: {result['override']['comment']}".rstrip(": "))
@@ -39,7 +42,7 @@ def content_of(result: Result, visibility: str = "visible") -> dict[str, Any]:
         "output_format": "text",
         "visibility": visibility,
         "stdout_visibility": "hidden",
-        "tests": [_test(row, visibility) for row in rows_of(result)],
+        "tests": [_test(row, visibility) for row in rows_of(result, feedback)],
         "extra_data": {
             "student": result["student"], "assignment": result["assignment"], "made_from": result["made_from"],
             "late": result["late"], "staff_notes": staff_notes(result),

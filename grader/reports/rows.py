@@ -3,8 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from exercises.assignment import FEEDBACK
 from exercises.errors import QdotError
 from exercises.quizzes import ASKED
+from grader.levels import told
 from grader.marking import number
 from grader.reports.tables import status
 from grader.settle import Result
@@ -38,12 +40,12 @@ class Row:
         return f"{'no mark' if self.points is None else number(self.points)} of {number(self.max_points)}"
 
 
-def rows_of(result: Result) -> list[Row]:
-    """Return a row for every part, in the order of the assignment."""
+def rows_of(result: Result, feedback: str = FEEDBACK[-1]) -> list[Row]:
+    """Return a row for every part, in the order of the assignment; for students, with what `feedback` tells them."""
     return [
         Row(
             f"{problem['slot']}.{part['name']}", ASKED[part["name"]].title, part["outcome"], part["points"],
-            part["max_points"], _said(part),
+            part["max_points"], _said(told(part, feedback)),
         )
         for problem in result["problems"]
         for part in problem["parts"]

@@ -124,7 +124,7 @@ def test_init_overwrites_nothing(folder: Path) -> None:
             "due = 2027-01-15\n" + TOML,
             "line 1: due = 2027-01-15: it is a day with a time, without quotes, as in due = 20",
         ),
-        ('feedback = "all"\n' + TOML, 'line 1: feedback = "all": it is "verdicts" or "solutions"'),
+        ('feedback = "all"\n' + TOML, 'line 1: feedback = "all": it is "outcome", "mistake", "counterexample",'),
         (TOML.replace('title = "T"\n', ""), "assignment.toml: the key 'title' is missing; needed: title, key, problem"),
         ('title = "T"\nkey = "hw"\n', "the key 'problem' is missing"),
         (
@@ -136,7 +136,7 @@ def test_init_overwrites_nothing(folder: Path) -> None:
         ('titel = "T"\n' + TOML.replace('title = "T"\n', ""), "unknown key 'titel' (did you mean 'title'?)"),
         (TOML.replace('"hw"', "hw"), "line 2: not valid TOML: invalid value; put text and formulas in quotes"),
         (
-            TOML + 'feedback = "verdicts"\n',
+            TOML + 'feedback = "outcome"\n',
             "line 7: problem 1: the key 'feedback' stands at the top of the file, above every",
         ),
         (

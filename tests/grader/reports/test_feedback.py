@@ -6,6 +6,7 @@ import time
 import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
@@ -87,7 +88,7 @@ class Page(HTMLParser):
 def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
     folder = tmp_path_factory.mktemp("class") / "hw"
     init_assignment(folder, "T", "hw", [Student("s1", "A. <b>"), Student("s2")], "0123456789abcdef")
-    (folder / "assignment.toml").write_text(TOML)
+    (folder / "assignment.toml").write_text('feedback = "values"\n' + TOML)
     return load_assignment(folder)
 
 
@@ -259,6 +260,19 @@ def test_a_direction_is_compared_for_the_entry_that_was_answered(assignment: Ass
     _, page = page_of(assignment, mix)
     table = next(said for about, said in page.all("table") if "Right for your entry 1" in said)
     assert "Your answer2 " in table
+
+
+@pytest.mark.parametrize(
+    ("level", "has"),
+    [("outcome", (0, 0, 0)), ("mistake", (0, 1, 0)), ("counterexample", (1, 1, 0)), ("values", (1, 1, 1))],
+)
+def test_levels_of_feedback(assignment: Assignment, mix: dict[str, Any], level: str, has: tuple[int, int, int]) -> None:
+    text, page = page_of(replace(assignment, feedback=level), mix)
+    tables = [said for about, said in page.all("table") if about.get("class") == "differs"]
+    found = bool(tables), "What seems to have happened" in text, any("Right" in table for table in tables)
+    assert tuple(map(int, found)) == has
+    assert ("not told" in text or "and no more" in text) == (level != "values")
+    assert ("Singular, and not in your answer" in text) == (level == "values")
 
 
 def test_nothing_on_it_tells_the_answer_or_regenerates_the_problem(assignment: Assignment, mix: dict[str, Any]) -> None:

@@ -1,0 +1,81 @@
+"""What a level of feedback keeps back: no right value below "values", no counterexample below "counterexample"."""
+
+import re
+from typing import Any
+
+import pytest
+
+from exercises.assignment import FEEDBACK
+from exercises.families import FAMILIES
+from exercises.problem import Part
+from grader.counterexample import shown
+from grader.levels import told
+from grader.marking import mark
+from tests.support.problems import drawn
+
+
+def wrong_answer(part: Part, joint: str) -> str:
+    """Return an answer that can be read and is wrong."""
+    if part.answer.offered:
+        return ""
+    rows, columns = part.shape or (1, 1)
+    entry = "1.23456" if part.answer.is_in_numbers else f"1.23456*sin({joint}) + {joint}"
+    if part.answer.is_a_set:
+        return f"[{joint} = 0.7, {joint} = 1.9]"
+    listed = [", ".join([entry] * columns)] * rows
+    return (
+        entry if rows * columns == 1 else f"[{', '.join(listed if columns == 1 else [f'[{row}]' for row in listed])}]"
+    )
+
+
+def wrong_parts(family: str) -> list[dict[str, Any]]:
+    problem = drawn(family, 0)
+    answers = {part.name: wrong_answer(part, problem.chain.q[-1].name) for part in problem.parts}
+    made = [verdict.as_json() for verdict in mark(problem, {k: v for k, v in answers.items() if v}, secret="s")]
+    return [part for part in made if part["outcome"] in ("wrong", "partial") and part["certificate"] is not None]
+
+
+@pytest.mark.families(tuple(FAMILIES), most=5)
+def test_nothing_that_is_right_is_told_below_the_level_of_values(family: str) -> None:
+    parts = wrong_parts(family)
+    assert parts or family.startswith("wrist")
+    for part in parts:
+        example = part["certificate"]["counterexample"]
+        seen = told(part, "counterexample")
+        if "missing" in example:
+            assert seen["certificate"]["counterexample"]["missing"] is None
+            assert not re.search(r"is missing: ", seen["reason"]), seen["reason"]
+            continue
+        assert seen["certificate"]["counterexample"]["expected"] is None
+        assert not re.search(r"expected [-(\d]|, and .* is right", seen["reason"]), seen["reason"]
+        right = shown(example["expected"])
+        if len(right) > 4 and right not in shown(example["yours"]) and right not in str(example["at"]):
+            assert right not in seen["reason"], seen["reason"]
+
+
+@pytest.mark.families(tuple(FAMILIES), most=5)
+def test_no_numbers_are_told_below_the_level_of_counterexamples(family: str) -> None:
+    for part in wrong_parts(family):
+        seen = told(part, "mistake")
+        assert seen["certificate"]["counterexample"] is None
+        assert not re.search(r"[a-z]\w* = -?\d|yours|expected", seen["reason"].split("; it follows")[0]), seen["reason"]
+        assert (seen["mistake"], seen["entries"]) == (part["mistake"], part["entries"])
+        least = told(part, "outcome")
+        assert (least["reason"], least["mistake"], least["advice"], least["entries"]) == ("", None, None, None)
+
+
+@pytest.mark.parametrize("level", FEEDBACK)
+def test_what_could_not_be_read_and_what_is_right_is_told_at_every_level(level: str) -> None:
+    problem = drawn("planar-2r", 0)
+    one, two = mark(problem, {"position": "a1 +", "jacobian": problem["jacobian"].answer.code()}, secret="s")[1:5:3]
+    for verdict in (one, two):
+        assert (
+            told(verdict.as_json(), level) == verdict.as_json() | {"mistake": None, "advice": None}
+            or level != "outcome"
+        )
+    assert "can't be read" in told(one.as_json(), level)["reason"]
+
+
+def test_at_the_level_of_values_all_is_told() -> None:
+    for part in wrong_parts("planar-2r"):
+        assert told(part, "values") == told(part, "solutions") == part
