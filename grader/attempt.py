@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from exercises.assignment import Assignment
+from exercises.errors import QdotError
 from exercises.problem import ENGINE, Problem
 from exercises.store import kept
 from grader.cells import Unreadable, plain
@@ -58,7 +59,12 @@ class Attempt:
 
 
 def read_attempts(found: Found, key: str) -> list[Attempt]:
-    """Read what a student handed in, best first. What can't be read is no attempt where something else can."""
+    """Read what a student handed in, best first. What can't be read is no attempt where something else can.
+
+    Raises RuntimeError where looking for it has failed.
+    """
+    if found.failure:
+        raise RuntimeError(found.failure)
     if found.obstacle:
         return [_unreadable(found.files[0], found.obstacle)]
     likely = rivals(found.files)
@@ -103,6 +109,28 @@ def made_from(assignment: Assignment, student: str) -> dict[str, Any]:
     """Return what else than the submission decides the points: the versions of qdot's parts, and the assignment."""
     content = f"{assignment.edition_of(student)}/{assignment.marking}"
     return {"engine": ENGINE, "grader": GRADER, "assignment": hashlib.sha256(content.encode()).hexdigest()[:16]}
+
+
+def grade_safely(
+    assignment: Assignment, student: str, attempt: Attempt | None, sandbox: Sandbox, copies: Copies,
+    kept_text: str | None = None,
+) -> Marked:  # fmt: skip
+    """Grade one notebook, as `grade_attempt` does; whatever fails in it, in whatever way, leaves this one UNGRADED.
+
+    Raises QdotError where the machine runs no notebook at all: that is nobody's submission, and is told once.
+    """
+    try:
+        return grade_attempt(assignment, student, attempt, sandbox, copies, kept_text)
+    except Exception as error:  # our own failure must neither become a mark nor stop the class
+        if isinstance(error, QdotError):
+            sandbox.run((), ())
+        return ungraded(assignment, student, attempt, told(error))
+
+
+def told(error: Exception) -> str:
+    """Return an exception in words, on one line of no great length."""
+    said = str(error) if isinstance(error, QdotError) else f"{type(error).__name__}: {error}"
+    return " ".join(said.split())[:300]
 
 
 def grade_attempt(

@@ -318,7 +318,7 @@ def _grade(
         earlier = earlier_results(assignment)
         results = _results(assignment, looked.found, assignment.roster, jobs, limits, executor, write_page)
         with progress("writing feedback", len(results)) as counter:
-            write_reports(assignment, results, min(jobs, len(results)), counter.step)
+            results = write_reports(assignment, results, min(jobs, len(results)), counter.step)
     _tell_notes(results)
     for said in without_answers(assignment, read_overrides(assignment), _groups_of(results)):
         note(said)
