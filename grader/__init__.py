@@ -17,6 +17,7 @@ The map, from the bottom up: nothing here imports what stands below it.
     similar, groups                 answers compared as they are written; the key of equal wrong answers
     marking                         a student's answers to a problem
     prairielearn                    what an exported PrairieLearn question calls
+    own_folder                      temporary folders that no killed process leaves behind
     sandbox, guarantees             the grader's side of `contained`; what this machine guarantees, by a probe
     cells, archives                 a file as cells; zip and tar archives, within limits
     layouts, roster, submission     how platforms name what was handed in; whose it is; what may be graded

@@ -173,7 +173,8 @@ def _run(sandbox: Sandbox, cells: Sequence[str], names: Sequence[str], asked: Ma
         if lost == 2:
             break
     if lost < 2 or sandbox.run((), ()).end != "done":  # no memory, no disk: no notebook's doing
-        raise RuntimeError("the process that runs notebooks ends by itself; is there memory, and room on the disk?")
+        why = f" ({sandbox.unbegun})" if sandbox.unbegun else "; is there memory, and room on the disk?"
+        raise RuntimeError(f"the process that runs notebooks ends by itself{why}")
     return run
 
 

@@ -418,7 +418,7 @@ def test_a_file_that_was_tidied_away_before_it_was_locked_is_begun_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begun: list[Path] = []
-    lock = files._lock
+    lock = files.lock
 
     def late(handle: int, **how: bool) -> None:
         begun.append(max(tmp_path.glob(".a.txt.*.tmp"), key=lambda path: path.stat().st_ctime_ns))
@@ -426,7 +426,7 @@ def test_a_file_that_was_tidied_away_before_it_was_locked_is_begun_again(
             begun[0].unlink()
         lock(handle, **how)
 
-    monkeypatch.setattr(files, "_lock", late)
+    monkeypatch.setattr(files, "lock", late)
     files.write_atomically(tmp_path / "a.txt", "whole")
     assert len(begun) == 2
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]

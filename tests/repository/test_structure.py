@@ -34,8 +34,8 @@ LAYERS = {
         overview commands""",
     "grader": """verdict counterexample contained function_values answer formulas choices direction functions reading
         parts compare credit residuals numbers finished rounded pairs set_mistakes diagnosis advice follow similar
-        groups marking prairielearn sandbox guarantees cells archives layouts roster submission finding uncounted
-        notebook copies overrides attempt settle remote cluster batch single history
+        groups marking prairielearn own_folder sandbox guarantees cells archives layouts roster submission finding
+        uncounted notebook copies overrides attempt settle remote cluster batch single history
         certificates sharing certify check statistics variants reports nbgrader_cells demo commands
         pytest_plugin nbgrader_plugin gradescope outlets site docs cli""",
 }
