@@ -4,6 +4,7 @@ import contextlib
 import ctypes
 import os
 import re
+import stat
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -30,12 +31,31 @@ def write_atomically(path: Path, content: str | bytes, mode: int = 0o644, *, las
 
     It is on the disk before it has the name, and has the name for good before this returns, whatever fails then. Where
     that need not be `lasting`, as a rerun makes it anew, nobody waits for the disk (see `made_lasting`).
+
+    A link stays, and what it leads to is written. A device, a pipe or /dev/stdout is written in place: a file that took
+    its name would take its place for every program on the machine.
     """
     try:
         data = content.encode("utf-8", "replace") if isinstance(content, str) else content
-        _write_and_rename(path, data, mode, lasting)
+        if _is_in_place(path):
+            with path.open("wb") as file:
+                file.write(data)
+        else:
+            _write_and_rename(Path(os.path.realpath(path)) if path.is_symlink() else path, data, mode, lasting)
     except OSError as error:
         raise cannot_write(path, error) from None
+
+
+def _is_in_place(path: Path) -> bool:
+    """Tell whether a path is of a device, a pipe, a socket, or of a file that some process has open (/dev/fd/1)."""
+    try:
+        kind = path.stat().st_mode
+    except FileNotFoundError:
+        return False
+    if not stat.S_ISREG(kind):
+        return not stat.S_ISDIR(kind)
+    beside = [path.parent, *([path.parent / path.readlink().parent] if path.is_symlink() else [])]
+    return any(os.path.realpath(folder).startswith(("/proc/", "/dev/fd")) for folder in beside)
 
 
 def _write_and_rename(path: Path, data: bytes, mode: int, lasting: bool) -> None:

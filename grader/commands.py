@@ -19,7 +19,6 @@ from exercises.console import VariationOption, note, progress, say
 from exercises.drawing import GivenUp, raise_left_out, redrawn_since
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
-from exercises.files import write_atomically
 from exercises.generation import family_named
 from exercises.problem import ProblemId
 from exercises.release import CORES, Released, notebook_path, release
@@ -165,7 +164,10 @@ def _tasks_of_folder(folder: Path) -> list[Task]:
 def check(
     notebook: Annotated[Path, typer.Argument(metavar="NOTEBOOK", help="Your notebook.")],
     report: Annotated[
-        str, typer.Option(metavar="github=PATH", help="Also write a job summary of GitHub Actions, with annotations.")
+        str,
+        typer.Option(
+            metavar="github=PATH", help="Also write a job summary of GitHub Actions, with annotations; - is stdout."
+        ),
     ] = "",
 ) -> None:
     """Show what will be read from each answer of a notebook.
@@ -184,9 +186,10 @@ def check(
     for row in rows:
         say(f"{'ok ' if row.readable else '-- '} {row.part}: {row.said}")
     if summary:
+        from grader.reports.formats import write_out
         from grader.reports.github import check_annotations, check_summary
 
-        write_atomically(Path(summary), check_summary(checked))
+        write_out(summary, check_summary(checked))
         annotations = check_annotations(notebook, checked)
         if annotations:
             say(annotations)
