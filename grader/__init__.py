@@ -3,6 +3,7 @@
 The map, from the bottom up: nothing here imports what stands below it.
 
     verdict, counterexample         outcomes and points; where an answer differs, in words
+    clock                           budgets of processor time
     contained/                      all that is in the process in which students' code runs
     function_values, answer         what Python functions return, and where; an answer, read once, or why it is none
     formulas, choices, direction    one answer against its reference: formulas and sets; letters; vectors up to a factor

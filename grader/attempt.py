@@ -14,6 +14,7 @@ from exercises.errors import QdotError
 from exercises.problem import ENGINE, Problem
 from exercises.store import kept
 from grader.cells import Unreadable, plain
+from grader.clock import Allowance
 from grader.copies import Copies
 from grader.finding import Answers, find_answers
 from grader.function_values import asked_of
@@ -24,7 +25,7 @@ from grader.submission import Found, Note, Submission, oddities, read_submission
 from grader.uncounted import without_self_checks
 from grader.verdict import Outcome, Verdict
 
-GRADER = 7
+GRADER = 8
 """Version of the grader: any change of what a submission earns, or of what is kept of it, raises it."""
 
 Marked = dict[str, Any]
@@ -188,13 +189,14 @@ def _marked(
 ) -> Marked:  # fmt: skip
     marked: list[dict[str, Any]] = []
     of_another = submission is not None and submission.claims.get("student") not in (None, student)
-    credit = Fraction(0) if of_another else assignment.follow_through
+    credit, allowance = Fraction(0) if of_another else assignment.follow_through, Allowance()
     for slot, problem in problems:
         reasons = {part.name: obstacle or found.reason(slot, part.name) for part in problem.parts}
         verdicts = mark(
             problem, found.of(slot, problem), reasons, secret=assignment.secret,
             points_seed=_points_seed(assignment, submission), credit=credit,
             is_copied=partial(copies.is_right_for_another, problem, slot), oftener=assignment.oftener,
+            allowance=allowance,
         )  # fmt: skip
         marked.append({"id": str(problem.id), "slot": slot, "parts": [_of_part(slot, verdict) for verdict in verdicts]})
     return {

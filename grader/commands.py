@@ -1,5 +1,6 @@
 """The commands for a class: generate, verify, check, compare, grade, doctor, demo."""
 
+import io
 import json
 import platform
 import sys
@@ -27,7 +28,7 @@ from grader.batch import WritePage, alone, cache_of, grade_class, share_of
 from grader.certificates import Kind
 from grader.certify import CERTIFIER, Task, former_students, record_of, tasks_of, unknown_files
 from grader.cluster import connected
-from grader.compare import TYPES, as_json, compare_line, likely_type
+from grader.compare import TYPES, as_json, compare_lines, likely_type
 from grader.compare import compare as compare_texts
 from grader.marking import number
 from grader.overrides import OVERRIDES, read_overrides, without_answers
@@ -215,9 +216,12 @@ def compare(
     It says how sure it is. Example: qdot compare "a1*a2*s2" "a1*a2*sin(theta2)"
     """
     if batch:
-        for number, line in enumerate(_lines(batch), 1):
-            if line.strip():
-                say(json.dumps(compare_line(line, number), ensure_ascii=False))
+        refused: list[str] = []
+        for answer in compare_lines(_lines(batch), refused):
+            say(answer)
+        if refused:
+            more = f", and {len(refused) - 1} more lines are no requests" if len(refused) > 1 else ""
+            raise QdotError(f"{refused[0]}{more}; all others were compared")
         return
     if not reference:
         raise QdotError("compare takes two texts, STUDENT and REFERENCE, or --batch FILE.jsonl")
@@ -229,12 +233,14 @@ def compare(
 
 def _lines(batch: str) -> Iterable[str]:
     if batch == "-":
+        if isinstance(sys.stdin, io.TextIOWrapper):
+            sys.stdin.reconfigure(errors="surrogateescape")
         yield from sys.stdin
         return
     try:
-        with Path(batch).open(encoding="utf-8") as file:
+        with Path(batch).open(encoding="utf-8", errors="surrogateescape") as file:
             yield from file
-    except (OSError, UnicodeDecodeError) as error:
+    except OSError as error:
         raise QdotError(f"{batch} can't be read: {error}") from None
 
 

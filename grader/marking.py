@@ -6,11 +6,14 @@ from dataclasses import replace
 from fractions import Fraction
 from typing import TypeVar
 
+import numpy as np
+
 from exercises.mistakes.catalogue import NO_OFTENER, Oftener
 from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
 from grader.advice import advise
 from grader.answer import Given
+from grader.clock import Allowance, Budget, Overlong
 from grader.credit import credited
 from grader.diagnosis import Cause, diagnose
 from grader.follow import Followed, IsCopied, follow, nothing_copied
@@ -24,6 +27,7 @@ CREDIT = Fraction(4, 5)
 """The share of its points that a part earns by what follows from a wrong earlier answer, if nothing else is said."""
 
 
+@np.errstate(all="ignore")  # what overflows in an answer is judged, and is no news for the staff
 def mark(
     problem: Problem,
     answers: Mapping[str, str],
@@ -34,13 +38,16 @@ def mark(
     credit: Fraction = CREDIT,
     is_copied: IsCopied = nothing_copied,
     oftener: Oftener = NO_OFTENER,
+    allowance: Allowance | None = None,
 ) -> list[Verdict]:
     """Return a verdict for each part; `answers` and `reasons` (why there is none) are by the name of the part.
 
     A part that follows from the student's own wrong answer to an earlier one earns `credit` of its points, unless that
     answer `is_copied`. What goes wrong in our own code is UNGRADED: it is told loudly, and is no mark. Points at which
     answers are compared are drawn from `secret` and the answer; without one, a secret is drawn, and no answer has a
-    group, whose key depends on it. `oftener` is what is known of mistakes that a class makes more.
+    group, whose key depends on it. `oftener` is what is known of mistakes that a class makes more. Of the `allowance`,
+    what is left is for other problems: an answer that takes too long to judge is UNGRADED, and where it takes too long
+    to find out what is behind a wrong one, nothing is told of it.
 
     >>> from exercises import generate
     >>> mark(generate("polar-rp/1", ["determinant"]), {"determinant": "d2 + 0.7"}, secret="s")
@@ -49,6 +56,7 @@ def mark(
     texts = {part.name: answers[part.name] for part in problem.parts if part.name in answers}
     drawn = secrets.token_hex(16) if secret is None else secret
     seeds = {name: f"{drawn}/{problem.id}/{name}/{text}" for name, text in texts.items()}
+    time = allowance or Allowance()
     own: dict[str, Given] = {}
     judged: dict[str, Judgement] = {}
     for part in problem.parts:
@@ -56,32 +64,40 @@ def mark(
             judged[part.name] = missing((reasons or {}).get(part.name, "no answer was found for this part"))
             continue
         try:
-            own[part.name] = read_answer(problem, part, texts[part.name], points_seed)
-            judgement = judge_given(problem, part, own[part.name], seeds[part.name])
-            judged[part.name] = credited(problem, part, judgement, own[part.name], seeds[part.name])
+            with time.judging.spent():
+                own[part.name] = read_answer(problem, part, texts[part.name], points_seed)
+                judgement = judge_given(problem, part, own[part.name], seeds[part.name])
+                judged[part.name] = credited(problem, part, judgement, own[part.name], seeds[part.name])
+        except Overlong:
+            judged[part.name] = _overlong(time.judging)
         except Exception as error:  # our own failure, whatever it is, must not become a mark
             judged[part.name] = _failed(error)
     wrong = [name for name, judgement in judged.items() if judgement.outcome in NOT_RIGHT]
     verdicts: list[Verdict] = []
     causes: list[Cause] = []
     for part in problem.parts:
-        name, judgement = part.name, judged[part.name]
+        name = part.name
         diagnosis, followed, group = None, None, None
-        if name in wrong:
-            before = [other for other in wrong if _is_before(problem, other, name)]
-            followed = (
-                _safely(follow, problem, part, own, before, seeds[name], is_copied) if credit and before else None
-            )
+        before = [other for other in wrong if _is_before(problem, other, name)]
+        if name in wrong and credit and before:
+            try:
+                with time.judging.spent():
+                    followed = _safely(follow, problem, part, own, before, seeds[name], is_copied)
+            except Overlong:  # it may have earned more
+                judged[name] = _overlong(time.judging)
+        judgement = judged[name]
+        if judgement.outcome in NOT_RIGHT:
+            about = (problem, part, own[name], seeds[name])
             if followed is None or followed.judgement.outcome is not Outcome.CORRECT:
-                diagnosis = _safely(diagnose, problem, part, own[name], seeds[name], tuple(causes), oftener)
+                diagnosis = _looked(time.looking, diagnose, *about, tuple(causes), oftener)
                 behind = diagnosis
                 if diagnosis is None:
-                    diagnosis = _safely(advise, problem, part, own[name], seeds[name])
+                    diagnosis = _looked(time.looking, advise, *about)
                 if diagnosis is not None and diagnosis.cause is not None:
                     causes.append(Cause(*diagnosis.cause, name, ASKED[part.kind].title))
             else:
-                behind = _safely(diagnose, problem, part, own[name], seeds[name], (), oftener)
-            group = None if secret is None else _safely(group_of, problem, part, own[name], behind, secret)
+                behind = _looked(time.looking, diagnose, *about, (), oftener)
+            group = None if secret is None else _looked(time.looking, group_of, *about[:3], behind, secret)
         shown = SHOWN if name in texts and is_table(texts[name]) else texts.get(name)
         verdicts.append(replace(verdict(part, judgement, shown, diagnosis, followed, credit), group=group))
     return verdicts
@@ -159,6 +175,23 @@ def _safely(look: Callable[..., Found], *about: object) -> Found | None:
         return look(*about)
     except Exception:
         return None
+
+
+def _looked(budget: Budget, look: Callable[..., Found], *about: object) -> Found | None:
+    """Return what is found out within a budget, None where nothing is left of it."""
+    try:
+        with budget.spent():
+            return _safely(look, *about)
+    except Overlong:
+        return None
+
+
+def _overlong(budget: Budget) -> Judgement:
+    reason = (
+        f"to judge the answers of this notebook takes longer than {budget.seconds:g} s of processor time; this one has "
+        "no mark yet, tell your instructor"
+    )
+    return Judgement(Outcome.UNGRADED, 0.0, reason)
 
 
 def _failed(error: Exception) -> Judgement:
