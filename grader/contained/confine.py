@@ -12,7 +12,7 @@ import resource
 import signal
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -144,13 +144,15 @@ def fresh_folder(measures: Measures, parent: str) -> str:
     return folder
 
 
-def is_overdrawn(folder: str, pid: int) -> bool:
+def is_overdrawn(measures: Measures, folder: str, pid: int) -> bool:
     """Tell whether a notebook has written more into its folder than it may, or has put it where nobody can count it.
 
     What it has removed and still holds open lies in no folder; it is known by what the process has written to disks.
     """
     try:
-        if _written_by(pid) > DISK:
+        with _as_its_user(measures):
+            written = _written_by(pid)
+        if written > DISK:
             return True
         size = number = 0
         left = [(folder, 0)]
@@ -170,6 +172,22 @@ def is_overdrawn(folder: str, pid: int) -> bool:
     except OSError:
         return True
     return False
+
+
+@contextlib.contextmanager
+def _as_its_user(measures: Measures) -> Iterator[None]:
+    """Be a notebook's user while the block lasts: only that one may ask, and root where it may trace everybody."""
+    is_another = measures.user is not None and measures.holds("user")
+    if is_another:
+        assert measures.user is not None
+        os.setegid(measures.user)
+        os.seteuid(measures.user)
+    try:
+        yield
+    finally:
+        if is_another:
+            os.seteuid(0)
+            os.setegid(0)
 
 
 def _size(entry: os.DirEntry[str]) -> int:

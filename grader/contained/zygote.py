@@ -194,7 +194,7 @@ def _watch(control: socket.socket, measures: Measures, child: _Child) -> None:
     """
     is_counted = measures.holds("quota") and not measures.holds("namespaces")
     while is_counted and not select.select([control], [], [], EVERY)[0]:
-        if confine.is_overdrawn(child.folder, child.pid):
+        if confine.is_overdrawn(measures, child.folder, child.pid):
             with contextlib.suppress(OSError):
                 os.kill(child.pid, signal.SIGKILL)
 

@@ -4,6 +4,7 @@ What a kernel refuses is refused by a filter of system calls, as Docker's is, wh
 inherits. Only root can become another user; Python is made readable for that one in a namespace of mounts.
 """
 
+import contextlib
 import os
 import platform
 import struct
@@ -15,6 +16,9 @@ from pathlib import Path
 from grader.contained import kernel
 
 NOBODY = 65534
+DOCKERS_ROOT = 0
+KEPT = {0, 1, 3, 4, 5, 6, 7, 8, 10, 13, 18, 27, 29, 31}
+"""The capabilities that root has in Docker, if nothing else is said; to mount, or to look into processes, is not one."""
 
 CALLS: dict[str, tuple[tuple[int, int], ...]] = {  # on x86_64, on aarch64
     "namespaces": ((272, 97), (308, 268), (165, 40), (166, 39), (155, 41), (442, 442)),
@@ -52,7 +56,12 @@ def run_on(
     """Run a program of Python where the kernel refuses some measures, as another user if one is given."""
 
     def become() -> None:
-        if user is not None:
+        if user == DOCKERS_ROOT:
+            _show_python()
+            for number in set(range(64)) - KEPT:
+                with contextlib.suppress(OSError):  # there are no more
+                    kernel.prctl(kernel.PR_CAPBSET_DROP, number)
+        elif user is not None:
             _show_python()
             os.setgroups([])
             os.setresgid(user, user, user)
