@@ -29,7 +29,7 @@ PROMISES = {
 """What is guaranteed, of a notebook."""
 
 MEANS = {
-    "files": ("namespaces", "landlock", "user", "watch"),
+    "files": ("namespaces", "landlock", "user", "quota", "watch"),
     "network": ("namespaces", "seccomp", "landlock", "watch"),
     "processes": ("seccomp", "namespaces", "limits", "watch"),
     "memory": ("limits", "seccomp", "namespaces"),
@@ -40,6 +40,7 @@ MEANS = {
 
 SAID = {
     "namespaces": "namespaces", "landlock": "Landlock", "seccomp": "seccomp", "user": "not root",
+    "quota": "what is written is counted",
     "privileges": "no_new_privs, no capabilities", "limits": "rlimits", "watch": "audit hook",
 }  # fmt: skip
 """How the measures are called."""
@@ -130,7 +131,10 @@ ENDS = {True: ("done", "overtime"), False: ("killed", "overtime")}
 
 
 def _guarantee(name: str, achieved: list[str], lacking: dict[str, str]) -> Guarantee:
-    means = tuple(SAID[measure] for measure in MEANS[name] if measure not in lacking)
+    taken = [measure for measure in MEANS[name] if measure not in lacking]
+    if "namespaces" not in lacking and "quota" in taken:
+        taken.remove("quota")  # a file system of its own holds no more
+    means = tuple(SAID[measure] for measure in taken)
     watched = name in WATCHED and "watch" not in lacking
     by = KERNEL if not achieved else PYTHON if watched else MISSING
     return Guarantee(name, PROMISES[name], by, means, tuple(achieved))

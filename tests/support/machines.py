@@ -18,7 +18,7 @@ from grader.contained import kernel
 NOBODY = 65534
 DOCKERS_ROOT = 0
 KEPT = {0, 1, 3, 4, 5, 6, 7, 8, 10, 13, 18, 27, 29, 31}
-"""The capabilities that root has in Docker, if nothing else is said; to mount, or to look into processes, is not one."""
+"""The capabilities that root has in Docker, if nothing else is said; to mount, or to look into processes, is none."""
 
 CALLS: dict[str, tuple[tuple[int, int], ...]] = {  # on x86_64, on aarch64
     "namespaces": ((272, 97), (308, 268), (165, 40), (166, 39), (155, 41), (442, 442)),
