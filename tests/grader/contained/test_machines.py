@@ -218,3 +218,21 @@ def test_leftovers_that_are_hard_to_remove_stop_no_start(tmp_path: Path, monkeyp
 
     monkeypatch.setattr(folders, "remove", fail)
     assert Path(own_folder("qdot-own-").path).is_dir() and left.exists()
+
+
+# --- a machine on which nothing works ---
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can put a file in the place of a device")
+def test_what_ended_the_probe_is_told(tmp_path: Path) -> None:
+    """As after `--report github=/dev/null` as root, when a report took the place of the device."""
+    (tmp_path / "null").touch()
+    program = (
+        "import sys; from grader.contained import kernel; from grader.cli import app\n"
+        "kernel.unshare(kernel.NEWNS); kernel.mount(None, '/', None, kernel.MS_REC | kernel.MS_PRIVATE)\n"
+        f"kernel.mount({str(tmp_path / 'null')!r}, '/dev/null', None, kernel.MS_BIND); app(['doctor'])"
+    )
+    done = run_on([], ["-c", program])
+    assert done.returncode == 2
+    assert done.stderr.startswith("qdot: the sandbox of this machine does not work, its probe ended early (unbegun: ")
+    assert "'/dev/null'" in done.stderr and len(done.stderr.splitlines()) == 1
