@@ -158,17 +158,14 @@ def is_overdrawn(measures: Measures, folder: str, pid: int) -> bool:
         left = [(folder, 0)]
         while left:
             path, depth = left.pop()
-            with os.scandir(path) as entries:
-                for entry in entries:
-                    number += 1
-                    if entry.is_dir(follow_symlinks=False):
-                        left.append((entry.path, depth + 1))
-                    else:
-                        size += _size(entry)
-                    if size > DISK or number > FILES or depth > DEPTH:
-                        return True
-    except FileNotFoundError:
-        return False  # it is at work there; it is counted again
+            for entry in _entries(path):
+                number += 1
+                if entry.is_dir(follow_symlinks=False):
+                    left.append((entry.path, depth + 1))
+                else:
+                    size += _size(entry)
+                if size > DISK or number > FILES or depth > DEPTH:
+                    return True
     except OSError:
         return True
     return False
@@ -188,6 +185,13 @@ def _as_its_user(measures: Measures) -> Iterator[None]:
         if is_another:
             os.seteuid(0)
             os.setegid(0)
+
+
+def _entries(path: str) -> list[os.DirEntry[str]]:
+    """Return what is in a folder; nothing where it is gone by now, as the notebook is at work there."""
+    with contextlib.suppress(FileNotFoundError), os.scandir(path) as entries:
+        return list(entries)
+    return []
 
 
 def _size(entry: os.DirEntry[str]) -> int:
