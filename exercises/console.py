@@ -24,11 +24,11 @@ VariationOption = Annotated[str, _variation(f"what the id says, else {DEFAULT}")
 BankVariationOption = Annotated[str, _variation("what assignment.toml says")]
 SiteVariationOption = Annotated[str, _variation("one step after the other, or what assignment.toml says")]
 
-_CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]")
+_CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 
 
 def printable(text: str) -> str:
-    r"""Return the text with what would control a terminal, or turn the direction of the text, written out.
+    r"""Return the text with what would control a terminal, turn the direction of the text, or is no text, written out.
 
     >>> print(printable("name\x1b[2J"))
     name\u001b[2J

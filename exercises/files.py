@@ -1,14 +1,13 @@
-"""Writing files so that nobody ever sees half of one, and temporary folders that no killed process leaves behind."""
+"""Writing files so that nobody ever sees half of one."""
 
 import contextlib
 import ctypes
 import os
 import re
-import shutil
+import stat
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 from exercises.errors import QdotError
@@ -32,12 +31,31 @@ def write_atomically(path: Path, content: str | bytes, mode: int = 0o644, *, las
 
     It is on the disk before it has the name, and has the name for good before this returns, whatever fails then. Where
     that need not be `lasting`, as a rerun makes it anew, nobody waits for the disk (see `made_lasting`).
+
+    A link stays, and what it leads to is written. A device, a pipe or /dev/stdout is written in place: a file that took
+    its name would take its place for every program on the machine.
     """
     try:
         data = content.encode("utf-8", "replace") if isinstance(content, str) else content
-        _write_and_rename(path, data, mode, lasting)
+        if _is_in_place(path):
+            with path.open("wb") as file:
+                file.write(data)
+        else:
+            _write_and_rename(Path(os.path.realpath(path)) if path.is_symlink() else path, data, mode, lasting)
     except OSError as error:
         raise cannot_write(path, error) from None
+
+
+def _is_in_place(path: Path) -> bool:
+    """Tell whether a path is of a device, a pipe, a socket, or of a file that some process has open (/dev/fd/1)."""
+    try:
+        kind = path.stat().st_mode
+    except FileNotFoundError:
+        return False
+    if not stat.S_ISREG(kind):
+        return not stat.S_ISDIR(kind)
+    beside = [path.parent, *([path.parent / path.readlink().parent] if path.is_symlink() else [])]
+    return any(os.path.realpath(folder).startswith(("/proc/", "/dev/fd")) for folder in beside)
 
 
 def _write_and_rename(path: Path, data: bytes, mode: int, lasting: bool) -> None:
@@ -111,7 +129,7 @@ def _begun(path: Path) -> tuple[int, str]:
     while True:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=_prefix(path), suffix=".tmp")
         with contextlib.suppress(OSError):  # a disk that knows no locks: nobody else gets one there, either
-            _lock(handle)
+            lock(handle)
         if os.fstat(handle).st_nlink:
             return handle, name
         os.close(handle)  # somebody who was tidying up had it before it was locked
@@ -121,7 +139,7 @@ def _prefix(path: Path) -> str:
     return f".{path.name[:40]}."
 
 
-def _lock(handle: int, *, wait: bool = True) -> None:
+def lock(handle: int, *, wait: bool = True) -> None:
     """Lock an open file; the system lets go of it when the file is closed, or the process ends. Raises OSError."""
     import fcntl
 
@@ -156,50 +174,7 @@ def _remove_unless_locked(path: Path) -> None:
     with contextlib.suppress(OSError):
         handle = os.open(path, os.O_RDWR)
         try:
-            _lock(handle, wait=False)
+            lock(handle, wait=False)
             path.unlink()
         finally:
             os.close(handle)
-
-
-# --- temporary folders, and those of processes that were killed ---
-
-
-@dataclass(frozen=True)
-class OwnFolder:
-    """A temporary folder, locked for as long as this process has it open."""
-
-    path: str
-    handle: int
-
-    def remove(self) -> None:
-        """Remove the folder with all that is in it."""
-        shutil.rmtree(self.path, ignore_errors=True)
-        with contextlib.suppress(OSError):
-            os.close(self.handle)
-
-
-def own_folder(prefix: str) -> OwnFolder:
-    """Return a new temporary folder, and remove those with such a name whose processes were killed."""
-    for path in Path(tempfile.gettempdir()).glob(f"{prefix}*"):
-        with contextlib.suppress(OSError):
-            _remove_folder_unless_locked(path)
-    while True:
-        folder = tempfile.mkdtemp(prefix=prefix)
-        with contextlib.suppress(FileNotFoundError):  # somebody who was tidying up had it before it was locked
-            handle = os.open(folder, os.O_RDONLY)
-            with contextlib.suppress(OSError):  # a disk that knows no locks: nobody else gets one there, either
-                _lock(handle)
-            if Path(folder).is_dir():
-                return OwnFolder(folder, handle)
-            os.close(handle)
-
-
-def _remove_folder_unless_locked(path: Path) -> None:
-    handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-    try:
-        if os.fstat(handle).st_uid == os.geteuid():
-            _lock(handle, wait=False)
-            shutil.rmtree(path, ignore_errors=True)
-    finally:
-        os.close(handle)

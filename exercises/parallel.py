@@ -12,6 +12,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing, contextmanager, suppress
 from multiprocessing import connection, forkserver, resource_tracker
 from multiprocessing.process import BaseProcess
+from multiprocessing.util import Finalize
 from typing import Any, NoReturn, TypeVar
 
 from exercises.errors import QdotError
@@ -179,6 +180,7 @@ def _begin(setup: Callable[..., object], arguments: tuple[Any, ...]) -> None:
     signal.signal(signal.SIGTERM, _terminated)
     threading.Thread(target=_follow_parent, daemon=True).start()
     _state = setup(*arguments)
+    Finalize(None, _close, (_state,), exitpriority=10)  # when there is no more to do
 
 
 def _work_here(work: Callable[[Any, Item], Made], item: Item) -> Made:

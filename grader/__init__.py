@@ -3,7 +3,7 @@
 The map, from the bottom up: nothing here imports what stands below it.
 
     verdict, counterexample         outcomes and points; where an answer differs, in words
-    levels                          how much of that a student is told
+    levels, clock                   how much of that a student is told; budgets of processor time
     contained/                      all that is in the process in which students' code runs
     function_values, answer         what Python functions return, and where; an answer, read once, or why it is none
     formulas, choices, direction    one answer against its reference: formulas and sets; letters; vectors up to a factor
@@ -18,6 +18,7 @@ The map, from the bottom up: nothing here imports what stands below it.
     similar, groups                 answers compared as they are written; the key of equal wrong answers
     marking                         a student's answers to a problem
     prairielearn                    what an exported PrairieLearn question calls
+    own_folder                      temporary folders that no killed process leaves behind
     sandbox, guarantees             the grader's side of `contained`; what this machine guarantees, by a probe
     cells, archives                 a file as cells; zip and tar archives, within limits
     layouts, roster, submission     how platforms name what was handed in; whose it is; what may be graded

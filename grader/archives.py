@@ -13,7 +13,6 @@ import os
 import stat
 import struct
 import tarfile
-import tempfile
 import time
 import unicodedata
 import zipfile
@@ -23,6 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from grader.cells import INSTEAD, LARGEST, Unreadable, plain
+from grader.own_folder import own_folder
 
 MOST_FILES = 10_000
 """Files in an archive that a student hands in."""
@@ -135,13 +135,13 @@ def unpacked(path: Path) -> Iterator[tuple[Path, list[str]]]:
 
     Raises Unreadable.
     """
-    with tempfile.TemporaryDirectory(prefix="qdot-submissions-") as folder:
+    with own_folder("qdot-submissions-") as folder:
         try:
             with zipfile.ZipFile(path) as archive:
-                left_out = _unpack(archive, Path(folder))
+                left_out = _unpack(archive, folder)
         except BROKEN as error:
             raise Unreadable(f"{path} can't be unpacked: {error}") from None
-        yield Path(folder), left_out
+        yield folder, left_out
 
 
 def _unpack(archive: zipfile.ZipFile, folder: Path) -> list[str]:

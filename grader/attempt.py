@@ -10,9 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from exercises.assignment import Assignment
+from exercises.errors import QdotError
 from exercises.problem import ENGINE, Problem
 from exercises.store import kept
 from grader.cells import Unreadable, plain
+from grader.clock import Allowance
 from grader.copies import Copies
 from grader.finding import Answers, find_answers
 from grader.function_values import asked_of
@@ -23,7 +25,7 @@ from grader.submission import Found, Note, Submission, oddities, read_submission
 from grader.uncounted import without_self_checks
 from grader.verdict import Outcome, Verdict
 
-GRADER = 8
+GRADER = 9
 """Version of the grader: any change of what a submission earns, or of what is kept of it, raises it."""
 
 Marked = dict[str, Any]
@@ -58,7 +60,12 @@ class Attempt:
 
 
 def read_attempts(found: Found, key: str) -> list[Attempt]:
-    """Read what a student handed in, best first. What can't be read is no attempt where something else can."""
+    """Read what a student handed in, best first. What can't be read is no attempt where something else can.
+
+    Raises RuntimeError where looking for it has failed.
+    """
+    if found.failure:
+        raise RuntimeError(found.failure)
     if found.obstacle:
         return [_unreadable(found.files[0], found.obstacle)]
     likely = rivals(found.files)
@@ -105,6 +112,28 @@ def made_from(assignment: Assignment, student: str) -> dict[str, Any]:
     return {"engine": ENGINE, "grader": GRADER, "assignment": hashlib.sha256(content.encode()).hexdigest()[:16]}
 
 
+def grade_safely(
+    assignment: Assignment, student: str, attempt: Attempt | None, sandbox: Sandbox, copies: Copies,
+    kept_text: str | None = None,
+) -> Marked:  # fmt: skip
+    """Grade one notebook, as `grade_attempt` does; whatever fails in it, in whatever way, leaves this one UNGRADED.
+
+    Raises QdotError where the machine runs no notebook at all: that is nobody's submission, and is told once.
+    """
+    try:
+        return grade_attempt(assignment, student, attempt, sandbox, copies, kept_text)
+    except Exception as error:  # our own failure must neither become a mark nor stop the class
+        if isinstance(error, QdotError):
+            sandbox.run((), ())
+        return ungraded(assignment, student, attempt, told(error))
+
+
+def told(error: Exception) -> str:
+    """Return an exception in words, on one line of no great length."""
+    said = str(error) if isinstance(error, QdotError) else f"{type(error).__name__}: {error}"
+    return " ".join(said.split())[:300]
+
+
 def grade_attempt(
     assignment: Assignment, student: str, attempt: Attempt | None, sandbox: Sandbox, copies: Copies,
     kept_text: str | None = None,
@@ -145,7 +174,8 @@ def _run(sandbox: Sandbox, cells: Sequence[str], names: Sequence[str], asked: Ma
         if lost == 2:
             break
     if lost < 2 or sandbox.run((), ()).end != "done":  # no memory, no disk: no notebook's doing
-        raise RuntimeError("the process that runs notebooks ends by itself; is there memory, and room on the disk?")
+        why = f" ({sandbox.unbegun})" if sandbox.unbegun else "; is there memory, and room on the disk?"
+        raise RuntimeError(f"the process that runs notebooks ends by itself{why}")
     return run
 
 
@@ -159,13 +189,14 @@ def _marked(
 ) -> Marked:  # fmt: skip
     marked: list[dict[str, Any]] = []
     of_another = submission is not None and submission.claims.get("student") not in (None, student)
-    credit = Fraction(0) if of_another else assignment.follow_through
+    credit, allowance = Fraction(0) if of_another else assignment.follow_through, Allowance()
     for slot, problem in problems:
         reasons = {part.name: obstacle or found.reason(slot, part.name) for part in problem.parts}
         verdicts = mark(
             problem, found.of(slot, problem), reasons, secret=assignment.secret,
             points_seed=_points_seed(assignment, submission), credit=credit,
             is_copied=partial(copies.is_right_for_another, problem, slot), oftener=assignment.oftener,
+            allowance=allowance,
         )  # fmt: skip
         marked.append({"id": str(problem.id), "slot": slot, "parts": [_of_part(slot, verdict) for verdict in verdicts]})
     return {

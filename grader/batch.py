@@ -18,7 +18,8 @@ from exercises.assignment import Assignment, Student
 from exercises.errors import QdotError
 from exercises.files import cannot_write, made_lasting, make_folder, tidied, write_atomically
 from exercises.parallel import ordered_map
-from grader.attempt import Attempt, Marked, grade_attempt, is_graded, made_from, read_attempts, ungraded
+from grader.attempt import Attempt, Marked, grade_safely, is_graded, made_from, read_attempts, told, ungraded
+from grader.cells import plain
 from grader.copies import Copies
 from grader.overrides import Overrides, read_overrides
 from grader.remote import Order, brief_of, graded_by, order_of
@@ -80,7 +81,7 @@ def grade_class(
         if executor is not None:
             _grade_elsewhere(shelf, tasks, executor, room, settled)
         else:
-            lost = partial(_lost, assignment) if jobs else None
+            lost = partial(_failed, assignment) if jobs else None
             context = (shelf, overrides, write_page)
             with contextlib.closing(ordered_map(_grade, tasks, jobs, _Context, context, lost)) as every:
                 for place, handed_in in enumerate(every):
@@ -190,7 +191,11 @@ class _Context:
 
 def _settled(assignment: Assignment, student: Student, handed_in: Sequence[Graded], overrides: Overrides) -> Result:
     of_student = overrides.of_students.get(student.id, {})
-    return settle(assignment, student, handed_in, of_student, overrides.of_groups)
+    try:
+        return settle(assignment, student, handed_in, of_student, overrides.of_groups)
+    except Exception as error:  # the boundary around a student, again
+        marked = ungraded(assignment, student.id, None, told(error))
+        return settle(assignment, student, [Graded(handed_in[0].file, marked=marked)], {})
 
 
 Entry = tuple[Attempt | None, bool]
@@ -198,7 +203,20 @@ Entry = tuple[Attempt | None, bool]
 
 
 def _grade(context: _Context, task: Task) -> list[Graded]:
-    """Return everything that a student handed in, in the order in which it was received; what counts is marked."""
+    """Return everything that a student handed in, in the order in which it was received; what counts is marked.
+
+    This is the boundary around a student: what fails in here fails for this one. Only what concerns the whole class, as
+    a disk that is full, is a QdotError.
+    """
+    try:
+        return _all_graded(context, task)
+    except QdotError:
+        raise
+    except Exception as error:
+        return _failed(context.assignment, task, told(error))
+
+
+def _all_graded(context: _Context, task: Task) -> list[Graded]:
     handed_in, is_new = [], False
     for one, counts in _entries(context.assignment, task):
         marked = context.shelf.taken(task.student, one) if counts else None
@@ -220,12 +238,16 @@ def _grade_elsewhere(
 
     def wanted() -> Iterator[tuple[tuple[int, int], Order]]:
         for place, task in enumerate(tasks):
-            entries = _entries(shelf.assignment, task)
-            marks = {i: shelf.taken(task.student, one) for i, (one, counts) in enumerate(entries) if counts}
+            try:
+                entries = _entries(shelf.assignment, task)
+                marks = {i: shelf.taken(task.student, one) for i, (one, counts) in enumerate(entries) if counts}
+                lacking = [i for i, marked in marks.items() if marked is None]
+                orders = [order_of(shelf.assignment, brief, task.student, entries[i][0]) for i in lacking]
+            except Exception as error:  # as in `_grade`
+                settled(place, _failed(shelf.assignment, task, told(error)))
+                continue
             begun[place] = entries, marks
-            lacking = [i for i, marked in marks.items() if marked is None]
-            for i in lacking:
-                yield (place, i), order_of(shelf.assignment, brief, task.student, entries[i][0])
+            yield from (((place, i), order) for i, order in zip(lacking, orders, strict=True))
             if not lacking:
                 finish(place)
 
@@ -257,8 +279,8 @@ def _graded(attempt: Attempt | None, marked: Marked | None) -> Graded:
     if attempt is None:
         return Graded(marked=marked)
     submission = attempt.submission
-    told = ("file", None) if submission is None else (submission.received_from, submission.late)
-    return Graded(attempt.file.name, attempt.received, marked, *told)
+    told_by = ("file", None) if submission is None else (submission.received_from, submission.late)
+    return Graded(plain(attempt.file.name), attempt.received, marked, *told_by)
 
 
 def _counting(assignment: Assignment, attempts: list[Attempt]) -> list[Attempt]:
@@ -273,26 +295,21 @@ def _counting(assignment: Assignment, attempts: list[Attempt]) -> list[Attempt]:
 
 def _marked(context: _Context, student: str, attempt: Attempt | None) -> Marked:
     """Return what the grader gives for a notebook, and keep it."""
-    try:
-        marked = grade_attempt(context.assignment, student, attempt, context.sandbox, context.copies)
-    except QdotError:
-        raise
-    except Exception as error:  # our own failure, whatever it is, must neither become a mark nor stop the class
-        return ungraded(context.assignment, student, attempt, f"{type(error).__name__}: {str(error)[:300]}")
+    marked = grade_safely(context.assignment, student, attempt, context.sandbox, context.copies)
     context.shelf.put(student, attempt, marked)
     return marked
 
 
-def _lost(assignment: Assignment, task: Task) -> list[Graded]:
-    """Return what stands for a student whose notebook ended every process that was to grade it."""
-    file = "" if task.found is None else task.found.files[0].name
-    return [Graded(file, marked=ungraded(assignment, task.student, None, DIED))]
+def _failed(assignment: Assignment, task: Task, why: str = DIED) -> list[Graded]:
+    """Return what stands for a student on whom qdot failed, as where every process ended that was to grade them."""
+    file = "" if task.found is None else plain(task.found.files[0].name)
+    return [Graded(file, marked=ungraded(assignment, task.student, None, why))]
 
 
 def _kept(cache: Path, student: str, file: Path | None) -> Path:
     """Return where the result of a student's notebook is kept."""
-    named = "" if file is None else f"{file.name}/{file.parent.name == student}"
-    return cache / f"{hashlib.sha256(f'{student}/{named}'.encode()).hexdigest()[:24]}.json"
+    said = f"{student}/{'' if file is None else f'{file.name}/{file.parent.name == student}'}"
+    return cache / f"{hashlib.sha256(said.encode('utf-8', 'surrogateescape')).hexdigest()[:24]}.json"
 
 
 def _all_kept(cache: Path, task: Task) -> list[Path]:

@@ -1,5 +1,6 @@
 """The commands for a class: generate, verify, check, compare, grade, doctor, demo."""
 
+import io
 import json
 import platform
 import sys
@@ -19,7 +20,6 @@ from exercises.console import VariationOption, note, progress, say
 from exercises.drawing import GivenUp, raise_left_out, redrawn_since
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
-from exercises.files import write_atomically
 from exercises.generation import family_named
 from exercises.problem import ProblemId
 from exercises.release import CORES, Released, notebook_path, release
@@ -28,7 +28,7 @@ from grader.batch import WritePage, alone, cache_of, grade_class, share_of
 from grader.certificates import Kind
 from grader.certify import CERTIFIER, Task, former_students, record_of, tasks_of, unknown_files
 from grader.cluster import connected
-from grader.compare import TYPES, as_json, compare_line, likely_type
+from grader.compare import TYPES, as_json, compare_lines, likely_type
 from grader.compare import compare as compare_texts
 from grader.marking import number
 from grader.overrides import OVERRIDES, read_overrides, without_answers
@@ -165,7 +165,10 @@ def _tasks_of_folder(folder: Path) -> list[Task]:
 def check(
     notebook: Annotated[Path, typer.Argument(metavar="NOTEBOOK", help="Your notebook.")],
     report: Annotated[
-        str, typer.Option(metavar="github=PATH", help="Also write a job summary of GitHub Actions, with annotations.")
+        str,
+        typer.Option(
+            metavar="github=PATH", help="Also write a job summary of GitHub Actions, with annotations; - is stdout."
+        ),
     ] = "",
 ) -> None:
     """Show what will be read from each answer of a notebook.
@@ -184,9 +187,10 @@ def check(
     for row in rows:
         say(f"{'ok ' if row.readable else '-- '} {row.part}: {row.said}")
     if summary:
+        from grader.reports.formats import write_out
         from grader.reports.github import check_annotations, check_summary
 
-        write_atomically(Path(summary), check_summary(checked))
+        write_out(summary, check_summary(checked))
         annotations = check_annotations(notebook, checked)
         if annotations:
             say(annotations)
@@ -212,9 +216,12 @@ def compare(
     It says how sure it is. Example: qdot compare "a1*a2*s2" "a1*a2*sin(theta2)"
     """
     if batch:
-        for number, line in enumerate(_lines(batch), 1):
-            if line.strip():
-                say(json.dumps(compare_line(line, number), ensure_ascii=False))
+        refused: list[str] = []
+        for answer in compare_lines(_lines(batch), refused):
+            say(answer)
+        if refused:
+            more = f", and {len(refused) - 1} more lines are no requests" if len(refused) > 1 else ""
+            raise QdotError(f"{refused[0]}{more}; all others were compared")
         return
     if not reference:
         raise QdotError("compare takes two texts, STUDENT and REFERENCE, or --batch FILE.jsonl")
@@ -226,12 +233,14 @@ def compare(
 
 def _lines(batch: str) -> Iterable[str]:
     if batch == "-":
+        if isinstance(sys.stdin, io.TextIOWrapper):
+            sys.stdin.reconfigure(errors="surrogateescape")
         yield from sys.stdin
         return
     try:
-        with Path(batch).open(encoding="utf-8") as file:
+        with Path(batch).open(encoding="utf-8", errors="surrogateescape") as file:
             yield from file
-    except (OSError, UnicodeDecodeError) as error:
+    except OSError as error:
         raise QdotError(f"{batch} can't be read: {error}") from None
 
 
@@ -318,7 +327,7 @@ def _grade(
         earlier = earlier_results(assignment)
         results = _results(assignment, looked.found, assignment.roster, jobs, limits, executor, write_page)
         with progress("writing feedback", len(results)) as counter:
-            write_reports(assignment, results, min(jobs, len(results)), counter.step)
+            results = write_reports(assignment, results, min(jobs, len(results)), counter.step)
     _tell_notes(results)
     for said in without_answers(assignment, read_overrides(assignment), _groups_of(results)):
         note(said)

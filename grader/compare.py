@@ -3,14 +3,17 @@
 import contextlib
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from exercises.errors import QdotError
 from exercises.formula.expression import MAX_DEPTH, read, tree_of_reference
 from exercises.formula.identity import Domain, default_role
 from exercises.formula.trees import Node, ReadError, as_matrix, names
 from grader.answer import read_conditions, read_formula, read_matrix
+from grader.clock import Budget, Overlong
 from grader.formulas import by_joints, judge_angles, judge_expression, judge_matrix, judge_singular
 from grader.verdict import Judgement, Outcome
 
@@ -91,15 +94,33 @@ def compare_line(line: str, number: int) -> dict[str, Any]:
     return {"id": request.get("id"), **as_json(safely(request, number))}
 
 
+def compare_lines(lines: Iterable[str], refused: list[str]) -> Iterator[str]:
+    """Yield the answer to every line of a batch that is not empty, as a line; why one is no request is `refused`."""
+    for number, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
+        try:
+            answer = json.dumps(compare_line(line, number), ensure_ascii=False)
+        except (QdotError, RecursionError) as error:  # the latter where its id can't be written
+            why = str(error) if isinstance(error, QdotError) else f"line {number}: its id is nested too deeply"
+            refused.append(why)
+            answer = json.dumps({"id": None, **as_json(Judgement(Outcome.UNGRADED, 0.0, why))}, ensure_ascii=False)
+        yield answer
+
+
 def safely(request: Mapping[str, Any], number: int) -> Judgement:
     """Return the judgement; what fails in our own code is UNGRADED and does not stop the batch."""
     joints = request.get("joints") or ()
     if not isinstance(joints, (list, tuple)) or not all(isinstance(joint, str) for joint in joints):
         raise QdotError(f'line {number}: joints is a list of names, as in ["theta1", "theta2"]')
+    budget = Budget(30.0)
     try:
-        return compare(str(request["type"]), as_text(request["student"]), request["reference"], joints)
+        with budget.spent(), np.errstate(all="ignore"):
+            return compare(str(request["type"]), as_text(request["student"]), request["reference"], joints)
     except QdotError as error:
         raise QdotError(f"line {number}: {error}") from None
+    except Overlong:
+        return Judgement(Outcome.UNGRADED, 0.0, f"it takes longer than {budget.seconds:g} s of processor time")
     except Exception as error:  # our own failure is told, and is no verdict
         return Judgement(Outcome.UNGRADED, 0.0, f"qdot failed: {type(error).__name__}: {error}"[:300])
 

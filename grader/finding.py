@@ -56,6 +56,7 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> 
     failed = {order[place]: error for place, error in result.cell_errors.items() if 0 <= place < len(order)}
     answers = Answers(result, notes=book.notes)
     answers.notes += [_lost(name, order[index], value) for name, (index, value) in result.lost.items()]
+    answers.notes += _stopped(failed, result, book)
     again = _Again(run, sources, order, failed)
     for part, name in names.items():
         if _is_missing(result, name):
@@ -347,6 +348,21 @@ def _lost(name: str, index: int, value: str) -> str:
         f"{name} = {plain(value)} in {_cells([index])} puts a number in the place of the symbol, in the answers after "
         f"it, too: for a value use .subs, and write {name} = symbols('{name}') to have the symbol again"
     )
+
+
+def _stopped(failed: Mapping[int, str], run: Run, book: _Book) -> list[str]:
+    """Say which cells were stopped for their time, and what of them was read all the same."""
+    notes = []
+    for index, why in failed.items():
+        if why.startswith(OVERTIME):
+            read = [name for name in book.names.values() if name in book.sets[index] and name in run.answers]
+            said = f"; {' and '.join(read)}, which it had set by then, was read" if read else ""
+            notes.append(f"{_cells([index])} was stopped: {why}{said}")
+    return notes
+
+
+OVERTIME = "it ran longer than"
+"""How it is told that a cell took all its time."""
 
 
 def _why_missing(part: str, name: str, book: _Book, run: Run, failed: Mapping[int, str]) -> str:

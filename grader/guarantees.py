@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from exercises.errors import QdotError
+from grader.contained.attempts import ALONE
 from grader.sandbox import Limits, Sandbox
 
 KERNEL, PYTHON, MISSING = "enforced by the kernel", "watched in Python only", "missing"
@@ -28,7 +29,7 @@ PROMISES = {
 """What is guaranteed, of a notebook."""
 
 MEANS = {
-    "files": ("namespaces", "landlock", "user", "watch"),
+    "files": ("namespaces", "landlock", "user", "quota", "watch"),
     "network": ("namespaces", "seccomp", "landlock", "watch"),
     "processes": ("seccomp", "namespaces", "limits", "watch"),
     "memory": ("limits", "seccomp", "namespaces"),
@@ -39,6 +40,7 @@ MEANS = {
 
 SAID = {
     "namespaces": "namespaces", "landlock": "Landlock", "seccomp": "seccomp", "user": "not root",
+    "quota": "what is written is counted",
     "privileges": "no_new_privs, no capabilities", "limits": "rlimits", "watch": "audit hook",
 }  # fmt: skip
 """How the measures are called."""
@@ -105,19 +107,34 @@ def probe(without: Iterable[str] = (), quick: bool = False) -> Findings:
             if line["achieved"]:
                 achieved[line["guarantee"]].append(line["achieved"])
 
-        end = sandbox.exchange({"attempts": {**prey, "memory": limits.memory, "seconds": 0 if quick else 1}}, take)
+        asked = {**prey, "memory": limits.memory, "seconds": 0 if quick else 1, "alone": None}
+        end = sandbox.exchange({"attempts": asked}, take)
+        why = sandbox.unbegun
         if sandbox.left_running:
             achieved["processes"].append("left processes running")
         lacking = sandbox.lacking
-    if end not in ("done" if quick else "killed", "overtime") or not tried >= PROMISES.keys() - {"time"}:
-        raise QdotError(f"the probe of the sandbox ended early ({end}); please report it")
+        for number in range(len(ALONE)) if end in ENDS[quick] else ():
+            if sandbox.exchange({"attempts": {**asked, "seconds": 0, "alone": number}}, take) == "lost":
+                achieved["processes"].append("killed the process that starts notebooks")
+        if sandbox.left_behind:
+            achieved["files"].append("left files behind")
+    if end not in ENDS[quick] or not tried >= PROMISES.keys() - {"time"}:
+        said = f": {why}" if why else ""
+        raise QdotError(f"the sandbox of this machine does not work, its probe ended early ({end}{said})")
     if end == "overtime" and not achieved["time"]:
         achieved["time"].append("computed until it was killed from outside")
     return Findings(tuple(_guarantee(name, achieved[name], lacking) for name in PROMISES), lacking)
 
 
+ENDS = {True: ("done", "overtime"), False: ("killed", "overtime")}
+"""How a probe ends, a quick one or not."""
+
+
 def _guarantee(name: str, achieved: list[str], lacking: dict[str, str]) -> Guarantee:
-    means = tuple(SAID[measure] for measure in MEANS[name] if measure not in lacking)
+    taken = [measure for measure in MEANS[name] if measure not in lacking]
+    if "namespaces" not in lacking and "quota" in taken:
+        taken.remove("quota")  # a file system of its own holds no more
+    means = tuple(SAID[measure] for measure in taken)
     watched = name in WATCHED and "watch" not in lacking
     by = KERNEL if not achieved else PYTHON if watched else MISSING
     return Guarantee(name, PROMISES[name], by, means, tuple(achieved))
@@ -125,19 +142,25 @@ def _guarantee(name: str, achieved: list[str], lacking: dict[str, str]) -> Guara
 
 @contextlib.contextmanager
 def _prey() -> Iterator[dict[str, Any]]:
-    """Make what a probe tries to reach: a file, a port, an abstract socket, this process."""
+    """Make what a probe tries to reach: a file, a folder open to all, a port, an abstract socket, this process."""
     name = f"\0qdot-{os.getpid()}"
     with (
         tempfile.TemporaryDirectory(prefix="qdot-prey-") as folder,
         socket.create_server(("127.0.0.1", 0)) as server,
         socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as local,
     ):
-        file = Path(folder, "secret.txt")
+        file, planted = Path(folder, "secret.txt"), Path(folder, "open")
         file.write_text("the secret", encoding="utf-8")
+        planted.mkdir()
+        for path, mode in ((Path(folder), 0o755), (file, 0o644), (planted, 0o777)):  # whoever may be a notebook's user
+            path.chmod(mode)
         local.bind(name if os.uname().sysname == "Linux" else str(Path(folder, "socket")))
         local.listen()
         abstract = name if os.uname().sysname == "Linux" else str(Path(folder, "socket"))
-        yield {"file": str(file), "port": server.getsockname()[1], "abstract": abstract, "pid": os.getpid()}
+        yield {
+            "file": str(file), "open": str(planted), "port": server.getsockname()[1], "abstract": abstract,
+            "pid": os.getpid(),
+        }  # fmt: skip
 
 
 def refusal(findings: Findings) -> str:

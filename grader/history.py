@@ -115,8 +115,8 @@ def _result_in(line: str) -> Any:
 
 
 def _as_written(result: Result) -> Result:
-    """Return a result as it will be read from its file, which can't hold all that a file's name can."""
-    written: Result = json.loads(json.dumps(result, ensure_ascii=False).encode("utf-8", "replace"))
+    """Return a result as it will be read from its file."""
+    written: Result = json.loads(json.dumps(result))
     return written
 
 

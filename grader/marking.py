@@ -2,15 +2,18 @@
 
 import secrets
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TypeVar
+
+import numpy as np
 
 from exercises.mistakes.catalogue import NO_OFTENER, Oftener
 from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
 from grader.advice import advise
 from grader.answer import Given
+from grader.clock import Allowance, Budget, Overlong
 from grader.credit import credited
 from grader.diagnosis import Cause, diagnose
 from grader.follow import Followed, IsCopied, follow, nothing_copied
@@ -25,6 +28,7 @@ CREDIT = Fraction(4, 5)
 """The share of its points that a part earns by what follows from a wrong earlier answer, if nothing else is said."""
 
 
+@np.errstate(all="ignore")  # what overflows in an answer is judged, and is no news for the staff
 def mark(
     problem: Problem,
     answers: Mapping[str, str],
@@ -35,6 +39,7 @@ def mark(
     credit: Fraction = CREDIT,
     is_copied: IsCopied = nothing_copied,
     oftener: Oftener = NO_OFTENER,
+    allowance: Allowance | None = None,
 ) -> list[Verdict]:
     """Return a verdict for each part; `answers` and `reasons` (why there is none) are by the name of the part.
 
@@ -43,7 +48,8 @@ def mark(
     least half of the solution's terms, or follows from an attempt. What goes wrong in our own code is UNGRADED: it is
     told loudly, and is no mark. Points at which answers are compared are drawn from `secret` and the answer; without
     one, a secret is drawn, and no answer has a group, whose key depends on it. `oftener` is what is known of mistakes
-    that a class makes more.
+    that a class makes more. Of the `allowance`, what is left is for other problems: an answer that takes too long to
+    judge is UNGRADED, and where it takes too long to find out what is behind a wrong one, nothing is told of it.
 
     >>> from exercises import generate
     >>> mark(generate("polar-rp/1", ["determinant"]), {"determinant": "d2 + 0.7"}, secret="s")
@@ -52,48 +58,110 @@ def mark(
     texts = {part.name: answers[part.name] for part in problem.parts if part.name in answers}
     drawn = secrets.token_hex(16) if secret is None else secret
     seeds = {name: f"{drawn}/{problem.id}/{name}/{text}" for name, text in texts.items()}
-    own: dict[str, Given] = {}
-    judged: dict[str, Judgement] = {}
+    one = _One(problem, seeds, secret, credit, is_copied, oftener, allowance or Allowance())
     for part in problem.parts:
-        if part.name not in texts:
-            judged[part.name] = missing((reasons or {}).get(part.name, "no answer was found for this part"))
-            continue
-        try:
-            own[part.name] = read_answer(problem, part, texts[part.name], points_seed)
-            judgement = judge_given(problem, part, own[part.name], seeds[part.name])
-            judged[part.name] = credited(problem, part, judgement, own[part.name], seeds[part.name])
-        except Exception as error:  # our own failure, whatever it is, must not become a mark
-            judged[part.name] = _failed(error)
-    wrong = [name for name, judgement in judged.items() if judgement.outcome in NOT_RIGHT]
-    verdicts: list[Verdict] = []
-    causes: list[Cause] = []
-    attempts: list[str] = []
+        if part.name in texts:
+            one.judged[part.name] = one.judge(part, texts[part.name], points_seed)
+        else:
+            one.judged[part.name] = missing((reasons or {}).get(part.name, "no answer was found for this part"))
+    verdicts = []
     for part in problem.parts:
-        name, judgement = part.name, judged[part.name]
-        diagnosis, followed, group = None, None, None
-        attempt = True if judgement.outcome is Outcome.CORRECT and not part.answer.offered else None
-        if name in wrong:
-            before = [other for other in wrong if _is_before(problem, other, name)]
-            if credit and before:
-                followed = _safely(follow, problem, part, own, before, seeds[name], is_copied, attempts)
-            if not _is_followed(followed):
-                diagnosis = _safely(diagnose, problem, part, own[name], seeds[name], tuple(causes), oftener)
-                behind = diagnosis
-                if diagnosis is None:
-                    diagnosis = _safely(advise, problem, part, own[name], seeds[name])
-                if diagnosis is not None and diagnosis.cause is not None:
-                    causes.append(Cause(*diagnosis.cause, name, ASKED[part.kind].title))
-            else:
-                behind = _safely(diagnose, problem, part, own[name], seeds[name], (), oftener)
-            if part.answer.is_formulas:
-                known = judgement.share > 0 or _is_followed(followed) or _is_named(behind)
-                attempt = known or bool(_safely(has_terms, problem, part, own[name], seeds[name]))
-                attempts += [name] if attempt else []
-            group = None if secret is None else _safely(group_of, problem, part, own[name], behind, secret)
+        name = part.name
+        followed, told = one.follow(part), _Told()
+        if one.judged[name].outcome in NOT_RIGHT:
+            told = one.look(part, followed)
+        elif one.judged[name].outcome is Outcome.CORRECT and not part.answer.offered:
+            told = _Told(attempt=True)
         shown = SHOWN if name in texts and is_table(texts[name]) else texts.get(name)
-        marked = verdict(part, judgement, shown, diagnosis, followed, credit)
-        verdicts.append(replace(marked, group=group, attempt=attempt))
+        made = verdict(part, one.judged[name], shown, told.diagnosis, followed, credit)
+        verdicts.append(replace(made, group=told.group, attempt=told.attempt))
     return verdicts
+
+
+@dataclass(frozen=True)
+class _Told:
+    """What is known of an answer beside the judgement on it: the mistake, its group, whether it is an attempt."""
+
+    diagnosis: Diagnosis | None = None
+    group: str | None = None
+    attempt: bool | None = None
+
+
+@dataclass
+class _One:
+    """A problem that is being marked: how, and what is known of its parts so far, from the first to the last.
+
+    `undecided` are wrong answers of which it could not be found out in time whether they are attempts.
+    """
+
+    problem: Problem
+    seeds: Mapping[str, str]
+    secret: str | None
+    credit: Fraction
+    is_copied: IsCopied
+    oftener: Oftener
+    time: Allowance
+    own: dict[str, Given] = field(default_factory=dict)
+    judged: dict[str, Judgement] = field(default_factory=dict)
+    causes: list[Cause] = field(default_factory=list)
+    attempts: list[str] = field(default_factory=list)
+    undecided: list[str] = field(default_factory=list)
+
+    def judge(self, part: Part, text: str, points_seed: str) -> Judgement:
+        """Return the judgement on an answer against the reference."""
+        try:
+            with self.time.judging.spent():
+                given = self.own[part.name] = read_answer(self.problem, part, text, points_seed)
+                judgement = judge_given(self.problem, part, given, self.seeds[part.name])
+                return credited(self.problem, part, judgement, given, self.seeds[part.name])
+        except Overlong:
+            return _overlong(self.time.judging)
+        except Exception as error:  # our own failure, whatever it is, must not become a mark
+            return _failed(error)
+
+    def follow(self, part: Part) -> Followed | None:
+        """Return the judgement on a wrong answer against what follows from wrong ones before.
+
+        Where that can't be found out, the answer has no mark: it may have earned more.
+        """
+        names = [each.name for each in self.problem.parts]
+        wrong = [name for name in names if self.judged[name].outcome in NOT_RIGHT]
+        before = [name for name in wrong if names.index(name) < names.index(part.name)]
+        if part.name not in wrong or not self.credit or not before:
+            return None
+        followed, seed = None, self.seeds[part.name]
+        try:
+            with self.time.judging.spent():
+                followed = follow(self.problem, part, self.own, before, seed, self.is_copied, self.attempts)
+        except Overlong:
+            self.judged[part.name] = _overlong(self.time.judging)
+        except RecursionError:  # formulas that nest as deep as nobody writes them
+            return None
+        except Exception as error:
+            self.judged[part.name] = _failed(error)
+        if followed is not None and followed.idle in self.undecided:
+            self.judged[part.name] = _overlong(self.time.looking)
+        return followed
+
+    def look(self, part: Part, followed: Followed | None) -> _Told:
+        """Find out what is behind a wrong answer."""
+        about, looking = (self.problem, part, self.own[part.name], self.seeds[part.name]), self.time.looking
+        causes = () if _is_followed(followed) else tuple(self.causes)
+        diagnosis = behind = _looked(looking, diagnose, *about, causes, self.oftener)
+        if _is_followed(followed):
+            diagnosis = None
+        elif diagnosis is None:
+            diagnosis = _looked(looking, advise, *about)
+        if diagnosis is not None and diagnosis.cause is not None:
+            self.causes.append(Cause(*diagnosis.cause, part.name, ASKED[part.kind].title))
+        attempt = None
+        if part.answer.is_formulas:
+            attempt = self.judged[part.name].share > 0 or _is_followed(followed) or _is_named(behind)
+            attempt = attempt or bool(_looked(looking, has_terms, *about))
+            self.attempts += [part.name] if attempt else []
+            self.undecided += [part.name] if not attempt and looking.left <= 0 else []
+        group = None if self.secret is None else _looked(looking, group_of, *about[:3], behind, self.secret)
+        return _Told(diagnosis, group, attempt)
 
 
 NOT_RIGHT = (Outcome.WRONG, Outcome.PARTIAL)
@@ -107,11 +175,6 @@ def _is_followed(followed: Followed | None) -> bool:
 def _is_named(diagnosis: Diagnosis | None) -> bool:
     """Tell whether a known mistake gives an answer, made here or earlier."""
     return diagnosis is not None and (bool(diagnosis.mistakes) or diagnosis.inherited is not None)
-
-
-def _is_before(problem: Problem, one: str, other: str) -> bool:
-    names = [part.name for part in problem.parts]
-    return names.index(one) < names.index(other)
 
 
 def verdict(
@@ -189,6 +252,23 @@ def _safely(look: Callable[..., Found], *about: object) -> Found | None:
         return look(*about)
     except Exception:
         return None
+
+
+def _looked(budget: Budget, look: Callable[..., Found], *about: object) -> Found | None:
+    """Return what is found out within a budget, None where nothing is left of it."""
+    try:
+        with budget.spent():
+            return _safely(look, *about)
+    except Overlong:
+        return None
+
+
+def _overlong(budget: Budget) -> Judgement:
+    reason = (
+        f"to judge the answers of this notebook takes longer than {budget.seconds:g} s of processor time; this one has "
+        "no mark yet, tell your instructor"
+    )
+    return Judgement(Outcome.UNGRADED, 0.0, reason)
 
 
 def _failed(error: Exception) -> Judgement:

@@ -24,7 +24,7 @@ from exercises.errors import QdotError
 from exercises.store import code as code_of_problems
 from exercises.store import kept_text
 from grader import guarantees
-from grader.attempt import Attempt, Marked, grade_attempt, ungraded
+from grader.attempt import Attempt, Marked, grade_safely
 from grader.copies import Copies
 from grader.sandbox import Limits, Sandbox
 
@@ -244,23 +244,12 @@ def grade_order(order: Order) -> Reply:
         try:
             context = _context(order)
             _put_away_when_idle()
-            return (
-                Reply() if context is None else Reply(_marked(context, order), warning=context.warning, worker=worker)
-            )
+            if context is None:
+                return Reply()
+            about = (order.student, order.attempt, context.sandbox, context.copies, order.problems)
+            return Reply(grade_safely(context.assignment, *about), warning=context.warning, worker=worker)
         except QdotError as error:
             return Reply(refusal=str(error), worker=worker)
-
-
-def _marked(context: _Context, order: Order) -> Marked:
-    try:
-        return grade_attempt(
-            context.assignment, order.student, order.attempt, context.sandbox, context.copies, order.problems
-        )
-    except QdotError:
-        raise
-    except Exception as error:  # our own failure, whatever it is, must neither become a mark nor stop the class
-        why = f"{type(error).__name__}: {str(error)[:300]}"
-        return ungraded(context.assignment, order.student, order.attempt, why)
 
 
 def _context(order: Order) -> _Context | None:

@@ -24,7 +24,7 @@ from types import TracebackType
 from typing import Any, TypeGuard
 
 from exercises.errors import QdotError
-from exercises.files import OwnFolder, own_folder
+from grader.own_folder import OwnFolder, own_folder
 
 CONTAINED = Path(__file__).with_name("contained")
 
@@ -68,7 +68,7 @@ class Run:
             "overtime": "the notebook ran out of time; cells after that were not run",
             "crashed": "the notebook crashed Python; cells after that were not run",
             "closed": "the notebook ended its own process; cells after that were not run",
-            "killed": "the notebook was stopped by the machine (time or memory); cells after that were not run",
+            "killed": "the notebook was stopped by the machine (time, memory or disk); cells after that were not run",
             "lost": "the notebook killed the process that runs it; cells after that were not run",
             "unbegun": "the machine ended the process that was to run the notebook; nothing was run",
         }
@@ -93,15 +93,18 @@ class _Lost(Exception):
 
 
 class _Unbegun(_Lost):
-    """A notebook's own process was gone, or did not answer, before it had read anything of the notebook."""
+    """A notebook's own process was gone, or did not answer, before it had read anything of the notebook.
+
+    The text is the reason, where it is known.
+    """
 
 
 class Sandbox:
     """A place to run notebooks, one after the other; close it, or use it in a `with` statement.
 
     `lacking` says which measures this machine does not allow, and why; a strict one refuses to run without those that
-    it takes for the system to contain a notebook. Those named in `without` are not taken, for
-    tests. A probe needs no libraries `loaded`, and little processor time in all.
+    it takes for the system to contain a notebook. Those named in `without` are not taken, for tests. A probe needs no
+    libraries `loaded`, and little processor time in all. `unbegun` says why a notebook was not run, if that is known.
     """
 
     def __init__(
@@ -110,6 +113,7 @@ class Sandbox:
     ) -> None:  # fmt: skip
         self.limits = limits or Limits()
         self.lacking: dict[str, str] = {}
+        self.unbegun = ""
         self._left_running = False
         self._strict = strict
         self._config = {
@@ -199,6 +203,7 @@ class Sandbox:
             died_of = self._end_of_last()
         except (_Lost, OSError) as error:
             self.close()
+            self.unbegun = str(error) if isinstance(error, _Unbegun) else ""
             return "unbegun" if isinstance(error, _Unbegun) else "lost"
         except BaseException:
             self.close()
@@ -212,6 +217,12 @@ class Sandbox:
         """Whether anything of the last notebook went on after its end."""
         self._tidied_up()
         return self._left_running
+
+    @property
+    def left_behind(self) -> bool:
+        """Whether anything of the notebooks before lies in the sandbox's folder; the next one's folder may."""
+        self._tidied_up()
+        return self._folder is not None and len(list(Path(self._folder.path).iterdir())) > 1
 
     def _tidied_up(self) -> None:
         """Wait until nothing is left of the last notebook; a process that is lost over it is started anew."""
@@ -350,6 +361,8 @@ def _converse(request: dict[str, Any], lines: _Lines, receipts: int, take: Calla
     first = lines.next()
     if isinstance(first, str):
         raise _Unbegun
+    if "failed" in first:
+        raise _Unbegun(str(first["failed"])[:300])
     if not first.get("confined"):
         raise QdotError(f"a notebook could not be contained, and was not run: {first.get('unprotected')}")
     _write_all(receipts, (json.dumps(request) + "\n").encode())

@@ -12,12 +12,16 @@ from typing import Any
 
 from exercises.assignment import Assignment, Student
 from exercises.lateness import aware
-from grader.attempt import Marked
+from grader.attempt import Marked, ungraded
 from grader.marking import total
 from grader.overrides import TOTAL, Override
 
 Result = dict[str, Any]
 """A line of results.jsonl."""
+
+
+MOST_NAMED = 5
+"""Files that are named in a sentence."""
 
 
 @dataclass(frozen=True)
@@ -54,10 +58,11 @@ def settle(
     result = results[counts]
     if len(handed_in) == 1:
         return result
-    others = ", ".join(one.file for i, one in enumerate(handed_in) if i != counts)
+    others = [one.file for i, one in enumerate(handed_in) if i != counts]
+    more = f" and {len(others) - MOST_NAMED} more" if len(others) > MOST_NAMED else ""
     note = (
         f"{len(handed_in)} notebooks were handed in; {handed_in[counts].file} counts, the {assignment.attempts} of "
-        f"this assignment, not {others}"
+        f"this assignment, not {', '.join(others[:MOST_NAMED])}{more}"
     )
     attempts = [
         {"file": one.file, "received": _iso(one.received), "score": results[i]["score"] if i in results else None}
@@ -65,6 +70,13 @@ def settle(
     ]
     told = {name: [note, *result[name]] for name in ("notes", "staff_notes")}
     return {**result, "attempts": attempts, **told}
+
+
+def failed(assignment: Assignment, result: Result, why: str) -> Result:
+    """Return what stands for a result on which qdot itself failed: no mark."""
+    student = next(student for student in assignment.roster if student.id == result["student"])
+    file = "" if result["submission"] is None else result["submission"]["file"]
+    return settle(assignment, student, [Graded(file, marked=ungraded(assignment, student.id, None, why))], {})
 
 
 def _of_one(

@@ -43,7 +43,10 @@ class Submission:
 
 @dataclass(frozen=True)
 class Found:
-    """The files of one student, the one to grade first; `obstacle` is why none of them can be graded."""
+    """The files of one student, the one to grade first; `obstacle` is why none of them can be graded.
+
+    `failure` is what went wrong in qdot, or on the machine, while they were looked for.
+    """
 
     files: tuple[Path, ...]
     notes: tuple[str, ...] = ()
@@ -51,6 +54,7 @@ class Found:
     platform: str = ""
     received: datetime.datetime | None = None
     late: bool | None = None
+    failure: str = ""
 
 
 @dataclass(frozen=True)
@@ -76,7 +80,11 @@ def find_submissions(assignment: Assignment, root: Path) -> Looked:
     roster, gathered, looked = Roster(assignment.roster), dict[str, _Gathered](), Looked({})
     for handed in entries:
         name = handed.path.name
-        owner = roster.owner(replace(handed, ids=(*handed.ids, name if handed.path.is_dir() else handed.path.stem)))
+        try:
+            owner = roster.owner(replace(handed, ids=(*handed.ids, name if handed.path.is_dir() else handed.path.stem)))
+        except Exception as error:  # one folder's trouble is nobody else's
+            looked.unsure.append(f"{plain(name)}: whose it is can't be found out ({error}); not graded")
+            continue
         if len(owner.students) == 1 and not owner.why:
             gathered.setdefault(owner.students[0], _Gathered()).add(
                 handed.path, handed.platform, handed.received, handed.late
@@ -128,23 +136,38 @@ class _Gathered:
     """What was found of one student so far."""
 
     def __init__(self) -> None:
+        self.paths: list[Path] = []
         self.files: list[Path] = []
         self.refused: list[Path] = []
         self.doubtful: list[Path] = []
         self.platform = ""
         self.received: datetime.datetime | None = None
         self.late: bool | None = None
+        self.failure = ""
 
     def add(self, path: Path, platform: str, received: datetime.datetime | None, late: bool | None) -> None:
         """Take what lies in a folder, or a file. Of several times of a platform the last counts."""
-        for inside in _files_in(path):
-            (self.refused if _refusal(inside) else self.files).append(inside)
+        self.paths.append(path)
+        try:
+            for inside in _files_in(path):
+                (self.refused if _refusal(inside) else self.files).append(inside)
+        except Exception as error:  # it is this student's, and the others are graded
+            self.failure = f"looking into {plain(path.name)}: {type(error).__name__}: {error}"
         self.platform = platform or self.platform
         self.received = max((time for time in (self.received, received) if time), default=None)
         self.late = late if self.late is None else self.late or bool(late)
 
     def found(self, key: str) -> Found | None:
         """Return it with the file to grade first; None where there is nothing."""
+        try:
+            found = self._found(key)
+        except Exception as error:  # as above
+            self.failure = self.failure or f"{type(error).__name__}: {error}"
+        if self.failure:
+            return Found(tuple(self.paths), failure=self.failure)
+        return found
+
+    def _found(self, key: str) -> Found | None:
         files = tuple(best_first([_Candidate(path.name, path, _Reader(path)) for path in self.files], key))
         first = self.refused[:3]
         reasons = " and ".join(dict.fromkeys(map(_refusal, first)))
@@ -160,16 +183,22 @@ def _refusal(path: Path) -> str:
     """Return why what lies among submissions is not opened; empty for a file."""
     if path.is_symlink():
         return "a symbolic link is not followed"
+    if path.is_dir():
+        return "a folder that can't be looked into"
     return "" if path.is_file() else "a pipe, a socket or a device is not read"
 
 
 def _files_in(path: Path) -> Iterator[Path]:
-    """Yield a file, or what is in a folder and its folders; links are yielded, and never followed."""
+    """Yield a file, or what is in a folder and its folders; links are yielded, and never followed.
+
+    A folder that can't be looked into is yielded itself.
+    """
     if path.is_symlink() or not path.is_dir():
         yield path
         return
     count = 0
-    for place, folders, names in os.walk(path):
+    closed: list[Path] = []
+    for place, folders, names in os.walk(path, onerror=lambda error: closed.append(Path(error.filename))):
         folders[:] = sorted(name for name in folders if not _is_hidden(name))
         links = [name for name in folders if Path(place, name).is_symlink()]
         for name in sorted((*names, *links)):
@@ -179,6 +208,7 @@ def _files_in(path: Path) -> Iterator[Path]:
                 count += 1
                 if count >= MOST_FILES:
                     return
+    yield from closed
 
 
 def _is_hidden(name: str) -> bool:

@@ -4,6 +4,7 @@
 
     kernel, calls           Linux's system calls for containment; which calls a notebook is refused
     guard, confine          the audit hook; the measures, each tried for itself
+    folders                 folders removed, however deep
     attempts                what a probe tries in a notebook's place
     printing, values        formulas as text; values of Python, SymPy and NumPy as text
     callables               answers that are functions

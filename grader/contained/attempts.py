@@ -1,9 +1,11 @@
 """What a probe tries in a notebook's place, past the audit hook: whatever succeeds is not contained on this machine.
 
-Each attempt returns what it achieved, in words; it raises OSError, or another exception, where it was refused.
+Each attempt returns what it achieved, in words; it raises OSError, or another exception, where it was refused. Those
+that are stopped by being killed are made `ALONE`, each in a notebook's place of its own.
 """
 
 import ctypes
+import fcntl
 import mmap
 import os
 import signal
@@ -16,19 +18,21 @@ from typing import Any
 
 from . import kernel
 
-MOST = 200
-"""So many processes are no longer a limit."""
+MOST, MOST_WRITTEN = 200, 256_000_000
+"""So many processes are no longer a limit, nor are so many bytes: four times the quota, where it has to be counted."""
 
 
 def make(asked: dict[str, Any], report: Callable[[dict[str, Any]], None]) -> None:
-    """Make every attempt; report of each what it achieved, nothing where it was refused."""
+    """Make every attempt, or the one that is `alone`; report what each achieved, nothing where it was refused."""
     signal.signal(signal.SIGXCPU, signal.SIG_IGN)
-    for guarantee, attempt in ATTEMPTS:
+    alone = asked["alone"]
+    for guarantees, attempt in ATTEMPTS if alone is None else (ALONE[alone],):
         try:
             achieved = attempt(asked)
         except Exception:
             achieved = ""
-        report({"guarantee": guarantee, "achieved": achieved})
+        for guarantee in guarantees.split():
+            report({"guarantee": guarantee, "achieved": achieved})
     if not asked["seconds"]:
         report({"done": True})
     while time.process_time() < asked["seconds"] + 1:  # until it is killed
@@ -41,7 +45,7 @@ def _read(asked: dict[str, Any]) -> str:
 
 
 def _write(asked: dict[str, Any]) -> str:
-    Path(asked["file"]).with_name("planted").touch()
+    Path(asked["open"], "planted").touch()
     return "wrote into another folder"
 
 
@@ -59,6 +63,35 @@ def _fill(asked: dict[str, Any]) -> str:
         for _ in range(200):
             file.write(bytes(1 << 20))
     return "wrote a file of 200 MB"
+
+
+def _fill_many(_: dict[str, Any]) -> str:
+    """Write many files, none of which is too large by itself."""
+    for number in range(MOST_WRITTEN // 8_000_000):
+        Path(str(number)).write_bytes(bytes(8_000_000))
+    return f"wrote {MOST_WRITTEN // 1_000_000} MB in all"
+
+
+def _fill_nameless(_: dict[str, Any]) -> str:
+    """Write many files that have no names any more."""
+    kept: list[Any] = []
+    while 8_000_000 * len(kept) < MOST_WRITTEN:
+        kept.append(open("nameless", "wb", buffering=0))  # noqa: SIM115 - it is to stay open
+        os.unlink("nameless")
+        kept[-1].write(bytes(8_000_000))
+    return f"wrote {MOST_WRITTEN // 1_000_000} MB into files without names"
+
+
+def _nest(_: dict[str, Any]) -> str:
+    """Leave folders that are hard to remove; whether they are gone afterwards is for the grader to see."""
+    os.mkdir("closed")
+    os.mkdir("closed/inner")
+    for folder in [os.open(name, os.O_RDONLY) for name in ("closed", "closed/inner")]:
+        os.fchmod(folder, 0)
+    for _depth in range(1200):
+        os.mkdir("d")
+        os.chdir("d")
+    return ""
 
 
 def _connect(asked: dict[str, Any]) -> str:
@@ -81,6 +114,22 @@ def _send(asked: dict[str, Any]) -> str:
 def _signal(asked: dict[str, Any]) -> str:
     os.kill(asked["pid"], 0)
     return "reached the grader with a signal"
+
+
+def _signal_by_descriptor(_: dict[str, Any]) -> str:
+    """Have the kernel kill the process that starts notebooks, as the owner of a pipe in which something arrives."""
+    reading, writing = os.pipe()
+    fcntl.fcntl(reading, fcntl.F_SETOWN, os.getppid())
+    fcntl.fcntl(reading, fcntl.F_SETSIG, signal.SIGKILL)
+    fcntl.fcntl(reading, fcntl.F_SETFL, os.O_ASYNC)
+    os.write(writing, b"x")
+    time.sleep(0.1)
+    return ""
+
+
+def _start(_: dict[str, Any]) -> str:
+    os.waitpid(os.posix_spawn(sys.executable, [sys.executable, "-c", ""], {}), 0)
+    return "started a program"
 
 
 def _multiply(_: dict[str, Any]) -> str:
@@ -132,10 +181,19 @@ def _hurry(_: dict[str, Any]) -> str:
     return "took precedence over other processes"
 
 
-ATTEMPTS: tuple[tuple[str, Callable[[dict[str, Any]], str]], ...] = (
-    ("files", _read), ("files", _write), ("files", _alter), ("files", _list), ("files", _fill), ("network", _connect),
-    ("network", _send), ("network", _connect_abstract), ("processes", _signal), ("memory", _allocate),
-    ("memory", _share_memory), ("privileges", _unshare), ("processes", _trace), ("privileges", _change_root),
-    ("privileges", _hurry), ("processes", _multiply),
+Attempt = tuple[str, Callable[[dict[str, Any]], str]]
+
+ATTEMPTS: tuple[Attempt, ...] = (
+    ("files", _read), ("files", _write), ("files", _alter), ("files", _list), ("network", _connect), ("network", _send),
+    ("network", _connect_abstract), ("processes", _signal), ("memory", _allocate),
+    ("memory", _share_memory), ("privileges", _unshare), ("processes", _trace), ("processes", _start),
+    ("privileges", _change_root), ("privileges", _hurry), ("processes memory", _multiply),
 )  # fmt: skip
-"""In the order in which they are made, each with the guarantee that it is against."""
+"""In the order in which they are made, each with the guarantees that it is against: who may have many processes has the
+memory of many."""
+
+ALONE: tuple[Attempt, ...] = (
+    ("files", _fill), ("files", _fill_many), ("files", _fill_nameless), ("files", _nest),
+    ("processes", _signal_by_descriptor),
+)  # fmt: skip
+"""Those that are each made in a notebook's place of its own."""

@@ -48,19 +48,25 @@ ON_PATHS: dict[str, tuple[int | None, int | None]] = {
     "truncate": (76, 45), "chmod": (90, None), "fchmodat": (268, 53), "fchmodat2": (452, 452), "chown": (92, None),
     "lchown": (94, None), "fchownat": (260, 54), "utime": (132, None), "utimes": (235, None), "futimesat": (261, None),
     "utimensat": (280, 88), "setxattr": (188, 5), "lsetxattr": (189, 6), "removexattr": (197, 14),
-    "lremovexattr": (198, 15),
+    "lremovexattr": (198, 15), "fallocate": (285, 47),
 }  # fmt: skip
-"""Refused, too, where a notebook still sees the machine's own files: Landlock does not rule what changes no content."""
+"""Refused, too, where a notebook still sees the machine's own files: Landlock does not rule what changes no content.
 
-_CLONE, _CLONE3, _PRCTL, _IOCTL = (56, 220), (435, 435), (157, 167), (16, 29)
-_KILL, _TGKILL, _PRLIMIT = (62, 129), (234, 131), (302, 261)
+Space that is asked for and not written to can't be counted there.
+"""
+
+_CLONE, _CLONE3, _PRCTL, _IOCTL, _FCNTL = (56, 220), (435, 435), (157, 167), (16, 29), (72, 25)
+_KILL, _TGKILL, _PRLIMIT, _OPENAT, _OPEN = (62, 129), (234, 131), (302, 261), (257, 56), (2, -1)
+_OPENAT2 = (437, 437)
 _THREAD, _TIOCSTI, _NAMES = 0x10000, 0x5412, (15, 16, 0x53564D41)
+_OWNERS, _SOCKET_OWNERS = (8, 10, 15), (0x8901, 0x8902)  # F_SETOWN, F_SETSIG, F_SETOWN_EX; FIOSETOWN, SIOCSPGRP
+_TMPFILE = 0x400000  # the bit of O_TMPFILE that is its own
 _EPERM, _ENOSYS = 1, 38
 _ARCHITECTURES = {"x86_64": (0xC000003E, 0), "aarch64": (0xC00000B7, 1)}
 
 _LOAD, _EQUAL, _AT_LEAST, _ANY_BIT, _RETURN = 0x20, 0x15, 0x35, 0x45, 0x06
 _ALLOW, _KILL_PROCESS, _ERROR = 0x7FFF0000, 0x80000000, 0x00050000
-_NUMBER, _ARCHITECTURE, _FIRST, _SECOND = 0, 4, 16, 24  # where they lie in what the filter is shown
+_NUMBER, _ARCHITECTURE, _FIRST, _SECOND, _THIRD = 0, 4, 16, 24, 32  # where they lie in what the filter is shown
 
 
 def _do(code: int, k: int, then: int = 0, otherwise: int = 0) -> bytes:
@@ -70,8 +76,8 @@ def _do(code: int, k: int, then: int = 0, otherwise: int = 0) -> bytes:
 def filter_program(own: int, on_paths: bool) -> bytes:
     """Return the filter for the process `own`. Raises OSError for a processor whose system calls are not known here.
 
-    Signals reach the process itself only, clone makes threads only. clone3 is not there, as its flags can't be looked
-    at: the C library then takes clone.
+    Signals reach the process itself only, also those that an open file sends to its owner; clone makes threads only.
+    clone3 and openat2 are not there, as their flags can't be looked at: the C library then takes clone and openat.
     """
     machine = platform.machine()
     if machine not in _ARCHITECTURES:
@@ -82,6 +88,8 @@ def filter_program(own: int, on_paths: bool) -> bytes:
     program += [_do(_LOAD, _NUMBER), _do(_AT_LEAST, 0x40000000, 0, 1), refuse]  # x32: other numbers for the same calls
 
     def case(numbers: tuple[int, int], *body: bytes) -> None:
+        if numbers[column] < 0:  # this machine has no such call
+            return
         program.extend((_do(_EQUAL, numbers[column], 0, len(body)), *body))
 
     def only(where: int, *values: int) -> list[bytes]:
@@ -89,13 +97,23 @@ def filter_program(own: int, on_paths: bool) -> bytes:
         tests = [_do(_EQUAL, value, len(values) - i) for i, value in enumerate(values)]
         return [_do(_LOAD, where), *tests, refuse, allow]
 
+    def all_but(where: int, *values: int) -> list[bytes]:
+        """Refuse if an argument is one of the values."""
+        tests = [_do(_EQUAL, value, len(values) - i) for i, value in enumerate(values)]
+        return [_do(_LOAD, where), *tests, allow, refuse]
+
     case(_CLONE, _do(_LOAD, _FIRST), _do(_ANY_BIT, _THREAD, 1), refuse, allow)
     case(_CLONE3, _do(_RETURN, _ERROR | _ENOSYS))
     case(_KILL, *only(_FIRST, own))
     case(_TGKILL, *only(_FIRST, own))
     case(_PRLIMIT, *only(_FIRST, 0, own))
     case(_PRCTL, *only(_FIRST, *_NAMES))
-    case(_IOCTL, _do(_LOAD, _SECOND), _do(_EQUAL, _TIOCSTI, 0, 1), refuse, allow)
+    case(_IOCTL, *all_but(_SECOND, _TIOCSTI, *_SOCKET_OWNERS))
+    case(_FCNTL, *all_but(_SECOND, *_OWNERS))
+    if on_paths:  # a file that never had a name can't be counted
+        for call, flags in ((_OPENAT, _THIRD), (_OPEN, _SECOND)):
+            case(call, _do(_LOAD, flags), _do(_ANY_BIT, _TMPFILE, 0, 1), refuse, allow)
+        case(_OPENAT2, _do(_RETURN, _ERROR | _ENOSYS))
     for numbers in (*REFUSED.values(), *(ON_PATHS.values() if on_paths else ())):
         number = numbers[column]
         if number is not None:

@@ -7,24 +7,26 @@ worth.
 
 import contextlib
 import os
+import re
 import resource
 import signal
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from . import calls, guard, kernel
 
-MEASURES = ("namespaces", "landlock", "seccomp", "user", "privileges", "limits", "watch")
+MEASURES = ("namespaces", "landlock", "seccomp", "user", "privileges", "limits", "quota", "watch")
 """Namespaces with a root of their own; rules on files; a filter of system calls; another user than root; no rights and
-no new ones; limits on resources; the audit hook."""
+no new ones; limits on resources; what is written counted, where the root is not its own; the audit hook."""
 
 # In a root of its own, where nothing else is; not /tmp where Python itself is below that, and must stay in sight.
 OWN = "/qdot" if any(place.startswith("/tmp/") for place in guard.PLACES) else "/tmp"  # noqa: S108
-DISK, FILE, FILES, PROCESSES, DESCRIPTORS = 64_000_000, 10_000_000, 4096, 64, 64
-"""Bytes in a notebook's folder, in one file of it, how many files, processes or threads, open files."""
+DISK, FILE, FILES, DEPTH, PROCESSES, DESCRIPTORS = 64_000_000, 10_000_000, 4096, 32, 64, 64
+"""Bytes in a notebook's folder, in one file of it, how many files, folders in folders where they have to be counted,
+processes or threads, open files."""
 
 
 @dataclass
@@ -142,6 +144,70 @@ def fresh_folder(measures: Measures, parent: str) -> str:
     return folder
 
 
+def is_overdrawn(measures: Measures, folder: str, pid: int) -> bool:
+    """Tell whether a notebook has written more into its folder than it may, or has put it where nobody can count it.
+
+    What it has removed and still holds open lies in no folder; it is known by what the process has written to disks.
+    """
+    try:
+        with _as_its_user(measures):
+            written = _written_by(pid)
+        if written > DISK:
+            return True
+        size = number = 0
+        left = [(folder, 0)]
+        while left:
+            path, depth = left.pop()
+            for entry in _entries(path):
+                number += 1
+                if entry.is_dir(follow_symlinks=False):
+                    left.append((entry.path, depth + 1))
+                else:
+                    size += _size(entry)
+                if size > DISK or number > FILES or depth > DEPTH:
+                    return True
+    except OSError:
+        return True
+    return False
+
+
+@contextlib.contextmanager
+def _as_its_user(measures: Measures) -> Iterator[None]:
+    """Be a notebook's user while the block lasts: only that one may ask, and root where it may trace everybody."""
+    is_another = measures.user is not None and measures.holds("user")
+    if is_another:
+        assert measures.user is not None
+        os.setegid(measures.user)
+        os.seteuid(measures.user)
+    try:
+        yield
+    finally:
+        if is_another:
+            os.seteuid(0)
+            os.setegid(0)
+
+
+def _entries(path: str) -> list[os.DirEntry[str]]:
+    """Return what is in a folder; nothing where it is gone by now, as the notebook is at work there."""
+    with contextlib.suppress(FileNotFoundError), os.scandir(path) as entries:
+        return list(entries)
+    return []
+
+
+def _size(entry: os.DirEntry[str]) -> int:
+    with contextlib.suppress(FileNotFoundError):
+        return 512 * entry.stat(follow_symlinks=False).st_blocks
+    return 0
+
+
+def _written_by(pid: int) -> int:
+    """Return how many bytes a process has written to disks; 0 where that isn't told."""
+    with contextlib.suppress(OSError):
+        told = re.search(r"(?m)^write_bytes: (\d+)", Path(f"/proc/{pid}/io").read_text())
+        return int(told[1]) if told else 0
+    return 0
+
+
 # --- for every notebook, in its process ---
 
 
@@ -162,7 +228,7 @@ def apply(measures: Measures, folder: str, parent: int) -> dict[str, str]:
     take("limits", lambda: _limit(measures))
     take("user", lambda: become(measures.user))
     die_with_parent(parent)  # who becomes another user is let off this
-    take("privileges", _give_up_privileges)
+    take("privileges", lambda: _give_up_privileges(measures))
     if not measures.holds("privileges") and measures.holds("seccomp") and sys.platform == "linux":
         take("seccomp", lambda: kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1))
     take("landlock", lambda: _rule_files(folder))
@@ -210,9 +276,10 @@ def become(user: int | None) -> None:
             raise OSError(f"only root may read {path}")
 
 
-def _give_up_privileges() -> None:
+def _give_up_privileges(measures: Measures) -> None:
     kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1)
-    kernel.prctl(kernel.PR_SET_DUMPABLE, 0)
+    # Where it has to be counted what it writes (`is_overdrawn`), the process that forks must be able to ask.
+    kernel.prctl(kernel.PR_SET_DUMPABLE, 0 if measures.holds("namespaces") else 1)
     kernel.drop_capabilities()
 
 

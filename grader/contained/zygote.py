@@ -11,7 +11,7 @@ import gc
 import json
 import os
 import resource
-import shutil
+import select
 import signal
 import socket
 import sys
@@ -21,7 +21,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
-from . import attempts, confine, guard, kernel
+from . import attempts, confine, folders, guard, kernel
 from .confine import Measures
 
 LONGEST_REPORT = 4_000_000
@@ -174,12 +174,29 @@ def _serve(control: socket.socket, measures: Measures, parent: str, namespace: i
             if control.recv(1):
                 socket.send_fds(control, [b"p"], child.pipes)
                 _close(child.pipes)
+                _watch(control, measures, child)
                 said = control.recv(1)
         how = _end(child.pid, patience=0.2 if said == b"c" else 0.0)
         _remove(measures, child.folder)
         if not said:
             return
         _answer(control, {"signal": how})
+
+
+EVERY = 0.01
+"""Seconds after which it is counted again what a notebook has written."""
+
+
+def _watch(control: socket.socket, measures: Measures, child: _Child) -> None:
+    """Wait until the grader says something; kill a notebook that writes more than it may by then.
+
+    In a root of its own it can't: its folder is a file system that holds no more.
+    """
+    is_counted = measures.holds("quota") and not measures.holds("namespaces")
+    while is_counted and not select.select([control], [], [], EVERY)[0]:
+        if confine.is_overdrawn(measures, child.folder, child.pid):
+            with contextlib.suppress(OSError):
+                os.kill(child.pid, signal.SIGKILL)
 
 
 def _close(descriptors: Iterable[int]) -> None:
@@ -207,18 +224,22 @@ def _be_child(measures: Measures, folder: str, parent: int, inbox: int, outbox: 
     """Be the process in which one notebook runs; never return."""
     try:
         os.setsid()
-        null = os.open(os.devnull, os.O_RDWR)
-        for descriptor in (0, 1, 2):
-            os.dup2(null, descriptor)
-        _close_all_but({inbox, outbox})
-        os.chdir(folder)
         sys.setrecursionlimit(3000)
         os.environ.update(HOME=folder, TMPDIR=folder, MPLCONFIGDIR=folder, XDG_CACHE_HOME=folder)
         tempfile.tempdir = folder
-        failed = confine.apply(measures, folder, parent)
-        _tell(outbox, {"unprotected": failed} if failed else {"confined": True})
-        if not failed:
-            _do(measures, folder, inbox, outbox)
+        try:
+            null = os.open(os.devnull, os.O_RDWR)
+            for descriptor in (0, 1, 2):
+                os.dup2(null, descriptor)
+            _close_all_but({inbox, outbox})
+            os.chdir(folder)
+            failed = confine.apply(measures, folder, parent)
+        except OSError as error:
+            _tell(outbox, {"failed": str(error)})
+        else:
+            _tell(outbox, {"unprotected": failed} if failed else {"confined": True})
+            if not failed:
+                _do(measures, folder, inbox, outbox)
     finally:
         os._exit(0)
 
@@ -311,4 +332,5 @@ def _remove(measures: Measures, folder: str) -> None:
     if measures.holds("namespaces"):
         kernel.unmount(confine.OWN)
     else:
-        shutil.rmtree(folder, ignore_errors=True)
+        with contextlib.suppress(OSError):  # what stays is in the sandbox's folder, and goes with it
+            folders.remove(folder)

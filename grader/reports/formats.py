@@ -96,13 +96,18 @@ def write_asked(assignment: Assignment, results: Sequence[Result], asked: Sequen
         content = made.make(assignment, results)
         for said in made.notes(assignment, results):
             note(f"{name}: {said}")
-        if path != STDOUT:
-            write_atomically(Path(path), content, 0o600 if made.private else 0o644)
-        elif isinstance(content, bytes):
-            sys.stdout.flush()
-            sys.stdout.buffer.write(content)
-        else:
-            say(content)
+        write_out(path, content, 0o600 if made.private else 0o644)
         told = made.told(assignment, results)
         if told:
             say(told)
+
+
+def write_out(path: str, content: str | bytes, mode: int = 0o644) -> None:
+    """Write to a path, or to standard output. Raises QdotError where it can't be written."""
+    if path != STDOUT:
+        write_atomically(Path(path), content, mode)
+    elif isinstance(content, bytes):
+        sys.stdout.flush()
+        sys.stdout.buffer.write(content)
+    else:
+        say(content)

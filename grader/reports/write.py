@@ -9,10 +9,11 @@ from exercises.assignment import Assignment, Student
 from exercises.errors import QdotError
 from exercises.files import made_lasting, tidied, write_atomically
 from exercises.parallel import ordered_map
+from grader.attempt import told
 from grader.history import keep_earlier, results_path
 from grader.reports.feedback import feedback_page, made_from
 from grader.reports.tables import grades_csv, results_jsonl
-from grader.settle import Result
+from grader.settle import Result, failed
 
 BEGINNING = 1000
 """Characters at the beginning of a page among which it says what it was made from."""
@@ -23,15 +24,16 @@ ENDING = b"</html>\n"
 
 def write_reports(
     assignment: Assignment, results: Sequence[Result], jobs: int = 1, each: Callable[[], None] = lambda: None
-) -> None:
+) -> list[Result]:
     """Write the feedback pages that are not up to date, grades.csv and results.jsonl; `each` is told of every page.
 
-    What the run before gave goes into the history first. Raises QdotError where a file can't be written.
+    Returns the results as they are written: a student whose page or line can't be made is UNGRADED. What the run before
+    gave goes into the history before it is replaced. Raises QdotError where a file can't be written.
     """
     folder = assignment.folder / "graded"
     by_id = {student.id: student for student in assignment.roster}
-    pages = [(by_id[result["student"]], result) for result in results]
-    keep_earlier(assignment, results)
+    pages = [(by_id[result["student"]], _presentable(assignment, result)) for result in results]
+    final = {student.id: result for student, result in pages}
     # Its figures take longer than all the rest of a page: they are drawn on several processes, and only once.
     old = [(student, result) for student, result in pages if not _is_up_to_date(assignment, student, result)]
     for _ in range(len(pages) - len(old)):
@@ -42,21 +44,36 @@ def write_reports(
     every = ordered_map(_write, old, jobs, _same, (assignment,), lost)
     with tidied(ours):
         with contextlib.closing(every), made_lasting(folder) as now_and_then:
-            for student in every:
-                unwritten += [student] if student else []
+            for (student, _), result in zip(old, every, strict=True):
+                if result is None:
+                    unwritten.append(student.id)
+                else:
+                    final[student.id] = result
                 now_and_then()
                 each()
-        write_atomically(folder / "grades.csv", grades_csv(results, assignment.roster))
-        write_atomically(results_path(assignment), results_jsonl(results))
+        keep_earlier(assignment, list(final.values()))
+        write_atomically(folder / "grades.csv", grades_csv(list(final.values()), assignment.roster))
+        write_atomically(results_path(assignment), results_jsonl(list(final.values())))
     if unwritten:
         raise QdotError(
             f"no feedback page for {', '.join(unwritten)}: what wrote it was ended by the system, probably for want of "
             "memory; the grades are complete, and the same command tries again"
         )
+    return list(final.values())
 
 
 def _same(assignment: Assignment) -> Assignment:
     return assignment
+
+
+def _presentable(assignment: Assignment, result: Result) -> Result:
+    """Return the result if it can be written as a line of each table, else one that is UNGRADED and says why."""
+    try:
+        results_jsonl([result])
+        grades_csv([result], assignment.roster)
+        return result
+    except Exception as error:  # one student's result must not keep the others' from being written
+        return failed(assignment, result, told(error))
 
 
 def write_page(assignment: Assignment, student: Student, result: Result) -> None:
@@ -65,14 +82,22 @@ def write_page(assignment: Assignment, student: Student, result: Result) -> None
     write_atomically(page, feedback_page(assignment, student, result), lasting=False)
 
 
-def _write(assignment: Assignment, about: tuple[Student, Result]) -> str:
-    write_page(assignment, *about)
-    return ""
+def _write(assignment: Assignment, about: tuple[Student, Result]) -> Result:
+    """Write a student's page, and return the result that it shows: one that is UNGRADED where it fails on the other."""
+    student, result = about
+    try:
+        write_page(assignment, student, result)
+    except QdotError:
+        raise
+    except Exception as error:  # the others have their pages
+        result = failed(assignment, result, told(error))
+        with contextlib.suppress(Exception):
+            write_page(assignment, student, result)
+    return result
 
 
-def _lost(about: tuple[Student, Result]) -> str:
-    """Return whose page ended every process that was to write it."""
-    return about[0].id
+def _lost(_: tuple[Student, Result]) -> None:
+    """Return nothing, for a student whose page ended every process that was to write it."""
 
 
 def _page(folder: Path, student: Student) -> Path:

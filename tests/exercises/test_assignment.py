@@ -1,7 +1,10 @@
 """An assignment's folder: what is wrong in it is told with file, line or key, and what would be right."""
 
+import os
+import stat
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -418,7 +421,7 @@ def test_a_file_that_was_tidied_away_before_it_was_locked_is_begun_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     begun: list[Path] = []
-    lock = files._lock
+    lock = files.lock
 
     def late(handle: int, **how: bool) -> None:
         begun.append(max(tmp_path.glob(".a.txt.*.tmp"), key=lambda path: path.stat().st_ctime_ns))
@@ -426,7 +429,7 @@ def test_a_file_that_was_tidied_away_before_it_was_locked_is_begun_again(
             begun[0].unlink()
         lock(handle, **how)
 
-    monkeypatch.setattr(files, "_lock", late)
+    monkeypatch.setattr(files, "lock", late)
     files.write_atomically(tmp_path / "a.txt", "whole")
     assert len(begun) == 2
     assert [path.name for path in tmp_path.iterdir()] == ["a.txt"]
@@ -461,3 +464,49 @@ def test_the_students_notebook_gives_no_seed_away(folder: Path) -> None:
     ((_, problem),) = assignment.problems("s001")
     assert str(problem.id.seed) not in text
     assert assignment.secret not in text
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names")
+def test_a_device_or_a_pipe_is_written_in_place(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    read: list[bytes] = []
+    reader = threading.Thread(target=lambda: read.append(pipe.read_bytes()))
+    reader.start()
+    files.write_atomically(pipe, "whole")
+    reader.join()
+    assert read == [b"whole"] and pipe.is_fifo() and list(tmp_path.iterdir()) == [pipe]
+    (tmp_path / "null").symlink_to("/dev/null")
+    files.write_atomically(tmp_path / "null", "whole")
+    assert (tmp_path / "null").is_char_device()
+
+
+def test_what_a_link_leads_to_is_written_and_the_link_stays(tmp_path: Path) -> None:
+    (tmp_path / "there").mkdir()
+    (tmp_path / "link").symlink_to("there/file")
+    for text in ("first", "second"):
+        files.write_atomically(tmp_path / "link", text)
+        assert (tmp_path / "link").is_symlink() and (tmp_path / "there" / "file").read_text() == text
+
+
+@pytest.mark.skipif(not Path("/dev/stdout").exists(), reason="no /dev/stdout")
+def test_dev_stdout_is_written_to_and_stays(tmp_path: Path) -> None:
+    program = "from pathlib import Path; from exercises.files import write_atomically as w; w(Path('/dev/stdout'), 'x')"
+    link = Path("/dev/stdout").readlink()
+    with (tmp_path / "out").open("wb") as out:
+        subprocess.run([sys.executable, "-c", program], stdout=out, check=True)
+    assert (tmp_path / "out").read_text() == "x" and list(tmp_path.iterdir()) == [tmp_path / "out"]
+    piped = subprocess.run([sys.executable, "-c", program], stdout=subprocess.PIPE, check=True)
+    assert piped.stdout == b"x" and Path("/dev/stdout").readlink() == link
+
+
+@pytest.mark.skipif(not hasattr(os, "mknod") or os.geteuid() != 0, reason="only root can replace a device")
+def test_a_device_is_not_replaced_by_root_either(tmp_path: Path) -> None:
+    device = tmp_path / "null"
+    try:
+        os.mknod(device, 0o600 | stat.S_IFCHR, os.makedev(1, 3))
+        device.write_bytes(b"")
+    except OSError:
+        pytest.skip("no devices here")
+    files.write_atomically(device, "whole")
+    assert device.is_char_device() and list(tmp_path.iterdir()) == [device]

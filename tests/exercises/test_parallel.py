@@ -59,6 +59,12 @@ def test_what_a_process_ended_over_is_done_again_and_nothing_stands_for_it(tmp_p
     assert list(tmp_path.glob("closed by *"))
 
 
+def test_what_a_process_has_set_up_is_closed_when_there_is_no_more_to_do(tmp_path: Path) -> None:
+    pids = set(ordered_map(pid_or_asleep, [0, 0, 0], 2, Place, (tmp_path,)))
+    closed = {path.name for path in tmp_path.iterdir()}
+    assert {f"closed by {pid}" for pid in pids} <= closed and len(closed) == 2
+
+
 def test_what_ends_two_processes_is_lost_and_the_others_are_not(tmp_path: Path) -> None:
     assert list(ordered_map(squared, [5, 6, 7, 8], 2, Place, (tmp_path,), lambda item: -item)) == [25, 36, -7, 64]
 

@@ -196,8 +196,13 @@ def test_compare_by_argument_and_by_batch(tmp_path: Path) -> None:
         answers = [json.loads(line) for line in run("compare", "--batch", source, stdin=stdin).splitlines()]
         assert [answer["outcome"] for answer in answers] == expected
         assert [answer["id"] for answer in answers] == list(range(1, 8))
-    (tmp_path / "b.jsonl").write_text('{"id": 1}\n')
-    assert "line 1" in fails("compare", "--batch", tmp_path / "b.jsonl")
+    (tmp_path / "b.jsonl").write_bytes(b'{"id": 1}\n\xff\n[]\n' + lines.encode())
+    result = runner.invoke(app, ["compare", "--batch", str(tmp_path / "b.jsonl")])
+    assert result.exit_code == 2
+    answered = [json.loads(line)["outcome"] for line in result.stdout.splitlines()]
+    assert answered == ["ungraded"] * 3 + expected
+    assert result.stderr.startswith("qdot: line 1: an object with")
+    assert result.stderr.endswith(", and 2 more lines are no requests; all others were compared\n")
 
 
 def test_verify_problems_and_folders(tmp_path: Path) -> None:

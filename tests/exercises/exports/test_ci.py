@@ -253,3 +253,10 @@ def test_a_robot_outside_of_the_folder_is_refused(assignment: Assignment, tmp_pa
 
 def test_the_check_takes_one_report_only(tmp_path: Path) -> None:
     assert "write github=PATH" in fails("check", tmp_path / "x.ipynb", "--report", "junit=x")
+
+
+def test_the_report_of_a_check_may_be_standard_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.md").write_text("```python\np1_determinant = 'a1*a2'\n```")
+    said = run("check", "mine.md", "--report", "github=-")
+    assert "| p1.determinant | can be read |" in said and [path.name for path in tmp_path.iterdir()] == ["mine.md"]

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from exercises.files import own_folder
+from grader.own_folder import own_folder
 from grader.sandbox import CONTAINED, Limits, Sandbox
 
 IMPORTS = "from sympy import *\nimport numpy as np\nx, y = symbols('x y')"
@@ -177,7 +177,7 @@ def test_folders_of_processes_that_were_killed_are_removed_and_those_in_use_are_
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    program = "import sys; from exercises.files import own_folder; print(own_folder('qdot-own-').path, flush=True); "
+    program = "import sys; from grader.own_folder import own_folder; print(own_folder('qdot-own-').path, flush=True); "
     with subprocess.Popen(
         [sys.executable, "-c", program + "sys.stdin.read()"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
         env={"TMPDIR": str(tmp_path)},

@@ -1,0 +1,238 @@
+"""The same promise on every machine, or a refusal: machines that refuse namespaces, Landlock or both, root and others.
+
+Where there are no namespaces, quota, folders, processes and clean-up are enforced by other means; whatever is promised
+was tried by the probe, and what it can't see is seen here.
+"""
+
+import json
+import os
+import platform
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from grader.contained import attempts, folders
+from grader.guarantees import KERNEL, probe
+from grader.own_folder import own_folder
+from grader.sandbox import Limits, Run, Sandbox
+from tests.support.machines import DOCKERS_ROOT, NOBODY, run_on
+from tests.support.suites import several
+
+pytestmark = [
+    pytest.mark.xdist_group("machines"),
+    pytest.mark.skipif(
+        sys.platform != "linux" or platform.machine() not in ("x86_64", "aarch64"), reason="a filter of Linux's"
+    ),
+]
+
+# --- what the machine is told to be, by doctor ---
+
+REFUSED = {"namespaces": ["namespaces"], "Landlock": ["landlock"], "both": ["namespaces", "landlock"]}
+USERS = [None, DOCKERS_ROOT, NOBODY] if os.geteuid() == 0 else [None]
+FEW = [("namespaces", user) for user in USERS[1:]] + [("both", None)]
+
+ATTACKS = {
+    "fills its folder": "for i in range(60): open(str(i), 'wb').write(bytes(9_900_000))",
+    "fills files without names": (
+        "k = []\nfor i in range(60):\n    k.append(open('x', 'wb', 0)); os.unlink('x'); k[-1].write(bytes(9_900_000))"
+    ),
+    "nests": "for i in range(1200): os.mkdir('d'); os.chdir('d')",
+    "closes": "os.mkdir('d'); os.mkdir('d/e'); f = os.open('d', 0); os.fchmod(os.open('d/e', 0), 0); os.fchmod(f, 0)",
+    "kills by a descriptor": (
+        "import fcntl\nr, w = os.pipe()\nfcntl.fcntl(r, fcntl.F_SETOWN, os.getppid())\n"
+        "fcntl.fcntl(r, fcntl.F_SETSIG, 9); fcntl.fcntl(r, fcntl.F_SETFL, os.O_ASYNC); os.write(w, b'x')"
+    ),
+    "multiplies": "while True: os.fork()",
+}
+PROGRAM = f"""
+import json, os, tempfile
+from grader.sandbox import Limits, Sandbox
+print(json.dumps(dict(uid=os.geteuid())))
+with Sandbox(Limits(seconds=20, cell_seconds=8), ["watch"]) as sandbox:
+    for name, cell in {ATTACKS!r}.items():
+        run = sandbox.run(["import os; a = 1", cell], ["a"])
+        pid = sandbox._process.pid
+        honest = sandbox.run(["h = 2"], ["h"])
+        print(json.dumps(dict(
+            name=name, end=run.end, honest=honest.answers, behind=sandbox.left_behind,
+            same=sandbox._process.pid == pid, answers=run.answers,
+        )))
+print(json.dumps(dict(left=os.listdir(tempfile.gettempdir()))))
+"""
+
+
+def home(folder: Path) -> Path:
+    """Return a folder for temporary files that any user may have."""
+    folder.chmod(0o755)
+    for above in list(folder.parents)[:-2]:
+        if above.stat().st_uid == os.geteuid():
+            above.chmod(above.stat().st_mode | 0o011)
+    made = folder / "tmp"
+    made.mkdir()
+    made.chmod(0o777)
+    return made
+
+
+@pytest.mark.parametrize(("name", "user"), several(FEW, [(name, user) for name in REFUSED for user in USERS]))
+def test_what_is_promised_on_a_machine_is_kept_there(name: str, user: int | None, tmp_path: Path) -> None:
+    place = home(tmp_path)
+    told = run_on(REFUSED[name], ["-m", "grader.cli", "doctor", "--json"], user, place)
+    assert told.returncode == 0, told.stderr
+    found = json.loads(told.stdout)
+    assert set(REFUSED[name]) <= found["lacking"].keys()
+    by = {each["name"]: each["by"] for each in found["guarantees"]}
+    assert by["processes"] == by["memory"] == by["privileges"] == by["time"] == by["network"] == KERNEL
+    is_open = {"namespaces", "landlock"} <= found["lacking"].keys()  # then nothing keeps it from reading files
+    assert (by["files"] == KERNEL) == found["strict"] == (not is_open)
+    done = run_on(REFUSED[name], ["-c", PROGRAM], user, place)
+    assert done.returncode == 0, done.stderr
+    first, *runs, last = map(json.loads, done.stdout.splitlines())
+    assert first["uid"] == (os.geteuid() if user is None else user)
+    assert [run["name"] for run in runs] == list(ATTACKS)
+    for run in runs:
+        assert run["answers"] == {"a": "1"} and run["honest"] == {"h": "2"}, run
+        assert run["same"] and not run["behind"], run
+    if "namespaces" in found["lacking"]:  # without a file system of its own, who writes too much is stopped
+        assert [run["end"] for run in runs][:3] == ["killed"] * 3
+    assert last["left"] == []
+
+
+# --- what the probe tries ---
+
+
+def achieved(without: set[str]) -> dict[str, tuple[str, ...]]:
+    return {each.name: each.achieved for each in probe(without, quick=True).guarantees}
+
+
+def test_the_probe_sees_that_nobody_counts_what_is_written() -> None:
+    found = achieved({"namespaces", "quota"})
+    assert found["files"] == ("wrote 256 MB in all", "wrote 256 MB into files without names")
+    assert achieved({"namespaces"})["files"] == ()
+
+
+def test_the_probe_sees_that_processes_have_memory_of_their_own_each() -> None:
+    found = achieved({"namespaces", "landlock", "seccomp", "limits"})
+    many = f"started {attempts.MOST} processes"
+    assert many in found["memory"] and many in found["processes"] and "started a program" in found["processes"]
+
+
+def test_the_probe_sees_a_signal_by_a_descriptor() -> None:
+    found = achieved({"namespaces", "landlock", "seccomp", "user", "privileges"})
+    assert "killed the process that starts notebooks" in found["processes"]
+
+
+def test_the_probe_reads_what_others_may_read() -> None:
+    """Another user than root alone keeps nobody from files that are open to all."""
+    found = achieved({"namespaces", "landlock"})
+    assert any("read a file" in said for said in found["files"]) and "wrote into another folder" in found["files"]
+
+
+def test_the_probe_sees_what_is_left_behind() -> None:
+    nest = attempts.ALONE.index(("files", attempts._nest))
+    with Sandbox(Limits(seconds=10), {"namespaces"}, loaded=False) as sandbox:
+        assert sandbox.exchange({"attempts": {"seconds": 0, "alone": nest}}, lambda _: None) == "killed"
+        assert not sandbox.left_behind
+        assert sandbox._folder is not None
+        for name in ("one", "two"):
+            Path(sandbox._folder.path, name).mkdir()
+        assert sandbox.left_behind
+
+
+# --- without namespaces ---
+
+
+def counted(cells: list[str], names: list[str]) -> Run:
+    with Sandbox(Limits(seconds=20, cell_seconds=8), {"namespaces", "watch"}) as sandbox:
+        return sandbox.run(["import os", *cells], names)
+
+
+def test_who_writes_too_much_is_stopped_soon_and_told() -> None:
+    cells = [f"open('f{i}', 'wb').write(bytes(9_900_000)); n{i} = 1" for i in range(60)]
+    run = counted(cells, [f"n{i}" for i in range(60)])
+    assert 5 <= len(run.answers) <= 25 and run.end == "killed"
+    assert run.note == "the notebook was stopped by the machine (time, memory or disk); cells after that were not run"
+
+
+def test_what_is_written_within_the_limits_is_not_stopped() -> None:
+    cells = [
+        "for i in range(5): open(str(i), 'wb').write(bytes(9_900_000))",
+        "import time; time.sleep(0.3)",
+        "os.makedirs('/'.join('abcdefgh')); print('x' * 10**8)",
+        "import tempfile\nwith tempfile.TemporaryFile() as f: f.write(b'x')\na = 1",
+    ]
+    run = counted(cells, ["a"])
+    assert (run.answers, run.cell_errors, run.end) == ({"a": "1"}, {}, "done")
+
+
+# --- folders ---
+
+
+def nested(folder: Path, depth: int) -> None:
+    at = os.open(folder, os.O_RDONLY)
+    for _ in range(depth):
+        os.mkdir("d" * 50, dir_fd=at)
+        inner = os.open("d" * 50, os.O_RDONLY, dir_fd=at)
+        os.close(os.open("file", os.O_CREAT, dir_fd=inner))
+        os.close(at)
+        at = inner
+    os.close(at)
+
+
+def test_a_folder_is_removed_however_deep_and_closed_it_is(tmp_path: Path) -> None:
+    kept = tmp_path / "kept"
+    kept.mkdir()
+    (kept / "file").touch()
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    nested(folder, 1100)  # deeper than Python's recursion, and with paths that are longer than any may be
+    (folder / "link").symlink_to(kept)
+    (folder / "closed" / "inner").mkdir(parents=True)
+    (folder / "closed" / "link").symlink_to(kept)
+    (folder / "closed" / "inner").chmod(0)
+    (folder / "closed").chmod(0)
+    folders.remove(str(folder))
+    assert list(tmp_path.iterdir()) == [kept] and (kept / "file").exists()
+
+
+def test_what_takes_too_long_to_remove_is_left(tmp_path: Path) -> None:
+    for number in range(3):
+        (tmp_path / str(number)).touch()
+    with pytest.raises(TimeoutError, match="is not empty after"):
+        folders.remove(str(tmp_path), -1)
+    folders.remove(str(tmp_path))
+    assert not tmp_path.exists()
+
+
+def test_leftovers_that_are_hard_to_remove_stop_no_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    left = tmp_path / "qdot-own-left"
+    (left / "inner").mkdir(parents=True, mode=0)
+    with own_folder("qdot-own-"):
+        assert not left.exists()
+    left.mkdir()
+
+    def fail(*_: object) -> None:
+        raise RecursionError
+
+    monkeypatch.setattr(folders, "remove", fail)
+    assert Path(own_folder("qdot-own-").path).is_dir() and left.exists()
+
+
+# --- a machine on which nothing works ---
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can put a file in the place of a device")
+def test_what_ended_the_probe_is_told(tmp_path: Path) -> None:
+    """As after `--report github=/dev/null` as root, when a report took the place of the device."""
+    (tmp_path / "null").touch()
+    program = (
+        "import sys; from grader.contained import kernel; from grader.cli import app\n"
+        "kernel.unshare(kernel.NEWNS); kernel.mount(None, '/', None, kernel.MS_REC | kernel.MS_PRIVATE)\n"
+        f"kernel.mount({str(tmp_path / 'null')!r}, '/dev/null', None, kernel.MS_BIND); app(['doctor'])"
+    )
+    done = run_on([], ["-c", program])
+    assert done.returncode == 2
+    assert done.stderr.startswith("qdot: the sandbox of this machine does not work, its probe ended early (unbegun: ")
+    assert "'/dev/null'" in done.stderr and len(done.stderr.splitlines()) == 1

@@ -1,0 +1,206 @@
+"""A boundary around each submission: a fault planted in any step of one student's stops nobody else, and is no mark.
+
+The class is graded as `qdot grade` does it, in this process: found, read, run, judged, kept, settled, written.
+"""
+
+import csv
+import json
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from exercises.assignment import Assignment, Student
+from exercises.errors import QdotError
+from grader import attempt, batch, marking, submission
+from grader.batch import grade_class
+from grader.contained import folders
+from grader.reports import write
+from grader.reports.tables import status
+from grader.reports.write import write_page, write_reports
+from grader.sandbox import Limits, Sandbox
+from grader.submission import find_submissions
+from tests.support.handing_in import Result, a_class, hand_in, one_sandbox, right
+
+VICTIM = "s02"
+PLANTED = "planted"
+
+
+@pytest.fixture
+def assignment(tmp_path: Path) -> Assignment:
+    made = a_class(tmp_path / "hw", [Student(f"s0{i}") for i in (1, 2, 3)])
+    for student in made.roster:
+        hand_in(made, f"{student.id}/hw.ipynb", right(made, student.id))
+    return made
+
+
+def graded(assignment: Assignment) -> dict[str, Result]:
+    """Grade the class and write its reports; return the results as they stand in results.jsonl."""
+    with one_sandbox():
+        found = find_submissions(assignment, assignment.folder / "submitted").found
+        results = grade_class(assignment, found, 0, Limits(seconds=20), lambda _: None, write_page=write_page)
+        results = write_reports(assignment, results)
+    written = (assignment.folder / "graded" / "results.jsonl").read_text().splitlines()
+    assert [json.loads(line) for line in written] == results
+    with (assignment.folder / "graded" / "grades.csv").open() as table:
+        assert [row["status"] for row in csv.DictReader(table)] == [status(result) for result in results]
+    return {result["student"]: result for result in results}
+
+
+def is_victims(about: object) -> bool:
+    """Tell whether something that a step is given is the victim's: a path, an id, a student, a notebook."""
+    if isinstance(about, Student):
+        return about.id == VICTIM
+    if isinstance(about, dict):
+        return about.get("student") == VICTIM
+    if isinstance(about, (list, tuple)):
+        return any(not isinstance(one, Student) and is_victims(one) for one in about)  # not the whole roster
+    return VICTIM in str(getattr(about, "path", about))
+
+
+STEPS: dict[str, tuple[object, str]] = {
+    "looked into": (submission, "_files_in"),
+    "ranked": (submission, "best_first"),
+    "read": (attempt, "read_submission"),
+    "taken from what is kept": (batch._Shelf, "taken"),
+    "regenerated": (attempt, "kept"),
+    "compared with the assignment": (attempt, "wrong_assignment"),
+    "run": (Sandbox, "run"),
+    "found among what was run": (attempt, "find_answers"),
+    "marked": (attempt, "mark"),
+    "judged": (marking, "judge_given"),
+    "kept": (batch._Shelf, "put"),
+    "settled": (batch, "settle"),
+    "made a line": (write, "results_jsonl"),
+    "made a row": (write, "grades_csv"),
+    "made a page": (write, "feedback_page"),
+}
+"""Every step of a submission, by the function that does it."""
+
+ONCE = {"settled", "made a line", "made a row", "made a page"}
+"""Where what stands for the student goes the same way as what failed did."""
+
+KINDS = {
+    "run": MemoryError, "marked": RecursionError, "judged": OverflowError, "regenerated": QdotError, "read": OSError,
+    "looked into": UnicodeEncodeError,
+}  # fmt: skip
+"""Of which kind the fault is, where it is no KeyError."""
+
+
+def fault(step: str) -> Exception:
+    kind = KINDS.get(step, KeyError)
+    return kind("utf-8", PLANTED, 0, 1, PLANTED) if kind is UnicodeEncodeError else kind(PLANTED)
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_a_fault_in_any_step_is_its_students_alone(
+    step: str, assignment: Assignment, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    where, name = STEPS[step]
+    real: Callable[..., Any] = getattr(where, name)
+    current = [""]  # whose notebook is at work, for steps that are not told
+    failed = []
+
+    def planted(*about: Any, **options: Any) -> Any:
+        whole = [one for one in about if isinstance(one, list) and len(one) > 1 and isinstance(one[0], dict)]
+        is_told = step in ONCE and "qdot itself failed" in repr(about)
+        if (any(map(is_victims, about)) or current[0] == VICTIM) and not whole and not is_told:
+            failed.append(step)
+            raise fault(step)
+        return real(*about, **options)
+
+    def told(*about: Any, **options: Any) -> Any:
+        current[0] = about[1]
+        try:
+            return grade_attempt(*about, **options)
+        finally:
+            current[0] = ""
+
+    grade_attempt = attempt.grade_attempt
+    monkeypatch.setattr(where, name, planted)
+    monkeypatch.setattr(attempt, "grade_attempt", told)
+    results = graded(assignment)
+    assert failed
+    victim = results.pop(VICTIM)
+    assert status(victim) == "ungraded" and victim["score"] == 0
+    assert PLANTED in victim["problems"][0]["parts"][0]["reason"]
+    for result in results.values():
+        assert result["score"] == result["max_score"], result
+    for student in assignment.roster:
+        assert (assignment.folder / "graded" / "feedback" / f"{student.id}.html").read_text().endswith("</html>\n")
+    assert PLANTED in (assignment.folder / "graded" / "feedback" / f"{VICTIM}.html").read_text()
+
+
+def test_what_was_ungraded_is_graded_when_the_fault_is_gone(
+    assignment: Assignment, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr(attempt, "mark", lambda *_, **__: 1 / 0)
+        assert [status(result) for result in graded(assignment).values()] == ["ungraded"] * 3
+    assert [status(result) for result in graded(assignment).values()] == ["graded"] * 3
+
+
+def test_a_machine_that_runs_no_notebook_is_told_once(assignment: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise QdotError("the process in which notebooks run does not start")
+
+    monkeypatch.setattr(Sandbox, "run", refuse)
+    with pytest.raises(QdotError, match="does not start"):
+        graded(assignment)
+
+
+needs_bytes = pytest.mark.skipif(sys.platform != "linux", reason="only Linux has names of files that are no text")
+
+
+@needs_bytes
+@pytest.mark.parametrize(
+    "place", ["s01/L\udcf6sung.txt", "s01/L\udcf6s/hw.ipynb", "L\udcf6sung.ipynb", "s02_\udcf6/a.ipynb"]
+)
+def test_a_name_that_is_not_utf8_stops_nobody(assignment: Assignment, place: str) -> None:
+    path = assignment.folder / "submitted" / place
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes(b"no notebook")
+    assert [(result["score"], status(result)) for result in graded(assignment).values()] == [(4, "graded")] * 3
+
+
+@needs_bytes
+def test_a_notebook_whose_name_is_not_utf8_is_graded(assignment: Assignment) -> None:
+    own = assignment.folder / "submitted" / "s01"
+    (own / "hw.ipynb").rename(own / "L\udcf6sung.ipynb")
+    result = graded(assignment)["s01"]
+    assert (result["score"], result["submission"]["file"]) == (4, "L\N{REPLACEMENT CHARACTER}sung.ipynb")
+    assert graded(assignment)["s01"] == result  # from what was kept
+    assert not (assignment.folder / "graded" / "history").exists()
+
+
+def test_folders_within_folders_stop_nobody(assignment: Assignment) -> None:
+    top = os.open(assignment.folder / "submitted" / "s03", os.O_RDONLY)
+    for _ in range(1200):
+        os.mkdir("d", dir_fd=top)
+        inner = os.open("d", os.O_RDONLY, dir_fd=top)
+        os.close(top)
+        top = inner
+    os.close(top)
+    results = graded(assignment)
+    folders.remove(str(assignment.folder / "submitted"))  # pytest can't
+    assert [status(results[student]) for student in ("s01", "s02")] == ["graded"] * 2
+    assert status(results["s03"]) in ("graded", "ungraded")  # by how deep this Python's os.walk goes
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root looks into every folder")
+def test_a_folder_that_cannot_be_looked_into_is_told(assignment: Assignment) -> None:
+    closed = assignment.folder / "submitted" / "s03" / "closed"
+    closed.mkdir(mode=0)
+    result = graded(assignment)["s03"]
+    assert result["score"] == 4 and "closed: a folder that can't be looked into" in result["notes"][0]
+
+
+def test_fifty_notebooks_are_not_all_named_in_one_note(assignment: Assignment) -> None:
+    text = right(assignment, "s01")
+    for number in range(30):
+        hand_in(assignment, f"s01/hw-{number:02d}.ipynb", text.replace("# T", f"# {number}"))
+    note = graded(assignment)["s01"]["staff_notes"][0]
+    assert note.startswith("31 notebooks were handed in") and note.endswith(" and 25 more") and len(note) < 250
