@@ -13,7 +13,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from exercises.problem import Problem, variable
-from grader.cells import Cell, parsed, plain, without_magics
+from grader.cells import Cell, parsed, plain
+from grader.contained.ipython import python_of
 from grader.sandbox import Run
 
 MOST = 50
@@ -53,8 +54,10 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> 
     order = sorted(book.sources)
     sources = [book.sources[index] for index in order]
     result = run(sources, list(names.values()))
-    failed = {order[place]: error for place, error in result.cell_errors.items() if 0 <= place < len(order)}
+    failed = {order[place]: error for place, error in result.cell_errors.items()}
+    stops = {order[place]: _stop(book, order[place], result, place) for place in {*result.cell_errors, *result.missed}}
     answers = Answers(result, notes=book.notes)
+    answers.notes += _first_stop(book, stops)
     answers.notes += [_lost(name, order[index], value) for name, (index, value) in result.lost.items()]
     again = _Again(run, sources, order, failed)
     for part, name in names.items():
@@ -65,7 +68,7 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> 
         if name in result.answers:
             _tell_several(answers, part, name, book, failed)
         else:
-            answers.reasons[name] = _why_missing(part, name, book, result, failed)
+            answers.reasons[name] = _why_missing(part, name, book, result, stops, failed)
     return answers
 
 
@@ -100,7 +103,7 @@ class _Book:
         cell = self.cells[index]
         if cell.part not in self.names and not self._relevant.search(cell.source):
             return set()
-        tree = parsed(without_magics(cell.source), LONGEST)
+        tree = _tree(cell.source)
         if tree is None:  # by the look of it: why the cell stops is told when it is run
             return set(re.findall(r"(?m)^[ \t]*(\w+)\b[^\n=!<>]*=(?!=)", cell.source[:LONGEST]))
         return set(_bound(tree, cell.source))
@@ -155,7 +158,7 @@ class _Book:
 
     def _answer_in(self, index: int) -> "ast.Assign | ast.Expr | None":
         """Return the statement of an answer cell that gives its answer, whatever the variable is called."""
-        tree = parsed(without_magics(self.sources[index]), LONGEST)
+        tree = _tree(self.sources[index])
         if tree is None or not tree.body:
             return None
         assigned = {
@@ -190,7 +193,7 @@ class _Book:
 
     def _rename(self, index: int, name: str, other: str) -> bool:
         """Have another variable, where a cell sets it, read as the answer."""
-        tree = parsed(without_magics(self.sources[index]), LONGEST)
+        tree = _tree(self.sources[index])
         for statement in reversed(tree.body if tree else []):
             if isinstance(statement, ast.Assign) and any(
                 isinstance(t, ast.Name) and t.id == other for t in statement.targets
@@ -201,7 +204,7 @@ class _Book:
 
     def _write(self, index: int, number: int, begin: int, end: int, text: str) -> None:
         """Put a text in place of some bytes of a line, which is how Python counts."""
-        lines = without_magics(self.sources[index]).split("\n")
+        lines = python_of(self.sources[index]).split("\n")
         line = lines[number - 1].encode()
         lines[number - 1] = (line[:begin] + text.encode() + line[end:]).decode()
         self.sources[index] = "\n".join(lines)
@@ -221,6 +224,11 @@ class _Book:
             del self.sources[index], self.sets[index]
             return False
         return True
+
+
+def _tree(source: str) -> ast.Module | None:
+    """Return the tree of a cell that is not too long, as it is run."""
+    return parsed(python_of(source), LONGEST) if len(source) <= LONGEST else None
 
 
 def _bound(tree: ast.AST, source: str) -> Iterator[str]:
@@ -292,6 +300,10 @@ def _take_an_earlier_value(found: Answers, name: str) -> None:
         found.notes.append(f"{name} is {became} at the end of the notebook; its value before that was read")
 
 
+def _lacks_name(error: str) -> bool:
+    return error.startswith("NameError")
+
+
 @dataclass
 class _Again:
     """A second run, in which cells that lacked a name come once more after all others; made when it is needed first."""
@@ -303,7 +315,7 @@ class _Again:
     _second: Run | None = None
 
     def cells(self) -> list[int]:
-        return [index for index in self.order if self.failed.get(index, "").startswith("NameError")]
+        return [index for index in self.order if _lacks_name(self.failed.get(index, ""))]
 
     def value(self, name: str, names: Sequence[str]) -> str | None:
         """Return what a variable holds after the second run."""
@@ -349,14 +361,40 @@ def _lost(name: str, index: int, value: str) -> str:
     )
 
 
-def _why_missing(part: str, name: str, book: _Book, run: Run, failed: Mapping[int, str]) -> str:
+def _stop(book: _Book, index: int, run: Run, place: int) -> str:
+    """Say where a cell stopped, or which import it lacks, and why."""
+    lines = book.sources[index].split("\n")
+
+    def at(number: int) -> str:
+        return f"line {number}" + (f", {plain(lines[number - 1].strip())}," if number <= len(lines) else "")
+
+    said = []
+    if place in run.missed:
+        number, why = run.missed[place]
+        said.append(f"{_cells([index])} lacks what {at(number)} imports ({why})")
+    if place in run.cell_errors:
+        where = f" at {at(run.stopped_at[place])}" if place in run.stopped_at else ""
+        said.append(f"{_cells([index])} stopped{where} and was left there ({run.cell_errors[place]})")
+    return "; ".join(said)
+
+
+def _first_stop(book: _Book, stops: Mapping[int, str]) -> list[str]:
+    """Say of the first cell above all answers that stopped that it did: what is below may lack what it was to make."""
+    first_answer = min((index for index, names in book.sets.items() if names), default=len(book.cells))
+    return [stops[index] for index in sorted(stops) if index < first_answer][:1]
+
+
+def _why_missing(
+    part: str, name: str, book: _Book, run: Run, stops: Mapping[int, str], failed: Mapping[int, str]
+) -> str:
     """Return why a part has no answer, in words."""
     if name in run.failures:
         return f"{name} has no value that can be read: {run.failures[name]}"
     places = [*book.setters(name), *book.marked(part)]
-    stopped = next((failed[index] for index in places if index in failed), None)
+    stopped = next((index for index in places if index in failed), None)
     if stopped is not None:
-        return f"its cell stopped: {stopped}"
+        before = [stops[index] for index in sorted(stops) if index < stopped] if _lacks_name(failed[stopped]) else []
+        return "; ".join([f"its cell stopped: {failed[stopped]}", *before[:1]])
     if run.note:
         return run.note
     if not places:

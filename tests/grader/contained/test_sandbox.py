@@ -211,7 +211,7 @@ def test_a_notebook_reads_and_writes_nothing_of_the_machines_owner(sandbox: Sand
         f"os.rename({str(secret)!r}, 'mine')",
         "p3 = open('/proc/%d/cmdline' % os.getppid()).read()",
         f"os.symlink({str(secret)!r}, 'link')\np4 = open('link').read()",
-        "import exercises.generation; p5 = 'loaded'",
+        "if True:\n    import exercises.generation; p5 = 'loaded'",
         "import importlib; importlib.import_module('grader.formulas'); p6 = 'loaded'",
         f"import subprocess; p7 = subprocess.run(['cat', {str(secret)!r}], capture_output=True, text=True).stdout",
         f"p8 = os.popen({'cat ' + str(secret)!r}).read()",
