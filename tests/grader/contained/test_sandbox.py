@@ -135,6 +135,58 @@ def test_what_ends_the_process_keeps_the_answers_before_and_the_next_notebook(ce
         assert sandbox.run(["a = 3"], ["a"]).answers == {"a": "3"}
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="processors are chosen, and others' processor time is read")
+def test_a_busy_machine_costs_no_answer() -> None:
+    """What counts is processor time: here a notebook has a fifth of a processor, and less where the machine is busy."""
+    allowed = os.sched_getaffinity(0)
+    spinning = [sys.executable, "-c", "while True: pass"]
+    others: list[subprocess.Popen[bytes]] = []
+    try:
+        os.sched_setaffinity(0, {min(allowed)})
+        with Sandbox(Limits(seconds=1.5, cell_seconds=0.5)) as sandbox:
+            assert sandbox.run([], []).end == "done"
+            others += [subprocess.Popen(spinning, start_new_session=True) for _ in range(4)]
+            begun = time.monotonic()
+            run = sandbox.run([COMPUTES, "a = 1", COMPUTES, "b = 2"], ["a", "b"])
+            took = time.monotonic() - begun
+    finally:
+        os.sched_setaffinity(0, allowed)
+        for process in others:
+            process.kill()
+            process.wait()
+    assert (run.answers, run.cell_errors, run.end) == ({"a": "1", "b": "2"}, {}, "done")
+    assert took > 1.5, "the machine was not busy"
+
+
+COMPUTES = "import time\nbegun = time.process_time()\nwhile time.process_time() - begun < 0.4: pass"
+
+
+@pytest.mark.parametrize(
+    ("cell", "told"),
+    [
+        ("while True: pass", "it took longer than 0.5 s of processor time"),
+        ("import time; time.sleep(60)", "it waited longer than 1.5 s"),
+        (f"import time\n{COMPUTES}\ntime.sleep(60)", "it waited longer than 1.5 s"),
+    ],
+)
+def test_a_cell_that_takes_too_long_is_told_what_of(cell: str, told: str) -> None:
+    with Sandbox(Limits(seconds=20, cell_seconds=0.5)) as sandbox:
+        begun = time.monotonic()
+        run = sandbox.run([cell, "a = 1"], ["a"])
+    assert (run.answers, run.cell_errors) == ({"a": "1"}, {0: told})
+    assert time.monotonic() - begun < 1.5 + 10 * 0.5 + 4
+
+
+@pytest.mark.parametrize("rest", ["while True: pass", "time.sleep(60)", "while True: time.sleep(0.01)"])
+def test_a_notebook_that_ignores_its_alarms_is_stopped_all_the_same(rest: str) -> None:
+    ignores = "import time\nfrom signal import *\nfor s in (SIGALRM, SIGPROF): signal(s, SIG_IGN)\n"
+    with Sandbox(Limits(seconds=1, cell_seconds=0.5)) as sandbox:
+        begun = time.monotonic()
+        run = sandbox.run(["a = 1", ignores + rest], ["a"])
+    assert (run.answers, run.end) == ({"a": "1"}, "overtime")
+    assert time.monotonic() - begun < 1 + 10 * 1 + 4
+
+
 def test_an_exception_that_fights_back_is_contained(sandbox: Sandbox) -> None:
     cell = "class E(Exception):\n    def __str__(self): raise SystemError\nraise E"
     assert sandbox.run([cell, "a = 1"], ["a"]).answers == {"a": "1"}
