@@ -250,8 +250,10 @@ VALUES = (ast.BinOp, ast.UnaryOp, ast.Call, ast.Constant, ast.Compare, ast.BoolO
 
 
 def _shows(statement: ast.Expr) -> bool:
-    """Tell whether a statement only shows something."""
+    """Tell whether a statement only shows something, or is a magic of IPython's."""
     called = statement.value.func if isinstance(statement.value, ast.Call) else None
+    if isinstance(called, ast.Attribute):
+        return called.attr in ("show", "run_line_magic", "run_cell_magic", "system", "getoutput")
     return isinstance(called, ast.Name) and called.id in ("print", "display", "pprint", "init_printing", "help")
 
 

@@ -201,6 +201,15 @@ def habits(cells: Cells) -> None:
     cells.insert(2, code("%%writefile helper.py\ndef keep(x):\n    return x"))
 
 
+def only_magic_left(cells: Cells) -> None:
+    cells[JACOBIAN]["source"] = "%who"
+
+
+def only_help_below_j(cells: Cells) -> None:
+    source(cells, JACOBIAN, "p1_jacobian", "J")
+    cells[JACOBIAN]["source"] += "\n!ls\nJ?"
+
+
 def magic_named_j(cells: Cells) -> None:
     source(cells, JACOBIAN, "p1_jacobian", "%%time\nx = !ls\nJ")
 
@@ -349,6 +358,8 @@ CASES: dict[str, tuple[Callable[[Cells], None], list[str], str, str]] = {
     ),
     "a library in an answer": (library_in_an_answer, RIGHT, NO_NOTE, ""),
     "habits of Jupyter": (habits, RIGHT, NO_NOTE, ""),
+    "only a magic left": (only_magic_left, ["correct", "missing", "correct"], NO_NOTE, "does not set p1_jacobian"),
+    "another name above magics": (only_help_below_j, RIGHT, "sets J, which was read for it", ""),
     "another name below a magic": (magic_named_j, RIGHT, "sets J, which was read for it", ""),
     "cells merged": (merged, RIGHT, NO_NOTE, ""),
     "magics, and another name": (magics, RIGHT, "sets J, which was read for it", ""),
