@@ -35,6 +35,9 @@ MOST_LINES = 50_000
 """Lines that are read of it."""
 
 
+MOST_LINES_OF_A_CELL = 100_000_000
+"""What is said to have happened on a line after that is taken for no report."""
+
 LONGEST_ERROR = 500
 """Characters of what is told of an error."""
 
@@ -49,8 +52,8 @@ class Limits:
     On the clock it may take the same time to wait, and `BUSY` times its processor time: a machine may be so slow.
     """
 
-    seconds: float = 120.0
-    cell_seconds: float = 20.0
+    seconds: float = 180.0
+    cell_seconds: float = 90.0
     memory: int = 3 << 30
 
 
@@ -94,7 +97,7 @@ def _is_cell(number: object, cells: Sequence[str]) -> TypeGuard[int]:
 
 
 def _is_line(number: object) -> TypeGuard[int]:
-    return isinstance(number, int) and not isinstance(number, bool) and number > 0
+    return isinstance(number, int) and not isinstance(number, bool) and 0 < number < MOST_LINES_OF_A_CELL
 
 
 def _writable(text: str) -> str:

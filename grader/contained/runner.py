@@ -47,9 +47,9 @@ class Overtime(BaseException):
 
 
 class Alarm:
-    """Rings after so much processor time, which a busy machine does not shorten, and where a cell waits for long.
+    """Rings after so much processor time, which a busy machine does not shorten, and where a cell waits as long.
 
-    How long it waited is what the clock says beyond `BUSY` times its processor time: so slow may a machine be.
+    How long it waited is what the clock says beyond `BUSY` times its processor time.
     """
 
     def __init__(self, seconds: float) -> None:
@@ -60,7 +60,7 @@ class Alarm:
     def __enter__(self) -> None:
         self._began, self._used = time.monotonic(), time.process_time()
         signal.setitimer(signal.ITIMER_PROF, self._seconds)
-        signal.setitimer(signal.ITIMER_REAL, WAITING * self._seconds)
+        signal.setitimer(signal.ITIMER_REAL, self._seconds)
 
     def __exit__(self, *_error: object) -> None:
         signal.setitimer(signal.ITIMER_PROF, 0)
@@ -71,14 +71,14 @@ class Alarm:
 
     def _look(self, _signal: int, _frame: Any) -> None:
         used = time.process_time() - self._used
-        left = self._began + WAITING * self._seconds + BUSY * used - time.monotonic()
+        left = self._began + self._seconds + BUSY * used - time.monotonic()
         if left <= 0:
-            raise Overtime(f"waited longer than {WAITING * self._seconds:g} s")
+            raise Overtime(f"waited longer than {self._seconds:g} s")
         signal.setitimer(signal.ITIMER_REAL, left)
 
 
-WAITING, BUSY = 3, 10
-"""A cell may wait so many times as long as it may compute; a machine may be so many times as slow as it is alone."""
+BUSY = 10
+"""A machine may be so many times as slow as it is alone."""
 
 
 class Told(NamedTuple):

@@ -72,7 +72,8 @@ class Session:
     def _compiled(self, source: str, name: str) -> list[CodeType]:
         """Return a cell's code; where results are kept, that of its last expression by itself."""
         with contextlib.suppress(RecursionError):  # a sum of a thousand terms is too deep for a tree
-            tree = ast.parse(source, name) if self._keeps_results else ast.Module([], [])
+            shows = self._keeps_results and not source.rstrip().endswith(";")
+            tree = ast.parse(source, name) if shows else ast.Module([], [])
             if tree.body and isinstance(last := tree.body[-1], ast.Expr):
                 before = ast.Module(tree.body[:-1], tree.type_ignores)
                 return [
@@ -138,6 +139,7 @@ class Shell(standins.StandIn):
         """Carry out `%name line`."""
         if name == "run":
             path, *_ = line.split()
+            path = path if path.endswith(".py") else f"{path}.py"
             self._session.run(Path(path).read_text(encoding="utf-8"), path)
         elif name == "time":
             self._session.run(line, "<%time>")

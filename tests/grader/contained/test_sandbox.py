@@ -135,6 +135,19 @@ def test_what_ends_the_process_keeps_the_answers_before_and_the_next_notebook(ce
         assert sandbox.run(["a = 3"], ["a"]).answers == {"a": "3"}
 
 
+def test_no_walk_and_no_pattern_shows_what_lies_outside(secret: Path) -> None:
+    """Python's own ways of looking into folders end at the hook, which is asked for every folder; matplotlib walks."""
+    looks = [
+        f"import os; a = [name for *_, names in os.walk({str(secret.parent)!r}) for name in names]",
+        f"import glob; b = glob.glob({str(secret.parent)!r} + '/*') + glob.glob('/etc/pass*')",
+        f"import pathlib; c = list(map(str, pathlib.Path({str(secret.parent)!r}).rglob('*')))",
+        f"d = [name for *_, names, _ in os.fwalk({str(secret.parent)!r}) for name in names]",
+    ]
+    with Sandbox(Limits(seconds=20, cell_seconds=4), {"namespaces", "landlock", "user"}) as sandbox:
+        run = sandbox.run(looks, ["a", "b", "c", "d"])
+    assert set(run.answers.values()) == {"[]"} and {"a", "b"} <= set(run.answers), run
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="processors are chosen, and others' processor time is read")
 def test_a_busy_machine_costs_no_answer() -> None:
     """What counts is processor time: here a notebook has a fifth of a processor, and less where the machine is busy."""
@@ -165,8 +178,8 @@ COMPUTES = "import time\nbegun = time.process_time()\nwhile time.process_time() 
     ("cell", "told"),
     [
         ("while True: pass", "it took longer than 0.5 s of processor time"),
-        ("import time; time.sleep(60)", "it waited longer than 1.5 s"),
-        (f"import time\n{COMPUTES}\ntime.sleep(60)", "it waited longer than 1.5 s"),
+        ("import time; time.sleep(60)", "it waited longer than 0.5 s"),
+        (f"import time\n{COMPUTES}\ntime.sleep(60)", "it waited longer than 0.5 s"),
     ],
 )
 def test_a_cell_that_takes_too_long_is_told_what_of(cell: str, told: str) -> None:
@@ -174,7 +187,7 @@ def test_a_cell_that_takes_too_long_is_told_what_of(cell: str, told: str) -> Non
         begun = time.monotonic()
         run = sandbox.run([cell, "a = 1"], ["a"])
     assert (run.answers, run.cell_errors) == ({"a": "1"}, {0: told})
-    assert time.monotonic() - begun < 1.5 + 10 * 0.5 + 4
+    assert time.monotonic() - begun < 0.5 + 10 * 0.5 + 4
 
 
 @pytest.mark.parametrize("rest", ["while True: pass", "time.sleep(60)", "while True: time.sleep(0.01)"])

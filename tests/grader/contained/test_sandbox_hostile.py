@@ -137,7 +137,7 @@ def attacked(sandbox: Sandbox, cell: str) -> Run:
 
 GOES_ON = {
     "endless": ("while True: pass", "it took longer than 0.8 s of processor time"),
-    "asleep": ("import time; time.sleep(60)", "it waited longer than 2.4 s"),
+    "asleep": ("import time; time.sleep(60)", "it waited longer than 0.8 s"),
     "swallows everything": ("while True:\n    try:\n        while True: pass\n    except Exception: pass", "took longer than"),
     "memory": ("import mmap\nx = []\nwhile True: x.append(mmap.mmap(-1, 10**8))", "Cannot allocate memory"),
     "memory in NumPy": ("import numpy; numpy.ones(10**11)", "MemoryError"),
