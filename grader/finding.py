@@ -364,19 +364,19 @@ def _lost(name: str, index: int, value: str) -> str:
 
 
 def _stop(book: _Book, index: int, run: Run, place: int) -> str:
-    """Say where a cell stopped, or which import it lacks, and why."""
+    """Say where a cell stopped, or which import it went on without, and why."""
     lines = book.sources[index].split("\n")
 
     def at(number: int) -> str:
-        return f"line {number}" + (f", {plain(lines[number - 1].strip())}," if number <= len(lines) else "")
+        return f"line {number}" + (f", {plain(lines[number - 1].strip())}" if number <= len(lines) else "")
 
     said = []
     if place in run.missed:
         number, why = run.missed[place]
-        said.append(f"{_cells([index])} lacks what {at(number)} imports ({why})")
+        said.append(f"{_cells([index])} went on without {at(number)} ({why})")
     if place in run.cell_errors:
         where = f" at {at(run.stopped_at[place])}" if place in run.stopped_at else ""
-        said.append(f"{_cells([index])} stopped{where} and was left there ({run.cell_errors[place]})")
+        said.append(f"{_cells([index])} stopped{where} ({run.cell_errors[place]})")
     return "; ".join(said)
 
 

@@ -347,14 +347,14 @@ CASES: dict[str, tuple[Callable[[Cells], None], list[str], str, str]] = {
     "the set-up stops": (
         first_cell_stops,
         ["correct", "missing", "correct"],
-        "cell 2 stopped at line 2, undefined_thing(), and was left there (NameError: name 'undefined_thing' is not",
-        "its cell stopped: NameError: name 'zeros' is not defined; cell 2 stopped at line 2, undefined_thing(), and",
+        "cell 2 stopped at line 2, undefined_thing() (NameError: name 'undefined_thing' is not defined)",
+        "its cell stopped: NameError: name 'zeros' is not defined; cell 2 stopped at line 2, undefined_thing() (",
     ),
     "the set-up lacks a library": (
         first_cell_lacks_a_library,
         ["correct", "correct", "missing"],
-        "cell 2 lacks what line 1, import nosuchlibrary as no, imports (ModuleNotFoundError: No",
-        "its cell stopped: NameError: name 'no' is not defined; cell 2 lacks what line 1, import nosuchlibrary as no,",
+        "cell 2 went on without line 1, import nosuchlibrary as no (ModuleNotFoundError: No",
+        "its cell stopped: NameError: name 'no' is not defined; cell 2 went on without line 1, import nosuch",
     ),
     "a library in an answer": (library_in_an_answer, RIGHT, NO_NOTE, ""),
     "habits of Jupyter": (habits, RIGHT, NO_NOTE, ""),
