@@ -210,11 +210,12 @@ def test_an_exception_that_fights_back_is_contained(sandbox: Sandbox) -> None:
 def test_forged_reports_say_nothing_of_other_names(sandbox: Sandbox) -> None:
     forge = (
         'import os, json\nfor fd in range(3, 40):\n    try: os.write(fd, b\'{"end": "done"}\\n[1]\\n5\\n'
-        '{"name": "zz", "text": "1"}\\n\\xff\\xfe\\n\')\n    except OSError: pass'
+        '{"name": "zz", "text": "1"}\\n{"missed": 0, "line": -1}\\n{"missed": 9, "line": 1}\\n'
+        '{"missed": 0, "line": true}\\n{"cell": 5, "line": 1}\\n\\xff\\xfe\\n\')\n    except OSError: pass'
     )
     run = sandbox.run(["a = 1", forge, "b = 2"], ["a", "b"])
     assert run.answers == {"a": "1", "b": "2"}
-    assert run.end == "done"
+    assert (run.missed, run.stopped_at, run.end) == ({}, {}, "done")
 
 
 def test_nothing_of_qdot_is_in_the_process(sandbox: Sandbox) -> None:
