@@ -395,8 +395,7 @@ def _why_missing(
     places = [*book.setters(name), *book.marked(part)]
     stopped = next((index for index in places if index in failed), None)
     if stopped is not None:
-        before = [stops[index] for index in sorted(stops) if index < stopped] if _lacks_name(failed[stopped]) else []
-        return "; ".join([f"its cell stopped: {failed[stopped]}", *before[:1]])
+        return f"its cell stopped: {failed[stopped]}{_behind(failed[stopped], stopped, book, stops)}"
     if run.note:
         return run.note
     if not places:
@@ -405,6 +404,14 @@ def _why_missing(
     if len(texts) == len(places):
         return f"its cell ({_cells(texts)}) is text and not code, and no Python in it can be read"
     return f"its cell does not set {name}"
+
+
+def _behind(error: str, stopped: int, book: _Book, stops: Mapping[int, str]) -> str:
+    """Say which cell above stopped, where a cell lacks a name: the first that speaks of the name, else the first."""
+    lacking = re.match(r"NameError: name '(\w+)'", error)
+    above = [index for index in sorted(stops) if index < stopped] if lacking else []
+    likely = [index for index in above if lacking and lacking[1] in book.sources[index]] or above
+    return f"; {stops[likely[0]]}" if likely else ""
 
 
 def _cells(indices: Sequence[int]) -> str:

@@ -52,7 +52,8 @@ class Session:
     def run(self, source: str, name: str, missed: Callable[[Missed], None] = lambda _: None) -> None:
         """Run a cell called `name`; tell of its imports that fail, behind which it goes on. Raises what it raises."""
         self._count += 1
-        sys.path_importer_cache.pop(os.getcwd(), None)  # two cells are run within what a file's time can tell apart
+        with contextlib.suppress(OSError):  # its folder is gone
+            sys.path_importer_cache.pop(os.getcwd(), None)  # cells may follow faster than the time of a folder changes
         source = python_of(source)
         codes: Sequence[CodeType] = self._compiled(source, name)
         while codes:

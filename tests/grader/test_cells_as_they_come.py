@@ -505,6 +505,18 @@ def test_a_cell_that_is_run_again_changes_nothing_that_was_read(sandbox: Sandbox
     )
 
 
+def test_the_cell_that_was_to_make_a_name_is_told(sandbox: Sandbox) -> None:
+    cells = [
+        Cell("1/0"),
+        Cell("x = 1\nimport nosuchlibrary as no"),
+        Cell("p1_a = no.det", "p1.a"),
+        Cell("p1_b = lost", "p1.b"),
+    ]
+    reasons = find_answers(cells, ["p1.a", "p1.b"], sandbox.run).reasons
+    assert "; cell 2 went on without line 2, import nosuchlibrary as no (Module" in reasons["p1_a"]
+    assert reasons["p1_b"].endswith("; cell 1 stopped at line 1, 1/0 (ZeroDivisionError: division by zero)")
+
+
 def test_what_is_deep_or_long_is_run_though_it_is_not_looked_into(sandbox: Sandbox) -> None:
     deep = "p1_a = " + "(" * 5000 + "1" + ")" * 5000
     long = "p1_b = " + " + ".join(["x"] * 20_000) + "\n"

@@ -134,6 +134,11 @@ def test_a_stand_in_is_there_for_a_library_that_cannot_be_loaded(sandbox: Sandbo
     assert (found.answers, found.cell_errors, found.missed) == ({"a": "1"}, {}, {})
 
 
+def test_a_notebook_that_removes_its_folder_goes_on(sandbox: Sandbox) -> None:
+    found = run(sandbox, "import os\nos.mkdir('x'); os.chdir('x'); os.rmdir('../x')\na = 1", "b = 2")
+    assert (found.answers, found.cell_errors) == ({"a": "1", "b": "2"}, {})
+
+
 def test_where_a_cell_stopped_is_told(sandbox: Sandbox) -> None:
     found = run(sandbox, "a = 1\n\n%who\nb = 1/0\nc = 2", "x = 1\ny = (", "def f():\n    return 1/0", "\nf()")
     assert found.stopped_at == {0: 4, 1: 2, 3: 2}
