@@ -74,7 +74,7 @@ def _notebook(kind: str, title: str, key: str, student: str, problems: Problems,
     own["names"] = {slot: _names_of_entries(problem) for slot, problem in problems}
     notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": own})
     opening = render("notebook-title.md.j2", title=title, key=key, student=student, kind=kind)
-    notebook.cells = [_markdown("title", opening), _code("setup", _setup(problems))]
+    notebook.cells = [_markdown("title", opening), _code("setup", setup_cell(problems))]
     if checks := function_cell(problems):
         notebook.cells.append(_code("self-check", checks, HIDDEN))
     for number, (slot, problem) in enumerate(problems, 1):
@@ -124,15 +124,20 @@ def _prompt(label: str, slot: str, problem: Problem, part: Part, hinted: bool) -
 # --- set-up ---
 
 
-def _setup(problems: Problems) -> str:
+def setup_cell(problems: Problems) -> str:
+    """Return the first cell, which makes the symbols of all problems."""
     names: dict[str, list[str]] = {}
     for _, problem in problems:
         for name, info in problem.symbols().items():
             listed = names.setdefault(info.role, [])
             if name not in listed:
                 listed.append(name)
-    lines = [_symbols_line(sorted(listed, key=natural)) for listed in names.values()]
-    return render("notebook-setup.py.j2", symbol_lines=lines)
+    return setup_of(*(sorted(listed, key=natural) for listed in names.values()))
+
+
+def setup_of(*names: Sequence[str]) -> str:
+    """Return a first cell that makes symbols of these names, on a line for each of several lists."""
+    return render("notebook-setup.py.j2", symbol_lines=[_symbols_line(listed) for listed in names if listed])
 
 
 def _symbols_line(names: Sequence[str]) -> str:

@@ -11,6 +11,7 @@ from typing import Any
 
 from exercises.assignment import Assignment
 from exercises.errors import QdotError
+from exercises.notebook import setup_cell
 from exercises.problem import ENGINE, Problem
 from exercises.store import kept
 from grader.cells import Unreadable, plain
@@ -25,7 +26,7 @@ from grader.submission import Found, Note, Submission, oddities, read_submission
 from grader.uncounted import without_self_checks
 from grader.verdict import Outcome, Verdict
 
-GRADER = 9
+GRADER = 10
 """Version of the grader: any change of what a submission earns, or of what is kept of it, raises it."""
 
 Marked = dict[str, Any]
@@ -157,17 +158,20 @@ def grade_attempt(
     seed = _points_seed(assignment, submission)
     asked = {slot: asked_of(problem, problem.domain(), seed) for slot, problem in problems}
     cells = without_self_checks(submission.cells, problems)
-    answers = find_answers(cells, parts, lambda cells, names: _run(sandbox, cells, names, asked))
+    setup = setup_cell(problems)
+    answers = find_answers(cells, parts, lambda cells, names: _run(sandbox, cells, names, asked, setup))
     said += oddities(submission, assignment, student)
     said += [Note(note, note) for note in (*answers.notes, answers.run.note) if note]
     return _marked(assignment, copies, student, problems, submission, answers, None, said)
 
 
-def _run(sandbox: Sandbox, cells: Sequence[str], names: Sequence[str], asked: Mapping[str, Mapping[str, Any]]) -> Run:
+def _run(
+    sandbox: Sandbox, cells: Sequence[str], names: Sequence[str], asked: Mapping[str, Mapping[str, Any]], setup: str
+) -> Run:
     """Run a notebook. Where the process that runs it is lost, the notebook must have done it twice to answer for it."""
     run, lost = Run(end="unbegun"), 0
     for _ in range(TRIES):
-        run = sandbox.run(cells, names, asked)
+        run = sandbox.run(cells, names, asked, setup)
         if run.end not in ("lost", "unbegun"):
             return run
         lost += run.end == "lost"

@@ -229,11 +229,6 @@ def _statements(text: str, lines: list[str]) -> list[int]:
     return [number for number, line in enumerate(lines) if line and not re.match(goes_on, line)]
 
 
-def without_magics(source: str) -> str:
-    """Return a cell's source with IPython's magic lines (%..., !...) taken out, as it is run."""
-    return re.sub(r"(?m)^([ \t]*)[%!].*$", r"\1pass", source)
-
-
 def parsed(source: str, longest: int) -> ast.Module | None:
     """Return the tree of a text that is Python and not too long; whatever is wrong with it, it is not executed."""
     if len(source) > longest:

@@ -1,5 +1,7 @@
 """What a student can know before handing in: which answers are found, and how they are read."""
 
+import keyword
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +11,7 @@ from exercises.families import FAMILIES
 from exercises.formula.identity import Domain
 from exercises.formula.trees import has_blank
 from exercises.generation import generate
+from exercises.notebook import setup_of
 from exercises.problem import Part, Problem, ProblemId, variable
 from exercises.quizzes import ASKED
 from grader.answer import LINEAR, Given, read_any
@@ -60,7 +63,8 @@ def check_notebook(path: Path) -> Checked:
     if not parts:
         raise QdotError(f"{path} has no answer cells; is it a notebook that qdot made?")
     with Sandbox() as sandbox:
-        answers = find_answers(submission.cells, parts, sandbox.run)
+        setup = setup_of(_claimed_symbols(submission))
+        answers = find_answers(submission.cells, parts, lambda cells, names: sandbox.run(cells, names, setup=setup))
     rows = []
     for part in parts:
         slot, kind = part.split(".", 1)
@@ -77,6 +81,23 @@ def _claimed(submission: Submission, key: str, slot: str) -> object:
     """Return what a notebook says of its problem: anything, as whoever wrote it could."""
     said = submission.claims.get(key)
     return said.get(slot) if isinstance(said, dict) else None
+
+
+def _claimed_symbols(submission: Submission) -> list[str]:
+    """Return the symbols that a notebook says its problems have; what is no name is none."""
+    said = submission.claims.get("symbols")
+    listed = [names for names in said.values() if isinstance(names, list)] if isinstance(said, dict) else []
+    named = {
+        name
+        for names in listed
+        for name in names
+        if isinstance(name, str) and re.fullmatch(r"[a-z]{1,20}\d{0,3}", name)
+    }
+    return sorted(name for name in named if not keyword.iskeyword(name))[:MOST_SYMBOLS]
+
+
+MOST_SYMBOLS = 100
+"""Names that are taken from what a notebook says of itself."""
 
 
 @dataclass(frozen=True)

@@ -254,7 +254,7 @@ def grade(
     fail_under: Annotated[
         float, typer.Option(metavar="PERCENT", help="Leave with code 1 if a student has less.")
     ] = 0.0,
-    seconds: Annotated[float, typer.Option(min=1, help="Wall time that a notebook may take.")] = Limits().seconds,
+    seconds: Annotated[float, typer.Option(min=1, help="Processor time that a notebook may take.")] = Limits().seconds,
     diff: Annotated[bool, typer.Option("--diff", help="Say whose mark moved since the last run, and why.")] = False,
     report: Annotated[
         list[str], typer.Option(metavar="FORMAT=PATH", help="Also write the results so; repeatable. - is stdout.")

@@ -13,7 +13,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from exercises.problem import Problem, variable
-from grader.cells import Cell, parsed, plain, without_magics
+from grader.cells import Cell, parsed, plain
+from grader.contained.ipython import python_of
 from grader.sandbox import Run
 
 MOST = 50
@@ -53,8 +54,10 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> 
     order = sorted(book.sources)
     sources = [book.sources[index] for index in order]
     result = run(sources, list(names.values()))
-    failed = {order[place]: error for place, error in result.cell_errors.items() if 0 <= place < len(order)}
+    failed = {order[place]: error for place, error in result.cell_errors.items()}
+    stops = {order[place]: _stop(book, order[place], result, place) for place in {*result.cell_errors, *result.missed}}
     answers = Answers(result, notes=book.notes)
+    answers.notes += _first_stop(book, stops)
     answers.notes += [_lost(name, order[index], value) for name, (index, value) in result.lost.items()]
     answers.notes += _stopped(failed, result, book)
     again = _Again(run, sources, order, failed)
@@ -66,7 +69,7 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> 
         if name in result.answers:
             _tell_several(answers, part, name, book, failed)
         else:
-            answers.reasons[name] = _why_missing(part, name, book, result, failed)
+            answers.reasons[name] = _why_missing(part, name, book, result, stops, failed)
     return answers
 
 
@@ -101,7 +104,7 @@ class _Book:
         cell = self.cells[index]
         if cell.part not in self.names and not self._relevant.search(cell.source):
             return set()
-        tree = parsed(without_magics(cell.source), LONGEST)
+        tree = _tree(cell.source)
         if tree is None:  # by the look of it: why the cell stops is told when it is run
             return set(re.findall(r"(?m)^[ \t]*(\w+)\b[^\n=!<>]*=(?!=)", cell.source[:LONGEST]))
         return set(_bound(tree, cell.source))
@@ -156,7 +159,7 @@ class _Book:
 
     def _answer_in(self, index: int) -> "ast.Assign | ast.Expr | None":
         """Return the statement of an answer cell that gives its answer, whatever the variable is called."""
-        tree = parsed(without_magics(self.sources[index]), LONGEST)
+        tree = _tree(self.sources[index])
         if tree is None or not tree.body:
             return None
         assigned = {
@@ -191,7 +194,7 @@ class _Book:
 
     def _rename(self, index: int, name: str, other: str) -> bool:
         """Have another variable, where a cell sets it, read as the answer."""
-        tree = parsed(without_magics(self.sources[index]), LONGEST)
+        tree = _tree(self.sources[index])
         for statement in reversed(tree.body if tree else []):
             if isinstance(statement, ast.Assign) and any(
                 isinstance(t, ast.Name) and t.id == other for t in statement.targets
@@ -202,7 +205,7 @@ class _Book:
 
     def _write(self, index: int, number: int, begin: int, end: int, text: str) -> None:
         """Put a text in place of some bytes of a line, which is how Python counts."""
-        lines = without_magics(self.sources[index]).split("\n")
+        lines = python_of(self.sources[index]).split("\n")
         line = lines[number - 1].encode()
         lines[number - 1] = (line[:begin] + text.encode() + line[end:]).decode()
         self.sources[index] = "\n".join(lines)
@@ -224,6 +227,11 @@ class _Book:
         return True
 
 
+def _tree(source: str) -> ast.Module | None:
+    """Return the tree of a cell that is not too long, as it is run."""
+    return parsed(python_of(source), LONGEST) if len(source) <= LONGEST else None
+
+
 def _bound(tree: ast.AST, source: str) -> Iterator[str]:
     """Yield the names that statements set, those inside of functions left out."""
     looked_into = ":=" in source or "for" in source
@@ -243,8 +251,10 @@ VALUES = (ast.BinOp, ast.UnaryOp, ast.Call, ast.Constant, ast.Compare, ast.BoolO
 
 
 def _shows(statement: ast.Expr) -> bool:
-    """Tell whether a statement only shows something."""
+    """Tell whether a statement only shows something, or is a magic of IPython's."""
     called = statement.value.func if isinstance(statement.value, ast.Call) else None
+    if isinstance(called, ast.Attribute):
+        return called.attr in ("show", "run_line_magic", "run_cell_magic", "system", "getoutput")
     return isinstance(called, ast.Name) and called.id in ("print", "display", "pprint", "init_printing", "help")
 
 
@@ -293,6 +303,10 @@ def _take_an_earlier_value(found: Answers, name: str) -> None:
         found.notes.append(f"{name} is {became} at the end of the notebook; its value before that was read")
 
 
+def _lacks_name(error: str) -> bool:
+    return error.startswith("NameError")
+
+
 @dataclass
 class _Again:
     """A second run, in which cells that lacked a name come once more after all others; made when it is needed first."""
@@ -304,7 +318,7 @@ class _Again:
     _second: Run | None = None
 
     def cells(self) -> list[int]:
-        return [index for index in self.order if self.failed.get(index, "").startswith("NameError")]
+        return [index for index in self.order if _lacks_name(self.failed.get(index, ""))]
 
     def value(self, name: str, names: Sequence[str]) -> str | None:
         """Return what a variable holds after the second run."""
@@ -361,18 +375,43 @@ def _stopped(failed: Mapping[int, str], run: Run, book: _Book) -> list[str]:
     return notes
 
 
-OVERTIME = "it ran longer than"
+OVERTIME = "it took longer than", "it waited longer than"
 """How it is told that a cell took all its time."""
 
 
-def _why_missing(part: str, name: str, book: _Book, run: Run, failed: Mapping[int, str]) -> str:
+def _stop(book: _Book, index: int, run: Run, place: int) -> str:
+    """Say where a cell stopped, or which import it went on without, and why."""
+    lines = book.sources[index].split("\n")
+
+    def at(number: int) -> str:
+        return f"line {number}" + (f", {plain(lines[number - 1].strip())}" if number <= len(lines) else "")
+
+    said = []
+    if place in run.missed:
+        number, why = run.missed[place]
+        said.append(f"{_cells([index])} went on without {at(number)} ({why})")
+    if place in run.cell_errors:
+        where = f" at {at(run.stopped_at[place])}" if place in run.stopped_at else ""
+        said.append(f"{_cells([index])} stopped{where} ({run.cell_errors[place]})")
+    return "; ".join(said)
+
+
+def _first_stop(book: _Book, stops: Mapping[int, str]) -> list[str]:
+    """Say of the first cell above all answers that stopped that it did: what is below may lack what it was to make."""
+    first_answer = min((index for index, names in book.sets.items() if names), default=len(book.cells))
+    return [stops[index] for index in sorted(stops) if index < first_answer][:1]
+
+
+def _why_missing(
+    part: str, name: str, book: _Book, run: Run, stops: Mapping[int, str], failed: Mapping[int, str]
+) -> str:
     """Return why a part has no answer, in words."""
     if name in run.failures:
         return f"{name} has no value that can be read: {run.failures[name]}"
     places = [*book.setters(name), *book.marked(part)]
-    stopped = next((failed[index] for index in places if index in failed), None)
+    stopped = next((index for index in places if index in failed), None)
     if stopped is not None:
-        return f"its cell stopped: {stopped}"
+        return f"its cell stopped: {failed[stopped]}{_behind(failed[stopped], stopped, book, stops)}"
     if run.note:
         return run.note
     if not places:
@@ -381,6 +420,14 @@ def _why_missing(part: str, name: str, book: _Book, run: Run, failed: Mapping[in
     if len(texts) == len(places):
         return f"its cell ({_cells(texts)}) is text and not code, and no Python in it can be read"
     return f"its cell does not set {name}"
+
+
+def _behind(error: str, stopped: int, book: _Book, stops: Mapping[int, str]) -> str:
+    """Say which cell above stopped, where a cell lacks a name: the first that speaks of the name, else the first."""
+    lacking = re.match(r"NameError: name '(\w+)'", error)
+    above = [index for index in sorted(stops) if index < stopped] if lacking else []
+    likely = [index for index in above if lacking and lacking[1] in book.sources[index]] or above
+    return f"; {stops[likely[0]]}" if likely else ""
 
 
 def _cells(indices: Sequence[int]) -> str:

@@ -22,11 +22,12 @@ from grader.marking import number
 from grader.reports.gradescope import VISIBILITY, as_text, content_of
 from grader.reports.rows import the_only
 from grader.roster import Roster
+from grader.sandbox import Limits
 from grader.single import found_of_one, grade_one, limits_of, student_named
 from grader.submission import read_submission
 
 
-def results_of(root: Path, visibility: str = "visible", seconds: float = 120.0) -> dict[str, Any]:
+def results_of(root: Path, visibility: str = "visible", seconds: float = Limits.seconds) -> dict[str, Any]:
     """Return what results.json is to hold. Raises QdotError where there can be no mark."""
     assignment = load_assignment(root / "source" / "assignment")
     metadata = read_metadata(root / "submission_metadata.json")
@@ -122,7 +123,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m grader.gradescope", description=__doc__)
     parser.add_argument("root", type=Path, nargs="?", default=Path("/autograder"))
     parser.add_argument("--visibility", choices=VISIBILITY, default="visible")
-    parser.add_argument("--seconds", type=float, default=120.0)
+    parser.add_argument("--seconds", type=float, default=Limits.seconds)
     given = parser.parse_args(arguments)
     target = given.root / "results" / "results.json"
     try:

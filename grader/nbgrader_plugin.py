@@ -25,6 +25,7 @@ from grader.commands import check_sandbox
 from grader.marking import number
 from grader.nbgrader_cells import GENERATE, fill_in, made_whole
 from grader.reports.rows import rows_of
+from grader.sandbox import Limits
 from grader.settle import Result
 from grader.single import found_of_one, grade_one, limits_of, student_named
 
@@ -75,7 +76,7 @@ class MakeWhole(NbGraderPreprocessor):
 class Mark(Execute):
     """Marks by qdot; what is no assignment of qdot is run by nbgrader."""
 
-    seconds = Float(120.0, help="How long a student's notebook may run when qdot marks it.").tag(config=True)
+    seconds = Float(Limits.seconds, help="Processor time that a student's notebook may take.").tag(config=True)
 
     def preprocess(self, nb: NotebookNode, resources: Any, *others: Any, **named: Any) -> Handed:
         """Return the notebook with the marks and the reasons. Raises QdotError where there can be no mark."""

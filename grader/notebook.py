@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from exercises.errors import QdotError
+from exercises.notebook import setup_cell
 from exercises.problem import Problem
 from grader.cells import Unreadable
 from grader.finding import find_answers
@@ -47,9 +48,9 @@ def grade_notebook(
     drawn = f"{secret}/{submission.sha256}"
     parts = [f"{slot}.{part.name}" for slot, problem in problems.items() for part in problem.parts]
     asked = {slot: asked_of(problem, problem.domain(), drawn) for slot, problem in problems.items()}
-    cells = without_self_checks(submission.cells, list(problems.items()))
+    cells, setup = without_self_checks(submission.cells, list(problems.items())), setup_cell(list(problems.items()))
     with Sandbox(limits, strict=strict) as sandbox:
-        answers = find_answers(cells, parts, lambda cells, names: sandbox.run(cells, names, asked))
+        answers = find_answers(cells, parts, lambda cells, names: sandbox.run(cells, names, asked, setup))
     return {
         slot: mark(
             problem, answers.of(slot, problem),

@@ -35,17 +35,30 @@ MOST_LINES = 50_000
 """Lines that are read of it."""
 
 
+MOST_LINES_OF_A_CELL = 100_000_000
+"""What is said to have happened on a line after that is taken for no report."""
+
+LONGEST_ERROR = 500
+"""Characters of what is told of an error."""
+
 MOST_LOST = 20
 """Symbols of which is told that a number stood for them."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What a notebook may use: seconds on the clock in all, seconds of processor time per cell, bytes of memory."""
+    """What a notebook may use: seconds of processor time, in all and per cell, and bytes of memory.
 
-    seconds: float = 120.0
-    cell_seconds: float = 20.0
+    On the clock it may take the same time to wait, and `BUSY` times its processor time: a machine may be so slow.
+    """
+
+    seconds: float = 180.0
+    cell_seconds: float = 90.0
     memory: int = 3 << 30
+
+
+BUSY = 10
+"""So many times as long as alone may a notebook take on a machine that has other work."""
 
 
 @dataclass
@@ -55,6 +68,10 @@ class Run:
     answers: dict[str, str] = field(default_factory=dict)
     failures: dict[str, str] = field(default_factory=dict)
     cell_errors: dict[int, str] = field(default_factory=dict)
+    stopped_at: dict[int, int] = field(default_factory=dict)
+    """The lines on which cells stopped, where that is known."""
+    missed: dict[int, tuple[int, str]] = field(default_factory=dict)
+    """By cell, the line of the first import that failed, and why; the cell went on behind it."""
     end: str = "done"
     earlier: dict[str, list[str]] = field(default_factory=dict)
     """Every text that an answer had in the course of the notebook."""
@@ -77,6 +94,10 @@ class Run:
 
 def _is_cell(number: object, cells: Sequence[str]) -> TypeGuard[int]:
     return isinstance(number, int) and not isinstance(number, bool) and 0 <= number < len(cells)
+
+
+def _is_line(number: object) -> TypeGuard[int]:
+    return isinstance(number, int) and not isinstance(number, bool) and 0 < number < MOST_LINES_OF_A_CELL
 
 
 def _writable(text: str) -> str:
@@ -152,29 +173,35 @@ class Sandbox:
             self._folder = None
 
     def run(
-        self, cells: Sequence[str], names: Sequence[str], asked: Mapping[str, Mapping[str, Any]] | None = None
-    ) -> Run:
-        """Run the cells in order and return the values of `names` as text.
+        self, cells: Sequence[str], names: Sequence[str], asked: Mapping[str, Mapping[str, Any]] | None = None,
+        setup: str = "",
+    ) -> Run:  # fmt: skip
+        """Run the cells in order and return the values of `names` as text; before them, `setup`, which is qdot's own.
 
         A value that is a function is called with symbols or at points: `asked` holds them, by what a name begins with
         (see `callables`). Raises QdotError where the notebook can't be contained as it should be.
         """
         request = {
             "cells": list(cells), "names": list(names), "cell_seconds": self.limits.cell_seconds, "asked": asked or {},
+            "setup": setup,
         }  # fmt: skip
         run = Run()
 
         def take(line: dict[str, Any]) -> None:
-            name, cell, lost, at = (line.get(key) for key in ("name", "cell", "lost", "set"))
+            name, cell, missed, lost, at = (line.get(key) for key in ("name", "cell", "missed", "lost", "set"))
             if isinstance(name, str) and name in names and isinstance(line.get("text"), str):
                 run.answers[name] = _writable(line["text"])
                 run.failures.pop(name, None)
                 run.earlier.setdefault(name, []).append(run.answers[name])
             elif isinstance(name, str) and name in names:
-                run.failures[name] = _writable(str(line.get("error"))[:300])
+                run.failures[name] = _writable(str(line.get("error"))[:LONGEST_ERROR])
                 run.answers.pop(name, None)
             elif _is_cell(cell, cells):
-                run.cell_errors[cell] = _writable(str(line.get("error"))[:300])
+                run.cell_errors[cell] = _writable(str(line.get("error"))[:LONGEST_ERROR])
+                if _is_line(line.get("line")):
+                    run.stopped_at[cell] = line["line"]
+            elif _is_cell(missed, cells) and _is_line(line.get("line")):
+                run.missed.setdefault(missed, (line["line"], _writable(str(line.get("error"))[:LONGEST_ERROR])))
             elif isinstance(lost, str) and _is_cell(at, cells) and len(run.lost) < MOST_LOST:
                 run.lost[_writable(lost)[:40]] = at, _writable(str(line.get("value"))[:40])
 
@@ -192,7 +219,7 @@ class Sandbox:
         assert self._control is not None
         try:
             receipts, report = self._pipes()
-            lines = self._last = _Lines(report, time.monotonic() + self.limits.seconds)
+            lines = self._last = _Lines(report, self.limits.seconds, self._processor_time)
             try:
                 end = _converse(request, lines, receipts, take)
             finally:
@@ -261,6 +288,12 @@ class Sandbox:
             raise _Unbegun
         return pipes
 
+    def _processor_time(self) -> float:
+        """Return the seconds of processor time that the notebook which runs has used. Raises _Lost."""
+        assert self._control is not None
+        self._control.sendall(b"t")
+        return float(self._heard().get("used", 0))
+
     def _heard(self) -> dict[str, Any]:
         """Return what the process that forks says next; it is none of a notebook's words. Raises _Lost.
 
@@ -313,10 +346,16 @@ class Sandbox:
 
 
 class _Lines:
-    """Lines of JSON from a pipe into which anybody may have written anything, up to a moment and a size."""
+    """Lines of JSON from a pipe into which anybody may have written anything, up to a moment and a size.
 
-    def __init__(self, descriptor: int, deadline: float) -> None:
-        self._descriptor, self._deadline = descriptor, deadline
+    The moment comes when so many `seconds` of processor time are `used`, or were waited beside the time that the
+    processor time may have taken on a busy machine.
+    """
+
+    def __init__(self, descriptor: int, seconds: float, used: Callable[[], float]) -> None:
+        self._descriptor, self._seconds, self._used = descriptor, seconds, used
+        self._began = time.monotonic()
+        self._deadline = self._began + seconds
         self._lines: deque[bytes] = deque()
         self._buffer, self._bytes, self._count = b"", 0, 0
 
@@ -326,9 +365,11 @@ class _Lines:
     def next(self) -> dict[str, Any] | str:
         """Return the next line, empty where it is none of ours; "overtime" or "closed" where there is no more."""
         while not self._lines:
-            left = self._deadline - time.monotonic()
-            if left <= 0 or not select.select([self._descriptor], [], [], left)[0]:
-                return "overtime"
+            left = max(0.0, self._deadline - time.monotonic())
+            if not select.select([self._descriptor], [], [], left)[0]:
+                if self._is_over():
+                    return "overtime"
+                continue
             data = os.read(self._descriptor, 1 << 16)
             *lines, self._buffer = (self._buffer + data).split(b"\n")
             self._lines.extend(lines)
@@ -340,6 +381,13 @@ class _Lines:
         except (ValueError, RecursionError):
             content = {}
         return content if isinstance(content, dict) else {}
+
+    def _is_over(self) -> bool:
+        """Tell whether the moment has come; if not, it is looked again as soon as it can have."""
+        used, now = self._used(), time.monotonic()
+        left = min(self._seconds - used, self._began + self._seconds + BUSY * used - now)
+        self._deadline = now + max(left, 0.02)
+        return left <= 0
 
     def are_at_an_end(self, within: float) -> bool:
         """Tell whether everybody who could write into the pipe is gone, or goes within so many seconds."""

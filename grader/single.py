@@ -14,7 +14,7 @@ from grader.submission import Found, files_of_one
 
 def limits_of(seconds: float) -> Limits:
     """Return the limits of a notebook that may take so long, and what each of its cells may take of that."""
-    return Limits(seconds=seconds, cell_seconds=max(1, min(20, seconds / 4)) if seconds < 80 else seconds / 6)
+    return Limits(seconds=seconds, cell_seconds=max(1.0, seconds / 2))
 
 
 def student_named(assignment: Assignment, identifier: str) -> Student:

@@ -8,5 +8,7 @@
     attempts                what a probe tries in a notebook's place
     printing, values        formulas as text; values of Python, SymPy and NumPy as text
     callables               answers that are functions
+    ipython, standins       a cell as Python; what stands for libraries that only show something
+    session                 the variables of one notebook, and what Jupyter puts beside them
     runner, zygote          runs the cells of one notebook; forks for every notebook
 """

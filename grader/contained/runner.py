@@ -5,6 +5,7 @@ Whatever a notebook does, it can only report about itself.
 
 import re
 import signal
+import time
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -13,6 +14,7 @@ import sympy
 
 from . import callables
 from .printing import Printer
+from .session import Missed, Session, place_of
 from .values import text_of
 
 Report = Callable[[dict[str, Any]], None]
@@ -40,17 +42,43 @@ def is_same(before: list[Any] | None, now: list[Any] | None) -> bool:
     return all(a is b or (type(a) is type(b) is int and a == b) for a, b in zip(before, now, strict=True))
 
 
-def plain_python(source: str) -> str:
-    """Return a cell's source with IPython's magic lines (%..., !...) taken out."""
-    return re.sub(r"(?m)^(\s*)[%!].*$", r"\1pass", source)
-
-
 class Overtime(BaseException):
-    """A cell ran longer than it may. Not an Exception, so that `except Exception` does not swallow it."""
+    """A cell took longer than it may. Not an Exception, so that `except Exception` does not swallow it."""
 
 
-def _ring(_signal: int, _frame: Any) -> None:
-    raise Overtime
+class Alarm:
+    """Rings after so much processor time, which a busy machine does not shorten, and where a cell waits as long.
+
+    How long it waited is what the clock says beyond `BUSY` times its processor time.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self._seconds, self._began, self._used = seconds, 0.0, 0.0
+        signal.signal(signal.SIGPROF, self._ring)
+        signal.signal(signal.SIGALRM, self._look)
+
+    def __enter__(self) -> None:
+        self._began, self._used = time.monotonic(), time.process_time()
+        signal.setitimer(signal.ITIMER_PROF, self._seconds)
+        signal.setitimer(signal.ITIMER_REAL, self._seconds)
+
+    def __exit__(self, *_error: object) -> None:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.setitimer(signal.ITIMER_REAL, 0)
+
+    def _ring(self, _signal: int, _frame: Any) -> None:
+        raise Overtime(f"took longer than {self._seconds:g} s of processor time")
+
+    def _look(self, _signal: int, _frame: Any) -> None:
+        used = time.process_time() - self._used
+        left = self._began + self._seconds + BUSY * used - time.monotonic()
+        if left <= 0:
+            raise Overtime(f"waited longer than {self._seconds:g} s")
+        signal.setitimer(signal.ITIMER_REAL, left)
+
+
+BUSY = 10
+"""A machine may be so many times as slow as it is alone."""
 
 
 class Told(NamedTuple):
@@ -60,40 +88,51 @@ class Told(NamedTuple):
     found: dict[str, str]
 
 
-def set_alarm(seconds: float) -> None:
-    """Ring after so much processor time, which a busy machine does not shorten, or thrice that on the clock."""
-    signal.setitimer(signal.ITIMER_PROF, seconds)
-    signal.setitimer(signal.ITIMER_REAL, 3 * seconds)
-
-
 def run_cells(request: dict[str, Any], report: Report) -> None:
     """Run the cells in order, each within its time; report every answer as soon as it is there."""
-    wanted = request["names"]
-    namespace: dict[str, Any] = {"__name__": "__main__", "display": lambda *_args, **_options: None}
+    session = Session(request["cells"], request.get("setup", ""))
     last: dict[str, Told] = {}
-    symbols = _Symbols()
-    signal.signal(signal.SIGALRM, _ring)
-    signal.signal(signal.SIGPROF, _ring)
+    symbols, alarm = _Symbols(), Alarm(request["cell_seconds"])
     for index, source in enumerate(request["cells"]):
-        error = None
-        try:
-            set_alarm(request["cell_seconds"])
-            code = compile(plain_python(source), f"<cell {index + 1}>", "exec", dont_inherit=True)
-            exec(code, namespace)  # noqa: S102 - this is the contained process
-        except Overtime:
-            error = f"it ran longer than {request['cell_seconds']:g} s"
-        except SystemExit:
-            error = "it called exit()"
-        except BaseException as raised:
-            error = describe(raised)
-        finally:
-            set_alarm(0)
-        if error is not None:
-            report({"cell": index, "error": error})
-        symbols.look(namespace, index)
-        for answered in report_answers(namespace, wanted, last, request, report):
+        _run_cell(session, index, source, alarm, report)
+        symbols.look(session.variables, index)
+        for answered in report_answers(session.variables, last, request, alarm, report):
             symbols.tell(source, answered, report)
     report({"done": True})
+
+
+def _run_cell(session: Session, index: int, source: str, alarm: Alarm, report: Report) -> None:
+    """Run a cell, and report on which lines it stopped or lacks an import, and why."""
+    said: dict[str, Any] = {}
+    missed: list[Missed] = []
+    name = f"<cell {index + 1}>"
+    session.asked_for_input = False
+    try:
+        with alarm:
+            session.run(source, name, missed.append)
+    except Overtime as overtime:
+        said = {"error": f"it {overtime}"}
+    except SystemExit:
+        said = {"error": "it called exit()"}
+    except BaseException as raised:
+        said = {"error": describe(raised) + (NO_INPUT if session.asked_for_input else ""), "line": _line(raised, name)}
+    for one in missed[:MOST_MISSED]:
+        report({"missed": index, "error": describe(one.error), "line": one.line})
+    if said:
+        report({"cell": index, **said})
+
+
+NO_INPUT = "; nobody is there to type when a notebook is graded, and input() gave an empty text: write the value itself"
+MOST_MISSED = 20
+
+
+def _line(raised: BaseException, name: str) -> int | None:
+    """Return the line of a cell on which it stopped; a hostile exception must not break the report."""
+    try:
+        place = place_of(raised, name)
+    except BaseException:
+        return None
+    return None if place is None else place[0]
 
 
 class _Symbols:
@@ -131,7 +170,8 @@ def describe(raised: BaseException) -> str:
     """Return an exception as one short line; a hostile one must not break the report."""
     try:
         said = f"{type(raised).__name__}: {raised}".splitlines()[0][:300]
-        return said + next((mends for found, mends in MENDED if found in said and isinstance(raised, TypeError)), "")
+        helped = isinstance(raised, (TypeError, ModuleNotFoundError))
+        return said + next((mends for found, mends in MENDED if helped and found in said), "")
     except BaseException:
         return "an exception that can't be shown"
 
@@ -147,6 +187,10 @@ MENDED = (
     ("and 'function'", "; a function stands there without what it is of: write rad(30), or the number alone"),
     ("unsupported operand type(s) for /: 'list'", "; a list can't be divided: write Matrix([…])/…"),
     ("unsupported operand type(s) for *: 'list'", "; a list can't be multiplied: write Matrix([…])*…"),
+    (
+        "No module named",
+        "; it is not there when a notebook is graded: SymPy and NumPy are, and what the notebook writes",
+    ),
 )
 """What an error of Python's says, and what is said beside it: how to write what was meant."""
 
@@ -160,28 +204,26 @@ def value_of(answer: Any, name: str, request: dict[str, Any]) -> Any:
 
 
 def report_answers(
-    namespace: dict[str, Any], wanted: list[str], last: dict[str, Told], request: dict[str, Any], report: Report
+    namespace: dict[str, Any], last: dict[str, Told], request: dict[str, Any], alarm: Alarm, report: Report
 ) -> list[str]:
     """Report each answer that is new or has changed, as text or as the reason why it is none; return the texts."""
     texts = []
-    for name in wanted:
+    for name in request["names"]:
         if name not in namespace:
             continue
         before, parts = last.get(name, Told(None, {})), None
         try:
-            set_alarm(request["cell_seconds"])
-            parts = parts_of(namespace[name])
-            reported = (
-                before.found
-                if is_same(before.parts, parts)
-                else {"text": text_of(value_of(namespace[name], name, request))[: LONGEST_ANSWER + 1]}
-            )
-        except Overtime:
-            reported = {"error": f"working it out took longer than {request['cell_seconds']:g} s"}
+            with alarm:
+                parts = parts_of(namespace[name])
+                reported = (
+                    before.found
+                    if is_same(before.parts, parts)
+                    else {"text": text_of(value_of(namespace[name], name, request))[: LONGEST_ANSWER + 1]}
+                )
+        except Overtime as overtime:
+            reported = {"error": f"working it out {overtime}"}
         except BaseException as raised:
             reported = {"error": describe(raised)}
-        finally:
-            set_alarm(0)
         last[name] = Told(parts, reported)
         if reported != before.found:
             report({"name": name, **reported})

@@ -103,6 +103,7 @@ INSTEAD = {
     "dict_items": _LIST, "dict_keys": _LIST, "DomainMatrix": "; write it as a Matrix, as in M.to_Matrix()",
     "DataFrame": "; write its rows, as in D.values.tolist()",
     "Vector": "; write its components, as in [v.dot(N.x), v.dot(N.y)]",
+    "StandIn": "; it stands for a plot, a widget or the like, and nothing is shown when a notebook is graded",
     "module": "; write a formula, as in sin(theta1)",
     "builtin_function_or_method": "; call it, with brackets and what it is of",
 }  # fmt: skip

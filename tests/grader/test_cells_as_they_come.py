@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from exercises.assignment import Assignment, Student
 from exercises.problem import variable
 from grader.cells import Cell, read_cells
+from grader.check import check_notebook
 from grader.finding import asked_in, find_answers
 from grader.sandbox import Limits, Run, Sandbox
 from grader.settle import Result
@@ -174,6 +175,45 @@ def emptied(cells: Cells) -> None:
     cells[JACOBIAN]["source"] = "\n"
 
 
+def first_cell_stops(cells: Cells) -> None:
+    cells[SETUP]["source"] = "import numpy as np\nundefined_thing()\n" + cells[SETUP]["source"]
+    source(cells, JACOBIAN, "p1_jacobian = ", "zeros(2)\np1_jacobian = ")
+
+
+def first_cell_lacks_a_library(cells: Cells) -> None:
+    cells[SETUP]["source"] = "import nosuchlibrary as no\n" + cells[SETUP]["source"]
+    source(cells, DETERMINANT, "p1_determinant = ", "no.det\np1_determinant = ")
+
+
+def library_in_an_answer(cells: Cells) -> None:
+    source(cells, JACOBIAN, "p1_jacobian", "from nosuchlibrary import linalg\np1_jacobian")
+
+
+def habits(cells: Cells) -> None:
+    cells[SETUP]["source"] = "%matplotlib inline\nimport matplotlib.pyplot as plt\n" + cells[SETUP]["source"]
+    cells[SETUP]["source"] = "from IPython.display import display, Math\n" + cells[SETUP]["source"]
+    source(cells, POSITION, "p1_position", "files = !ls\nsin?\nplt.figure(); plt.show()\np1_position")
+    name, value = cells[JACOBIAN]["source"].split(" = ", 1)
+    cells[JACOBIAN]["source"] = f"{name} = _"
+    source(cells, DETERMINANT, "p1_determinant = ", "%%time\nfrom helper import keep\np1_determinant = keep(")
+    cells[DETERMINANT]["source"] += ")\ndisplay(p1_determinant)\ninput('done?')"
+    cells.insert(JACOBIAN, code(value))
+    cells.insert(2, code("%%writefile helper.py\ndef keep(x):\n    return x"))
+
+
+def only_magic_left(cells: Cells) -> None:
+    cells[JACOBIAN]["source"] = "%who"
+
+
+def only_help_below_j(cells: Cells) -> None:
+    source(cells, JACOBIAN, "p1_jacobian", "J")
+    cells[JACOBIAN]["source"] += "\n!ls\nJ?"
+
+
+def magic_named_j(cells: Cells) -> None:
+    source(cells, JACOBIAN, "p1_jacobian", "%%time\nx = !ls\nJ")
+
+
 def setup_deleted(cells: Cells) -> None:
     del cells[SETUP]
 
@@ -303,12 +343,24 @@ CASES: dict[str, tuple[Callable[[Cells], None], list[str], str, str]] = {
     ),
     "deleted": (deleted, ["correct", "missing", "correct"], NO_NOTE, "p1_jacobian is not set anywhere in the notebook"),
     "emptied": (emptied, ["correct", "missing", "correct"], NO_NOTE, "its cell does not set p1_jacobian"),
-    "the set-up deleted": (
-        setup_deleted,
-        ["missing"] * 3,
-        NO_NOTE,
-        "its cell stopped: NameError: name 'Matrix' is not defined",
+    "the set-up deleted": (setup_deleted, RIGHT, NO_NOTE, ""),
+    "the set-up stops": (
+        first_cell_stops,
+        ["correct", "missing", "correct"],
+        "cell 2 stopped at line 2, undefined_thing() (NameError: name 'undefined_thing' is not defined)",
+        "its cell stopped: NameError: name 'zeros' is not defined; cell 2 stopped at line 2, undefined_thing() (",
     ),
+    "the set-up lacks a library": (
+        first_cell_lacks_a_library,
+        ["correct", "correct", "missing"],
+        "cell 2 went on without line 1, import nosuchlibrary as no (ModuleNotFoundError: No",
+        "its cell stopped: NameError: name 'no' is not defined; cell 2 went on without line 1, import nosuch",
+    ),
+    "a library in an answer": (library_in_an_answer, RIGHT, NO_NOTE, ""),
+    "habits of Jupyter": (habits, RIGHT, NO_NOTE, ""),
+    "only a magic left": (only_magic_left, ["correct", "missing", "correct"], NO_NOTE, "does not set p1_jacobian"),
+    "another name above magics": (only_help_below_j, RIGHT, "sets J, which was read for it", ""),
+    "another name below a magic": (magic_named_j, RIGHT, "sets J, which was read for it", ""),
     "cells merged": (merged, RIGHT, NO_NOTE, ""),
     "magics, and another name": (magics, RIGHT, "sets J, which was read for it", ""),
     "a part that isn't asked": (
@@ -453,6 +505,18 @@ def test_a_cell_that_is_run_again_changes_nothing_that_was_read(sandbox: Sandbox
     )
 
 
+def test_the_cell_that_was_to_make_a_name_is_told(sandbox: Sandbox) -> None:
+    cells = [
+        Cell("1/0"),
+        Cell("x = 1\nimport nosuchlibrary as no"),
+        Cell("p1_a = no.det", "p1.a"),
+        Cell("p1_b = lost", "p1.b"),
+    ]
+    reasons = find_answers(cells, ["p1.a", "p1.b"], sandbox.run).reasons
+    assert "; cell 2 went on without line 2, import nosuchlibrary as no (Module" in reasons["p1_a"]
+    assert reasons["p1_b"].endswith("; cell 1 stopped at line 1, 1/0 (ZeroDivisionError: division by zero)")
+
+
 def test_what_is_deep_or_long_is_run_though_it_is_not_looked_into(sandbox: Sandbox) -> None:
     deep = "p1_a = " + "(" * 5000 + "1" + ")" * 5000
     long = "p1_b = " + " + ".join(["x"] * 20_000) + "\n"
@@ -473,6 +537,32 @@ def test_what_is_deep_or_long_is_run_though_it_is_not_looked_into(sandbox: Sandb
     assert asked_in(blank, ["a", "c"]) == ["p1.a", "p1.b", "p1.c"]
     assert time.process_time() - begun < 20
     assert "its cell stopped" in found.reasons["p1_a"]
+
+
+@pytest.mark.parametrize("change", [first_cell_stops, first_cell_lacks_a_library, habits])
+def test_a_student_is_told_beforehand_what_the_first_cell_lacks(
+    assignment: Assignment, tmp_path: Path, change: Callable[[Cells], None]
+) -> None:
+    """`qdot check` knows the symbols of the problem by what the notebook says of them."""
+    path = tmp_path / "hw.ipynb"
+    path.write_text(right(assignment, "s00", change))
+    checked = check_notebook(path)
+    missing = [row.said for row in checked.rows if not row.readable]
+    if change is habits:
+        assert (missing, checked.notes) == ([], ())
+    else:
+        (note,), (said,) = checked.notes, missing
+        assert note.startswith("cell 2 ") and said.endswith(note) and "NameError" in said
+
+
+def test_what_a_notebook_claims_of_its_symbols_is_no_code(assignment: Assignment, tmp_path: Path) -> None:
+    cells = right_cells(assignment, "s00")
+    del cells[SETUP]
+    claims = {"p1": ["x; open('/etc/passwd')", "if", 5, "theta1\n"], "p2": "a1", "p3": ["theta2", "x" * 10**6]}
+    book = notebook(assignment, "s00", cells, metadata={"qdot": {"symbols": claims}})
+    (tmp_path / "hw.ipynb").write_text(book)
+    rows = check_notebook(tmp_path / "hw.ipynb").rows
+    assert all(row.said.startswith("its cell stopped: NameError: name 'a1' is not defined") for row in rows)
 
 
 def test_the_program_says_the_same_to_a_student(assignment: Assignment, tmp_path: Path) -> None:

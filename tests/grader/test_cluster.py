@@ -51,7 +51,7 @@ family = "planar-2r"
 questions = ["position", "determinant"]
 """
 STUDENTS = [f"s{i}" for i in range(9)]
-LIMITS = Limits(seconds=60.0, cell_seconds=15.0)  # as --seconds 60 makes them
+LIMITS = Limits(seconds=60.0, cell_seconds=30.0)  # as --seconds 60 makes them
 DEADLY = "import os\nos.kill(os.getppid(), 9)\n"
 
 

@@ -135,6 +135,71 @@ def test_what_ends_the_process_keeps_the_answers_before_and_the_next_notebook(ce
         assert sandbox.run(["a = 3"], ["a"]).answers == {"a": "3"}
 
 
+def test_no_walk_and_no_pattern_shows_what_lies_outside(secret: Path) -> None:
+    """Python's own ways of looking into folders end at the hook, which is asked for every folder; matplotlib walks."""
+    looks = [
+        f"import os; a = [name for *_, names in os.walk({str(secret.parent)!r}) for name in names]",
+        f"import glob; b = glob.glob({str(secret.parent)!r} + '/*') + glob.glob('/etc/pass*')",
+        f"import pathlib; c = list(map(str, pathlib.Path({str(secret.parent)!r}).rglob('*')))",
+        f"d = [name for *_, names, _ in os.fwalk({str(secret.parent)!r}) for name in names]",
+    ]
+    with Sandbox(Limits(seconds=20, cell_seconds=4), {"namespaces", "landlock", "user"}) as sandbox:
+        run = sandbox.run(looks, ["a", "b", "c", "d"])
+    assert set(run.answers.values()) == {"[]"} and {"a", "b"} <= set(run.answers), run
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="processors are chosen, and others' processor time is read")
+def test_a_busy_machine_costs_no_answer() -> None:
+    """What counts is processor time: here a notebook has a fifth of a processor, and less where the machine is busy."""
+    allowed = os.sched_getaffinity(0)
+    spinning = [sys.executable, "-c", "while True: pass"]
+    others: list[subprocess.Popen[bytes]] = []
+    try:
+        os.sched_setaffinity(0, {min(allowed)})
+        with Sandbox(Limits(seconds=1.5, cell_seconds=0.5)) as sandbox:
+            assert sandbox.run([], []).end == "done"
+            others += [subprocess.Popen(spinning, start_new_session=True) for _ in range(4)]
+            begun = time.monotonic()
+            run = sandbox.run([COMPUTES, "a = 1", COMPUTES, "b = 2"], ["a", "b"])
+            took = time.monotonic() - begun
+    finally:
+        os.sched_setaffinity(0, allowed)
+        for process in others:
+            process.kill()
+            process.wait()
+    assert (run.answers, run.cell_errors, run.end) == ({"a": "1", "b": "2"}, {}, "done")
+    assert took > 1.5, "the machine was not busy"
+
+
+COMPUTES = "import time\nbegun = time.process_time()\nwhile time.process_time() - begun < 0.4: pass"
+
+
+@pytest.mark.parametrize(
+    ("cell", "told"),
+    [
+        ("while True: pass", "it took longer than 0.5 s of processor time"),
+        ("import time; time.sleep(60)", "it waited longer than 0.5 s"),
+        (f"import time\n{COMPUTES}\ntime.sleep(60)", "it waited longer than 0.5 s"),
+    ],
+)
+def test_a_cell_that_takes_too_long_is_told_what_of(cell: str, told: str) -> None:
+    with Sandbox(Limits(seconds=20, cell_seconds=0.5)) as sandbox:
+        begun = time.monotonic()
+        run = sandbox.run([cell, "a = 1"], ["a"])
+    assert (run.answers, run.cell_errors) == ({"a": "1"}, {0: told})
+    assert time.monotonic() - begun < 0.5 + 10 * 0.5 + 4
+
+
+@pytest.mark.parametrize("rest", ["while True: pass", "time.sleep(60)", "while True: time.sleep(0.01)"])
+def test_a_notebook_that_ignores_its_alarms_is_stopped_all_the_same(rest: str) -> None:
+    ignores = "import time\nfrom signal import *\nfor s in (SIGALRM, SIGPROF): signal(s, SIG_IGN)\n"
+    with Sandbox(Limits(seconds=1, cell_seconds=0.5)) as sandbox:
+        begun = time.monotonic()
+        run = sandbox.run(["a = 1", ignores + rest], ["a"])
+    assert (run.answers, run.end) == ({"a": "1"}, "overtime")
+    assert time.monotonic() - begun < 1 + 10 * 1 + 4
+
+
 def test_an_exception_that_fights_back_is_contained(sandbox: Sandbox) -> None:
     cell = "class E(Exception):\n    def __str__(self): raise SystemError\nraise E"
     assert sandbox.run([cell, "a = 1"], ["a"]).answers == {"a": "1"}
@@ -145,11 +210,12 @@ def test_an_exception_that_fights_back_is_contained(sandbox: Sandbox) -> None:
 def test_forged_reports_say_nothing_of_other_names(sandbox: Sandbox) -> None:
     forge = (
         'import os, json\nfor fd in range(3, 40):\n    try: os.write(fd, b\'{"end": "done"}\\n[1]\\n5\\n'
-        '{"name": "zz", "text": "1"}\\n\\xff\\xfe\\n\')\n    except OSError: pass'
+        '{"name": "zz", "text": "1"}\\n{"missed": 0, "line": -1}\\n{"missed": 9, "line": 1}\\n'
+        '{"missed": 0, "line": true}\\n{"cell": 5, "line": 1}\\n\\xff\\xfe\\n\')\n    except OSError: pass'
     )
     run = sandbox.run(["a = 1", forge, "b = 2"], ["a", "b"])
     assert run.answers == {"a": "1", "b": "2"}
-    assert run.end == "done"
+    assert (run.missed, run.stopped_at, run.end) == ({}, {}, "done")
 
 
 def test_nothing_of_qdot_is_in_the_process(sandbox: Sandbox) -> None:
@@ -211,7 +277,7 @@ def test_a_notebook_reads_and_writes_nothing_of_the_machines_owner(sandbox: Sand
         f"os.rename({str(secret)!r}, 'mine')",
         "p3 = open('/proc/%d/cmdline' % os.getppid()).read()",
         f"os.symlink({str(secret)!r}, 'link')\np4 = open('link').read()",
-        "import exercises.generation; p5 = 'loaded'",
+        "if True:\n    import exercises.generation; p5 = 'loaded'",
         "import importlib; importlib.import_module('grader.formulas'); p6 = 'loaded'",
         f"import subprocess; p7 = subprocess.run(['cat', {str(secret)!r}], capture_output=True, text=True).stdout",
         f"p8 = os.popen({'cat ' + str(secret)!r}).read()",

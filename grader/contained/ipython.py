@@ -1,0 +1,130 @@
+"""A cell as Python: what IPython makes of `%`, `!`, `?`, prompts and indentation, by rules of our own.
+
+A base install has no IPython, and a mark must not depend on whether it is there. Where a statement begins is found by
+Python's tokenizer, so that a `%` in a formula or a text is left alone; what is Python already comes back as it is.
+Nothing is executed here, and line numbers stay: the grader reads cells by these rules, too.
+"""
+
+import re
+import tokenize
+from collections.abc import Iterator, Sequence
+
+NOT_PYTHON = (
+    "writefile", "file", "bash", "sh", "script", "system", "sx", "cmd", "html", "HTML", "svg", "SVG", "latex",
+    "markdown", "javascript", "js", "perl", "ruby", "python2", "pypy", "cython", "R", "sql", "!",
+)  # fmt: skip
+"""Magics whose cell is no Python; every other one's is, as after `%%time` and `%%capture`."""
+
+LONGEST_HELP = 500
+"""Characters of a line that may ask for help, as `sin?` does."""
+
+_HINT = re.compile(r"(?m)^[ \t]*(?:[%!?]|>>>|In \[)|=[ \t]*[%!]|\?[ \t]*$|\A(?:[ \t]*\n)*[ \t]+\S")
+_CELL_MAGIC = re.compile(r"%%(\w+|!)[ \t]*(.*)")
+_COMMENT = re.compile(r"[ \t]*(?:#.*)?")
+_ESCAPED = re.compile(r"([ \t]*)(!!?|\?\??|%%?)[ \t]*(.*)")
+_ASSIGNED = re.compile(r"([ \t]*[^\s=!%#'\"(][^=#'\"]*=[ \t]*)([!%])[ \t]*(.*)")
+_HELP = re.compile(r"([ \t]*)[^'\"#]*?(%{0,2}(?!\d)[\w*]+(?:\.[\w*]+|\[[\w*]+\])*)(\?\??)[ \t]*")
+_PROMPTS = (re.compile(r"(?:>>>|\.\.\.)(?: |$)"), re.compile(r"(?:In \[\d+\]:|[ \t]*\.{3,}:)(?: |$)"))
+
+
+def python_of(source: str) -> str:
+    r"""Return a cell's source as Python, each statement on the line on which it was.
+
+    >>> print(python_of("files = !ls\n%time x = 5\nsin?"))
+    files = get_ipython().getoutput('ls')
+    x = 5
+    get_ipython().run_line_magic('pinfo', 'sin')
+    """
+    if _HINT.search(source) is None:
+        return source
+    lines = source.split("\n")
+    first = next((n for n, line in enumerate(lines) if not _COMMENT.fullmatch(line)), len(lines))
+    if first == len(lines):
+        return source
+    lines = _without_indent(_without_prompts(lines, first), first)
+    while first < len(lines) and (magic := _CELL_MAGIC.fullmatch(lines[first])):
+        if magic[1] in NOT_PYTHON:
+            body = "\n".join(lines[first + 1 :]).removesuffix("\n") + "\n"
+            lines[first:] = [f"get_ipython().run_cell_magic({magic[1]!r}, {magic[2]!r}, {body!r})"]
+            break
+        lines[first] = "pass"
+        first += 1
+    return "\n".join(_statements(lines))
+
+
+def _without_prompts(lines: list[str], first: int) -> list[str]:
+    prompt = next((prompt for prompt in _PROMPTS if prompt.match(lines[first])), None)
+    return lines if prompt is None else [prompt.sub("", line, count=1) for line in lines]
+
+
+def _without_indent(lines: list[str], first: int) -> list[str]:
+    indent = lines[first][: len(lines[first]) - len(lines[first].lstrip(" \t"))]
+    return [line.removeprefix(indent) for line in lines] if indent else lines
+
+
+def _statements(lines: Sequence[str]) -> Iterator[str]:
+    """Yield the lines, with those that are IPython's where a statement begins written as Python."""
+    begin = 0
+    while begin < len(lines):
+        if _COMMENT.fullmatch(lines[begin]):
+            yield lines[begin]
+            begin += 1
+            continue
+        end = begin + 1
+        if _ESCAPED.fullmatch(lines[begin]) or _ASSIGNED.fullmatch(lines[begin]):
+            while lines[end - 1].endswith("\\") and end < len(lines):
+                end += 1
+        written = _written(" ".join(line.rstrip("\\") for line in lines[begin:end]))
+        if written is not None:
+            yield written
+            yield from [""] * (end - begin - 1)
+        else:
+            end = _end(lines, begin)
+            yield from lines[begin:end]
+        begin = end
+
+
+def _written(line: str) -> str | None:
+    """Return a line of IPython's as Python; None for any other."""
+    if len(line) < LONGEST_HELP and (match := _HELP.fullmatch(line)):
+        indent, name, marks = match.groups()
+        return f"{indent}{_line_magic(_information(name, marks), name)}"
+    if match := _ESCAPED.fullmatch(line):
+        indent, escape, rest = match.groups()
+        if escape.startswith("?"):
+            return f"{indent}{_line_magic(_information(rest, escape), rest)}" if rest else f"{indent}pass"
+        if escape.startswith("!"):
+            return f"{indent}get_ipython().{'system' if escape == '!' else 'getoutput'}({rest!r})"
+        name, _, argument = rest.partition(" ")
+        return indent + (argument.strip() or "pass" if name == "time" else _line_magic(name, argument.strip()))
+    if match := _ASSIGNED.fullmatch(line):
+        target, escape, rest = match.groups()
+        name, _, argument = rest.partition(" ")
+        return target + (f"get_ipython().getoutput({rest!r})" if escape == "!" else _line_magic(name, argument.strip()))
+    return None
+
+
+def _information(name: str, marks: str) -> str:
+    return "psearch" if "*" in name else "pinfo2" if marks == "??" else "pinfo"
+
+
+def _line_magic(name: str, argument: str) -> str:
+    return f"get_ipython().run_line_magic({name!r}, {argument!r})"
+
+
+def _end(lines: Sequence[str], begin: int) -> int:
+    """Return the line behind the statement that begins in a line; of one that has no end, the last of all."""
+    read = begin
+
+    def next_line() -> str:
+        nonlocal read
+        read += 1
+        return f"{lines[read - 1]}\n" if read <= len(lines) else ""
+
+    try:
+        for token in tokenize.generate_tokens(next_line):
+            if token.type == tokenize.NEWLINE:
+                return begin + token.start[0]
+    except (tokenize.TokenError, SyntaxError):
+        pass  # it is no Python, which is told where it is run
+    return len(lines)
