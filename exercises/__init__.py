@@ -11,6 +11,7 @@ its own in its `__init__`.
     formula/                        text to a tree, a tree to numbers; are two expressions, or two sets, the same
     arm/                            a DH table, all that follows from it, and where it is singular
     credit, decimals, lateness      what half an answer earns, decimals may be off, and late work loses
+    several                         which of several notebooks count
     difficulty                      how hard an arm is to work through by hand
     answers/                        the types of answers, a class each
     problem                         the nouns: identity, problem, part

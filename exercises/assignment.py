@@ -27,6 +27,8 @@ from exercises.mistakes.catalogue import NO_OFTENER, OFTENER, Oftener, read_ofte
 from exercises.problem import ENGINE, Problem, ProblemId
 from exercises.quizzes import ASKED
 from exercises.redrawn import Redraws, read_redrawn
+from exercises.several import LAST, Several, read_several
+from exercises.several import RULE as SEVERAL
 from exercises.variation import AXES, DEFAULT, STEPS, named, of_axes
 
 SECRET_FILE = "secret.txt"  # noqa: S105 - a file's name
@@ -60,7 +62,7 @@ class AssignmentFile(pydantic.BaseModel):
     key: str = pydantic.Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=100)
     due: datetime.datetime | None = None
     late: dict[str, Any] | None = None
-    attempts: Literal["last", "best"] = "last"
+    attempts: str | dict[str, Any] = "last"
     feedback: Literal["outcome", "mistake", "counterexample", "values", "solutions"] = "counterexample"
     follow_through: float = pydantic.Field(default=0.8, ge=0, le=1)
     hints: bool = False
@@ -75,7 +77,7 @@ RIGHT = {
     "key": "it names the notebooks' files: at most 100 letters, digits, '.', '_' and '-', as in key = \"velocity\"",
     "due": "it is a day with a time, without quotes, as in due = 2027-01-15T23:59:00+01:00",
     "late": LATE,
-    "attempts": 'it says which of several notebooks of a student counts: it is "last" or "best"',
+    "attempts": SEVERAL,
     "feedback": 'it is "outcome", "mistake", "counterexample", "values" or "solutions"',
     "follow_through": "it is the share of the points for what follows from a wrong earlier answer, from 0 to 1",
     "hints": "it is true or false, without quotes: true puts three hints under every question, as in hints = true",
@@ -172,7 +174,7 @@ class Assignment:
     follow_through: Fraction = Fraction(4, 5)
     hints: bool = False
     late: LateRule | None = None
-    attempts: str = "last"
+    attempts: Several = LAST
     sandbox: str = "best"
     gradebook: Gradebook | None = None
     redrawn: Redraws = field(default_factory=dict)
@@ -271,6 +273,8 @@ def load_assignment(folder: Path) -> Assignment:
             raise QdotError(f'it is written without .ipynb, as in key = "{content.key[:-6]}"')
     with file.at("late"):
         late = read_late(content.late, content.due)
+    with file.at("attempts"):
+        attempts = read_several(content.attempts)
     notes: list[str] = []
     with file.at("mistakes"):
         oftener = read_oftener(content.mistakes)
@@ -282,7 +286,7 @@ def load_assignment(folder: Path) -> Assignment:
     return Assignment(
         folder, content.title, content.key, slots, students, read_secret(folder),
         content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
-        content.hints, late, content.attempts, content.sandbox, None if export is None else export.gradebook,
+        content.hints, late, attempts, content.sandbox, None if export is None else export.gradebook,
         read_redrawn(folder), oftener,
     )  # fmt: skip
 

@@ -95,7 +95,9 @@ def read_late(table: Mapping[str, Any] | None, due: datetime.datetime | None) ->
         if not isinstance(until, datetime.datetime) or aware(until, due.tzinfo) < aware(due):
             raise QdotError(f"until: {KEYS['until']}")
         until = aware(until, due.tzinfo)
-    return LateRule(_seconds(table["grace"]) if "grace" in table else 0, until=until, **shares)
+    return LateRule(
+        seconds_of(table["grace"], f"grace: {KEYS['grace']}") if "grace" in table else 0, until=until, **shares
+    )
 
 
 def _share(name: str, said: object) -> Fraction:
@@ -104,8 +106,9 @@ def _share(name: str, said: object) -> Fraction:
     return Fraction(str(said))
 
 
-def _seconds(said: object) -> int:
+def seconds_of(said: object, right: str) -> int:
+    """Return a duration, as in "15 min", in seconds. Raises QdotError with what is `right`."""
     match = re.fullmatch(r"\s*(\d{1,6})\s*([a-z]+)\s*", said) if isinstance(said, str) else None
     if match is None or match.group(2) not in UNITS:
-        raise QdotError(f"grace: {KEYS['grace']}; units: {', '.join(UNITS)}")
+        raise QdotError(f"{right}; units: {', '.join(UNITS)}")
     return int(match.group(1)) * UNITS[match.group(2)]

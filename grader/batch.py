@@ -286,11 +286,10 @@ def _graded(attempt: Attempt | None, marked: Marked | None) -> Graded:
 def _counting(assignment: Assignment, attempts: list[Attempt]) -> list[Attempt]:
     """Return the notebooks to grade; `attempts` come as `find_submissions` orders them.
 
-    Where any has the assignment's name, or names it in its metadata, the others are no attempts. The last is the one
-    received last; of those received in the same second, the first in that order.
+    Where any has the assignment's name, or names it in its metadata, the others are no attempts.
     """
     own = [one for one in attempts if one.is_of(assignment)] or attempts
-    return own if assignment.attempts == "best" else [max(own, key=lambda one: one.received)]
+    return [own[i] for i in assignment.attempts.counting([one.received for one in own])]
 
 
 def _marked(context: _Context, student: str, attempt: Attempt | None) -> Marked:

@@ -17,6 +17,7 @@ from exercises.assignment import Assignment, Student, load_assignment
 from exercises.console import note, say
 from exercises.errors import QdotError
 from exercises.files import write_atomically
+from exercises.several import Several
 from grader.layouts import Handed
 from grader.marking import number
 from grader.reports.gradescope import VISIBILITY, as_text, content_of
@@ -40,7 +41,7 @@ def results_of(root: Path, visibility: str = "visible", seconds: float = Limits.
     handed_in = found_of_one(assignment, submission, received, "Gradescope")
     result = the_only([grade_one(assignment, student, handed_in, limits_of(seconds))], "gradescope")
     content = content_of(result, assignment.feedback, visibility)
-    return best_of(content, metadata) if assignment.attempts == "best" else content
+    return content if assignment.attempts.best_of is None else best_of(content, metadata, assignment.attempts)
 
 
 def read_metadata(path: Path) -> dict[str, Any]:
@@ -94,19 +95,30 @@ def due_of(metadata: dict[str, Any]) -> datetime.datetime | None:
     return None
 
 
-def best_of(content: dict[str, Any], metadata: dict[str, Any]) -> dict[str, Any]:
-    """Return the results with the score of an earlier submission, where that is higher."""
+DAY = datetime.timedelta(days=1)
+
+
+def best_of(content: dict[str, Any], metadata: dict[str, Any], rule: Several) -> dict[str, Any]:
+    """Return the results with the score of an earlier submission, where that is higher or this one counts no more."""
     earlier = [
-        float(one["score"])
+        one
         for one in metadata.get("previous_submissions") or ()
         if isinstance(one.get("score"), (int, float, str)) and not one.get("autograder_error")
     ]
-    best = max(earlier, default=0.0)
-    if best <= content["score"]:
+    now = _time(metadata.get("created_at")) or datetime.datetime.now(datetime.UTC)
+    # What has no time stands by itself, before all that has one.
+    first = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
+    times = [_time(one.get("submission_time")) or first + i * DAY for i, one in enumerate(earlier)]
+    counting = rule.counting([*times, now])
+    this_counts = len(earlier) in counting
+    best = max((float(earlier[i]["score"]) for i in counting if i < len(earlier)), default=0.0)
+    if this_counts and best <= content["score"]:
         return content
     said = (
         f"an earlier submission earned {number(best)} points, which count; this one earned {number(content['score'])}"
     )
+    if not this_counts:
+        said += f"; {rule.rule}"
     return {**content, "score": best, "output": "\n".join(filter(None, (said, content["output"])))}
 
 

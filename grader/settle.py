@@ -64,6 +64,8 @@ def settle(
         f"{len(handed_in)} notebooks were handed in; {handed_in[counts].file} counts, the {assignment.attempts} of "
         f"this assignment, not {', '.join(others[:MOST_NAMED])}{more}"
     )
+    if assignment.attempts.best_of is not None and len(results) < len(handed_in):
+        note += f"; {assignment.attempts.rule}"
     attempts = [
         {"file": one.file, "received": _iso(one.received), "score": results[i]["score"] if i in results else None}
         for i, one in enumerate(handed_in)

@@ -17,6 +17,7 @@ from exercises.assignment import Assignment, Student, load_assignment
 from exercises.errors import QdotError
 from exercises.lateness import LateRule
 from exercises.release import init_assignment, release
+from exercises.several import Several
 from grader.cli import app
 from grader.demo import answered
 from grader.overrides import Override, Overrides, read_overrides
@@ -249,9 +250,46 @@ def test_parts_that_were_set_lose_for_lateness_and_a_total_that_was_set_does_not
 # --- attempts ---
 
 
+def test_many_notebooks_in_a_folder_are_one_attempt_and_attempts_have_a_limit(folder: Path, released: Path) -> None:
+    for k in range(4):  # within ten minutes
+        hand_in(folder, released, f"s1/hw-{k}.ipynb", -5 + k / 30, position="blank" if k != 1 else "0")
+    for k in range(1, 6):  # the right one is the sixth attempt
+        answers = {} if k == 5 else {"determinant": "blank"}
+        hand_in(folder, released, f"s1/later-{k}.ipynb", -5 + k / 2, **answers)
+    (folder / "assignment.toml").write_text(TOML.format('attempts = "best"'))
+    found, _ = run(folder)
+    scores = {one["file"]: one["score"] for one in found["s1"]["attempts"]}
+    assert [name for name, score in scores.items() if score is not None] == [
+        "hw-3.ipynb",
+        *(f"later-{k}.ipynb" for k in range(1, 5)),
+    ]
+    assert found["s1"]["notes"][0].endswith(
+        "; of those handed in within 10 min the last is taken, 5 attempts count at most"
+    )
+    (folder / "assignment.toml").write_text(TOML.format('attempts = {best_of = 1, apart = "1 day"}'))
+    assert run(folder)[0]["s1"]["submission"]["file"] == "later-5.ipynb"
+
+
+@pytest.mark.parametrize(
+    ("said", "why"),
+    [
+        ('"first"', 'attempts = "first": it says which of several notebooks of a student counts'),
+        ("{best_of = 0}", "best_of: it is how many attempts count"),
+        ("{best = 2}", "unknown key 'best'"),
+        ('{apart = "1 week"}', "apart: it is a time with its unit"),
+        ("3", "attempts = 3: it says which of several"),
+    ],
+)
+def test_what_is_wrong_about_attempts_is_told(folder: Path, said: str, why: str) -> None:
+    (folder / "assignment.toml").write_text(TOML.format(f"attempts = {said}"))
+    with pytest.raises(QdotError) as caught:
+        load_assignment(folder)
+    assert why in str(caught.value), caught.value
+
+
 def best(assignment: Assignment, *handed_in: Graded, **overrides: Override) -> dict[str, Any]:
     named = {f"p1.{name}": override for name, override in overrides.items()}
-    return settle(replace(assignment, attempts="best"), assignment.roster[0], handed_in, named)
+    return settle(replace(assignment, attempts=Several(5)), assignment.roster[0], handed_in, named)
 
 
 def test_the_best_counts_after_what_lateness_takes_off(folder: Path) -> None:

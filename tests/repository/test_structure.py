@@ -24,7 +24,7 @@ LAYERS = {
         arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.axes arm.reason arm.reach
         arm.appearance arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
         arm.arithmetic arm.stages
-        credit decimals lateness difficulty answers problem families questions mistakes quizzes
+        credit decimals lateness several difficulty answers problem families questions mistakes quizzes
         generation record verify writing.gathering writing.angles writing.latex phrases languages render writing
         messages figure
         self_check notebook showing solving docs gradebook redrawn assignment drawing store sets release exports.outlet

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from exercises.assignment import Assignment, Student, load_assignment
+from exercises.several import Several
 from grader.gradescope import best_of, due_of, main, results_of
 from tests.support.ci import Machine, write_json
 from tests.support.command import run
@@ -117,11 +118,27 @@ def test_whose_it_is_and_no_mark_where_that_is_not_known(
     assert (content["extra_data"]["student"], content["score"]) == ("bo", 4)
 
 
-def test_the_best_attempt_and_the_due_time_are_read_from_the_metadata() -> None:
+def test_the_best_attempt_is_read_from_the_metadata() -> None:
     content = {"score": 2.0, "output": ""}
     earlier = [{"score": "3.5"}, {"score": 4.0, "autograder_error": True}, {"score": None}]
-    assert best_of(content, {"previous_submissions": earlier})["score"] == 3.5
-    assert best_of(content, {"previous_submissions": [{"score": 1}]}) is content
+    best = Several(5)
+    assert best_of(content, {"previous_submissions": earlier}, best)["score"] == 3.5
+    assert best_of(content, {"previous_submissions": [{"score": 1}]}, best) is content
+
+
+def test_attempts_on_gradescope_have_a_limit() -> None:
+    content, hour = {"score": 4.0, "output": ""}, "2027-01-09T{:02}:00:00Z"
+    earlier = [{"score": k / 2, "submission_time": hour.format(k)} for k in range(1, 6)]
+    now = {"previous_submissions": earlier, "created_at": hour.format(9)}
+    sixth = best_of(content, now, Several(5))
+    assert sixth["score"] == 2.5 and "5 attempts count at most" in sixth["output"]
+    assert best_of(content, now, Several(6)) is content
+    assert (
+        best_of(content, {**now, "created_at": "2027-01-09T05:03:00Z"}, Several(5)) is content
+    )  # instead of the fifth
+
+
+def test_the_due_time_is_read_from_the_metadata() -> None:
     assert due_of({"users": [ADA]}) is None
     assert due_of({"users": [ADA], "assignment": {"due_date": "not a time"}}) is None
 
