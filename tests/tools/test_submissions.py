@@ -1,6 +1,7 @@
 """A part of `make fuzz`: some rounds of what nobody should hand in, and all that was found so."""
 
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ import pytest
 
 from exercises.stream import Stream
 from grader.contained import folders
+from grader.reports.tables import status
 from grader.reports.write import write_reports
 from tests.support.handing_in import code
 from tests.support.suites import several
@@ -96,5 +98,53 @@ def test_a_right_notebook_is_no_find(made: Class, zipped: bool) -> None:
     assert (case, result["score"]) == ("a right one", 4)
 
 
+@pytest.mark.whole
 def test_the_command_grades_what_is_drawn(made: Class) -> None:
     drawn_round(made, "test", submissions.COMMAND - 1)
+
+
+# --- what was found ---
+
+
+def too_long_a_link(root: Path, right: str) -> str:
+    (root / OWN).symlink_to("x" * 300)
+    return "link"
+
+
+def too_long_a_path(root: Path, right: str) -> str:
+    (root / OWN).mkdir()
+    top = os.open(root / OWN, os.O_RDONLY)
+    for _ in range(25):
+        os.mkdir("d" * 200, dir_fd=top)
+        inner = os.open("d" * 200, os.O_RDONLY, dir_fd=top)
+        os.close(top)
+        top = inner
+    os.close(top)
+    return "path"
+
+
+def a_list_of_gradescopes(root: Path, right: str) -> str:
+    (root / OWN).mkdir()
+    (root / OWN / "submission_metadata.yml").write_text("submission_7:\n")
+    return "list"
+
+
+def a_null_in_an_answer(root: Path, right: str) -> str:
+    (root / OWN).mkdir()
+    data = json.loads(right)
+    data["cells"][2]["source"] = "p1_position = '\\x00'"
+    (root / OWN / "hw.ipynb").write_text(json.dumps(data))
+    return "null"
+
+
+FINDS: dict[Callable[[Path, str], str], str] = {
+    too_long_a_link: "unusable", too_long_a_path: "unusable", a_list_of_gradescopes: "unusable",
+    a_null_in_an_answer: "graded",
+}  # fmt: skip
+"""What was found, and what becomes of the student who hands it in."""
+
+
+@pytest.mark.parametrize("found", FINDS)
+def test_what_was_found_is_found_no_more(made: Class, found: Callable[[Path, str], str]) -> None:
+    _, result = made.round(found, flat=True)
+    assert status(result) == FINDS[found]
