@@ -106,7 +106,8 @@ messages: $(VENV)/.dev  ## collect all texts for the languages, merge them into 
 pairs: $(VENV)/.dev  ## 100,000 right and wrong answers made from all families' formulas, and the verdicts on them
 	$(PY) -m tests.tools.pairs
 
-fuzz: $(VENV)/.dev  ## texts that nobody would write, to the reader and the judgement, guided by coverage (needs atheris)
+fuzz: $(VENV)/.dev  ## what nobody should hand in, to a class; texts that nobody would write, to the reader and the judgement (needs atheris)
+	$(PY) -m tests.tools.submissions
 	$(PY) -m tests.tools.fuzz
 
 diagnoses: $(VENV)/.dev  ## every mistake made on every family and question, and what the diagnosis says (an hour)

@@ -28,12 +28,20 @@ class Handed:
     late: bool | None = None
 
 
+def surely(is_so: Callable[[], bool]) -> bool:
+    """Return what a path says of itself; False where it can't, as of a link to a name that is too long."""
+    try:
+        return is_so()
+    except OSError:
+        return False
+
+
 Layout = Callable[[Path, Sequence[Path]], list[Handed]]
 
 
 def _by_student(_: Path, entries: Sequence[Path]) -> list[Handed]:
     """STUDENT/…, STUDENT.ipynb: qdot's own layout, and nbgrader's submitted/STUDENT/ASSIGNMENT/…"""
-    names = [(path, path.name if path.is_dir() else path.stem) for path in entries]
+    names = [(path, path.name if surely(path.is_dir) else path.stem) for path in entries]
     return [Handed(path, (name.removesuffix(".tar"),), name) for path, name in names]
 
 
@@ -60,7 +68,7 @@ _CANVAS = re.compile(
 
 def _canvas(_: Path, entries: Sequence[Path]) -> list[Handed]:
     """lastfirst_USER_FILE_hw.ipynb, lastfirst_LATE_USER_FILE_hw-1.ipynb; the files' times are of the download."""
-    matches = ((path, _CANVAS.fullmatch(path.name)) for path in entries if not path.is_dir())
+    matches = ((path, _CANVAS.fullmatch(path.name)) for path in entries if not surely(path.is_dir))
     return [
         Handed(path, (said["user"],), said["name"], "Canvas", None, said["late"] is not None)
         for path, said in matches
@@ -71,7 +79,7 @@ def _canvas(_: Path, entries: Sequence[Path]) -> list[Handed]:
 def _gradescope(root: Path, entries: Sequence[Path]) -> list[Handed]:
     """submission_NUMBER/…, with names, identifiers and times in submission_metadata.yml; a group has several names."""
     listing = root / "submission_metadata.yml"
-    if listing.is_symlink() or not listing.is_file():
+    if listing.is_symlink() or not surely(listing.is_file):
         return []
     by_name = {path.name: path for path in entries}
     handed = [Handed(listing, platform="Gradescope")]
@@ -97,11 +105,10 @@ def handed_in(root: Path) -> tuple[Path, list[Handed]]:
 
     A platform's export that was unpacked into a folder of its own is looked for there.
     """
-    inside = [path for path in _entries(root) if path.is_dir()]
-    for path in inside if len(inside) == 1 and not (root / "submission_metadata.yml").exists() else ():
-        if (path / "submission_metadata.yml").is_file():
-            root = path
     left, submissions = _entries(root), list[Handed]()
+    if len(left) == 1 and surely((left[0] / "submission_metadata.yml").is_file):  # else it is a student who says so
+        root = left[0]
+        left = _entries(root)
     for layout in LAYOUTS.values():
         known = layout(root, left)
         submissions += known

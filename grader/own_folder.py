@@ -9,6 +9,9 @@ from pathlib import Path
 from exercises.files import lock
 from grader.contained import folders
 
+ENDING = ".tmp"
+"""What the name of such a folder ends with: somebody's own qdot-submissions-autumn is none."""
+
 PATIENCE = 5.0
 """Seconds in which a folder that was left behind is removed; what is left of it has its turn the next time."""
 
@@ -39,11 +42,11 @@ def own_folder(prefix: str) -> OwnFolder:
 
     What can't be removed stays, whatever is in the way: it is no reason not to begin.
     """
-    for path in Path(tempfile.gettempdir()).glob(f"{prefix}*"):
+    for path in Path(tempfile.gettempdir()).glob(f"{prefix}*{ENDING}"):
         with contextlib.suppress(Exception):
             _remove_unless_locked(path)
     while True:
-        folder = tempfile.mkdtemp(prefix=prefix)
+        folder = tempfile.mkdtemp(prefix=prefix, suffix=ENDING)
         with contextlib.suppress(FileNotFoundError):  # somebody who was tidying up had it before it was locked
             handle = os.open(folder, os.O_RDONLY)
             with contextlib.suppress(OSError):  # a disk that knows no locks: nobody else gets one there, either

@@ -16,7 +16,7 @@ from exercises.console import note
 from exercises.errors import QdotError
 from grader.archives import is_archive, listed, read_packed, unpacked
 from grader.cells import LARGEST, SCRIPTS, TEXTS, Cell, Unreadable, plain, read_cells
-from grader.layouts import handed_in
+from grader.layouts import handed_in, surely
 from grader.roster import Roster
 
 MOST_FILES, MOST_ATTEMPTS = 2000, 50
@@ -81,7 +81,9 @@ def find_submissions(assignment: Assignment, root: Path) -> Looked:
     for handed in entries:
         name = handed.path.name
         try:
-            owner = roster.owner(replace(handed, ids=(*handed.ids, name if handed.path.is_dir() else handed.path.stem)))
+            owner = roster.owner(
+                replace(handed, ids=(*handed.ids, name if surely(handed.path.is_dir) else handed.path.stem))
+            )
         except Exception as error:  # one folder's trouble is nobody else's
             looked.unsure.append(f"{plain(name)}: whose it is can't be found out ({error}); not graded")
             continue
@@ -89,7 +91,7 @@ def find_submissions(assignment: Assignment, root: Path) -> Looked:
             gathered.setdefault(owner.students[0], _Gathered()).add(
                 handed.path, handed.platform, handed.received, handed.late
             )
-        elif not handed.path.is_dir() and not handed.platform and _kind(name) >= _LAST_KIND:
+        elif not surely(handed.path.is_dir) and not handed.platform and _kind(name) >= _LAST_KIND:
             continue  # a list of grades, a README
         elif owner.students:
             looked.unsure.append(f"{plain(name)} may be of {' or '.join(owner.students)}: {owner.why}; not graded")
@@ -181,11 +183,15 @@ class _Gathered:
 
 def _refusal(path: Path) -> str:
     """Return why what lies among submissions is not opened; empty for a file."""
-    if path.is_symlink():
+    try:
+        kind = path.lstat().st_mode
+    except OSError as error:
+        return f"it can't be looked at ({error.strerror})"
+    if stat.S_ISLNK(kind):
         return "a symbolic link is not followed"
-    if path.is_dir():
+    if stat.S_ISDIR(kind):
         return "a folder that can't be looked into"
-    return "" if path.is_file() else "a pipe, a socket or a device is not read"
+    return "" if stat.S_ISREG(kind) else "a pipe, a socket or a device is not read"
 
 
 def _files_in(path: Path) -> Iterator[Path]:
@@ -193,21 +199,26 @@ def _files_in(path: Path) -> Iterator[Path]:
 
     A folder that can't be looked into is yielded itself.
     """
-    if path.is_symlink() or not path.is_dir():
+    if path.is_symlink() or not surely(path.is_dir):
         yield path
         return
     count = 0
-    closed: list[Path] = []
-    for place, folders, names in os.walk(path, onerror=lambda error: closed.append(Path(error.filename))):
-        folders[:] = sorted(name for name in folders if not _is_hidden(name))
-        links = [name for name in folders if Path(place, name).is_symlink()]
-        for name in sorted((*names, *links)):
-            inside = Path(place, name)
-            if not _is_hidden(name):
-                yield inside
-                count += 1
-                if count >= MOST_FILES:
-                    return
+    closed, places = list[Path](), [path]
+    while places:  # os.walk calls itself for every folder in a folder
+        place = places.pop()
+        try:
+            with os.scandir(place) as entries:
+                inside = sorted((one.name, one.is_dir(follow_symlinks=False)) for one in entries)
+        except OSError:
+            closed.append(place)
+            continue
+        inside = [(name, is_folder) for name, is_folder in inside if not _is_hidden(name)]
+        for name in (name for name, is_folder in inside if not is_folder):
+            yield place / name
+            count += 1
+            if count >= MOST_FILES:
+                return
+        places += [place / name for name, is_folder in reversed(inside) if is_folder]
     yield from closed
 
 

@@ -63,7 +63,8 @@ def _tokens(text: str) -> list[tuple[str, str, int]]:
 
 def _where(text: str, at: int) -> str:
     start = max(0, at - 15)
-    shown = text[start : at + 15].replace("\n", " ")
+    near = (" " if ch.isspace() else ch for ch in text[start : at + 15])
+    shown = "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in near)
     return f"at character {at + 1}, near '{shown}'"
 
 

@@ -125,6 +125,10 @@ def test_names_and_blanks() -> None:
         ("sin(theta1", "expected '\\)', found 'the end'"),
         ("a1 +", "found the end"),
         ("a1 $ a2", "cannot read '\\$' at character 4"),
+        (
+            "a1\t\x00 \x1b[2J",
+            "cannot read '\\\\x00' at character 4, near 'a1 \N{REPLACEMENT CHARACTER} \N{REPLACEMENT CHARACTER}\\[2J'",
+        ),
         ("atan2(theta1)", "atan2 takes 2 argument"),
         ("foo(theta1)", "the function 'foo' is not understood"),
         ("a1)", "did not expect '\\)'"),

@@ -207,7 +207,7 @@ def test_what_takes_too_long_to_remove_is_left(tmp_path: Path) -> None:
 
 def test_leftovers_that_are_hard_to_remove_stop_no_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    left = tmp_path / "qdot-own-left"
+    left = tmp_path / "qdot-own-left.tmp"
     (left / "inner").mkdir(parents=True, mode=0)
     with own_folder("qdot-own-"):
         assert not left.exists()

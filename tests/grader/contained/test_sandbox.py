@@ -254,10 +254,11 @@ def test_folders_of_processes_that_were_killed_are_removed_and_those_in_use_are_
         mine = own_folder("qdot-own-")
         assert (others / "kept").exists()
         process.kill()
-    (tmp_path / "qdot-own-link").symlink_to(tmp_path)
+    (tmp_path / "qdot-own-link.tmp").symlink_to(tmp_path)
     (tmp_path / "qdot-other").mkdir()
+    (tmp_path / "qdot-own-autumn").mkdir()  # somebody has called a folder so
     own_folder("qdot-own-").remove()
-    left = {Path(mine.path).name, "qdot-own-link", "qdot-other"}
+    left = {Path(mine.path).name, "qdot-own-link.tmp", "qdot-other", "qdot-own-autumn"}
     assert {path.name for path in tmp_path.iterdir()} == left
     mine.remove()
     assert not Path(mine.path).exists()

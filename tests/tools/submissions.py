@@ -1,0 +1,232 @@
+"""`make fuzz`, too: what nobody should hand in, handed in by one of a class; it reaches nobody else.
+
+In every round one of three students hands in something drawn from a seed (`hostile`), beside a neighbour whose notebook
+is right. The class is graded as `qdot grade` does it, in this process, and now and then by the command itself. Nothing
+may be raised; the neighbour has full marks; the student has a result in words that can be read; all that is written can
+be read back, and nothing outside graded/ has changed. `python -m tests.tools.submissions --seconds 3600 --seed 1`
+prints the finds, keeps their folders, and leaves with code 1 if there are any; `--seed 1 --only 17` repeats one round.
+"""
+
+import argparse
+import contextlib
+import csv
+import json
+import os
+import shutil
+import stat
+import subprocess
+import sys
+import tempfile
+import time
+import warnings
+import zipfile
+from collections import Counter
+from collections.abc import Callable, Iterator
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from exercises.assignment import Assignment, Student
+from exercises.stream import Stream
+from grader.batch import grade_class
+from grader.contained import folders
+from grader.reports.tables import status
+from grader.reports.write import write_page, write_reports
+from grader.sandbox import Limits
+from grader.submission import find_submissions, opened
+from tests.support import ROOT
+from tests.support.handing_in import Result, a_class, one_sandbox, right
+from tests.tools.hostile import NEIGHBOUR, OWN, hand_in_drawn
+
+LIMITS = Limits(seconds=6, cell_seconds=2)
+LONGEST = 90.0
+"""Seconds that a class may take, on a busy machine."""
+COMMAND, ZIPPED, FLAT = 40, 9, 4
+"""Of so many rounds one is graded by the command, one comes as a platform's zip; in one the neighbour has no folder."""
+
+FULL = 4
+STATES = ("graded", "unusable", "missing", "ungraded", "late")
+Hand = Callable[[Path, str], str]
+"""Puts something into the folder of submissions, with a right notebook at hand; returns in words what."""
+
+
+class Find(AssertionError):
+    """Something that must not be."""
+
+
+class Class:
+    """A class of three that hands in again and again: the neighbour, the one of whom anything comes, and nobody."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        students = [Student(NEIGHBOUR, "Ada One"), Student(OWN, "Bo Two"), Student("s03", "Cy Three")]
+        self.assignment: Assignment = a_class(folder, students)
+        self.right = {student: right(self.assignment, student) for student in (NEIGHBOUR, OWN)}
+        self.submitted, self.graded = folder / "submitted", folder / "graded"
+        self.clear()
+        self.round(lambda *_: "nothing")  # what is kept of the problems is there from now on
+
+    def clear(self, flat: bool = False) -> None:
+        """Begin anew, with what the neighbour hands in: in a folder, or as a file."""
+        for folder in (self.submitted, self.graded):
+            if folder.is_dir():
+                folders.remove(str(folder))
+        place = self.submitted / (f"{NEIGHBOUR}.ipynb" if flat else f"{NEIGHBOUR}/hw.ipynb")
+        place.parent.mkdir(parents=True)
+        place.write_text(self.right[NEIGHBOUR])
+
+    def round(
+        self, hand: Hand, by_command: bool = False, zipped: bool = False, flat: bool = False
+    ) -> tuple[str, Result]:
+        """Have one thing handed in, and the class graded; return what it was, and the student's result. Raises Find."""
+        self.clear(flat)
+        case = hand(self.submitted, self.right[OWN])
+        try:
+            source = _packed(self.submitted) if zipped else self.submitted
+            before, begun = dict(_state(self.folder)), time.monotonic()
+            said = self._by_command(source) if by_command else self._here(source)
+            if (took := time.monotonic() - begun) > LONGEST:
+                raise Find(f"takes {took:.0f} s")
+            after = dict(_state(self.folder))
+            if before != after:
+                other = sorted(path for path in {*before, *after} if before.get(path) != after.get(path))
+                raise Find(f"outside graded/ was changed: {other[:5]}")
+            return case, self._looked_at(said)
+        except Exception as error:
+            error.add_note(case)
+            raise
+
+    def _here(self, source: Path) -> list[str]:
+        """Grade in this process; return what the command would say of the folder."""
+        with opened(source) as root, one_sandbox():
+            looked = find_submissions(self.assignment, root)
+            results = grade_class(self.assignment, looked.found, 0, LIMITS, lambda _: None, write_page=write_page)
+            results = write_reports(self.assignment, results)
+        if _results(self.graded) != results:
+            raise Find("results.jsonl is not what was graded")
+        return [*looked.strangers, *looked.unsure]
+
+    def _by_command(self, source: Path) -> list[str]:
+        command = [sys.executable, "-m", "grader.cli", "grade", self.folder, source, "--jobs", "1", "--seconds", "6"]
+        done = subprocess.run(list(map(str, command)), cwd=ROOT, capture_output=True, timeout=4 * LONGEST)
+        told = (done.stdout + done.stderr).decode()  # raises where it is no text
+        if done.returncode not in (0, 2) or "Traceback" in told or "Warning:" in told or not _is_there(self.graded):
+            raise Find(f"qdot grade ends with {done.returncode}: {told[-500:]}")
+        return told.splitlines()
+
+    def _looked_at(self, said: list[str]) -> Result:
+        """Look at all that was written; return the student's result."""
+        results = _results(self.graded)
+        with (self.graded / "grades.csv").open(encoding="utf-8", newline="") as table:
+            rows = {row["student"]: row for row in csv.DictReader(table)}
+        by_id = {result["student"]: result for result in results}
+        if set(by_id) != set(rows) or set(by_id) != {student.id for student in self.assignment.roster}:
+            raise Find(f"not everybody is there: {sorted(by_id)}, {sorted(rows)}")
+        for student, result in by_id.items():
+            page = (self.graded / "feedback" / f"{student}.html").read_text(encoding="utf-8")
+            if not page.endswith("</html>\n") or "<script>alert" in page:
+                raise Find(f"the page of {student} is not whole, or runs what a student wrote")
+            if status(result) not in STATES or rows[student]["status"] != status(result):
+                raise Find(f"{student} is {status(result)}, and in the table {rows[student]['status']}")
+            said += _words(result)
+        neighbour = by_id[NEIGHBOUR]
+        if (neighbour["score"], status(neighbour)) != (FULL, "graded"):
+            raise Find(f"the neighbour is {status(neighbour)} with {neighbour['score']}: {_words(neighbour)}")
+        for text in said:
+            if not all(ch.isprintable() or ch == "\n" for ch in text):
+                raise Find(f"this can't be shown: {text[:300]!a}")
+        return by_id[OWN]
+
+
+def _is_there(graded: Path) -> bool:
+    return (graded / "results.jsonl").is_file()
+
+
+def _results(graded: Path) -> list[Result]:
+    return [json.loads(line) for line in (graded / "results.jsonl").read_text(encoding="utf-8").splitlines()]
+
+
+def _words(result: Result) -> list[str]:
+    """Return all that is said of a result, to whomever."""
+    parts = [part for problem in result["problems"] for part in problem["parts"]]
+    submission = result["submission"] or {}
+    words = [result["obstacle"], submission.get("file"), *result["notes"], *result["staff_notes"]]
+    return [text for text in (*words, *(part["reason"] for part in parts)) if text]
+
+
+def _state(folder: Path) -> Iterator[tuple[bytes, Any]]:
+    """Yield what lies in the folder but for graded/, as deep as paths go: of each file its rights, time and content."""
+    stack = [os.fsencode(folder)]
+    while stack:
+        top = stack.pop()
+        with contextlib.suppress(OSError), os.scandir(top) as entries:
+            for entry in entries:
+                if entry.path == os.fsencode(folder / "graded"):
+                    continue
+                known = entry.stat(follow_symlinks=False)
+                is_small = stat.S_ISREG(known.st_mode) and known.st_size < 1_000_000
+                content = None
+                with contextlib.suppress(PermissionError):
+                    content = sha256(Path(os.fsdecode(entry.path)).read_bytes()).digest() if is_small else None
+                yield entry.path, (known.st_mode, known.st_size, known.st_mtime_ns, content)
+                if entry.is_dir(follow_symlinks=False):
+                    stack.append(entry.path)
+
+
+def _packed(submitted: Path) -> Path:
+    """Return a zip with what lies in the folder, as a platform packs it: files by their names, nothing else."""
+    target = submitted.with_suffix(".zip")
+    with zipfile.ZipFile(target, "w", strict_timestamps=False) as archive:
+        for place, _, files in os.walk(submitted):
+            for path in (Path(place, file) for file in files):
+                with contextlib.suppress(OSError, ValueError):
+                    if stat.S_ISREG(path.lstat().st_mode) and path.lstat().st_size < 100_000_000:
+                        archive.write(path, path.relative_to(submitted))
+    return target
+
+
+def drawn_round(of: Class, seed: str, number: int) -> tuple[str, Result]:
+    """Have one round graded, all of it drawn from the seed and the round's number."""
+    rng, last = Stream(f"submissions/{seed}/{number}"), number % COMMAND == COMMAND - 1
+    zipped, flat = number % ZIPPED == ZIPPED - 1, number % FLAT == FLAT - 1
+    return of.round(lambda root, text: hand_in_drawn(root, text, rng), last, zipped, flat)
+
+
+def main() -> int:
+    """Run rounds for some time, and count what they find."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seconds", type=int, default=120, help="how long it runs")
+    parser.add_argument("--seed", default="1", help="what all rounds are drawn from")
+    parser.add_argument("--only", type=int, help="one round alone, by its number")
+    options = parser.parse_args()
+    warnings.simplefilter("error")  # nothing of the sort belongs on a grader's screen
+    folder, end = Path(tempfile.mkdtemp(prefix="qdot-hostile-")), time.monotonic() + options.seconds
+    made, finds, states, failures = Class(folder / "hw"), 0, Counter[str](), Counter[str]()
+    number = rounds = options.only or 0
+    while number == options.only or (options.only is None and time.monotonic() < end):
+        try:
+            case, result = drawn_round(made, options.seed, number)
+            states[status(result)] += 1
+            if options.only is not None:
+                sys.stdout.write(f"{case}: {status(result)}: {_words(result)}\n")
+            if status(result) == "ungraded":
+                failures[f"{result['problems'][0]['parts'][0]['reason'][:160]}, as in --only {number}"] += 1
+        except Exception as error:  # told, and kept
+            finds += 1
+            kept = Path(tempfile.mkdtemp(prefix=f"qdot-find-{options.seed}-{number}-"))
+            for name in ("submitted", "graded"):
+                with contextlib.suppress(OSError):
+                    shutil.move(made.folder / name, kept / name)
+            about = f"{type(error).__name__}: {str(error)[:500]}: {'; '.join(getattr(error, '__notes__', ()))}"
+            sys.stdout.write(f"find: --seed {options.seed} --only {number}: {about}, kept in {kept}\n")
+        number += 1
+        sys.stdout.flush()
+    folders.remove(str(folder))
+    for said, count in failures.most_common():
+        sys.stdout.write(f"ungraded {count} times: {said}\n")
+    sys.stdout.write(f"{number - rounds} rounds ({dict(states)}): {finds} finds\n")
+    return 1 if finds else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
