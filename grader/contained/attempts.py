@@ -4,6 +4,7 @@ Each attempt returns what it achieved, in words; it raises OSError, or another e
 that are stopped by being killed are made `ALONE`, each in a notebook's place of its own.
 """
 
+import contextlib
 import ctypes
 import fcntl
 import mmap
@@ -54,6 +55,12 @@ def _alter(asked: dict[str, Any]) -> str:
     return "changed the rights of another folder's file"
 
 
+def _alter_by_descriptor(_: dict[str, Any]) -> str:
+    library = os.open(os.__file__, os.O_RDONLY)
+    os.fchmod(library, os.fstat(library).st_mode & 0o7777)  # to what they are: nobody is harmed where this succeeds
+    return "changed the rights of a library"
+
+
 def _list(asked: dict[str, Any]) -> str:
     return f"listed another folder ({len(os.listdir(Path(asked['file']).parent))} files)"
 
@@ -85,9 +92,9 @@ def _fill_nameless(_: dict[str, Any]) -> str:
 def _nest(_: dict[str, Any]) -> str:
     """Leave folders that are hard to remove; whether they are gone afterwards is for the grader to see."""
     os.mkdir("closed")
-    os.mkdir("closed/inner")
-    for folder in [os.open(name, os.O_RDONLY) for name in ("closed", "closed/inner")]:
-        os.fchmod(folder, 0)
+    os.mkdir("closed/inner", 0)
+    with contextlib.suppress(OSError):  # refused where libraries could be closed in this way, too
+        os.chmod("closed", 0)
     for _depth in range(1200):
         os.mkdir("d")
         os.chdir("d")
@@ -184,10 +191,10 @@ def _hurry(_: dict[str, Any]) -> str:
 Attempt = tuple[str, Callable[[dict[str, Any]], str]]
 
 ATTEMPTS: tuple[Attempt, ...] = (
-    ("files", _read), ("files", _write), ("files", _alter), ("files", _list), ("network", _connect), ("network", _send),
-    ("network", _connect_abstract), ("processes", _signal), ("memory", _allocate),
-    ("memory", _share_memory), ("privileges", _unshare), ("processes", _trace), ("processes", _start),
-    ("privileges", _change_root), ("privileges", _hurry), ("processes memory", _multiply),
+    ("files", _read), ("files", _write), ("files", _alter), ("files", _alter_by_descriptor), ("files", _list),
+    ("network", _connect), ("network", _send), ("network", _connect_abstract), ("processes", _signal),
+    ("memory", _allocate), ("memory", _share_memory), ("privileges", _unshare), ("processes", _trace),
+    ("processes", _start), ("privileges", _change_root), ("privileges", _hurry), ("processes memory", _multiply),
 )  # fmt: skip
 """In the order in which they are made, each with the guarantees that it is against: who may have many processes has the
 memory of many."""

@@ -29,7 +29,8 @@ REFUSED: dict[str, tuple[int | None, int | None]] = {
     "ioprio_set": (251, 30), "sched_setscheduler": (144, 119), "sched_setparam": (142, 118),
     "sched_setattr": (314, 274), "sched_setaffinity": (203, 122), "migrate_pages": (256, 238),
     "move_pages": (279, 239),
-    # memory that no limit counts, or that outlives the process
+    # memory that no limit counts, or that outlives the process; what the whole machine has so many of
+    "io_setup": (206, 0),
     "shmget": (29, 194), "msgget": (68, 186), "semget": (64, 190), "mq_open": (240, 180), "memfd_create": (319, 279),
     "memfd_secret": (447, 447), "add_key": (248, 217), "request_key": (249, 218), "keyctl": (250, 219),
     # namespaces and mounts
@@ -48,9 +49,11 @@ ON_PATHS: dict[str, tuple[int | None, int | None]] = {
     "truncate": (76, 45), "chmod": (90, None), "fchmodat": (268, 53), "fchmodat2": (452, 452), "chown": (92, None),
     "lchown": (94, None), "fchownat": (260, 54), "utime": (132, None), "utimes": (235, None), "futimesat": (261, None),
     "utimensat": (280, 88), "setxattr": (188, 5), "lsetxattr": (189, 6), "removexattr": (197, 14),
-    "lremovexattr": (198, 15), "fallocate": (285, 47),
+    "lremovexattr": (198, 15), "fallocate": (285, 47), "fchmod": (91, 52), "fchown": (93, 55), "fsetxattr": (190, 7),
+    "fremovexattr": (199, 16),
 }  # fmt: skip
-"""Refused, too, where a notebook still sees the machine's own files: Landlock does not rule what changes no content.
+"""Refused, too, where a notebook still sees the machine's own files: Landlock does not rule what changes no content. A
+library that is open to be read could be closed to everybody by its descriptor.
 
 Space that is asked for and not written to can't be counted there.
 """
@@ -58,8 +61,11 @@ Space that is asked for and not written to can't be counted there.
 _CLONE, _CLONE3, _PRCTL, _IOCTL, _FCNTL = (56, 220), (435, 435), (157, 167), (16, 29), (72, 25)
 _KILL, _TGKILL, _PRLIMIT, _OPENAT, _OPEN = (62, 129), (234, 131), (302, 261), (257, 56), (2, -1)
 _OPENAT2 = (437, 437)
-_THREAD, _TIOCSTI, _NAMES = 0x10000, 0x5412, (15, 16, 0x53564D41)
-_OWNERS, _SOCKET_OWNERS = (8, 10, 15), (0x8901, 0x8902)  # F_SETOWN, F_SETSIG, F_SETOWN_EX; FIOSETOWN, SIOCSPGRP
+_THREAD, _NAMES = 0x10000, (15, 16, 0x53564D41)
+_ASKED_OF_FILES = (0x5401, 0x802C542A, 0x5413, 0x541B, 0x5421, 0x5450, 0x5451)
+"""Whether it is a terminal (TCGETS, TCGETS2), how wide, what can be read, whether to wait, whether programs get it."""
+_OWNERS, _LEASE = (8, 10, 15), 1024  # F_SETOWN, F_SETSIG, F_SETOWN_EX; F_SETLEASE, which has others wait for a file
+_UNKNOWN = 463  # Linux 6.13 and later: some of its calls change a file's attributes, and nothing needs any of them
 _TMPFILE = 0x400000  # the bit of O_TMPFILE that is its own
 _EPERM, _ENOSYS = 1, 38
 _ARCHITECTURES = {"x86_64": (0xC000003E, 0), "aarch64": (0xC00000B7, 1)}
@@ -78,6 +84,7 @@ def filter_program(own: int, on_paths: bool) -> bytes:
 
     Signals reach the process itself only, also those that an open file sends to its owner; clone makes threads only.
     clone3 and openat2 are not there, as their flags can't be looked at: the C library then takes clone and openat.
+    Nor are calls that are newer than this list.
     """
     machine = platform.machine()
     if machine not in _ARCHITECTURES:
@@ -86,6 +93,7 @@ def filter_program(own: int, on_paths: bool) -> bytes:
     refuse, allow = _do(_RETURN, _ERROR | _EPERM), _do(_RETURN, _ALLOW)
     program = [_do(_LOAD, _ARCHITECTURE), _do(_EQUAL, architecture, 1), _do(_RETURN, _KILL_PROCESS)]
     program += [_do(_LOAD, _NUMBER), _do(_AT_LEAST, 0x40000000, 0, 1), refuse]  # x32: other numbers for the same calls
+    program += [_do(_AT_LEAST, _UNKNOWN, 0, 1), _do(_RETURN, _ERROR | _ENOSYS)]
 
     def case(numbers: tuple[int, int], *body: bytes) -> None:
         if numbers[column] < 0:  # this machine has no such call
@@ -108,8 +116,8 @@ def filter_program(own: int, on_paths: bool) -> bytes:
     case(_TGKILL, *only(_FIRST, own))
     case(_PRLIMIT, *only(_FIRST, 0, own))
     case(_PRCTL, *only(_FIRST, *_NAMES))
-    case(_IOCTL, *all_but(_SECOND, _TIOCSTI, *_SOCKET_OWNERS))
-    case(_FCNTL, *all_but(_SECOND, *_OWNERS))
+    case(_IOCTL, *only(_SECOND, *_ASKED_OF_FILES))
+    case(_FCNTL, *all_but(_SECOND, *_OWNERS, _LEASE))
     if on_paths:  # a file that never had a name can't be counted
         for call, flags in ((_OPENAT, _THIRD), (_OPEN, _SECOND)):
             case(call, _do(_LOAD, flags), _do(_ANY_BIT, _TMPFILE, 0, 1), refuse, allow)

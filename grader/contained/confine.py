@@ -24,9 +24,9 @@ no new ones; limits on resources; what is written counted, where the root is not
 
 # In a root of its own, where nothing else is; not /tmp where Python itself is below that, and must stay in sight.
 OWN = "/qdot" if any(place.startswith("/tmp/") for place in guard.PLACES) else "/tmp"  # noqa: S108
-DISK, FILE, FILES, DEPTH, PROCESSES, DESCRIPTORS = 64_000_000, 10_000_000, 4096, 32, 64, 64
+DISK, FILE, FILES, DEPTH, PROCESSES, DESCRIPTORS, SIGNALS = 64_000_000, 10_000_000, 4096, 32, 64, 64, 256
 """Bytes in a notebook's folder, in one file of it, how many files, folders in folders where they have to be counted,
-processes or threads, open files."""
+processes or threads, open files, timers."""
 
 
 @dataclass
@@ -251,6 +251,8 @@ def _limit(measures: Measures) -> None:
         ("RLIMIT_CPU", measures.seconds), ("RLIMIT_FSIZE", FILE), ("RLIMIT_NOFILE", DESCRIPTORS), ("RLIMIT_CORE", 0),
         ("RLIMIT_AS", measures.memory),
     ]  # fmt: skip
+    if sys.platform == "linux":  # signals that wait, and timers, of which a user has so many in all its processes
+        wanted.append(("RLIMIT_SIGPENDING", SIGNALS))
     if measures.processes is not None:
         wanted.append(("RLIMIT_NPROC", measures.processes))
     refused = []

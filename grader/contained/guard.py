@@ -38,7 +38,7 @@ READABLE = tuple(dict.fromkeys(map(os.path.realpath, PLACES)))
 REFUSED = (
     "subprocess.", "os.system", "os.exec", "os.posix_spawn", "os.spawn", "os.fork", "os.kill", "os.killpg", "pty.",
     "socket.", "ctypes.", "signal.pthread_kill", "os.link", "os.symlink", "os.chown", "sys.setprofile", "sys.settrace",
-    "gc.get_", "webbrowser.", "ftplib.", "smtplib.", "urllib.",
+    "os.setxattr", "os.removexattr", "fcntl.ioctl", "gc.get_", "webbrowser.", "ftplib.", "smtplib.", "urllib.",
 )  # fmt: skip
 
 
@@ -76,7 +76,8 @@ def guard(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
         elif event.startswith(
             ("os.rename", "os.remove", "os.rmdir", "os.mkdir", "os.chmod", "os.truncate", "os.utime")
         ):
-            if not all(is_inside(arg, own) for arg in args[:2] if isinstance(arg, (str, bytes))):
+            by_descriptor = isinstance(args[0], int) and event in ("os.chmod", "os.utime")  # it may be a library's
+            if by_descriptor or not all(is_inside(arg, own) for arg in args[:2] if isinstance(arg, (str, bytes))):
                 refuse(f"change {str(args[0])[:200]!r}")
         elif event.startswith(REFUSED):
             refuse(f"use {event}")

@@ -51,7 +51,11 @@ def _show_python() -> None:
 
 
 def run_on(
-    refused: Collection[str], program: list[str], user: int | None = None, home: Path | None = None
+    refused: Collection[str],
+    program: list[str],
+    user: int | None = None,
+    home: Path | None = None,
+    timeout: float = 120,
 ) -> "subprocess.CompletedProcess[str]":
     """Run a program of Python where the kernel refuses some measures, as another user if one is given."""
 
@@ -72,6 +76,6 @@ def run_on(
 
     environment = {**os.environ, **({"TMPDIR": str(home), "HOME": str(home)} if home else {})}
     return subprocess.run(
-        [sys.executable, *program], capture_output=True, text=True, timeout=120, preexec_fn=become, env=environment,
+        [sys.executable, *program], capture_output=True, text=True, timeout=timeout, preexec_fn=become, env=environment,
         cwd=Path(__file__).parents[2],
     )  # fmt: skip

@@ -8,6 +8,7 @@ kernel then still guarantees, by the probe, must hold.
 import contextlib
 import functools
 import os
+import platform
 import resource
 import signal
 import socket
@@ -37,7 +38,7 @@ VARIANTS = {
     "rlimits only": {"watch", "namespaces", "landlock", "seccomp"},
 }
 
-LEAST = {"everything": 24, "no namespaces": 24, "no Landlock": 24, "no seccomp": 22, "namespaces only": 13}
+LEAST = {"everything": 29, "no namespaces": 29, "no Landlock": 29, "no seccomp": 26, "namespaces only": 17}
 """How many attacks are promised to fail where a machine has everything else; without seccomp and namespaces, none."""
 
 WITHOUT_ONE = ("no Landlock", "no seccomp")
@@ -360,6 +361,19 @@ def native(machine: Machine) -> dict[str, tuple[str, str]]:
         "truncates": ("files", f"os.truncate({secret!r}, 0); c = 1"),
         "links to the secret": ("files", f"os.symlink({secret!r}, 'l'); c = open('l').read()"),
         "links hard": ("files", f"os.link({secret!r}, 'l'); c = open('l').read()"),
+        "closes a library": ("files", "f = os.open(os.__file__, 0); os.fchmod(f, os.fstat(f).st_mode & 0o7777); c = 1"),
+        "gives a library attributes": (
+            "files",
+            "f = os.open(os.__file__, 0); os.setxattr(f, 'user.qdot', b'x'); c = 1; os.removexattr(f, 'user.qdot')",
+        ),
+        "flags a library": (
+            "files",
+            "import fcntl; f = os.open(os.__file__, 0); fcntl.ioctl(f, 0x40086602, fcntl.ioctl(f, 0x80086601, bytes(8))); c = 1",
+        ),
+        "flags a library by its path": (  # file_setattr, of Linux 6.17
+            "files",
+            f"{libc}ok(libc.syscall(469, -100, os.__file__.encode(), bytes(24), 24, 0)); c = 1",
+        ),
         "reads the grader's environment": ("files", "c = open('/proc/%d/environ' % (os.getppid() or 1)).read()"),
         "climbs out by a descriptor": ("files", f"os.chdir('/proc/1/root'); c = open({secret!r}).read()"),
         "connects": ("network", f"import socket; socket.create_connection(('127.0.0.1', {machine.port}), 1); c = 1"),
@@ -373,6 +387,10 @@ def native(machine: Machine) -> dict[str, tuple[str, str]]:
         "kills its parent": ("processes", "os.kill(os.getppid() or -1, 9); c = 1"),
         "traces the parent": ("processes", f"{libc}ok(libc.ptrace(0x4206, os.getppid() or 99999, 0, 0)); c = 1"),
         "takes memory": ("memory", "import mmap; m = mmap.mmap(-1, 3 << 30); c = 1"),
+        "takes timers": (
+            "memory",
+            f"{libc}t = ctypes.c_int()\nfor i in range(20_000): ok(libc.timer_create(1, None, ctypes.byref(t)))\nc = 1",
+        ),
         "raises its limits": (
             "memory",
             "import resource as r; r.setrlimit(r.RLIMIT_AS, (-1, -1)); c = 1",
@@ -406,6 +424,25 @@ def test_the_hook_alone_refuses_what_python_code_tries(machine: Machine) -> None
             assert run.answers == {"a": "1", "b": "2"} and "c" not in run.failures, (name, run)
             if name != "forks without end":  # it takes being refused for being done
                 assert "may not" in run.cell_errors[1], (name, run)
+
+
+SHARED = {
+    "has whoever would write a library wait": "fcntl.fcntl(os.open(os.__file__, 0), fcntl.F_SETLEASE, fcntl.F_RDLCK)",
+    "takes asynchronous input, of which the machine has so much": (
+        f"assert ctypes.CDLL(None).syscall({206 * (platform.machine() == 'x86_64')}, 9, ctypes.byref(ctypes.c_ulong())) == 0"
+    ),
+}  # fmt: skip
+"""What only the filter of system calls refuses, the first where a notebook's user owns the library."""
+
+
+@pytest.mark.parametrize("name", SHARED)
+@pytest.mark.parametrize("variant", ["everything", "no namespaces"])
+def test_what_a_machine_shares_is_not_taken(name: str, variant: str, machine: Machine) -> None:
+    if "seccomp" in findings_of(frozenset()).lacking:
+        pytest.skip("nothing else refuses it")
+    sandbox = sandbox_of(frozenset(VARIANTS[variant] | {"user"}))
+    run = attacked(sandbox, f"import ctypes, fcntl\n{SHARED[name]}\nc = 1")
+    assert run.answers == {"a": "1", "b": "2"} and list(run.cell_errors) == [1], run
 
 
 @pytest.mark.parametrize("variant", ["everything", "rlimits only"])
