@@ -22,7 +22,7 @@ from grader.function_values import asked_of
 from grader.groups import group_key
 from grader.marking import mark
 from grader.sandbox import Run, Sandbox
-from grader.submission import Found, Note, Submission, oddities, read_submission, rivals, wrong_assignment
+from grader.submission import Found, Note, Submission, oddities, read_submission, rivals, time_of, wrong_assignment
 from grader.uncounted import without_self_checks
 from grader.verdict import Outcome, Verdict
 
@@ -101,10 +101,10 @@ def _read(found: Found, path: Path, key: str) -> Attempt:
 
 def _unreadable(path: Path, why: str) -> Attempt:
     try:
-        seconds = int(path.lstat().st_mtime)
+        received = time_of(path.lstat())
     except OSError:
-        seconds = 0
-    return Attempt(path, datetime.datetime.fromtimestamp(seconds, datetime.UTC), None, why)
+        received = datetime.datetime.fromtimestamp(0, datetime.UTC)
+    return Attempt(path, received, None, why)
 
 
 def made_from(assignment: Assignment, student: str) -> dict[str, Any]:

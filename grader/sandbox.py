@@ -105,6 +105,12 @@ def _writable(text: str) -> str:
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
+def _shown(said: object) -> str:
+    """Return what a notebook says of an error as a line that can be shown: what controls a terminal is replaced."""
+    line = (" " if ch.isspace() else ch for ch in str(said)[:LONGEST_ERROR])
+    return "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in line)
+
+
 NEEDED, ONE_OF = {"seccomp", "limits", "privileges"}, {"namespaces", "landlock"}
 """Measures without which a strict sandbox runs nothing; `guarantees` tries what all of them are worth."""
 
@@ -194,16 +200,16 @@ class Sandbox:
                 run.failures.pop(name, None)
                 run.earlier.setdefault(name, []).append(run.answers[name])
             elif isinstance(name, str) and name in names:
-                run.failures[name] = _writable(str(line.get("error"))[:LONGEST_ERROR])
+                run.failures[name] = _shown(line.get("error"))
                 run.answers.pop(name, None)
             elif _is_cell(cell, cells):
-                run.cell_errors[cell] = _writable(str(line.get("error"))[:LONGEST_ERROR])
+                run.cell_errors[cell] = _shown(line.get("error"))
                 if _is_line(line.get("line")):
                     run.stopped_at[cell] = line["line"]
             elif _is_cell(missed, cells) and _is_line(line.get("line")):
-                run.missed.setdefault(missed, (line["line"], _writable(str(line.get("error"))[:LONGEST_ERROR])))
+                run.missed.setdefault(missed, (line["line"], _shown(line.get("error"))))
             elif isinstance(lost, str) and _is_cell(at, cells) and len(run.lost) < MOST_LOST:
-                run.lost[_writable(lost)[:40]] = at, _writable(str(line.get("value"))[:40])
+                run.lost[_shown(lost)[:40]] = at, _shown(line.get("value"))[:40]
 
         run.end = self.exchange(request, take)
         return run

@@ -311,8 +311,16 @@ def read_submission(path: Path, key: str = "") -> Submission:
     content = read_cells(name, data)
     if content.note:
         notes.append(f"{plain(name)} is no .ipynb file: {content.note}")
-    received = datetime.datetime.fromtimestamp(int(status.st_mtime), datetime.UTC)
-    return Submission(path, digest, received, content.cells, content.claims, tuple(notes), content.foreign)
+    return Submission(path, digest, time_of(status), content.cells, content.claims, tuple(notes), content.foreign)
+
+
+LAST_TIME = 253_370_764_800
+"""The year 9999 in seconds; a file may say a later one."""
+
+
+def time_of(status: os.stat_result) -> datetime.datetime:
+    """Return a file's time, or the one next to it that has a date."""
+    return datetime.datetime.fromtimestamp(min(max(int(status.st_mtime), 0), LAST_TIME), datetime.UTC)
 
 
 def _out_of_archive(path: Path, key: str) -> tuple[str, bytes, str]:

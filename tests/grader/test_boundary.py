@@ -22,7 +22,7 @@ from grader.reports import write
 from grader.reports.tables import status
 from grader.reports.write import write_page, write_reports
 from grader.sandbox import Limits, Sandbox
-from grader.submission import find_submissions
+from grader.submission import find_submissions, time_of
 from tests.support.handing_in import Result, a_class, hand_in, one_sandbox, right
 
 VICTIM = "s02"
@@ -236,3 +236,9 @@ def test_a_students_folder_is_not_taken_for_a_platforms(assignment: Assignment) 
         (submitted / student).rmdir()
     (submitted / "s03" / "submission_metadata.yml").write_text("submission_7:\n")
     assert [result["score"] for result in graded(assignment).values()] == [4] * 3
+
+
+@pytest.mark.parametrize(("seconds", "year"), [(10**12, 9999), (-(10**12), 1970), (1_700_000_000, 2023)])
+def test_a_files_time_has_a_date_whatever_it_is(seconds: int, year: int) -> None:
+    time = time_of(os.stat_result((0,) * 8 + (seconds, 0)))
+    assert time.year == year and time.astimezone().isoformat()

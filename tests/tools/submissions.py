@@ -177,11 +177,11 @@ def _packed(submitted: Path) -> Path:
     """Return a zip with what lies in the folder, as a platform packs it: files by their names, nothing else."""
     target = submitted.with_suffix(".zip")
     with zipfile.ZipFile(target, "w", strict_timestamps=False) as archive:
-        for place, _, files in os.walk(submitted):
-            for path in (Path(place, file) for file in files):
-                with contextlib.suppress(OSError, ValueError):
-                    if stat.S_ISREG(path.lstat().st_mode) and path.lstat().st_size < 100_000_000:
-                        archive.write(path, path.relative_to(submitted))
+        for name, (mode, size, *_) in _state(submitted):
+            path = Path(os.fsdecode(name))
+            if stat.S_ISREG(mode) and size < 100_000_000:
+                with contextlib.suppress(OSError, ValueError):  # names that a zip does not hold
+                    archive.write(path, path.relative_to(submitted))
     return target
 
 

@@ -137,9 +137,17 @@ def a_null_in_an_answer(root: Path, right: str) -> str:
     return "null"
 
 
+def an_error_that_controls_a_terminal(root: Path, right: str) -> str:
+    (root / OWN).mkdir()
+    data = json.loads(right)
+    data["cells"][1]["source"] = "raise Exception('\\x1b[2J\\ud800')"
+    (root / OWN / "hw.ipynb").write_text(json.dumps(data))
+    return "error"
+
+
 FINDS: dict[Callable[[Path, str], str], str] = {
     too_long_a_link: "unusable", too_long_a_path: "unusable", a_list_of_gradescopes: "unusable",
-    a_null_in_an_answer: "graded",
+    a_null_in_an_answer: "graded", an_error_that_controls_a_terminal: "graded",
 }  # fmt: skip
 """What was found, and what becomes of the student who hands it in."""
 
