@@ -10,6 +10,7 @@ import os
 import re
 import resource
 import signal
+import stat
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -147,13 +148,13 @@ def fresh_folder(measures: Measures, parent: str) -> str:
 def is_overdrawn(measures: Measures, folder: str, pid: int) -> bool:
     """Tell whether a notebook has written more into its folder than it may, or has put it where nobody can count it.
 
-    What it has removed and still holds open lies in no folder; it is known by what the process has written to disks.
+    What it has removed and still holds open lies in no folder. It is known by what the process has written to disks,
+    and, as a file system in memory is none, by its open files and mappings without names.
     """
     try:
         with _as_its_user(measures):
-            written = _written_by(pid)
-        if written > DISK:
-            return True
+            if _written_by(pid) > DISK or _held_by(pid, folder) > DISK:
+                return True
         size = number = 0
         left = [(folder, 0)]
         while left:
@@ -206,6 +207,21 @@ def _written_by(pid: int) -> int:
         told = re.search(r"(?m)^write_bytes: (\d+)", Path(f"/proc/{pid}/io").read_text())
         return int(told[1]) if told else 0
     return 0
+
+
+def _held_by(pid: int, folder: str) -> int:
+    """Return the size of files without names that a process has open or mapped; what isn't told counts nothing."""
+    held = 0
+    with contextlib.suppress(OSError):
+        for name in os.listdir(f"/proc/{pid}/fd"):
+            with contextlib.suppress(OSError):  # closed by now
+                file = os.stat(f"/proc/{pid}/fd/{name}")
+                held += 512 * file.st_blocks if stat.S_ISREG(file.st_mode) and not file.st_nlink else 0
+    with contextlib.suppress(OSError):
+        mapped = Path(f"/proc/{pid}/maps").read_text(errors="replace")
+        for start, end, path in re.findall(r"(?m)^([0-9a-f]+)-([0-9a-f]+) .*? (/.*) \(deleted\)$", mapped):
+            held += int(end, 16) - int(start, 16) if path.startswith(f"{folder}/") else 0
+    return held
 
 
 # --- for every notebook, in its process ---
