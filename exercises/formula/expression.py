@@ -33,8 +33,8 @@ _TOKEN = re.compile("|".join(
     for kind, name in (("space", "passed"), ("number", "number"), ("name", "name"), ("op", "operator"))
 ))  # fmt: skip
 
-_BESIDE_COMMA = ("and", "&", "or", "|")
-"""Words behind a comma that say no more than the comma."""
+_ALTERNATIVE = ("or", "|")
+"""Words behind a comma that say no more than the comma between conditions; entries of a vector are no alternatives."""
 
 _DEEPER = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
 
@@ -148,13 +148,17 @@ class _Parser:
             rows[-1].append(item)
             if self.take(","):
                 comma = True
-                if not close:
-                    self.take(*_BESIDE_COMMA)
+                if not close and self.take("and", "&", *(_ALTERNATIVE if self.is_condition(rows[0][0]) else ())):
+                    self.expect_more()
             elif self.peek() != ";":
                 if close:
                     self.expect(close)
                 break
         return [row for row in rows if row] or [[]], comma
+
+    def expect_more(self) -> None:
+        if self.tokens[self.at][0] == "end":
+            raise self.fail("expected a number, a symbol or a bracket, found the end")
 
     def is_comma_and(self) -> bool:
         return self.peek() == "," and self.text_at(1) in ("and", "&")

@@ -39,8 +39,9 @@ const UNITS = table(VOCABULARY.units);
 /** What follows a name that is a factor, and no unit at the end of a product. */
 const GO_ON = new Set(["*", "/", "^", "**", "("]);
 
-/** Words behind a comma that say no more than the comma. */
-const BESIDE_COMMA = new Set(["and", "&", "or", "|"]);
+/** Words behind a comma that say no more than the comma; entries of a vector are no alternatives. */
+const BETWEEN_ENTRIES = new Set(["and", "&"]);
+const BETWEEN_CONDITIONS = new Set(["and", "&", "or", "|"]);
 
 /** The tree of a text; `known` are the names of the problem's symbols, which win over any shorthand. */
 export function read(text: string, known: ReadonlySet<string>): Node {
@@ -121,7 +122,11 @@ class Parser {
       rows.at(-1)?.push(named ? node("pair", item, this.disjunction()) : item);
       if (this.take(",")) {
         comma = true;
-        if (close === "" && BESIDE_COMMA.has(this.peek())) this.at += 1;
+        const beside = this.isCondition(rows[0]?.[0] as Node) ? BETWEEN_CONDITIONS : BETWEEN_ENTRIES;
+        if (close === "" && beside.has(this.peek())) {
+          this.at += 1;
+          if (this.here().kind === "end") throw this.fail("read.operand", { found: this.found() });
+        }
       } else if (this.peek() !== ";") {
         if (close) this.expect(close);
         break;
