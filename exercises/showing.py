@@ -86,12 +86,6 @@ def _pieces(
     ]
 
 
-def problem_title(problem: Problem) -> str:
-    """Return a title for people, as in "Planar 2R arm"."""
-    title = problem.chain.title or "arm"
-    return title[0].upper() + title[1:]
-
-
 def _footer(problem: Problem) -> str:
     return f"{problem.id}, engine {problem.id.engine}"
 
@@ -99,7 +93,7 @@ def _footer(problem: Problem) -> str:
 def _as_text(problem: Problem, solution: bool, hinted: bool) -> str:
     return render(
         "problem.txt.j2",
-        title=f"{problem_title(problem)} ({problem.id})",
+        title=f"{problem.title} ({problem.id})",
         statement=to_text(statement(problem, "")),
         figure=textwrap.fill(f"Figure: {alt_text(problem.chain)}", 100),
         parts=_pieces(problem, solution, hinted, lambda text: to_text(text).rstrip(), LEAD),
@@ -110,7 +104,7 @@ def _as_text(problem: Problem, solution: bool, hinted: bool) -> str:
 def _as_latex(problem: Problem, solution: bool, hinted: bool) -> str:
     return render(
         "problem.tex.j2",
-        title=latex_escaped(problem_title(problem)),
+        title=latex_escaped(problem.title),
         statement=to_latex(statement(problem, "")),
         figure=latex_escaped(alt_text(problem.chain)),
         parts=_pieces(problem, solution, hinted, lambda text: to_latex(text).rstrip(), LEAD),
@@ -120,7 +114,7 @@ def _as_latex(problem: Problem, solution: bool, hinted: bool) -> str:
 def _as_html(problem: Problem, solution: bool, hinted: bool) -> str:
     return render(
         "problem.html.j2",
-        title=problem_title(problem),
+        title=problem.title,
         statement=to_html(statement(problem, "")),
         figure=figure_svg(problem.chain),
         parts=_pieces(problem, solution, hinted, to_html),
@@ -131,7 +125,7 @@ def _as_html(problem: Problem, solution: bool, hinted: bool) -> str:
 def _as_notebook(problem: Problem, solution: bool, hinted: bool) -> str:
     make = solution_notebook if solution else student_notebook
     key = re.sub("[/@+]", "-", str(problem.id))
-    return notebook_text(make(problem_title(problem), key, "", [("p1", problem)], hinted))
+    return notebook_text(make(problem.title, key, "", [("p1", problem)], hinted))
 
 
 # --- JSON ---
@@ -145,7 +139,7 @@ def problem_json(problem: Problem, solution: bool, certificate: Mapping[str, Any
         "seed": problem.id.seed,
         "variation": problem.id.variation,
         "engine": problem.id.engine,
-        "title": problem_title(problem),
+        "title": problem.title,
         "robot": robot_json(problem.chain),
         "symbols": {name: symbol_json(info) for name, info in problem.symbols().items()},
         "statement": statement(problem, ""),

@@ -29,7 +29,6 @@ from exercises.parallel import ordered_map
 from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
 from exercises.redrawn import Redraw
-from exercises.showing import problem_title
 from exercises.writing.on_paper import on_paper
 from exercises.writing.short_answer import short_answer
 from exercises.writing.statement import hints, prompt, statement, worked_solutions
@@ -219,7 +218,7 @@ def _given(state: _State, number: int, problem: Problem) -> SheetProblem:
     solved = worked_solutions(problem) if state.solutions else {}
     return SheetProblem(
         number,
-        problem_title(problem),
+        problem.title,
         on_paper(text, problem) if state.kind == "exam" else text,
         Figure(figure_svg(problem.chain, f"p{number}"), alt_text(problem.chain)) if drawn else None,
         tuple(

@@ -18,7 +18,6 @@ from exercises.notebook import solution_figure
 from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
 from exercises.record import Json, robot_json
-from exercises.showing import problem_title
 from exercises.site.keys import key_of
 from exercises.writing.latex import symbol_latex
 from exercises.writing.markup import to_html
@@ -38,7 +37,7 @@ def site_record(problem: Problem) -> Json:
     return {
         "id": str(problem.id),
         "family": problem.id.family,
-        "title": problem_title(problem),
+        "title": problem.title,
         "difficulty": step(chain),
         "statement": to_html(statement(problem, "")),
         "figure": figure_svg(chain),
