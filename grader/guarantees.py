@@ -29,7 +29,7 @@ PROMISES = {
 """What is guaranteed, of a notebook."""
 
 MEANS = {
-    "files": ("namespaces", "landlock", "user", "quota", "watch"),
+    "files": ("namespaces", "landlock", "seccomp", "user", "quota", "watch"),
     "network": ("namespaces", "seccomp", "landlock", "watch"),
     "processes": ("seccomp", "namespaces", "limits", "watch"),
     "memory": ("limits", "seccomp", "namespaces"),

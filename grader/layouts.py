@@ -100,20 +100,23 @@ LAYOUTS: dict[str, Layout] = {
 """Asked in this order: whoever knows a file or folder first says whose it is."""
 
 
-def handed_in(root: Path) -> tuple[Path, list[Handed]]:
-    """Return the folder that holds what was handed in, and what each file or folder in it is said to be.
+def handed_in(root: Path, is_of_a_student: Callable[[Handed], bool]) -> list[Handed]:
+    """Return what each file or folder in the folder of submissions is said to be.
 
-    A platform's export that was unpacked into a folder of its own is looked for there.
+    A platform's export that was unpacked into a folder of its own is looked for there, unless the folder is a
+    student's, who could put anything into it.
     """
     left, submissions = _entries(root), list[Handed]()
-    if len(left) == 1 and surely((left[0] / "submission_metadata.yml").is_file):  # else it is a student who says so
-        root = left[0]
-        left = _entries(root)
+    if len(left) == 1 and surely((left[0] / "submission_metadata.yml").is_file):
+        said = [handed for layout in LAYOUTS.values() for handed in layout(root, left)]
+        if not any(handed.platform or is_of_a_student(handed) for handed in said):
+            root = left[0]
+            left = _entries(root)
     for layout in LAYOUTS.values():
         known = layout(root, left)
         submissions += known
         left = [path for path in left if path not in {handed.path for handed in known}]
-    return root, [handed for handed in submissions if handed.ids or handed.name]
+    return [handed for handed in submissions if handed.ids or handed.name]
 
 
 def _entries(root: Path) -> list[Path]:

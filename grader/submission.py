@@ -16,8 +16,8 @@ from exercises.console import note
 from exercises.errors import QdotError
 from grader.archives import is_archive, listed, read_packed, unpacked
 from grader.cells import LARGEST, SCRIPTS, TEXTS, Cell, Unreadable, plain, read_cells
-from grader.layouts import handed_in, surely
-from grader.roster import Roster
+from grader.layouts import Handed, handed_in, surely
+from grader.roster import Match, Roster
 
 MOST_FILES, MOST_ATTEMPTS = 2000, 50
 """Files of one student that are looked at, and those of them that are read."""
@@ -76,14 +76,16 @@ def find_submissions(assignment: Assignment, root: Path) -> Looked:
         raise QdotError(f"{root} does not exist; put what was handed in there, as STUDENT/*.ipynb or STUDENT.ipynb")
     if not root.is_dir():
         raise QdotError(f"{root} is not a folder of submissions; it holds STUDENT/*.ipynb or STUDENT.ipynb")
-    _, entries = handed_in(root)
     roster, gathered, looked = Roster(assignment.roster), dict[str, _Gathered](), Looked({})
-    for handed in entries:
+
+    def owner_of(handed: Handed) -> Match:
+        path = handed.path
+        return roster.owner(replace(handed, ids=(*handed.ids, path.name if surely(path.is_dir) else path.stem)))
+
+    for handed in handed_in(root, lambda handed: bool(owner_of(handed).students)):
         name = handed.path.name
         try:
-            owner = roster.owner(
-                replace(handed, ids=(*handed.ids, name if surely(handed.path.is_dir) else handed.path.stem))
-            )
+            owner = owner_of(handed)
         except Exception as error:  # one folder's trouble is nobody else's
             looked.unsure.append(f"{plain(name)}: whose it is can't be found out ({error}); not graded")
             continue

@@ -264,8 +264,9 @@ def die_with_parent(parent: int) -> None:
 
 def _limit(measures: Measures) -> None:
     wanted = [
-        ("RLIMIT_CPU", measures.seconds), ("RLIMIT_FSIZE", FILE), ("RLIMIT_NOFILE", DESCRIPTORS), ("RLIMIT_CORE", 0),
+        ("RLIMIT_CPU", measures.seconds), ("RLIMIT_FSIZE", FILE), ("RLIMIT_NOFILE", DESCRIPTORS),
         ("RLIMIT_AS", measures.memory),
+        ("RLIMIT_CORE", 1),  # with 0, Linux pipes a dump to a program, where it does so
     ]  # fmt: skip
     if sys.platform == "linux":  # signals that wait, and timers, of which a user has so many in all its processes
         wanted.append(("RLIMIT_SIGPENDING", SIGNALS))

@@ -3,6 +3,7 @@ import { readFileSync } from "node:fs";
 
 import { describe, expect, test } from "vitest";
 
+import { read } from "../src/read/reader.js";
 import { LIMITS, VOCABULARY } from "../src/read/vocabulary.js";
 import { type Answered, answered, type Asked, treeText } from "./readings.js";
 import forms from "./forms.json" with { type: "json" };
@@ -99,4 +100,16 @@ describe("the vocabulary", () => {
   test("a text that is too long is refused", () => {
     expect(treeText("1".padEnd(LIMITS.characters + 1), new Set())).toBeNull();
   });
+});
+
+test("what nobody sees is written out where an error shows the place", () => {
+  const refusals = ["2*\u202e\u0007theta1 @", "2*\ud835\udf03 @ 1"].map((text) => {
+    try {
+      return read(text, new Set(["theta1"])).text;
+    } catch (error) {
+      return String(error);
+    }
+  });
+  expect(refusals[0]).toContain("\\u202e\\u0007theta1");
+  expect(refusals[1]).toContain("\ud835\udf03");
 });

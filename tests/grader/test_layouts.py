@@ -309,8 +309,17 @@ def test_what_is_no_zip_and_no_folder_is_told(assignment: Assignment, tmp_path: 
         assert len(list(root.rglob("*.ipynb"))) <= 2
 
 
+@pytest.mark.parametrize("folder", ["jose", "Jose Diaz_5_assignsubmission_file_", "José Díaz"])
+def test_a_students_own_folder_is_no_export_whatever_lies_in_it(assignment: Assignment, folder: str) -> None:
+    """The only one who has handed in yet lays a list beside the notebook, by which it is of others, too."""
+    hand_in(assignment, f"{folder}/submission_metadata.yml", GRADESCOPE)
+    found, strangers, unsure = owners(assignment, f"{folder}/submission_11/hw.ipynb", f"{folder}/hw.ipynb")
+    assert found["jose"][0] == f"{folder}/hw.ipynb"
+    assert list(found) == ["jose"] and not strangers and not unsure
+
+
 def test_a_layout_knows_its_own_files_only(tmp_path: Path) -> None:
     for name in ("ada_lovelace", "hw_1_2", "x_assignsubmission_file_", "_1_2_x.ipynb", "submission_1"):
         (tmp_path / name).mkdir()
-    _, handed = handed_in(tmp_path)
+    handed = handed_in(tmp_path, lambda _: False)
     assert [one.platform for one in handed] == [""] * 5

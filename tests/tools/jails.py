@@ -258,7 +258,8 @@ def compare(only: str) -> dict[str, Any]:
                             machine.restored()
                             achieved, refused = run(machine.prey(), code)
                             harm = ", ".join(machine.harm())
-                            row[jail] = {"achieved": (achieved or harm)[:100], "refused": refused[:100]}
+                            refused = refused.replace(str(work), "…")[:100]
+                            row[jail] = {"achieved": (achieved or harm)[:100], "refused": refused}
                         print(
                             guarantee,
                             attack,
@@ -286,6 +287,14 @@ def _run() -> dict[str, Any]:
         "date": f"{datetime.datetime.now(datetime.UTC):%Y-%m-%d}", "bubblewrap": version.removeprefix("bubblewrap "),
         "linux": platform.release(), "machine": platform.machine(), "found": found,
     }  # fmt: skip
+
+
+def _text(record: dict[str, Any]) -> str:
+    """Return a record as JSON, a line an attack."""
+    row = re.compile(r"\{\n {4}\S.*?\n {3}\}", re.DOTALL)
+    return (
+        row.sub(lambda found: re.sub(r"\n *", " ", found[0]), json.dumps(record, indent=1, ensure_ascii=False)) + "\n"
+    )
 
 
 def _shown(record: dict[str, Any]) -> Iterator[tuple[str, dict[str, bool]]]:
@@ -331,7 +340,7 @@ def _main() -> None:
         return
     if asked.step == "run":
         record = _run()
-        write_atomically(RECORD, json.dumps(record, indent=1) + "\n")
+        write_atomically(RECORD, _text(record))
         write_atomically(DOCUMENT, documented(DOCUMENT.read_text(encoding="utf-8"), record))
     print(table(json.loads(RECORD.read_text(encoding="utf-8")), whole=True))
 

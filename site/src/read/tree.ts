@@ -47,9 +47,19 @@ export class ReadError extends Error {
   }
 }
 
+// eslint-disable-next-line no-control-regex
+const CONTROLS = /[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]/gu;
+
+/** A text in one line, with what nobody sees, or what turns the direction of the text, written out. */
+function shown(text: string): string {
+  return text
+    .replace(/[\t\n]/g, " ")
+    .replace(CONTROLS, (sign) => `\\u${sign.charCodeAt(0).toString(16).padStart(4, "0")}`);
+}
+
 /** An error with the place in the text where it is. */
 export function placed(key: TextKey, values: Values, text: string, at: number): ReadError {
-  const near = text.slice(Math.max(0, at - 15), at + 15).replaceAll("\n", " ");
+  const near = shown(text.slice(Math.max(0, at - 15), at + 15));
   return new ReadError("read.at", { what: message(key, values), at: at + 1, near });
 }
 
