@@ -10,7 +10,7 @@ PIP     = $(PY) -m pip --disable-pip-version-check --quiet
 CODE    = exercises grader tests
 PYTEST  = $(PY) -m pytest -n auto --dist loadgroup --durations=5
 
-.PHONY: help demo check test whole lint unit site site-test docs sharing messages test-all test-oldest pairs fuzz diagnoses mutants planted bench bench-peers format lock clean
+.PHONY: help demo check test whole lint unit site site-test docs sharing messages test-all test-oldest pairs fuzz diagnoses mutants planted platforms bench bench-peers format lock clean
 
 help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1 | \2/p' Makefile | awk -F'|' '{ printf "%-20s %s\n", $$1, $$2 }'
@@ -120,6 +120,9 @@ planted: $(VENV)/.dev site/node_modules/.package-lock.json  ## sixty mistakes in
 	$(PY) -m tests.tools.planted record --suite $(QDOT_SUITE)
 	$(PY) -m tests.tools.planted try --suite $(QDOT_SUITE)
 	$(PY) -m tests.tools.planted show --suite $(QDOT_SUITE)
+
+platforms: $(VENV)/.dev  ## exports put into the real programs whose copies are named, as in MOODLE=/path make platforms
+	$(PY) -m tests.platforms
 
 bench: $(VENV)/.dev  ## the benchmarks of tests/bench (an hour, or minutes with SIZES="30 100")
 	$(PY) -m tests.bench

@@ -4,6 +4,7 @@
 """
 
 import inspect
+import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -26,6 +27,9 @@ from exercises.render import render
 from grader.marking import mark
 from grader.reports.formats import FORMATS
 
+ROOT = Path(__file__).parents[1]
+RUNS = ROOT / "tests" / "platforms"
+
 
 def pages() -> dict[str, str]:
     """Return the pages by their names."""
@@ -34,7 +38,20 @@ def pages() -> dict[str, str]:
 
 def outlets_page() -> str:
     """Return the page: what is written, which program reads it, and what in our tests reads it as that would."""
-    return render("docs/outlets.md.j2", outlets=OUTLETS.values(), formats=FORMATS.values())
+    order = list(OUTLETS)
+    records = sorted(_records(), key=lambda record: (order.index(record["outlet"]), record["software"]))
+    return render("docs/outlets.md.j2", outlets=OUTLETS.values(), formats=FORMATS.values(), records=records)
+
+
+def _records() -> Iterator[dict[str, str]]:
+    """Yield what is kept of the runs in the real programs (tests/platforms), with their counts in words."""
+    for path in RUNS.glob("*.json"):
+        run = json.loads(path.read_text(encoding="utf-8"))
+        counts = (
+            f"{what}: {count['passed']} of {count['of']}" + (f" ({count['but']})" if count["but"] else "")
+            for what, count in run["counts"].items()
+        )
+        yield {**run, "told": "; ".join(counts)}
 
 
 # --- partial credit ---
@@ -186,5 +203,5 @@ def _members(what: Any) -> Iterator[tuple[str, str]]:
 
 if __name__ == "__main__":
     for page, text in pages().items():
-        write_atomically(Path(__file__).parents[1] / "docs" / page, text)
+        write_atomically(ROOT / "docs" / page, text)
         say(f"wrote {page}")

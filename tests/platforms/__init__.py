@@ -1,0 +1,17 @@
+"""`make platforms`: our exports in the programs they are meant for, each from a copy of its software on this machine.
+
+`MOODLE=/path make platforms` puts what we export into Moodle by Moodle's own importer, has every question shown and
+answered by its own engine, and holds points and feedback against ours. It is not part of `make test`: a copy is found
+or fetched by whoever runs it, and installed for this machine only. What a run shows is kept beside the script, and the
+table of docs/outlets.md is made from it. What a run teaches becomes a check of `make test`, against data of ours.
+
+    given       the assignments that are exported, the answers that are given, and what qdot gives for them
+    records     what a run showed, as it is kept
+    __main__    the command
+
+A platform is a module with `run(software, work) -> Record`, its line in `PLATFORMS`, and its record in `NAME.json`:
+`software` is the path of the copy, `work` an empty folder to install and to export into.
+"""
+
+PLATFORMS: dict[str, str] = {}
+"""Modules of this package by name, each with the variable of the environment that holds the path of its software."""

@@ -1,0 +1,57 @@
+"""What is exported into the real programs: a set of `qdot init`, an assignment with PUMA, one of every question."""
+
+from pathlib import Path
+
+from exercises.assignment import Assignment, Student, load_assignment
+from exercises.exports.outlet import Order
+from exercises.generation import applicable, questions_of, sample_chain
+from exercises.problem import ProblemId
+from exercises.questions import QUESTIONS
+from exercises.quizzes import QUIZZES
+from exercises.release import init_assignment
+from exercises.sets import DEFAULT_SET, SETS
+from grader.certify import failures_of
+
+PUMA_560 = "puma-560"
+FAMILIES = ("elbow-3r", "planar-2r", "planar-3r", "polar-rp", "scara", PUMA_560)
+"""Arms that are asked every question between them: each question of the first that has it."""
+PLAIN, PUMA, EVERYTHING = "plain", "puma", "everything"
+SECRET = "0123456789abcdef"
+
+
+def assignment(folder: Path, which: str) -> Assignment:
+    """Make an assignment of two students: PLAIN, PUMA, EVERYTHING, or a ready-made set by its name."""
+    students = (Student("ada", "Ada Lovelace", "ada@example.org"), Student("hen", "Henri Poincaré", "hp@example.org"))
+    init_assignment(
+        folder, f"Arms & <signs>: {which}", which, students, SECRET, problems=SETS.get(which, SETS[DEFAULT_SET])
+    )
+    problems = {PUMA: _puma, EVERYTHING: _everything}.get(which)
+    if problems is not None:
+        head = f'title = "Arms & <signs>: {which}"\nkey = "{which}"\nhints = true\n'
+        (folder / "assignment.toml").write_text(head + problems(), encoding="utf-8")
+    return load_assignment(folder)
+
+
+def order(folder: Path, which: str, variants: int = 1) -> Order:
+    """Return the order of such an export."""
+    return Order(assignment(folder, which), failures_of, variants=variants)
+
+
+def _puma() -> str:
+    return _problem(PUMA_560, [name for name in questions_of(PUMA_560) if name in QUESTIONS])
+
+
+def _everything() -> str:
+    left, problems = [*QUESTIONS, *QUIZZES], []
+    for family in FAMILIES:
+        can = {*questions_of(family), *applicable(sample_chain(ProblemId(family, 0)), QUIZZES)}
+        asked = [name for name in left if name in can]
+        left = [name for name in left if name not in can]
+        for few in ([name for name in asked if name in among] for among in (QUESTIONS, QUIZZES)):
+            problems += [_problem(family, few)] * bool(few)
+    return "".join(problems)
+
+
+def _problem(family: str, questions: list[str]) -> str:
+    asked = ", ".join(f'"{name}"' for name in questions)
+    return f'[[problem]]\nfamily = "{family}"\nquestions = [{asked}]\n'

@@ -1,0 +1,53 @@
+"""What a run in a real program showed, as it is kept in tests/platforms/NAME.json and told in docs/outlets.md."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from exercises.files import write_atomically
+
+FOLDER = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class Count:
+    """Of so many things, so many came out as they are to; `but` says of the others why, or what became of them."""
+
+    passed: int
+    of: int
+    but: str = ""
+
+    @property
+    def is_sound(self) -> bool:
+        """Tell whether nothing fell short without a reason, and there was something at all."""
+        return self.of > 0 and (self.passed == self.of or bool(self.but))
+
+
+@dataclass(frozen=True)
+class Record:
+    """A run: what was exported (`outlet`), into which program and version, on which day, and what was counted.
+
+    The counts are called as the table of docs/outlets.md calls them: "imported", "shown", "right = full",
+    "wrong < full", "blank = 0", … in this order.
+    """
+
+    outlet: str
+    software: str
+    date: str
+    counts: Mapping[str, Count]
+
+    def keep(self, name: str) -> None:
+        """Write the record of a platform, in place of the last one."""
+        text = json.dumps(asdict(self), indent=1, ensure_ascii=False)
+        write_atomically(FOLDER / f"{name}.json", text + "\n")
+
+
+def kept() -> dict[str, Record]:
+    """Return the records of the last runs, by the names of the platforms."""
+    found = {}
+    for path in sorted(FOLDER.glob("*.json")):
+        data = json.loads(path.read_text(encoding="utf-8"))
+        counts = {name: Count(**count) for name, count in data.pop("counts").items()}
+        found[path.stem] = Record(**data, counts=counts)
+    return found
