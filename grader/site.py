@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
-from exercises.assignment import load_assignment
+from exercises.assignment import FEEDBACK, Assignment, load_assignment
 from exercises.console import SiteVariationOption, note, progress, say
 from exercises.drawing import GivenUp
-from exercises.errors import QdotError
+from exercises.errors import QdotError, unknown
 from exercises.exports.bank import bank
 from exercises.exports.outlet import Order as BankOrder
 from exercises.families import FAMILIES
@@ -35,17 +35,28 @@ def build_site(
     families: Annotated[str, typer.Option(help="Names with commas between; default: all.")] = "",
     variants: Annotated[int, typer.Option(min=1, max=1000, help="Arms of each family, or variants of a problem.")] = 5,
     variation: SiteVariationOption = "",
+    feedback: Annotated[
+        str,
+        typer.Option(
+            metavar="LEVEL", help=f"How much is told: {', '.join(FEEDBACK)}. Default: the assignment's, else all."
+        ),
+    ] = "",
     jobs: Jobs = CORES,
 ) -> None:
     """Build the web site: pages and a bank of certified problems that a browser shows and grades.
 
     Any file server can serve the folder, or GitHub Pages; there is nothing to install on it. What is up to date is
     kept, so that a build that was stopped goes on where it was. With --assignment, the problems are variants of the
-    assignment's, none of which a student has; they come with their solutions, so publish it when that is meant.
+    assignment's, none of which a student has, and what is told of a wrong answer is what its feedback says; the bank
+    has solutions only where that is "solutions". The page judges by itself, with right values in its bank.
     """
-    wanted, titles, course = _wanted(assignment, families, variants, variation, jobs)
+    if feedback and feedback not in FEEDBACK:
+        raise unknown("level of feedback", feedback, list(FEEDBACK))
+    loaded = None if assignment is None else load_assignment(assignment)
+    wanted, titles, course = _wanted(loaded, families, variants, variation, jobs)
+    level = feedback or (FEEDBACK[-1] if loaded is None else loaded.feedback)
     commands = reference(context.find_root().command)
-    order = Order(out, wanted, titles, failures_of, min(jobs, len(wanted)), commands, docs_folder(), course)
+    order = Order(out, wanted, titles, failures_of, min(jobs, len(wanted)), commands, docs_folder(), course, level)
     left_out: list[GivenUp] = []
     with progress("building the site", len(wanted)) as counter:
         made = build(order, counter.step, left_out.append)
@@ -61,13 +72,12 @@ def build_site(
 
 
 def _wanted(
-    assignment: Path | None, families: str, variants: int, variation: str, jobs: int
+    loaded: Assignment | None, families: str, variants: int, variation: str, jobs: int
 ) -> tuple[list[Wanted], list[tuple[str, str, str]], str]:
-    if assignment is None:
+    if loaded is None:
         names = [family_named(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
         titles = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]
         return of_families(names, variants, variation), titles, ""
-    loaded = load_assignment(assignment)
     if variation:
         loaded = loaded.varied(variation)
     made = list(bank(BankOrder(loaded, failures_of, variants, jobs=jobs, note=note)))

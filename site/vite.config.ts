@@ -7,6 +7,7 @@ export default defineConfig({
   plugins: [preact()],
   server: { fs: { allow: [".."] } }, // the vocabulary of answers lies beside the Python reader
   test: {
+    testTimeout: 120_000, // a busy machine fails no test
     include: ["tests/**/*.test.ts"], // e2e/ is Node's own test runner's
     pool: "threads",
     isolate: false, // files share modules, whose loading takes half of the time: what a test sets, it sets back

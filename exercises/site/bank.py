@@ -2,7 +2,7 @@
 
 bank/index.json                 what there is to choose from
 bank/FAMILY/KEY.json            a problem (`record.site_record`)
-bank/FAMILY/KEY.solutions.json  its worked solutions, loaded when they are asked for
+bank/FAMILY/KEY.solutions.json  its worked solutions, loaded when they are asked for, where they are told at all
 bank/FAMILY/KEY.de.json         its texts in German, loaded where that is the page's language (`languages`)
 bank/FAMILY/KEY.solutions.de.json  the same of its solutions
 bank/index.de.json              the titles in index.json in German
@@ -38,8 +38,9 @@ QUIZ = "quiz"
 MOST_SEEDS = 1000
 """More arms of a family than that are not asked for."""
 
-ENDINGS = (".json", ".solutions.json", *(f"{kind}.{code}.json" for code in LANGUAGES for kind in ("", ".solutions")))
-"""How the names of a problem's files end."""
+TOLD = (".json", *(f".{code}.json" for code in LANGUAGES))
+SOLVED = tuple(f".solutions{ending}" for ending in TOLD)
+"""How the names of a problem's files end, and of its solutions'."""
 
 
 @dataclass(frozen=True)
@@ -100,14 +101,14 @@ def of_variants(variants: Sequence[Variant]) -> list[Wanted]:
 
 def write_bank(
     folder: Path, wanted: Sequence[Wanted], failures: Failures, jobs: int, each: Callable[[], None],
-    left_out: Callable[[GivenUp], None],
+    left_out: Callable[[GivenUp], None], solved: bool = True,
 ) -> list[Json]:  # fmt: skip
     """Write the problems and return what index.json lists of each: family, key, difficulty, title, questions.
 
-    `left_out` is told of one of which no draw passes its certificate.
+    `left_out` is told of one of which no draw passes its certificate. Without `solved`, there are no solutions.
     """
     listed = []
-    with closing(ordered_map(_write, wanted, jobs, _both, (folder, failures))) as every:
+    with closing(ordered_map(_write, wanted, jobs, _state, (folder, failures, solved))) as every:
         for record in every:
             if isinstance(record, GivenUp):
                 left_out(record)
@@ -117,17 +118,23 @@ def write_bank(
     return listed
 
 
-def _both(folder: Path, failures: Failures) -> tuple[Path, Failures]:
-    return folder, failures
+_State = tuple[Path, Failures, bool]
 
 
-def _write(state: tuple[Path, Failures], wanted: Wanted) -> Json | GivenUp:
-    folder, failures = state
+def _state(folder: Path, failures: Failures, solved: bool) -> _State:
+    return folder, failures, solved
+
+
+def _write(state: _State, wanted: Wanted) -> Json | GivenUp:
+    folder, failures, solved = state
     path = folder / FOLDER / wanted.family / f"{wanted.key}.json"
     drawn_as = f"{wanted.seed}/{wanted.asked}/{wanted.variation}/{wanted.problem and wanted.problem.id}"
     about = f"{code()}/{_texts()}/{drawn_as}"
     made_from = hashlib.sha256(about.encode()).hexdigest()  # a seed is not to be read from the bank
-    kept = _kept(path, made_from)
+    if not solved:
+        for ending in SOLVED:
+            path.with_suffix(ending).unlink(missing_ok=True)
+    kept = _kept(path, made_from, TOLD + SOLVED * solved)
     if kept is not None:
         return kept
     problem = wanted.certified(failures)
@@ -140,23 +147,29 @@ def _write(state: tuple[Path, Failures], wanted: Wanted) -> Json | GivenUp:
     }  # fmt: skip
     if wanted.problem is not None:
         record["id"] = wanted.key  # its own would tell the seed
-    write_atomically(path.with_suffix(".solutions.json"), _text(solutions_record(problem) | {"id": record["id"]}))
+    if solved:
+        _write_solutions(path, problem, record["id"])
     for language in LANGUAGES:
         write_atomically(path.with_suffix(f".{language}.json"), _text(translated_record(problem, record, language)))
-        solved = _text(translated_solutions(problem, language))
-        write_atomically(path.with_suffix(f".solutions.{language}.json"), solved)
     write_atomically(path, _text({**record, "made_from": made_from, "listed": listed}))
     return listed
 
 
-def _kept(path: Path, made_from: str) -> Json | None:
+def _write_solutions(path: Path, problem: Problem, key: str) -> None:
+    write_atomically(path.with_suffix(".solutions.json"), _text(solutions_record(problem) | {"id": key}))
+    for language in LANGUAGES:
+        solved = _text(translated_solutions(problem, language))
+        write_atomically(path.with_suffix(f".solutions.{language}.json"), solved)
+
+
+def _kept(path: Path, made_from: str, endings: Sequence[str]) -> Json | None:
     """Return what is listed of a problem that is there already, made by this very code."""
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
         listed: Json | None = record["listed"] if record["made_from"] == made_from else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    return listed if all(path.with_suffix(ending).is_file() for ending in ENDINGS) else None
+    return listed if all(path.with_suffix(ending).is_file() for ending in endings) else None
 
 
 @cache
@@ -171,12 +184,16 @@ def _texts() -> str:
     return digest.hexdigest()
 
 
-def index_text(listed: Sequence[Json], titles: Sequence[tuple[str, str, str]]) -> str:
-    """Return index.json; `titles` are (name, title, source) of the families or places, in order."""
+def index_text(listed: Sequence[Json], titles: Sequence[tuple[str, str, str]], feedback: str) -> str:
+    """Return index.json; `titles` are (name, title, source) of the families or places, in order.
+
+    `feedback` is how much is told of a wrong answer, of the levels of an assignment.
+    """
     asked = {question for entry in listed for question in entry["questions"]}
     return _text(
         {
             "format": 1,
+            "feedback": feedback,
             "families": [
                 {"name": name, "title": title, "source": source, "problems": list(_of(listed, name))}
                 for name, title, source in titles

@@ -6,12 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from exercises.assignment import FEEDBACK
 from exercises.drawing import Failures, GivenUp
 from exercises.errors import QdotError
 from exercises.files import make_folder, write_atomically
 from exercises.languages import LANGUAGES
 from exercises.record import Json
-from exercises.site.bank import ENDINGS, FOLDER, Wanted, index_text, titles_text, write_bank
+from exercises.site.bank import FOLDER, SOLVED, TOLD, Wanted, index_text, titles_text, write_bank
 from exercises.site.pages import Around, Assets, built_assets, favicon, page_text, pages, worker_text
 from exercises.site.stale_files import remove_stale_files
 
@@ -22,7 +23,10 @@ NOT_BUILT = (
 
 @dataclass(frozen=True)
 class Order:
-    """What site to build: the problems, the families or places that they belong to, and the texts around them."""
+    """What site to build: the problems, the families or places that they belong to, and the texts around them.
+
+    `feedback` is how much is told of a wrong answer; at its last level, the bank has solutions.
+    """
 
     folder: Path
     wanted: Sequence[Wanted]
@@ -32,6 +36,12 @@ class Order:
     commands: str
     docs: Path | None = None
     course: str = ""
+    feedback: str = FEEDBACK[-1]
+
+    @property
+    def is_solved(self) -> bool:
+        """Whether the bank has solutions."""
+        return self.feedback == FEEDBACK[-1]
 
 
 def build(order: Order, each: Callable[[], None], left_out: Callable[[GivenUp], None]) -> Json:
@@ -43,8 +53,8 @@ def build(order: Order, each: Callable[[], None], left_out: Callable[[GivenUp], 
     if assets is None:
         raise QdotError(NOT_BUILT)
     make_folder(order.folder)
-    listed = write_bank(order.folder, order.wanted, order.failures, order.jobs, each, left_out)
-    index = index_text(listed, order.titles)
+    listed = write_bank(order.folder, order.wanted, order.failures, order.jobs, each, left_out, order.is_solved)
+    index = index_text(listed, order.titles, order.feedback)
     write_atomically(order.folder / FOLDER / "index.json", index)
     titles = {f"{FOLDER}/index.{language}.json": titles_text(language, order.titles) for language in LANGUAGES}
     for name, text in titles.items():
@@ -57,7 +67,8 @@ def build(order: Order, each: Callable[[], None], left_out: Callable[[GivenUp], 
     drawings = [] if order.docs is None else _drawings(order.docs, order.folder)
     write_atomically(order.folder / "icon.svg", favicon())
     version = hashlib.sha256(
-        b"".join((order.folder / name).read_bytes() for name in shell + _problems(listed) + [*titles]) + index.encode()
+        b"".join((order.folder / name).read_bytes() for name in shell + _problems(order, listed) + [*titles])
+        + index.encode()
     ).hexdigest()
     shell += ["icon.svg", f"{FOLDER}/index.json", *titles]
     write_atomically(order.folder / "sw.js", worker_text(shell, version[:16]))
@@ -66,10 +77,10 @@ def build(order: Order, each: Callable[[], None], left_out: Callable[[GivenUp], 
     return {"problems": len(listed), "questions": questions, "files": len(shell)}
 
 
-def _problems(listed: Sequence[Json]) -> list[str]:
+def _problems(order: Order, listed: Sequence[Json]) -> list[str]:
     """Return the files of the bank: where one of them changes, browsers forget what they kept of the site before."""
     names = [f"{FOLDER}/{entry['family']}/{entry['key']}" for entry in listed]
-    return [name + ending for name in names for ending in ENDINGS]
+    return [name + ending for name in names for ending in TOLD + SOLVED * order.is_solved]
 
 
 def _drawings(docs: Path, folder: Path) -> list[str]:

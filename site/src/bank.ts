@@ -1,8 +1,12 @@
 // The bank of problems as Python writes it (exercises/site/record.py, keys.py and build.py), and how it is loaded.
 
+import type { Level } from "./grade/levels.js";
+
 /** index.json: what there is to choose from. `problems` are the keys of records under bank/FAMILY/. */
 export interface Index {
   readonly format: 1;
+  /** How much is told of a wrong answer; the bank has solutions at the last level only. */
+  readonly feedback: Level;
   readonly families: readonly Family[];
   readonly questions: readonly Question[];
 }

@@ -21,6 +21,7 @@ import { asFile, fromFile, kept, merged } from "../src/practice/progress.js";
 
 const INDEX: Index = {
   format: 1,
+  feedback: "solutions",
   families: [
     {
       name: "planar-2r",

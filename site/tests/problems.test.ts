@@ -39,6 +39,7 @@ const TEXTS: Texts = {
 };
 const INDEX: Index = {
   format: 1,
+  feedback: "solutions",
   families: [
     { name: "scara", title: "SCARA arm", source: "", problems: [] },
     { name: "p1", title: "Our own arm", source: "", problems: [] },

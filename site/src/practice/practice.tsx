@@ -4,6 +4,7 @@ import type { JSX } from "preact";
 import { useEffect, useMemo, useState } from "preact/hooks";
 
 import type { Index, Problem } from "../bank.js";
+import type { Level } from "../grade/levels.js";
 import { loadIndex, loadProblem } from "../load.js";
 import { language, message, said } from "../text/text.js";
 import {
@@ -98,6 +99,7 @@ function Session({ index }: { index: Index }) {
         <Current
           key={nameOf(item)}
           item={item}
+          level={index.feedback}
           arrived={moved}
           onRight={(right) => noted(attempted(progress, item, right, Date.now()))}
           onNext={() => {
@@ -115,11 +117,13 @@ function Session({ index }: { index: Index }) {
 /** One problem; `arrived` at from the one before, it is gone to at once, for keyboards and screen readers, too. */
 function Current({
   item,
+  level,
   arrived,
   onRight,
   onNext,
 }: {
   item: Item;
+  level: Level;
   arrived: boolean;
   onRight: (right: boolean) => void;
   onNext: () => void;
@@ -143,6 +147,7 @@ function Current({
         item={item}
         problem={problem}
         part={part}
+        level={level}
         arrived={arrived}
         onVerdict={(verdict) => onRight(verdict.outcome === "correct")}
         onNext={onNext}

@@ -4,6 +4,7 @@ import type { JSX } from "preact";
 import { useEffect, useState } from "preact/hooks";
 
 import type { Index, Part, Problem } from "../bank.js";
+import { atLeast } from "../grade/levels.js";
 import { loadProblem, loadSolutions } from "../load.js";
 import { read } from "../read/reader.js";
 import { ReadError } from "../read/tree.js";
@@ -48,13 +49,14 @@ interface Group {
 }
 
 export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first: SheetWish }): JSX.Element {
-  const [sheet, setSheet] = useState(first);
+  const solvable = atLeast(index.feedback, "solutions"); // else there are no answers in the bank
+  const [sheet, setSheet] = useState({ ...first, key: first.key && solvable });
   const [groups, setGroups] = useState<readonly Group[] | null>(null);
   const [failed, setFailed] = useState("");
   useEffect(() => {
     let current = true;
     setFailed("");
-    gathered(inOrder(index, wish).slice(0, sheet.count)).then(
+    gathered(inOrder(index, wish).slice(0, sheet.count), solvable).then(
       (found) => current && setGroups(found),
       (error: unknown) => current && setFailed(String(error)),
     );
@@ -82,10 +84,16 @@ export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first:
             ))}
           </select>
         </label>
-        <label class="sheet-check">
-          <input type="checkbox" checked={sheet.key} onChange={() => change({ ...sheet, key: !sheet.key })} />
-          {said(message("sheet.with-key"))}
-        </label>
+        {solvable ? (
+          <label class="sheet-check">
+            <input
+              type="checkbox"
+              checked={sheet.key}
+              onChange={() => change({ ...sheet, key: !sheet.key })}
+            />
+            {said(message("sheet.with-key"))}
+          </label>
+        ) : null}
         <button type="button" class="button" disabled={!groups} onClick={() => window.print()}>
           {said(message("sheet.print"))}
         </button>
@@ -99,7 +107,7 @@ export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first:
 }
 
 /** The questions in their order, those of one arm together. */
-async function gathered(items: readonly Item[]): Promise<readonly Group[]> {
+async function gathered(items: readonly Item[], solvable: boolean): Promise<readonly Group[]> {
   const arms = new Map<string, Item[]>();
   for (const item of items) {
     const arm = `${item.family}/${item.key}`;
@@ -108,7 +116,10 @@ async function gathered(items: readonly Item[]): Promise<readonly Group[]> {
   return Promise.all(
     [...arms.values()].map(async (asked) => {
       const { family, key } = asked[0] as Item;
-      const [problem, { parts }] = await Promise.all([loadProblem(family, key), loadSolutions(family, key)]);
+      const [problem, parts] = await Promise.all([
+        loadProblem(family, key),
+        solvable ? loadSolutions(family, key).then((solutions) => solutions.parts) : [],
+      ]);
       return {
         problem,
         asked: asked.flatMap((item) => {

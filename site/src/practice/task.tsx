@@ -6,6 +6,7 @@ import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { singularIn } from "../arm/singular.js";
 import type { Part, Problem, Solutions } from "../bank.js";
+import { atLeast, type Level, told } from "../grade/levels.js";
 import type { At, Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
 import { language, message, said } from "../text/text.js";
@@ -28,12 +29,13 @@ interface TaskProps {
   readonly item: Item;
   readonly problem: Problem;
   readonly part: Part;
+  readonly level: Level;
   readonly arrived: boolean;
   readonly onVerdict: (verdict: Verdict) => void;
   readonly onNext: () => void;
 }
 
-export function Task({ item, problem, part, arrived, onVerdict, onNext }: TaskProps): JSX.Element {
+export function Task({ item, problem, part, level, arrived, onVerdict, onNext }: TaskProps): JSX.Element {
   const [answer, setAnswer] = useState("");
   const [verdict, setVerdict] = useState<Verdict | null>(null);
   const [failed, setFailed] = useState("");
@@ -56,11 +58,12 @@ export function Task({ item, problem, part, arrived, onVerdict, onNext }: TaskPr
     const loaded = await grading().catch((error: unknown) => setFailed(String(error)));
     if (!loaded) return;
     const found = loaded.judge(problem, part, answer, isSingular);
-    setVerdict(found);
+    const shown = told(found, level);
+    setVerdict(shown);
     const isNew = answer !== judged.current && !(helped && found.outcome === "correct");
     judged.current = answer;
     if (found.outcome !== "missing" && isNew) onVerdict(found);
-    afterPaint(() => setPose(poseOf(problem, found))); // what is said of the answer is there before the arm goes
+    afterPaint(() => setPose(poseOf(problem, shown))); // what is said of the answer is there before the arm goes
   };
   useEffect(() => {
     if (!arrived) return;
@@ -92,6 +95,7 @@ export function Task({ item, problem, part, arrived, onVerdict, onNext }: TaskPr
         item={item}
         part={part}
         lang={problem.lang}
+        solvable={atLeast(level, "solutions")}
         solved={verdict?.outcome === "correct"}
         onSolution={() => setHelped(verdict?.outcome !== "correct")}
       />
@@ -175,11 +179,13 @@ interface HelpProps {
   readonly item: Item;
   readonly part: Part;
   readonly lang: string | undefined;
+  /** Whether the bank has solutions. */
+  readonly solvable: boolean;
   readonly solved: boolean;
   readonly onSolution: () => void;
 }
 
-function Help({ item, part, lang, solved, onSolution }: HelpProps) {
+function Help({ item, part, lang, solvable, solved, onSolution }: HelpProps) {
   const [hints, setHints] = useState(0);
   const [solution, setSolution] = useState<
     (Solutions["parts"][number] & { lang?: string | undefined }) | null
@@ -209,7 +215,7 @@ function Help({ item, part, lang, solved, onSolution }: HelpProps) {
             {said(message("practice.more-hints", { number: hints + 1 }))}
           </button>
         ) : null}
-        {solution === null && (solved || hints > 0) ? (
+        {solvable && solution === null && (solved || hints > 0) ? (
           <button type="button" class="quiet" onClick={show}>
             {said(message("practice.solution"))}
           </button>

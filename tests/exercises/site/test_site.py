@@ -26,7 +26,7 @@ from exercises.verify.numeric_reference import Check, NumericReference
 from grader.cli import app
 from tests.support import ROOT
 from tests.support.command import fails, run, runner
-from tests.support.handing_in import a_class
+from tests.support.handing_in import TOML, a_class
 
 pytestmark = pytest.mark.xdist_group("site")
 
@@ -165,6 +165,26 @@ def test_a_course_has_variants_of_its_own_problems_and_tells_no_seed(assets: Ass
     assert assignment.secret not in content
     assert not [seed for seed in seeds if seed in content]
     assert "<title>T</title>" in (site / "index.html").read_text()
+
+
+def test_a_course_tells_of_wrong_answers_what_its_assignment_says(assets: Assets, tmp_path: Path) -> None:
+    assignment, site = a_class(tmp_path / "hw", [Student("ada")]), tmp_path / "site"
+    arguments = ("site", "build", "--out", site, "--assignment", assignment.folder, "--variants", "1", "--jobs", "1")
+
+    def built(*more: str) -> tuple[str, set[str]]:
+        run(*arguments, *more)
+        index = json.loads((site / "bank" / "index.json").read_text())
+        return index["feedback"], {path.name for path in site.glob("bank/p1/*.json")}
+
+    problems, solutions = {"p1-001.json", "p1-001.de.json"}, {"p1-001.solutions.json", "p1-001.solutions.de.json"}
+    assert built("--feedback", "solutions") == ("solutions", problems | solutions)
+    made = (site / "bank" / "p1" / "p1-001.json").stat().st_mtime_ns
+    assert built() == ("counterexample", problems)
+    (assignment.folder / "assignment.toml").write_text(f'feedback = "outcome"\n{TOML}')
+    assert built() == ("outcome", problems)
+    assert (site / "bank" / "p1" / "p1-001.json").stat().st_mtime_ns == made
+    assert built("--feedback", "solutions") == ("solutions", problems | solutions)
+    assert "unknown level of feedback 'all'; known: outcome, mistake" in fails(*arguments, "--feedback", "all")
 
 
 def test_what_is_wrong_is_said(assets: Assets, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,57 @@
+// How much is told of a wrong answer, by the `feedback` of an assignment: the levels of ../../../grader/levels.py.
+
+import { message, type Message } from "../text/text.js";
+import type { TextKey } from "../text/en.js";
+import type { Verdict } from "./verdict.js";
+
+/** From little to all; each tells what those before it do. */
+export const LEVELS = ["outcome", "mistake", "counterexample", "values", "solutions"] as const;
+export type Level = (typeof LEVELS)[number];
+
+/** What tells a value that is right, with what is said in its place: the answer's own value there. */
+const WITHOUT_VALUES: Partial<Record<TextKey, TextKey>> = {
+  "verdict.entry": "verdict.own-entry",
+  "verdict.differs": "verdict.own-value",
+  "verdict.number": "verdict.own-number",
+  "verdict.uncovered": "verdict.some-uncovered",
+};
+
+/** What tells of a counterexample, with what is said in its place. */
+const WITHOUT_NUMBERS: Partial<Record<TextKey, TextKey>> = {
+  "verdict.own-entry": "verdict.that-entry",
+  "verdict.own-value": "verdict.not-equal",
+  "verdict.own-number": "verdict.that-number",
+  "verdict.unsound": "verdict.some-unsound",
+  "verdict.not-along": "verdict.other-direction",
+};
+
+export function atLeast(level: Level, wanted: Level): boolean {
+  return LEVELS.indexOf(level) >= LEVELS.indexOf(wanted);
+}
+
+/** A verdict without what the level keeps back; of a right answer, and of one that can't be read, all is told. */
+export function told(verdict: Verdict, level: Level): Verdict {
+  const { outcome, share, sure, reasons, at, entries, mistake } = verdict;
+  if (outcome === "correct" || outcome === "missing" || atLeast(level, "values")) return verdict;
+  const isOfTheSet = reasons.some(({ key }) => key === "verdict.uncovered"); // a pose that belongs to the answer
+  if (!atLeast(level, "mistake")) return { outcome, share, sure, reasons: reasons.filter(isOfReading) };
+  const withoutValues = reasons.map((reason) => instead(reason, WITHOUT_VALUES));
+  const shown = atLeast(level, "counterexample");
+  return {
+    outcome,
+    share,
+    sure,
+    reasons: shown ? withoutValues : withoutValues.map((reason) => instead(reason, WITHOUT_NUMBERS)),
+    ...(shown && at && !isOfTheSet ? { at } : {}),
+    ...(entries ? { entries } : {}),
+    ...(mistake === undefined ? {} : { mistake }),
+  };
+}
+
+function instead({ key, values }: Message, keys: Partial<Record<TextKey, TextKey>>): Message {
+  return message(keys[key] ?? key, values);
+}
+
+function isOfReading({ key }: Message): boolean {
+  return key.startsWith("read.") || key === "verdict.no-letter";
+}

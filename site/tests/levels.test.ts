@@ -1,0 +1,71 @@
+// What a level of feedback keeps back of a verdict, as grader/levels.py does.
+import { expect, test } from "vitest";
+
+import type { NumbersKey, ValuesKey } from "../src/bank.js";
+import { type Level, LEVELS, told } from "../src/grade/levels.js";
+import { judgeNumbers } from "../src/grade/numbers.js";
+import { judgeValues } from "../src/grade/values.js";
+import { graded, unreadable, type Verdict } from "../src/grade/verdict.js";
+import { message, said } from "../src/text/text.js";
+
+const NUMBERS: NumbersKey = {
+  type: "numbers",
+  units: ["rad/s", "rad/s"],
+  tolerance: 0.001,
+  floor: 1e-9,
+  right: [1.25, 7.75],
+  mistakes: [[4, 1.25, -7.75]],
+};
+const FORMULA: ValuesKey = {
+  type: "values",
+  symbols: ["theta1"],
+  points: [[0.5], [1.5]],
+  rows: 1,
+  columns: 1,
+  right: [[0.479425538604203, 0.997494986604054]],
+  mistakes: [],
+};
+const WRONG: readonly (readonly [string, Verdict, RegExp])[] = [
+  ["a number", judgeNumbers("[1.25, -7.75]", NUMBERS), /\b7[.]75\b(?<!-7[.]75)/],
+  ["a formula", judgeValues("cos(theta1)", FORMULA, []), /0[.]4794|0[.]9974/],
+  [
+    "a set",
+    graded(0.5, [message("verdict.uncovered", { at: "theta1 = 0.123" })], { at: { theta1: 0.123 } }),
+    /0[.]123/,
+  ],
+];
+const text = (verdict: Verdict): string => verdict.reasons.map((reason) => said(reason)).join(" ");
+
+test.each(WRONG)("%s: each level tells more", (_, verdict, right) => {
+  const at = (level: Level): Verdict => told(verdict, level);
+  expect(text(at("values"))).toMatch(right);
+  expect(at("solutions")).toEqual(verdict);
+  for (const level of ["outcome", "mistake", "counterexample"] as const) {
+    expect(text(at(level))).not.toMatch(right);
+    expect([at(level).outcome, at(level).share]).toEqual([verdict.outcome, verdict.share]);
+  }
+  expect(text(at("mistake"))).not.toMatch(/\d[.]\d/);
+  expect(at("mistake").at).toBeUndefined();
+  expect(at("mistake").mistake).toBe(verdict.mistake);
+  expect(at("outcome").reasons).toEqual([]);
+  expect(at("outcome").mistake).toBeUndefined();
+  expect(at("outcome").entries).toBeUndefined();
+});
+
+test("a counterexample is the answer's own, and no configuration that is missing", () => {
+  const [, formula, set] = WRONG.map(([, verdict]) => told(verdict, "counterexample")) as [
+    Verdict,
+    Verdict,
+    Verdict,
+  ];
+  expect(text(formula)).toContain("yours is 0.877");
+  expect(formula.at).toBeDefined();
+  expect(set.at).toBeUndefined();
+});
+
+test("all is told of a right answer, and of one that can't be read", () => {
+  for (const level of LEVELS) {
+    expect(told(judgeNumbers("[1.25, 7.75]", NUMBERS), level).reasons).not.toEqual([]);
+    expect(text(told(unreadable(message("read.missing")), level))).not.toBe("");
+  }
+});
