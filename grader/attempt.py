@@ -26,7 +26,7 @@ from grader.submission import Found, Note, Submission, oddities, read_submission
 from grader.uncounted import without_self_checks
 from grader.verdict import Outcome, Verdict
 
-GRADER = 11
+GRADER = 12
 """Version of the grader: any change of what a submission earns, or of what is kept of it, raises it."""
 
 Marked = dict[str, Any]
@@ -161,7 +161,7 @@ def grade_attempt(
     setup = setup_cell(problems)
     answers = find_answers(cells, parts, lambda cells, names: _run(sandbox, cells, names, asked, setup))
     said += oddities(submission, assignment, student)
-    said += [Note(note, note) for note in (*answers.notes, answers.run.note) if note]
+    said += [Note(note, note) for note in answers.notes if note]
     return _marked(assignment, copies, student, problems, submission, answers, None, said)
 
 

@@ -74,7 +74,7 @@ def check_notebook(path: Path) -> Checked:
         else:
             family, symbols, names = (_claimed(submission, key, slot) for key in ("problems", "symbols", "names"))
             rows.append(_row(part, answer, _due(family, symbols, names, kind)))
-    return Checked(tuple(rows), tuple(note for note in (*submission.notes, *answers.notes, answers.run.note) if note))
+    return Checked(tuple(rows), tuple(note for note in (*submission.notes, *answers.notes) if note))
 
 
 def _claimed(submission: Submission, key: str, slot: str) -> object:

@@ -88,9 +88,13 @@ def compare_line(line: str, number: int) -> dict[str, Any]:
         request = json.loads(line)
     except (ValueError, RecursionError) as error:
         raise QdotError(f"line {number} is not JSON: {error}") from None
-    required = ("type", "reference", "student")
-    if not isinstance(request, dict) or any(key not in request for key in required):
-        raise QdotError(f"line {number}: an object with {', '.join(required)} (and id, joints) is due")
+    if not isinstance(request, dict):
+        raise QdotError(f"line {number}: an object with reference and student (and type, id, joints) is due")
+    missing = [key for key in ("reference", "student") if key not in request]
+    if missing:
+        raise QdotError(
+            f"line {number}: without {' and '.join(missing)}; due are reference and student (and type, id, joints)"
+        )
     return {"id": request.get("id"), **as_json(safely(request, number))}
 
 
@@ -116,7 +120,9 @@ def safely(request: Mapping[str, Any], number: int) -> Judgement:
     budget = Budget(30.0)
     try:
         with budget.spent(), np.errstate(all="ignore"):
-            return compare(str(request["type"]), as_text(request["student"]), request["reference"], joints)
+            reference = request["reference"]
+            kind = str(request.get("type") or likely_type(as_text(reference)))
+            return compare(kind, as_text(request["student"]), reference, joints)
     except QdotError as error:
         raise QdotError(f"line {number}: {error}") from None
     except Overlong:

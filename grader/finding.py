@@ -59,7 +59,7 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> 
     answers = Answers(result, notes=book.notes)
     answers.notes += _first_stop(book, stops)
     answers.notes += [_lost(name, order[index], value) for name, (index, value) in result.lost.items()]
-    answers.notes += _stopped(failed, result, book)
+    answers.notes += [*_stopped(failed, result, book), *([end] if (end := _end(result, order)) else [])]
     again = _Again(run, sources, order, failed)
     for part, name in names.items():
         if _is_missing(result, name):
@@ -69,7 +69,7 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run: RunCells) -> 
         if name in result.answers:
             _tell_several(answers, part, name, book, failed)
         else:
-            answers.reasons[name] = _why_missing(part, name, book, result, stops, failed)
+            answers.reasons[name] = _why_missing(part, name, book, result, order, stops)
     return answers
 
 
@@ -381,19 +381,24 @@ OVERTIME = "it took longer than", "it waited longer than"
 
 def _stop(book: _Book, index: int, run: Run, place: int) -> str:
     """Say where a cell stopped, or which import it went on without, and why."""
-    lines = book.sources[index].split("\n")
-
-    def at(number: int) -> str:
-        return f"line {number}" + (f", {plain(lines[number - 1].strip())}" if number <= len(lines) else "")
-
-    said = []
-    if place in run.missed:
-        number, why = run.missed[place]
-        said.append(f"{_cells([index])} went on without {at(number)} ({why})")
+    said = [_without(book, index, run, place)]
     if place in run.cell_errors:
-        where = f" at {at(run.stopped_at[place])}" if place in run.stopped_at else ""
+        where = f" at {_line(book, index, run.stopped_at[place])}" if place in run.stopped_at else ""
         said.append(f"{_cells([index])} stopped{where} ({run.cell_errors[place]})")
-    return "; ".join(said)
+    return "; ".join(filter(None, said))
+
+
+def _without(book: _Book, index: int, run: Run, place: int) -> str:
+    """Say which import a cell went on without, and why; nothing where it lacks none."""
+    if place not in run.missed:
+        return ""
+    number, why = run.missed[place]
+    return f"{_cells([index])} went on without {_line(book, index, number)} ({why})"
+
+
+def _line(book: _Book, index: int, number: int) -> str:
+    lines = book.sources[index].split("\n")
+    return f"line {number}" + (f", {plain(lines[number - 1].strip())}" if number <= len(lines) else "")
 
 
 def _first_stop(book: _Book, stops: Mapping[int, str]) -> list[str]:
@@ -403,17 +408,19 @@ def _first_stop(book: _Book, stops: Mapping[int, str]) -> list[str]:
 
 
 def _why_missing(
-    part: str, name: str, book: _Book, run: Run, stops: Mapping[int, str], failed: Mapping[int, str]
-) -> str:
+    part: str, name: str, book: _Book, run: Run, order: Sequence[int], stops: Mapping[int, str]
+) -> str:  # fmt: skip
     """Return why a part has no answer, in words."""
     if name in run.failures:
         return f"{name} has no value that can be read: {run.failures[name]}"
+    failed = {order[place]: error for place, error in run.cell_errors.items()}
     places = [*book.setters(name), *book.marked(part)]
     stopped = next((index for index in places if index in failed), None)
     if stopped is not None:
-        return f"its cell stopped: {failed[stopped]}{_behind(failed[stopped], stopped, book, stops)}"
-    if run.note:
-        return run.note
+        behind = _without(book, stopped, run, order.index(stopped)) or _behind(failed[stopped], stopped, book, stops)
+        return f"its cell stopped: {failed[stopped]}" + (f"; {behind}" if behind else "")
+    if run.end != "done":
+        return _end(run, order)
     if not places:
         return f"{name} is not set anywhere in the notebook"
     texts = [index for index in places if index not in book.sources]
@@ -422,12 +429,17 @@ def _why_missing(
     return f"its cell does not set {name}"
 
 
+def _end(run: Run, order: Sequence[int]) -> str:
+    """Say how a notebook ended that did not come to its end, and in which cell."""
+    return run.note() if run.begun is None else run.note(_cells([order[run.begun]]))
+
+
 def _behind(error: str, stopped: int, book: _Book, stops: Mapping[int, str]) -> str:
     """Say which cell above stopped, where a cell lacks a name: the first that speaks of the name, else the first."""
     lacking = re.match(r"NameError: name '(\w+)'", error)
     above = [index for index in sorted(stops) if index < stopped] if lacking else []
     likely = [index for index in above if lacking and lacking[1] in book.sources[index]] or above
-    return f"; {stops[likely[0]]}" if likely else ""
+    return stops[likely[0]] if likely else ""
 
 
 def _cells(indices: Sequence[int]) -> str:

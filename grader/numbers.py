@@ -7,6 +7,8 @@ import numpy as np
 
 PRECISE = 1e-4
 """What numbers may be off, as a share of their size, to tell all mistakes apart."""
+ENDLESS = 1e6
+"""So many times as large as what it is compared with, terms may be off by anything, and are like nothing."""
 SAME = 1e-9
 """Share of the size of the terms by which equal values may differ."""
 
@@ -32,6 +34,7 @@ class InNumbers:
                 near = np.abs(own - way * due) <= self.room[0]
             else:
                 near = np.abs(self.values - other) <= self._allowed
+                near &= self.size < ENDLESS * np.maximum(np.abs(other).max(), 1.0)  # nan and inf are not, either
         return np.asarray(near.all(axis=-1))
 
     def is_all(self, other: np.ndarray) -> bool:
@@ -56,7 +59,7 @@ class InNumbers:
 
     @cached_property
     def _largest(self) -> np.ndarray:
-        return np.asarray(np.nanmax(self.size, axis=(0, 1)))
+        return np.asarray(np.fmax.reduce(self.size, axis=(0, 1)))
 
     @cached_property
     def _allowed(self) -> np.ndarray:

@@ -24,6 +24,7 @@ from types import TracebackType
 from typing import Any, TypeGuard
 
 from exercises.errors import QdotError
+from grader.contained import confine
 from grader.own_folder import OwnFolder, own_folder
 
 CONTAINED = Path(__file__).with_name("contained")
@@ -56,6 +57,14 @@ class Limits:
     cell_seconds: float = 90.0
     memory: int = 3 << 30
 
+    @property
+    def in_words(self) -> str:
+        """What a notebook may use."""
+        return (
+            f"{self.memory / 2**30:g} GB of memory, {self.seconds:g} s, {confine.DISK / 1e6:g} MB in at most "
+            f"{confine.FILES} files, folders {confine.DEPTH} deep"
+        )
+
 
 BUSY = 10
 """So many times as long as alone may a notebook take on a machine that has other work."""
@@ -73,23 +82,27 @@ class Run:
     missed: dict[int, tuple[int, str]] = field(default_factory=dict)
     """By cell, the line of the first import that failed, and why; the cell went on behind it."""
     end: str = "done"
+    limits: "Limits | None" = None
+    begun: int | None = None
+    """The last cell that was begun."""
     earlier: dict[str, list[str]] = field(default_factory=dict)
     """Every text that an answer had in the course of the notebook."""
     lost: dict[str, tuple[int, str]] = field(default_factory=dict)
     """Symbols for which a number stood where an answer was worked out: the cell that set it, and the number."""
 
-    @property
-    def note(self) -> str:
-        """How the run ended, in words; empty where it ended well."""
+    def note(self, cell: str = "it") -> str:
+        """Return how the run ended, in words, in a `cell` of this name; nothing where it ended well."""
+        where, limits = ("" if cell == "it" else f" in {cell}"), self.limits or Limits()
         said = {
-            "overtime": "the notebook ran out of time; cells after that were not run",
-            "crashed": "the notebook crashed Python; cells after that were not run",
-            "closed": "the notebook ended its own process; cells after that were not run",
-            "killed": "the notebook was stopped by the machine (time, memory or disk); cells after that were not run",
-            "lost": "the notebook killed the process that runs it; cells after that were not run",
-            "unbegun": "the machine ended the process that was to run the notebook; nothing was run",
+            "overtime": f"the notebook used up its {limits.seconds:g} s{where}",
+            "crashed": f"the notebook crashed Python{where}",
+            "closed": f"the notebook ended its own process{where}",
+            "killed": f"the notebook was stopped{where}: it took more than a notebook may ({limits.in_words})",
+            "lost": f"the notebook killed the process that runs it{where}",
         }
-        return said.get(self.end, "")
+        if self.end == "unbegun":
+            return "the machine ended the process that was to run the notebook; nothing was run"
+        return f"{said[self.end]}; cells after that one were not run" if self.end in said else ""
 
 
 def _is_cell(number: object, cells: Sequence[str]) -> TypeGuard[int]:
@@ -191,10 +204,12 @@ class Sandbox:
             "cells": list(cells), "names": list(names), "cell_seconds": self.limits.cell_seconds, "asked": asked or {},
             "setup": setup,
         }  # fmt: skip
-        run = Run()
+        run = Run(limits=self.limits)
 
         def take(line: dict[str, Any]) -> None:
             name, cell, missed, lost, at = (line.get(key) for key in ("name", "cell", "missed", "lost", "set"))
+            if _is_cell(line.get("begun"), cells):
+                run.begun = line["begun"]
             if isinstance(name, str) and name in names and isinstance(line.get("text"), str):
                 run.answers[name] = _writable(line["text"])
                 run.failures.pop(name, None)

@@ -60,9 +60,12 @@ def settle(
         return result
     others = [one.file for i, one in enumerate(handed_in) if i != counts]
     more = f" and {len(others) - MOST_NAMED} more" if len(others) > MOST_NAMED else ""
+    rank = (
+        f", the {assignment.attempts} of this assignment" if len(results) > 1 or not assignment.attempts.best_of else ""
+    )
     note = (
-        f"{len(handed_in)} notebooks were handed in; {handed_in[counts].file} counts, the {assignment.attempts} of "
-        f"this assignment, not {', '.join(others[:MOST_NAMED])}{more}"
+        f"{len(handed_in)} notebooks were handed in; {handed_in[counts].file} counts{rank}, "
+        f"not {', '.join(others[:MOST_NAMED])}{more}"
     )
     if assignment.attempts.best_of is not None and len(results) < len(handed_in):
         note += f"; {assignment.attempts.rule}"

@@ -284,10 +284,23 @@ def best_first(candidates: Sequence[_Candidate], key: str) -> list[Any]:
 
 
 def rivals(files: Sequence[Path]) -> tuple[Path, ...]:
-    """Return the files that may be notebooks to grade, of those of a student, which come best first."""
+    """Return the files that may be notebooks to grade, of those of a student, which come best first.
+
+    Of more than MOST_ATTEMPTS, these are the first and the newest.
+    """
     kinds = [_kind(path.name) for path in files]
     likely = [path for path, kind in zip(files, kinds, strict=True) if kind <= max(2, kinds[0]) and kind < _LAST_KIND]
-    return tuple(likely[:MOST_ATTEMPTS]) or tuple(files[:1])
+    if len(likely) > MOST_ATTEMPTS:
+        newest = {*likely[:1], *sorted(likely[1:], key=_changed, reverse=True)[: MOST_ATTEMPTS - 1]}
+        likely = [path for path in likely if path in newest]
+    return tuple(likely) or tuple(files[:1])
+
+
+def _changed(path: Path) -> float:
+    try:
+        return path.lstat().st_mtime
+    except OSError:
+        return 0.0
 
 
 # --- reading ---

@@ -7,7 +7,7 @@ all maximal minors: factors that all minors share, and, for what is left, combin
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import product
+from itertools import combinations, product
 
 import sympy as sp
 
@@ -151,7 +151,10 @@ def _roots_of_trig(a: sp.Expr, b: sp.Expr, c: sp.Expr) -> list[sp.Expr]:
 
 
 def _exceeds(a: sp.Expr, b: sp.Expr) -> bool:
-    return bool(a.is_number and b.is_number and abs(sp.N(a)) > abs(sp.N(b)))
+    """Tell whether |a| > |b|, whatever the lengths are."""
+    if a.is_number and b.is_number:
+        return bool(abs(sp.N(a)) > abs(sp.N(b)))
+    return bool(sp.expand(a**2 - b**2).is_positive)
 
 
 def _principal(angle: sp.Expr) -> sp.Expr:
@@ -218,6 +221,7 @@ _AT = sp.Function("at")
 """Marks that a factor is zero at one of its roots, at(sin(theta2), pi), until its sibling is found to be, too."""
 
 Joints = tuple[sp.Symbol, ...]
+_TRIG = sp.Dummy("trig")
 
 
 @lru_cache(maxsize=4096)
@@ -239,7 +243,85 @@ def _common_zeros(minors: tuple[Factored, ...], joints: Joints) -> list[Conjunct
     if len(merged) > MOST_PARTS:
         raise TooLong(f"the {len(minors)} minors of J vanish together in more than {MOST_PARTS} ways, too many to read")
     stated = [_stated(conjunction) for conjunction in _without_special_cases(merged)]
-    return _without_subsumed([_without_needless(conjunction) for conjunction in stated])
+    there = [conjunction for conjunction in stated if _is_there(list(conjunction), joints)]
+    return _without_subsumed([_without_needless(conjunction, joints) for conjunction in there], joints)
+
+
+def _is_there(conditions: list[sp.Expr], joints: Joints) -> bool:
+    """Tell whether conditions may hold together, for lengths that nothing is special about.
+
+    Angles that some of them fix are put into the others; two that ask for both cosine and sine of one angle have to
+    agree. What can't be decided so is taken to be there.
+    """
+    for condition in conditions:
+        roots = _roots(condition, joints)
+        if roots:
+            rest = [other for other in conditions if other != condition]
+            return any(_is_there_at(rest, {joint: value}, joints) for joint, value in roots)
+    known = {trig: value for condition in conditions for trig, value in _known_trig(condition, joints)}
+    return not any(_are_apart(a, b, known, joints) for a, b in combinations(conditions, 2))
+
+
+def _is_there_at(conditions: list[sp.Expr], values: dict[sp.Symbol, sp.Expr], joints: Joints) -> bool:
+    """Tell the same where a joint has a value: of each condition some factor that a joint changes has to vanish."""
+    ways = [_free_factors(substitute(condition, values), joints) for condition in conditions]
+    return all(way != [] for way in ways) and any(
+        _is_there(list(dict.fromkeys(chosen)), joints) for chosen in product(*(way for way in ways if way is not None))
+    )
+
+
+def _free_factors(condition: sp.Expr, joints: Joints) -> list[sp.Expr] | None:
+    """Return the factors that a joint changes, of which one vanishes where the condition holds; None where it holds."""
+    moved = factored(sp.expand(condition))
+    return None if moved.is_zero else [f for f, _ in moved.factors if f.free_symbols & set(joints)]
+
+
+def _known_trig(condition: sp.Expr, joints: Joints) -> Iterator[tuple[sp.Expr, sp.Expr]]:
+    """Yield the only sine or cosine of joints in a condition with its value, as a1 + a2 cos(theta2) = 0 tells it."""
+    moving = [trig for trig in condition.atoms(sp.sin, sp.cos) if trig.free_symbols & set(joints)]
+    if len(moving) == 1:
+        line = sp.Poly(sp.expand(condition).xreplace({moving[0]: _TRIG}), _TRIG)
+        if line.degree() == 1 and not line.free_symbols_in_domain & set(joints):
+            slope, rest = line.all_coeffs()
+            yield moving[0], -rest / slope
+
+
+def _are_apart(
+    one: sp.Expr, other: sp.Expr, known: dict[sp.Expr, sp.Expr], joints: Joints
+) -> bool:  # fmt: skip
+    """Tell whether two conditions, both linear in cosine and sine of one angle, have no common solution."""
+    angles = {atom.args[0] for atom in (*one.atoms(sp.sin, sp.cos), *other.atoms(sp.sin, sp.cos))}
+    turning = sorted((angle for angle in angles if angle.free_symbols & set(joints)), key=sp.default_sort_key)
+    return any(_are_apart_at(one, other, angle, known, joints) for angle in turning)
+
+
+def _are_apart_at(
+    one: sp.Expr, other: sp.Expr, angle: sp.Expr, known: dict[sp.Expr, sp.Expr], joints: Joints
+) -> bool:  # fmt: skip
+    """Solve both for cosine and sine, whose squares have to add up to one; without constants, both would be zero."""
+    cosine, sine = sp.Dummy("c"), sp.Dummy("s")
+    circle = {sp.cos(angle): cosine, sp.sin(angle): sine}
+    lines = [sp.Poly(sp.expand(condition).xreplace(circle), cosine, sine) for condition in (one, other)]
+    if any(line.total_degree() != 1 for line in lines):
+        return False
+    a, b = ([line.coeff_monomial(monomial) for monomial in (cosine, sine, 1)] for line in lines)
+    size = a[0] * b[1] - a[1] * b[0]
+    if not any(entry.free_symbols & set(joints) for entry in (*a, *b)):
+        x, y = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2]
+        return not factored(sp.expand(x**2 + y**2 - size**2)).is_zero
+    return a[2] == b[2] == 0 and _is_never_zero(size.xreplace(known), joints)
+
+
+def _is_never_zero(expression: sp.Expr, joints: Joints) -> bool:
+    """Tell of a sum of squares, up to its sign, one of them of what no joint changes, that it is above zero."""
+    plain = sp.expand(expression)
+    trigs = plain.atoms(sp.sin, sp.cos)
+    real = {
+        atom: sp.Dummy(real=True) if atom.free_symbols & set(joints) else sp.Dummy(real=True, zero=False)
+        for atom in (*trigs, *plain.free_symbols)
+    }
+    plain = plain.xreplace({trig: real[trig] for trig in trigs}).xreplace(real)
+    return bool(plain.is_positive or plain.is_negative)
 
 
 def _without_special_cases(conjunctions: list[Conjunction]) -> list[Conjunction]:
@@ -358,35 +440,38 @@ def _merged(conjunctions: list[Conjunction]) -> list[Conjunction]:
     return [tuple(sorted(conjunction, key=lambda c: (sp.count_ops(c), sp.default_sort_key(c)))) for conjunction in sets]
 
 
-def _without_needless(conjunction: Conjunction) -> Conjunction:
+def _without_needless(conjunction: Conjunction, joints: Joints) -> Conjunction:
     """Drop conditions that follow from the others, the longest first."""
     kept = conjunction
     for condition in sorted(conjunction, key=sp.count_ops, reverse=True):
         rest = tuple(other for other in kept if other != condition)
-        if rest and _follows(condition, rest):
+        if rest and _follows(condition, rest, joints):
             kept = rest
     return kept
 
 
-def _follows(condition: sp.Expr, given: Conjunction) -> bool:
+def _follows(condition: sp.Expr, given: Conjunction, joints: Joints) -> bool:
     """Tell whether a condition holds wherever the given ones do, as far as angles that they fix and factors show."""
     if condition in given:
         return True
-    ways = [_roots(other) for other in given]
+    ways = [_roots(other, joints) for other in given]
     fixing = [way for way in ways if way]
     plain = [other for other, way in zip(given, ways, strict=True) if not way]
-    return bool(fixing) and all(_follows_at(condition, dict(values), plain) for values in product(*fixing))
+    return bool(fixing) and all(_follows_at(condition, dict(values), plain, joints) for values in product(*fixing))
 
 
-def _follows_at(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], plain: list[sp.Expr]) -> bool:
-    known = [f for other in plain for f, _ in factored(sp.expand(substitute(other, values))).factors]
-    return _holds(condition, values, known)
+def _follows_at(
+    condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], plain: list[sp.Expr], joints: Joints
+) -> bool:  # fmt: skip
+    """Tell whether a condition follows where joints have values, whichever factor of each other condition vanishes."""
+    ways = [_free_factors(substitute(other, values), joints) for other in plain]
+    return all(_holds(condition, values, list(known)) for known in product(*(way for way in ways if way is not None)))
 
 
-def _roots(condition: sp.Expr) -> list[tuple[sp.Symbol, sp.Expr]]:
+def _roots(condition: sp.Expr, joints: Joints) -> list[tuple[sp.Symbol, sp.Expr]]:
     """Return the joint that a condition fixes by itself with each of its values; nothing where it ties several."""
     trig = 1 - condition if condition.is_Add and (1 - condition).func == sp.cos else condition
-    if not isinstance(trig, (sp.sin, sp.cos)) or len(trig.free_symbols) != 1:
+    if not isinstance(trig, (sp.sin, sp.cos)) or len(trig.free_symbols & set(joints)) != 1:
         return []
     if trig is not condition:
         roots: tuple[sp.Expr, ...] = (sp.S.Zero,)
@@ -395,8 +480,8 @@ def _roots(condition: sp.Expr) -> list[tuple[sp.Symbol, sp.Expr]]:
     return [item for root in roots for item in _value_at(trig, root).items()]
 
 
-def _without_subsumed(conjunctions: list[Conjunction]) -> list[Conjunction]:
+def _without_subsumed(conjunctions: list[Conjunction], joints: Joints) -> list[Conjunction]:
     """Drop what lies in another conjunction, and what is there twice."""
     kept = list(dict.fromkeys(c for c in conjunctions if not any(set(o) < set(c) for o in conjunctions)))
-    kept = [c for c in kept if not any(o != c and all(_follows(condition, c) for condition in o) for o in kept)]
+    kept = [c for c in kept if not any(o != c and all(_follows(condition, c, joints) for condition in o) for o in kept)]
     return sorted(kept, key=lambda c: (len(c), sp.count_ops(sp.Add(*c)), [sp.default_sort_key(x) for x in c]))

@@ -94,6 +94,7 @@ def run_cells(request: dict[str, Any], report: Report) -> None:
     last: dict[str, Told] = {}
     symbols, alarm = _Symbols(), Alarm(request["cell_seconds"])
     for index, source in enumerate(request["cells"]):
+        report({"begun": index})
         _run_cell(session, index, source, alarm, report)
         symbols.look(session.variables, index)
         for answered in report_answers(session.variables, last, request, alarm, report):
@@ -169,7 +170,7 @@ MOST_LOST = 20
 def describe(raised: BaseException) -> str:
     """Return an exception as one short line; a hostile one must not break the report."""
     try:
-        said = f"{type(raised).__name__}: {raised}".splitlines()[0][:300]
+        said = f"{type(raised).__name__}: {raised}".splitlines()[0][:300].removesuffix(": ")
         helped = isinstance(raised, (TypeError, ModuleNotFoundError))
         return said + next((mends for found, mends in MENDED if helped and found in said), "")
     except BaseException:

@@ -188,20 +188,21 @@ def test_compare_by_argument_and_by_batch(tmp_path: Path) -> None:
         {"id": 5, "type": "expression", "reference": "a1", "student": ""},
         {"id": 6, "type": "matrix", "reference": 5, "student": 5},
         {"id": 7, "type": "matrix", "reference": ["a1"], "student": json.loads("[" * 900 + "]" * 900)},
+        {"id": 8, "reference": [["a1", "0"], ["0", "a2"]], "student": "Matrix([[a1, 0], [0, a2]])"},
     ]  # fmt: skip
     lines = "".join(json.dumps(request) + "\n" for request in requests)
     (tmp_path / "b.jsonl").write_text(lines)
-    expected = ["partial", "correct", "correct", "correct", "missing", "correct", "wrong"]
+    expected = ["partial", "correct", "correct", "correct", "missing", "correct", "wrong", "correct"]
     for source, stdin in ((tmp_path / "b.jsonl", None), ("-", lines)):
         answers = [json.loads(line) for line in run("compare", "--batch", source, stdin=stdin).splitlines()]
         assert [answer["outcome"] for answer in answers] == expected
-        assert [answer["id"] for answer in answers] == list(range(1, 8))
+        assert [answer["id"] for answer in answers] == list(range(1, 9))
     (tmp_path / "b.jsonl").write_bytes(b'{"id": 1}\n\xff\n[]\n' + lines.encode())
     result = runner.invoke(app, ["compare", "--batch", str(tmp_path / "b.jsonl")])
     assert result.exit_code == 2
     answered = [json.loads(line)["outcome"] for line in result.stdout.splitlines()]
     assert answered == ["ungraded"] * 3 + expected
-    assert result.stderr.startswith("qdot: line 1: an object with")
+    assert result.stderr.startswith("qdot: line 1: without reference and student; due are ")
     assert result.stderr.endswith(", and 2 more lines are no requests; all others were compared\n")
 
 

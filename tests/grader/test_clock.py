@@ -175,4 +175,5 @@ def test_check_says_how_a_notebook_ended(tmp_path: Path) -> None:
     assignment = a_class(tmp_path / "hw", [Student("s01")])
     ended = right(assignment, "s01", lambda cells: cells.append(code("import os; os._exit(0)")))
     notes = check_notebook(hand_in(assignment, "s01/hw.ipynb", ended)).notes
-    assert notes == ("the notebook ended its own process; cells after that were not run",)
+    last = len(json.loads(ended)["cells"])
+    assert notes == (f"the notebook ended its own process in cell {last}; cells after that one were not run",)

@@ -2,6 +2,7 @@
 
 import json
 import re
+import warnings
 from collections import Counter
 
 import numpy as np
@@ -115,6 +116,14 @@ def said(name: str, answer: str, chain: Chain = PLANAR) -> tuple[str, str]:
 )  # fmt: skip
 def test_of_the_planar_arm(question: str, answer: str, mistake: str) -> None:
     assert said(question, answer)[0] == mistake
+
+
+@pytest.mark.parametrize("answer", ["(sin(theta1) + cos(theta2) + theta1)**9**9**9", "1/0*theta1", "tan(pi/2)"])
+def test_what_is_never_a_number_has_no_mistake_and_warns_nobody(answer: str) -> None:
+    """An endless value may be off by anything: it was taken for that of the first mistake."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert said("determinant", answer) == ("", "")
 
 
 REACH = "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)"

@@ -303,6 +303,9 @@ def test_the_best_counts_after_what_lateness_takes_off(folder: Path) -> None:
     assert result["attempts"][1]["received"] == "2027-01-15T13:00:00+00:00"
     said = "2 notebooks were handed in; a.ipynb counts, the best of this assignment, not b.ipynb"
     assert result["notes"] == result["staff_notes"] == [said]
+    soon = replace(early, file="c.ipynb", received=DUE - HOUR - HOUR / 60, marked=None)
+    said = "2 notebooks were handed in; a.ipynb counts, not c.ipynb; of those handed in within 10 min the last is taken"
+    assert best(assignment, soon, early)["notes"][0].startswith(said)
     assert best(assignment, early, late, position=Override(2))["submission"]["file"] == "a.ipynb"
     assert best(assignment, early, replace(early, file="c.ipynb"))["submission"]["file"] == "a.ipynb"
 

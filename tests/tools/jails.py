@@ -225,7 +225,7 @@ def _in_ours(sandbox: Sandbox, prey: dict[str, Any], code: str) -> tuple[str, st
         achieved = achieved or "went on"
     if sandbox.left_running:
         achieved += " left a process running"
-    return achieved, run.cell_errors.get(0) or run.cell_errors.get(1) or run.note
+    return achieved, run.cell_errors.get(0) or run.cell_errors.get(1) or run.note()
 
 
 def compare(only: str) -> dict[str, Any]:

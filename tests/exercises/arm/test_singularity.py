@@ -223,3 +223,80 @@ def test_a_condition_may_hold_at_one_root_of_an_angle_only() -> None:
     assert conjunction == (1 - sp.cos(theta),)
     chain = Chain("arm", (Joint("R", theta, 0, 1, 0),), ("vx",))
     assert solve_condition(conjunction[0], chain) == (theta, (0,))
+
+
+def arm(task: str, *rows: tuple[Any, ...]) -> Chain:
+    return Chain("own", tuple(Joint(*row) for row in rows), tuple(task.split()))
+
+
+def symbol(name: str) -> sp.Symbol:
+    return sp.Symbol(name, positive=True)
+
+
+D1, D2, P1, P2, P4 = (symbol(name) for name in ("d1", "d2", "a1", "a2", "a4"))
+
+
+@pytest.mark.parametrize(
+    ("chain", "right"),
+    [
+        # Besides c2 = 0 it was said: theta2 = 0 with theta1 at arctan(d2/a2) and at -arctan(a2/d2).
+        (arm("vx vy vz", ("R", T1, D1, 0, PI / 2), ("R", T2, D2, P2, 0)), ["theta2 = pi/2", "theta2 = -pi/2"]),
+        (arm("vx vy vz", ("R", T1, 0, R(7, 10), PI / 2), ("R", T2, D2, P2, 0)), []),
+        (arm("vx vy vz", ("P", PI / 4, sp.Symbol("d1"), P1, PI / 3), ("R", T2, R(3, 5), P2, -PI / 2)), []),
+        # A sine and a cosine of theta1 were to vanish together, of which one had been left out as if it followed.
+        (arm("vx vy wz", ("R", T1, 0, R(1, 5), PI / 3), ("R", T2, 0, R(7, 10), 0)), []),
+        # It was said: theta3 = arccos(-9/4 - 5 a1/2), which no length allows.
+        (
+            arm(
+                "vx vy", ("R", T1, D1, P1, 0), ("P", 0, sp.Symbol("d2"), R(9, 10), PI / 2),
+                ("R", T3, 0, R(2, 5), -PI / 2), ("R", sp.Symbol("theta4"), 0, P4, 0),
+            ),
+            [f"theta3 = {one} and theta4 = {other}" for one in ("0", "pi") for other in ("0", "pi")]
+            + ["2/5 + a4*cos(theta4) = 0 and 2/5 + (a1 + 9/10)*cos(theta3) = 0"],
+        ),
+    ],
+)  # fmt: skip
+def test_conditions_that_never_hold_together_are_not_said(chain: Chain, right: list[str]) -> None:
+    joints = [q.name for q in chain.q]
+    found = singular_set(chain)
+    assert found is not None
+    if not right:
+        assert found == ()
+        return
+    reference = [piece for text in right for piece in pieces(read(text), joints)]
+    assert compare_sets(claimed(found, joints), reference, Space(joints, domain_of(chain)), "never").equal
+
+
+def drawn_arm(stream: Stream) -> Chain:
+    """Return an arm of two or three joints as nobody would draw one: any twists, slides in any order, some numbers."""
+    rows = []
+    for i in range(1, 3 + (stream.uniform(0, 1) < 0.6)):
+        a, d = (
+            stream.choice([0, 0, sp.Symbol(f"{name}{i}", positive=True), R(int(stream.uniform(1, 10)), 10)])
+            for name in ("a", "d")
+        )
+        alpha = stream.choice([0, PI / 2, -PI / 2, PI, PI / 3])
+        slide = stream.uniform(0, 1) < 0.25
+        joint = ("P", stream.choice([0, PI / 4]), sp.Symbol(f"d{i}")) if slide else ("R", sp.Symbol(f"theta{i}"), d)
+        rows.append((*joint, a, alpha))
+    return arm(stream.choice(["vx vy", "vx vy vz", "vx vz", "vx vy wz", "vx vy vz wx wy wz"]), *rows)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_every_piece_said_of_a_drawn_arm_is_there_and_costs_rank(seed: int) -> None:
+    stream = Stream(f"drawn arms/{seed}")
+    chain = drawn_arm(stream)
+    joints, task = [q.name for q in chain.q], [TASK_ROWS.index(row) for row in chain.task]
+    for piece in claimed(singular_set(chain) or (), joints):
+        found = 0
+        for _ in range(60):
+            lengths = {symbol.name: 2 * 10 ** stream.uniform(-2, 0.5) for symbol in chain.parameters}
+            space = Space(joints, domain_of(chain, lengths))
+            values = space.on_piece(piece, space.names_of([[piece]]), stream, count=6)
+            q = np.stack([values[joint] for joint in joints], axis=1)
+            found += len(q)
+            sigma = np.linalg.svd(NumericChain(chain, lengths).jacobian(q)[:, task], compute_uv=False)
+            assert (sigma[:, -1] < 1e-7 * np.maximum(sigma[:, 0], 1e-6)).all(), (chain, piece)
+            if found:
+                break
+        assert found, (chain, piece)

@@ -153,7 +153,11 @@ def test_who_writes_too_much_is_stopped_soon_and_told() -> None:
     cells = [f"open('f{i}', 'wb').write(bytes(9_900_000)); n{i} = 1" for i in range(60)]
     run = counted(cells, [f"n{i}" for i in range(60)])
     assert 5 <= len(run.answers) <= 25 and run.end == "killed"
-    assert run.note == "the notebook was stopped by the machine (time, memory or disk); cells after that were not run"
+    assert run.begun is not None and run.begun >= len(run.answers)
+    assert run.note("cell 9").startswith(
+        "the notebook was stopped in cell 9: it took more than a notebook may (3 GB of "
+    )
+    assert ", 64 MB in at most 4096 files, folders 32 deep); cells after that one were not run" in run.note("cell 9")
 
 
 def test_what_is_written_within_the_limits_is_not_stopped() -> None:

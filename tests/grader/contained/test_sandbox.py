@@ -131,7 +131,7 @@ def test_what_ends_the_process_keeps_the_answers_before_and_the_next_notebook(ce
         run = sandbox.run(["a = 1", cell, "b = 2"], ["a", "b"])
         assert run.answers == {"a": "1"}
         assert run.end == end
-        assert run.note
+        assert run.note()
         assert sandbox.run(["a = 3"], ["a"]).answers == {"a": "3"}
 
 
@@ -171,7 +171,7 @@ def test_a_busy_machine_costs_no_answer() -> None:
     assert took > 1.5, "the machine was not busy"
 
 
-COMPUTES = "import time\nbegun = time.process_time()\nwhile time.process_time() - begun < 0.4: pass"
+COMPUTES = "import time\nbegun = time.process_time()\nwhile time.process_time() - begun < 0.2: pass"
 
 
 @pytest.mark.parametrize(

@@ -214,7 +214,7 @@ def test_an_attack_that_ends_the_notebook_keeps_the_answers_before(name: str, ma
         )
         return
     assert run.answers == {"a": "1"} and run.cell_errors == {}
-    assert bool(run.note) == (run.end != "done")
+    assert bool(run.note()) == (run.end != "done")
 
 
 def test_many_lines_that_nobody_acknowledges_do_not_hold_the_grader_up() -> None:
