@@ -67,13 +67,13 @@ def svg_file(picture: Picture) -> bytes:
     return ('<?xml version="1.0" encoding="UTF-8"?>\n' + picture.svg.strip() + "\n").encode()
 
 
-def decimal(value: float) -> str:
+def decimal(value: float, digits: int = DIGITS) -> str:
     """Return a number as platforms read it: digits and a point, no exponent.
 
     >>> decimal(-0.00000012345), decimal(3.0), decimal(0.1 + 0.2)
     ('-0.00000012345', '3', '0.3')
     """
-    shown = f"{Decimal(f'{value:.{DIGITS}g}'):f}"
+    shown = f"{Decimal(f'{value:.{digits}g}'):f}"
     return shown.rstrip("0").rstrip(".") if "." in shown else shown
 
 

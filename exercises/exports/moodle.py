@@ -2,9 +2,10 @@
 
 import base64
 import html
+import math
 from collections.abc import Generator, Sequence
 
-from exercises.exports.items import Choose, Field, Item, Match, Numeric, items
+from exercises.exports.items import Choose, Field, Item, Match, Numeric, Picture, items
 from exercises.exports.markup import (
     allowance,
     body_html,
@@ -24,32 +25,40 @@ FRACTIONS = {1: "100", 2: "50", 3: "33.33333", 4: "25", 5: "20", 6: "16.66667", 
 WEIGHTS = {True: 1, False: 2}
 """The weight of a field whose value is zero, and of any other: zeros are often seen at once."""
 
+DIGITS = 14
+"""Significant digits that Moodle keeps of a number."""
+
+WIDTH = 12
+"""How many characters the widest number is long that a box is to be made for, unless one of its question is longer."""
+
+NAMES = str.maketrans("<>", "‹›")
+"""What stands for the signs that Moodle takes for a tag in a name, and cuts."""
+
 
 def moodle_xml(order: Order) -> Generator[File, None, None]:
     """Yield one file, which Moodle imports into its question bank."""
     assignment = order.assignment
     categories = [
-        {"path": _category(category), "questions": [_question(one, assignment.key) for one in group]}
+        {"path": _path(category), "questions": [_question(one, assignment.key) for one in group]}
         for category, group in by_category(list(items(order))).items()
     ]
     page = render("exports/moodle.xml.j2", categories=categories, title=assignment.title)
     yield File(f"{assignment.key}.xml", page, private=True)
 
 
-def _category(names: Sequence[str]) -> str:
+def _path(names: Sequence[str]) -> str:
     """Return a category's place in Moodle's tree; a slash in a name is doubled."""
-    return "/".join(["$course$", "top", *(name.replace("/", "//") for name in names)])
+    return "/".join(["$course$", "top", *(name.translate(NAMES).replace("/", "//") for name in names)])
 
 
 def _question(one: Item, key: str) -> dict[str, object]:
-    form = one.form
-    body = body_html(one.body, lambda picture: f"@@PLUGINFILE@@/{picture.name}.svg")
+    form, body = one.form, _html(one.body)
     made: dict[str, object] = {
         "name": one.title,
         "type": _type(form),
         "body": body,
         "files": [(f"{p.name}.svg", _base64(svg_file(p))) for p in pictures(one.body)],
-        "solution": body_html(one.solution, lambda picture: f"@@PLUGINFILE@@/{picture.name}.svg"),
+        "solution": _html(one.solution),
         "solution_files": [(f"{p.name}.svg", _base64(svg_file(p))) for p in pictures(one.solution)],
         "points": decimal(one.points),
         "idnumber": f"{key}-{one.key}"[-100:],
@@ -92,30 +101,58 @@ def _options(form: Choose) -> list[dict[str, object]]:
     ]
 
 
+def _html(body: Sequence[str | Picture]) -> str:
+    return body_html(body, lambda picture: f"@@PLUGINFILE@@/{picture.name}.svg")
+
+
 def _field(field: Field) -> dict[str, object]:
-    wrong = [(decimal(one.value), allowance(one.tolerance), one.advice) for one in field.wrong]
-    return {"value": decimal(field.value), "tolerance": allowance(field.tolerance), "wrong": wrong}
+    return {
+        "value": _number(field.value, field.tolerance),
+        "tolerance": allowance(field.tolerance),
+        "wrong": [(_number(w.value, w.tolerance), allowance(w.tolerance), w.advice) for w in field.wrong],
+    }
+
+
+def _number(value: float, tolerance: float) -> str:
+    """Return a number to a thousandth of what it may be off, as Moodle shows it after the attempt.
+
+    >>> _number(-0.70710678118, 0.0035), _number(2.0, 0.0), _number(0.70710678118, 5e-12)
+    ('-0.707107', '2', '0.70710678118')
+    """
+    rounded = round(value, 3 - math.floor(math.log10(tolerance))) if tolerance else value
+    return decimal(rounded, DIGITS)
 
 
 def _cloze(form: Numeric) -> str:
-    """Return the fields as a column of names, or as a matrix, in the notation of embedded answers."""
-    rows = [
-        [
-            {
-                "label": line_html(f"${entry.label}$"),
-                "unit": entry.unit,
-                "weight": WEIGHTS[round(entry.value, 9) == 0],
-                "value": decimal(entry.value),
-                "tolerance": allowance(entry.tolerance),
-                "wrong": [(decimal(w.value), allowance(w.tolerance), _escaped(w.advice)) for w in entry.wrong],
-            }
-            if isinstance(entry, Field)
-            else entry
-            for entry in row
-        ]
-        for row in form.rows
-    ]
-    return render("exports/moodle-fields.html.j2", rows=rows, column=len(form.rows[0]) == 1).strip()
+    """Return the fields as a column of names, or as a matrix, in the notation of embedded answers.
+
+    Moodle makes a box as wide as the longest number that it knows for it, so every box is told of one as long.
+    """
+    rows = [[entry if isinstance(entry, str) else _box(entry) for entry in row] for row in form.rows]
+    right = [_number(field.value, field.tolerance) for field in form.fields]
+    wrong = [_number(one.value, one.tolerance) for field in form.fields for one in field.wrong]
+    nobodys = _of_length(max(WIDTH, *map(len, right + wrong)))
+    return render("exports/moodle-fields.html.j2", rows=rows, column=len(form.rows[0]) == 1, nobodys=nobodys).strip()
+
+
+def _box(entry: Field) -> dict[str, object]:
+    return {
+        "label": line_html(f"${entry.label}$"),
+        "unit": entry.unit,
+        "weight": WEIGHTS[round(entry.value, 9) == 0],
+        "value": _number(entry.value, entry.tolerance),
+        "tolerance": allowance(entry.tolerance),
+        "wrong": [(_number(w.value, w.tolerance), allowance(w.tolerance), _escaped(w.advice)) for w in entry.wrong],
+    }
+
+
+def _of_length(characters: int) -> str:
+    """Return a number of so many characters, as Moodle stores it, that is nobody's answer.
+
+    >>> _of_length(12)
+    '-1.23456E+99'
+    """
+    return f"-1.{'23456789' * 3}"[: characters - 4] + "E+99"
 
 
 def _escaped(text: str) -> str:

@@ -73,13 +73,17 @@ def fitted_latex(latex: str, room: float) -> str:
 
 
 def to_html_for_mathjax(text: str) -> str:
-    r"""Return HTML for platforms that set mathematics themselves: formulas as LaTeX in `\(…\)` and `\[…\]`."""
+    r"""Return HTML for platforms that set mathematics themselves: formulas as LaTeX in `\(…\)` and `\[…\]`.
+
+    Tables have the classes without which Moodle's themes show neither their lines nor any space in them.
+    """
 
     def formula(latex: str, block: bool) -> str:
         shown = escape(fitted_latex(latex, SCREEN) if block else latex, quote=False)
         return rf"\[{shown}\]" if block else rf"\({shown}\)"
 
-    return to_html(text, formula)
+    page = to_html(text, formula)
+    return page.replace("<table>", '<table class="generaltable table-bordered" style="width: auto">')
 
 
 # --- LaTeX ---

@@ -77,7 +77,10 @@ GRADES = {
 }  # fmt: skip
 """Moodle's list; any other is refused on import."""
 NUMBER = r"-?\d+(?:\.\d+)?"
-CLOZE = re.compile(rf"\{{(\d+):NUMERICAL:=({NUMBER}):({NUMBER})((?:~%0%{NUMBER}:{NUMBER}#(?:[^}}~#\\]|\\.)*)*)\}}")
+NOBODYS = r"-1\.\d+E\+99"
+CLOZE = re.compile(
+    rf"\{{(\d+):NUMERICAL:=({NUMBER}):({NUMBER})((?:~%0%{NUMBER}:{NUMBER}#(?:[^}}~#\\]|\\.)*)*)~%0%({NOBODYS}):0\}}"
+)
 
 
 def moodle_faults(page: str) -> list[str]:
@@ -152,7 +155,9 @@ def test_moodle_xml_keeps_moodles_rules(order: Order, asked: list[Item]) -> None
     kinds = {question.get("type") for question in root.findall("question")}
     assert kinds == {"category", "cloze", "numerical", "multichoice", "truefalse", "matching"}
     category = root.findtext("question/category/text", "")
-    assert category == "$course$/top/Arms & <signs> // more/p1 planar-2r/Jacobian by differentiation"
+    assert category == "$course$/top/Arms & ‹signs› // more/p1 planar-2r/Jacobian by differentiation"
+    names = [*root.findall("question/category"), *root.findall("question/name")]
+    assert not any("<" in name.findtext("text", "") for name in names)  # Moodle takes it for a tag, and cuts it
     assert len(root.findall("question/hint")) >= 3
     text = root.findtext("question[@type='cloze']/questiontext/text", "")
     assert r"\[" in text
@@ -176,6 +181,31 @@ def test_what_moodle_would_refuse_is_found(order: Order, asked: list[Item], brok
     page = file.content.replace(broken, into).replace("</tolerance>", "</tol>" if into == "<tol>" else "</tolerance>")
     page = page.replace("alt=&#34;", "title=&#34;") if said.startswith("image") else page
     assert any(said in fault for fault in moodle_faults(page))
+
+
+def test_moodles_reader_loses_no_space(order: Order, asked: list[Item]) -> None:
+    (file,) = file_of(moodle.moodle_xml, order, asked)
+    whole = re.sub(r"<!\[CDATA\[.*?\]\]>", "", file.content, flags=re.DOTALL)
+    assert "&" not in whole  # it drops the space in `&gt; &lt;`
+    assert r"\(a &lt; b\) &amp; c" in list(ElementTree.fromstring(file.content).itertext())
+
+
+def test_tables_have_the_class_that_moodle_shows_them_by(order: Order, asked: list[Item]) -> None:
+    (file,) = file_of(moodle.moodle_xml, order, asked)
+    tables = re.findall(r"<table[^>]*>\s*<thead", file.content)
+    assert len(tables) == 12
+    assert all("generaltable" in table for table in tables)
+
+
+def test_no_box_is_as_wide_as_its_answer(asked: list[Item]) -> None:
+    form = asked[0].form
+    assert isinstance(form, Numeric)
+    ((first, *rest), *rows) = form.rows
+    for value, tolerance, width in ((0.5, 0.0025, 12), (-0.00012345678, 5e-12, 14)):
+        changed = replace(form, rows=((replace(first, value=value, tolerance=tolerance), *rest), *rows))  # type: ignore[type-var]
+        boxes = CLOZE.findall(moodle._cloze(changed))
+        assert {len(nobodys) for *_, nobodys in boxes} == {width}
+        assert all(len(number) <= width for box in boxes for number in re.findall(rf"(?:=|%){NUMBER}(?=:)", box[3]))
 
 
 def test_an_embedded_answers_advice_cannot_end_it(asked: list[Item]) -> None:
