@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from exercises.errors import QdotError
 from exercises.exports.bank import Variant, bank
+from exercises.exports.moodle import NAMES
 from exercises.exports.outlet import File, Order
 from exercises.exports.stack_cost import LIMIT, costs
 from exercises.exports.stack_parts import Case, StackPart, asked, without_rounding
@@ -135,7 +136,7 @@ def _question(order: Order, variant: Variant, one: StackPart) -> StackQuestion:
 
 def _name(text: str) -> str:
     """Return a name that Moodle keeps as it is: `<` would start a tag, and LONGEST is all it stores."""
-    shown = text.replace("<", "‹").replace(">", "›")
+    shown = text.translate(NAMES)
     return shown if len(shown) <= LONGEST else f"{shown[: LONGEST - 1]}…"
 
 
@@ -145,9 +146,8 @@ def _category(names: Sequence[str]) -> str:
 
 
 def _html(text: str) -> str:
-    """Return HTML in which nothing is taken for a block or a variable of CASText, and tables have lines in Moodle."""
-    shown = to_html_for_mathjax(text).replace("<table>", '<table class="generaltable">')
-    return shown.replace("[[", "&#91;&#91;").replace("]]", "&#93;&#93;").replace("{@", "{&#64;")
+    """Return HTML in which nothing is taken for a block or a variable of CASText."""
+    return to_html_for_mathjax(text).replace("[[", "&#91;&#91;").replace("]]", "&#93;&#93;").replace("{@", "{&#64;")
 
 
 def _picture(name: str, svg: str, alt: str) -> Picture:

@@ -153,7 +153,14 @@ def test_tables_are_of_the_class_to_which_moodle_gives_lines(quiz: ET.Element) -
     for question in questions(quiz):
         for path in ("questiontext/text", "generalfeedback/text"):
             assert "<table>" not in content(question, path)
-        assert '<table class="generaltable">' in content(question, "questiontext/text")
+        assert '<table class="generaltable ' in content(question, "questiontext/text")
+
+
+def test_feedback_is_html_with_blocks_of_castext(quiz: ET.Element) -> None:
+    texts = [content(one, "text") for one in quiz.iter() if one.tag in ("truefeedback", "falsefeedback")]
+    said = [text for text in texts if text]
+    assert said and all(text.startswith(("<p>", "[[if ")) and "&lt;p" not in text and "&#" not in text for text in said)
+    assert any('</p><p>{@right@} of 2 entries are right.</p>[[if test="amiss>0"]]<p>' in text for text in said)
 
 
 def test_names_have_nothing_that_moodle_takes_for_a_tag_or_cuts(tmp_path: Path) -> None:
