@@ -8,6 +8,7 @@ Beside the outlets, which stand in `registry`:
     known_wrong                 what mistakes make of an answer
     stack_parts, stack_maxima   a part as STACK asks and marks it; what marking calls in Maxima
     stack_cost                  what marking costs
+    moodle_quiz                 a quiz as Moodle restores it
     sheet                       a sheet of paper as data
     wheel                       qdot itself, to be carried along
     registry                    the outlets by name

@@ -1,4 +1,7 @@
-"""Moodle's question bank as Moodle XML: a category for every place and question, a question for every variant."""
+"""Moodle: a question bank as Moodle XML, and a quiz that is ready, which draws a variant of every question.
+
+The bank has a category for every place and question, a question for every variant. The quiz is in moodle_quiz.
+"""
 
 import base64
 import html
@@ -16,6 +19,7 @@ from exercises.exports.markup import (
     svg_file,
     text_html,
 )
+from exercises.exports.moodle_quiz import Answer, Box, Category, Question, quiz_backup
 from exercises.exports.outlet import File, Order
 from exercises.render import render
 
@@ -34,49 +38,55 @@ WIDTH = 12
 NAMES = str.maketrans("<>", "‹›")
 """What stands for the signs that Moodle takes for a tag in a name, and cuts."""
 
+LONGEST, LONGEST_ID = 255, 100
+"""How many characters Moodle stores of a name and of an id."""
 
-def moodle_xml(order: Order) -> Generator[File, None, None]:
-    """Yield one file, which Moodle imports into its question bank."""
+
+def moodle_files(order: Order) -> Generator[File, None, None]:
+    """Yield two files: what Moodle imports into a question bank, and a backup of a quiz, which it restores."""
     assignment = order.assignment
     categories = [
-        {"path": _path(category), "questions": [_question(one, assignment.key) for one in group]}
-        for category, group in by_category(list(items(order))).items()
+        Category(tuple(moodle_name(name) for name in names), tuple(_question(one, assignment.key) for one in group))
+        for names, group in by_category(list(items(order))).items()
     ]
-    page = render("exports/moodle.xml.j2", categories=categories, title=assignment.title)
+    told = [{"path": category_path(category.names), "questions": category.questions} for category in categories]
+    page = render("exports/moodle.xml.j2", categories=told, title=assignment.title)
     yield File(f"{assignment.key}.xml", page, private=True)
+    yield File(f"{assignment.key}.mbz", quiz_backup(assignment, categories), private=True)
 
 
-def _path(names: Sequence[str]) -> str:
+def moodle_name(text: str) -> str:
+    """Return a name that Moodle stores as it is: without tags, and short enough for its column."""
+    shown = text.translate(NAMES)
+    return shown if len(shown) <= LONGEST else f"{shown[: LONGEST - 1].rstrip()}…"
+
+
+def category_path(names: Sequence[str]) -> str:
     """Return a category's place in Moodle's tree; a slash in a name is doubled."""
-    return "/".join(["$course$", "top", *(name.translate(NAMES).replace("/", "//") for name in names)])
+    return "/".join(["$course$", "top", *(name.replace("/", "//") for name in names)])
 
 
-def _question(one: Item, key: str) -> dict[str, object]:
+def _question(one: Item, key: str) -> Question:
     form, body = one.form, _html(one.body)
-    made: dict[str, object] = {
-        "name": one.title,
-        "type": _type(form),
-        "body": body,
-        "files": [(f"{p.name}.svg", _base64(svg_file(p))) for p in pictures(one.body)],
-        "solution": _html(one.solution),
-        "solution_files": [(f"{p.name}.svg", _base64(svg_file(p))) for p in pictures(one.solution)],
-        "points": decimal(one.points),
-        "idnumber": f"{key}-{one.key}"[-100:],
-        "tags": ["qdot", one.category[1], one.category[2]],
-        "hints": [text_html(hint) for hint in one.hints],
-        "form": form,
-    }
-    if isinstance(form, Choose):
-        made["answers"] = _options(form)
-    elif isinstance(form, Match):
-        pairs = [(line_html(stem), form.options[index]) for stem, index in zip(form.stems, form.correct, strict=True)]
-        left = [option for index, option in enumerate(form.options) if index not in form.correct]
-        made["pairs"] = [*pairs, *(("", option) for option in left)]
-    elif len(form.fields) == 1:
-        made["field"] = _field(form.fields[0])
-    else:
-        made["body"] = body + "\n" + _cloze(form)
-    return made
+    boxes = _boxes(form) if isinstance(form, Numeric) else ()
+    return Question(
+        name=moodle_name(one.title),
+        type=_type(form),
+        body=_with_boxes(body, form, [box.notation for box in boxes]),
+        numbered=_with_boxes(body, form, [f"{{#{number}}}" for number in range(1, len(boxes) + 1)]),
+        files=_files(one.body),
+        solution=_html(one.solution),
+        solution_files=_files(one.solution),
+        points=one.points,
+        idnumber=f"{key}-{one.key}"[-LONGEST_ID:],
+        tags=("qdot", one.category[1], one.category[2]),
+        hints=tuple(text_html(hint) for hint in one.hints),
+        answers=_options(form) if isinstance(form, Choose) else (),
+        several=isinstance(form, Choose) and form.several,
+        fixed=isinstance(form, Choose) and form.fixed,
+        pairs=_pairs(form) if isinstance(form, Match) else (),
+        boxes=boxes,
+    )
 
 
 def _type(form: Choose | Match | Numeric) -> str:
@@ -87,30 +97,64 @@ def _type(form: Choose | Match | Numeric) -> str:
     return "numerical" if len(form.fields) == 1 else "cloze"
 
 
-def _options(form: Choose) -> list[dict[str, object]]:
-    right = sum(option.right for option in form.options)
-    share = FRACTIONS[right]
-    wrong = f"-{share}" if form.several else "0"
-    return [
-        {
-            "text": option.text if form.is_true_or_false else line_html(option.text),
-            "fraction": share if option.right else wrong,
-            "feedback": option.feedback,
-        }
-        for option in form.options
-    ]
-
-
 def _html(body: Sequence[str | Picture]) -> str:
     return body_html(body, lambda picture: f"@@PLUGINFILE@@/{picture.name}.svg")
 
 
-def _field(field: Field) -> dict[str, object]:
-    return {
-        "value": _number(field.value, field.tolerance),
-        "tolerance": allowance(field.tolerance),
-        "wrong": [(_number(w.value, w.tolerance), allowance(w.tolerance), w.advice) for w in field.wrong],
-    }
+def _files(body: Sequence[str | Picture]) -> tuple[tuple[str, str], ...]:
+    return tuple((f"{one.name}.svg", base64.b64encode(svg_file(one)).decode()) for one in pictures(body))
+
+
+def _options(form: Choose) -> tuple[Answer, ...]:
+    right = sum(option.right for option in form.options)
+    share = FRACTIONS[right]
+    wrong = f"-{share}" if form.several else "0"
+    return tuple(
+        Answer(
+            option.text if form.is_true_or_false else line_html(option.text),
+            share if option.right else wrong,
+            html.escape(option.feedback),
+        )
+        for option in form.options
+    )
+
+
+def _pairs(form: Match) -> tuple[tuple[str, str], ...]:
+    pairs = [(line_html(stem), form.options[index]) for stem, index in zip(form.stems, form.correct, strict=True)]
+    left = [option for index, option in enumerate(form.options) if index not in form.correct]
+    return (*pairs, *(("", option) for option in left))
+
+
+# --- numbers ---
+
+
+def _boxes(form: Numeric) -> tuple[Box, ...]:
+    """Return what is known of every box.
+
+    Moodle makes one of several boxes as wide as the longest number that it knows for it: each is told of one as long.
+    """
+    numbers = [_numbers(field) for field in form.fields]
+    longest = max(WIDTH, *(len(one.text) for answers in numbers for one in answers))
+    nobodys = Answer(_of_length(longest), "0", "", "0")
+    return tuple(
+        _box(field, (*answers, nobodys) if len(numbers) > 1 else answers)
+        for field, answers in zip(form.fields, numbers, strict=True)
+    )
+
+
+def _box(field: Field, answers: tuple[Answer, ...]) -> Box:
+    weight = WEIGHTS[round(field.value, 9) == 0]
+    told = [(one, _quoted(one.feedback)) for one in answers]
+    return Box(answers, weight, render("exports/moodle-box.txt.j2", weight=weight, answers=told).strip())
+
+
+def _numbers(field: Field) -> tuple[Answer, ...]:
+    right = Answer(_number(field.value, field.tolerance), "100", "", allowance(field.tolerance))
+    wrong = (
+        Answer(_number(one.value, one.tolerance), "0", html.escape(one.advice, quote=False), allowance(one.tolerance))
+        for one in field.wrong
+    )
+    return (right, *wrong)
 
 
 def _number(value: float, tolerance: float) -> str:
@@ -123,29 +167,6 @@ def _number(value: float, tolerance: float) -> str:
     return decimal(rounded, DIGITS)
 
 
-def _cloze(form: Numeric) -> str:
-    """Return the fields as a column of names, or as a matrix, in the notation of embedded answers.
-
-    Moodle makes a box as wide as the longest number that it knows for it, so every box is told of one as long.
-    """
-    rows = [[entry if isinstance(entry, str) else _box(entry) for entry in row] for row in form.rows]
-    right = [_number(field.value, field.tolerance) for field in form.fields]
-    wrong = [_number(one.value, one.tolerance) for field in form.fields for one in field.wrong]
-    nobodys = _of_length(max(WIDTH, *map(len, right + wrong)))
-    return render("exports/moodle-fields.html.j2", rows=rows, column=len(form.rows[0]) == 1, nobodys=nobodys).strip()
-
-
-def _box(entry: Field) -> dict[str, object]:
-    return {
-        "label": line_html(f"${entry.label}$"),
-        "unit": entry.unit,
-        "weight": WEIGHTS[round(entry.value, 9) == 0],
-        "value": _number(entry.value, entry.tolerance),
-        "tolerance": allowance(entry.tolerance),
-        "wrong": [(_number(w.value, w.tolerance), allowance(w.tolerance), _escaped(w.advice)) for w in entry.wrong],
-    }
-
-
 def _of_length(characters: int) -> str:
     """Return a number of so many characters, as Moodle stores it, that is nobody's answer.
 
@@ -155,17 +176,31 @@ def _of_length(characters: int) -> str:
     return f"-1.{'23456789' * 3}"[: characters - 4] + "E+99"
 
 
-def _escaped(text: str) -> str:
-    r"""Return plain text as it may stand behind an embedded answer, which `}`, `#` and `~` would end.
+def _with_boxes(body: str, form: Choose | Match | Numeric, shown: Sequence[str]) -> str:
+    """Return a text with its boxes in it, where there are several: a column of names, or a matrix."""
+    if not isinstance(form, Numeric) or len(shown) < 2:
+        return body
+    boxes = iter(shown)
+    rows = [
+        [
+            entry
+            if isinstance(entry, str)
+            else {"label": line_html(f"${entry.label}$"), "unit": entry.unit, "box": next(boxes)}
+            for entry in row
+        ]
+        for row in form.rows
+    ]
+    fields = render("exports/moodle-fields.html.j2", rows=rows, column=len(form.rows[0]) == 1)
+    return f"{body}\n{fields.strip()}"
 
-    Moodle takes the backslash away before the first two only.
 
-    >>> _escaped("R_{1} ~ 2 & 3")
-    'R_{1\\} ∼ 2 &amp; 3'
+def _quoted(feedback: str) -> str:
+    r"""Return HTML as it may stand behind an embedded answer, which `}`, `#` and `~` would end.
+
+    Moodle takes entities for the signs that they stand for, and the backslash away before the first two signs only.
+
+    >>> _quoted("R_{1} ~ 2 &lt; 3")
+    'R_{1\\} ∼ 2 &amp;lt; 3'
     """
-    shown = html.escape(text, quote=False).replace("~", "∼")
+    shown = html.escape(feedback, quote=False).replace("~", "∼")
     return shown.replace("}", r"\}").replace("#", r"\#")
-
-
-def _base64(content: bytes) -> str:
-    return base64.b64encode(content).decode()

@@ -3,7 +3,7 @@
 from exercises.exports.canvas import canvas_zip
 from exercises.exports.gradescope import gradescope
 from exercises.exports.jupyterquiz import jupyterquiz_files
-from exercises.exports.moodle import moodle_xml
+from exercises.exports.moodle import moodle_files
 from exercises.exports.nbgrader import nbgrader
 from exercises.exports.outlet import Outlet
 from exercises.exports.paper import html, latex, pdf
@@ -24,8 +24,9 @@ OUTLETS = {
         Outlet("gitlab", "Projects: one that grades, one for each student", "GitLab CI",
                "GitLab's CI schema; bash and git, in fresh clones", "student", gitlab),
         Outlet(
-            "moodle", "A question bank as Moodle XML", "Moodle 4", "our checks of its importer's rules", "variant",
-            moodle_xml,
+            "moodle", "A quiz that is ready, and a question bank as Moodle XML", "Moodle 4",
+            "our checks of its importers' rules", "variant",
+            moodle_files,
         ),
         Outlet("canvas", "A quiz as QTI 1.2", "Canvas", "text2qti (as the model), our checks", "variant", canvas_zip),
         Outlet("qti", "A test as a QTI 2.1 package", "what reads QTI 2.1 (TAO, OpenOlat)",

@@ -7,12 +7,12 @@ other mistakes give the same answer.
 """
 
 import base64
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass
 
 from exercises.errors import QdotError
 from exercises.exports.bank import Variant, bank
-from exercises.exports.moodle import NAMES
+from exercises.exports.moodle import LONGEST_ID, category_path, moodle_name
 from exercises.exports.outlet import File, Order
 from exercises.exports.stack_cost import LIMIT, costs
 from exercises.exports.stack_parts import Case, StackPart, asked, without_rounding
@@ -28,8 +28,6 @@ from exercises.writing.statement import hints, prompt, statement, worked_solutio
 VERSION = "2023060500"
 """The version of STACK whose features the questions use."""
 PENALTY = 0.1
-LONGEST, LONGEST_ID = 255, 100
-"""Characters that Moodle keeps of the name of a question or of a category, and of an id."""
 NOT_READ = Case("what can't be read is not marked", "qdot_unknown(1)", None, "NULL")
 SOLVED = "The arm in a regular and in its singular configurations"
 NOT_MEASURED = "what marking costs was not measured, as Maxima is not installed; STACK gives up after 30 s"
@@ -118,9 +116,11 @@ def _question(order: Order, variant: Variant, one: StackPart) -> StackQuestion:
     solved = solution_figure(problem, part, f"{part.name}-solution")
     return StackQuestion(
         asked=one,
-        name=_name(f"{variant.key}, {part.name}: {assignment.title}"),
+        name=moodle_name(f"{variant.key}, {part.name}: {assignment.title}"),
         id=f"{assignment.key}-{variant.key}-{part.name}"[-LONGEST_ID:],
-        category=_category((assignment.title, variant.slot.name, f"{number}. {title}")),
+        category=category_path(
+            [moodle_name(name) for name in (assignment.title, variant.slot.name, f"{number}. {title}")]
+        ),
         note=_note(variant),
         title=title,
         statement=_html(statement(problem, "")),
@@ -132,17 +132,6 @@ def _question(order: Order, variant: Variant, one: StackPart) -> StackQuestion:
         solution_picture=_picture(f"{part.name}-solution", solved, SOLVED) if solved else None,
         tests=(*one.cases, *([NOT_READ] if one.is_typed else [])),
     )
-
-
-def _name(text: str) -> str:
-    """Return a name that Moodle keeps as it is: `<` would start a tag, and LONGEST is all it stores."""
-    shown = text.translate(NAMES)
-    return shown if len(shown) <= LONGEST else f"{shown[: LONGEST - 1]}…"
-
-
-def _category(names: Sequence[str]) -> str:
-    """Return a category's place in Moodle's tree; a slash in a name is doubled."""
-    return "/".join(["$course$", "top", *(_name(name).replace("/", "//") for name in names)])
 
 
 def _html(text: str) -> str:

@@ -60,7 +60,7 @@ def test_a_bank_is_of_the_variation_that_is_asked_for(order: Order, tmp_path: Pa
     assert {variant.problem.id.variation for variant in bank(asked)} == {"lengths+base"}
     folder = order.assignment.folder
     said = run("export", folder, "--to", "moodle", "--variants", "1", "--variation", "chapter", "--out", tmp_path / "m")
-    assert "moodle: 1 file in" in said
+    assert "moodle: 2 files in" in said
     of_own = run("export", folder, "--to", "moodle", "--variants", "1", "--out", tmp_path / "own")
     plain, own = (sorted((tmp_path / name).iterdir()) for name in ("m", "own"))
     assert of_own and [path.name for path in plain] == [path.name for path in own]

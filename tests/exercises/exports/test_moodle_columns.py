@@ -39,7 +39,7 @@ def quiz(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     folder = tmp_path_factory.mktemp("columns") / "hw"
     a_class(folder, [Student("ada")])
     (folder / "assignment.toml").write_text(TOML)
-    (file,) = OUTLETS[request.param].files(Order(load_assignment(folder), failures_of, variants=1))
+    file, *_ = OUTLETS[request.param].files(Order(load_assignment(folder), failures_of, variants=1))
     return ET.fromstring(file.content)
 
 
@@ -61,7 +61,7 @@ def test_texts_are_not_longer_than_their_columns(quiz: ET.Element) -> None:
 
 def test_names_of_categories_are_short_enough_and_whole(quiz: ET.Element) -> None:
     paths = [text for element in quiz.findall("question/category/text") if (text := element.text)]
-    names = [name for path in paths for name in re.split(r"(?<!/)/(?!/)", path)]
+    names = [name.replace("//", "/") for path in paths for name in re.split(r"(?<!/)/(?!/)", path)]
     assert paths and max(map(len, names)) <= DATA["category"]
     assert all(name and "<" not in name and ">" not in name and name == name.strip() for name in names)
     assert len(set(paths)) == len(paths)

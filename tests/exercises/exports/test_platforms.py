@@ -6,6 +6,8 @@ extension-tao-itemqti), packages are validated against it; no registry has it.
 """
 
 import base64
+import hashlib
+import html
 import io
 import json
 import os
@@ -14,6 +16,7 @@ import subprocess
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -23,6 +26,7 @@ import pytest
 from exercises.exports import canvas, jupyterquiz, moodle, qti
 from exercises.exports.items import Choose, Item, Match, Numeric, Option, Wrong, items
 from exercises.exports.outlet import Order
+from exercises.several import Several
 from tests.exercises.exports.test_items import an_order
 from tests.support.programs import reader
 
@@ -147,7 +151,7 @@ def answers_faults(question: ElementTree.Element, kind: str, name: str) -> list[
 
 
 def test_moodle_xml_keeps_moodles_rules(order: Order, asked: list[Item]) -> None:
-    (file,) = file_of(moodle.moodle_xml, order, asked)
+    file, _ = file_of(moodle.moodle_files, order, asked)
     assert file.path == "hw.xml"
     assert file.private
     assert moodle_faults(file.content) == []
@@ -163,7 +167,7 @@ def test_moodle_xml_keeps_moodles_rules(order: Order, asked: list[Item]) -> None
     assert r"\[" in text
     assert len(CLOZE.findall(text)) == 4
     feedback = [f.text for f in root.iter("text") if f.text and "Say }" in f.text]
-    assert feedback == ["Say } # ~ / \\ &#34; &lt;b&gt; &amp; {1:NUMERICAL:=1}"]
+    assert feedback == ["Say } # ~ / \\ &quot; &lt;b&gt; &amp; {1:NUMERICAL:=1}"]
 
 
 @pytest.mark.parametrize(
@@ -177,44 +181,147 @@ def test_moodle_xml_keeps_moodles_rules(order: Order, asked: list[Item]) -> None
     ],
 )
 def test_what_moodle_would_refuse_is_found(order: Order, asked: list[Item], broken: str, into: str, said: str) -> None:
-    (file,) = file_of(moodle.moodle_xml, order, asked)
+    file, _ = file_of(moodle.moodle_files, order, asked)
     page = file.content.replace(broken, into).replace("</tolerance>", "</tol>" if into == "<tol>" else "</tolerance>")
     page = page.replace("alt=&#34;", "title=&#34;") if said.startswith("image") else page
     assert any(said in fault for fault in moodle_faults(page))
 
 
 def test_moodles_reader_loses_no_space(order: Order, asked: list[Item]) -> None:
-    (file,) = file_of(moodle.moodle_xml, order, asked)
+    file, _ = file_of(moodle.moodle_files, order, asked)
     whole = re.sub(r"<!\[CDATA\[.*?\]\]>", "", file.content, flags=re.DOTALL)
     assert "&" not in whole  # it drops the space in `&gt; &lt;`
     assert r"\(a &lt; b\) &amp; c" in list(ElementTree.fromstring(file.content).itertext())
 
 
 def test_tables_have_the_class_that_moodle_shows_them_by(order: Order, asked: list[Item]) -> None:
-    (file,) = file_of(moodle.moodle_xml, order, asked)
+    file, _ = file_of(moodle.moodle_files, order, asked)
     tables = re.findall(r"<table[^>]*>\s*<thead", file.content)
     assert len(tables) == 12
     assert all("generaltable" in table for table in tables)
 
 
+def first_changed(item: Item, **changes: Any) -> list[str]:
+    """Return what Moodle is told of the boxes of a matrix, the first of them changed."""
+    assert isinstance(item.form, Numeric)
+    ((first, *rest), *rows) = item.form.rows
+    form = replace(item.form, rows=((replace(first, **changes), *rest), *rows))  # type: ignore[type-var]
+    return [box.notation for box in moodle._boxes(form)]
+
+
 def test_no_box_is_as_wide_as_its_answer(asked: list[Item]) -> None:
-    form = asked[0].form
-    assert isinstance(form, Numeric)
-    ((first, *rest), *rows) = form.rows
     for value, tolerance, width in ((0.5, 0.0025, 12), (-0.00012345678, 5e-12, 14)):
-        changed = replace(form, rows=((replace(first, value=value, tolerance=tolerance), *rest), *rows))  # type: ignore[type-var]
-        boxes = CLOZE.findall(moodle._cloze(changed))
-        assert {len(nobodys) for *_, nobodys in boxes} == {width}
-        assert all(len(number) <= width for box in boxes for number in re.findall(rf"(?:=|%){NUMBER}(?=:)", box[3]))
+        boxes = [CLOZE.fullmatch(box) for box in first_changed(asked[0], value=value, tolerance=tolerance)]
+        assert {len(box[5]) for box in boxes if box} == {width}
+        numbers = [number for box in boxes if box for number in re.findall(rf"(?:=|%)({NUMBER})(?=:)", box[0])]
+        assert max(map(len, numbers)) <= width
 
 
 def test_an_embedded_answers_advice_cannot_end_it(asked: list[Item]) -> None:
-    form = asked[0].form
-    assert isinstance(form, Numeric)
-    ((first, *rest), *rows) = form.rows
-    wrong = Wrong(9.0, 0.045, "Nasty", 'ends } here # or ~ there / \\ "q" & {2:NUMERICAL:=5}')
-    nasty = replace(form, rows=((replace(first, wrong=(wrong,)), *rest), *rows))  # type: ignore[type-var]
-    assert len(CLOZE.findall(moodle._cloze(nasty))) == 4
+    wrong = Wrong(9.0, 0.045, "Nasty", 'ends } here # or ~ there / \\ "q" <b> & {2:NUMERICAL:=5}')
+    boxes = first_changed(asked[0], wrong=(wrong,))
+    assert all(CLOZE.fullmatch(box) for box in boxes)
+    read = html.unescape(boxes[0]).replace(r"\}", "}").replace(r"\#", "#")  # as Moodle reads it
+    assert 'ends } here # or ∼ there / \\ "q" &lt;b&gt; &amp; {2:NUMERICAL:=5}' in read
+
+
+def quiz_faults(package: dict[str, bytes], bank: ElementTree.Element) -> list[str]:
+    """Return what Moodle would not find in a backup of a quiz, and what is not as in the bank that it imports."""
+    read = {name: ElementTree.fromstring(data) for name, data in package.items() if name.endswith(".xml")}
+    quiz, of = read["activities/quiz_1/quiz.xml"], read["questions.xml"]
+    categories = {str(one.get("id")): one for one in of.findall("question_category")}
+    parents = [one.findtext("parent") for one in categories.values()]
+    faults = [] if parents.count("0") == 1 and {*parents} <= {"0", *categories} else [f"categories in {parents}"]
+    named = [one.text for one in read["activities/quiz_1/inforef.xml"].findall(".//question_category/id")]
+    faults += [] if named == list(categories) else [f"categories {named}"]
+    for file in read["files.xml"]:
+        digest = file.findtext("contenthash", "")
+        content = package[f"files/{digest[:2]}/{digest}"]
+        faults += [] if hashlib.sha1(content).hexdigest() == digest else [f"file {digest}"]
+    asked = {str(one.get("id")): one for one in of.iter("question")}
+    for one in asked.values():
+        faults += question_faults(one, asked)
+    slots = quiz.findall(".//question_instance")
+    for slot in slots:
+        drawn = categories[json.loads(slot.findtext(".//filtercondition", ""))["questioncategoryid"]]
+        points = {q.findtext("defaultmark") for q in drawn.iter("question") if q.findtext("parent") == "0"}
+        faults += [] if points == {slot.findtext("maxmark")} else [f"slot of {slot.findtext('maxmark')}: {points}"]
+    whole = sum(float(slot.findtext("maxmark", "")) for slot in slots)
+    faults += [] if float(quiz.findtext("quiz/grade", "")) == whole else [f"{whole} points in all"]
+    wanted = [texts(one, "name/text", "generalfeedback/text") for one in bank if one.get("type") != "category"]
+    given = [texts(one, "name", "generalfeedback") for one in asked.values() if one.findtext("parent") == "0"]
+    return faults + ([] if wanted == given else ["texts"])
+
+
+def texts(question: ElementTree.Element, *paths: str) -> list[str]:
+    return [question.findtext(path, "") for path in paths]
+
+
+def question_faults(one: ElementTree.Element, asked: dict[str, ElementTree.Element]) -> list[str]:
+    """Return what is wrong with ids and marks in a question of a backup."""
+    number, text = one.get("id"), one.findtext("questiontext", "")
+    answers = {str(answer.get("id")) for answer in one.iter("answer") if answer.get("id")}
+    paths = (".//numerical_record/answer", ".//trueanswer", ".//falseanswer")
+    meant = [found.text for path in paths for found in one.findall(path)]
+    faults = [] if {*meant} <= answers else [f"{number}: answers {meant}"]
+    if one.findtext("qtype") == "multianswer":
+        parts = [asked[part] for part in one.findtext(".//sequence", "").split(",")]
+        faults += [f"{number}: parent"] if any(part.findtext("parent") != number for part in parts) else []
+        faults += (
+            [] if re.findall(r"{#(\d+)}", text) == [str(i + 1) for i in range(len(parts))] else [f"{number}: boxes"]
+        )
+        points = sum(float(part.findtext("defaultmark", "")) for part in parts)
+        faults += [] if abs(points - float(one.findtext("defaultmark", ""))) < 1e-5 else [f"{number}: {points} points"]
+    return faults
+
+
+def test_moodles_quiz_draws_each_question_for_its_points(order: Order, asked: list[Item]) -> None:
+    bank, quiz = file_of(moodle.moodle_files, order, asked)
+    assert quiz.path == "hw.mbz"
+    assert quiz.private
+    package = unzipped(quiz.content)
+    assert quiz_faults(package, ElementTree.fromstring(bank.content)) == []
+    settings = ElementTree.fromstring(package["activities/quiz_1/quiz.xml"])
+    assert settings.findtext("quiz/name") == "Arms & ‹signs› / more"
+    points = [one.points for one in {one.category: one for one in asked}.values()]
+    assert [float(slot.text or "") for slot in settings.iter("maxmark")] == points
+    assert {settings.findtext(f"quiz/{name}") for name in ("attempts_number", "delay1", "timeclose")} == {"0"}
+    assert settings.findtext("quiz/grademethod") == "4"  # the last counts
+
+
+def test_moodles_quiz_has_the_assignments_attempts_and_end(order: Order, asked: list[Item]) -> None:
+    due = datetime(2027, 1, 15, 12, tzinfo=UTC)
+    limited = replace(order.assignment, attempts=Several(best_of=3, apart=3600), due=due)
+    _, quiz = file_of(moodle.moodle_files, replace(order, assignment=limited), asked)
+    settings = ElementTree.fromstring(unzipped(quiz.content)["activities/quiz_1/quiz.xml"])
+    names = ("attempts_number", "grademethod", "delay1", "delay2", "timeclose")
+    said = [settings.findtext(f"quiz/{name}") for name in names]
+    assert said == ["3", "1", "3600", "3600", str(int(due.timestamp()))]
+
+
+@pytest.mark.parametrize(
+    ("broken", "into", "said"),
+    [
+        ("<contenthash>", "<contenthash>0", "file"),
+        ("<sequence>", "<sequence>1,", "1"),
+        ("{#1}", "{#2}", "boxes"),
+        ("<maxmark>", "<maxmark>1", "slot"),
+        ("<parent>1</parent>", "<parent>0</parent>", "categories"),
+    ],
+)
+def test_what_moodle_would_not_find_in_a_backup_is_found(
+    order: Order, asked: list[Item], broken: str, into: str, said: str
+) -> None:
+    bank, quiz = file_of(moodle.moodle_files, order, asked)
+    package = {
+        name: data.replace(broken.encode(), into.encode()) if name.endswith(".xml") else data
+        for name, data in unzipped(quiz.content).items()
+    }
+    try:
+        faults = quiz_faults(package, ElementTree.fromstring(bank.content))
+    except KeyError as error:
+        faults = [f"file {error}", "1"]
+    assert any(said in fault for fault in faults)
 
 
 # --- Canvas ---
@@ -534,5 +641,5 @@ def test_jupyterquiz_reads_the_files(order: Order, asked: list[Item], tmp_path: 
 
 
 def test_every_outlet_is_the_same_twice(order: Order, asked: Sequence[Item]) -> None:
-    for outlet in (moodle.moodle_xml, canvas.canvas_zip, qti.qti_zip, jupyterquiz.jupyterquiz_files):
+    for outlet in (moodle.moodle_files, canvas.canvas_zip, qti.qti_zip, jupyterquiz.jupyterquiz_files):
         assert file_of(outlet, order, list(asked)) == file_of(outlet, order, list(asked))

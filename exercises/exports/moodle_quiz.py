@@ -1,0 +1,198 @@
+"""A quiz that is ready, as the backup of an activity, which Moodle 4 restores into any course with its questions.
+
+Moodle has no other file that holds a quiz. The questions are in a bank of the quiz's own. Each slot draws one of the
+variants of a question and carries its points, which an embedded answer can't carry: it counts its boxes.
+"""
+
+import base64
+import hashlib
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import count
+from typing import Any
+
+from exercises.assignment import Assignment
+from exercises.exports.markup import archive
+from exercises.lateness import aware
+from exercises.render import render
+
+RELEASE, VERSION = "4.0", 2022041900
+"""The oldest Moodle that reads the backup: later ones keep questions and draws from a bank in the same way."""
+QUIZ, CONTEXT = 1, 2
+"""Ids of the quiz, and of the context to which its bank belongs."""
+HIGHEST, LAST = 1, 4
+"""Which attempt counts, in Moodle's numbers."""
+AFTER = 0x01110
+"""When something is shown of an attempt: right after it, later while the quiz is open, and when it is closed."""
+ALWAYS = 0x10000 | AFTER
+TYPES = {"cloze": "multianswer", "matching": "match"}
+"""What types of questions are called inside Moodle, where that is not the name in XML."""
+OF_BACKUP, OF_QUIZ = ("moodle_backup", "questions", "files"), ("quiz", "module", "inforef", "grades")
+EMPTY = {
+    "roles": "roles_definition", "users": "users", "groups": "groups", "scales": "scales_definition",
+    "outcomes": "outcomes_definition", "completion": "course_completion", "badges": "badges",
+    "grade_history": "grade_history",
+}  # fmt: skip
+EMPTY_OF_QUIZ = {
+    "roles": "roles", "filters": "filters", "comments": "comments", "calendar": "events",
+    "completion": "completions", "competencies": "course_module_competencies", "xapistate": "states",
+    "grade_history": "grade_history",
+}  # fmt: skip
+"""Files that a backup has to have, of the whole and of the quiz; of the empty ones also what they hold nothing of."""
+
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """An answer that Moodle knows: its text or number, per cent of the marks, HTML on it, what a number may be off."""
+
+    text: str
+    fraction: str
+    feedback: str
+    tolerance: str = ""
+
+
+@dataclass(frozen=True)
+class Box:
+    """A number to be typed: the answers that are known, its weight, and both in Moodle's notation for a text."""
+
+    answers: tuple[Answer, ...]
+    weight: int
+    notation: str
+
+
+@dataclass(frozen=True)
+class Question:
+    """A question as Moodle has it, in HTML: its `body` with boxes in Moodle's notation, or their numbers (`numbered`).
+
+    Files are names with their content in base 64; `pairs` are stems and options, stems empty where an option is wrong.
+    """
+
+    name: str
+    type: str
+    body: str
+    numbered: str
+    files: tuple[tuple[str, str], ...]
+    solution: str
+    solution_files: tuple[tuple[str, str], ...]
+    points: float
+    idnumber: str
+    tags: tuple[str, ...]
+    hints: tuple[str, ...]
+    answers: tuple[Answer, ...]
+    several: bool
+    fixed: bool
+    pairs: tuple[tuple[str, str], ...]
+    boxes: tuple[Box, ...]
+
+
+@dataclass(frozen=True)
+class Category:
+    """The variants of a question, and the names of their category and of those that it is in, the outermost first."""
+
+    names: tuple[str, ...]
+    questions: tuple[Question, ...]
+
+
+def quiz_backup(assignment: Assignment, categories: Sequence[Category]) -> bytes:
+    """Return a backup of a quiz that draws one question from each category, in this order, for its points."""
+    folders = _folders(assignment.key, categories)
+    drawn = [folder for folder in folders if folder["questions"]]
+    files = [file for folder in drawn for entry in folder["questions"] for file in _files(entry)]
+    told = {
+        "title": categories[0].names[0],
+        "key": assignment.key,
+        "release": RELEASE,
+        "version": VERSION,
+        "quiz": QUIZ,
+        "context": CONTEXT,
+        "folders": folders,
+        "files": files,
+        "slots": [{"draws": _draws(folder), "points": folder["questions"][0]["question"].points} for folder in drawn],
+        "points": sum(category.questions[0].points for category in categories),
+        "types": TYPES,
+        "after": AFTER,
+        "always": ALWAYS,
+        **_attempts(assignment),
+    }
+    activity = f"activities/quiz_{QUIZ}"
+    made: dict[str, str | bytes] = {f"files/{file['hash'][:2]}/{file['hash']}": file["content"] for file in files}
+    made |= {f"{name}.xml": render(f"exports/moodle-quiz/{name}.xml.j2", **told) for name in OF_BACKUP}
+    made |= {f"{activity}/{name}.xml": render(f"exports/moodle-quiz/{name}.xml.j2", **told) for name in OF_QUIZ}
+    made |= {f"{name}.xml": _empty(root) for name, root in EMPTY.items()}
+    made |= {f"{activity}/{name}.xml": _empty(root) for name, root in EMPTY_OF_QUIZ.items()}
+    return archive(made)
+
+
+def _empty(root: str) -> str:
+    return render("exports/moodle-quiz/empty.xml.j2", root=root)
+
+
+def _draws(folder: Json) -> str:
+    """Return from where a slot draws, as Moodle 4.0 wrote it and later ones read it, too."""
+    return json.dumps({"questioncategoryid": str(folder["id"]), "includingsubcategories": "0", "tags": []})
+
+
+def _attempts(assignment: Assignment) -> Json:
+    """Return how many attempts there are (0 is any number), which counts, and how long one waits for the next."""
+    several, due = assignment.attempts, assignment.due
+    best = several.best_of is not None
+    return {
+        "attempts": several.best_of or 0,
+        "counts": HIGHEST if best else LAST,
+        "apart": several.apart if best else 0,
+        "closes": 0 if due is None else int(aware(due).timestamp()),
+    }
+
+
+def _folders(key: str, categories: Sequence[Category]) -> list[Json]:
+    """Return the bank's tree, every category behind the one that it is in; what is asked of it has ids of its own."""
+    ids = count(1)
+    made: dict[tuple[str, ...], Json] = {(): {"id": next(ids), "name": "top", "parent": 0, "questions": []}}
+    for category in categories:
+        for depth in range(1, len(category.names) + 1):
+            names = category.names[:depth]
+            if names not in made:
+                made[names] = {
+                    "id": next(ids), "name": names[-1], "parent": made[names[:-1]]["id"], "questions": [],
+                }  # fmt: skip
+        made[category.names]["questions"] = [_entry(question, ids) for question in category.questions]
+    for names, folder in made.items():
+        folder["stamp"] = "qdot+" + hashlib.sha256(repr((key, names)).encode()).hexdigest()[:40]
+    return list(made.values())
+
+
+def _entry(question: Question, ids: Iterator[int]) -> Json:
+    """Return a question with ids for it, its answers, and the questions that its boxes are to Moodle."""
+    whole = sum(box.weight for box in question.boxes)
+    boxes = [
+        {
+            "id": next(ids), "question": question, "box": box, "points": question.points * box.weight / whole,
+            "answers": _numbered(box.answers, ids),
+        }
+        for box in question.boxes
+    ]  # fmt: skip
+    several = len(boxes) > 1
+    return {
+        "id": next(ids),
+        "question": question,
+        "boxes": boxes if several else [],
+        "answers": _numbered(question.boxes[0].answers if boxes and not several else question.answers, ids),
+        "hints": [(next(ids), hint) for hint in question.hints],
+        "pairs": [(next(ids), *pair) for pair in question.pairs],
+    }
+
+
+def _numbered(answers: Sequence[Answer], ids: Iterator[int]) -> list[Json]:
+    return [{"id": next(ids), "share": float(answer.fraction) / 100, "answer": answer} for answer in answers]
+
+
+def _files(entry: Json) -> Iterator[Json]:
+    question = entry["question"]
+    for area, files in (("questiontext", question.files), ("generalfeedback", question.solution_files)):
+        for name, encoded in files:
+            content = base64.b64decode(encoded)
+            digest = hashlib.sha1(content, usedforsecurity=False).hexdigest()
+            yield {"area": area, "question": entry["id"], "name": name, "hash": digest, "content": content}

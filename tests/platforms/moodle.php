@@ -1,0 +1,203 @@
+<?php
+// What Moodle makes of our files: `php moodle.php < request.json`, which answers in JSON; asked by moodle.py.
+//
+// The request: `config` (Moodle's config.php), `xml`, `quiz` and `gradebook` (files to import, or null), `students`,
+// and `tries`: by the name of a question, the answers to give it, each with the decimal sign of a language.
+
+define('CLI_SCRIPT', true);
+$request = json_decode(stream_get_contents(STDIN), true);
+require($request['config']);
+require_once($CFG->dirroot . '/course/lib.php');
+require_once($CFG->dirroot . '/question/format.php');
+require_once($CFG->dirroot . '/question/format/xml/format.php');
+require_once($CFG->dirroot . '/question/engine/lib.php');
+require_once($CFG->dirroot . '/backup/util/includes/restore_includes.php');
+require_once($CFG->dirroot . '/mod/quiz/locallib.php');
+require_once($CFG->dirroot . '/user/lib.php');
+require_once($CFG->libdir . '/csvlib.class.php');
+require_once($CFG->libdir . '/gradelib.php');
+require_once($CFG->dirroot . '/grade/lib.php');
+require_once($CFG->dirroot . '/grade/import/lib.php');
+
+function a_course(): stdClass {
+    $name = 'qdot ' . uniqid();
+    return create_course((object) ['fullname' => $name, 'shortname' => $name, 'category' => 1]);
+}
+
+function imported(string $file, stdClass $course): array {
+    $context = context_course::instance($course->id);
+    $format = new qformat_xml();
+    $format->setContexts([$context]);
+    $format->setCourse($course);
+    $format->setFilename($file);
+    $format->setRealfilename(basename($file));
+    $format->setMatchgrades('error');
+    $format->setCatfromfile(true);
+    $format->setContextfromfile(false);
+    $format->setStoponerror(true);
+    $format->setCategory(question_make_default_categories([$context]));
+    $format->set_display_progress(false);
+    ob_start();
+    $done = $format->importpreprocess() && $format->importprocess() && $format->importpostprocess();
+    return ['done' => $done, 'said' => trim(ob_get_clean()), 'questions' => questions_of($context)];
+}
+
+// The questions of a bank, by their names, as they are stored; what is embedded has no id number from XML.
+function questions_of(context $context): array {
+    global $DB;
+    $sql = 'SELECT q.name, q.id, e.idnumber, q.qtype, q.defaultmark, q.questiontext, q.generalfeedback, c.name AS category
+              FROM {question} q
+              JOIN {question_versions} v ON v.questionid = q.id
+              JOIN {question_bank_entries} e ON e.id = v.questionbankentryid
+              JOIN {question_categories} c ON c.id = e.questioncategoryid
+             WHERE c.contextid = ? AND q.parent = 0';
+    return array_map(fn($row) => (array) $row, $DB->get_records_sql($sql, [$context->id]));
+}
+
+// What a browser would send for an answer: numbers by box, else what is chosen by its place in our file.
+function sent(question_attempt $attempt, array $answer): array {
+    $question = $attempt->get_question();
+    $start = $attempt->get_step(0);
+    switch ($question->get_type_name()) {
+        case 'numerical':
+            return ['answer' => $answer['numbers'][0]];
+        case 'multianswer':
+            $data = [];
+            foreach ($answer['numbers'] as $index => $number) {
+                $data['sub' . ($index + 1) . '_answer'] = $number;
+            }
+            return $data;
+        case 'truefalse':
+            return $answer['chosen'] ? ['answer' => $answer['chosen'][0] === 0 ? 1 : 0] : [];
+        case 'match':
+            $shown = explode(',', $start->get_qt_var('_choiceorder'));
+            $data = [];
+            foreach (explode(',', $start->get_qt_var('_stemorder')) as $key => $stem) {
+                $place = array_search($stem, array_keys($question->stems));
+                $option = $answer['options'][$place] ?? null;
+                $choice = array_search(array_search($option, $question->choices), $shown);
+                $data["sub$key"] = $option === null ? 0 : $choice + 1;
+            }
+            return $data;
+        default:
+            $data = [];
+            foreach (explode(',', $start->get_qt_var('_order')) as $key => $id) {
+                if (in_array(array_search($id, array_keys($question->answers)), $answer['chosen'])) {
+                    $data += $question instanceof qtype_multichoice_multi_question ? ["choice$key" => 1] : ['answer' => $key];
+                }
+            }
+            return $data;
+    }
+}
+
+// A language in which numbers have a decimal comma, for a copy that came without one.
+function need_language(string $name): void {
+    global $CFG;
+    $file = "{$CFG->dataroot}/lang/$name/langconfig.php";
+    if ($name !== 'en' && !file_exists($file)) {
+        make_writable_directory(dirname($file));
+        file_put_contents($file, "<?php\n\$string['decsep'] = ',';\n\$string['thousandssep'] = '.';\n");
+        get_string_manager()->reset_caches();
+    }
+}
+
+function tried(int $id, array $answer, context $context): array {
+    need_language($answer['language']);
+    force_current_language($answer['language']);
+    $usage = question_engine::make_questions_usage_by_activity('core_question_preview', $context);
+    $usage->set_preferred_behaviour('deferredfeedback');
+    $slot = $usage->add_question(question_bank::load_question($id), 1);
+    $usage->start_question($slot);
+    $options = new question_display_options();
+    $blank = $usage->render_question($slot, $options, '1');
+    $usage->process_action($slot, sent($usage->get_question_attempt($slot), $answer));
+    $usage->finish_question($slot);
+    $shown = $usage->render_question($slot, $options, '1');
+    return ['fraction' => $usage->get_question_fraction($slot), 'blank' => $blank, 'shown' => $shown];
+}
+
+// A quiz out of a backup: what it is set to, and an attempt at it.
+function restored(string $file, stdClass $course): array {
+    global $DB, $USER;
+    $name = 'qdot' . uniqid();
+    $folder = make_backup_temp_directory($name);
+    get_file_packer('application/vnd.moodle.backup')->extract_to_pathname($file, $folder);
+    $where = backup::TARGET_EXISTING_ADDING;
+    $restore = new restore_controller($name, $course->id, backup::INTERACTIVE_NO, backup::MODE_GENERAL, $USER->id, $where);
+    $fine = $restore->execute_precheck();
+    $said = $restore->get_precheck_results();
+    if (!$fine) {
+        return ['done' => false, 'said' => $said];
+    }
+    $restore->execute_plan();
+    $restore->destroy();
+    $quiz = $DB->get_record('quiz', ['course' => $course->id], '*', MUST_EXIST);
+    $context = context_module::instance(get_coursemodule_from_instance('quiz', $quiz->id)->id);
+    $attempt = quiz_prepare_and_start_new_attempt(\mod_quiz\quiz_settings::create($quiz->id, $USER->id), 1, null);
+    $usage = question_engine::load_questions_usage_by_activity($attempt->uniqueid);
+    $slots = [];
+    foreach ($usage->get_slots() as $slot) {
+        $drawn = $usage->get_question($slot);
+        $category = $DB->get_field('question_categories', 'name', ['id' => $drawn->category]);
+        $slots[] = ['points' => $usage->get_question_max_mark($slot), 'question' => $drawn->name, 'category' => $category];
+    }
+    $item = $DB->get_record('grade_items', ['itemmodule' => 'quiz', 'iteminstance' => $quiz->id]);
+    return ['done' => true, 'said' => $said, 'quiz' => (array) $quiz, 'slots' => $slots, 'highest' => $item->grademax,
+        'questions' => questions_of($context), 'context' => $context];
+}
+
+function graded(string $file, stdClass $course, array $students): array {
+    global $DB;
+    foreach ($students as $student) {
+        $user = $DB->get_record('user', ['email' => $student['email']]);
+        $fields = ['username' => $student['id'] . uniqid(), 'auth' => 'manual', 'confirmed' => 1, 'mnethostid' => 1];
+        $named = ['firstname' => $student['name'], 'lastname' => '-', 'email' => $student['email']];
+        $id = $user ? $user->id : user_create_user($fields + $named, false, false);
+        enrol_try_internal_enrol($course->id, $id, 5);
+    }
+    $import = new gradeimport_csv_load_data();
+    $import->load_csv_content(file_get_contents($file), 'UTF-8', 'comma', 10);
+    $reader = new csv_import_reader($import->get_iid(), 'grade');
+    $header = $reader->get_columns();
+    $code = get_new_importcode();
+    $mail = array_search('Email address', $header);
+    $points = array_search('percent', array_map(fn($name) => str_contains($name, 'percent') ? 'percent' : '', $header));
+    $form = ['id' => $course->id, 'iid' => $import->get_iid(), 'importcode' => $code, 'forceimport' => true];
+    $form += ['mapfrom' => $mail, 'mapto' => 'useremail', "mapping_$points" => 'new'];
+    $form += array_fill_keys(array_map(fn($index) => "mapping_$index", array_keys($header)), '0');
+    $done = $import->prepare_import_grade_data($header, (object) $form, $reader, $course->id, false, 0, false);
+    if (!$done) {
+        return ['done' => false, 'said' => $import->get_gradebookerrors()];
+    }
+    ob_start();
+    grade_import_commit($course->id, $code);
+    ob_end_clean();
+    $sql = 'SELECT u.email, g.finalgrade FROM {grade_grades} g JOIN {user} u ON u.id = g.userid
+              JOIN {grade_items} i ON i.id = g.itemid WHERE i.courseid = ? AND i.itemtype = ?';
+    return ['done' => true, 'said' => [], 'grades' => $DB->get_records_sql_menu($sql, [$course->id, 'manual'])];
+}
+
+\core\session\manager::set_user(get_admin());
+$course = a_course();
+$context = context_course::instance($course->id);
+$PAGE->set_context($context);
+$PAGE->set_course($course);
+$PAGE->set_url('/');
+$answer = ['software' => 'Moodle ' . $CFG->release];
+foreach (['xml', 'quiz'] as $form) {
+    if ($request[$form] ?? null) {
+        $made = $form === 'xml' ? imported($request['xml'], $course) : restored($request['quiz'], $course);
+        $in = $made['context'] ?? $context;
+        unset($made['context']);
+        foreach ($made['done'] ? $request['tries'] : [] as $name => $tries) {
+            $id = (int) ($made['questions'][$name]['id'] ?? 0);
+            $made['tries'][$name] = $id ? array_map(fn($one) => tried($id, $one, $in), $tries) : [];
+        }
+        force_current_language('');
+        $answer[$form] = $made;
+    }
+}
+if ($request['gradebook'] ?? null) {
+    $answer['gradebook'] = graded($request['gradebook'], $course, $request['students']);
+}
+echo json_encode($answer, JSON_THROW_ON_ERROR);
