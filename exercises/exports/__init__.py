@@ -5,7 +5,9 @@ Beside the outlets, which stand in `registry`:
     outlet                      what an outlet is, and what it is given
     bank, handouts              certified variants of an assignment's problems; the notebooks of its class
     items, numbers, markup      what platforms ask: options, matches, formulas asked for in numbers; texts and archives
-    known_wrong, stack_parts    what mistakes make of an answer; a part as STACK asks and marks it
+    known_wrong                 what mistakes make of an answer
+    stack_parts, stack_maxima   a part as STACK asks and marks it; what marking calls in Maxima
+    stack_cost                  what marking costs
     moodle_quiz                 a quiz as Moodle restores it
     sheet                       a sheet of paper as data
     wheel                       qdot itself, to be carried along

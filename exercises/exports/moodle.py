@@ -38,21 +38,30 @@ WIDTH = 12
 NAMES = str.maketrans("<>", "‹›")
 """What stands for the signs that Moodle takes for a tag in a name, and cuts."""
 
+LONGEST, LONGEST_ID = 255, 100
+"""How many characters Moodle stores of a name and of an id."""
+
 
 def moodle_files(order: Order) -> Generator[File, None, None]:
     """Yield two files: what Moodle imports into a question bank, and a backup of a quiz, which it restores."""
     assignment = order.assignment
     categories = [
-        Category(tuple(name.translate(NAMES) for name in names), tuple(_question(one, assignment.key) for one in group))
+        Category(tuple(moodle_name(name) for name in names), tuple(_question(one, assignment.key) for one in group))
         for names, group in by_category(list(items(order))).items()
     ]
-    told = [{"path": _path(category.names), "questions": category.questions} for category in categories]
+    told = [{"path": category_path(category.names), "questions": category.questions} for category in categories]
     page = render("exports/moodle.xml.j2", categories=told, title=assignment.title)
     yield File(f"{assignment.key}.xml", page, private=True)
     yield File(f"{assignment.key}.mbz", quiz_backup(assignment, categories), private=True)
 
 
-def _path(names: Sequence[str]) -> str:
+def moodle_name(text: str) -> str:
+    """Return a name that Moodle stores as it is: without tags, and short enough for its column."""
+    shown = text.translate(NAMES)
+    return shown if len(shown) <= LONGEST else f"{shown[: LONGEST - 1].rstrip()}…"
+
+
+def category_path(names: Sequence[str]) -> str:
     """Return a category's place in Moodle's tree; a slash in a name is doubled."""
     return "/".join(["$course$", "top", *(name.replace("/", "//") for name in names)])
 
@@ -61,7 +70,7 @@ def _question(one: Item, key: str) -> Question:
     form, body = one.form, _html(one.body)
     boxes = _boxes(form) if isinstance(form, Numeric) else ()
     return Question(
-        name=one.title.translate(NAMES),
+        name=moodle_name(one.title),
         type=_type(form),
         body=_with_boxes(body, form, [box.notation for box in boxes]),
         numbered=_with_boxes(body, form, [f"{{#{number}}}" for number in range(1, len(boxes) + 1)]),
@@ -69,7 +78,7 @@ def _question(one: Item, key: str) -> Question:
         solution=_html(one.solution),
         solution_files=_files(one.solution),
         points=one.points,
-        idnumber=f"{key}-{one.key}"[-100:],
+        idnumber=f"{key}-{one.key}"[-LONGEST_ID:],
         tags=("qdot", one.category[1], one.category[2]),
         hints=tuple(text_html(hint) for hint in one.hints),
         answers=_options(form) if isinstance(form, Choose) else (),

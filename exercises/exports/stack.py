@@ -1,21 +1,22 @@
-"""STACK questions in one Moodle XML file: a question for every variant, with all its parts, and its question tests.
+"""STACK questions in one Moodle XML file: a question for every part of every variant, and its question tests.
 
-A variant is a question of its own, in a category for each place of the assignment from which a quiz draws one at
-random. A question that holds all variants and picks one by its seed could not have the mistakes of each arm as nodes of
-its tree: other arms make other mistakes give the same answer.
+A part is a question of its own, as STACK has a time limit for all that it does at a time. So is a variant, in a
+category for each part of each place of the assignment, from which a quiz draws one at random: a question that holds all
+variants and picks one by its seed could not have the mistakes of each arm as nodes of its tree, as other arms make
+other mistakes give the same answer.
 """
 
 import base64
-from collections.abc import Generator, Iterable
-from dataclasses import dataclass, replace
-from itertools import zip_longest
+from collections.abc import Generator, Iterator
+from dataclasses import dataclass
 
 from exercises.errors import QdotError
 from exercises.exports.bank import Variant, bank
+from exercises.exports.moodle import LONGEST_ID, category_path, moodle_name
 from exercises.exports.outlet import File, Order
-from exercises.exports.stack_parts import FUNCTIONS, Case, StackPart, asked, without_rounding
+from exercises.exports.stack_cost import LIMIT, costs
+from exercises.exports.stack_parts import Case, StackPart, asked, without_rounding
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg
-from exercises.formula.printers.maxima import maxima_text
 from exercises.notebook import solution_figure
 from exercises.problem import Part, Problem
 from exercises.questions.results import is_product
@@ -27,8 +28,9 @@ from exercises.writing.statement import hints, prompt, statement, worked_solutio
 VERSION = "2023060500"
 """The version of STACK whose features the questions use."""
 PENALTY = 0.1
-MOST_JOINTS = 6
-"""Joints up to which sums of neighbouring angles have a short name, as c123."""
+NOT_READ = Case("what can't be read is not marked", "qdot_unknown(1)", None, "NULL")
+SOLVED = "The arm in a regular and in its singular configurations"
+NOT_MEASURED = "what marking costs was not measured, as Maxima is not installed; STACK gives up after 30 s"
 
 
 @dataclass(frozen=True)
@@ -41,60 +43,61 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class Shown:
-    """A part as the template writes it: STACK's terms, and texts as HTML."""
+class StackQuestion:
+    """A part of a variant as the template writes it: STACK's terms, and texts as HTML."""
 
     asked: StackPart
-    title: str
-    prompt: str
-    hints: tuple[str, ...]
-    solution: str
-    picture: Picture | None
-    solution_picture: Picture | None
-
-
-@dataclass(frozen=True)
-class Test:
-    """A question test: for each part its value ("" where it is left blank), and what is expected."""
-
-    title: str
-    given: tuple[tuple[StackPart, Case], ...]
-
-
-@dataclass(frozen=True)
-class StackQuestion:
-    """A variant as the template writes it."""
-
     name: str
     id: str
     category: str
-    grade: float
-    statement: str
-    picture: Picture
-    variables: tuple[str, ...]
     note: str
-    parts: tuple[Shown, ...]
-    tests: tuple[Test, ...]
+    title: str
+    statement: str
+    prompt: str
+    hints: tuple[str, ...]
+    solution: str
+    picture: Picture
+    part_picture: Picture | None
+    solution_picture: Picture | None
+    tests: tuple[Case, ...]
 
 
 def stack_questions(order: Order) -> Generator[File, None, None]:
     """Yield the file; what STACK can't ask or judges otherwise is told once for each place."""
     notes: dict[str, None] = {}
-    made = [_question(order, variant, notes) for variant in bank(order)]
+    questions: dict[str, list[StackQuestion]] = {}
+    for variant in bank(order):
+        for question in _questions(order, variant, notes):
+            questions.setdefault(question.category, []).append(question)
     for said in notes:
         order.note(said)
-    questions = [question for question in made if question is not None]
     if not questions:
         raise QdotError("STACK can ask nothing of this assignment; `qdot export --help` lists other outlets")
-    text = render("exports/stack.xml.j2", questions=questions, version=VERSION, penalty=PENALTY)
+    text = render("exports/stack.xml.j2", categories=questions, version=VERSION, penalty=PENALTY)
     yield File(f"{order.assignment.key}-stack.xml", text, private=True)
 
 
-def _question(order: Order, variant: Variant, notes: dict[str, None]) -> StackQuestion | None:
-    problem, slot = variant.problem, variant.slot.name
-    parts: list[StackPart] = []
-    for part in problem.parts:
-        one = asked(problem, without_rounding(part), len(parts) + 1)
+def _questions(order: Order, variant: Variant, notes: dict[str, None]) -> Iterator[StackQuestion]:
+    """Yield the questions of a variant, but for those that STACK can't ask or would not mark in time."""
+    parts = list(_asked(variant, notes))
+    seconds = costs(parts)
+    if seconds is None:
+        notes[NOT_MEASURED] = None
+        seconds = [0.0] * len(parts)
+    for part, cost in zip(parts, seconds, strict=True):
+        if cost > LIMIT:
+            notes[
+                f"{variant.key}: {part.part.name!r} is left out: its marking takes {cost:.0f} s of processor time in "
+                f"Maxima, and with more than {LIMIT:g} s STACK may give up on it"
+            ] = None
+        else:
+            yield _question(order, variant, part)
+
+
+def _asked(variant: Variant, notes: dict[str, None]) -> Iterator[StackPart]:
+    slot = variant.slot.name
+    for part in variant.problem.parts:
+        one = asked(variant.problem, without_rounding(part))
         if isinstance(one, str):
             notes[f"{slot}: STACK does not ask {part.name!r}: {one}"] = None
             continue
@@ -102,21 +105,32 @@ def _question(order: Order, variant: Variant, notes: dict[str, None]) -> StackQu
             notes[f"{slot}: STACK takes no rounded decimals in {part.name!r}; qdot would, {part.rounding.words}"] = None
         if is_product(part):
             notes[f"{slot}: in STACK {part.name!r} is right or wrong; factors that are right earn nothing"] = None
-        parts.append(one)
-    if not parts:
-        return None
-    title = order.assignment.title.replace("/", "//")
+        yield one
+
+
+def _question(order: Order, variant: Variant, one: StackPart) -> StackQuestion:
+    assignment, problem, part = order.assignment, variant.problem, one.part
+    number = [other.name for other in problem.parts].index(part.name) + 1
+    title = ASKED[part.kind].title
+    drawn = part_svg(problem.chain, part, part.name)
+    solved = solution_figure(problem, part, f"{part.name}-solution")
     return StackQuestion(
-        f"{order.assignment.title}: {variant.key}",
-        f"{order.assignment.key}-{variant.key}",
-        f"$course$/top/{title}/{slot}",
-        sum(one.part.points for one in parts),
-        _html(statement(problem, "")),
-        _picture("arm", figure_svg(problem.chain), alt_text(problem.chain)),
-        _variables(problem, parts),
-        _note(variant),
-        tuple(_shown(problem, one, order.assignment.hints) for one in parts),
-        tuple(_tests(parts)),
+        asked=one,
+        name=moodle_name(f"{variant.key}, {part.name}: {assignment.title}"),
+        id=f"{assignment.key}-{variant.key}-{part.name}"[-LONGEST_ID:],
+        category=category_path(
+            [moodle_name(name) for name in (assignment.title, variant.slot.name, f"{number}. {title}")]
+        ),
+        note=_note(variant),
+        title=title,
+        statement=_html(statement(problem, "")),
+        prompt=_html(_prompt(problem, part)),
+        hints=tuple(_html(hint) for hint in hints(problem, part)) if assignment.hints else (),
+        solution=_html(worked_solution(problem, part)),
+        picture=_picture("arm", figure_svg(problem.chain), alt_text(problem.chain)),
+        part_picture=_picture(part.name, drawn, part_alt(problem.chain, part)) if drawn else None,
+        solution_picture=_picture(f"{part.name}-solution", solved, SOLVED) if solved else None,
+        tests=(*one.cases, *([NOT_READ] if one.is_typed else [])),
     )
 
 
@@ -129,49 +143,10 @@ def _picture(name: str, svg: str, alt: str) -> Picture:
     return Picture(f"{name}.svg", base64.b64encode(svg.encode()).decode(), alt)
 
 
-def _shown(problem: Problem, one: StackPart, hinted: bool) -> Shown:
-    part = one.part
-    name = part.name
-    own, solved = part_svg(problem.chain, part, name), solution_figure(problem, part, f"{name}-solution")
-    return Shown(
-        one,
-        ASKED[part.kind].title,
-        _html(_prompt(problem, part)),
-        tuple(_html(hint) for hint in hints(problem, part)) if hinted else (),
-        _html(worked_solution(problem, part)),
-        _picture(name, own, part_alt(problem.chain, part)) if own else None,
-        _picture(f"{name}-solution", solved, "The arm in a regular and in its singular configurations")
-        if solved
-        else None,
-    )
-
-
 def _prompt(problem: Problem, part: Part) -> str:
     """Return what is asked, without how it would be typed in Python where that is another thing in STACK."""
     text = prompt(problem, part)
     return text.split("**Answer:**")[0] if (part.answer.offered or part.answer.is_a_set) else text
-
-
-def _variables(problem: Problem, parts: Iterable[StackPart]) -> tuple[str, ...]:
-    """Return the question variables: given lengths, short names of sines and cosines, and the answers."""
-    given = ", ".join(
-        f"{name} = {maxima_text(info.value)}" for name, info in problem.symbols().items() if info.value is not None
-    )
-    angles = {i: q.name for i, q in enumerate(problem.chain.q, 1) if q.name.startswith("theta")}
-    known, short = problem.symbols(), []
-    for first in angles:
-        for last in range(first, min(first + MOST_JOINTS, 10)):
-            run = range(first, last + 1)
-            if not all(i in angles for i in run):
-                break
-            total, digits = " + ".join(angles[i] for i in run), "".join(map(str, run))
-            short += [
-                f"{letter}{digits} = {trig}({total})"
-                for letter, trig in (("c", "cos"), ("s", "sin"))
-                if f"{letter}{digits}" not in known
-            ]
-    own = (line for one in parts for line in one.variables)
-    return (f"given: [{given}];", f"short: [{', '.join(short)}];", *FUNCTIONS, *own)
 
 
 def _note(variant: Variant) -> str:
@@ -180,23 +155,3 @@ def _note(variant: Variant) -> str:
         f"{name} = {info.value}" for name, info in variant.problem.symbols().items() if info.value is not None
     )
     return f"{variant.key}: {variant.problem.chain.title or 'arm'}{'; ' if given else ''}{given}"
-
-
-def _tests(parts: list[StackPart]) -> Iterable[Test]:
-    """Yield tests with a case of every part each, then what can't be read, and an answer to the first part alone."""
-    for row in zip_longest(*(one.cases for one in parts)):
-        given = tuple((one, case or one.cases[0]) for one, case in zip(parts, row, strict=True))
-        titles = dict.fromkeys(case.title for case in row if case is not None)
-        yield Test("; ".join(titles), given)
-    typed = next((one for one in parts if one.kind in ("algebraic", "numerical")), None)
-    blank = Case("blank", "", None, "NULL")
-    if len(parts) > 1:
-        yield Test(
-            "the first part alone: the others are blank, and not marked",
-            tuple((one, one.cases[0] if one is parts[0] else blank) for one in parts),
-        )
-    if typed is not None:
-        bad = replace(blank, value="qdot_unknown(1)")
-        yield Test(
-            "what can't be read is not marked", tuple((one, bad if one is typed else one.cases[0]) for one in parts)
-        )

@@ -29,7 +29,8 @@ LAYERS = {
         messages figure
         self_check notebook showing solving docs gradebook redrawn assignment drawing store sets release exports.outlet
         exports.bank exports.handouts
-        exports.known_wrong exports.stack_parts exports exports.registry site.keys site.record site.bank
+        exports.known_wrong exports.stack_maxima exports.stack_parts exports exports.registry
+        site.keys site.record site.bank
         site.page site.chapter site.arms site.guide site.reference site.pages site.stale_files site.build site
         overview commands""",
     "grader": """verdict counterexample levels clock contained function_values answer formulas choices direction

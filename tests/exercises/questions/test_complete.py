@@ -49,7 +49,7 @@ def is_asked_by_platforms(problem: Problem, part: Part) -> bool:
 
 
 def is_asked_by_stack(problem: Problem, part: Part) -> bool:
-    return not isinstance(asked_by_stack(problem, without_rounding(part), 1), str)
+    return not isinstance(asked_by_stack(problem, without_rounding(part)), str)
 
 
 def below(kind: type[Details]) -> Iterator[type[Details]]:

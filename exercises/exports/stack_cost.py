@@ -1,0 +1,52 @@
+"""What marking costs: question tests of STACK questions run by Maxima on this machine, and their processor time.
+
+STACK gives up on what takes it longer than 30 seconds, of which it needs some for itself. Its own library takes no
+part in our marking, and is not needed here.
+"""
+
+import shutil
+import subprocess
+from collections.abc import Sequence
+
+from exercises.exports.stack_parts import StackPart
+
+LIMIT = 5.0
+"""Seconds of processor time that the marking of one answer may take."""
+PATIENCE = 60.0
+"""Seconds after which Maxima is stopped."""
+
+
+def costs(parts: Sequence[StackPart]) -> list[float] | None:
+    """Return the seconds that the dearest question test of each part takes; None where Maxima is not installed.
+
+    What had to be stopped has cost PATIENCE.
+    """
+    program = shutil.which("maxima")
+    if program is None:
+        return None
+    found: list[float] = []
+    while len(found) < len(parts):
+        found += _measured(program, parts[len(found) :]) or [PATIENCE]
+    return found
+
+
+def _measured(program: str, parts: Sequence[StackPart]) -> list[float]:
+    """Return the cost of each part in turn, of those with which Maxima was done before it stopped or was stopped."""
+    script = "\n".join(map(_script, parts)).encode()
+    try:
+        command = [program, "--very-quiet"]
+        printed = subprocess.run(command, input=script, capture_output=True, timeout=PATIENCE, check=False).stdout
+    except subprocess.TimeoutExpired as stopped:
+        printed = stopped.stdout or b""
+    return [float(line.split()[1]) for line in printed.decode(errors="replace").splitlines() if line.startswith("COST")]
+
+
+def _script(part: StackPart) -> str:
+    """Return Maxima that prints the seconds of the variables and of the dearest test."""
+    lines = ["qdot_start: elapsed_run_time()", *part.variables, "qdot_variables: elapsed_run_time() - qdot_start"]
+    lines.append("qdot_dearest: 0")
+    for case in part.cases:
+        lines += ["qdot_start: elapsed_run_time()", f"ans1: {case.value}", *part.marking]
+        lines.append("qdot_dearest: max(qdot_dearest, elapsed_run_time() - qdot_start)")
+    lines.append('print("COST", float(qdot_variables + qdot_dearest))')
+    return "\n".join(f"{line.removesuffix(';')}$" for line in lines)

@@ -1,0 +1,78 @@
+"""What marking calls in Maxima, defined among the variables of a STACK question, as far as its kind of answer needs it.
+
+Formulas are compared by their values at a few points that the exporter draws. That costs milliseconds whatever the
+form of an answer; to prove each entry the same, as STACK's AlgEquiv does, costs seconds an entry, of the 30 that STACK
+allows for all it does.
+
+    points          for each point the values of all symbols; the first two differ in what moves only
+    short, given    names that are put in for what they stand for: c12, and lengths that are numbers
+    turning         the joints whose values are angles
+    u, w            what was answered and what is right: for each point a list of entries, false for what is no number
+"""
+
+from exercises.formula.printers.maxima import maxima_text
+from exercises.problem import Problem
+
+MOST_JOINTS = 6
+"""Joints up to which sums of neighbouring angles have a short name, as c123."""
+
+COUNT = "qdot_count(l) := length(sublist(l, lambda([x], is(x = true))));"
+READ = "qdot_read(x) := subst(append(short, given), x);"
+
+FORMULAS = (
+    COUNT, READ,
+    ("qdot_number(x, p) := block([y: errcatch(float(subst(p, x)))], "
+    "if y # [] and numberp(y[1]) then y[1] else false);"),
+    ("qdot_values(x) := block([entries: if matrixp(x) then apply(append, args(x)) else [x]], "
+    "makelist(makelist(qdot_number(f, p), f, entries), p, points));"),
+    "qdot_close(x, y) := is(not (x = false) and abs(x - y) <= 1.0e-10*(1 + abs(y)));",
+    ("qdot_agree(u, w) := makelist(is(qdot_count(makelist(qdot_close(u[m][i], w[m][i]), m, 1, length(w))) "
+    "= length(w)), i, 1, length(w[1]));"),
+    "qdot_same(u, x) := if qdot_count(qdot_agree(u, qdot_values(x))) = length(u[1]) then 1 else 0;",
+    ("qdot_parallel(u, w, p) := if member(false, u) or abs(u[p]) < 1.0e-10 then false "
+    "else is(qdot_count(makelist(qdot_close(u[i]*w[p]/u[p], w[i]), i, 1, length(w))) = length(w));"),
+    ("qdot_along(u, w, p) := is(qdot_count(makelist(qdot_parallel(u[m], w[m], p), m, 1, length(w))) = length(w));"),
+    ("qdot_amiss(u, w, p) := block([k], if not qdot_along(u, w, p) then 0 "
+    "else (k: makelist(u[m][p]/w[m][p], m, 1, length(w)), if not qdot_close(k[1], k[2]) then 0 "
+    "elseif qdot_count(makelist(qdot_close(c, -1), c, k)) = length(k) then 1 elseif k[1] < 0 then 2 else 1));"),
+)  # fmt: skip
+"""`qdot_amiss` counts what is wrong of an answer that is right but for a constant: its sign, its size."""
+
+NUMBERS = (COUNT, READ, "qdot_near(x, y, room) := is(abs(float(x) - y) <= room);")
+
+_FITS = "is(abs(float(sin((rhs(c) - rhs(t))/2))) < 1.0e-9) else is(abs(float(rhs(c) - rhs(t))) < 1.0e-9)"
+_MET = "makelist(is(qdot_count(makelist(qdot_fits(c, t), {0}, {1})) > 0), {2}, {3})"
+
+SETS = (
+    COUNT, READ,
+    f"qdot_fits(c, t) := is(lhs(c) = lhs(t)) and (if member(lhs(t), turning) then {_FITS});",
+    f"qdot_covered(claims, truth) := qdot_count({_MET.format('c', 'claims', 't', 'truth')});",
+    f"qdot_beyond(claims, truth) := length(claims) - qdot_count({_MET.format('t', 'truth', 'c', 'claims')});",
+    ("qdot_set_share(found, beyond) := block([total: apply(\"+\", map(first, found)), share], "
+    "share: apply(\"*\", makelist(if f[1] = f[2] then 1 elseif f[1] = 0 then 1/2 else 2/3, f, found))/2^beyond, "
+    "if total = 0 or (beyond > 1 and beyond >= total) then 0 elseif share = 1 then 1/2 else share);"),
+)  # fmt: skip
+
+
+def names(problem: Problem) -> tuple[str, str]:
+    """Return the lines that say what is put in for a student's names: given lengths, sines and cosines."""
+    given = (
+        f"{name} = {maxima_text(info.value)}" for name, info in problem.symbols().items() if info.value is not None
+    )
+    short = (f"{name} = {meant}" for name, meant in short_names(problem).items())
+    return f"given: [{', '.join(given)}];", f"short: [{', '.join(short)}];"
+
+
+def short_names(problem: Problem) -> dict[str, str]:
+    """Return short names of sines and cosines of angles and of sums of neighbouring ones, with what they stand for."""
+    known = problem.symbols()
+    angles = {i: q for i, q in enumerate(problem.chain.q, 1) if q.name.startswith("theta")}
+    short = {}
+    for first in angles:
+        for last in range(first, min(first + MOST_JOINTS, 10)):
+            run = range(first, last + 1)
+            if not all(i in angles for i in run):
+                break
+            total, digits = " + ".join(angles[i].name for i in run), "".join(map(str, run))
+            short.update({f"c{digits}": f"cos({total})", f"s{digits}": f"sin({total})"})
+    return {name: meant for name, meant in short.items() if name not in known}

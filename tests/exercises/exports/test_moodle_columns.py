@@ -1,0 +1,91 @@
+"""Moodle XML of every outlet that writes it, held against the columns of the tables into which Moodle and STACK put it.
+
+What is too long for its column ends an import on PostgreSQL, with everything behind it.
+"""
+
+import json
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from exercises.assignment import Student, load_assignment
+from exercises.exports.outlet import Order
+from exercises.exports.registry import OUTLETS
+from grader.certify import failures_of
+from tests.support.handing_in import a_class
+
+DATA = json.loads((Path(__file__).parents[2] / "data" / "moodle_columns.json").read_text())
+TITLE = f"Arms & <signs> / {'velocity ' * 40}"
+TOML = f"""title = "{TITLE}"
+key = "{"long-key-" * 10}"
+hints = true
+[[problem]]
+family = "planar-2r"
+questions = ["position", "jacobian", "inverse-velocity", "singular-angles", "joint-rates"]
+[[problem]]
+family = "elbow-3r"
+questions = ["jacobian", "determinant", "rank"]
+[[problem]]
+family = "polar-rp"
+questions = ["match-columns", "singular-drawing", "dependence"]
+"""
+
+
+@pytest.fixture(scope="module", params=["moodle", "stack"])
+def quiz(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> ET.Element:
+    folder = tmp_path_factory.mktemp("columns") / "hw"
+    a_class(folder, [Student("ada")])
+    (folder / "assignment.toml").write_text(TOML)
+    file, *_ = OUTLETS[request.param].files(Order(load_assignment(folder), failures_of, variants=1))
+    return ET.fromstring(file.content)
+
+
+def questions(quiz: ET.Element) -> Iterator[tuple[ET.Element, str]]:
+    """Yield questions, and their types."""
+    yield from ((one, kind) for one in quiz if (kind := one.get("type", "")) != "category")
+
+
+def test_texts_are_not_longer_than_their_columns(quiz: ET.Element) -> None:
+    too_long = [
+        (kind, path, text)
+        for question, kind in questions(quiz)
+        for path, most in {**DATA["columns"]["*"], **DATA["columns"].get(kind, {})}.items()
+        for element in question.findall(path)
+        if len(text := element.text or "") > most
+    ]
+    assert too_long == []
+
+
+def test_names_of_categories_are_short_enough_and_whole(quiz: ET.Element) -> None:
+    paths = [text for element in quiz.findall("question/category/text") if (text := element.text)]
+    names = [name.replace("//", "/") for path in paths for name in re.split(r"(?<!/)/(?!/)", path)]
+    assert paths and max(map(len, names)) <= DATA["category"]
+    assert all(name and "<" not in name and ">" not in name and name == name.strip() for name in names)
+    assert len(set(paths)) == len(paths)
+
+
+def test_what_must_be_filled_is(quiz: ET.Element) -> None:
+    for question, kind in questions(quiz):
+        for path in DATA["filled"]["*"] + DATA["filled"].get(kind, []):
+            found = [element.text for element in question.findall(path)]
+            assert found, (kind, path)
+            assert all(text and text.strip() for text in found), (kind, path)
+
+
+def test_what_must_be_unique_is(quiz: ET.Element) -> None:
+    ids = [question.findtext("idnumber") for question, _ in questions(quiz)]
+    assert len(set(ids)) == len(ids)
+    for question, kind in questions(quiz):
+        for path in DATA["unique"].get(kind, []):
+            found = [element.text for element in question.findall(path)]
+            assert len(set(found)) == len(found), path
+
+
+def test_marks_are_no_longer_than_their_numbers(quiz: ET.Element) -> None:
+    """Twelve digits, seven of them behind the point."""
+    for question, kind in questions(quiz):
+        if kind != "cloze":
+            assert re.fullmatch(r"\d{1,5}(\.\d{1,7})?", question.findtext("defaultgrade", "")), kind

@@ -1,0 +1,103 @@
+<?php
+// What Moodle with STACK makes of our questions: `php stack.php < request.json`, which answers in JSON; asked by stack.py.
+//
+// The request: `config` (Moodle's config.php) and `xml`, the file to import. The answer: by the name of a question what
+// is stored of it, what its page shows, what a blank attempt earns, and of each question test whether STACK passes it,
+// the score that was expected, the seconds that it took, and why it did not pass.
+
+define('CLI_SCRIPT', true);
+$request = json_decode(stream_get_contents(STDIN), true);
+require($request['config']);
+require_once($CFG->dirroot . '/course/lib.php');
+require_once($CFG->dirroot . '/question/format.php');
+require_once($CFG->dirroot . '/question/format/xml/format.php');
+require_once($CFG->dirroot . '/question/engine/lib.php');
+require_once($CFG->dirroot . '/question/type/stack/locallib.php');
+require_once($CFG->dirroot . '/question/type/stack/stack/questiontest.php');
+
+function a_course(): stdClass {
+    $name = 'qdot ' . uniqid();
+    return create_course((object) ['fullname' => $name, 'shortname' => $name, 'category' => 1]);
+}
+
+function import(string $file, stdClass $course, context $context): array {
+    $format = new qformat_xml();
+    $format->setContexts([$context]);
+    $format->setCourse($course);
+    $format->setFilename($file);
+    $format->setRealfilename(basename($file));
+    $format->setMatchgrades('error');
+    $format->setCatfromfile(true);
+    $format->setContextfromfile(false);
+    $format->setStoponerror(true);
+    $format->setCategory(question_make_default_categories([$context]));
+    $format->set_display_progress(false);
+    ob_start();
+    try {
+        $done = $format->importpreprocess() && $format->importprocess() && $format->importpostprocess();
+        $said = '';
+    } catch (moodle_exception $error) {
+        [$done, $said] = [false, $error->getMessage() . ' ' . ($error->debuginfo ?? '')];
+    }
+    return ['done' => $done, 'said' => trim(ob_get_clean() . $said)];
+}
+
+function questions_of(context $context): array {
+    global $DB;
+    $sql = "SELECT q.id, q.name, e.idnumber, q.defaultmark, c.name AS category
+              FROM {question} q
+              JOIN {question_versions} v ON v.questionid = q.id
+              JOIN {question_bank_entries} e ON e.id = v.questionbankentryid
+              JOIN {question_categories} c ON c.id = e.questioncategoryid
+             WHERE c.contextid = ? AND q.qtype = 'stack' ORDER BY q.id";
+    return array_values($DB->get_records_sql($sql, [$context->id]));
+}
+
+function tested(stack_question_test $test, int $id, context $context): array {
+    $start = microtime(true);
+    $result = $test->test_question($id, null, $context);
+    $seconds = microtime(true) - $start;
+    $said = $result->passed_with_reasons();
+    $due = $test->expectedresults['prt1'];
+    return [
+        'about' => $test->description, 'passed' => (bool) $said['passed'], 'due' => $due->score, 'seconds' => $seconds,
+        'why' => trim(strip_tags($said['reason'] ?? '')),
+    ];
+}
+
+function shown(int $id, context $context): array {
+    $usage = question_engine::make_questions_usage_by_activity('core_question_preview', $context);
+    $usage->set_preferred_behaviour('deferredfeedback');
+    $question = question_bank::load_question($id);
+    $slot = $usage->add_question($question, $question->defaultmark);
+    $start = microtime(true);
+    $usage->start_question($slot);
+    $options = new question_display_options();
+    $page = $usage->render_question($slot, $options, '1');
+    $seconds = microtime(true) - $start;
+    $usage->finish_question($slot);
+    $options->generalfeedback = question_display_options::VISIBLE;
+    $after = $usage->render_question($slot, $options, '1');
+    $errors = array_keys($question->runtimeerrors ?? []);
+    $blank = (float) $usage->get_question_fraction($slot);
+    return ['page' => $page, 'after' => $after, 'blank' => $blank, 'seconds' => $seconds, 'errors' => $errors];
+}
+
+\core\session\manager::set_user(get_admin());
+core_php_time_limit::raise(0);
+$course = a_course();
+$context = context_course::instance($course->id);
+$PAGE->set_context($context);
+$PAGE->set_course($course);
+$PAGE->set_url('/');
+$limit = get_config('qtype_stack', 'castimeout');
+$plugin = core_plugin_manager::instance()->get_plugin_info('qtype_stack')->release;
+$answer = ['moodle' => $CFG->release, 'stack' => $plugin, 'database' => $DB->get_name(), 'limit' => $limit];
+$answer['import'] = import($request['xml'], $course, $context);
+foreach (questions_of($context) as $question) {
+    $tests = question_bank::get_qtype('stack')->load_question_tests($question->id);
+    $answer['questions'][$question->name] = (array) $question + shown($question->id, $context) + [
+        'tests' => array_values(array_map(fn($test) => tested($test, $question->id, $context), $tests)),
+    ];
+}
+echo "\n" . json_encode($answer, JSON_THROW_ON_ERROR);
