@@ -1,7 +1,9 @@
 """What an outlet is, and what it is given: an assignment, and how many variants of each problem are wanted."""
 
+import tomllib
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
+from pathlib import PurePath
 from typing import Literal
 
 from exercises.assignment import Assignment
@@ -53,6 +55,18 @@ class File:
     private: bool = False
 
 
+def robots(assignment: Assignment) -> list[str]:
+    """Return the files of an assignment's own robots, below its folder. Raises QdotError for one elsewhere."""
+    content = tomllib.loads((assignment.folder / "assignment.toml").read_text(encoding="utf-8"))
+    names = list(dict.fromkeys(entry["robot"] for entry in content["problem"] if "robot" in entry))
+    for name in names:
+        if PurePath(name).is_absolute() or ".." in PurePath(name).parts:
+            raise QdotError(
+                f"robot = {name!r} lies outside of {assignment.folder}; put it there, so that it can be exported"
+            )
+    return [PurePath(name).as_posix() for name in names]
+
+
 @dataclass(frozen=True)
 class Outlet:
     """A form in which an assignment is handed out: `--to NAME`.
@@ -60,6 +74,9 @@ class Outlet:
     `title` says what comes out, `read_by` which program reads it, and `checked` what in our tests reads it as that
     would. It does its work once for every "variant", every "student", or "once". Problems that are drawn from
     assignment.toml again, where they are read, are `drawn_there`.
+
+    Before anything is written, `check` raises QdotError for an order that can't be carried out anywhere, and `missing`
+    returns what it needs that is not on this machine, and how to get it, "" where all is there.
     """
 
     name: str
@@ -69,6 +86,8 @@ class Outlet:
     per: Literal["variant", "student", "once"]
     files: Callable[[Order], Generator[File, None, None]]
     drawn_there: bool = False
+    check: Callable[[Order], object] = lambda _: None
+    missing: Callable[[], str] = lambda: ""
 
     @property
     def holds_a_bank(self) -> bool:

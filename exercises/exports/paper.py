@@ -41,8 +41,26 @@ def latex(order: Order) -> Generator[File, None, None]:
 
 def pdf(order: Order) -> Generator[File, None, None]:
     """Yield a PDF for every student or version, and one of all of them to print. Raises QdotError without typst."""
-    compile_pdf("")
+    if lacking := missing_for_pdf():
+        raise QdotError(lacking)
     return _files(order, "pdf", lambda *given: compile_pdf(typst_source(*given)), whole=True)
+
+
+def missing_for_pdf() -> str:
+    """Return that the library that sets PDF is not here, and how to get it, or ""."""
+    try:
+        import typst  # noqa: F401
+    except ImportError:
+        return NO_TYPST
+    return ""
+
+
+def check_sheet(order: Order) -> None:
+    """Raise QdotError for a sheet that can't be as it is asked for."""
+    if order.sheet not in ("handout", "exam") and order.solutions:
+        raise QdotError(
+            f"a {order.sheet} has no worked solutions; these are on --sheet handout or exam, with --solutions"
+        )
 
 
 Write = Callable[[Order, Sequence[Sheet], Sequence[PaperQuestion]], str | bytes]
@@ -51,8 +69,7 @@ Write = Callable[[Order, Sequence[Sheet], Sequence[PaperQuestion]], str | bytes]
 def _files(order: Order, ending: str, write: Write, whole: bool) -> Generator[File, None, None]:
     """Yield a file for each sheet, then one of all: of a key everybody's answers by question, else all, if `whole`."""
     key = order.sheet == "key"
-    if key and order.solutions:
-        raise QdotError("a key has no worked solutions; these are on --sheet handout or exam, with --solutions")
+    check_sheet(order)
     private = key or order.solutions
     stem = f"{order.sheet}{'-versions' if order.versions else ''}{'-solutions' if order.solutions else ''}"
     made: list[Sheet] = []
@@ -99,14 +116,10 @@ def typst_source(order: Order, made: Sequence[Sheet], asked: Sequence[PaperQuest
 def compile_pdf(source: str) -> bytes:
     """Return a Typst document as PDF/UA-1; the same bytes on every machine: only fonts of the library, no date.
 
-    Raises QdotError without the library.
+    It needs the library (`missing_for_pdf`).
     """
-    try:
-        import typst
-    except ImportError:
-        raise QdotError(NO_TYPST) from None
-    if not source:
-        return b""
+    import typst
+
     return bytes(typst.compile(source.encode(), ignore_system_fonts=True, pdf_standards=["ua-1"], timestamp=0))
 
 
