@@ -269,7 +269,7 @@ def test_what_is_missing_for_one_outlet_keeps_no_other_from_being_written(
     order: Order, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(__import__("sys").modules, "typst", None)
-    command = ["export", order.assignment.folder, "--jobs", "1", "--out", tmp_path]
+    command: list[str | Path] = ["export", order.assignment.folder, "--jobs", "1", "--out", tmp_path]
     said = fails(*command, "--to", "html", "--to", "pdf", "--to", "latex")
     assert "pdf is not written; all others are. pdf: PDF needs the library typst" in said
     assert "pip install 'qdot[pdf]'" in said
@@ -277,7 +277,7 @@ def test_what_is_missing_for_one_outlet_keeps_no_other_from_being_written(
 
 
 def test_what_is_asked_of_outlets_is_checked_before_the_first_is_written(order: Order, tmp_path: Path) -> None:
-    command = ["export", order.assignment.folder, "--jobs", "1", "--out", tmp_path]
+    command: list[str | Path] = ["export", order.assignment.folder, "--jobs", "1", "--out", tmp_path]
     assert "unknown outlet 'pfd'" in fails(*command, "--to", "html", "--to", "pfd")
     assert "a key has no worked" in fails(
         *command, "--to", "jupyterquiz", "--to", "html", "--sheet", "key", "--solutions"
@@ -291,7 +291,7 @@ def test_an_outlet_that_fails_leaves_the_others(order: Order, tmp_path: Path, mo
         raise QdotError("nothing can be asked")
 
     monkeypatch.setitem(OUTLETS, "stack", replace(OUTLETS["stack"], files=failing))
-    command = ["export", order.assignment.folder, "--jobs", "1", "--out", tmp_path]
+    command: list[str | Path] = ["export", order.assignment.folder, "--jobs", "1", "--out", tmp_path]
     said = fails(*command, "--to", "stack", "--to", "latex")
     assert "stack is not written; all others are. stack: nothing can be asked" in said
     assert (tmp_path / "latex" / "handout" / "ada.tex").exists()
