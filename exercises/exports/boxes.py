@@ -27,19 +27,21 @@ from exercises.writing.fit import width
 from exercises.writing.latex import tex
 from exercises.writing.statement import option_text
 
-ROW, LINE = 9, 6
+ROW, LINE = 8, 5
 """Millimetres of height of a row of a box, and of each further line that an entry takes in it."""
 PAGE = 165
 """Millimetres of width of a box, about."""
-WRITTEN = 6.0
+WRITTEN = 4.8
 """Millimetres of width that handwriting takes for one em of print."""
-LEAST, PER_LETTER, MOST = 10, 0.018, 45
+LEAST, PER_LETTER, MOST = 8, 0.014, 40
 """Millimetres left for working: the least, more for each character of the worked solution, and the most."""
+LEAST_SHARE = 0.5
+"""The least share of it where a sheet would take many pages."""
 STEP = 5
 """Millimetres to which that is rounded, so that it tells nothing more."""
 EM, PROSE = 39.0, 0.46
 """How wide a line of options is, in em, and how wide a character of prose is."""
-TICK = 2.5
+TICK = 2.2
 """What an option's square, its letter and the room beside it take, in em."""
 
 
@@ -70,10 +72,15 @@ class Box:
         return min(self.rows, 3) if self.is_numbers else self.columns
 
     @property
+    def is_narrow(self) -> bool:
+        """Whether it fits beside a figure."""
+        return self.letters or (self.is_numbers and self.rows == 1)
+
+    @property
     def room(self) -> int:
         """Millimetres of height of all of it, with its frame and a heading."""
         rows = math.ceil(self.rows / self.beside) if self.is_numbers else self.rows
-        return self.working + rows * self.height + 25
+        return self.working + rows * self.height + 5
 
 
 @dataclass(frozen=True)
@@ -111,8 +118,9 @@ def options_of(problem: Problem, part: Part, share: float = 1.0) -> PaperOptions
         ]
     widest = max(map(_width, texts)) + TICK
     columns = max((count for count in (1, 2, 4) if count * widest <= share * EM and count <= len(texts)), default=1)
-    if widest > share * EM and all(re.fullmatch(r"\$[^$]*\$", text) for text in texts):
-        texts = [f"$${text}$$" for text in texts]  # made smaller, or broken
+    tall = isinstance(part.details, Options) and any(option.is_tall for option in part.details.offered)
+    if (tall or widest > share * EM) and all(re.fullmatch(r"\$[^$]*\$", text) for text in texts):
+        texts = [f"${text}$" for text in texts]  # made smaller, or broken
     offered = tuple(PaperOption(letter, text) for letter, text in zip(LETTERS, texts, strict=False))
     return PaperOptions(offered, columns, ticked=not answer.matched)
 
@@ -123,6 +131,15 @@ def _width(text: str) -> float:
 
 
 # --- boxes ---
+
+
+def shrunk(boxes: Sequence[Box], fixed: int, page: int) -> float:
+    """Return the share of the room for working that is left to these boxes, so that all fit on a page.
+
+    All in millimetres: what takes `fixed` of the height can't shrink, and `LEAST_SHARE` of the room is left at least.
+    """
+    wanted = sum(box.working for box in boxes)
+    return 1.0 if not wanted else min(1.0, max(LEAST_SHARE, (page - fixed) / wanted))
 
 
 def working(solution: str) -> int:

@@ -1,5 +1,6 @@
 """A sheet of paper as data: a student's problems in Markdown, with figures, and boxes to write in; no layout yet."""
 
+import math
 import re
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
@@ -8,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from exercises.assignment import Assignment
 from exercises.drawing import Failures, GivenUp, draws_of, recorded, vouching
 from exercises.exports.bank import bank
-from exercises.exports.boxes import Box, PaperOptions, box_of, options_of
+from exercises.exports.boxes import Box, PaperOptions, box_of, options_of, shrunk
 from exercises.exports.outlet import Order
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg
 from exercises.notebook import points_text, solution_figure
@@ -20,8 +21,10 @@ from exercises.writing.on_paper import on_paper, without_options
 from exercises.writing.short_answer import short_answer
 from exercises.writing.statement import hints, prompt, statement, worked_solutions
 
-FIGURE = 62
+FIGURE = 50
 """Millimetres of height of a figure, at most."""
+STATEMENT, PART = 78, 92
+"""Millimetres of height that a statement takes, and that a part may take with its share of the statement."""
 BESIDE = 0.58
 """The share of a page's width that is left for a prompt beside its figure."""
 VERSIONS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
@@ -60,8 +63,11 @@ class SheetPart:
     @property
     def room(self) -> int:
         """About how many millimetres of height a part takes that is scored on the sheet."""
-        options = 8 * len(self.options.offered) if self.options else 0
-        return 20 + (self.box.room if self.box else 0) + max(options, FIGURE if self.figure else 0)
+        options = 8 * math.ceil(len(self.options.offered) / self.options.columns) if self.options else 0
+        box = self.box.room if self.box else 0
+        if self.figure is None or self.wide or self.box is None or not self.box.is_narrow:
+            return 25 + max(options, FIGURE if self.figure else 0) + box
+        return 15 + max(FIGURE, 15 + options + box)
 
 
 @dataclass(frozen=True)
@@ -178,7 +184,21 @@ def _sheet(state: _State, named: _Named) -> _Made:
 
 
 def _of_problems(state: _State, named: _Named, problems: Sequence[Problem]) -> Sheet:
-    return Sheet(named.file, named.name, named.student, tuple(_given(state, n, p) for n, p in enumerate(problems, 1)))
+    given = tuple(_given(state, n, p) for n, p in enumerate(problems, 1))
+    return Sheet(named.file, named.name, named.student, _shrunk(given))
+
+
+def _shrunk(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...]:
+    """Return an exam with less room for working, where it would take more than two pages for some five parts."""
+    parts = [part for problem in problems for part in problem.parts]
+    boxes = [part.box for part in parts if part.box is not None]
+    fixed = STATEMENT * len(problems) + sum(part.room for part in parts) - sum(box.working for box in boxes)
+    share = shrunk(boxes, fixed, PART * len(parts))
+
+    def smaller(part: SheetPart) -> SheetPart:
+        return part if part.box is None else replace(part, box=replace(part.box, working=round(share * part.box.working)))
+
+    return tuple(replace(problem, parts=tuple(map(smaller, problem.parts))) for problem in problems)
 
 
 def _given(state: _State, number: int, problem: Problem) -> SheetProblem:
