@@ -5,6 +5,8 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import sympy as sp
+
 from exercises.answers import (
     LETTERS,
     TRUE_FALSE,
@@ -35,7 +37,7 @@ WRITTEN = 4.8
 """Millimetres of width that handwriting takes for one em of print."""
 LEAST, PER_LETTER, MOST = 8, 0.014, 40
 """Millimetres left for working: the least, more for each character of the worked solution, and the most."""
-LEAST_SHARE = 0.5
+LEAST_SHARE = 0.65
 """The least share of it where a sheet would take many pages."""
 STEP = 5
 """Millimetres to which that is rounded, so that it tells nothing more."""
@@ -69,7 +71,7 @@ class Box:
     @property
     def beside(self) -> int:
         """How many cells stand side by side."""
-        return min(self.rows, 3) if self.is_numbers else self.columns
+        return (2 if self.rows == 4 else min(self.rows, 3)) if self.is_numbers else self.columns
 
     @property
     def is_narrow(self) -> bool:
@@ -170,7 +172,9 @@ class _Boxes(Forms[Box | None]):
         return self._cells(answer, [] if answer.is_in_numbers else list(answer.reference))
 
     def numbers(self, answer: Number) -> Box:
-        labels = tuple(ASKED[self.part.kind].entry_names(self.problem.chain, self.part))
+        chain, question = self.problem.chain, ASKED[self.part.kind]
+        typed = (tex(sp.Symbol(name), chain) for name in question.labels(chain))
+        labels = tuple(question.entry_names(chain, self.part) or typed)
         units = tuple(unit.replace("^2", "²").replace("^3", "³") for unit in answer.units)
         rows, columns = answer.shape or (1, 1)
         return Box(self.working, rows * columns, 1, labels=labels if len(labels) == len(units) else (), units=units)
