@@ -20,6 +20,7 @@ from exercises.redrawn import read_redrawn
 from exercises.release import CORES
 from grader.certify import failures_of
 from grader.commands import Jobs
+from grader.marking import share_earned
 
 
 def export(
@@ -58,8 +59,9 @@ def export(
         assignment = assignment.varied(variation)
     given_up: list[GivenUp] = []
     order = Order(
-        assignment, failures_of, variants, solutions, sheet, versions, page, jobs, note=note, left_out=given_up.append
-    )
+        assignment, failures_of, variants, solutions, sheet, versions, page, jobs, note=note,
+        left_out=given_up.append, earns=share_earned,
+    )  # fmt: skip
     for name in names:
         OUTLETS[name].check(order)
     for said in assignment.notes:

@@ -3,17 +3,23 @@
 import tomllib
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import PurePath
 from typing import Literal
 
 from exercises.assignment import Assignment
 from exercises.drawing import Failures, GivenUp
 from exercises.errors import QdotError
+from exercises.problem import Part, Problem
 
-SHEETS = ("handout", "exam", "key")
-"""Problems to work on; the same with room to write in; the answers in short, for the staff."""
+SHEETS = ("handout", "exam", "key", "marking")
+"""Problems to work on; with room to write in; for the staff, the answers in short, and what wrong ones earn, too."""
 PAGES = ("a4", "letter")
 """Sizes of paper."""
+
+
+Earns = Callable[[Problem, Part, str], Fraction]
+"""What share of a part's points an answer earns, given as it is typed."""
 
 
 def _refuse(given: GivenUp) -> None:
@@ -27,7 +33,8 @@ class Order:
     On paper: which `sheet` (of SHEETS), with worked `solutions` or not, for everybody on the roster or, without names,
     so many `versions`; the size of a `page` (of PAGES).
     `failures` certifies a problem; none leaves without that. `each` is told of every variant or student that is done,
-    `note` of what the staff should know, `left_out` of who gets nothing, as no problem could be drawn.
+    `note` of what the staff should know, `left_out` of who gets nothing, as no problem could be drawn. A marking sheet
+    asks the grader what an answer `earns`.
     """
 
     assignment: Assignment
@@ -41,6 +48,7 @@ class Order:
     each: Callable[[], None] = lambda: None
     note: Callable[[str], None] = lambda _: None
     left_out: Callable[[GivenUp], None] = _refuse
+    earns: Earns | None = None
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,12 @@ from exercises.writing.typst import to_typst, typst_escaped
 
 NARROW = 0.8
 """The share of a page's width that a formula may take beside a name."""
+STAFF = ("key", "marking")
+"""Sheets that hold answers."""
 BATCH = 8
 """Sheets that are laid out at once: a class's pages need not all be in memory."""
+VERSION_TICKS = 8
+"""Students whose answers are ticked on the marking sheet of a version; a student's own has one column."""
 NO_TYPST = "PDF needs the library typst, which is not installed; get it with: pip install 'qdot[pdf]'"
 
 
@@ -57,7 +61,7 @@ def missing_for_pdf() -> str:
 
 def check_sheet(order: Order) -> None:
     """Raise QdotError for a sheet that can't be as it is asked for."""
-    if order.sheet not in ("handout", "exam") and order.solutions:
+    if order.sheet in STAFF and order.solutions:
         raise QdotError(
             f"a {order.sheet} has no worked solutions; these are on --sheet handout or exam, with --solutions"
         )
@@ -70,7 +74,7 @@ def _files(order: Order, ending: str, write: Write, whole: bool) -> Generator[Fi
     """Yield a file for each sheet, then one of all: of a key everybody's answers by question, else all, if `whole`."""
     key = order.sheet == "key"
     check_sheet(order)
-    private = key or order.solutions
+    private = order.sheet in STAFF or order.solutions
     stem = f"{order.sheet}{'-versions' if order.versions else ''}{'-solutions' if order.solutions else ''}"
     made: list[Sheet] = []
     for sheet in sheets(order):
@@ -98,7 +102,7 @@ def questions(made: Sequence[Sheet]) -> tuple[PaperQuestion, ...]:
 def _given(order: Order, made: Sequence[Sheet], asked: Sequence[PaperQuestion]) -> dict[str, object]:
     return {
         "title": order.assignment.title, "kind": order.sheet, "solutions": order.solutions, "page": order.page,
-        "sheets": made, "questions": asked,
+        "sheets": made, "questions": asked, "ticks": VERSION_TICKS if order.versions else 1,
     }  # fmt: skip
 
 

@@ -10,7 +10,8 @@ from exercises.assignment import Assignment
 from exercises.drawing import Failures, GivenUp, draws_of, recorded, vouching
 from exercises.exports.bank import bank
 from exercises.exports.boxes import Box, PaperOptions, box_of, options_of, shrunk
-from exercises.exports.outlet import Order
+from exercises.exports.marking import Marking, marking
+from exercises.exports.outlet import Earns, Order
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg
 from exercises.notebook import points_text, solution_figure
 from exercises.parallel import ordered_map
@@ -27,6 +28,8 @@ STATEMENT, PART = 78, 92
 """Millimetres of height that a statement takes, and that a part may take with its share of the statement."""
 BESIDE = 0.58
 """The share of a page's width that is left for a prompt beside its figure."""
+PROBLEMS = ("handout", "exam")
+"""Sheets on which the problems stand, and not their answers alone."""
 VERSIONS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
@@ -59,6 +62,7 @@ class SheetPart:
     answer: str
     scored: bool = False
     wide: bool = False
+    marking: Marking | None = None
 
     @property
     def room(self) -> int:
@@ -131,6 +135,7 @@ class _State:
     failures: Failures
     kind: str
     solutions: bool
+    earns: Earns | None = None
 
 
 @dataclass(frozen=True)
@@ -145,7 +150,7 @@ class _Made:
 def sheets(order: Order) -> Generator[Sheet, None, None]:
     """Yield a sheet for everybody on the roster, or for each of `order.versions`; several are made at a time."""
     wanted = _versions(order) if order.versions else [_Named(s.id, s.name, s.id) for s in order.assignment.roster]
-    state = _State(order.assignment, order.failures, order.sheet, order.solutions)
+    state = _State(order.assignment, order.failures, order.sheet, order.solutions, order.earns)
     assignment = order.assignment
     with closing(ordered_map(_sheet, wanted, order.jobs, _same, (state,))) as every:
         for named, made in zip(wanted, every, strict=True):
@@ -196,14 +201,16 @@ def _shrunk(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...]:
     share = shrunk(boxes, fixed, PART * len(parts))
 
     def smaller(part: SheetPart) -> SheetPart:
-        return part if part.box is None else replace(part, box=replace(part.box, working=round(share * part.box.working)))
+        return (
+            part if part.box is None else replace(part, box=replace(part.box, working=round(share * part.box.working)))
+        )
 
     return tuple(replace(problem, parts=tuple(map(smaller, problem.parts))) for problem in problems)
 
 
 def _given(state: _State, number: int, problem: Problem) -> SheetProblem:
     intro, table, facts = _pieces(on_paper(statement(problem, ""), problem))
-    drawn = state.kind != "key"  # nobody looks at it there
+    drawn = state.kind in PROBLEMS
     needed = state.solutions or state.kind == "exam"  # an exam has as much room as a solution takes
     solved = worked_solutions(problem) if needed else {}
     return SheetProblem(
@@ -232,10 +239,10 @@ def _asked(state: _State, label: str, problem: Problem, part: Part, solution: st
     kind, solutions = state.kind, state.solutions
     text = on_paper(prompt(problem, part), problem)
     name = f"p{label.replace('.', '-')}"
-    svg = part_svg(problem.chain, part, name) if kind != "key" else ""
+    svg = part_svg(problem.chain, part, name) if kind in PROBLEMS else ""
     solved = solution_figure(problem, part, f"{name}-solution") if solutions else ""
     wide = part.has_drawn_options
-    options = options_of(problem, part, BESIDE if svg and not wide else 1.0) if kind != "key" else None
+    options = options_of(problem, part, BESIDE if svg and not wide else 1.0) if kind in PROBLEMS else None
     hinted = hints(problem, part) if kind == "handout" and not solutions and state.assignment.hints else ()
     return SheetPart(
         label=label,
@@ -252,4 +259,5 @@ def _asked(state: _State, label: str, problem: Problem, part: Part, solution: st
         answer=short_answer(problem, part) if kind == "key" else "",
         scored=kind == "exam" and not solutions,
         wide=wide,
+        marking=marking(problem, part, state.earns) if kind == "marking" and state.earns else None,
     )
