@@ -56,8 +56,10 @@ class Marking:
 def marking(problem: Problem, part: Part, earns: Earns) -> Marking:
     """Return how a part is marked; `earns` is the share that the grader gives for an answer as it is typed."""
     right = Mark("Right", short_answer(problem, part), _points(part, Fraction(1)))
+    meanings = right.answer.partition("$$")[0]  # of names of angles, which need not be said again
     wrong = _options(part) if part.answer.offered else _mistakes(problem, part, earns)
-    return Marking((right, *wrong), part.answer.told_to(_Rules(part)))
+    marks = (replace(mark, answer=mark.answer.removeprefix(meanings)) for mark in wrong)
+    return Marking((right, *marks), part.answer.told_to(_Rules(part)))
 
 
 def _points(part: Part, share: Fraction) -> str:
