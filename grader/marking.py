@@ -78,6 +78,14 @@ def mark(
     return verdicts
 
 
+def share_earned(problem: Problem, part: Part, text: str) -> Fraction:
+    """Return what share of a part's points an answer earns by itself, as it is typed; the same at every call."""
+    seed = f"{problem.id}/{part.name}"
+    given = read_answer(problem, part, text, seed)
+    judgement = credited(problem, part, judge_given(problem, part, given, seed), given, seed)
+    return Fraction(judgement.share).limit_denominator(1000)
+
+
 @dataclass(frozen=True)
 class _Told:
     """What is known of an answer beside the judgement on it: the mistake, its group, whether it is an attempt."""

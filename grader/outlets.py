@@ -1,6 +1,7 @@
 """The commands that hand problems and results to other programs and to people: export, report."""
 
 import contextlib
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -19,6 +20,7 @@ from exercises.redrawn import read_redrawn
 from exercises.release import CORES
 from grader.certify import failures_of
 from grader.commands import Jobs
+from grader.marking import share_earned
 
 
 def export(
@@ -48,32 +50,34 @@ def export(
 
     Where a platform draws each student's problem from a bank, the bank has --variants certified variants of each
     problem; handouts are made for everybody on the roster. docs/outlets.md says what reads each outlet, and how.
+    Of several outlets, one that can't be made, as PDF where its library is missing, keeps no other from being written.
     """
-    for name in to:
-        if name not in OUTLETS:
-            raise unknown("outlet", name, list(OUTLETS))
-        if variation and not OUTLETS[name].holds_a_bank:
-            banks = ", ".join(other.name for other in OUTLETS.values() if other.holds_a_bank)
-            raise QdotError(f"--variation is for banks ({banks}); for {name}, assignment.toml says how arms vary")
-    for given, known, what in ((sheet, SHEETS, "sheet"), (page, PAGES, "page size")):
-        if given not in known:
-            raise unknown(what, given, list(known))
+    names = list(dict.fromkeys(to))
+    _check(names, sheet, page, variation)
     assignment = load_assignment(folder)
     if variation:
         assignment = assignment.varied(variation)
-    order = Order(assignment, failures_of, variants, solutions, sheet, versions, page, jobs, note=note)
+    given_up: list[GivenUp] = []
+    order = Order(
+        assignment, failures_of, variants, solutions, sheet, versions, page, jobs, note=note,
+        left_out=given_up.append, earns=share_earned,
+    )  # fmt: skip
+    for name in names:
+        OUTLETS[name].check(order)
     for said in assignment.notes:
         note(said)
-    given_up: list[GivenUp] = []
-    for name in dict.fromkeys(to):
-        order = replace(order, assignment=replace(assignment, redrawn=read_redrawn(folder)), left_out=given_up.append)
-        target = folder / "exports" / name if out is None else out if len(set(to)) == 1 else out / name
-        count = _export(order, name, target)
-        say(f"{name}: {count} {'file' if count == 1 else 'files'} in {target}")
+    targets = {name: folder / "exports" / name if out is None else out for name in names}
+    if out is not None and len(names) > 1:
+        targets = {name: out / name for name in names}
+    failed = _write(order, targets)
     after = replace(assignment, redrawn=read_redrawn(folder))
     for said in (*redrawn_since(assignment, after), *dict.fromkeys(map(str, given_up))):
         note(said)
+    if failed and given_up:  # both are told, and one of them is the error
+        note(_told(failed, names))
     raise_left_out(after, given_up, vouching(failures_of))
+    if failed:
+        raise QdotError(_told(failed, names))
 
 
 def report(
@@ -107,6 +111,46 @@ def report(
     for name, path in asked:
         if path != STDOUT and not any(other == STDOUT for _, other in asked):
             say(f"{name}: {path}, {len(results)} students")
+
+
+def _check(names: Sequence[str], sheet: str, page: str, variation: str) -> None:
+    """Raise QdotError for what no assignment can be exported with."""
+    for name in names:
+        if name not in OUTLETS:
+            raise unknown("outlet", name, list(OUTLETS))
+        if variation and not OUTLETS[name].holds_a_bank:
+            banks = ", ".join(other.name for other in OUTLETS.values() if other.holds_a_bank)
+            raise QdotError(f"--variation is for banks ({banks}); for {name}, assignment.toml says how arms vary")
+    for given, known, what in ((sheet, SHEETS, "sheet"), (page, PAGES, "page size")):
+        if given not in known:
+            raise unknown(what, given, list(known))
+
+
+def _write(order: Order, targets: Mapping[str, Path]) -> dict[str, str]:
+    """Write the outlets into their folders; return those that can't be written, each with the reason."""
+    assignment = order.assignment
+    failed = {name: lacking for name in targets if (lacking := OUTLETS[name].missing())}
+    for name, target in targets.items():
+        if name in failed:
+            continue
+        redrawn = read_redrawn(assignment.folder)  # what an outlet before has settled
+        try:
+            count = _export(replace(order, assignment=replace(assignment, redrawn=redrawn)), name, target)
+        except QdotError as error:
+            failed[name] = str(error)
+            continue
+        say(f"{name}: {count} {'file' if count == 1 else 'files'} in {target}")
+    return failed
+
+
+def _told(failed: Mapping[str, str], names: Sequence[str]) -> str:
+    """Return which outlets are not written, and why."""
+    if len(names) == 1:
+        return failed[names[0]]
+    be = "is" if len(failed) == 1 else "are"
+    others = "; all others are" if len(failed) < len(names) else ""
+    every = ". ".join(f"{name}: {error}" for name, error in failed.items())
+    return f"{', '.join(failed)} {be} not written{others}. {every}"
 
 
 def _export(order: Order, name: str, target: Path) -> int:

@@ -1,17 +1,25 @@
 """What an outlet is, and what it is given: an assignment, and how many variants of each problem are wanted."""
 
+import tomllib
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import PurePath
 from typing import Literal
 
 from exercises.assignment import Assignment
 from exercises.drawing import Failures, GivenUp
 from exercises.errors import QdotError
+from exercises.problem import Part, Problem
 
-SHEETS = ("handout", "exam", "key")
-"""Problems to work on; the same with room to write in; the answers in short, for the staff."""
+SHEETS = ("handout", "exam", "key", "marking")
+"""Problems to work on; with room to write in; for the staff, the answers in short, and what wrong ones earn, too."""
 PAGES = ("a4", "letter")
 """Sizes of paper."""
+
+
+Earns = Callable[[Problem, Part, str], Fraction]
+"""What share of a part's points an answer earns, given as it is typed."""
 
 
 def _refuse(given: GivenUp) -> None:
@@ -25,7 +33,8 @@ class Order:
     On paper: which `sheet` (of SHEETS), with worked `solutions` or not, for everybody on the roster or, without names,
     so many `versions`; the size of a `page` (of PAGES).
     `failures` certifies a problem; none leaves without that. `each` is told of every variant or student that is done,
-    `note` of what the staff should know, `left_out` of who gets nothing, as no problem could be drawn.
+    `note` of what the staff should know, `left_out` of who gets nothing, as no problem could be drawn. A marking sheet
+    asks the grader what an answer `earns`.
     """
 
     assignment: Assignment
@@ -39,6 +48,7 @@ class Order:
     each: Callable[[], None] = lambda: None
     note: Callable[[str], None] = lambda _: None
     left_out: Callable[[GivenUp], None] = _refuse
+    earns: Earns | None = None
 
 
 @dataclass(frozen=True)
@@ -53,6 +63,18 @@ class File:
     private: bool = False
 
 
+def robots(assignment: Assignment) -> list[str]:
+    """Return the files of an assignment's own robots, below its folder. Raises QdotError for one elsewhere."""
+    content = tomllib.loads((assignment.folder / "assignment.toml").read_text(encoding="utf-8"))
+    names = list(dict.fromkeys(entry["robot"] for entry in content["problem"] if "robot" in entry))
+    for name in names:
+        if PurePath(name).is_absolute() or ".." in PurePath(name).parts:
+            raise QdotError(
+                f"robot = {name!r} lies outside of {assignment.folder}; put it there, so that it can be exported"
+            )
+    return [PurePath(name).as_posix() for name in names]
+
+
 @dataclass(frozen=True)
 class Outlet:
     """A form in which an assignment is handed out: `--to NAME`.
@@ -60,6 +82,9 @@ class Outlet:
     `title` says what comes out, `read_by` which program reads it, and `checked` what in our tests reads it as that
     would. It does its work once for every "variant", every "student", or "once". Problems that are drawn from
     assignment.toml again, where they are read, are `drawn_there`.
+
+    Before anything is written, `check` raises QdotError for an order that can't be carried out anywhere, and `missing`
+    returns what it needs that is not on this machine, and how to get it, "" where all is there.
     """
 
     name: str
@@ -69,6 +94,8 @@ class Outlet:
     per: Literal["variant", "student", "once"]
     files: Callable[[Order], Generator[File, None, None]]
     drawn_there: bool = False
+    check: Callable[[Order], object] = lambda _: None
+    missing: Callable[[], str] = lambda: ""
 
     @property
     def holds_a_bank(self) -> bool:

@@ -14,8 +14,12 @@ from exercises.writing.typst import to_typst, typst_escaped
 
 NARROW = 0.8
 """The share of a page's width that a formula may take beside a name."""
+STAFF = ("key", "marking")
+"""Sheets that hold answers."""
 BATCH = 8
 """Sheets that are laid out at once: a class's pages need not all be in memory."""
+VERSION_TICKS = 8
+"""Students whose answers are ticked on the marking sheet of a version; a student's own has one column."""
 NO_TYPST = "PDF needs the library typst, which is not installed; get it with: pip install 'qdot[pdf]'"
 
 
@@ -41,8 +45,26 @@ def latex(order: Order) -> Generator[File, None, None]:
 
 def pdf(order: Order) -> Generator[File, None, None]:
     """Yield a PDF for every student or version, and one of all of them to print. Raises QdotError without typst."""
-    compile_pdf("")
+    if lacking := missing_for_pdf():
+        raise QdotError(lacking)
     return _files(order, "pdf", lambda *given: compile_pdf(typst_source(*given)), whole=True)
+
+
+def missing_for_pdf() -> str:
+    """Return that the library that sets PDF is not here, and how to get it, or ""."""
+    try:
+        import typst  # noqa: F401
+    except ImportError:
+        return NO_TYPST
+    return ""
+
+
+def check_sheet(order: Order) -> None:
+    """Raise QdotError for a sheet that can't be as it is asked for."""
+    if order.sheet in STAFF and order.solutions:
+        raise QdotError(
+            f"a {order.sheet} has no worked solutions; these are on --sheet handout or exam, with --solutions"
+        )
 
 
 Write = Callable[[Order, Sequence[Sheet], Sequence[PaperQuestion]], str | bytes]
@@ -51,9 +73,8 @@ Write = Callable[[Order, Sequence[Sheet], Sequence[PaperQuestion]], str | bytes]
 def _files(order: Order, ending: str, write: Write, whole: bool) -> Generator[File, None, None]:
     """Yield a file for each sheet, then one of all: of a key everybody's answers by question, else all, if `whole`."""
     key = order.sheet == "key"
-    if key and order.solutions:
-        raise QdotError("a key has no worked solutions; these are on --sheet handout or exam, with --solutions")
-    private = key or order.solutions
+    check_sheet(order)
+    private = order.sheet in STAFF or order.solutions
     stem = f"{order.sheet}{'-versions' if order.versions else ''}{'-solutions' if order.solutions else ''}"
     made: list[Sheet] = []
     for sheet in sheets(order):
@@ -81,7 +102,7 @@ def questions(made: Sequence[Sheet]) -> tuple[PaperQuestion, ...]:
 def _given(order: Order, made: Sequence[Sheet], asked: Sequence[PaperQuestion]) -> dict[str, object]:
     return {
         "title": order.assignment.title, "kind": order.sheet, "solutions": order.solutions, "page": order.page,
-        "sheets": made, "questions": asked,
+        "sheets": made, "questions": asked, "ticks": VERSION_TICKS if order.versions else 1,
     }  # fmt: skip
 
 
@@ -99,14 +120,10 @@ def typst_source(order: Order, made: Sequence[Sheet], asked: Sequence[PaperQuest
 def compile_pdf(source: str) -> bytes:
     """Return a Typst document as PDF/UA-1; the same bytes on every machine: only fonts of the library, no date.
 
-    Raises QdotError without the library.
+    It needs the library (`missing_for_pdf`).
     """
-    try:
-        import typst
-    except ImportError:
-        raise QdotError(NO_TYPST) from None
-    if not source:
-        return b""
+    import typst
+
     return bytes(typst.compile(source.encode(), ignore_system_fonts=True, pdf_standards=["ua-1"], timestamp=0))
 
 

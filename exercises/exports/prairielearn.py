@@ -2,15 +2,12 @@
 
 import hashlib
 import json
-import tomllib
 import uuid
 from collections.abc import Generator
-from pathlib import PurePosixPath
 
 from exercises.assignment import SECRET_FILE, Assignment, Slot
-from exercises.errors import QdotError
 from exercises.exports.bank import bank
-from exercises.exports.outlet import File, Order
+from exercises.exports.outlet import File, Order, robots
 from exercises.render import render
 
 BANK_FILE = "bank.json"
@@ -45,10 +42,7 @@ def course(order: Order) -> Generator[File, None, None]:
 def _server_files(assignment: Assignment, folder: str, seeds: dict[str, list[str]]) -> Generator[File, None, None]:
     text = (assignment.folder / "assignment.toml").read_text(encoding="utf-8")
     yield File(f"{folder}/assignment.toml", text, private=True)
-    robots = {entry["robot"] for entry in tomllib.loads(text)["problem"] if "robot" in entry}
-    for name in sorted(robots):
-        if PurePosixPath(name).is_absolute() or ".." in PurePosixPath(name).parts:
-            raise QdotError(f'robot = "{name}" lies outside of {assignment.folder}; put its file into that folder')
+    for name in sorted(robots(assignment)):
         yield File(f"{folder}/{name}", (assignment.folder / name).read_text(encoding="utf-8"), private=True)
     yield File(f"{folder}/roster.csv", "student\nprairielearn\n", private=True)
     yield File(f"{folder}/{SECRET_FILE}", _derived(assignment, "seed") + "\n", private=True)

@@ -5,24 +5,30 @@ from exercises.exports.gradescope import gradescope
 from exercises.exports.jupyterquiz import jupyterquiz_files
 from exercises.exports.moodle import moodle_files
 from exercises.exports.nbgrader import nbgrader
-from exercises.exports.outlet import Outlet
-from exercises.exports.paper import html, latex, pdf
+from exercises.exports.outlet import Order, Outlet, robots
+from exercises.exports.paper import check_sheet, html, latex, missing_for_pdf, pdf
 from exercises.exports.prairielearn import course
 from exercises.exports.qti import qti_zip
 from exercises.exports.repositories import github, gitlab
 from exercises.exports.stack import stack_questions
 
+
+def _robots(order: Order) -> None:
+    """Raise QdotError where a robot's file can't be taken along."""
+    robots(order.assignment)
+
+
 OUTLETS = {
     outlet.name: outlet
     for outlet in (
         Outlet("github", "Repositories: one that grades, one for each student", "GitHub Actions",
-               "GitHub's workflow schema; bash and git, in fresh clones", "student", github),
+               "GitHub's workflow schema; bash and git, in fresh clones", "student", github, check=_robots),
         Outlet("gradescope", "An autograder's zip, and notebooks", "Gradescope",
-               "a harness with Gradescope's folders, which runs its two scripts", "student", gradescope),
+               "a harness with Gradescope's folders, which runs its two scripts", "student", gradescope, check=_robots),
         Outlet("nbgrader", "A course folder, and notebooks", "nbgrader 0.9",
-               "nbgrader itself, from generate_assignment to feedback", "student", nbgrader),
+               "nbgrader itself, from generate_assignment to feedback", "student", nbgrader, check=_robots),
         Outlet("gitlab", "Projects: one that grades, one for each student", "GitLab CI",
-               "GitLab's CI schema; bash and git, in fresh clones", "student", gitlab),
+               "GitLab's CI schema; bash and git, in fresh clones", "student", gitlab, check=_robots),
         Outlet(
             "moodle", "A quiz that is ready, and a question bank as Moodle XML", "Moodle 4",
             "our checks of its importers' rules", "variant",
@@ -36,16 +42,16 @@ OUTLETS = {
             "jupyterquiz", "variant", jupyterquiz_files,
         ),
         Outlet("html", "Handouts, exams and keys as web pages", "any browser", "our checks of its structure", "student",
-               html),
+               html, check=check_sheet),
         Outlet("pdf", "Handouts, exams and keys as PDF/UA-1, also one for the whole class", "any reader of PDF",
-               "Poppler", "student", pdf),
+               "Poppler", "student", pdf, check=check_sheet, missing=missing_for_pdf),
         Outlet("latex", "Handouts, exams and keys as LaTeX source", "LaTeX with TikZ", "our reader of LaTeX", "student",
-               latex),
+               latex, check=check_sheet),
         Outlet("stack", "STACK questions in Moodle XML", "Moodle with STACK", "Maxima", "variant", stack_questions),
         Outlet(
             "prairielearn", "A course folder whose questions call qdot", "PrairieLearn",
             "Mustache; its JSON Schemas, by hand", "variant", course,
-            drawn_there=True,
+            drawn_there=True, check=_robots,
         ),
     )
 }  # fmt: skip

@@ -5,13 +5,10 @@ secret is never given to a student's repository: the staff's fetches what was pu
 """
 
 import sys
-import tomllib
 from collections.abc import Generator
-from pathlib import Path
 
-from exercises.errors import QdotError
 from exercises.exports.handouts import handouts
-from exercises.exports.outlet import File, Order
+from exercises.exports.outlet import File, Order, robots
 from exercises.exports.wheel import versions, wheel
 from exercises.redrawn import REDRAWN
 from exercises.render import render
@@ -35,11 +32,7 @@ def assignment_files(order: Order) -> list[tuple[str, bytes]]:
     folder = order.assignment.folder
     names = ["assignment.toml", "roster.csv"]
     names += [name for name in (REDRAWN, "overrides.csv") if (folder / name).exists()]
-    content = tomllib.loads((folder / "assignment.toml").read_text(encoding="utf-8"))
-    for robot in dict.fromkeys(entry["robot"] for entry in content["problem"] if "robot" in entry):
-        if Path(robot).is_absolute() or ".." in Path(robot).parts:
-            raise QdotError(f"robot = {robot!r} lies outside of {folder}; put it there, so that it can be exported")
-        names.append(Path(robot).as_posix())
+    names += robots(order.assignment)
     return [(name, (folder / name).read_bytes()) for name in names]
 
 

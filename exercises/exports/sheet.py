@@ -1,49 +1,35 @@
 """A sheet of paper as data: a student's problems in Markdown, with figures, and boxes to write in; no layout yet."""
 
 import math
+import re
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
-from typing import Any
 
-from exercises.answers import (
-    TRUE_FALSE,
-    Answer,
-    Choice,
-    ConditionSet,
-    Direction,
-    Expression,
-    Forms,
-    Matching,
-    Matrix,
-    Number,
-    Selection,
-)
 from exercises.assignment import Assignment
 from exercises.drawing import Failures, GivenUp, draws_of, recorded, vouching
 from exercises.exports.bank import bank
-from exercises.exports.outlet import Order
+from exercises.exports.boxes import Box, PaperOptions, box_of, options_of, shrunk
+from exercises.exports.marking import Marking, marking
+from exercises.exports.outlet import Earns, Order
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg
 from exercises.notebook import points_text, solution_figure
 from exercises.parallel import ordered_map
 from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
 from exercises.redrawn import Redraw
-from exercises.writing.on_paper import on_paper
+from exercises.writing.on_paper import on_paper, without_options
 from exercises.writing.short_answer import short_answer
 from exercises.writing.statement import hints, prompt, statement, worked_solutions
 
-WORKING = {
-    "expression": 45, "matrix": 45, "singular": 45, "number": 45, "direction": 40, "choice": 12, "selection": 15,
-    "matching": 20,
-}  # fmt: skip
-"""Millimetres left for working, by the type of the answer, before the box for the answer itself."""
-MOST_WORKING, PER_ROW = 80, 6
-"""The most of them, and how many more a row of a matrix gets after the second."""
-ROW, WIDE_ROW = 10, 13
-"""Millimetres of height of a box's rows: where they are as wide as the page, and where several share it."""
-FIGURE = 90
+FIGURE = 50
 """Millimetres of height of a figure, at most."""
+STATEMENT, PART = 78, 92
+"""Millimetres of height that a statement takes, and that a part may take with its share of the statement."""
+BESIDE = 0.58
+"""The share of a page's width that is left for a prompt beside its figure."""
+PROBLEMS = ("handout", "exam")
+"""Sheets on which the problems stand, and not their answers alone."""
 VERSIONS = "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 
@@ -56,28 +42,11 @@ class Figure:
 
 
 @dataclass(frozen=True)
-class Box:
-    """Where an answer is written: `working` mm of room, then rows of cells, or a box for each letter if `letters`.
-
-    `height` is that of a row in mm; `units` are printed at the end of a row, where each has a number of its own.
-    """
-
-    working: int
-    rows: int = 1
-    columns: int = 1
-    height: int = ROW
-    letters: bool = False
-    units: tuple[str, ...] = ()
-
-    @property
-    def room(self) -> int:
-        """Millimetres of height of all of it, with its frame and a heading."""
-        return self.working + self.rows * self.height + 35
-
-
-@dataclass(frozen=True)
 class SheetPart:
-    """A part: Markdown and figures. Of `solution` and `answer` only what the sheet shows is filled in."""
+    """A part: Markdown and figures. Of `solution` and `answer` only what the sheet shows is filled in.
+
+    Its `figure` stands beside the prompt, unless it is as wide as the page. What is `scored` has room for its points.
+    """
 
     label: str
     title: str
@@ -86,24 +55,34 @@ class SheetPart:
     prompt: str
     hints: tuple[str, ...]
     figure: Figure | None
+    options: PaperOptions | None
     box: Box | None
     solution: str
     solution_figure: Figure | None
     answer: str
+    scored: bool = False
+    wide: bool = False
+    marking: Marking | None = None
 
     @property
     def room(self) -> int:
-        """About how many millimetres of height a part takes that has a box."""
-        return (self.box.room if self.box else 0) + (FIGURE if self.figure else 0)
+        """About how many millimetres of height a part takes that is scored on the sheet."""
+        options = 8 * math.ceil(len(self.options.offered) / self.options.columns) if self.options else 0
+        box = self.box.room if self.box else 0
+        if self.figure is None or self.wide or self.box is None or not self.box.is_narrow:
+            return 25 + max(options, FIGURE if self.figure else 0) + box
+        return 15 + max(FIGURE, 15 + options + box)
 
 
 @dataclass(frozen=True)
 class SheetProblem:
-    """A problem: what is given, and the parts."""
+    """A problem: what is given, and the parts. The table stands beside the figure, other facts below both."""
 
     number: int
     title: str
-    statement: str
+    intro: str
+    table: str
+    facts: str
     figure: Figure | None
     parts: tuple[SheetPart, ...]
 
@@ -156,6 +135,7 @@ class _State:
     failures: Failures
     kind: str
     solutions: bool
+    earns: Earns | None = None
 
 
 @dataclass(frozen=True)
@@ -170,7 +150,7 @@ class _Made:
 def sheets(order: Order) -> Generator[Sheet, None, None]:
     """Yield a sheet for everybody on the roster, or for each of `order.versions`; several are made at a time."""
     wanted = _versions(order) if order.versions else [_Named(s.id, s.name, s.id) for s in order.assignment.roster]
-    state = _State(order.assignment, order.failures, order.sheet, order.solutions)
+    state = _State(order.assignment, order.failures, order.sheet, order.solutions, order.earns)
     assignment = order.assignment
     with closing(ordered_map(_sheet, wanted, order.jobs, _same, (state,))) as every:
         for named, made in zip(wanted, every, strict=True):
@@ -209,17 +189,36 @@ def _sheet(state: _State, named: _Named) -> _Made:
 
 
 def _of_problems(state: _State, named: _Named, problems: Sequence[Problem]) -> Sheet:
-    return Sheet(named.file, named.name, named.student, tuple(_given(state, n, p) for n, p in enumerate(problems, 1)))
+    given = tuple(_given(state, n, p) for n, p in enumerate(problems, 1))
+    return Sheet(named.file, named.name, named.student, _shrunk(given))
+
+
+def _shrunk(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...]:
+    """Return an exam with less room for working, where it would take more than two pages for some five parts."""
+    parts = [part for problem in problems for part in problem.parts]
+    boxes = [part.box for part in parts if part.box is not None]
+    fixed = STATEMENT * len(problems) + sum(part.room for part in parts) - sum(box.working for box in boxes)
+    share = shrunk(boxes, fixed, PART * len(parts))
+
+    def smaller(part: SheetPart) -> SheetPart:
+        return (
+            part if part.box is None else replace(part, box=replace(part.box, working=round(share * part.box.working)))
+        )
+
+    return tuple(replace(problem, parts=tuple(map(smaller, problem.parts))) for problem in problems)
 
 
 def _given(state: _State, number: int, problem: Problem) -> SheetProblem:
-    text = statement(problem, "")
-    drawn = state.kind != "key"  # nobody looks at it there
-    solved = worked_solutions(problem) if state.solutions else {}
+    intro, table, facts = _pieces(on_paper(statement(problem, ""), problem))
+    drawn = state.kind in PROBLEMS
+    needed = state.solutions or state.kind == "exam"  # an exam has as much room as a solution takes
+    solved = worked_solutions(problem) if needed else {}
     return SheetProblem(
         number,
         problem.title,
-        on_paper(text, problem) if state.kind == "exam" else text,
+        intro,
+        table,
+        facts,
         Figure(figure_svg(problem.chain, f"p{number}"), alt_text(problem.chain)) if drawn else None,
         tuple(
             _asked(state, f"{number}.{index}", problem, part, solved.get(part.name, ""))
@@ -228,62 +227,37 @@ def _given(state: _State, number: int, problem: Problem) -> SheetProblem:
     )
 
 
+def _pieces(text: str) -> tuple[str, str, str]:
+    """Return what stands before the DH table of a statement, the table, and what stands behind it."""
+    found = re.search(r"^(?:\|.*\n)+", text, re.MULTILINE)
+    if found is None:
+        return text, "", ""
+    return text[: found.start()], found[0], text[found.end() :]
+
+
 def _asked(state: _State, label: str, problem: Problem, part: Part, solution: str) -> SheetPart:
     kind, solutions = state.kind, state.solutions
-    text = prompt(problem, part)
+    text = on_paper(prompt(problem, part), problem)
     name = f"p{label.replace('.', '-')}"
-    svg = part_svg(problem.chain, part, name) if kind != "key" else ""
+    svg = part_svg(problem.chain, part, name) if kind in PROBLEMS else ""
     solved = solution_figure(problem, part, f"{name}-solution") if solutions else ""
+    wide = part.has_drawn_options
+    options = options_of(problem, part, BESIDE if svg and not wide else 1.0) if kind in PROBLEMS else None
+    hinted = hints(problem, part) if kind == "handout" and not solutions and state.assignment.hints else ()
     return SheetPart(
-        label,
-        ASKED[part.kind].title,
-        points_text(part.points),
-        part.points,
-        on_paper(text, problem) if kind == "exam" else text,
-        hints(problem, part) if kind == "handout" and not solutions and state.assignment.hints else (),
-        Figure(svg, part_alt(problem.chain, part)) if svg else None,
-        box_of(part) if kind == "exam" and not solutions else None,
-        solution,
-        Figure(solved, "The arm in a regular and in its singular configurations") if solved else None,
-        short_answer(problem, part) if kind == "key" else "",
+        label=label,
+        title=ASKED[part.kind].title,
+        points=points_text(part.points),
+        worth=part.points,
+        prompt=text if options is None else without_options(text),
+        hints=tuple(on_paper(hint, problem) for hint in hinted),
+        figure=Figure(svg, part_alt(problem.chain, part)) if svg else None,
+        options=options,
+        box=box_of(problem, part, solution) if kind == "exam" and not solutions else None,
+        solution=on_paper(solution, problem) if solutions else "",
+        solution_figure=Figure(solved, "The arm in a regular and in its singular configurations") if solved else None,
+        answer=short_answer(problem, part) if kind == "key" else "",
+        scored=kind == "exam" and not solutions,
+        wide=wide,
+        marking=marking(problem, part, state.earns) if kind == "marking" and state.earns else None,
     )
-
-
-def box_of(part: Part) -> Box:
-    """Return a box that the answer's form fits into: a cell an entry, a line for a formula, a box a letter."""
-    return part.answer.told_to(_Boxes())
-
-
-class _Boxes(Forms[Box]):
-    """The box of each form of answer."""
-
-    def formula(self, answer: Expression) -> Box:
-        return self._lines(answer)
-
-    def matrix(self, answer: Matrix) -> Box:
-        return self._cells(answer, height=WIDE_ROW if answer.shape[1] > 1 else ROW)
-
-    def direction(self, answer: Direction) -> Box:
-        return self._cells(answer)
-
-    def numbers(self, answer: Number) -> Box:
-        return self._cells(answer, units=tuple(unit.replace("^2", "²").replace("^3", "³") for unit in answer.units))
-
-    def conditions(self, answer: ConditionSet) -> Box:
-        return replace(self._lines(answer), rows=max(3, math.ceil(len(answer.components) / 3) * 3))
-
-    def one_of(self, answer: Choice) -> Box:
-        return replace(self._lines(answer), letters=answer.options != TRUE_FALSE)
-
-    def some_of(self, answer: Selection) -> Box:
-        return self._lines(answer)
-
-    def matching(self, answer: Matching) -> Box:
-        return replace(self._lines(answer), columns=len(answer.items), letters=True)
-
-    def _lines(self, answer: Answer) -> Box:
-        return Box(WORKING[answer.type])
-
-    def _cells(self, answer: Answer, **given: Any) -> Box:
-        rows, columns = answer.shape or (1, 1)
-        return Box(min(MOST_WORKING, WORKING[answer.type] + PER_ROW * max(0, rows - 2)), rows, columns, **given)

@@ -84,6 +84,17 @@ class Places(Details):
     lengths: dict[sp.Symbol, sp.Rational]
     blames: tuple[Blame | None, ...]
 
+    @property
+    def rounded(self) -> tuple[sp.Symbol, ...]:
+        """The joints whose value is shown rounded in some of the configurations."""
+        return tuple(q for q in self.places[0].joints if any(q in place.about for place in self.places))
+
+    def shown_rounded(self, place: Pose, q: sp.Symbol) -> str:
+        """Return the number of a joint of `rounded`: in degrees or metres, with the same decimals in all options."""
+        turns = q.name.startswith("theta")
+        value = place.about.get(q, place.joints[q] * 180 / sp.pi if turns else place.joints[q])
+        return f"{float(value) + 0.0:.{2 if turns else 4}f}"
+
 
 def text_of(shown: Formula) -> str:
     """Return a formula or a set as plain text.

@@ -1,4 +1,4 @@
-"""What prompts and statements say of typing, left out for an exam on paper, where nothing is typed."""
+"""What prompts and statements say of typing, left out on paper, where nothing is typed."""
 
 import re
 
@@ -7,6 +7,12 @@ from exercises.writing.latex import symbol_latex, tex
 
 _TYPED = r"`[^`]+`(?:, `[^`]+`)*"
 _LEFT_OUT = (
+    (r"the letter, typed in quotes, as in `[^`]+`\.", "tick the one that is right."),
+    (
+        r"the letters of all that are right, typed in quotes, as in `[^`]+`\. (.*?); a wrong letter takes off",
+        r"tick all that are right. \1; a wrong one takes off",
+    ),
+    (r'`"true"` or `"false"`, typed in quotes', "tick one"),
     (rf" \(typed {_TYPED}\)", ""),
     (rf"(?:[;,]| and) (?:the joint rates|the components) are typed {_TYPED}", ""),
     (rf"\. The components are typed {_TYPED}; ", "; "),
@@ -16,6 +22,7 @@ _LEFT_OUT = (
     (r"Conditions in a list are alternatives", "Write down together what must hold together; list alternatives apart"),
     (r"in your answers, use radians", "in answers that are formulas, use radians"),
 )
+_OPTION = re.compile(r"^- \*\*[A-H]\.\*\* .*\n?|^\$\$\n\\text\{[A-H]\.\} \\quad [^$]*\n\$\$\n?", re.MULTILINE)
 _CODE = re.compile(r"`([^`]*)`")
 
 
@@ -33,3 +40,8 @@ def on_paper(text: str, problem: Problem) -> str:
         return f"${known[code]}$" if code in known else f"$({row[1]})$" if row else code
 
     return _CODE.sub(shown, text)
+
+
+def without_options(text: str) -> str:
+    """Return a prompt without the options to choose from."""
+    return re.sub(r"\n{3,}", "\n\n", _OPTION.sub("", text))

@@ -59,8 +59,8 @@ def option_text(problem: Problem, part: Part, index: int, language: str = ENGLIS
         text = str(macros.get_template("questions/options.md.j2").module.formula(details.offered[index], chain))
         return words.with_decimals(text)
     if isinstance(details, Places):
-        at = macros.get_template("questions/rank.md.j2").module.at
-        return words.with_decimals(str(at(details.places[index], chain, Wording(chain, words))))
+        option = macros.get_template("questions/rank.md.j2").module.option
+        return words.with_decimals(str(option(details, details.places[index], chain)))
     line = re.search(rf"^- \*\*{LETTERS[index]}\.\*\* (.*)$", prompt(problem, part, language), re.MULTILINE)
     return line[1] if line is not None else words.phrase(part.answer.offered[index])
 

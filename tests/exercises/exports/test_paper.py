@@ -3,6 +3,7 @@
 import re
 import stat
 import subprocess
+from collections.abc import Generator
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -262,6 +263,38 @@ def test_without_typst_it_is_said_how_to_get_it(order: Order, monkeypatch: pytes
     monkeypatch.setitem(__import__("sys").modules, "typst", None)
     with pytest.raises(QdotError, match=r"pip install 'qdot\[pdf\]'"):
         OUTLETS["pdf"].files(order)
+
+
+def test_what_is_missing_for_one_outlet_keeps_no_other_from_being_written(
+    order: Order, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "typst", None)
+    command: list[str | Path] = ["export", order.assignment.folder, "--jobs", "1", "--out", tmp_path]
+    said = fails(*command, "--to", "html", "--to", "pdf", "--to", "latex")
+    assert "pdf is not written; all others are. pdf: PDF needs the library typst" in said
+    assert "pip install 'qdot[pdf]'" in said
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["html", "latex"]
+
+
+def test_what_is_asked_of_outlets_is_checked_before_the_first_is_written(order: Order, tmp_path: Path) -> None:
+    command: list[str | Path] = ["export", order.assignment.folder, "--jobs", "1", "--out", tmp_path]
+    assert "unknown outlet 'pfd'" in fails(*command, "--to", "html", "--to", "pfd")
+    assert "a key has no worked" in fails(
+        *command, "--to", "jupyterquiz", "--to", "html", "--sheet", "key", "--solutions"
+    )
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_outlet_that_fails_leaves_the_others(order: Order, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def failing(_: Order) -> Generator[File, None, None]:
+        yield File("a", "")
+        raise QdotError("nothing can be asked")
+
+    monkeypatch.setitem(OUTLETS, "stack", replace(OUTLETS["stack"], files=failing))
+    command: list[str | Path] = ["export", order.assignment.folder, "--jobs", "1", "--out", tmp_path]
+    said = fails(*command, "--to", "stack", "--to", "latex")
+    assert "stack is not written; all others are. stack: nothing can be asked" in said
+    assert (tmp_path / "latex" / "handout" / "ada.tex").exists()
 
 
 def test_latex_is_whole(order: Order) -> None:

@@ -28,10 +28,10 @@ from exercises.generation import applicable, generate, sample_chain, short_quiz
 from exercises.notebook import solution_notebook, student_notebook
 from exercises.problem import Part, Problem, ProblemId
 from exercises.quizzes import ASKED, QUIZZES
-from exercises.quizzes.options import Options, blames_of, rank_of_key
+from exercises.quizzes.options import Options, Places, blames_of, rank_of_key
 from exercises.record import digests
 from exercises.verify import certify
-from exercises.writing.statement import hints, prompt, worked_solution
+from exercises.writing.statement import hints, option_text, prompt, worked_solution
 from grader.certify import failures_of
 from grader.cli import app
 from grader.parts import judge
@@ -104,6 +104,20 @@ def _is_certified_and_marked(problem: Problem) -> None:
     _is_clean(worked_solution(problem, part))
     _hints_help_and_give_nothing_away(problem, part)
     _wrong_letters_are_wrong(problem, part)
+    _options_have_one_form(problem, part)
+
+
+def _options_have_one_form(problem: Problem, part: Part) -> None:
+    """No option has a clause that others lack, or a value to more digits: who looks at no arm can't tell it by that."""
+    if not isinstance(part.answer, Choice | Selection) or part.answer.options == TRUE_FALSE:
+        return
+    texts = [option_text(problem, part, index) for index in range(len(part.answer.options))]
+    for clause in (r"\([^()$]*\b[a-z]{3,}", r"[:,;] [^$]*\b(?!or|with)[a-z]{3,}|, with ", r"rounded"):
+        found = [bool(re.search(clause, re.sub(r"\$[^$]*\$", "$$", text))) for text in texts]
+        assert len(set(found)) == 1, (part.name, clause, texts)
+    if isinstance(part.details, Places):
+        forms = {tuple(len(number) for number in re.findall(r"\.(\d+)\^", text)) for text in texts}
+        assert len(forms) == 1, (part.name, texts)
 
 
 def _hints_help_and_give_nothing_away(problem: Problem, part: Part) -> None:
@@ -210,6 +224,16 @@ def _most_ordinary(texts: list[str]) -> int:
 def test_the_key_has_any_rank_by_length() -> None:
     assert rank_of_key([5, 1, 2, 9]) == 2
     assert rank_of_key([1, 1, 1, 1]) == 0
+
+
+@pytest.mark.parametrize(("name", "seed"), [("singular-configurations", 2), ("singular-drawing", 0)])
+def test_a_configuration_that_is_shown_rounded_does_not_stand_out(name: str, seed: int) -> None:
+    """It is the singular one: a clause on rounding in it alone, or decimals, told that."""
+    problem = problem_of("elbow-3r", seed, name)
+    (part,) = problem.parts
+    assert isinstance(part.details, Places) and part.details.rounded
+    _options_have_one_form(problem, part)
+    assert prompt(problem, part).count("rounded") == 1
 
 
 # --- marking ---

@@ -1,0 +1,199 @@
+"""Where an answer is written on paper: a square to tick, a line with its unit, cells for entries, and room to work."""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import sympy as sp
+
+from exercises.answers import (
+    LETTERS,
+    TRUE_FALSE,
+    Answer,
+    Choice,
+    ConditionSet,
+    Direction,
+    Expression,
+    Forms,
+    Matching,
+    Matrix,
+    Number,
+    Selection,
+)
+from exercises.formula.latex import parsed
+from exercises.problem import Part, Problem
+from exercises.quizzes import ASKED
+from exercises.quizzes.options import Options
+from exercises.writing.fit import width
+from exercises.writing.latex import tex
+from exercises.writing.statement import option_text
+
+ROW, LINE = 8, 5
+"""Millimetres of height of a row of a box, and of each further line that an entry takes in it."""
+PAGE = 165
+"""Millimetres of width of a box, about."""
+WRITTEN = 4.8
+"""Millimetres of width that handwriting takes for one em of print."""
+LEAST, PER_LETTER, MOST = 8, 0.014, 40
+"""Millimetres left for working: the least, more for each character of the worked solution, and the most."""
+LEAST_SHARE = 0.65
+"""The least share of it where a sheet would take many pages."""
+STEP = 5
+"""Millimetres to which that is rounded, so that it tells nothing more."""
+EM, PROSE = 39.0, 0.46
+"""How wide a line of options is, in em, and how wide a character of prose is."""
+TICK = 2.2
+"""What an option's square, its letter and the room beside it take, in em."""
+
+
+@dataclass(frozen=True)
+class Box:
+    """Where an answer is written: `working` mm of room, then rows of cells, or a square for each letter if `letters`.
+
+    `height` is that of a row in mm. `labels` (LaTeX) stand before the entries of numbers or above letters, `units`
+    behind numbers.
+    """
+
+    working: int
+    rows: int = 1
+    columns: int = 1
+    height: int = ROW
+    letters: bool = False
+    labels: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+
+    @property
+    def is_numbers(self) -> bool:
+        """Whether each row is a number with its unit: a short line, of which several stand side by side."""
+        return bool(self.units)
+
+    @property
+    def beside(self) -> int:
+        """How many cells stand side by side."""
+        return (2 if self.rows == 4 else min(self.rows, 3)) if self.is_numbers else self.columns
+
+    @property
+    def is_narrow(self) -> bool:
+        """Whether it fits beside a figure."""
+        return self.letters or (self.is_numbers and self.rows == 1)
+
+    @property
+    def room(self) -> int:
+        """Millimetres of height of all of it, with its frame and a heading."""
+        rows = math.ceil(self.rows / self.beside) if self.is_numbers else self.rows
+        return self.working + rows * self.height + 5
+
+
+@dataclass(frozen=True)
+class PaperOption:
+    """An option in Markdown, and the letter before it, none where it says itself what it is."""
+
+    letter: str
+    text: str
+
+
+@dataclass(frozen=True)
+class PaperOptions:
+    """Options, so many side by side; each has a square to tick, but where letters are to be written elsewhere."""
+
+    offered: tuple[PaperOption, ...]
+    columns: int = 1
+    ticked: bool = True
+
+
+# --- options ---
+
+
+def options_of(problem: Problem, part: Part, share: float = 1.0) -> PaperOptions | None:
+    """Return the options of a part for a share of a page's width, None where an answer is worked out."""
+    answer = part.answer
+    if not answer.offered:
+        return None
+    if answer.offered == TRUE_FALSE:
+        return PaperOptions(tuple(PaperOption("", word) for word in TRUE_FALSE), 4)
+    texts = [option_text(problem, part, index) for index in range(len(answer.offered))]
+    if isinstance(part.details, Options):
+        texts = [
+            re.sub(r"^\$\\begin\{bmatrix\} ([^&\\]*(?:\\(?!\\)[^&\\]*)*) \\end\{bmatrix\}\$$", r"$\1$", text)
+            for text in texts
+        ]
+    widest = max(map(_width, texts)) + TICK
+    columns = max((count for count in (1, 2, 4) if count * widest <= share * EM and count <= len(texts)), default=1)
+    tall = isinstance(part.details, Options) and any(option.is_tall for option in part.details.offered)
+    if (tall or widest > share * EM) and all(re.fullmatch(r"\$[^$]*\$", text) for text in texts):
+        texts = [f"${text}$" for text in texts]  # made smaller, or broken
+    offered = tuple(PaperOption(letter, text) for letter, text in zip(LETTERS, texts, strict=False))
+    return PaperOptions(offered, columns, ticked=not answer.matched)
+
+
+def _width(text: str) -> float:
+    formulas = re.findall(r"\$([^$]+)\$", text)
+    return sum(width(parsed(latex)) for latex in formulas) + PROSE * len(re.sub(r"\$[^$]+\$", "", text))
+
+
+# --- boxes ---
+
+
+def shrunk(boxes: Sequence[Box], fixed: int, page: int) -> float:
+    """Return the share of the room for working that is left to these boxes, so that all fit on a page.
+
+    All in millimetres: what takes `fixed` of the height can't shrink, and `LEAST_SHARE` of the room is left at least.
+    """
+    wanted = sum(box.working for box in boxes)
+    return 1.0 if not wanted else min(1.0, max(LEAST_SHARE, (page - fixed) / wanted))
+
+
+def working(solution: str) -> int:
+    """Return the millimetres of room for what takes this worked solution."""
+    return min(MOST, STEP * round((LEAST + PER_LETTER * len(solution)) / STEP))
+
+
+def box_of(problem: Problem, part: Part, solution: str = "") -> Box | None:
+    """Return a box that the answer fits into, and above it the room that its worked solution takes; None for a tick."""
+    return part.answer.told_to(_Boxes(problem, part, working(solution)))
+
+
+@dataclass(frozen=True)
+class _Boxes(Forms[Box | None]):
+    """The box of each form of answer."""
+
+    problem: Problem
+    part: Part
+    working: int
+
+    def formula(self, answer: Expression) -> Box:
+        return self._cells(answer, [answer.reference])
+
+    def matrix(self, answer: Matrix) -> Box:
+        return self._cells(answer, list(answer.reference))
+
+    def direction(self, answer: Direction) -> Box:
+        return self._cells(answer, [] if answer.is_in_numbers else list(answer.reference))
+
+    def numbers(self, answer: Number) -> Box:
+        chain, question = self.problem.chain, ASKED[self.part.kind]
+        typed = (tex(sp.Symbol(name), chain) for name in question.labels(chain))
+        labels = tuple(question.entry_names(chain, self.part) or typed)
+        units = tuple(unit.replace("^2", "²").replace("^3", "³") for unit in answer.units)
+        rows, columns = answer.shape or (1, 1)
+        return Box(self.working, rows * columns, 1, labels=labels if len(labels) == len(units) else (), units=units)
+
+    def conditions(self, answer: ConditionSet) -> Box:
+        return Box(self.working, max(2, math.ceil(len(answer.components) / 2) * 2))
+
+    def one_of(self, answer: Choice) -> None:
+        return None
+
+    def some_of(self, answer: Selection) -> None:
+        return None
+
+    def matching(self, answer: Matching) -> Box:
+        return Box(0, 1, len(answer.items), letters=True, labels=tuple(rf"\text{{{item}}}" for item in answer.items))
+
+    def _cells(self, answer: Answer, entries: Sequence[object]) -> Box:
+        """Return a cell for each entry, all as high as the longest entry needs."""
+        rows, columns = answer.shape or (1, 1)
+        widest = max((width(parsed(tex(entry, self.problem.chain))) for entry in entries), default=0.0)
+        lines = max(1, min(3, math.ceil(WRITTEN * widest * columns / PAGE)))
+        return replace(Box(self.working, rows, columns), height=ROW + LINE * (lines - 1))

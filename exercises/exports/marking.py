@@ -1,0 +1,170 @@
+"""What marks a part on paper: the right answer, what known mistakes earn, and the rule for all that is right in part.
+
+What an answer earns is asked of the grader, so that a sheet of paper is marked as a notebook is.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import sympy as sp
+
+from exercises.answers import (
+    LETTERS,
+    Answer,
+    Choice,
+    ConditionSet,
+    Direction,
+    Expression,
+    Forms,
+    Matching,
+    Matrix,
+    Number,
+    Selection,
+)
+from exercises.credit import AMISS, OWN
+from exercises.exports.known_wrong import Known, known_wrong
+from exercises.exports.outlet import Earns
+from exercises.problem import Part, Problem
+from exercises.questions.results import is_product
+from exercises.quizzes.options import blames_of
+from exercises.writing.short_answer import short_answer
+
+MOST = 4
+"""Known mistakes that a sheet lists for a part."""
+LONGEST = 400
+"""Characters of a wrong answer that is shown; of a longer one, only the mistake is told."""
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A line of a marking sheet: what was answered (in Markdown, "" if it is not shown), why, and what it earns."""
+
+    says: str
+    answer: str
+    earns: str
+
+
+@dataclass(frozen=True)
+class Marking:
+    """The lines of a part, that of the right answer first, and the rule for what stands in none of them."""
+
+    marks: tuple[Mark, ...]
+    rule: str
+
+
+def marking(problem: Problem, part: Part, earns: Earns) -> Marking:
+    """Return how a part is marked; `earns` is the share that the grader gives for an answer as it is typed."""
+    right = Mark("Right", short_answer(problem, part), _points(part, Fraction(1)))
+    meanings = right.answer.partition("$$")[0]  # of names of angles, which need not be said again
+    wrong = _options(part) if part.answer.offered else _mistakes(problem, part, earns)
+    marks = (replace(mark, answer=mark.answer.removeprefix(meanings)) for mark in wrong)
+    return Marking((right, *marks), part.answer.told_to(_Rules(part)))
+
+
+def _points(part: Part, share: Fraction) -> str:
+    return f"{float(share) * part.points:.3g}"
+
+
+def _options(part: Part) -> Iterator[Mark]:
+    """Yield the options that mistakes lead to, where one is right."""
+    if not isinstance(part.answer, Choice):
+        return
+    for index, letter in zip(range(len(part.answer.options)), LETTERS, strict=False):
+        blames = dict.fromkeys(blame.title for blame in blames_of(part, index))
+        if blames and index != part.answer.correct:
+            yield Mark(f"{letter}: {', and '.join(blames)}", "", _points(part, Fraction(0)))
+
+
+def _mistakes(problem: Problem, part: Part, earns: Earns) -> Iterator[Mark]:
+    """Yield what known mistakes give, as far as that is shown in short, and what it earns."""
+    for known in known_wrong(problem, part, MOST):
+        wrong = replace(part, answer=part.answer.told_to(_Wrong(known)))
+        typed = wrong.answer.as_typed()
+        shown = short_answer(problem, wrong) if len(typed) <= LONGEST else ""
+        yield Mark(known.title, shown, _points(part, earns(problem, part, typed)))
+
+
+@dataclass(frozen=True)
+class _Wrong(Forms[Answer]):
+    """A wrong answer in the form of the right one."""
+
+    known: Known
+
+    def formula(self, answer: Expression) -> Answer:
+        assert isinstance(self.known.answer, sp.MatrixBase)
+        return replace(answer, reference=self.known.answer[0])
+
+    def matrix(self, answer: Matrix) -> Answer:
+        return replace(answer, reference=self.known.answer)
+
+    def direction(self, answer: Direction) -> Answer:
+        return replace(answer, reference=self.known.answer)
+
+    def numbers(self, answer: Number) -> Answer:
+        return replace(answer, reference=self.known.answer)
+
+    def conditions(self, answer: ConditionSet) -> Answer:
+        return replace(answer, components=self.known.answer)
+
+
+@dataclass(frozen=True)
+class _Rules(Forms[str]):
+    """What is earned by what is right in part, in a sentence, as docs/partial-credit.md has it."""
+
+    part: Part
+
+    def formula(self, answer: Expression) -> str:
+        amiss = self._worth(1 - AMISS)
+        both = self._worth(1 - 2 * AMISS)
+        halved = " A factor with joints that is lost, wrong or too many halves it, twice at most." * is_product(
+            self.part
+        )
+        return self._ruled(f"Only the sign or a constant factor wrong: {amiss}; both: {both}.{halved}")
+
+    def matrix(self, answer: Matrix) -> str:
+        columns = [k for k in range(answer.reference.cols) if any(answer.reference.col(k))]
+        if (self.part.credit or OWN).by == "columns" and answer.reference.cols > 1:
+            return self._ruled(f"Each column that is right: {self._worth(Fraction(1, len(columns)))}.")
+        return self._ruled(self._entries(answer.reference))
+
+    def numbers(self, answer: Number) -> str:
+        if len(answer.reference) == 1:
+            return self.other(answer)
+        return self._ruled(self._entries(answer.reference))
+
+    def _entries(self, reference: sp.Matrix) -> str:
+        due = sum(entry != 0 for entry in reference) or len(reference)
+        each = self._worth(Fraction(1, due))
+        spoiled = " One that is zero, and answered with something else, takes off as much." if 0 in reference else ""
+        sign = f" All with the wrong sign: {self._worth(1 - AMISS)}."
+        return (
+            f"Each of the {due} entries that {'are not zero' if 0 in reference else 'are due'}: {each}.{spoiled}{sign}"
+        )
+
+    def conditions(self, answer: ConditionSet) -> str:
+        return self._ruled(
+            "A condition that is forgotten halves it, and so does each claim that is not singular; values "
+            "of a condition that are forgotten leave two thirds."
+        )
+
+    def some_of(self, answer: Selection) -> str:
+        each = self._worth(Fraction(1, len(answer.correct)))
+        left = len(answer.options) - len(answer.correct)
+        off = f"; each wrong one takes off {self._worth(Fraction(1, left))}" if left else ""
+        return self._ruled(f"Each right letter: {each}{off}.")
+
+    def matching(self, answer: Matching) -> str:
+        return self._ruled(
+            f"Each right letter: {self._worth(Fraction(1, len(answer.items)))}; one given twice is none."
+        )
+
+    def other(self, answer: Answer) -> str:
+        return "Everything or nothing."
+
+    def _worth(self, share: Fraction) -> str:
+        return _points(self.part, share * (self.part.credit or OWN).worth)
+
+    def _ruled(self, rule: str) -> str:
+        policy = self.part.credit or OWN
+        return "Everything or nothing." if policy.by == "whole" or not policy.worth else rule
