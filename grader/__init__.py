@@ -35,6 +35,7 @@ The map, from the bottom up: nothing here imports what stands below it.
     nbgrader_cells                  notebooks as nbgrader has them, made whole and filled with marks
     demo, commands                  the simulated class; the commands about what is handed in
     pytest_plugin, nbgrader_plugin  `pytest --qdot`; what nbgrader runs, the one module that needs nbgrader
+    hosts, pushed                   GitHub and GitLab; repositories fetched as they were when work was due, feedback
     gradescope, outlets, site       Gradescope's autograder; `qdot export` and `qdot report`; `qdot site`
     docs, cli                       docs/outlets.md; the program `qdot`
 
