@@ -15,13 +15,15 @@ import pytest
 from exercises.assignment import Assignment, Student
 from exercises.errors import QdotError
 from exercises.exports.outlet import Order
-from exercises.exports.repositories import assignment_files
+from exercises.exports.repositories import ACTIONS, assignment_files
 from exercises.exports.wheel import versions, wheel
 from grader.certify import failures_of
+from tests.support import ROOT
 from tests.support.ci import Machine, git, github_steps, hosted, read_yaml
 from tests.support.command import fails, run
 from tests.support.handing_in import Cells, a_class, right
 from tests.support.hosting import TOKEN, Server, serving
+from tests.support.programs import ACTIONLINT, needs, reader
 
 pytestmark = pytest.mark.xdist_group("ci")
 
@@ -229,6 +231,37 @@ def test_workflows_hold_to_the_platforms_schema(platform: str, assignment: Assig
         command = [sys.executable, "-m", "check_jsonschema", "--builtin-schema", schema, *given]
         done = subprocess.run(command, capture_output=True, text=True)
         assert done.returncode == code, done.stdout
+
+
+def workflows(assignment: Assignment) -> list[Path]:
+    """Return the workflows for GitHub that we export, and our own."""
+    return [*exported(assignment, "github").rglob("*.yml"), *(ROOT / ".github" / "workflows").glob("*.yml")]
+
+
+def test_every_action_is_named_by_its_commit_everywhere(assignment: Assignment) -> None:
+    """A tag can be moved by whoever takes over an action, and with it what a job with secrets runs."""
+    files = [*workflows(assignment), *(ROOT / "docs").rglob("*.md")]
+    used = [line for path in files for line in re.findall(r"\buses: *(.+)", path.read_text(encoding="utf-8"))]
+    assert len(used) > 10
+    known = {pinned.partition("@")[0]: pinned for pinned in ACTIONS.values()}
+    for line in used:
+        assert re.fullmatch(r"[\w-]+/[\w-]+@[0-9a-f]{40}  # v\d+\.\d+\.\d+", line)
+        assert known.get(line.partition("@")[0], line) == line
+
+
+def quiet(*command: str | Path) -> None:
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_workflows_are_as_a_linter_of_security_wants_them(assignment: Assignment) -> None:
+    quiet(reader("zizmor"), "--offline", "--no-progress", "--persona", "pedantic", *workflows(assignment))
+
+
+def test_workflows_and_their_commands_are_as_linters_want_them(assignment: Assignment) -> None:
+    shellcheck = reader("shellcheck")
+    quiet(shellcheck, exported(assignment, "github") / "setup-class.sh")
+    quiet(needs("actionlint", ACTIONLINT, in_ci=False), "-shellcheck", shellcheck, *workflows(assignment))
 
 
 def test_the_wheel_is_the_same_twice_and_its_libraries_are_named() -> None:
