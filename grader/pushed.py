@@ -12,6 +12,7 @@ import csv
 import datetime
 import io
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -165,7 +166,7 @@ def _fetch(host: Host, repository: str, push: Push, folder: Path) -> None:
 
 
 def _git(host: Host, *arguments: str, **environment: str) -> str:
-    """Return what git prints. Raises _LeftOut with the last that it says."""
+    """Return what git prints. Raises _LeftOut with what it says is wrong."""
     try:
         done = subprocess.run(
             ["git", *arguments], env={**host.git_environment(), **environment}, stdin=subprocess.DEVNULL,
@@ -174,8 +175,14 @@ def _git(host: Host, *arguments: str, **environment: str) -> str:
     except subprocess.TimeoutExpired:
         raise _LeftOut(f"git took longer than {PATIENCE} s") from None
     if done.returncode:
-        raise _LeftOut(printable((done.stderr.strip().splitlines() or [f"git ended with {done.returncode}"])[-1]))
+        raise _LeftOut(printable(_reason(done.stderr) or f"git ended with {done.returncode}"))
     return done.stdout
+
+
+def _reason(said: str) -> str:
+    """Return which of git's lines says what is wrong; advice follows after it."""
+    lines = [line for line in said.splitlines() if line.strip()]
+    return next((line for line in lines if re.match("(remote|error|fatal|ERROR):", line)), "".join(lines[-1:]))
 
 
 # --- handing back ---

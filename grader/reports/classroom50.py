@@ -61,6 +61,7 @@ def of_environment(assignment: Assignment, result: Result, environment: Mapping[
         "assignment": environment.get("ASSIGNMENT") or assignment.key,
         "assignment_type": environment.get("ASSIGNMENT_TYPE", "individual"),
         "owner": environment["OWNER"],
+        "usernames": [environment["OWNER"]],  # what its collector went by before it knew groups
         "submission": environment["SUBMISSION_TAG"],
         "commit": commit,
         "release": environment["RELEASE_URL"],
