@@ -22,7 +22,8 @@ The map, from the bottom up: nothing here imports what stands below it.
     sandbox, guarantees             the grader's side of `contained`; what this machine guarantees, by a probe
     cells, archives                 a file as cells; zip and tar archives, within limits
     layouts, roster, submission     how platforms name what was handed in; whose it is; what may be graded
-    finding, uncounted, notebook    where the answer to each part is; which cells need not be run; a notebook by itself
+    positions, finding              the line of its file, and the cell, in which the answer to each part is
+    uncounted, notebook             which cells need not be run; a notebook by itself
     copies, overrides               whether an answer is right for somebody else; points that a person set
     attempt, settle                 one notebook graded; from notebooks to a student's result
     remote, cluster                 notebooks graded by an executor on any machine; a Dask cluster as one
@@ -34,6 +35,7 @@ The map, from the bottom up: nothing here imports what stands below it.
     nbgrader_cells                  notebooks as nbgrader has them, made whole and filled with marks
     demo, commands                  the simulated class; the commands about what is handed in
     pytest_plugin, nbgrader_plugin  `pytest --qdot`; what nbgrader runs, the one module that needs nbgrader
+    hosts, pushed                   GitHub and GitLab; repositories fetched as they were when work was due, feedback
     gradescope, outlets, site       Gradescope's autograder; `qdot export` and `qdot report`; `qdot site`
     docs, cli                       docs/outlets.md; the program `qdot`
 

@@ -1,9 +1,10 @@
-"""pytest --qdot DIR: every part of every student's submission as a test, STUDENT::p1.jacobian.
+"""pytest --qdot DIR: every part of every student's submission as a test, DIR/assignment.toml::STUDENT::p1.jacobian.
 
 A part passes with all of its points; else the failure says what was wrong. A part on which qdot itself failed is an
 error, not a failure. pytest loads this module in every run, so that nothing slow is imported before it is asked for.
 """
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,8 @@ import pytest
 if TYPE_CHECKING:
     from exercises.assignment import Assignment, Student
     from grader.reports.rows import Row
+
+FILE = "assignment.toml"
 
 
 class PartFailed(Exception):
@@ -33,23 +36,34 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Have the assignments collected beside what was asked for anyway. Raises pytest.UsageError."""
-    folders = config.getoption("qdot")
-    if config.getoption("qdot_submissions") and len(folders) != 1:
+    for folder in config.getoption("qdot"):
+        listed = _path(config, folder) / FILE
+        if not listed.is_file():
+            raise pytest.UsageError(f"--qdot {folder}: there is no {FILE} in it")
+        if listed not in _named(config):
+            config.args.append(str(listed))
+    if config.getoption("qdot_submissions") and len(_named(config)) != 1:
         raise pytest.UsageError("--qdot-submissions is of one assignment: give --qdot DIR once")
-    for folder in folders:
-        listed = str(Path(folder).absolute() / "assignment.toml")
-        if not Path(listed).is_file():
-            raise pytest.UsageError(f"--qdot {folder}: there is no assignment.toml in it")
-        if listed not in config.args:
-            config.args.append(listed)
+
+
+def _path(config: pytest.Config, text: str) -> Path:
+    """Return a path of the command line as pytest's own are: without `..`, and whatever is a link left one."""
+    return Path(os.path.abspath(config.invocation_params.dir / text))  # noqa: PTH100 - resolve() follows links
+
+
+def _named(config: pytest.Config) -> set[Path]:
+    """Return the assignments that are arguments, alone or as the beginning of a test's id."""
+    paths = {_path(config, argument.partition("::")[0]) for argument in config.args}
+    return {path for path in paths if path.name == FILE}
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> "AssignmentFile | None":
-    """Take an assignment.toml that was asked for by --qdot."""
-    asked = {Path(folder).absolute() / "assignment.toml" for folder in parent.config.getoption("qdot")}
-    if file_path not in asked:
+    """Take an assignment.toml that was asked for, by --qdot or by the id of a test in it."""
+    if file_path.name != FILE or file_path not in _named(parent.config):
         return None
-    return AssignmentFile.from_parent(parent, path=file_path)
+    # Of a file outside of its root folder, pytest would leave the name out of the tests' ids.
+    own = Path(os.path.relpath(file_path, parent.config.rootpath)).as_posix()
+    return AssignmentFile.from_parent(parent, path=file_path, nodeid=own)
 
 
 class AssignmentFile(pytest.File):
@@ -128,6 +142,6 @@ class PartItem(pytest.Item):
         return super().repr_failure(excinfo, style)
 
     def reportinfo(self) -> tuple[Path, int | None, str]:
-        """Return the test's file and title."""
+        """Return the test's file and title: no end of its id, which pytest would write as ada::p1::jacobian then."""
         assert isinstance(self.parent, StudentNode)
-        return self.path, None, f"{self.parent.name}::{self.name}"
+        return self.path, None, f"{self.parent.name}, {self.name}"

@@ -4,6 +4,7 @@ Whoever may push to a repository can print every secret that its jobs are given,
 secret is never given to a student's repository: the staff's fetches what was pushed, grades it and hands feedback back.
 """
 
+import re
 import sys
 from collections.abc import Generator
 
@@ -15,6 +16,16 @@ from exercises.render import render
 
 PLATFORMS = {"github": ".github/workflows", "gitlab": ""}
 """Where each platform looks for what it is to run."""
+
+ACTIONS = {
+    "checkout": "actions/checkout@d23441a48e516b6c34aea4fa41551a30e30af803  # v6.1.0",
+    "setup_python": "actions/setup-python@ece7cb06caefa5fff74198d8649806c4678c61a1  # v6.3.0",
+    "cache": "actions/cache@27d5ce7f107fe9357f9df03efb73ab90386fccae  # v5.0.5",
+    "upload_artifact": "actions/upload-artifact@b7c566a772e6b6bfb58ed0dc250532a479d7789f  # v6.0.0",
+}
+"""What our workflows on GitHub use, each by its commit: a tag can be moved, and a job here is given the answer key."""
+LOGIN = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9-]{0,37}[A-Za-z0-9])?")
+"""A login of GitHub's."""
 
 
 def github(order: Order) -> Generator[File, None, None]:
@@ -41,18 +52,27 @@ def _repositories(order: Order, platform: str, grade: str, check: str) -> Genera
     assignment = notebooks.assignment
     name, content = wheel()
     python = f"{sys.version_info.major}.{sys.version_info.minor}"
-    about = {"title": assignment.title, "key": assignment.key, "platform": platform, "wheel": name, "python": python}
+    about: dict[str, object] = {
+        "title": assignment.title,
+        "key": assignment.key,
+        "platform": platform,
+        "wheel": name,
+        "python": python,
+    }
+    about["actions"] = ACTIONS
     own = versions()
     place = f"{PLATFORMS[platform]}/" if PLATFORMS[platform] else ""
     yield File("README.md", render("exports/repositories.md.j2", **about))
+    if platform == "github":
+        yield File("setup-class.sh", render("exports/setup-class.sh.j2", **about))
     for path, data in assignment_files(order):
         yield File(f"grading/{path}", data)
     for path, template in (
-        (f"{place}{grade}", f"{platform}-grade.yml.j2"), ("collect.sh", "collect.sh.j2"),
-        ("hand-back.sh", "hand-back.sh.j2"), ("README.md", "grading-readme.md.j2"), (".gitignore", "gitignore.j2"),
+        (f"{place}{grade}", f"{platform}-grade.yml.j2"), ("README.md", "grading-readme.md.j2"),
+        (".gitignore", "gitignore.j2"),
     ):  # fmt: skip
         yield File(f"grading/{path}", render(f"exports/{template}", **about))
-    yield File("grading/repositories.csv", _listing(order))
+    yield File("grading/repositories.csv", _listing(order, platform))
     yield File(f"grading/{name}", content)
     yield File("grading/versions.txt", own)
     for student, notebook in notebooks.all():
@@ -64,10 +84,19 @@ def _repositories(order: Order, platform: str, grade: str, check: str) -> Genera
         yield File(f"{folder}/.qdot/versions.txt", own)
 
 
-def _listing(order: Order) -> str:
-    """Return which repository is whose: by the roster's column `repository`, else called KEY-STUDENT."""
-    lines = ["repository,student"]
+def _listing(order: Order, platform: str) -> str:
+    """Return which repository is whose: by the roster's column `repository`, else called KEY-STUDENT.
+
+    The third column is the student's login, by the roster's column of the platform's name. Raises QdotError for none.
+    """
+    lines = [f"repository,student,{platform}"]
     for student in order.assignment.roster:
-        named = dict(student.others).get("repository", "").strip()
-        lines.append(f"{named or f'OWNER/{order.assignment.key}-{student.id}'},{student.id}")
+        others = {name.strip().casefold(): text.strip() for name, text in student.others}
+        login = others.get(platform, "").removeprefix("@")
+        if platform == "github" and login and not LOGIN.fullmatch(login):
+            raise QdotError(
+                f"roster.csv: github = {login!r} of {student.id} is no login; write it as in github.com/LOGIN"
+            )
+        repository = others.get("repository") or f"OWNER/{order.assignment.key}-{student.id}"
+        lines.append(f"{repository},{student.id},{login}")
     return "".join(f"{line}\n" for line in lines)

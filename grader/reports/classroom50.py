@@ -12,11 +12,16 @@ from fractions import Fraction
 from typing import Any
 
 from exercises.assignment import Assignment
+from exercises.errors import QdotError
 from grader.reports.rows import lateness, rows_of, the_only
 from grader.settle import Result
 
 NEVER = "1970-01-01T00:00:00Z"
 """The time of what was not handed in."""
+NEEDED = ("CLASSROOM", "OWNER", "SUBMISSION_TAG", "COMMIT_URL", "RELEASE_URL")
+"""Variables without which no result would be known for whose it is; OWNER may be called USERNAME."""
+TAG = "submit/"
+"""How the tags of submissions begin."""
 
 
 def result_json(assignment: Assignment, results: Sequence[Result]) -> str:
@@ -25,7 +30,17 @@ def result_json(assignment: Assignment, results: Sequence[Result]) -> str:
 
 
 def of_environment(assignment: Assignment, result: Result, environment: Mapping[str, str]) -> str:
-    """Return result.json for a runner's environment; what it lacks is left empty, and Classroom 50 refuses that."""
+    """Return result.json for a runner's environment. Raises QdotError where that does not tell whose it is."""
+    environment = {**environment, "OWNER": environment.get("OWNER") or environment.get("USERNAME", "")}
+    lacking = [name for name in NEEDED if not environment.get(name)]
+    if lacking:
+        raise QdotError(
+            f"--report classroom50 takes from the environment whose result it is, and {', '.join(lacking)} "
+            f"{'is' if len(lacking) == 1 else 'are'} not set there; Classroom 50's runner sets them (docs/ci.md)"
+        )
+    if not environment["SUBMISSION_TAG"].startswith(TAG):
+        said = environment["SUBMISSION_TAG"]
+        raise QdotError(f"SUBMISSION_TAG is {said!r}; Classroom 50 collects what is tagged {TAG}…, and nothing else")
     rows = rows_of(result, assignment.feedback)
     exact = [Fraction(str(row.max_points)) for row in rows]
     unit = 1 if all(Fraction(str(row.points)).denominator == 1 for row in rows) and _whole(exact) else 100
@@ -39,16 +54,17 @@ def of_environment(assignment: Assignment, result: Result, environment: Mapping[
         }
         for row, own, limit in zip(rows, scores, limits, strict=True)
     ]  # fmt: skip
-    commit = environment.get("COMMIT_URL", "")
+    commit = environment["COMMIT_URL"]
     content: dict[str, Any] = {
         "schema": "classroom50/result/v1",
-        "classroom": environment.get("CLASSROOM", ""),
-        "assignment": environment.get("ASSIGNMENT", assignment.key),
+        "classroom": environment["CLASSROOM"],
+        "assignment": environment.get("ASSIGNMENT") or assignment.key,
         "assignment_type": environment.get("ASSIGNMENT_TYPE", "individual"),
-        "owner": environment.get("OWNER") or environment.get("USERNAME", ""),
-        "submission": environment.get("SUBMISSION_TAG", ""),
+        "owner": environment["OWNER"],
+        "usernames": [environment["OWNER"]],  # what its collector went by before it knew groups
+        "submission": environment["SUBMISSION_TAG"],
         "commit": commit,
-        "release": environment.get("RELEASE_URL", ""),
+        "release": environment["RELEASE_URL"],
         "review": environment.get("REVIEW_URL") or commit,
         "datetime": _instant(result),
         "score": score,

@@ -9,10 +9,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from exercises.assignment import Assignment
-from exercises.problem import variable
 from exercises.render import render
 from grader.check import Checked
 from grader.marking import number
+from grader.positions import line_of_answer
 from grader.reports.answers import visible
 from grader.reports.rows import Row, lateness, rows_of
 from grader.reports.tables import staff_notes, status
@@ -132,22 +132,14 @@ def check_summary(checked: Checked) -> str:
 
 def check_annotations(path: Path, checked: Checked) -> str:
     """Return a warning for every answer that can't be read, at its line in the file, where GitHub shows it."""
-    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
-    own = [row for row in checked.rows if not row.readable]
+    own, file = [row for row in checked.rows if not row.readable], _property(path.as_posix())
     told = [
-        f"::warning {_place(path, lines, row.part)},title={_property(row.part)}::{_message(row.said)}"
+        f"::warning file={file},line={line_of_answer(path, row.part)},title={_property(row.part)}::{_message(row.said)}"
         for row in own[: MOST_ANNOTATIONS if len(own) <= MOST_ANNOTATIONS else MOST_ANNOTATIONS - 1]
     ]
     if len(told) < len(own):
         told.append(f"::warning title=qdot::and {len(own) - len(told)} more; the job summary has all")
     return "".join(f"{line}\n" for line in told)
-
-
-def _place(path: Path, lines: Sequence[str], part: str) -> str:
-    """Return the file, and the line in it in which the answer's variable is set."""
-    sets = re.compile(rf"\b{re.escape(variable(*part.split('.', 1)))}\s*=(?!=)")
-    number = next((i for i, line in enumerate(lines, 1) if sets.search(line)), 1)
-    return f"file={_property(path.as_posix())},line={number}"
 
 
 def _message(text: str) -> str:

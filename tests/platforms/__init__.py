@@ -6,6 +6,7 @@ or fetched by whoever runs it, and installed for this machine only. What a run s
 table of docs/outlets.md is made from it. What a run teaches becomes a check of `make test`, against data of ours.
 
     given       the assignments that are exported, the answers that are given, and what qdot gives for them
+    repositories    a class that pushes to GitHub and GitLab
     records     what a run showed, as it is kept
     __main__    the command
 
@@ -13,5 +14,5 @@ A platform is a module with `run(software, work) -> Record`, its line in `PLATFO
 `software` is the path of the copy, `work` an empty folder to install and to export into.
 """
 
-PLATFORMS: dict[str, str] = {"moodle": "MOODLE"}
+PLATFORMS: dict[str, str] = {"moodle": "MOODLE", "github": "GITHUB_RUNNER", "gitlab": "GITLAB_RUNNER"}
 """Modules of this package by name, each with the variable of the environment that holds the path of its software."""

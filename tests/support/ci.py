@@ -3,8 +3,9 @@
 import importlib.util
 import json
 import os
+import re
 import subprocess
-import sysconfig
+import sys
 import venv
 from collections.abc import Mapping
 from pathlib import Path
@@ -71,7 +72,8 @@ class Machine:
 
     def lend(self) -> None:
         """Let what is installed here be found there."""
-        (site_of(self.home / "python") / "lent.pth").write_text(sysconfig.get_paths()["purelib"] + "\n", "utf-8")
+        libraries = [path for path in sys.path if Path(path).name == "site-packages"]
+        (site_of(self.home / "python") / "lent.pth").write_text("".join(f"{path}\n" for path in libraries), "utf-8")
 
     def run(self, command: str, cwd: Path, **variables: str) -> subprocess.CompletedProcess[str]:
         """Run a command as GitHub and GitLab do: by bash, which stops at the first failure."""
@@ -84,17 +86,21 @@ class Machine:
         return done
 
 
-def github_steps(workflow: Path, secrets: Mapping[str, str]) -> list[tuple[str, dict[str, str]]]:
-    """Return the commands of a workflow's only job, each with what its `env` gives it; secrets are filled in."""
+def github_steps(workflow: Path, known: Mapping[str, str]) -> list[tuple[str, dict[str, str]]]:
+    """Return the commands of a workflow's only job, each with what its `env` gives it.
+
+    `known` are secrets and variables of the repository; what it has not is empty, as on GitHub.
+    """
     (job,) = read_yaml(workflow)["jobs"].values()
+
+    def filled(text: str) -> str:
+        return re.sub(r"\$\{\{ (?:secrets|vars)\.(\w+) \}\}", lambda found: known.get(found[1], ""), text)
+
     found = []
     for step in job["steps"]:
         if "run" in step:
-            env = {**job.get("env", {}), **step.get("env", {})}
-            for name, value in env.items():
-                for secret, content in secrets.items():
-                    env[name] = str(env[name]).replace(f"${{{{ secrets.{secret} }}}}", content)
-                assert "${{" not in env[name], value
+            env = {name: filled(str(value)) for name, value in {**job.get("env", {}), **step.get("env", {})}.items()}
+            assert not [value for value in env.values() if "${{" in value]
             found.append((step["run"], env))
     return found
 

@@ -14,6 +14,7 @@ MAXIMA = "apt-get install maxima maxima-share, or brew install maxima"
 GIT = "apt-get install git, or brew install git"
 POPPLER = "apt-get install poppler-utils, or brew install poppler"
 LATEX = "apt-get install texlive-pictures texlive-latex-extra"
+ACTIONLINT = "go install github.com/rhysd/actionlint/cmd/actionlint@latest, or brew install actionlint"
 READER = "make .venvs/readers/.installed"
 
 

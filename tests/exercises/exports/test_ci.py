@@ -5,7 +5,8 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,12 +15,15 @@ import pytest
 from exercises.assignment import Assignment, Student
 from exercises.errors import QdotError
 from exercises.exports.outlet import Order
-from exercises.exports.repositories import assignment_files
+from exercises.exports.repositories import ACTIONS, assignment_files
 from exercises.exports.wheel import versions, wheel
 from grader.certify import failures_of
-from tests.support.ci import Machine, git, github_steps, hosted, read_yaml, write_json
+from tests.support import ROOT
+from tests.support.ci import Machine, git, github_steps, hosted, read_yaml
 from tests.support.command import fails, run
 from tests.support.handing_in import Cells, a_class, right
+from tests.support.hosting import TOKEN, Server, serving
+from tests.support.programs import ACTIONLINT, needs, reader
 
 pytestmark = pytest.mark.xdist_group("ci")
 
@@ -49,17 +53,14 @@ def half_right(cells: Cells) -> None:
     cells[-1]["source"] = "p1_determinant = 0"
 
 
-def pushed(assignment: Assignment, platform: str, place: Path, *students: str) -> Path:
-    """Have students push their answers, Bo's with a mistake, and return the server."""
-    server = place / "server"
+def handed_in(assignment: Assignment, platform: str, server: Server, *students: str) -> None:
+    """Have students push their answers, Bo's with a mistake, to the repositories that they were given."""
     for student in students:
+        folder = exported(assignment, platform) / "students" / student
+        files = {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
         text = right(assignment, student, half_right if student == "bo" else lambda _: None)
-        folder = place / student
-        shutil.copytree(exported(assignment, platform) / "students" / student, folder)
-        (folder / "hw.ipynb").write_text(text, encoding="utf-8")
-        (folder / "pip.py").write_text("raise SystemExit('a student module was run')\n", encoding="utf-8")
-        hosted(folder, server, f"course/hw-{student}")
-    return server
+        files |= {"hw.ipynb": text.encode(), "pip.py": b"raise SystemExit('a student module was run')\n"}
+        server.push(f"course/hw-{student}", files, PUSHED)
 
 
 def results(clone: Path) -> dict[str, dict[str, object]]:
@@ -68,110 +69,89 @@ def results(clone: Path) -> dict[str, dict[str, object]]:
 
 
 @dataclass(frozen=True)
-class OnGitHub:
-    """The repository that grades, cloned on a machine of GitHub, beside the server with the students' repositories."""
+class Grading:
+    """The repository that grades, cloned on a machine of its platform, beside the server with the students'."""
 
     machine: Machine
-    server: Path
+    server: Server
     clone: Path
     given: Mapping[str, str]
 
-    def steps(self) -> dict[str, subprocess.CompletedProcess[str]]:
-        """Run the workflow up to the step that hands the feedback back, which is not run; return what each said."""
-        done = {}
-        for command, env in self._commands():
-            if "hand-back" not in command:
-                done[command] = self.machine.run(command, self.clone, **self.given, **env)
-        return done
+    def run(self, commands: Sequence[tuple[str, Mapping[str, str]]]) -> str:
+        """Run commands, each with the variables of its own; return all that they said."""
+        said = []
+        for command, env in commands:
+            done = self.machine.run(command, self.clone, **{**self.given, **env})
+            assert done.returncode == 0, done.stderr
+            said += [done.stdout, done.stderr]
+        return "".join(said)
 
-    def hand_back(self) -> subprocess.CompletedProcess[str]:
-        """Run the last step."""
-        command, env = self._commands()[-1]
-        assert "hand-back" in command
-        return self.machine.run(command, self.clone, **self.given, **env)
-
-    def _commands(self) -> list[tuple[str, dict[str, str]]]:
-        secrets = {"QDOT_SECRET": SECRET, "QDOT_TOKEN": "not-checked-here"}
-        return github_steps(self.clone / ".github" / "workflows" / "grade.yml", secrets)
+    def feedback(self, student: str) -> str:
+        """Return what the student is told in the branch `feedback`."""
+        bare = self.server.bare(f"course/hw-{student}")
+        assert "<html" in git("-C", bare, "show", "feedback:feedback.html")
+        return git("-C", bare, "show", "feedback:README.md")
 
 
-@pytest.fixture(scope="module")
-def on_github(assignment: Assignment, machine: Machine, tmp_path_factory: pytest.TempPathFactory) -> OnGitHub:
-    """Ada and Bo have pushed their answers, and Cy has no repository."""
-    place = tmp_path_factory.mktemp("github")
-    server = pushed(assignment, "github", place, "ada", "bo")
-    for student in ("ada", "bo"):
-        write_json(place / "api" / "repos" / "course" / f"hw-{student}" / "activity", [{"timestamp": PUSHED}])
-    clone = place / "clone"
-    git("clone", "--quiet", hosted(_copy(assignment, "github", place), server, "course/grading"), clone)
-    given = {
-        "GITHUB_STEP_SUMMARY": str(place / "summary.md"), "GITHUB_SERVER_URL": f"file://{server}",
-        "GITHUB_API_URL": f"file://{place / 'api'}", "GITHUB_REPOSITORY_OWNER": "course",
-    }  # fmt: skip
-    return OnGitHub(machine, server, clone, given)
+@contextmanager
+def grading(assignment: Assignment, machine: Machine, platform: str, place: Path) -> Iterator[Grading]:
+    """Yield a repository that grades, where Ada and Bo have pushed their answers and Cy has no repository."""
+    with serving(place / "server") as server:
+        handed_in(assignment, platform, server, "ada", "bo")
+        clone, source = place / "clone", shutil.copytree(exported(assignment, platform) / "grading", place / "grading")
+        git("clone", "--quiet", hosted(Path(source), server.folder, "course/hw-grading"), clone)
+        given = {"GITHUB_STEP_SUMMARY": str(place / "summary.md")} if platform == "github" else {}
+        yield Grading(machine, server, clone, {**server.variables(platform), "QDOT_TOKEN": "", **given})
 
 
-def test_a_fresh_clone_on_github_grades_by_the_workflows_own_commands(on_github: OnGitHub) -> None:
-    for command, done in on_github.steps().items():
-        assert done.returncode == 0, done.stderr
-        if "collect" in command:
-            assert "cy: course/hw-cy can't be fetched" in done.stderr
-    got = results(on_github.clone)
-    assert [got[student]["score"] for student in ("ada", "bo", "cy")] == [4, 3, 0]
-    assert got["ada"]["submission"]["received"] == "2027-01-15T22:00:00+00:00"  # type: ignore[index]
-    summary = Path(on_github.given["GITHUB_STEP_SUMMARY"]).read_text(encoding="utf-8")
-    assert "| bo | 3 | 4 | graded |" in summary
+def test_a_fresh_clone_on_github_grades_and_hands_back_by_the_workflows_own_commands(
+    assignment: Assignment, machine: Machine, tmp_path: Path
+) -> None:
+    with grading(assignment, machine, "github", tmp_path) as job:
+        workflow = job.clone / ".github" / "workflows" / "grade.yml"
+        said = job.run(github_steps(workflow, {"QDOT_SECRET": SECRET, "QDOT_TOKEN": TOKEN}))
+        assert "cy: course/hw-cy is left out" in said and TOKEN not in said
+        got = results(job.clone)
+        assert [got[student]["score"] for student in ("ada", "bo", "cy")] == [4, 3, 0]
+        assert got["ada"]["submission"]["received"] == "2027-01-15T22:00:00+00:00"  # type: ignore[index]
+        assert "| bo | 3 | 4 | graded |" in (tmp_path / "summary.md").read_text(encoding="utf-8")
+        told = job.feedback("bo")
+        assert "**3 of 4 points**" in told and "ada" not in told
+        assert git("-C", job.server.bare("course/hw-bo"), "log", "--format=%s", "main").splitlines() == ["work"]
 
 
-def test_students_get_their_own_feedback_back_on_github(on_github: OnGitHub) -> None:
-    """After the test before: their own points, in a branch of its own, and nobody else's."""
-    if not (on_github.clone / "graded").exists():
-        on_github.steps()
-    done = on_github.hand_back()
-    assert done.returncode == 0, done.stderr
-    back = on_github.server / "course" / "hw-bo.git"
-    told = git("-C", back, "show", "feedback:README.md")
-    assert "**3 of 4 points**" in told
-    assert "ada" not in told
-    assert "<html" in git("-C", back, "show", "feedback:feedback.html")
-    assert git("-C", back, "log", "--format=%s", "main").splitlines() == ["first"]
-    with pytest.raises(subprocess.CalledProcessError):
-        git("-C", on_github.server / "course" / "hw-cy.git", "log")
-
-
-def _copy(assignment: Assignment, platform: str, place: Path) -> Path:
-    return Path(shutil.copytree(exported(assignment, platform) / "grading", place / "grading"))
+def test_only_what_grades_has_the_secret_and_notebooks_never_run_beside_the_token(assignment: Assignment) -> None:
+    workflow = read_yaml(exported(assignment, "github") / "grading" / ".github" / "workflows" / "grade.yml")
+    (job,) = workflow["jobs"].values()
+    given = {step["name"]: set(step.get("env", {})) for step in job["steps"] if "run" in step}
+    assert given["Install qdot"] == set() and given["Grade"] == {"QDOT_SECRET"}
+    assert workflow["permissions"] == {} and job["permissions"] == {"contents": "read"}
+    for step in job["steps"]:
+        assert "uses" not in step or "env" not in step
 
 
 @pytest.mark.whole  # as on GitHub, by the same commands but for where they stand
-def test_a_fresh_clone_on_gitlab_grades_by_the_jobs_own_commands(
+def test_a_fresh_clone_on_gitlab_grades_by_the_jobs_own_script(
     assignment: Assignment, machine: Machine, tmp_path: Path
 ) -> None:
-    server, api, clone = pushed(assignment, "gitlab", tmp_path, "bo"), tmp_path / "api", tmp_path / "clone"
-    events = [
-        {"created_at": "2027-03-01T00:00:00Z", "push_data": {"ref": "feedback"}},
-        {"created_at": PUSHED, "push_data": {"ref": "main"}},
-    ]
-    write_json(api / "projects" / "course" / "hw-bo" / "events", events)  # of a file://, curl decodes the path
-    git("clone", "--quiet", hosted(_copy(assignment, "gitlab", tmp_path), server, "course/grading"), clone)
-    job = read_yaml(clone / ".gitlab-ci.yml")["grade"]
-    given = {
-        "CI_SERVER_URL": f"file://{server}", "CI_API_V4_URL": f"file://{api}",
-        "CI_PROJECT_NAMESPACE": "course", "QDOT_SECRET": SECRET, "QDOT_TOKEN": "x",
-    }  # fmt: skip
-    for command in job["script"]:
-        done = machine.run(command, clone, **given)
-        assert done.returncode == 0, done.stderr
-    got = results(clone)
-    assert [got[student]["score"] for student in ("ada", "bo")] == [0, 3]
-    assert got["bo"]["submission"]["received"] == "2027-01-15T22:00:00+00:00"  # type: ignore[index]
-    assert (clone / job["artifacts"]["reports"]["junit"]).read_text(encoding="utf-8").startswith("<testsuites")
+    with grading(assignment, machine, "gitlab", tmp_path) as job:
+        grade = read_yaml(job.clone / ".gitlab-ci.yml")["grade"]
+        variables = {"QDOT_SECRET": SECRET, "QDOT_TOKEN": TOKEN}
+        install, *script = grade["script"]
+        job.run([(install, {}), ("\n".join(script), variables)])  # a runner gives one shell all of a script
+        got = results(job.clone)
+        assert [got[student]["score"] for student in ("ada", "bo")] == [4, 3]
+        assert got["bo"]["submission"]["received"] == "2027-01-15T22:00:00+00:00"  # type: ignore[index]
+        report = job.clone / grade["artifacts"]["reports"]["junit"]
+        assert report.read_text(encoding="utf-8").startswith("<testsuites")
+        assert "**3 of 4 points**" in job.feedback("bo")
 
 
 def checks(clone: Path, platform: str) -> list[str]:
     """Return the commands by which a student's repository checks itself."""
     if platform == "github":
-        return [command for command, _ in github_steps(clone / ".github" / "workflows" / "check.yml", {})]
+        steps = github_steps(clone / ".github" / "workflows" / "check.yml", {})
+        return [command for command, env in steps if "QDOT_ASK" not in env]
     commands: list[str] = read_yaml(clone / ".gitlab-ci.yml")["check"]["script"]
     return commands
 
@@ -209,15 +189,35 @@ def _students(assignment: Assignment, platform: str, place: Path) -> Path:
     return Path(shutil.copytree(exported(assignment, platform) / "students" / "ada", place / "ada"))
 
 
-def test_no_repository_holds_the_secret_and_no_students_workflow_asks_for_one(assignment: Assignment) -> None:
+def test_no_repository_holds_the_secret_and_a_students_workflow_asks_for_one_that_can_only_ask(
+    assignment: Assignment,
+) -> None:
     for platform in ("github", "gitlab"):
         for path in exported(assignment, platform).rglob("*"):
             if path.is_file():
                 assert SECRET.encode() not in path.read_bytes()
                 if "students" in path.parts and path.suffix == ".yml":
-                    assert "secret" not in path.read_text(encoding="utf-8").replace("nothing here is secret", "")
+                    asked = re.findall(r"secrets\.\w+|QDOT_SECRET|QDOT_TOKEN", path.read_text(encoding="utf-8"))
+                    assert asked == (["secrets.QDOT_ASK"] if platform == "github" else [])
     grade = read_yaml(exported(assignment, "github") / "grading" / ".github" / "workflows" / "grade.yml")
-    assert set(grade["on"]) == {"workflow_dispatch", "schedule"}  # nothing that a student does starts it
+    assert grade["on"]["issues"] == {"types": ["edited"]}
+    assert set(grade["on"]) == {"workflow_dispatch", "schedule", "issues"}  # none of which runs what a student wrote
+    text = (exported(assignment, "github") / "grading" / ".github" / "workflows" / "grade.yml").read_text()
+    assert "github.event" not in text  # nothing of what a student sends is read
+
+
+def test_a_push_asks_for_points_by_a_token_that_can_do_no_more(
+    assignment: Assignment, machine: Machine, tmp_path: Path
+) -> None:
+    with serving(tmp_path / "server") as server:
+        workflow = exported(assignment, "github") / "students" / "ada" / ".github" / "workflows" / "check.yml"
+        known = {"QDOT_ASK": "token-that-asks", "QDOT_ASKED": "repos/course/hw-grading/issues/1"}
+        ((command, env),) = [step for step in github_steps(workflow, known) if "QDOT_ASK" in step[1]]
+        done = machine.run(command, tmp_path, GITHUB_API_URL=server.api, **env)
+        assert done.returncode == 0 and not done.stdout, done.stderr
+        ((path, edit),) = server.edits
+        assert path == "repos/course/hw-grading/issues/1" and edit["by"] == "Bearer token-that-asks"
+        assert re.fullmatch(r"Last asked \d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", edit["body"])
 
 
 @pytest.mark.parametrize("platform", CHECKS)
@@ -231,6 +231,37 @@ def test_workflows_hold_to_the_platforms_schema(platform: str, assignment: Assig
         command = [sys.executable, "-m", "check_jsonschema", "--builtin-schema", schema, *given]
         done = subprocess.run(command, capture_output=True, text=True)
         assert done.returncode == code, done.stdout
+
+
+def workflows(assignment: Assignment) -> list[Path]:
+    """Return the workflows for GitHub that we export, and our own."""
+    return [*exported(assignment, "github").rglob("*.yml"), *(ROOT / ".github" / "workflows").glob("*.yml")]
+
+
+def test_every_action_is_named_by_its_commit_everywhere(assignment: Assignment) -> None:
+    """A tag can be moved by whoever takes over an action, and with it what a job with secrets runs."""
+    files = [*workflows(assignment), *(ROOT / "docs").rglob("*.md")]
+    used = [line for path in files for line in re.findall(r"\buses: *(.+)", path.read_text(encoding="utf-8"))]
+    assert len(used) > 10
+    known = {pinned.partition("@")[0]: pinned for pinned in ACTIONS.values()}
+    for line in used:
+        assert re.fullmatch(r"[\w-]+/[\w-]+@[0-9a-f]{40}  # v\d+\.\d+\.\d+", line)
+        assert known.get(line.partition("@")[0], line) == line
+
+
+def quiet(*command: str | Path) -> None:
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_workflows_are_as_a_linter_of_security_wants_them(assignment: Assignment) -> None:
+    quiet(reader("zizmor"), "--offline", "--no-progress", "--persona", "pedantic", *workflows(assignment))
+
+
+def test_workflows_and_their_commands_are_as_linters_want_them(assignment: Assignment) -> None:
+    shellcheck = reader("shellcheck")
+    quiet(shellcheck, exported(assignment, "github") / "setup-class.sh")
+    quiet(needs("actionlint", ACTIONLINT, in_ci=False), "-shellcheck", shellcheck, *workflows(assignment))
 
 
 def test_the_wheel_is_the_same_twice_and_its_libraries_are_named() -> None:

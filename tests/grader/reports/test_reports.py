@@ -2,6 +2,7 @@
 
 import copy
 import json
+import os
 import re
 from fractions import Fraction
 from pathlib import Path
@@ -140,7 +141,29 @@ def test_classroom50_takes_whole_numbers_that_add_up(assignment: Assignment, res
     assert sum(shared_out(7, [Fraction(0)] * 3, [1, 2, 4])) == 7
 
 
-def test_what_has_no_mark_is_handed_to_nobody(assignment: Assignment, results: list[Result]) -> None:
+def test_classroom50_without_its_variables_is_one_message_and_no_file(
+    assignment: Assignment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = ("grade", assignment.folder, "--student", "ada", "--report", f"classroom50={tmp_path / 'result.json'}")
+    for name in RUNNER:
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("CLASSROOM", "robotics")
+    said = fails(*asked)
+    assert "OWNER, SUBMISSION_TAG, COMMIT_URL, RELEASE_URL are not set" in said
+    for name, value in {**RUNNER, "OWNER": "", "USERNAME": "ada", "SUBMISSION_TAG": "v1"}.items():
+        monkeypatch.setenv(name, value)
+    assert "SUBMISSION_TAG is 'v1'" in fails(*asked)
+    assert not list(tmp_path.iterdir())
+    monkeypatch.setenv("SUBMISSION_TAG", "submit/1")
+    run(*asked)
+    assert json.loads((tmp_path / "result.json").read_text())["owner"] == "ada"
+
+
+def test_what_has_no_mark_is_handed_to_nobody(
+    assignment: Assignment, results: list[Result], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, value in RUNNER.items():
+        monkeypatch.setenv(name, value)
     for form in (results_json, FORMATS["classroom50"].make):
         with pytest.raises(QdotError, match="there is no mark"):
             form(assignment, [ungraded(results[0])])
@@ -170,9 +193,25 @@ def test_every_part_is_a_test_of_pytest(assignment: Assignment, pytester: pytest
     given = ("--qdot", str(assignment.folder), "-p", "no:randomly")
     done = pytester.runpytest_inprocess(*given, "-rf")
     done.assert_outcomes(passed=1 + 3 + 1, failed=2 + 3)
-    done.stdout.fnmatch_lines(["*bo::p1.jacobian*", "Jacobian by differentiation: * of 2 points, partial"])
+    done.stdout.fnmatch_lines(["*bo, p1.jacobian*", "Jacobian by differentiation: * of 2 points, partial"])
     done.stdout.no_fnmatch_line("*Traceback*")
     done.stdout.no_fnmatch_line("*raise PartFailed*")
+
+
+def test_the_id_that_pytest_prints_selects_that_test_alone(
+    assignment: Assignment, pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From any folder, also where the assignment lies outside of pytest's root folder."""
+    monkeypatch.chdir(pytester.mkdir("elsewhere"))
+    folder = os.path.relpath(assignment.folder)
+    shown = pytester.runpytest_inprocess("--qdot", folder, "-v", "-p", "no:randomly")
+    ids = [line.split()[0] for line in shown.outlines if "::" in line and " PASSED " in line]
+    assert f"{folder}/assignment.toml::ada::p1.jacobian" in ids and len(ids) == 4
+    for given in ((ids[1],), ("--qdot", folder, ids[1])):
+        alone = pytester.runpytest_inprocess(*given, "-v", "-p", "no:randomly")
+        alone.assert_outcomes(passed=1)
+        alone.stdout.fnmatch_lines([f"{ids[1]} PASSED*"])
+    assert ids[1].startswith("..")
 
 
 def test_pytest_shares_parts_out_among_processes(assignment: Assignment, pytester: pytest.Pytester) -> None:

@@ -1,0 +1,185 @@
+"""setup-class.sh: a class's repositories, permissions and secrets, made by a gh that keeps what it is told."""
+
+import json
+import os
+import shutil
+import subprocess
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from exercises.assignment import Student
+from tests.support import ROOT
+from tests.support.ci import git
+from tests.support.command import fails, run
+from tests.support.handing_in import a_class
+from tests.support.programs import GIT, needs
+
+pytestmark = pytest.mark.xdist_group("setup-class")
+
+SECRET = "0123456789abcdef"
+ROSTER = "student,name,email,GitHub\nada,Ada,,ada-l\nbo,,,@bo\n"
+TOKENS = {"QDOT_TOKEN": "the-staffs", "QDOT_ASK": "that-asks"}
+
+
+@dataclass(frozen=True)
+class Class:
+    """An exported class beside a gh that knows these logins."""
+
+    folder: Path
+    state: Path
+
+    def setup(self, *arguments: str, **variables: str) -> subprocess.CompletedProcess[str]:
+        (self.state / "calls.jsonl").write_text("")
+        return subprocess.run(
+            ["bash", self.folder / "exports" / "github" / "setup-class.sh", *arguments], capture_output=True, text=True,
+            env={
+                "PATH": f"{self.state / 'bin'}{os.pathsep}{os.environ['PATH']}", "HOME": str(self.state),
+                "GH_STATE": str(self.state), **variables,
+            },
+        )  # fmt: skip
+
+    def calls(self) -> list[dict[str, Any]]:
+        return [json.loads(line) for line in (self.state / "calls.jsonl").read_text().splitlines()]
+
+    def secrets(self) -> dict[tuple[str, str], str]:
+        """Return what the secrets of repositories were set to."""
+        own = [call for call in self.calls() if call["call"][:2] == ["secret", "set"]]
+        return {(call["call"][4], call["call"][2]): call["stdin"] for call in own}
+
+    def knows(self, logged_in: bool = True, logins: tuple[str, ...] = ("ada-l", "bo")) -> None:
+        (self.state / "known.json").write_text(json.dumps({"logged_in": logged_in, "logins": logins}))
+
+    def show(self, repository: str, path: str) -> str:
+        return git("-C", self.state / "repositories" / f"{repository}.git", "show", f"main:{path}")
+
+    def subjects(self, repository: str) -> list[str]:
+        return git("-C", self.state / "repositories" / f"{repository}.git", "log", "--format=%s", "main").splitlines()
+
+
+def enrol(folder: Path, roster: str) -> None:
+    (folder / "roster.csv").write_text(roster)
+    run("export", folder, "--to", "github", "--jobs", "1")
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("course") / "hw"
+    a_class(folder, [Student("ada"), Student("bo")])
+    enrol(folder, ROSTER)
+    return folder
+
+
+@pytest.fixture
+def course(exported: Path, tmp_path: Path) -> Class:
+    needs("git", GIT)
+    folder, state = tmp_path / "hw", tmp_path / "state"
+    shutil.copytree(exported, folder)
+    (state / "bin").mkdir(parents=True)
+    program = state / "bin" / "gh"
+    program.write_text((ROOT / "tests" / "support" / "gh.py").read_text())
+    program.chmod(0o755)
+    made = Class(folder, state)
+    made.knows()
+    return made
+
+
+def test_a_class_is_set_up_and_no_students_repository_is_given_the_key(course: Class) -> None:
+    done = course.setup("course", **TOKENS)
+    assert done.returncode == 0, done.stderr
+    assert course.secrets() == {
+        ("course/hw-grading", "QDOT_SECRET"): SECRET, ("course/hw-grading", "QDOT_TOKEN"): "the-staffs",
+        ("course/hw-ada", "QDOT_ASK"): "that-asks", ("course/hw-bo", "QDOT_ASK"): "that-asks",
+    }  # fmt: skip
+    calls = [call["call"] for call in course.calls()]
+    for student, login in (("ada", "ada-l"), ("bo", "bo")):
+        own = f"course/hw-{student}"
+        assert ["repo", "create", own, "--private", "--disable-wiki"] in calls
+        invited = f"repos/{own}/collaborators/{login}"
+        assert ["api", "--method", "PUT", invited, "--field", "permission=push", "--silent"] in calls
+        asked = "repos/course/hw-grading/issues/1"
+        assert ["variable", "set", "QDOT_ASKED", "--repo", own, "--body", asked] in calls
+        assert f'"student": "{student}"' in course.show(own, "hw.ipynb")
+        assert "name: Check" in course.show(own, ".github/workflows/check.yml")
+        assert course.subjects(own) == ["hw [skip ci]"]
+    assert "OWNER/hw-ada,ada,ada-l" in course.show("course/hw-grading", "repositories.csv")
+    shown = json.dumps(calls) + done.stdout + done.stderr
+    assert not [told for told in (SECRET, *TOKENS.values()) if told in shown]
+
+
+def test_run_again_it_changes_nothing_but_adds_whoever_is_new(course: Class) -> None:
+    course.setup("course")
+    again = course.setup("course")
+    assert again.returncode == 0, again.stderr
+    assert [call["call"] for call in course.calls() if call["call"][:2] == ["repo", "create"]] == []
+    assert course.subjects("course/hw-ada") == ["hw [skip ci]"]
+    assert "next: make the tokens" in again.stdout
+    enrol(course.folder, f"{ROSTER}cy,,,cy99\n")
+    course.knows(logins=("ada-l", "bo", "cy99"))
+    assert course.setup("course", **TOKENS).returncode == 0
+    assert "cy99" in course.show("course/hw-grading", "repositories.csv")
+    assert course.subjects("course/hw-grading") == ["The class has changed", "hw [skip ci]"]
+    assert course.subjects("course/hw-ada") == course.subjects("course/hw-cy") == ["hw [skip ci]"]
+
+
+def test_a_dry_run_says_all_and_does_nothing(course: Class) -> None:
+    done = course.setup("course", "--dry-run", **TOKENS)
+    assert done.returncode == 0, done.stderr
+    assert not (course.state / "repositories").exists() and not course.secrets()
+    for said in (
+        "would run: gh repo create course/hw-grading --private", "would push: students/ada",
+        "would run: gh secret set QDOT_SECRET --repo course/hw-grading", "would open: the issue Pushes",
+        "would run: gh api --method PUT repos/course/hw-bo/collaborators/bo --field permission=push",
+    ):  # fmt: skip
+        assert said in done.stdout
+    assert not [told for told in (SECRET, *TOKENS.values()) if told in done.stdout]
+
+
+def test_a_login_that_nobody_has_is_named_and_the_others_are_done(course: Class) -> None:
+    course.knows(logins=("bo",))
+    done = course.setup("course")
+    assert done.returncode == 1
+    assert "not done for: ada (ada-l)" in done.stderr and "HTTP 404" in done.stderr
+    assert course.subjects("course/hw-bo") == ["hw [skip ci]"]
+
+
+def without_logins(course: Class) -> None:
+    enrol(course.folder, "student,name\nada,Ada\nbo,\n")
+
+
+def without_secret(course: Class) -> None:
+    (course.folder / "secret.txt").unlink()
+
+
+def without_gh(course: Class) -> None:
+    (course.state / "bin" / "gh").unlink()
+
+
+@pytest.mark.parametrize(
+    ("spoil", "arguments", "said"),
+    [
+        (lambda _: None, (), "say in which organisation"),
+        (lambda _: None, ("a", "b"), "one owner is enough, and there are a and b"),
+        (lambda _: None, ("a", "--try"), "--try is no option"),
+        (without_gh, ("a",), "gh is not installed"),
+        (lambda course: course.knows(logged_in=False), ("a",), "gh auth login"),
+        (without_logins, ("a",), "no GitHub login of: ada bo; add a column github"),
+        (without_secret, ("a",), "the secret of the assignment"),
+    ],
+)
+def test_what_is_missing_is_one_message_and_nothing_is_done(
+    spoil: Callable[[Class], None], arguments: tuple[str, ...], said: str, course: Class
+) -> None:
+    spoil(course)
+    done = course.setup(*arguments)
+    assert done.returncode == 2 and not done.stdout
+    assert len(done.stderr.splitlines()) == 1 and said in done.stderr
+    assert not (course.state / "repositories").exists()
+
+
+def test_a_login_that_is_none_is_refused_when_it_is_exported(course: Class) -> None:
+    (course.folder / "roster.csv").write_text("student,github\nada,ada lovelace\n")
+    assert "github = 'ada lovelace' of ada is no login" in fails("export", course.folder, "--to", "github")

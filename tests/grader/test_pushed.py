@@ -1,0 +1,163 @@
+"""What was pushed, fetched as it was when the work was due by the server's clock; feedback handed back."""
+
+import csv
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from exercises.assignment import Assignment, Student, load_assignment
+from exercises.lateness import read_late
+from grader import hosts, pushed
+from grader.pushed import counts_until, main
+from tests.support.ci import git
+from tests.support.command import run
+from tests.support.handing_in import TOML, a_class, right
+from tests.support.hosting import TOKEN, Server, serving
+
+pytestmark = pytest.mark.xdist_group("pushed")
+
+DUE = datetime(2027, 1, 15, 23, 0, tzinfo=UTC)
+IN_TIME, LATE = "2027-01-15T22:00:00Z", "2027-01-16T08:00:00Z"
+
+
+@pytest.fixture
+def server(tmp_path: Path) -> Iterator[Server]:
+    with serving(tmp_path / "server") as made:
+        yield made
+
+
+@pytest.fixture
+def assignment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Assignment:
+    made = a_class(tmp_path / "hw", [Student("ada"), Student("bo"), Student("cy")])
+    lines = [f"OWNER/hw-{student.id},{student.id}" for student in made.roster]
+    (made.folder / "repositories.csv").write_text("\n".join(["repository,student", *lines, ""]))
+    (made.folder / "assignment.toml").write_text(f"due = {DUE.isoformat()}\n{TOML}")
+    monkeypatch.setattr(hosts, "PAUSES", ())
+    return load_assignment(made.folder)
+
+
+def on(server: Server, platform: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in server.variables(platform).items():
+        monkeypatch.setenv(name, value)
+
+
+def collected(assignment: Assignment) -> dict[str, dict[str, str]]:
+    with (assignment.folder / "graded" / "collected.csv").open() as table:
+        return {row["student"]: row for row in csv.DictReader(table)}
+
+
+@pytest.mark.parametrize("platform", ["github", "gitlab"])
+def test_the_state_at_the_deadline_is_fetched_by_the_servers_clock(
+    platform: str, assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ada went on after it, with commits that she dated back; Bo pushed a hundred times too late; Cy never before."""
+    monkeypatch.setenv("GIT_COMMITTER_DATE", "2020-01-01T00:00:00Z")
+    counting = server.push("course/hw-ada", {"hw.ipynb": "in time", "x/y.txt": "y"}, IN_TIME)
+    server.push("course/hw-ada", {"hw.ipynb": "too late"}, LATE)
+    server.push("course/hw-ada", {"hw.ipynb": "elsewhere"}, "2027-01-15T22:30:00Z", branch="feedback")
+    server.push("course/hw-bo", {"hw.ipynb": "in time, too"}, IN_TIME)
+    commit = server.push("course/hw-bo", {"hw.ipynb": "too late"}, LATE)
+    server.pushes["course/hw-bo"] += [("main", commit, LATE)] * 250
+    server.push("course/hw-cy", {"hw.ipynb": "too late"}, LATE)
+    on(server, platform, monkeypatch)
+    assert main(["collect", str(assignment.folder), "--on", platform]) == 0
+    submitted = assignment.folder / "submitted"
+    assert (submitted / "ada" / "hw.ipynb").read_text() == "in time"
+    assert (submitted / "bo" / "hw.ipynb").read_text() == "in time, too"
+    assert not (submitted / "cy").exists() and not (submitted / "ada" / ".git").exists()
+    for path in ("hw.ipynb", "x/y.txt"):
+        moment = (submitted / "ada" / path).stat().st_mtime
+        assert datetime.fromtimestamp(moment, UTC) == datetime.fromisoformat(IN_TIME)
+    told = collected(assignment)
+    assert (told["ada"]["commit"], told["ada"]["branch"]) == (counting, "main")
+    assert told["ada"]["counts_until"] == DUE.isoformat()
+    assert "no push to main until" in told["cy"]["left_out"]
+
+
+def test_links_hooks_and_lies_in_a_repository_do_nothing(
+    assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    work = server.folder / "work" / "course" / "hw-ada"
+    git("init", "--quiet", work)
+    (work / "hw.ipynb").symlink_to("/etc/passwd")
+    server.push("course/hw-ada", {".gitattributes": "*.ipynb filter=lfs\n", ".gitmodules": "[submodule"}, IN_TIME)
+    on(server, "github", monkeypatch)
+    assert main(["collect", str(assignment.folder), "--on", "github"]) == 0
+    fetched = assignment.folder / "submitted" / "ada" / "hw.ipynb"
+    assert not fetched.is_symlink() and fetched.read_text() == "/etc/passwd"
+
+
+def test_whoever_can_not_be_fetched_is_named_and_the_others_are(
+    assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    server.push("course/hw-ada", {"hw.ipynb": "in time"}, IN_TIME)
+    server.push("course/hw-bo", {"hw.ipynb": "in time"}, IN_TIME)
+    del server.pushes["course/hw-bo"]
+    on(server, "github", monkeypatch)
+    assert main(["collect", str(assignment.folder), "--on", "github"]) == 0
+    said = capsys.readouterr()
+    assert said.out == "1 repositories fetched, 2 left out\n"
+    assert "bo: course/hw-bo is left out: when it was pushed to is not known: the server answers 404" in said.err
+    assert "cy: course/hw-cy is left out: " in said.err and TOKEN not in said.err
+
+
+def test_without_a_token_a_server_or_a_list_there_is_one_message(
+    assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = ["collect", str(assignment.folder), "--on", "github"]
+    monkeypatch.delenv("QDOT_TOKEN", raising=False)
+    assert main(given) == 2
+    assert "QDOT_TOKEN is not set" in capsys.readouterr().err
+    on(server, "github", monkeypatch)
+    assert main(given) == 2
+    assert "no repository could be fetched" in capsys.readouterr().err
+    (assignment.folder / "repositories.csv").write_text("who,what\nada,hw\n")
+    assert main(given) == 2
+    assert "with the columns repository and student" in capsys.readouterr().err
+
+
+def test_until_when_a_push_counts(assignment: Assignment) -> None:
+    ada = assignment.roster[0]
+    later = replace(ada, due=datetime(2027, 1, 17, 23, tzinfo=UTC))
+    end = datetime(2027, 1, 20, tzinfo=UTC)
+    ends = replace(assignment, late=read_late({"until": end}, DUE))
+    open_ended = replace(assignment, late=read_late({"per_day": 0.1}, DUE))
+    assert [counts_until(assignment, each) for each in (ada, later)] == [DUE, later.due]
+    assert [counts_until(ends, each) for each in (ada, later)] == [end, datetime(2027, 1, 22, tzinfo=UTC)]
+    assert counts_until(open_ended, ada) is counts_until(replace(assignment, due=None), ada) is None
+
+
+def test_feedback_goes_to_its_student_and_nothing_is_sent_where_it_is_the_same(
+    assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for student in ("ada", "bo"):
+        server.push(f"course/hw-{student}", {"hw.ipynb": right(assignment, student)}, IN_TIME)
+    on(server, "github", monkeypatch)
+    main(["collect", str(assignment.folder), "--on", "github"])
+    run("grade", assignment.folder)
+    heads = []
+    for _ in range(2):
+        assert main(["hand-back", str(assignment.folder), "--on", "github"]) == 0
+        assert "2 repositories given their feedback, 0 left out" in capsys.readouterr().out
+        heads.append(git("-C", server.bare("course/hw-bo"), "rev-parse", "feedback"))
+    assert heads[0] == heads[1]
+    told = git("-C", server.bare("course/hw-bo"), "show", "feedback:README.md")
+    assert "**4 of 4 points**" in told and "ada" not in told
+    assert "<html" in git("-C", server.bare("course/hw-bo"), "show", "feedback:feedback.html")
+    server.bare("course/hw-bo").rename(server.folder / "gone")
+    assert main(["hand-back", str(assignment.folder), "--on", "github"]) == 1
+    assert "bo: feedback can't be pushed to course/hw-bo: " in capsys.readouterr().err
+
+
+def test_git_is_given_the_token_but_neither_an_argument_nor_the_secret(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("QDOT_SECRET", "0123456789abcdef")
+    host = hosts.host_named("github", {"QDOT_TOKEN": TOKEN, "GITHUB_SERVER_URL": "https://git.example.org/"})
+    environment = host.git_environment()
+    assert environment["GIT_CONFIG_KEY_0"] == "http.https://git.example.org/.extraheader"
+    assert TOKEN not in json.dumps([host.url("a/b"), repr(host)])
+    assert not [name for name in environment if name.startswith("QDOT_")]
+    assert pushed.AT_ONCE > 1

@@ -1,0 +1,131 @@
+"""A server as GitHub and GitLab are to a grading job: repositories, and an API that says when each was pushed to."""
+
+import json
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qs, unquote, urlsplit
+
+from tests.support.ci import git
+
+TOKEN = "token-of-the-staff"
+PAGE = 100
+"""Entries on a page of the API's lists."""
+
+
+@dataclass
+class Server:
+    """Repositories by their names, as in course/hw-ada; the pushes to each, and what was written into issues."""
+
+    folder: Path
+    pushes: dict[str, list[tuple[str, str, str]]] = field(default_factory=dict)
+    edits: list[tuple[str, Any]] = field(default_factory=list)
+    api: str = ""
+
+    def bare(self, name: str) -> Path:
+        return self.folder / f"{name}.git"
+
+    def push(self, name: str, files: Mapping[str, str | bytes], moment: str, branch: str = "main") -> str:
+        """Have all of a repository's files replaced by these, as pushed at that moment; return the commit."""
+        bare, work = self.bare(name), self.folder / "work" / name
+        if not bare.exists():
+            git("init", "--quiet", "--bare", bare)
+            git("config", "uploadpack.allowAnySHA1InWant", "true", cwd=bare)
+        if not work.exists():
+            git("init", "--quiet", work)
+        git("rm", "-r", "--quiet", "--ignore-unmatch", ".", cwd=work)
+        for path, content in files.items():
+            (work / path).parent.mkdir(parents=True, exist_ok=True)
+            (work / path).write_bytes(content if isinstance(content, bytes) else content.encode())
+        git("add", "--all", "--force", cwd=work)
+        git("commit", "--quiet", "--allow-empty", "--message", "work", cwd=work)
+        git("push", "--quiet", "--force", bare, f"HEAD:refs/heads/{branch}", cwd=work)
+        commit = git("rev-parse", "HEAD", cwd=work).strip()
+        self.pushes.setdefault(name, []).append((branch, commit, moment))
+        return commit
+
+    def variables(self, platform: str) -> dict[str, str]:
+        """Return what a job's environment says of the server."""
+        if platform == "github":
+            return {
+                "GITHUB_SERVER_URL": f"file://{self.folder}", "GITHUB_API_URL": self.api,
+                "GITHUB_REPOSITORY_OWNER": "course", "QDOT_TOKEN": TOKEN,
+            }  # fmt: skip
+        return {
+            "CI_SERVER_URL": f"file://{self.folder}", "CI_API_V4_URL": self.api, "CI_PROJECT_NAMESPACE": "course",
+            "QDOT_TOKEN": TOKEN,
+        }  # fmt: skip
+
+    def answer(self, path: str, query: Mapping[str, list[str]]) -> list[Any] | None:
+        """Return a list of the API, the last first; None for what is not there."""
+        kind, *parts = path.strip("/").split("/")
+        if kind == "repos" and parts[2:] == ["activity"]:
+            branch = query["ref"][0].removeprefix("refs/heads/")
+            pushed = self.pushes.get("/".join(parts[:2]))
+            return pushed and [
+                {"after": commit, "timestamp": moment, "ref": f"refs/heads/{on}", "activity_type": "push"}
+                for on, commit, moment in reversed(pushed)
+                if on == branch
+            ]
+        if kind == "projects" and parts[1:] == ["events"]:
+            pushed = self.pushes.get(unquote(parts[0]))
+            return pushed and [
+                {"created_at": moment, "push_data": {"ref": on, "ref_type": "branch", "commit_to": commit}}
+                for on, commit, moment in reversed(pushed)
+            ]
+        return None
+
+
+@contextmanager
+def serving(folder: Path) -> Iterator[Server]:
+    """Run a server while the block lasts."""
+    server = Server(folder)
+    web = ThreadingHTTPServer(("127.0.0.1", 0), lambda *about: _Api(server, *about))
+    server.api = f"http://127.0.0.1:{web.server_port}"
+    threading.Thread(target=web.serve_forever, daemon=True).start()
+    try:
+        yield server
+    finally:
+        web.shutdown()
+        web.server_close()
+
+
+class _Api(BaseHTTPRequestHandler):
+    """Lists of pushes, page after page, for who has the token; edits of issues."""
+
+    def __init__(self, server: Server, *about: Any) -> None:
+        self.of = server
+        super().__init__(*about)
+
+    def do_GET(self) -> None:
+        asked = urlsplit(self.path)
+        query = parse_qs(asked.query)
+        found = self.of.answer(asked.path, query)
+        if self.headers["Authorization"] != f"Bearer {TOKEN}":
+            self._say(401)
+        elif found is None:
+            self._say(404)
+        else:
+            page = int(query.get("page", ["1"])[0])
+            here, rest = found[PAGE * (page - 1) : PAGE * page], found[PAGE * page :]
+            following = f"{self.of.api}{asked.path}?{asked.query.split('&page=')[0]}&page={page + 1}"
+            self._say(200, here, {"Link": f'<{following}>; rel="next"'} if rest else {})
+
+    def do_PATCH(self) -> None:
+        content = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+        self.of.edits.append((self.path.strip("/"), {**content, "by": self.headers["Authorization"]}))
+        self._say(200, {})
+
+    def _say(self, code: int, content: Any = None, headers: Mapping[str, str] | None = None) -> None:
+        self.send_response(code)
+        for name, value in (headers or {}).items():
+            self.send_header(name, value)
+        self.end_headers()
+        self.wfile.write(json.dumps(content).encode())
+
+    def log_message(self, *_: Any) -> None:
+        pass
