@@ -45,6 +45,9 @@ questions = ["jacobian", "lost-motion", "dependence"]
 [[problem]]
 robot = "arm.toml"
 questions = ["velocity", "rank"]
+[[problem]]
+family = "elbow-3r"
+questions = ["singular-configurations", "match-columns", "true-or-false", "singular-drawing", "jacobian-size", "speed"]
 """
 ROBOT = """name = "Slide"
 task = ["vx", "vz"]
@@ -99,11 +102,15 @@ class Question:
         self.folder = course / "questions" / qid
         self.server = module(self.folder / "server.py")
         self.data: Data = {
-            "params": {}, "correct_answers": {}, "submitted_answers": {}, "format_errors": {}, "partial_scores": {},
-            "score": 0, "feedback": {}, "variant_seed": seed,
+            "params": {}, "correct_answers": {}, "submitted_answers": {}, "raw_submitted_answers": {},
+            "format_errors": {}, "partial_scores": {}, "score": 0, "feedback": {}, "variant_seed": seed,
             "options": {"server_files_course_path": str(course / "serverFilesCourse")},
         }  # fmt: skip
         self.step("generate")
+        for name, offered in self.data["correct_answers"]["options"].items():
+            if isinstance(offered, list):  # as the elements put them, in a fixed order
+                shown = [{"key": "abcdefgh"[k], "html": one["html"]} for k, one in enumerate(offered)]
+                self.data["params"][name] = shown
 
     def step(self, name: str) -> None:
         data = json.loads(json.dumps(self.data))
@@ -117,9 +124,10 @@ class Question:
             text = re.sub(rf"<pl-{other}-panel>.*?</pl-{other}-panel>", "", text, flags=re.DOTALL)
         return text
 
-    def submit(self, answers: dict[str, str]) -> None:
+    def submit(self, answers: Data) -> None:
         """Parse and, if there is no format error, grade."""
-        self.data |= {"submitted_answers": dict(answers), "format_errors": {}, "partial_scores": {}, "feedback": {}}
+        given = {"submitted_answers": dict(answers), "raw_submitted_answers": dict(answers)}
+        self.data |= given | {"format_errors": {}, "partial_scores": {}, "feedback": {}}
         self.step("parse")
         if not self.data["format_errors"]:
             self.step("grade")
@@ -165,7 +173,7 @@ def schemas() -> tuple[Data, Data]:
 
 def test_files_are_those_that_the_platform_reads(course: Path, order: Order) -> None:
     question, whole = schemas()
-    assert sorted(path.name for path in (course / "questions").iterdir()) == ["hw-p1", "hw-p2", "hw-p3"]
+    assert sorted(path.name for path in (course / "questions").iterdir()) == ["hw-p1", "hw-p2", "hw-p3", "hw-p4"]
     infos = [json.loads((folder / "info.json").read_text()) for folder in sorted((course / "questions").iterdir())]
     for info in infos:
         jsonschema.validate(info, question)
@@ -181,7 +189,7 @@ def test_files_are_those_that_the_platform_reads(course: Path, order: Order) -> 
 
 def test_uuids_stay_and_belong_to_one_question(course: Path, order: Order) -> None:
     found = [json.loads((path / "info.json").read_text())["uuid"] for path in sorted((course / "questions").iterdir())]
-    assert len({uuid.UUID(text) for text in found}) == 3
+    assert len({uuid.UUID(text) for text in found}) == 4
     again = [file for file in OUTLETS["prairielearn"].files(replace(order, variants=1)) if "info.json" in file.path]
     assert [json.loads(file.content)["uuid"] for file in again] == found
     other = replace(order, assignment=replace(order.assignment, secret="another"), variants=1)
