@@ -7,20 +7,24 @@ its server applies before the worker is called, is chevron's here.
 import datetime
 import json
 import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable
+from dataclasses import replace
 from functools import cached_property
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import chevron
 import jsonschema
+import lxml.html
+import sympy as sp
 
-from exercises.answers import LETTERS, Answer, Forms, Letters, Matching, Number, Selection
+from exercises.answers import LETTERS, Answer, ConditionSet, Letters, Matching, Number
+from exercises.answers.base import rows_typed
+from exercises.arm.singularity import Component
 from exercises.exports.bank import bank
 from exercises.exports.known_wrong import known_wrong
 from exercises.exports.outlet import Order
-from exercises.exports.prairielearn import input_names, question_id
+from exercises.exports.prairielearn import EXACTLY, input_names, question_id
 from exercises.exports.registry import OUTLETS
 from exercises.formula.text import rows_of_text
 from exercises.problem import Part, Problem
@@ -28,6 +32,7 @@ from exercises.quizzes import ASKED
 from grader.marking import mark
 from tests.platforms.given import EVERYTHING, order
 from tests.platforms.records import Count, Record
+from tests.support.elements import filled, left_blank
 
 Data = dict[str, Any]
 APP = "apps/prairielearn"
@@ -57,7 +62,7 @@ def run(software: Path, work: Path) -> Record:
         _try(_Question(worker, question_id(made.assignment, variant.slot)), variant.problem, made, counts)
     revision = subprocess.run(["git", "-C", software, "rev-parse", "--short", "HEAD"], capture_output=True, text=True)
     name = f"PrairieLearn {revision.stdout.strip() or worker.revision}, its worker and elements".replace(" ,", ",")
-    return Record("prairielearn", name, datetime.date.today().isoformat(), counts.told())
+    return Record("prairielearn", name, datetime.datetime.now(datetime.UTC).date().isoformat(), counts.told())
 
 
 # --- what is counted ---
@@ -185,86 +190,46 @@ class _Question:
 # --- answers ---
 
 
-class _Filled(Forms[Data]):
-    """A form as a browser sends it, for an answer that would be typed as `text` elsewhere."""
-
-    def __init__(self, part: Part, text: str, made: Data) -> None:
-        self.part, self.text, self.made = part, text, made
-
-    def one_of(self, answer: Letters) -> Data:
-        return {self.part.name: self._keys()[0]}
-
-    def some_of(self, answer: Selection) -> Data:
-        keys = self._keys()
-        return {self.part.name: keys if len(keys) > 1 else keys[0]}
-
-    def matching(self, answer: Matching) -> Data:
-        return dict(zip(input_names(self.part), (str(LETTERS.index(letter)) for letter in self.text), strict=True))
-
-    def numbers(self, answer: Number) -> Data:
-        return dict(zip(input_names(self.part), self.text.strip("[]").split(", "), strict=True))
-
-    def other(self, answer: Answer) -> Data:
-        return {self.part.name: self.text}
-
-    def _keys(self) -> list[str]:
-        offered = self.made["params"][self.part.name]
-        return [offered[LETTERS.index(letter)]["key"] for letter in self.text]
-
-
-BLANK = {"numbers": "", "matching": "-1"}
-
-
-def _blank(part: Part) -> Data:
-    """Return what a browser sends for a part that is left alone: nothing for what was not ticked."""
-    if part.answer.offered and not part.answer.matched:
-        return {}
-    return dict.fromkeys(input_names(part), "-1" if part.answer.matched else "")
-
-
 def _right(part: Part) -> list[str]:
     """Return the right answer in several forms."""
     answer = part.answer
-    if answer.offered:
-        return [answer.as_typed() if isinstance(answer, Letters) else ""]
-    if answer.units_due:
+    if isinstance(answer, Letters):
+        return [answer.letters]
+    if isinstance(answer, Number):
         values = [float(value) for value in answer.as_matrix()]
-        if isinstance(answer, Number) and answer.tolerance < 1e-6:
+        if answer.tolerance < EXACTLY:
             return [_listed(str(round(value)) for value in values)]
         return [_listed(f"{value:{form}}" for value in values) for form in (".6g", ".4f", ".5e")]
-    forms = [answer.as_typed(), answer.code(), answer.as_typed().replace("**", "^").replace("*", " ")]
-    return forms
-
-
-def _listed(numbers: Iterator[str]) -> str:
-    each = list(numbers)
-    return f"[{', '.join(each)}]" if len(each) > 1 else each[0]
+    typed = answer.as_typed()
+    return [typed, answer.code(), typed.replace("**", "^").replace("*", " ")]
 
 
 def _wrong(problem: Problem, part: Part) -> list[str]:
-    """Return wrong answers: other options, what known mistakes give, and, where there is none, one that nobody gives."""
+    """Return wrong answers: other options, and what known mistakes give; where there are none, sevens."""
     answer = part.answer
     if isinstance(answer, Matching):
-        return ["".join(reversed(answer.letters))] if len(answer.letters) > 1 else []
-    if answer.offered:
-        return [LETTERS[k] for k in range(len(answer.offered)) if k not in answer.right][:MOST_WRONG]
-    texts = []
-    for known in known_wrong(problem, part, MOST_WRONG):
-        if isinstance(known.answer, tuple):
-            texts.append(replace_components(answer, known.answer))
-        elif answer.units_due:
-            texts.append(_listed(f"{float(value):.6g}" for value in known.answer))
-        else:
-            rows = rows_of_text(known.answer)
-            texts.append(rows[0][0] if answer.shape is None else "[" + ", ".join(f"[{', '.join(row)}]" for row in rows) + "]")
-    return texts or [_listed(iter(["9"] * max(1, len(answer.units_due))))] if answer.units_due else texts
+        turned = answer.letters[1:] + answer.letters[:1]
+        return [turned]
+    if isinstance(answer, Letters):
+        return [letter for letter in LETTERS[: len(answer.options)] if letter not in answer.letters][:MOST_WRONG]
+    known = [_typed(answer, one.answer) for one in known_wrong(problem, part, MOST_WRONG)]
+    rows, columns = answer.shape or (1, 1)
+    sevens = rows_typed([["7"] * columns] * rows) if answer.shape else "7"
+    return known or [_listed(["7"] * rows) if isinstance(answer, Number) else sevens]
 
 
-def replace_components(answer: Answer, components: tuple[Any, ...]) -> str:
-    """Return a wrong set of configurations as it would be typed."""
-    from dataclasses import replace
+def _typed(answer: Answer, wrong: sp.Matrix | tuple[Component, ...]) -> str:
+    if isinstance(answer, ConditionSet):
+        return replace(answer, components=wrong).as_typed()
+    if isinstance(answer, Number):
+        return _listed(f"{float(value):.6g}" for value in wrong)
+    rows = rows_of_text(sp.Matrix(wrong))
+    return rows_typed(rows) if answer.shape else rows[0][0]
 
-    return replace(answer, components=components).as_typed()  # type: ignore[type-var]
+
+def _listed(numbers: Iterable[str]) -> str:
+    each = list(numbers)
+    return f"[{', '.join(each)}]" if len(each) > 1 else each[0]
 
 
 # --- one question ---
@@ -283,12 +248,16 @@ def _try(question: _Question, problem: Problem, made: Order, counts: _Counts) ->
 def _show(question: _Question, problem: Problem, counts: _Counts) -> None:
     asked, solved = question.page("question"), question.page("answer")
     for part in problem.parts:
-        told = question.made["correct_answers"]["solutions"][part.name]["solution"][:80]
+        solution = _words(question.made["correct_answers"]["solutions"][part.name]["solution"])
         fields = all(f'name="{name}"' in asked for name in input_names(part))
-        is_shown = fields and ASKED[part.kind].title in asked.replace("&#39;", "'") and told not in asked
-        counts.add("shown", is_shown and ASKED[part.kind].title in solved, f"{question.folder.name}.{part.name}")
+        told = ASKED[part.kind].title in _words(asked) and solution in _words(solved) and solution not in _words(asked)
+        counts.add("shown", fields and told, f"{question.folder.name}.{part.name}")
     clean = not [word for word in ("{{", "<pl-", "in quotes", "?:") if word in asked + solved]
     counts.add("clean pages", clean, question.folder.name)
+
+
+def _words(html: str) -> str:
+    return " ".join(lxml.html.fromstring(html).text_content().split())
 
 
 def _score(question: _Question, problem: Problem, made: Order, counts: _Counts) -> None:
@@ -302,7 +271,7 @@ def _score(question: _Question, problem: Problem, made: Order, counts: _Counts) 
         _submit(question, problem, made, texts, counts, "wrong < full", lambda score: score < 1)
     first = problem.parts[0]
     _submit(question, problem, made, {first.name: right[first.name][0]}, counts, "", lambda score: True)
-    nothing = question.submit({name: text for part in problem.parts for name, text in _blank(part).items()})
+    nothing = question.submit({name: text for part in problem.parts for name, text in left_blank(part).items()})
     counts.add("nothing costs no attempt", bool(nothing["format_errors"]), question.folder.name)
 
 
@@ -321,7 +290,7 @@ def _submit(
     form: Data = {}
     for part in problem.parts:
         text = texts.get(part.name)
-        form |= _blank(part) if text is None else part.answer.told_to(_Filled(part, text, question.made))
+        form |= left_blank(part) if text is None else filled(part, text, question.made["params"])
     data = question.submit(form)
     assignment = made.assignment
     ours = mark(problem, texts, secret=assignment.secret, credit=assignment.follow_through, oftener=assignment.oftener)
@@ -337,6 +306,3 @@ def _submit(
     if not data["format_errors"]:
         page = question.page("submission", data)
         counts.add("clean pages", not [word for word in ("{{", "<pl-", "in quotes", "?:") if word in page], where)
-
-
-__all__ = ["islice", "run"]
