@@ -6,16 +6,17 @@ its server applies before the worker is called, is chevron's here.
 
 import datetime
 import json
+import re
 import subprocess
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import cached_property
+from html import unescape
 from pathlib import Path
 from typing import Any
 
 import chevron
 import jsonschema
-import lxml.html
 import sympy as sp
 
 from exercises.answers import LETTERS, Answer, ConditionSet, Letters, Matching, Number
@@ -222,7 +223,7 @@ def _typed(answer: Answer, wrong: sp.Matrix | tuple[Component, ...]) -> str:
     if isinstance(answer, ConditionSet):
         return replace(answer, components=wrong).as_typed()
     if isinstance(answer, Number):
-        return _listed(f"{float(value):.6g}" for value in wrong)
+        return _listed(f"{float(value):.6g}" for value in sp.Matrix(wrong))
     rows = rows_of_text(sp.Matrix(wrong))
     return rows_typed(rows) if answer.shape else rows[0][0]
 
@@ -257,7 +258,7 @@ def _show(question: _Question, problem: Problem, counts: _Counts) -> None:
 
 
 def _words(html: str) -> str:
-    return " ".join(lxml.html.fromstring(html).text_content().split())
+    return " ".join(unescape(re.sub(r"<[^>]+>", " ", html)).split())
 
 
 def _score(question: _Question, problem: Problem, made: Order, counts: _Counts) -> None:

@@ -394,7 +394,7 @@ def test_unreadable_and_hostile_answers(course: Path, typed: str, error: str) ->
 def test_nothing_is_answered(course: Path) -> None:
     question = Question(course, "hw-p1", 1)
     for answers in ({}, {"position": "  "}, {"position": None}):
-        question.submit(answers)  # type: ignore[arg-type]
+        question.submit(answers)
         assert question.data["format_errors"] == {"position": "no part is answered"}
 
 
