@@ -61,8 +61,8 @@ def run(software: Path, work: Path) -> Record:
     worker = _Worker(software, course)
     for variant in bank(made):
         _try(_Question(worker, question_id(made.assignment, variant.slot)), variant.problem, made, counts)
-    revision = subprocess.run(["git", "-C", software, "rev-parse", "--short", "HEAD"], capture_output=True, text=True)
-    name = f"PrairieLearn {revision.stdout.strip() or worker.revision}, its worker and elements".replace(" ,", ",")
+    told = subprocess.run(["git", "-C", software, "log", "-1", "--format=%cs (%h)"], capture_output=True, text=True)
+    name = f"PrairieLearn of {told.stdout.strip()}, its worker and elements"
     return Record("prairielearn", name, datetime.datetime.now(datetime.UTC).date().isoformat(), counts.told())
 
 
@@ -109,7 +109,6 @@ class _Worker:
             ["bash", "-c", command], cwd=self.python, env=environment, text=True,
             stdin=subprocess.PIPE, stdout=subprocess.PIPE,
         )  # fmt: skip
-        self.revision = ""
 
     def call(self, folder: Path, file: str, function: str, args: list[Any]) -> Any:
         """Return what a function made of its arguments, None where the file has no such function."""

@@ -26,7 +26,7 @@ from exercises.exports.outlet import Order
 from exercises.exports.prairielearn import TRIES, input_names
 from exercises.exports.registry import OUTLETS
 from exercises.mistakes.catalogue import CATALOGUE
-from exercises.problem import Part, Problem
+from exercises.problem import Problem
 from exercises.several import Several
 from grader.certify import failures_of
 from grader.prairielearn import LONGEST
@@ -144,11 +144,12 @@ def module(path: Path) -> ModuleType:
     return found
 
 
-def form(question: Question, answers: dict[Part, str]) -> Data:
-    """Return what a browser sends for the answers to some parts."""
-    return {
-        name: text for part in answers for name, text in filled(part, answers[part], question.data["params"]).items()
-    }
+def form(question: Question, problem: Problem, answers: dict[str, str]) -> Data:
+    """Return what a browser sends for the answers to some parts, by their names."""
+    sent: Data = {}
+    for name, text in answers.items():
+        sent |= filled(problem[name], text, question.data["params"])
+    return sent
 
 
 def problem_of(question: Question, problems: list[Problem]) -> Problem:
@@ -302,7 +303,7 @@ def test_options_matches_and_numbers_have_elements_of_their_own(
 def test_references_earn_everything(course: Path, problems: dict[str, list[Problem]], slot: str) -> None:
     question = Question(course, f"hw-{slot}", 1)
     problem = problem_of(question, problems[slot])
-    question.submit(form(question, {part: part.answer.as_typed() for part in problem.parts}))
+    question.submit(form(question, problem, {part.name: part.answer.as_typed() for part in problem.parts}))
     assert question.data["format_errors"] == {}
     assert question.data["score"] == 1
     scores = {name: one["score"] for name, one in question.data["partial_scores"].items()}
@@ -323,14 +324,15 @@ def test_some_of_a_match_or_of_several_numbers_is_no_answer(course: Path, proble
 
 def test_options_that_are_wrong_cost_what_right_ones_earn(course: Path, problems: dict[str, list[Problem]]) -> None:
     question = Question(course, "hw-p4", 1)
-    several, match, judged, *_ = problem_of(question, problems["p4"]).parts
+    problem = problem_of(question, problems["p4"])
+    several, match, judged, *_ = problem.parts
     wrong = {
-        several: "".join(LETTERS[k] for k in range(len(several.answer.offered))),
-        match: "".join(LETTERS[k] for k in (*match.answer.right[1:], match.answer.right[0])),
-        judged: ("false", "true")[1 - judged.answer.right[0]],
+        several.name: "".join(LETTERS[k] for k in range(len(several.answer.offered))),
+        match.name: "".join(LETTERS[k] for k in (*match.answer.right[1:], match.answer.right[0])),
+        judged.name: ("true", "false")[1 - judged.answer.right[0]],
     }
-    question.submit(form(question, wrong))
-    assert [question.data["partial_scores"][part.name]["score"] for part in wrong] == [0, 0, 0]
+    question.submit(form(question, problem, wrong))
+    assert [question.data["partial_scores"][name]["score"] for name in wrong] == [0, 0, 0]
     assert question.data["score"] == 0
     assert {one["said"] for one in question.data["feedback"].values()} == {"Not right.", "Left blank."}
 
