@@ -4,7 +4,6 @@
 its server applies before the worker is called, is chevron's here.
 """
 
-import datetime
 import json
 import re
 import subprocess
@@ -32,7 +31,7 @@ from exercises.problem import Part, Problem
 from exercises.quizzes import ASKED
 from grader.marking import mark
 from tests.platforms.given import EVERYTHING, order
-from tests.platforms.records import Count, Record
+from tests.platforms.records import Counts, Record, today
 from tests.support.elements import filled, left_blank
 
 Data = dict[str, Any]
@@ -56,39 +55,20 @@ def run(software: Path, work: Path) -> Record:
         path = course / file.path
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(str(file.content), encoding="utf-8")
-    counts = _Counts()
+    counts = Counts()
     _validate(software, course, counts)
     worker = _Worker(software, course)
     for variant in bank(made):
         _try(_Question(worker, question_id(made.assignment, variant.slot)), variant.problem, made, counts)
     told = subprocess.run(["git", "-C", software, "log", "-1", "--format=%cs (%h)"], capture_output=True, text=True)
     name = f"PrairieLearn of {told.stdout.strip()}, its worker and elements"
-    return Record("prairielearn", name, datetime.datetime.now(datetime.UTC).date().isoformat(), counts.told())
+    return Record("prairielearn", name, today(), counts.told())
 
 
 # --- what is counted ---
 
 
-class _Counts:
-    """Numbers of things that came out as they are to, and what of the others is to be known."""
-
-    def __init__(self) -> None:
-        self.passed: dict[str, int] = {}
-        self.of: dict[str, int] = {}
-        self.off: dict[str, list[str]] = {}
-
-    def add(self, what: str, came_out: bool, which: str) -> None:
-        self.passed[what] = self.passed.get(what, 0) + came_out
-        self.of[what] = self.of.get(what, 0) + 1
-        if not came_out:
-            self.off.setdefault(what, []).append(which)
-            print(f"  {what}: {which}")
-
-    def told(self) -> dict[str, Count]:
-        return {what: Count(self.passed[what], self.of[what]) for what in self.of}
-
-
-def _validate(software: Path, course: Path, counts: _Counts) -> None:
+def _validate(software: Path, course: Path, counts: Counts) -> None:
     for path in sorted(course.rglob("info*.json")):
         schema = json.loads((software / APP / "src/schemas/schemas" / f"{SCHEMAS[path.name]}.json").read_text())
         errors = list(jsonschema.Draft7Validator(schema).iter_errors(json.loads(path.read_text())))
@@ -235,7 +215,7 @@ def _listed(numbers: Iterable[str]) -> str:
 # --- one question ---
 
 
-def _try(question: _Question, problem: Problem, made: Order, counts: _Counts) -> None:
+def _try(question: _Question, problem: Problem, made: Order, counts: Counts) -> None:
     place = question.folder.name
     print(place)
     for part in problem.parts:
@@ -245,7 +225,7 @@ def _try(question: _Question, problem: Problem, made: Order, counts: _Counts) ->
     _score(question, problem, made, counts)
 
 
-def _show(question: _Question, problem: Problem, counts: _Counts) -> None:
+def _show(question: _Question, problem: Problem, counts: Counts) -> None:
     asked, solved = question.page("question"), question.page("answer")
     for part in problem.parts:
         solution = _words(question.made["correct_answers"]["solutions"][part.name]["solution"])
@@ -260,7 +240,7 @@ def _words(html: str) -> str:
     return " ".join(unescape(re.sub(r"<[^>]+>", " ", html)).split())
 
 
-def _score(question: _Question, problem: Problem, made: Order, counts: _Counts) -> None:
+def _score(question: _Question, problem: Problem, made: Order, counts: Counts) -> None:
     right = {part.name: _right(part) for part in problem.parts}
     wrong = {part.name: _wrong(problem, part) for part in problem.parts}
     for number in range(3):
@@ -280,7 +260,7 @@ def _submit(
     problem: Problem,
     made: Order,
     texts: dict[str, str],
-    counts: _Counts,
+    counts: Counts,
     what: str,
     is_due: Callable[[float], bool],
 ) -> None:
