@@ -82,7 +82,7 @@ function attempts(string $package, array $asked): array
     }
 }
 
-/** The items that a student is given, in their order, and the most that the test can be worth. */
+/** The items that a student is given, in their order, and how often the first may be tried. */
 function drawn(string $package): array
 {
     $test = XmlCompactDocument::createFromXmlAssessmentTestDocument(document("$package/test.xml"));
@@ -90,7 +90,7 @@ function drawn(string $package): array
     $session = $manager->createAssessmentTestSession($test->getDocumentComponent());
     $session->beginTestSession();
     $items = [];
-    foreach ($session->getRoute() as $each) {
+    foreach ($session->getRoute()->getAllRouteItems() as $each) {
         $items[] = $each->getAssessmentItemRef()->getIdentifier();
     }
 
