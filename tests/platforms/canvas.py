@@ -34,7 +34,7 @@ def run(software: Path, work: Path) -> Record:
         with zipfile.ZipFile(archive) as opened:
             opened.extractall(work / f"{which}-package")
         command = [PYTHON, software / "migrate.py", *CALLED, f"--cpout={converted}", work / f"{which}-package"]
-        done = subprocess.run(command, capture_output=True, text=True)
+        done = subprocess.run([str(each) for each in command], capture_output=True, text=True)
         said = [line for line in done.stdout.splitlines() if re.match("Warning|Unsupported|Error|Problem", line)]
         for line in said or [""]:
             counts.add("no warning of its own", not line or EXPECTED.match(line) is not None, line)
