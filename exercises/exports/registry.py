@@ -5,6 +5,7 @@ from exercises.exports.gradescope import gradescope
 from exercises.exports.jupyterquiz import jupyterquiz_files
 from exercises.exports.moodle import moodle_xml
 from exercises.exports.nbgrader import nbgrader
+from exercises.exports.otter import otter
 from exercises.exports.outlet import Outlet
 from exercises.exports.paper import html, latex, pdf
 from exercises.exports.prairielearn import course
@@ -21,6 +22,8 @@ OUTLETS = {
                "a harness with Gradescope's folders, which runs its two scripts", "student", gradescope),
         Outlet("nbgrader", "A course folder, and notebooks", "nbgrader 0.9",
                "nbgrader itself, from generate_assignment to feedback", "student", nbgrader),
+        Outlet("otter", "A source for `otter assign`, and notebooks", "otter-grader 7",
+               "otter assign and otter run", "student", otter),
         Outlet("gitlab", "Projects: one that grades, one for each student", "GitLab CI",
                "GitLab's CI schema; bash and git, in fresh clones", "student", gitlab),
         Outlet(
