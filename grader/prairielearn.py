@@ -1,22 +1,28 @@
 """What the server.py of an exported PrairieLearn question calls: make a variant, read what was typed, grade it.
 
-`data` is PrairieLearn's dictionary, JSON all through. Solutions are among `correct_answers` only, which no panel but
-the answer's shows. Answers are text until the grammar of formulas reads them; nothing of them is ever executed.
+`data` is PrairieLearn's dictionary, JSON all through. Solutions, and which options are right, are among
+`correct_answers` only, which no panel but the answer's shows. Its elements have taken what was chosen or typed when we
+are called: of that the text is made that would be typed elsewhere, and the same reading and marking follow as always.
+Answers are text until the grammar of formulas reads them; nothing of them is ever executed.
 """
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from exercises.answers import LETTERS, TRUE_FALSE, Answer, Choice, Forms, Letters, Matching, Number, Selection
 from exercises.assignment import Slot, load_assignment
 from exercises.errors import QdotError
-from exercises.exports.prairielearn import BANK_FILE
+from exercises.exports.items import entry_labels, question_alone
+from exercises.exports.markup import line_html
+from exercises.exports.prairielearn import BANK_FILE, input_names
 from exercises.figure import figure_svg, part_svg
-from exercises.notebook import points_text, solution_figure
+from exercises.notebook import solution_figure
 from exercises.problem import ENGINE, Part, Problem
 from exercises.quizzes import ASKED
 from exercises.writing.markup import to_html_for_mathjax
-from exercises.writing.statement import hints, prompt, statement, worked_solution
+from exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
 from grader.levels import at_least
 from grader.marking import mark
 from grader.reading import read_answer
@@ -39,21 +45,33 @@ def generate(data: Data, folder: str, slot: str) -> None:
         engine=ENGINE,
         statement=to_html_for_mathjax(statement(problem, "")),
         figure=figure_svg(problem.chain, f"{folder}-{slot}".replace("/", "-")),
-        parts=[_shown(problem, part, assignment_hints) for part in problem.parts],
+        shown={part.name: _shown(problem, part, assignment_hints) for part in problem.parts},
     )
-    data["correct_answers"]["parts"] = [_solved(problem, part) for part in problem.parts]
+    data["correct_answers"].update(
+        options={part.name: _options(problem, part) for part in problem.parts if part.answer.offered},
+        solutions={part.name: _solved(problem, part) for part in problem.parts},
+    )
 
 
 def parse(data: Data, folder: str, slot: str) -> None:
-    """Say of each answer that can't be read why; the submission is then not graded, and costs no attempt."""
+    """Say of each answer that can't be read why; the submission is then not graded, and costs no attempt.
+
+    What the elements themselves could not read is left as they said it.
+    """
     problem = _problem(data, folder, slot)
-    typed = {part.name: _typed(data, part) for part in problem.parts}
+    blank = True
     for part in problem.parts:
-        error = _unreadable(problem, part, typed[part.name])
+        names = input_names(part)
+        if {part.name, *names} & set(data["format_errors"]):
+            blank = False
+            continue
+        typed = part.answer.told_to(_Typed(data, part))
+        blank = blank and not typed
+        error = _half_given(data, part) or _unreadable(problem, part, typed)
         if error:
-            data["format_errors"][part.name] = error
-    if not any(typed.values()):
-        data["format_errors"][problem.parts[0].name] = "no part is answered"
+            data["format_errors"][names[0]] = error
+    if blank:
+        data["format_errors"][input_names(problem.parts[0])[0]] = "no part is answered"
 
 
 def grade(data: Data, folder: str, slot: str) -> None:
@@ -62,24 +80,35 @@ def grade(data: Data, folder: str, slot: str) -> None:
     What fails in qdot itself makes the submission invalid, so that it costs nothing.
     """
     problem = _problem(data, folder, slot)
-    answers = {part.name: typed for part in problem.parts if (typed := _typed(data, part))}
+    answers = {part.name: typed for part in problem.parts if (typed := part.answer.told_to(_Typed(data, part)))}
     assignment = load_assignment(_folder(data, folder))
     verdicts = mark(
         problem, answers, secret=assignment.secret, credit=assignment.follow_through, oftener=assignment.oftener
     )
-    said = []
+    told = at_least(assignment.feedback, "mistake")
+    data["feedback"] = {}
     for part, verdict in zip(problem.parts, verdicts, strict=True):
         if verdict.points is None:
-            data["format_errors"][part.name] = verdict.judgement.reason
+            data["format_errors"][input_names(part)[0]] = verdict.judgement.reason
             continue
-        data["partial_scores"][part.name] = {"score": verdict.points / part.points, "weight": part.points}
-        is_told = at_least(assignment.feedback, "mistake")
-        advice = verdict.diagnosis.says if is_told and verdict.diagnosis is not None else ""
-        words = _said(verdict) if is_told else _OUTCOMES[verdict.judgement.outcome]
-        said.append({"title": ASKED[part.kind].title, "said": words, "advice": advice})
+        data["partial_scores"].update(_scores(part, verdict, told))
+        data["feedback"][part.name] = {
+            "said": _said(problem, verdict) if told else _OUTCOMES[verdict.judgement.outcome],
+            "advice": verdict.diagnosis.says if told and verdict.diagnosis is not None else "",
+        }
     earned = sum(verdict.points or 0.0 for verdict in verdicts)
     data["score"] = min(1.0, earned / problem.max_points)
-    data["feedback"]["parts"] = said
+
+
+def _scores(part: Part, verdict: Verdict, told: bool) -> Data:
+    """Return the score of a part, and, for the boxes of several numbers, whether each is right, where that is told."""
+    assert verdict.points is not None
+    scores: Data = {part.name: {"score": verdict.points / part.points, "weight": part.points}}
+    names, entries = input_names(part), verdict.judgement.entries
+    if told and part.answer.is_in_numbers and len(names) > 1 and entries is not None:
+        right = [same for row in entries for same in row]
+        scores |= {name: {"score": int(same), "weight": 0} for name, same in zip(names, right, strict=True)}
+    return scores
 
 
 # --- a variant ---
@@ -105,17 +134,61 @@ def _problem(data: Data, folder: str, slot: str) -> Problem:
 
 def _shown(problem: Problem, part: Part, hinted: bool) -> Data:
     given = hints(problem, part) if hinted else ()
+    asked = question_alone(problem, part) if part.answer.offered else prompt(problem, part)
     return {
-        "name": part.name,
-        "title": ASKED[part.kind].title,
-        "points": points_text(part.points),
-        "prompt": to_html_for_mathjax(prompt(problem, part)),
+        "prompt": to_html_for_mathjax(asked),
         "figure": part_svg(problem.chain, part, part.name),
         "hints": [{"name": f"Hint {i}", "text": to_html_for_mathjax(hint)} for i, hint in enumerate(given, 1)],
+        "fields": _fields(problem, part),
         "multiline": "false" if part.answer.is_one_line else "true",
         "placeholder": _placeholder(part),
-        "weight": max(1, round(part.points)),
     }
+
+
+def _fields(problem: Problem, part: Part) -> list[Data]:
+    """Return the boxes for numbers, each with its symbol and its unit."""
+    units = part.answer.units_due
+    if part.shape is None or not units:
+        return []
+    labels = entry_labels(problem, part, part.shape)
+    return [
+        {"name": name, "label": f"${label} =$", "unit": unit.replace("^2", "²").replace("^3", "³")}
+        for name, label, unit in zip(input_names(part), labels, units, strict=True)
+    ]
+
+
+@dataclass(frozen=True)
+class _Offered(Forms[Any]):
+    """Options as elements take them: in our order, under our letters, of which worked solutions speak."""
+
+    problem: Problem
+    part: Part
+
+    def matching(self, answer: Matching) -> Data:
+        items = [
+            {"html": item, "letter": LETTERS[right]} for item, right in zip(answer.items, answer.right, strict=True)
+        ]
+        return {
+            "items": items,
+            "offered": [{"letter": LETTERS[k], "html": self._html(k)} for k in range(len(answer.options))],
+        }
+
+    def letters(self, answer: Letters) -> list[Data]:
+        named = answer.options != TRUE_FALSE
+        return [
+            {
+                "right": "true" if k in answer.right else "false",
+                "html": f"<strong>{LETTERS[k]}.</strong> {self._html(k)}" if named else self._html(k),
+            }
+            for k in range(len(answer.options))
+        ]
+
+    def _html(self, index: int) -> str:
+        return line_html(option_text(self.problem, self.part, index))
+
+
+def _options(problem: Problem, part: Part) -> Any:
+    return part.answer.told_to(_Offered(problem, part))
 
 
 def _placeholder(part: Part) -> str:
@@ -128,7 +201,6 @@ def _placeholder(part: Part) -> str:
 
 def _solved(problem: Problem, part: Part) -> Data:
     return {
-        "title": ASKED[part.kind].title,
         "solution": to_html_for_mathjax(worked_solution(problem, part)),
         "figure": solution_figure(problem, part, f"{part.name}-solution"),
     }
@@ -137,10 +209,60 @@ def _solved(problem: Problem, part: Part) -> Data:
 # --- answers ---
 
 
-def _typed(data: Data, part: Part) -> str:
-    """Return what was typed, "" where that is nothing."""
-    typed = data["submitted_answers"].get(part.name)
-    return typed.strip() if isinstance(typed, str) else ""
+@dataclass(frozen=True)
+class _Typed(Forms[str]):
+    """What was chosen or typed, as it would be typed in a notebook; "" where that is nothing."""
+
+    data: Data
+    part: Part
+
+    def one_of(self, answer: Choice) -> str:
+        chosen = self._chosen()
+        return chosen if answer.options != TRUE_FALSE or not chosen else TRUE_FALSE[LETTERS.index(chosen)]
+
+    def some_of(self, answer: Selection) -> str:
+        return self._chosen()
+
+    def matching(self, answer: Matching) -> str:
+        chosen = [LETTERS[int(text)] for text in _given(self.data, self.part) if text.isdecimal()]
+        return "".join(chosen)
+
+    def numbers(self, answer: Number) -> str:
+        typed = _given(self.data, self.part)
+        if not any(typed):
+            return ""
+        return f"[{', '.join(typed)}]" if len(typed) > 1 else typed[0]
+
+    def other(self, answer: Answer) -> str:
+        (typed,) = _given(self.data, self.part)
+        return typed
+
+    def _chosen(self) -> str:
+        """Return the letters of what was ticked: the element shows options in our order, under keys of its own."""
+        keys = [option["key"] for option in self.data["params"].get(self.part.name, ())]
+        ticked = self.data["submitted_answers"].get(self.part.name) or ()
+        return "".join(LETTERS[keys.index(key)] for key in ticked if key in keys)
+
+
+def _given(data: Data, part: Part) -> list[str]:
+    """Return the text in each input of a part. The elements turn numbers into numbers; what was typed is kept raw."""
+    numeric = part.answer.is_in_numbers and part.answer.units_due
+    source = data["raw_submitted_answers"] if numeric else data["submitted_answers"]
+    texts = (source.get(name) for name in input_names(part))
+    return [str(text).strip() if isinstance(text, str | int) else "" for text in texts]
+
+
+def _half_given(data: Data, part: Part) -> str:
+    """Return what is said where some numbers or matches of a part are given and others not, "" where that is not so."""
+    if part.answer.matched:
+        given = [text.isdecimal() for text in _given(data, part)]
+        left = [item for item, there in zip(part.answer.matched, given, strict=True) if not there]
+        return f"an option is due for {', '.join(left)}, too" if any(given) and left else ""
+    if len(input_names(part)) > 1:
+        given = [bool(text) for text in _given(data, part)]
+        left = [str(number) for number, there in enumerate(given, 1) if not there]
+        return f"number {', '.join(left)} of {len(given)} is left blank" if any(given) and left else ""
+    return ""
 
 
 def _unreadable(problem: Problem, part: Part, typed: str) -> str:
@@ -153,22 +275,23 @@ def _unreadable(problem: Problem, part: Part, typed: str) -> str:
     return "" if refusal is None or refusal.outcome is Outcome.MISSING else refusal.reason
 
 
-def _said(verdict: Verdict) -> str:
+def _said(problem: Problem, verdict: Verdict) -> str:
     """Return what is said of an answer, which gives nothing away: a variant may be tried again."""
     outcome, entries = verdict.judgement.outcome, verdict.judgement.entries
     words = _OUTCOMES[outcome]
     if verdict.followed_from is not None:
-        return f"it follows from your answer to {verdict.followed_from!r}, which is not right."
+        earlier = ASKED[problem[verdict.followed_from].kind].title
+        return f"It follows from your answer to “{earlier}”, which is not right."
     if outcome in (Outcome.WRONG, Outcome.PARTIAL) and entries is not None and sum(map(len, entries)) > 1:
         off = [f"({i}, {j})" for i, row in enumerate(entries, 1) for j, same in enumerate(row, 1) if not same]
-        return f"{words} Not right: {', '.join(off)}."
+        return f"{words} What is off: {', '.join(off)}."
     return words
 
 
 _OUTCOMES = {
-    Outcome.CORRECT: "right.",
-    Outcome.PARTIAL: "right in part.",
-    Outcome.WRONG: "not right.",
-    Outcome.MISSING: "left blank.",
-    Outcome.UNGRADED: "not graded.",
+    Outcome.CORRECT: "Right.",
+    Outcome.PARTIAL: "Right in part.",
+    Outcome.WRONG: "Not right.",
+    Outcome.MISSING: "Left blank.",
+    Outcome.UNGRADED: "Not graded.",
 }

@@ -68,7 +68,7 @@ def _question(whole: Item, key: str, files: dict[str, str | bytes]) -> dict[str,
     }
     if isinstance(form, Choose):
         made["options"] = [
-            {"ident": f"{key}-{one.key}-{letter}", "text": line_html(option.text), "option": option}
+            {"ident": f"{key}-{one.key}-{letter}", "text": _lettered(letter, option.text, form.fixed), "option": option}
             for letter, option in zip(LETTERS, form.options, strict=False)
         ]
     elif isinstance(form, Match):
@@ -78,6 +78,11 @@ def _question(whole: Item, key: str, files: dict[str, str | bytes]) -> dict[str,
         low, high = limits(field.value, field.tolerance)
         made |= {"value": decimal(field.value), "low": low, "high": high}
     return made
+
+
+def _lettered(letter: str, text: str, fixed: bool) -> str:
+    """Return an option with the letter by which solutions call it; drawings have it, and true and false need none."""
+    return line_html(text if fixed else f"{letter}. {text}")
 
 
 def _type(form: Choose | Match | Numeric) -> str:
@@ -90,7 +95,11 @@ def _type(form: Choose | Match | Numeric) -> str:
 def _match(form: Match, key: str) -> dict[str, object]:
     rights = [{"ident": f"{key}-o{index}", "text": option} for index, option in enumerate(form.options)]
     stems = [
-        {"ident": f"response_{key}-{LETTERS[number]}", "text": line_html(stem), "right": rights[index]["ident"]}
+        {
+            "ident": f"response_{key}-{LETTERS[number]}",
+            "text": _lettered(LETTERS[number], stem, False),
+            "right": rights[index]["ident"],
+        }
         for number, (stem, index) in enumerate(zip(form.stems, form.correct, strict=True))
     ]
     return {"stems": stems, "rights": rights, "shares": _shares(stems)}

@@ -181,6 +181,20 @@ _TYPED = (
 """What prompts say of how formulas are typed."""
 
 
+def question_alone(problem: Problem, part: Part) -> str:
+    """Return the prompt without options, and without how the answer is typed."""
+    return _ANSWER.sub("", _OPTION.sub("", prompt(problem, part))).strip()
+
+
+def entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> tuple[str, ...]:
+    """Return LaTeX names of the entries of an answer, row by row."""
+    chain, question, count = problem.chain, ASKED[part.kind], int(np.prod(shape))
+    named = question.entry_names(chain, part) or [tex(sp.Symbol(name), chain) for name in question.labels(chain)]
+    if len(named) == count:
+        return tuple(named)
+    return tuple(f"({index // shape[1] + 1}, {index % shape[1] + 1})" for index in range(count))
+
+
 @dataclass(frozen=True)
 class _Options(Forms[Choose | Match]):
     """How a platform is told of options."""
@@ -227,7 +241,9 @@ class _Maker:
     def item(self) -> Item | None:
         answer = self.part.answer
         if answer.offered:
-            return self._made(self._asked(), answer.told_to(_Options(self.problem, self.part)))
+            return self._made(
+                question_alone(self.problem, self.part), answer.told_to(_Options(self.problem, self.part))
+            )
         in_figures = in_numbers(self.problem, self.part)
         if in_figures is None:
             return None
@@ -266,17 +282,11 @@ class _Maker:
         drawn = Picture("solution", svg, "The arm in a regular and in its singular configurations") if svg else None
         return (text,) if drawn is None else (text, drawn)
 
-    # --- options ---
-
-    def _asked(self) -> str:
-        """Return the prompt without options, and without how the answer is typed."""
-        return _ANSWER.sub("", _OPTION.sub("", prompt(self.problem, self.part))).strip()
-
     # --- numbers ---
 
     def _numeric(self, found: InNumbers) -> Numeric:
         rows, columns = found.values.shape
-        labels = self._labels(found.values.shape)
+        labels = entry_labels(self.problem, self.part, found.values.shape)
         made = [
             [
                 "1" if found.unit == r * columns + c else self._field(found, r, c, labels[r * columns + c])
@@ -335,7 +345,7 @@ class _Maker:
         convention = "" if said is None or self.part.type in ("expression", "direction") else said[1].strip()
         for pattern, instead in _TYPED:
             convention = pattern.sub(instead, convention)
-        labels = self._labels(found.values.shape)
+        labels = entry_labels(self.problem, self.part, found.values.shape)
         return render(
             "exports/question.md.j2",
             asked=_ANSWER.sub("", text).strip(),
@@ -346,13 +356,3 @@ class _Maker:
             entries=entries,
             precision="exactly" if fields[0].tolerance == 0 else self.part.precision,
         ).strip()
-
-    def _labels(self, shape: tuple[int, ...]) -> tuple[str, ...]:
-        """Return LaTeX names of the entries of an answer, row by row."""
-        chain, question, count = self.problem.chain, ASKED[self.part.kind], int(np.prod(shape))
-        named = question.entry_names(chain, self.part) or [
-            tex(sp.Symbol(name), chain) for name in question.labels(chain)
-        ]
-        if len(named) == count:
-            return tuple(named)
-        return tuple(f"({index // shape[1] + 1}, {index % shape[1] + 1})" for index in range(count))

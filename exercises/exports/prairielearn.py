@@ -1,18 +1,25 @@
-"""A PrairieLearn course folder: a question for every place of an assignment, whose server.py calls qdot."""
+"""A PrairieLearn course folder: a question for every place of an assignment, with qdot behind it, and assessments."""
 
 import hashlib
 import json
 import uuid
-from collections.abc import Generator
+from collections.abc import Generator, Mapping, Sequence
 
+from exercises.answers import Answer, Forms, Number
 from exercises.assignment import SECRET_FILE, Assignment, Slot
 from exercises.exports.bank import bank
 from exercises.exports.outlet import File, Order, robots
+from exercises.notebook import points_text
+from exercises.problem import Part
+from exercises.quizzes import ASKED
 from exercises.render import render
 
 BANK_FILE = "bank.json"
 """The seeds of the certified variants, by place."""
 TOPIC = "Velocity kinematics"
+COURSE_INSTANCE = "courseInstances/qdot"
+TRIES = 3
+"""Attempts at a variant, where the assignment does not limit them itself: feedback tells no value."""
 
 
 def course(order: Order) -> Generator[File, None, None]:
@@ -20,23 +27,82 @@ def course(order: Order) -> Generator[File, None, None]:
     assignment = order.assignment
     key = assignment.key.lower()
     seeds: dict[str, list[str]] = {slot.name: [] for slot in assignment.slots}
+    asked: dict[str, tuple[Part, ...]] = {}
     for variant in bank(order):
+        asked.setdefault(variant.slot.name, variant.problem.parts)
         seeds[variant.slot.name].append(str(variant.problem.id.seed))  # as text: JavaScript rounds whole numbers
     yield File("infoCourse.json", _json(_course(assignment)))
     for slot in assignment.slots:
-        folder, title = f"questions/{key}-{slot.name}", f"{assignment.title}: {slot.name} ({slot.family.name})"
-        info = {
-            "uuid": question_uuid(assignment, slot),
-            "title": title,
-            "topic": TOPIC,
-            "tags": ["qdot"],
-            "type": "v3",
-        }
-        yield File(f"{folder}/info.json", _json(info))
-        yield File(f"{folder}/question.html", render("exports/prairielearn/question.html.j2"))
-        words = {"title": title.replace("\\", " ").replace('"', "'"), "slot": slot.name, "folder": f"qdot/{key}"}
-        yield File(f"{folder}/server.py", render("exports/prairielearn/server.py.j2", **words))
+        yield from _question_files(assignment, slot, asked[slot.name])
+    yield File(f"{COURSE_INSTANCE}/infoCourseInstance.json", _json(_course_instance(assignment)))
+    for kind, about in _assessments(assignment).items():
+        yield File(f"{COURSE_INSTANCE}/assessments/{key}-{kind}/infoAssessment.json", _json(about))
     yield from _server_files(assignment, f"serverFilesCourse/qdot/{key}", seeds)
+
+
+def _question_files(assignment: Assignment, slot: Slot, parts: tuple[Part, ...]) -> Generator[File, None, None]:
+    key, qid = assignment.key.lower(), question_id(assignment, slot)
+    folder, title = f"questions/{qid}", f"{assignment.title}: {slot.name} ({slot.family.name})"
+    info = {"uuid": question_uuid(assignment, slot), "title": title, "topic": TOPIC, "tags": ["qdot"], "type": "v3"}
+    yield File(f"{folder}/info.json", _json(info))
+    told = [
+        {
+            "name": part.name,
+            "title": ASKED[part.kind].title,
+            "points": points_text(part.points),
+            "element": element_of(part.answer),
+            "weight": max(1, round(part.points)),
+        }
+        for part in parts
+    ]
+    yield File(f"{folder}/question.html", render("exports/prairielearn/question.html.j2", parts=told))
+    words = {"title": title.replace("\\", " ").replace('"', "'"), "slot": slot.name, "folder": f"qdot/{key}"}
+    yield File(f"{folder}/server.py", render("exports/prairielearn/server.py.j2", **words))
+
+
+# --- the elements in which answers are given ---
+
+
+class _Element(Forms[str]):
+    """What an answer is given in: a family of PrairieLearn's elements."""
+
+    def one_of(self, answer: Answer) -> str:
+        return "choice"
+
+    def some_of(self, answer: Answer) -> str:
+        return "several"
+
+    def matching(self, answer: Answer) -> str:
+        return "match"
+
+    def numbers(self, answer: Number) -> str:
+        return "wholes" if answer.tolerance < EXACTLY else "numbers"
+
+    def other(self, answer: Answer) -> str:
+        return "text"
+
+
+EXACTLY = 1e-6
+"""A relative tolerance below which numbers are counts."""
+
+
+def element_of(answer: Answer) -> str:
+    """Return in which element of question.html an answer is given: the same one in all variants of a place."""
+    return answer.told_to(_Element())
+
+
+def input_names(part: Part) -> list[str]:
+    """Return the names of the inputs of a part: its own, or one for each number of several, or each item matched.
+
+    Those of a match are as pl-matching has them.
+    """
+    if part.answer.matched:
+        return [f"{part.name}-dropdown-{index}" for index in range(len(part.answer.matched))]
+    count = len(part.answer.units_due)
+    return [f"{part.name}-{number}" for number in range(1, count + 1)] if count > 1 else [part.name]
+
+
+# --- files beside the questions ---
 
 
 def _server_files(assignment: Assignment, folder: str, seeds: dict[str, list[str]]) -> Generator[File, None, None]:
@@ -55,15 +121,51 @@ def _derived(assignment: Assignment, use: str) -> str:
     return hashlib.sha256(f"qdot/prairielearn/{use}/{assignment.secret}".encode()).hexdigest()
 
 
+def question_id(assignment: Assignment, slot: Slot) -> str:
+    """Return the name of the question's folder, by which assessments ask for it."""
+    return f"{assignment.key.lower()}-{slot.name}"
+
+
 def question_uuid(assignment: Assignment, slot: Slot) -> str:
     """Return the question's UUID: the same at every export of a place of an assignment, whatever it asks."""
-    return str(uuid.uuid5(uuid.NAMESPACE_URL, f"qdot:{_derived(assignment, 'uuid')}:{assignment.key}:{slot.name}"))
+    return _uuid(assignment, slot.name)
+
+
+def _uuid(assignment: Assignment, name: str) -> str:
+    return str(uuid.uuid5(uuid.NAMESPACE_URL, f"qdot:{_derived(assignment, 'uuid')}:{assignment.key}:{name}"))
 
 
 def _course(assignment: Assignment) -> dict[str, object]:
     topic = {"name": TOPIC, "color": "blue3", "description": "Velocities and singularities of robot arms"}
     tag = {"name": "qdot", "color": "gray2", "description": "Made and graded by qdot"}
     return {"name": assignment.key, "title": assignment.title, "topics": [topic], "tags": [tag]}
+
+
+def _course_instance(assignment: Assignment) -> dict[str, object]:
+    return {"uuid": _uuid(assignment, "course instance"), "longName": assignment.title}
+
+
+def _assessments(assignment: Assignment) -> dict[str, dict[str, object]]:
+    """Return two: new variants for practice, and one variant that a student keeps. The best attempt counts."""
+    tries = assignment.attempts.best_of or TRIES
+    worth = {question_id(assignment, slot): sum(slot.max_points) for slot in assignment.slots}
+    practice = [{"id": qid, "autoPoints": points, "triesPerVariant": tries} for qid, points in worth.items()]
+    once = [{"id": qid, "autoPoints": [points] * tries} for qid, points in worth.items()]
+    return {
+        "homework": _assessment(assignment, "Homework", practice),
+        "exam": _assessment(assignment, "Exam", once) | {"shuffleQuestions": False, "requireHonorCode": False},
+    }
+
+
+def _assessment(assignment: Assignment, kind: str, questions: Sequence[Mapping[str, object]]) -> dict[str, object]:
+    return {
+        "uuid": _uuid(assignment, kind),
+        "type": kind,
+        "title": assignment.title,
+        "set": kind,
+        "number": assignment.key,
+        "zones": [{"questions": questions}],
+    }
 
 
 def _json(content: object) -> str:

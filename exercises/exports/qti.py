@@ -1,4 +1,8 @@
-"""A test and its items as a QTI 2.1 package: mathematics as MathML, a section for each question, of its variants."""
+"""A test and its items as a QTI 2.1 package: mathematics as MathML, a section for each place, of its variants.
+
+Of each place one variant is drawn, with all of its parts in their order. A solution is told when an item has full
+marks, or has been tried as often as it may be.
+"""
 
 import re
 from collections.abc import Generator
@@ -9,7 +13,6 @@ from exercises.exports.markup import (
     allowance,
     archive,
     body_html,
-    by_category,
     decimal,
     file_name,
     line_html,
@@ -23,6 +26,11 @@ from exercises.render import render
 MOST_FIELDS = 4
 """Fields of an item up to which a wrong number is told the mistake behind it; it is long otherwise."""
 
+TRIES = 3
+"""Attempts at an item, where the assignment does not limit them itself."""
+NEARLY = 1e-6
+"""What shares that are rounded may lack of full marks."""
+
 _STYLE = re.compile(r' style="[^"]*"')
 
 
@@ -31,19 +39,27 @@ def qti_zip(order: Order) -> Generator[File, None, None]:
     assignment = order.assignment
     files: dict[str, str | bytes] = {}
     images: dict[str, str | bytes] = {}
-    sections, resources = [], []
-    for number, (category, group) in enumerate(by_category(list(items(order))).items(), 1):
-        for one in group:
-            told = _item(one)
-            files[f"items/{one.key}.xml"] = render("exports/qti-item.xml.j2", **told)
-            drawn = {file_name(p): svg_file(p) for p in (*pictures(one.body), *pictures(one.solution))}
-            images |= {f"images/{name}": content for name, content in drawn.items()}
-            resources.append({"ident": one.key, "images": sorted(drawn)})
-        sections.append(
-            {"ident": f"s{number}", "title": f"{category[1]}: {category[2]}", "items": [one.key for one in group]}
-        )
+    resources = []
+    places: dict[str, dict[str, list[str]]] = {}
+    titles: dict[str, str] = {}
+    tries, total = assignment.attempts.best_of or TRIES, dict[str, float]()
+    for one in items(order):
+        files[f"items/{one.key}.xml"] = render("exports/qti-item.xml.j2", tries=tries, **_item(one))
+        drawn = {file_name(p): svg_file(p) for p in (*pictures(one.body), *pictures(one.solution))}
+        images |= {f"images/{name}": content for name, content in drawn.items()}
+        resources.append({"ident": one.key, "images": sorted(drawn)})
+        place, number, kind = one.key.split("-", 2)
+        places.setdefault(place, {}).setdefault(f"{place}-{number}", []).append(one.key)
+        titles[place] = one.category[1]
+        total[f"{place}-{kind}"] = one.points
+    sections = [
+        {"ident": place, "title": titles[place], "variants": list(variants.items())}
+        for place, variants in places.items()
+    ]
     ident = f"qdot-{assignment.key}"
-    test = render("exports/qti-test.xml.j2", ident=ident, title=assignment.title, sections=sections)
+    points = decimal(sum(total.values()))
+    about = {"ident": ident, "title": assignment.title, "sections": sections, "tries": tries, "points": points}
+    test = render("exports/qti-test.xml.j2", **about)
     manifest = render("exports/qti-manifest.xml.j2", ident=ident, resources=resources)
     package = {"imsmanifest.xml": manifest, "test.xml": test} | files | dict(sorted(images.items()))
     yield File(f"{assignment.key}.zip", archive(package), private=True)
@@ -69,6 +85,7 @@ def _item(one: Item) -> dict[str, object]:
         "ident": one.key,
         "title": one.title,
         "points": decimal(one.points),
+        "full": decimal(one.points * (1 - NEARLY)),
         "body": _html(one.body),
         "solution": _html(one.solution),
         "feedback": [],
@@ -77,7 +94,12 @@ def _item(one: Item) -> dict[str, object]:
     }
     if isinstance(form, Choose):
         options = [
-            {"ident": letter, "text": _line(option.text), "right": option.right, "feedback": option.feedback}
+            {
+                "ident": letter,
+                "text": _line(option.text if form.fixed else f"{letter}. {option.text}"),
+                "right": option.right,
+                "feedback": option.feedback,
+            }
             for letter, option in zip(LETTERS, form.options, strict=False)
         ]
         right = sum(option.right for option in form.options)
@@ -88,9 +110,10 @@ def _item(one: Item) -> dict[str, object]:
             "feedback": [(f"wrong-{option['ident']}", option["feedback"]) for option in options if option["feedback"]],
         }
     elif isinstance(form, Match):
+        lettered = list(zip(LETTERS, form.stems, strict=False))
         told |= {
             "type": "match",
-            "stems": [(f"S{number}", _line(stem)) for number, stem in enumerate(form.stems)],
+            "stems": [(f"S{k}", _line(f"{letter}. {stem}")) for k, (letter, stem) in enumerate(lettered)],
             "targets": [(f"T{number}", option) for number, option in enumerate(form.options)],
             "pairs": [f"S{number} T{index}" for number, index in enumerate(form.correct)],
             "share": decimal(one.points / len(form.stems)),

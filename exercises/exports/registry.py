@@ -5,6 +5,7 @@ from exercises.exports.gradescope import gradescope
 from exercises.exports.jupyterquiz import jupyterquiz_files
 from exercises.exports.moodle import moodle_files
 from exercises.exports.nbgrader import nbgrader
+from exercises.exports.otter import otter
 from exercises.exports.outlet import Order, Outlet, robots
 from exercises.exports.paper import check_sheet, html, latex, missing_for_pdf, pdf
 from exercises.exports.prairielearn import course
@@ -27,6 +28,8 @@ OUTLETS = {
                "a harness with Gradescope's folders, which runs its two scripts", "student", gradescope, check=_robots),
         Outlet("nbgrader", "A course folder, and notebooks", "nbgrader 0.9",
                "nbgrader itself, from generate_assignment to feedback", "student", nbgrader, check=_robots),
+        Outlet("otter", "A source for `otter assign`, and notebooks", "otter-grader 7",
+               "otter assign and otter run", "student", otter, check=_robots),
         Outlet("gitlab", "Projects: one that grades, one for each student", "GitLab CI",
                "GitLab's CI schema; bash and git, in fresh clones", "student", gitlab, check=_robots),
         Outlet(

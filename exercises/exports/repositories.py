@@ -8,6 +8,7 @@ import re
 import sys
 from collections.abc import Generator
 
+from exercises.errors import QdotError
 from exercises.exports.handouts import handouts
 from exercises.exports.outlet import File, Order, robots
 from exercises.exports.wheel import versions, wheel

@@ -14,5 +14,8 @@ A platform is a module with `run(software, work) -> Record`, its line in `PLATFO
 `software` is the path of the copy, `work` an empty folder to install and to export into.
 """
 
-PLATFORMS: dict[str, str] = {"moodle": "MOODLE", "github": "GITHUB_RUNNER", "gitlab": "GITLAB_RUNNER"}
+PLATFORMS: dict[str, str] = {
+    "moodle": "MOODLE", "canvas": "QTI_MIGRATION", "prairielearn": "PRAIRIELEARN", "qti": "QTI_SDK",
+    "github": "GITHUB_RUNNER", "gitlab": "GITLAB_RUNNER",
+}  # fmt: skip
 """Modules of this package by name, each with the variable of the environment that holds the path of its software."""

@@ -1,5 +1,6 @@
 """What a run in a real program showed, as it is kept in tests/platforms/NAME.json and told in docs/outlets.md."""
 
+import datetime
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -41,6 +42,30 @@ class Record:
         """Write the record of a platform, in place of the last one."""
         text = json.dumps(asdict(self), indent=1, ensure_ascii=False)
         write_atomically(FOLDER / f"{name}.json", text + "\n")
+
+
+class Counts:
+    """Counts while a run goes on."""
+
+    def __init__(self) -> None:
+        self.passed: dict[str, int] = {}
+        self.of: dict[str, int] = {}
+
+    def add(self, what: str, came_out: bool, which: str) -> None:
+        """Count one more, and print which one it is where it did not come out."""
+        self.passed[what] = self.passed.get(what, 0) + came_out
+        self.of[what] = self.of.get(what, 0) + 1
+        if not came_out:
+            print(f"  {what}: {which}")
+
+    def told(self) -> dict[str, Count]:
+        """Return the counts of a record."""
+        return {what: Count(self.passed[what], self.of[what]) for what in self.of}
+
+
+def today() -> str:
+    """Return the day of a run."""
+    return datetime.datetime.now(datetime.UTC).date().isoformat()
 
 
 def kept() -> dict[str, Record]:

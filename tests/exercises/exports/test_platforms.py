@@ -23,6 +23,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+from exercises.answers import LETTERS
 from exercises.exports import canvas, jupyterquiz, moodle, qti
 from exercises.exports.items import Choose, Item, Match, Numeric, Option, Wrong, items
 from exercises.exports.outlet import Order
@@ -548,7 +549,33 @@ def test_qti_marks_as_it_should(order: Order, asked: list[Item]) -> None:
             )
     test = ElementTree.fromstring(package["test.xml"])
     assert len(local(test, "assessmentItemRef")) == len(asked)
-    assert [each.get("select") for each in local(test, "selection")] == ["1"] * 7
+    places = [each for each in local(test, "assessmentSection") if local(each, "selection")]
+    assert {str(each.get("identifier")) for each in places} == {one.key[:2] for one in asked}
+    for place in places:
+        assert [each.get("select") for each in local(place, "selection")] == ["1"]
+        variants = [each for each in local(place, "assessmentSection") if each is not place]
+        assert len(variants) == len({one.key[:6] for one in asked if one.key[:2] == place.get("identifier")})
+        refs = [[str(each.get("identifier")) for each in local(variant, "assessmentItemRef")] for variant in variants]
+        assert [one.key for one in asked if one.key[:2] == place.get("identifier")] == [
+            ref for each in refs for ref in each
+        ]
+    (control,) = local(test, "itemSessionControl")
+    assert control.get("maxAttempts") == str(qti.TRIES)
+    (declared,) = local(test, "outcomeDeclaration")
+    points = {one.key[:2] + one.category[2]: one.points for one in asked}
+    assert float(str(declared.get("normalMaximum"))) == sum(points.values())
+
+
+def test_options_in_qti_have_the_letters_of_their_solutions(order: Order, asked: list[Item]) -> None:
+    """Solutions say that the answer is B, so that B has to be on the screen, and to stay where it is."""
+    (file,) = file_of(qti.qti_zip, order, asked)
+    package = unzipped(file.content)
+    for one in asked:
+        if isinstance(one.form, Choose) and not one.form.fixed:
+            item = ElementTree.fromstring(package[f"items/{one.key}.xml"])
+            texts = ["".join(each.itertext()) for each in local(item, "simpleChoice")]
+            assert [text.strip()[:2] for text in texts] == [f"{letter}." for letter in LETTERS[: len(texts)]]
+            assert not [each for each in item.iter() if each.get("shuffle") == "true"]
 
 
 def sources(item: ElementTree.Element) -> list[str]:

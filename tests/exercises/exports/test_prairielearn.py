@@ -18,16 +18,19 @@ import chevron
 import jsonschema
 import pytest
 
-from exercises.answers import Expression, Matrix
+from exercises.answers import LETTERS, Expression, Matrix
 from exercises.assignment import Student, load_assignment
 from exercises.errors import QdotError
 from exercises.exports.bank import bank
 from exercises.exports.outlet import Order
+from exercises.exports.prairielearn import TRIES, input_names
 from exercises.exports.registry import OUTLETS
 from exercises.mistakes.catalogue import CATALOGUE
 from exercises.problem import Problem
+from exercises.several import Several
 from grader.certify import failures_of
 from grader.prairielearn import LONGEST
+from tests.support.elements import filled
 from tests.support.handing_in import a_class
 
 pytestmark = pytest.mark.xdist_group("prairielearn")  # exported once
@@ -45,6 +48,9 @@ questions = ["jacobian", "lost-motion", "dependence"]
 [[problem]]
 robot = "arm.toml"
 questions = ["velocity", "rank"]
+[[problem]]
+family = "elbow-3r"
+questions = ["singular-configurations", "match-columns", "true-or-false", "singular-drawing", "jacobian-size", "speed"]
 """
 ROBOT = """name = "Slide"
 task = ["vx", "vz"]
@@ -99,11 +105,15 @@ class Question:
         self.folder = course / "questions" / qid
         self.server = module(self.folder / "server.py")
         self.data: Data = {
-            "params": {}, "correct_answers": {}, "submitted_answers": {}, "format_errors": {}, "partial_scores": {},
-            "score": 0, "feedback": {}, "variant_seed": seed,
+            "params": {}, "correct_answers": {}, "submitted_answers": {}, "raw_submitted_answers": {},
+            "format_errors": {}, "partial_scores": {}, "score": 0, "feedback": {}, "variant_seed": seed,
             "options": {"server_files_course_path": str(course / "serverFilesCourse")},
         }  # fmt: skip
         self.step("generate")
+        for name, offered in self.data["correct_answers"]["options"].items():
+            if isinstance(offered, list):  # as the elements put them, in a fixed order
+                shown = [{"key": "abcdefgh"[k], "html": one["html"]} for k, one in enumerate(offered)]
+                self.data["params"][name] = shown
 
     def step(self, name: str) -> None:
         data = json.loads(json.dumps(self.data))
@@ -117,9 +127,10 @@ class Question:
             text = re.sub(rf"<pl-{other}-panel>.*?</pl-{other}-panel>", "", text, flags=re.DOTALL)
         return text
 
-    def submit(self, answers: dict[str, str]) -> None:
+    def submit(self, answers: Data) -> None:
         """Parse and, if there is no format error, grade."""
-        self.data |= {"submitted_answers": dict(answers), "format_errors": {}, "partial_scores": {}, "feedback": {}}
+        given = {"submitted_answers": dict(answers), "raw_submitted_answers": dict(answers)}
+        self.data |= given | {"format_errors": {}, "partial_scores": {}, "feedback": {}}
         self.step("parse")
         if not self.data["format_errors"]:
             self.step("grade")
@@ -131,6 +142,14 @@ def module(path: Path) -> ModuleType:
     found = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(found)
     return found
+
+
+def form(question: Question, problem: Problem, answers: dict[str, str]) -> Data:
+    """Return what a browser sends for the answers to some parts, by their names."""
+    sent: Data = {}
+    for name, text in answers.items():
+        sent |= filled(problem[name], text, question.data["params"])
+    return sent
 
 
 def problem_of(question: Question, problems: list[Problem]) -> Problem:
@@ -153,24 +172,38 @@ DOCUMENTED: Data = {
     },
 }
 SCHEMAS = "apps/prairielearn/src/schemas/schemas"
+ASSESSED: Data = {
+    "type": "object",
+    "required": ["uuid", "type", "title", "set", "number", "zones"],
+    "additionalProperties": False,
+    "properties": {
+        "uuid": DOCUMENTED["properties"]["uuid"], "type": {"enum": ["Homework", "Exam"]}, "title": {"type": "string"},
+        "set": {"type": "string"}, "number": {"type": "string"}, "zones": {"type": "array"},
+        "shuffleQuestions": {"type": "boolean"}, "requireHonorCode": {"type": "boolean"},
+    },
+}  # fmt: skip
+NAMED: Data = {"type": "object", "required": ["uuid", "longName"]}
 
 
-def schemas() -> tuple[Data, Data]:
+def schemas() -> list[Data]:
     if "QDOT_PRAIRIELEARN" not in os.environ:
-        return DOCUMENTED, {"type": "object", "required": ["name", "title", "topics"]}
+        return [DOCUMENTED, {"type": "object", "required": ["name", "title", "topics"]}, NAMED, ASSESSED]
     folder = Path(os.environ["QDOT_PRAIRIELEARN"]) / SCHEMAS
-    question, course = (json.loads((folder / f"info{name}.json").read_text()) for name in ("Question", "Course"))
-    return question, course
+    names = ("Question", "Course", "CourseInstance", "Assessment")
+    return [json.loads((folder / f"info{name}.json").read_text()) for name in names]
 
 
 def test_files_are_those_that_the_platform_reads(course: Path, order: Order) -> None:
-    question, whole = schemas()
-    assert sorted(path.name for path in (course / "questions").iterdir()) == ["hw-p1", "hw-p2", "hw-p3"]
+    question, whole, instance, assessment = schemas()
+    assert sorted(path.name for path in (course / "questions").iterdir()) == ["hw-p1", "hw-p2", "hw-p3", "hw-p4"]
     infos = [json.loads((folder / "info.json").read_text()) for folder in sorted((course / "questions").iterdir())]
     for info in infos:
         jsonschema.validate(info, question)
     info = json.loads((course / "infoCourse.json").read_text())
     jsonschema.validate(info, whole)
+    jsonschema.validate(json.loads((course / "courseInstances/qdot/infoCourseInstance.json").read_text()), instance)
+    for path in course.glob("courseInstances/qdot/assessments/*/infoAssessment.json"):
+        jsonschema.validate(json.loads(path.read_text()), assessment)
     assert {one["topic"] for one in infos} == {topic["name"] for topic in info["topics"]}
     assert {tag for one in infos for tag in one["tags"]} == {tag["name"] for tag in info["tags"]}
     with pytest.raises(jsonschema.ValidationError):
@@ -179,9 +212,26 @@ def test_files_are_those_that_the_platform_reads(course: Path, order: Order) -> 
         jsonschema.validate({key: value for key, value in infos[0].items() if key != "topic"}, question)
 
 
+def test_assessments_ask_every_question_in_order_for_its_points(course: Path, order: Order) -> None:
+    folder = course / "courseInstances/qdot/assessments"
+    homework, exam = (
+        json.loads((folder / f"hw-{kind}/infoAssessment.json").read_text()) for kind in ("homework", "exam")
+    )
+    worth = {f"hw-{slot.name}": sum(slot.max_points) for slot in order.assignment.slots}
+    (practice,), (once,) = homework["zones"], exam["zones"]
+    assert {one["id"]: one["autoPoints"] for one in practice["questions"]} == worth
+    assert {one["triesPerVariant"] for one in practice["questions"]} == {TRIES}
+    assert {one["id"]: one["autoPoints"] for one in once["questions"]} == {k: [v] * TRIES for k, v in worth.items()}
+    assert exam["shuffleQuestions"] is False and homework["uuid"] != exam["uuid"]
+    few = replace(order.assignment, attempts=Several(best_of=2))
+    made = list(OUTLETS["prairielearn"].files(replace(order, assignment=few, variants=1)))
+    (again,) = [json.loads(file.content) for file in made if file.path.endswith("hw-exam/infoAssessment.json")]
+    assert {len(one["autoPoints"]) for one in again["zones"][0]["questions"]} == {2}
+
+
 def test_uuids_stay_and_belong_to_one_question(course: Path, order: Order) -> None:
     found = [json.loads((path / "info.json").read_text())["uuid"] for path in sorted((course / "questions").iterdir())]
-    assert len({uuid.UUID(text) for text in found}) == 3
+    assert len({uuid.UUID(text) for text in found}) == 4
     again = [file for file in OUTLETS["prairielearn"].files(replace(order, variants=1)) if "info.json" in file.path]
     assert [json.loads(file.content)["uuid"] for file in again] == found
     other = replace(order, assignment=replace(order.assignment, secret="another"), variants=1)
@@ -214,11 +264,11 @@ def test_a_variant_is_one_of_the_bank_by_its_seed_and_shows_no_solution(
     assert one.data["params"]["seed"] != other.data["params"]["seed"]
     problem = problem_of(one, problems["p1"])
     page = one.page("question")
-    assert page.count("<pl-string-input") == len(problem.parts)
-    assert [part.name for part in problem.parts] == re.findall(r'answers-name="([^"]+)"', page)
+    names = [name for part in problem.parts for name in input_names(part)]
+    assert names == re.findall(r'answers-name="([^"]+)"', page)
     assert "{{" not in page and page.count("<details>") == 3 * len(problem.parts)
     assert re.search(r"<svg[^>]*>\s*<title", page) and "<desc" in page  # what the figure shows, in words
-    solutions = [part["solution"] for part in one.data["correct_answers"]["parts"]]
+    solutions = [one["solution"] for one in one.data["correct_answers"]["solutions"].values()]
     for panel in ("question", "submission"):
         assert not [solution for solution in solutions if solution in one.page(panel)]
     assert all(solution in one.page("answer") for solution in solutions)
@@ -228,17 +278,63 @@ def test_a_variant_is_one_of_the_bank_by_its_seed_and_shows_no_solution(
             assert part.answer.as_typed() not in shown
 
 
-@pytest.mark.parametrize("slot", ["p1", "p2", "p3"])
+def test_options_matches_and_numbers_have_elements_of_their_own(
+    course: Path, problems: dict[str, list[Problem]]
+) -> None:
+    question = Question(course, "hw-p4", 1)
+    page = question.page("question")
+    tags = re.findall(r"<(pl-(?!question|answer|hide)[a-z-]+)", page.replace("pl-answer ", ""))
+    inputs = [tag for tag in tags if tag.endswith(("-input", "-choice", "-checkbox", "-matching"))]
+    assert inputs == [
+        "pl-checkbox", "pl-matching", "pl-multiple-choice", "pl-multiple-choice", "pl-integer-input",
+        "pl-integer-input", "pl-number-input",
+    ]  # fmt: skip
+    for part in problem_of(question, problems["p4"]).parts:
+        offered = question.data["correct_answers"]["options"].get(part.name)
+        if isinstance(offered, list):
+            assert [k for k, one in enumerate(offered) if one["right"] == "true"] == list(part.answer.right)
+            assert all(one["html"] in page for one in offered)
+    everything = "".join(Question(course, f"hw-p{k}", 1).page(p) for k in (1, 2, 4) for p in ("question", "answer"))
+    for word in ("in quotes", "?:", "**Answer", "the letter, "):
+        assert word not in everything
+
+
+@pytest.mark.parametrize("slot", ["p1", "p2", "p3", "p4"])
 def test_references_earn_everything(course: Path, problems: dict[str, list[Problem]], slot: str) -> None:
     question = Question(course, f"hw-{slot}", 1)
     problem = problem_of(question, problems[slot])
-    question.submit({part.name: part.answer.as_typed() for part in problem.parts})
+    question.submit(form(question, problem, {part.name: part.answer.as_typed() for part in problem.parts}))
     assert question.data["format_errors"] == {}
     assert question.data["score"] == 1
-    assert {name: one["score"] for name, one in question.data["partial_scores"].items()} == {
-        part.name: 1 for part in problem.parts
+    scores = {name: one["score"] for name, one in question.data["partial_scores"].items()}
+    assert set(scores.values()) == {1} and set(scores) >= {part.name for part in problem.parts}
+    assert {one["said"] for one in question.data["feedback"].values()} == {"Right."}
+
+
+def test_some_of_a_match_or_of_several_numbers_is_no_answer(course: Path, problems: dict[str, list[Problem]]) -> None:
+    question = Question(course, "hw-p4", 1)
+    names = ("match-columns-dropdown-0", "match-columns-dropdown-1", "match-columns-dropdown-2")
+    question.submit({**dict.fromkeys(names, "-1"), names[1]: "0", "jacobian-size-2": "3", "jacobian-size-1": ""})
+    errors = question.data["format_errors"]
+    assert errors == {
+        names[0]: "an option is due for joint 1, joint 3, too",
+        "jacobian-size-1": "number 1 of 2 is left blank",
     }
-    assert [one["said"] for one in question.data["feedback"]["parts"]] == ["right."] * len(problem.parts)
+
+
+def test_options_that_are_wrong_cost_what_right_ones_earn(course: Path, problems: dict[str, list[Problem]]) -> None:
+    question = Question(course, "hw-p4", 1)
+    problem = problem_of(question, problems["p4"])
+    several, match, judged, *_ = problem.parts
+    wrong = {
+        several.name: "".join(LETTERS[k] for k in range(len(several.answer.offered))),
+        match.name: "".join(LETTERS[k] for k in (*match.answer.right[1:], match.answer.right[0])),
+        judged.name: ("true", "false")[1 - judged.answer.right[0]],
+    }
+    question.submit(form(question, problem, wrong))
+    assert [question.data["partial_scores"][name]["score"] for name in wrong] == [0, 0, 0]
+    assert question.data["score"] == 0
+    assert {one["said"] for one in question.data["feedback"].values()} == {"Not right.", "Left blank."}
 
 
 def test_wrong_in_part_by_a_mistake_that_is_named(course: Path, problems: dict[str, list[Problem]]) -> None:
@@ -253,23 +349,24 @@ def test_wrong_in_part_by_a_mistake_that_is_named(course: Path, problems: dict[s
     assert scores["position"] == scores["joint-rates"] == 0
     assert 0 < scores["jacobian"] < 1
     assert 0 < question.data["score"] < 0.5
-    said = {one["title"]: one for one in question.data["feedback"]["parts"]}
-    assert "right in part. Not right: (1, 1)." in said["Jacobian by differentiation"]["said"]
+    said = question.data["feedback"]
+    assert "Right in part. What is off: (1, 1)." in said["jacobian"]["said"]
     sentences = [CATALOGUE[name].says[:30] for name in ("determinant-sign", "sign") if name in CATALOGUE]
-    assert any(said["Determinant of the Jacobian"]["advice"].startswith(sentence) for sentence in sentences)
+    assert any(said["determinant"]["advice"].startswith(sentence) for sentence in sentences)
     page = question.page("submission")
-    assert said["Determinant of the Jacobian"]["advice"] in page and "left blank." in page
+    assert said["determinant"]["advice"] in page and "Left blank." in page
 
 
 def test_numbers_that_are_wrong_are_not_told(course: Path, problems: dict[str, list[Problem]]) -> None:
     """A variant may be tried again, so that feedback gives no value away."""
     question = Question(course, "hw-p1", 1)
     problem = problem_of(question, problems["p1"])
-    question.submit({"joint-rates": "[17, 23]", "singular-angles": "{theta1: [0]}"})
+    question.submit({"joint-rates-1": "17", "joint-rates-2": "23", "singular-angles": "{theta1: [0]}"})
     said = json.dumps(question.data["feedback"])
     right = problem.parts[3].answer.as_matrix()
     assert not [value for value in right if f"{float(value):.2f}" in said]
     assert "theta2" not in said
+    assert [question.data["partial_scores"][f"joint-rates-{k}"]["score"] for k in (1, 2)] == [0, 0]
 
 
 @pytest.mark.parametrize(
@@ -299,7 +396,7 @@ def test_unreadable_and_hostile_answers(course: Path, typed: str, error: str) ->
 def test_nothing_is_answered(course: Path) -> None:
     question = Question(course, "hw-p1", 1)
     for answers in ({}, {"position": "  "}, {"position": None}):
-        question.submit(answers)  # type: ignore[arg-type]
+        question.submit(answers)
         assert question.data["format_errors"] == {"position": "no part is answered"}
 
 

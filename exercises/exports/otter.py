@@ -1,0 +1,113 @@
+"""A source notebook for `otter assign`, whose autograder marks by qdot, and every student's notebook for Otter.
+
+Otter hands one notebook to everybody; here everybody has problems of their own, with the same parts. So the source
+holds no problem: of it `otter assign` makes the autograder, with a test for each part, and students' notebooks are
+handed out beside it. They know the same tests, which tell on a student's machine only whether an answer is given.
+"""
+
+import json
+from collections.abc import Generator
+from typing import Any
+
+import nbformat
+from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_raw_cell
+
+from exercises.assignment import SECRET_FILE, Assignment
+from exercises.exports.handouts import handouts
+from exercises.exports.nbgrader import grade_id
+from exercises.exports.outlet import File, Order
+from exercises.exports.repositories import assignment_files
+from exercises.exports.wheel import wheel
+from exercises.notebook import KERNEL, notebook_text, points_text
+from exercises.problem import variable
+from exercises.quizzes import ASKED
+from exercises.render import render
+
+FOLDER = "qdot"
+"""The folder in the autograder by which it marks."""
+PLUGIN = "grader.otter_plugin.Marks"
+"""What Otter calls before and after it runs a notebook."""
+Part = tuple[str, str, float, str]
+
+
+def otter(order: Order) -> Generator[File, None, None]:
+    """Yield the source for `otter assign`, what the autograder needs, and every student's notebook."""
+    notebooks = handouts(order)
+    assignment, (name, content) = notebooks.assignment, wheel()
+    private = [*assignment_files(order), (SECRET_FILE, f"{assignment.secret}\n".encode())]
+    about = {
+        "title": assignment.title, "key": assignment.key, "wheel": name, "plugin": PLUGIN,
+        "files": [name, *(f"{FOLDER}/{path}" for path, _ in private)],
+    }  # fmt: skip
+    yield File("README.md", render("exports/otter/readme.md.j2", **about))
+    yield File(f"{assignment.key}.ipynb", _source(assignment, render("exports/otter/config.yaml.j2", **about)))
+    yield File(name, content)
+    for path, data in private:
+        yield File(f"{FOLDER}/{path}", data, private=True)
+    for student, text in notebooks.all():
+        yield File(f"students/{student.id}/{assignment.key}.ipynb", _with_tests(assignment, text))
+
+
+def parts_of(assignment: Assignment) -> list[Part]:
+    """Return the parts as a student has them: name, Otter's name, points, title."""
+    return [
+        (f"{slot.name}.{kind}", grade_id(f"{slot.name}.{kind}"), points, ASKED[kind].title)
+        for slot in assignment.slots
+        for kind, points in zip(slot.questions, slot.max_points, strict=True)
+    ]
+
+
+# --- the source for `otter assign` ---
+
+
+def _source(assignment: Assignment, config: str) -> str:
+    cells = [new_raw_cell(config.strip(), id="config"), new_markdown_cell(f"# {assignment.title}", id="title")]
+    for part, name, points, title in parts_of(assignment):
+        answer = f"{variable(*part.split('.', 1))} = ..."
+        test = render("exports/otter/test.py.j2", part=part, function=name.replace("-", "_")).strip()
+        cells += [
+            new_raw_cell(f"# BEGIN QUESTION\nname: {name}\npoints: {points:g}", id=f"{name}-begin"),
+            new_markdown_cell(f"### {title} ({points_text(points)})", id=f"{name}-question"),
+            new_raw_cell("# BEGIN SOLUTION", id=f"{name}-solution"),
+            new_code_cell(f"{answer} # SOLUTION", id=f"{name}-answer"),
+            new_raw_cell("# END SOLUTION", id=f"{name}-solved"),
+            new_raw_cell("# BEGIN TESTS", id=f"{name}-tests"),
+            new_code_cell(test, id=f"{name}-test"),
+            new_raw_cell("# END TESTS", id=f"{name}-tested"),
+            new_raw_cell("# END QUESTION", id=f"{name}-end"),
+        ]
+    notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}}, cells=cells)
+    nbformat.validate(notebook)
+    return notebook_text(notebook)
+
+
+# --- what students are given ---
+
+
+def _with_tests(assignment: Assignment, text: str) -> str:
+    """Return a student's notebook that Otter knows: its metadata has the tests, and its answers are tagged."""
+    notebook = json.loads(text)
+    parts = parts_of(assignment)
+    notebook["metadata"]["otter"] = {
+        "OK_FORMAT": True,
+        "assignment_name": assignment.key,
+        "tests": {name: _is_given(part, name, points) for part, name, points, _ in parts},
+    }
+    for cell in notebook["cells"]:
+        if "qdot" in cell["metadata"]:
+            cell["metadata"]["tags"] = ["otter_answer_cell"]
+    made: dict[str, Any] = notebook
+    return notebook_text(made)  # type: ignore[arg-type]
+
+
+def _is_given(part: str, name: str, points: float) -> dict[str, Any]:
+    """Return a test by which a student's own `grader.check` says whether an answer is given, and no more."""
+    case = {
+        "code": f">>> 'blank' in str({variable(*part.split('.', 1))})\nFalse",
+        "hidden": False,
+        "locked": False,
+        "success_message": "An answer is given; it is marked when you have handed in.",
+        "failure_message": "No answer is given yet.",
+    }
+    suite = {"cases": [case], "scored": True, "setup": "", "teardown": "", "type": "doctest"}
+    return {"name": name, "points": points, "suites": [suite]}

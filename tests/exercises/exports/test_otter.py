@@ -1,0 +1,137 @@
+"""otter-grader itself, `otter assign` and `otter run`, on a class as `qdot export --to otter` writes it.
+
+It is in an environment of its own with qdot (`make .venvs/readers/.installed`); where it isn't, one test is skipped.
+"""
+
+import json
+import os
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from exercises.assignment import Assignment, Student, load_assignment
+from exercises.errors import QdotError
+from exercises.exports.otter import PLUGIN, parts_of
+from exercises.problem import variable
+from grader.otter_marks import content_for, handed_over, hold, marks_of
+from tests.support.command import run
+from tests.support.handing_in import TOML, a_class
+from tests.support.programs import reader
+
+pytestmark = pytest.mark.xdist_group("otter")  # exported once
+Answers = dict[str, str]
+
+
+@pytest.fixture(scope="module")
+def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
+    folder = tmp_path_factory.mktemp("class") / "hw"
+    a_class(folder, [Student("ada", "Ada Lovelace", "ada@example.org"), Student("hen")])
+    (folder / "assignment.toml").write_text(TOML)
+    run("export", folder, "--to", "otter", "--jobs", "1")
+    return load_assignment(folder)
+
+
+def exported(of: Assignment) -> Path:
+    return of.folder / "exports" / "otter"
+
+
+def handed_in(of: Assignment, folder: Path, change: Callable[[Answers], Any] | None) -> Path:
+    """Return a notebook with right answers that were changed, or, without a change, as it was handed out."""
+    notebook = json.loads((exported(of) / "students/ada/hw.ipynb").read_text())
+    ((slot, problem),) = of.problems("ada")
+    answers = {f"{slot}.{part.name}": part.answer.code() for part in problem.parts}
+    if change:
+        change(answers)
+        for cell in notebook["cells"]:
+            part = cell["metadata"].get("qdot", {}).get("part")
+            if part:
+                cell["source"] = f"{variable(*part.split('.'))} = {answers[part]}"
+    path = folder / "hw.ipynb"
+    path.write_text(json.dumps(notebook))
+    return path
+
+
+def wrong(answers: Answers) -> None:
+    answers["p1.determinant"] = f"-({answers['p1.determinant']})"
+    answers["p1.position"] = "Matrix([7, 7])"
+
+
+def test_students_are_given_tests_that_tell_nothing(assignment: Assignment) -> None:
+    notebook = json.loads((exported(assignment) / "students/ada/hw.ipynb").read_text())
+    told = notebook["metadata"]["otter"]
+    names = {name: points for _, name, points, _ in parts_of(assignment)}
+    assert told["OK_FORMAT"] is True and told["assignment_name"] == "hw"
+    assert {name: test["points"] for name, test in told["tests"].items()} == names
+    tagged = [cell for cell in notebook["cells"] if "otter_answer_cell" in cell["metadata"].get("tags", ())]
+    assert len(tagged) == len(names)
+    ((_, problem),) = assignment.problems("ada")
+    for part in problem.parts:
+        assert part.answer.as_typed() not in json.dumps(told)
+
+
+def test_the_source_has_every_part_and_neither_problem_nor_secret(assignment: Assignment) -> None:
+    text = (exported(assignment) / "hw.ipynb").read_text()
+    cells = ["".join(cell["source"]) for cell in json.loads(text)["cells"]]
+    asked = [cell for cell in cells if cell.startswith("# BEGIN QUESTION")]
+    assert asked == [
+        f"# BEGIN QUESTION\nname: {name}\npoints: {points:g}" for _, name, points, _ in parts_of(assignment)
+    ]
+    assert PLUGIN in cells[0] and "run_tests: false" in cells[0]
+    assert assignment.secret not in text
+    private = [path for path in exported(assignment).rglob("*") if path.is_file() and path.stat().st_mode & 0o077 == 0]
+    assert {path.name for path in private} == {"assignment.toml", "roster.csv", "secret.txt"}
+
+
+def test_marks_are_handed_over_as_data(assignment: Assignment, tmp_path: Path) -> None:
+    content = content_for(assignment.folder, handed_in(assignment, tmp_path, wrong), {})
+    marks = marks_of(content)
+    made: dict[str, Any] = {}
+    exec(handed_over(marks), made)  # as Otter's kernel does
+    assert made["qdot_marks"] == marks
+    hold(made["qdot_marks"], "p1.jacobian")
+    for part, said in (("p1.position", "wrong"), ("p1.determinant", "sign"), ("p1.nothing", "has not marked")):
+        with pytest.raises(AssertionError, match=said):
+            hold(made["qdot_marks"], part)
+    with pytest.raises(AssertionError, match="has not marked"):
+        hold(None, "p1.jacobian")
+
+
+def test_whose_it_is_is_said_by_gradescope_else_by_the_notebook(assignment: Assignment, tmp_path: Path) -> None:
+    notebook = handed_in(assignment, tmp_path, None)
+    users = {"users": [{"email": "ada@example.org", "name": "Ada"}], "created_at": "2027-01-01T00:00:00Z"}
+    assert content_for(assignment.folder, notebook, users)["extra_data"]["student"] == "ada"
+    with pytest.raises(QdotError, match=r"not surely one student of roster\.csv"):
+        content_for(assignment.folder, notebook, {"users": [{"email": "eve@example.org"}]})
+    content = json.loads(notebook.read_text())
+    del content["metadata"]["qdot"]
+    notebook.write_text(json.dumps(content))
+    with pytest.raises(QdotError, match="does not say whose it is"):
+        content_for(assignment.folder, notebook, {})
+
+
+def test_otter_assigns_and_runs(assignment: Assignment, tmp_path: Path) -> None:
+    otter, here = reader("otter", "otter"), exported(assignment)
+    environment = {**os.environ, "PYTHONWARNINGS": "ignore"}
+    subprocess.run([otter, "assign", "hw.ipynb", "dist"], cwd=here, env=environment, check=True, capture_output=True)
+    (archive,) = (here / "dist/autograder").glob("*.zip")
+    found = {}
+    for name, change in (("right", lambda _: None), ("wrong", wrong), ("blank", None)):
+        folder = tmp_path / name
+        folder.mkdir()
+        command = [otter, "run", "-a", str(archive), "-o", str(folder), str(handed_in(assignment, folder, change))]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr[-2000:]
+        tests = json.loads((folder / "results.json").read_text())["tests"]
+        found[name] = {test["name"]: (test["score"], test["output"]) for test in tests}
+    points = {name: points for _, name, points, _ in parts_of(assignment)}
+    assert {name: score for name, (score, _) in found["right"].items()} == points
+    assert {score for score, _ in found["blank"].values()} == {0}
+    assert found["wrong"]["p1-position"][0] == 0
+    assert 0 < found["wrong"]["p1-determinant"][0] < points["p1-determinant"]
+    assert "sign" in found["wrong"]["p1-determinant"][1]
+    ((_, problem),) = assignment.problems("ada")
+    said = json.dumps([found["wrong"], found["blank"]])
+    assert not [part for part in problem.parts if part.answer.as_typed() in said]

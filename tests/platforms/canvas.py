@@ -1,0 +1,93 @@
+"""The converter through which Canvas imports QTI 1.2: every item converted, and right answers as we gave them.
+
+`software` is its folder; Python finds lxml where `.venvs/readers` has it.
+"""
+
+import re
+import subprocess
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+from exercises.answers import LETTERS
+from exercises.exports.items import Choose, Item, Match, Numeric, items
+from exercises.exports.markup import decimal, file_name, limits, pictures
+from exercises.exports.registry import OUTLETS
+from tests.platforms.given import EVERYTHING, PLAIN, order
+from tests.platforms.records import Counts, Record, today
+
+PYTHON = Path(__file__).parents[2] / ".venvs/readers/bin/python"
+CALLED = ("--ucvars", "--nogui", "--overwrite")
+"""How Canvas calls the converter."""
+EXPECTED = re.compile(r"Warning: var[gl]te not supported on String|Unsupported element <quiz>|Warning: CP Directory")
+"""What is said of Canvas's own exports, too: it reads bounds out of the operators that the converter makes of them."""
+
+
+def run(software: Path, work: Path) -> Record:
+    """Export everything once, and the default set in three variants."""
+    counts = Counts()
+    for which, variants in ((EVERYTHING, 1), (PLAIN, 3)):
+        made = order(work / which, which, variants)
+        (file,) = OUTLETS["canvas"].files(made)
+        archive, converted = work / f"{which}.zip", work / f"{which}-converted"
+        archive.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
+        with zipfile.ZipFile(archive) as opened:
+            opened.extractall(work / f"{which}-package")
+        command = [PYTHON, software / "migrate.py", *CALLED, f"--cpout={converted}", work / f"{which}-package"]
+        done = subprocess.run([str(each) for each in command], capture_output=True, text=True)
+        said = [line for line in done.stdout.splitlines() if re.match("Warning|Unsupported|Error|Problem", line)]
+        for line in said or [""]:
+            counts.add("no warning of its own", not line or EXPECTED.match(line) is not None, line)
+        for one in items(made):
+            _hold(one, f"{made.assignment.key}-{one.key}", converted, counts)
+    told = subprocess.run(["git", "-C", software, "log", "-1", "--format=%cs (%h)"], capture_output=True, text=True)
+    return Record("canvas", f"Instructure's QTIMigrationTool of {told.stdout.strip()}", today(), counts.told())
+
+
+def _hold(whole: Item, ident: str, converted: Path, counts: Counts) -> None:
+    path, one = converted / "assessmentItems" / f"{ident}.xml", whole.number or whole
+    counts.add("imported", path.exists(), ident)
+    if path.exists():
+        item = ElementTree.fromstring(path.read_text(encoding="utf-8"))
+        counts.add("answers kept", _right(item) == _due(one, ident), f"{ident}: {_right(item)}, not {_due(one, ident)}")
+        body = path.read_text(encoding="utf-8")
+        drawn = {file_name(picture) for picture in pictures(one.body)}
+        counts.add("figures kept", all(name in body for name in drawn), ident)
+
+
+def _due(one: Item, ident: str) -> list[str]:
+    """Return right answers as they are named in the package: options, pairs, a number and its bounds."""
+    form = one.form
+    if isinstance(form, Choose):
+        return [f"{ident}-{LETTERS[k]}" for k, option in enumerate(form.options) if option.right]
+    if isinstance(form, Match):
+        return [f"response_{ident}-{LETTERS[k]} {ident}-o{index}" for k, index in enumerate(form.correct)]
+    assert isinstance(form, Numeric)
+    (field,) = form.fields
+    return [decimal(field.value), *limits(field.value, field.tolerance)]
+
+
+def _right(item: ElementTree.Element) -> list[str]:
+    """Return what earns points in a converted item."""
+    found = []
+    for branch in (each for each in item.iter() if _tag(each) in ("responseIf", "responseElseIf")):
+        condition, *outcomes = list(branch)
+        if not any(each.get("identifier") == "SCORE" for each in outcomes) or _tag(condition) == "gt":
+            continue
+        values, asked = _values(condition), next(each for each in condition.iter() if _tag(each) == "variable")
+        response = str(asked.get("identifier"))
+        found += values if response == "response1" else [f"{response} {value}" for value in values]
+    return found
+
+
+def _values(condition: ElementTree.Element) -> list[str]:
+    """Return the values that a condition asks for, without those that it excludes."""
+    if _tag(condition) == "not":
+        return []
+    if _tag(condition) == "baseValue":
+        return [str(condition.text)]
+    return [value for each in condition for value in _values(each)]
+
+
+def _tag(element: ElementTree.Element) -> str:
+    return element.tag.rpartition("}")[2]

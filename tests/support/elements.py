@@ -1,0 +1,49 @@
+"""Answers as a browser sends them to PrairieLearn: what its elements for options, matches and numbers take."""
+
+from typing import Any
+
+from exercises.answers import LETTERS, TRUE_FALSE, Answer, Forms, Letters, Matching, Number, Selection
+from exercises.exports.prairielearn import input_names
+from exercises.problem import Part
+
+Data = dict[str, Any]
+
+
+def filled(part: Part, text: str, params: Data) -> Data:
+    """Return a form for an answer that would be typed as `text` elsewhere; letters stand for options."""
+    return part.answer.told_to(_Filled(part, text, params))
+
+
+def left_blank(part: Part) -> Data:
+    """Return what a browser sends for a part that is left alone: nothing for what was not ticked."""
+    if part.answer.offered and not part.answer.matched:
+        return {}
+    return dict.fromkeys(input_names(part), "-1" if part.answer.matched else "")
+
+
+class _Filled(Forms[Data]):
+    def __init__(self, part: Part, text: str, params: Data) -> None:
+        self.part, self.text, self.params = part, text, params
+
+    def one_of(self, answer: Letters) -> Data:
+        if self.text in TRUE_FALSE:
+            self.text = LETTERS[TRUE_FALSE.index(self.text)]
+        return {self.part.name: self._keys()[0]}
+
+    def some_of(self, answer: Selection) -> Data:
+        keys = self._keys()
+        return {self.part.name: keys if len(keys) > 1 else keys[0]}
+
+    def matching(self, answer: Matching) -> Data:
+        return dict(zip(input_names(self.part), (str(LETTERS.index(letter)) for letter in self.text), strict=True))
+
+    def numbers(self, answer: Number) -> Data:
+        numbers = self.text.replace("[", "").replace("]", "").split(", ")
+        return dict(zip(input_names(self.part), numbers, strict=True))
+
+    def other(self, answer: Answer) -> Data:
+        return {self.part.name: self.text}
+
+    def _keys(self) -> list[str]:
+        offered = self.params[self.part.name]
+        return [offered[LETTERS.index(letter)]["key"] for letter in self.text]
