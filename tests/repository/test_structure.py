@@ -38,7 +38,7 @@ LAYERS = {
         advice terms follow similar groups marking prairielearn own_folder sandbox guarantees cells archives
         layouts roster submission positions finding uncounted notebook copies overrides attempt settle remote cluster
         batch single history certificates sharing certify check statistics variants reports nbgrader_cells demo commands
-        pytest_plugin nbgrader_plugin gradescope otter_marks otter_plugin hosts pushed outlets site docs cli""",
+        pytest_plugin nbgrader_plugin hosts pushed gradescope otter_marks otter_plugin outlets site docs cli""",
 }
 """From the bottom up: a module imports only from those before it; a folder stands for what is in it."""
 
