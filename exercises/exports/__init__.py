@@ -6,7 +6,7 @@ Beside the outlets, which stand in `registry`:
     bank, handouts              certified variants of an assignment's problems; the notebooks of its class
     items, numbers, markup      what platforms ask: options, matches, formulas asked for in numbers; texts and archives
     known_wrong, stack_parts    what mistakes make of an answer; a part as STACK asks and marks it
-    sheet                       a sheet of paper as data
+    sheet, boxes, marking       a sheet of paper as data; where answers are written; what earns which points
     wheel                       qdot itself, to be carried along
     registry                    the outlets by name
 """
