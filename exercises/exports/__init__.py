@@ -9,7 +9,7 @@ Beside the outlets, which stand in `registry`:
     stack_parts, stack_maxima   a part as STACK asks and marks it; what marking calls in Maxima
     stack_cost                  what marking costs
     moodle_quiz                 a quiz as Moodle restores it
-    sheet                       a sheet of paper as data
+    sheet, boxes, marking       a sheet of paper as data; where answers are written; what earns which points
     wheel                       qdot itself, to be carried along
     registry                    the outlets by name
 """

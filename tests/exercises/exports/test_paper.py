@@ -12,10 +12,11 @@ import pytest
 
 from exercises.assignment import Student, load_assignment
 from exercises.errors import QdotError
+from exercises.exports.boxes import box_of, options_of
 from exercises.exports.outlet import File, Order
 from exercises.exports.paper import compile_pdf
 from exercises.exports.registry import OUTLETS
-from exercises.exports.sheet import Sheet, box_of, sheets
+from exercises.exports.sheet import Sheet, sheets
 from exercises.figure import figure_svg, part_svg
 from exercises.figure.tikz import tikz
 from exercises.formula.latex import parsed
@@ -29,6 +30,7 @@ from exercises.writing.short_answer import short_answer
 from exercises.writing.statement import hints, prompt, statement, worked_solution
 from exercises.writing.typst import ROOM, to_typst, typst_escaped
 from grader.certify import failures_of
+from grader.marking import share_earned
 from tests.grader.reports.test_feedback import Page
 from tests.support.command import fails, run
 from tests.support.handing_in import a_class
@@ -110,12 +112,16 @@ def test_nothing_is_typed_on_paper(problem: Problem) -> None:
 
 def test_every_answer_has_a_box_and_a_short_form(problem: Problem) -> None:
     for part in problem.parts:
-        box, short = box_of(part), short_answer(problem, part)
-        if part.shape is not None:
-            assert (box.rows, box.columns) == part.shape
+        box, short = box_of(problem, part, "x" * 3000), short_answer(problem, part)
         assert short.strip() and "None" not in short
-        assert box.room < 220  # millimetres: it fits on a page
-        assert len(box.units) in (0, box.rows)
+        options = options_of(problem, part)
+        assert (options is None) == (not part.answer.offered)
+        if options is not None:
+            assert len(options.offered) == len(part.answer.offered) and options.ticked == (box is None)
+        if box is not None:
+            assert part.shape in (None, (box.rows, box.columns))
+            assert box.room < 220  # millimetres: it fits on a page
+            assert len(box.units) in (0, box.rows) and len(box.labels) in (0, box.rows, box.columns)
 
 
 @few_families
@@ -156,7 +162,8 @@ def test_a_sheet_holds_no_answer_unless_it_is_to(order: Order) -> None:
     for kind in ("handout", "exam"):
         for sheet in sheets(replace(order, sheet=kind)):
             assert not any(part.solution or part.answer or part.solution_figure for part in sheet.parts)
-            assert all((part.box is not None) == (kind == "exam") for part in sheet.parts)
+            assert all(part.scored == (kind == "exam") for part in sheet.parts)
+            assert all((part.box is not None) == (kind == "exam" and not part.options) for part in sheet.parts)
             assert sheet.has_hints == (kind == "handout")
     (key, _) = sheets(replace(order, sheet="key"))
     assert all(part.answer and not part.solution for part in key.parts)
@@ -241,6 +248,70 @@ def test_a_key_lists_everybody_by_question(order: Order, tmp_path: Path) -> None
             assert number in shown
     with pytest.raises(QdotError, match="a key has no worked solutions"):
         files(replace(order, sheet="key", solutions=True), "pdf")
+
+
+SIX = "".join(
+    f'[[problem]]\nfamily = "{family}"\nquestions = {questions}\n'
+    for family, questions in {
+        "planar-2r": ["position", "jacobian", "singular-angles"],
+        "polar-rp": ["joint-axes", "geometric-jacobian"],
+        "planar-3r": ["jacobian", "least-norm-rates", "self-motion"],
+        "scara": ["determinant", "singular-configurations", "joint-rates"],
+        "elbow-3r": ["jacobian", "determinant", "singularity-meaning"],
+        "wrist-zyz": ["jacobian", "axis-choice", "true-or-false"],
+    }.items()
+).replace("'", '"')
+
+
+@pytest.fixture(scope="module")
+def six(tmp_path_factory: pytest.TempPathFactory) -> Order:
+    """Return the order of an exam of six problems."""
+    folder = tmp_path_factory.mktemp("six") / "exam"
+    a_class(folder, CLASS)
+    (folder / "assignment.toml").write_text(f'title = "Exam"\nkey = "exam"\n{SIX}', encoding="utf-8")
+    return Order(load_assignment(folder), lambda _: [], sheet="exam", versions=1, earns=share_earned)
+
+
+def test_an_exam_of_six_problems_takes_eight_pages(six: Order, tmp_path: Path) -> None:
+    shown = text_of(files(six, "pdf")["exam-versions/A.pdf"].content, tmp_path)
+    assert shown.count("\f") <= 8
+    assert "•A." not in shown.replace(" ", "") and "typed" not in shown
+    for page in shown.split("\f"):  # a figure, the table and the facts are never parted
+        assert page.count("The figure shows") == page.count("Joint 𝑖") == page.count("Task:")
+
+
+def test_a_figure_stands_beside_the_table_and_options_are_ticked(six: Order) -> None:
+    page = str(files(six, "html")["exam-versions/A.html"].content)
+    source = str(files(six, "latex")["exam-versions/A.tex"].content)
+    assert page.count('<div class="beside">') == 6 and source.count(r"\shrunk{\drawn}") >= 6
+    assert page.count('<span class="tick">') == 5 + 4 + 4 + 2 == source.count(r"\option{\tick")
+    assert "**A.**" not in page and r"\item \textbf{A.}" not in source
+
+
+def test_a_marking_sheet_says_what_known_mistakes_earn(six: Order, tmp_path: Path) -> None:
+    order = replace(six, sheet="marking")
+    made = files(order, "pdf")
+    assert list(made) == ["marking-versions/A.pdf", "marking-versions-all.pdf"]
+    assert all(file.private for file in made.values())
+    shown = text_of(made["marking-versions/A.pdf"].content, tmp_path)
+    assert "Determinant with the wrong sign" in shown and "Each right letter" in shown
+    page, source = str(files(order, "html")["marking-versions/A.html"].content), ""
+    source = str(files(order, "latex")["marking-versions/A.tex"].content)
+    assert page.count('class="marking"') == source.count(r"\begin{tabular}") == 17
+    (sheet,) = sheets(order)
+    for part in sheet.parts:
+        assert part.marking is not None and part.marking.rule and not part.solution
+        right, *wrong = part.marking.marks
+        assert (right.says, right.earns) == ("Right", f"{part.worth:.3g}") and right.answer
+        assert all(float(mark.earns) < part.worth for mark in wrong)
+    determinant = next(part for part in sheet.parts if part.label == "5.2")
+    assert determinant.marking is not None
+    assert ("Determinant with the wrong sign", "0.8") in [(mark.says, mark.earns) for mark in determinant.marking.marks]
+
+
+def test_a_marking_sheet_needs_the_grader(order: Order) -> None:
+    with pytest.raises(QdotError, match="needs the grader"):
+        files(replace(order, sheet="marking"), "html")
 
 
 def test_versions_have_no_names_and_are_no_students_problems(order: Order) -> None:
