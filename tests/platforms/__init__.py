@@ -13,5 +13,5 @@ A platform is a module with `run(software, work) -> Record`, its line in `PLATFO
 `software` is the path of the copy, `work` an empty folder to install and to export into.
 """
 
-PLATFORMS: dict[str, str] = {"moodle": "MOODLE"}
+PLATFORMS: dict[str, str] = {"moodle": "MOODLE", "stack": "STACK"}
 """Modules of this package by name, each with the variable of the environment that holds the path of its software."""
