@@ -30,7 +30,7 @@ VERSION = "2023060500"
 PENALTY = 0.1
 NOT_READ = Case("what can't be read is not marked", "qdot_unknown(1)", None, "NULL")
 SOLVED = "The arm in a regular and in its singular configurations"
-NOT_MEASURED = "what marking costs was not measured, as Maxima is not installed; STACK gives up after 30 s"
+NOT_MEASURED = "what marking costs was not measured, as no Maxima runs here; STACK gives up after 30 s"
 
 
 @dataclass(frozen=True)

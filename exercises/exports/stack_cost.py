@@ -17,7 +17,7 @@ PATIENCE = 60.0
 
 
 def costs(parts: Sequence[StackPart]) -> list[float] | None:
-    """Return the seconds that the dearest question test of each part takes; None where Maxima is not installed.
+    """Return the seconds that the dearest question test of each part takes; None where no Maxima runs.
 
     What had to be stopped has cost PATIENCE.
     """
@@ -26,19 +26,28 @@ def costs(parts: Sequence[StackPart]) -> list[float] | None:
         return None
     found: list[float] = []
     while len(found) < len(parts):
-        found += _measured(program, parts[len(found) :]) or [PATIENCE]
+        measured = _measured(program, parts[len(found) :])
+        if measured is None:
+            return None
+        found += measured or [PATIENCE]
     return found
 
 
-def _measured(program: str, parts: Sequence[StackPart]) -> list[float]:
-    """Return the cost of each part in turn, of those with which Maxima was done before it stopped or was stopped."""
+def _measured(program: str, parts: Sequence[StackPart]) -> list[float] | None:
+    """Return the cost of each part in turn, of those with which Maxima was done before it stopped or was stopped.
+
+    None where it stopped by itself before it was done with any.
+    """
+    was_stopped = False
     script = "\n".join(map(_script, parts)).encode()
     try:
         command = [program, "--very-quiet"]
         printed = subprocess.run(command, input=script, capture_output=True, timeout=PATIENCE, check=False).stdout
     except subprocess.TimeoutExpired as stopped:
-        printed = stopped.stdout or b""
-    return [float(line.split()[1]) for line in printed.decode(errors="replace").splitlines() if line.startswith("COST")]
+        printed, was_stopped = stopped.stdout or b"", True
+    lines = printed.decode(errors="replace").splitlines()
+    found = [float(line.split()[1]) for line in lines if line.startswith("COST")]
+    return found if found or was_stopped else None
 
 
 def _script(part: StackPart) -> str:

@@ -15,7 +15,7 @@ A platform is a module with `run(software, work) -> Record`, its line in `PLATFO
 """
 
 PLATFORMS: dict[str, str] = {
-    "moodle": "MOODLE", "canvas": "QTI_MIGRATION", "prairielearn": "PRAIRIELEARN", "qti": "QTI_SDK",
+    "moodle": "MOODLE", "stack": "STACK", "canvas": "QTI_MIGRATION", "prairielearn": "PRAIRIELEARN", "qti": "QTI_SDK",
     "github": "GITHUB_RUNNER", "gitlab": "GITLAB_RUNNER",
 }  # fmt: skip
 """Modules of this package by name, each with the variable of the environment that holds the path of its software."""

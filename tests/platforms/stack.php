@@ -1,9 +1,11 @@
 <?php
-// What Moodle with STACK makes of our questions: `php stack.php < request.json`, which answers in JSON; asked by stack.py.
+// What Moodle with STACK makes of our questions: `php stack.php < request.json`, which answers in lines of JSON; asked by
+// stack.py.
 //
-// The request: `config` (Moodle's config.php) and `xml`, the file to import. The answer: by the name of a question what
-// is stored of it, what its page shows, what a blank attempt earns, and of each question test whether STACK passes it,
-// the score that was expected, the seconds that it took, and why it did not pass.
+// The request: `config` (Moodle's config.php) and `xml`, the file to import. The answer: a line on the software and the
+// import, then a line for each question: what is stored of it, what its page shows, what a blank attempt earns, and of
+// each question test whether STACK passes it, the score that was expected, the seconds that it took, and those of
+// the processor, and why it did not.
 
 define('CLI_SCRIPT', true);
 $request = json_decode(stream_get_contents(STDIN), true);
@@ -42,6 +44,10 @@ function import(string $file, stdClass $course, context $context): array {
     return ['done' => $done, 'said' => trim(ob_get_clean() . $said)];
 }
 
+function told(array $line): void {
+    echo "\n" . json_encode($line, JSON_THROW_ON_ERROR) . "\n";
+}
+
 function questions_of(context $context): array {
     global $DB;
     $sql = "SELECT q.id, q.name, e.idnumber, q.defaultmark, c.name AS category
@@ -53,15 +59,27 @@ function questions_of(context $context): array {
     return array_values($DB->get_records_sql($sql, [$context->id]));
 }
 
+// Seconds of processor time, of PHP and of all Maximas that have ended.
+function processor(): float {
+    $seconds = 0.0;
+    foreach ([0, 1] as $who) {
+        $used = getrusage($who);
+        foreach (['utime', 'stime'] as $kind) {
+            $seconds += $used["ru_$kind.tv_sec"] + $used["ru_$kind.tv_usec"] / 1e6;
+        }
+    }
+    return $seconds;
+}
+
 function tested(stack_question_test $test, int $id, context $context): array {
-    $start = microtime(true);
+    [$start, $used] = [microtime(true), processor()];
     $result = $test->test_question($id, null, $context);
-    $seconds = microtime(true) - $start;
+    [$seconds, $used] = [microtime(true) - $start, processor() - $used];
     $said = $result->passed_with_reasons();
     $due = $test->expectedresults['prt1'];
     return [
         'about' => $test->description, 'passed' => (bool) $said['passed'], 'due' => $due->score, 'seconds' => $seconds,
-        'why' => trim(strip_tags($said['reason'] ?? '')),
+        'used' => $used, 'why' => trim(strip_tags($said['reason'] ?? '')),
     ];
 }
 
@@ -92,12 +110,11 @@ $PAGE->set_course($course);
 $PAGE->set_url('/');
 $limit = get_config('qtype_stack', 'castimeout');
 $plugin = core_plugin_manager::instance()->get_plugin_info('qtype_stack')->release;
-$answer = ['moodle' => $CFG->release, 'stack' => $plugin, 'database' => $DB->get_name(), 'limit' => $limit];
-$answer['import'] = import($request['xml'], $course, $context);
+$about = ['moodle' => $CFG->release, 'stack' => $plugin, 'database' => $DB->get_name(), 'limit' => $limit];
+told($about + ['import' => import($request['xml'], $course, $context)]);
 foreach (questions_of($context) as $question) {
     $tests = question_bank::get_qtype('stack')->load_question_tests($question->id);
-    $answer['questions'][$question->name] = (array) $question + shown($question->id, $context) + [
+    told((array) $question + shown($question->id, $context) + [
         'tests' => array_values(array_map(fn($test) => tested($test, $question->id, $context), $tests)),
-    ];
+    ]);
 }
-echo "\n" . json_encode($answer, JSON_THROW_ON_ERROR);

@@ -342,8 +342,11 @@ def test_what_is_too_dear_for_stack_is_left_out_and_told(order: Order, monkeypat
     assert len(left) == 5 and not [name for name in left if "position" in name]
 
 
-def test_that_costs_were_not_measured_is_told(order: Order, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("shutil.which", lambda program: None)
+@pytest.mark.parametrize("program", [None, "/bin/true"])
+def test_that_costs_were_not_measured_is_told(
+    order: Order, monkeypatch: pytest.MonkeyPatch, program: str | None
+) -> None:
+    monkeypatch.setattr("shutil.which", lambda _: program)
     notes: list[str] = []
     (file,) = OUTLETS["stack"].files(replace(order, variants=1, note=notes.append))
     assert notes.count(stack.NOT_MEASURED) == 1 and len(questions(ET.fromstring(file.content))) == 7

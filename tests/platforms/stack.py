@@ -1,0 +1,112 @@
+"""STACK: what we export is imported by Moodle's importer, shown and marked by STACK, which runs all question tests.
+
+`STACK` is the folder of an installed copy of Moodle with the question type STACK, whose database runs and whose Maxima
+answers (STACK's health check says so), with the time limit that STACK comes with. On PostgreSQL, a text that is longer
+than its column ends an import. A course is made in it for each run, and stays. What PHP does of it is in stack.php.
+"""
+
+import json
+import re
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from exercises.exports.stack import stack_questions
+from tests.platforms.given import PLAIN, PUMA, order
+from tests.platforms.records import Count, Record
+
+Json = dict[str, Any]
+
+PHP = ("php", "-d", "max_input_vars=5000", str(Path(__file__).with_suffix(".php")))
+DUE = {1.0: "right = full", None: "not read = not marked"}
+"""What a question test is counted as, by the score that it expects; any other is of a wrong answer."""
+
+
+@dataclass
+class Tally:
+    """What was counted so far, and the seconds of processor time that each test took."""
+
+    passed: Counter[str] = field(default_factory=Counter)
+    all: Counter[str] = field(default_factory=Counter)
+    used: list[float] = field(default_factory=list)
+    but: dict[str, str] = field(default_factory=dict)
+
+    def count(self, what: str, passed: bool, which: str) -> None:
+        """Count one more; `which` is told on standard error where it falls short."""
+        self.all[what] += 1
+        self.passed[what] += passed
+        if not passed:
+            print(f"{what}: {which}", file=sys.stderr)
+
+
+def run(software: Path, work: Path) -> Record:
+    """Import the ready-made set and one with PUMA, show every question, and run all question tests."""
+    paths = []
+    for which in (PLAIN, PUMA):
+        (file,) = stack_questions(order(work / which, which))
+        paths.append(work / file.path)
+        paths[-1].write_text(str(file.content), encoding="utf-8")
+    with ThreadPoolExecutor() as both:
+        answers = list(both.map(partial(ask, software), paths))
+    tally, about = Tally(), Json()
+    for path, (about, *questions) in zip(paths, answers, strict=True):
+        if not about["import"]["done"] or about["import"]["said"]:
+            raise RuntimeError(about["import"]["said"])
+        _see(tally, ET.parse(path).getroot(), {one["name"]: one for one in questions}, str(about["limit"]))
+    counts = {what: Count(tally.passed[what], of, tally.but.get(what, "")) for what, of in tally.all.items()}
+    name = f"Moodle {about['moodle']}, STACK {about['stack']}, {about['database']}"
+    return Record("stack", name, datetime.now(UTC).date().isoformat(), counts)
+
+
+def ask(software: Path, xml: Path) -> list[Json]:
+    """Return what was said of the import, and of each question."""
+    given = json.dumps({"config": str(software / "config.php"), "xml": str(xml)})
+    done = subprocess.run(PHP, input=given, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise RuntimeError(done.stderr + done.stdout[-3000:])
+    return [json.loads(line) for line in done.stdout.splitlines() if line.startswith('{"')]
+
+
+def _see(tally: Tally, quiz: ET.Element, stored: dict[str, Json], limit: str) -> None:
+    in_time = f"within {limit} s"
+    for question in quiz.findall("question[@type='stack']"):
+        name = question.findtext("name/text", "")
+        one = stored.get(name)
+        tally.count("imported", one is not None, name)
+        if one is None:
+            continue
+        points = float(question.findtext("defaultgrade", ""))
+        tally.count("points as assigned", float(one["defaultmark"]) == points, f"{name} {one['defaultmark']}")
+        faults = faults_of(question, one)
+        tally.count("shown", not faults, f"{name} {faults}")
+        tally.count("blank = 0", one["blank"] == 0, f"{name} {one['blank']}")
+        tests = question.findall("qtest")
+        tally.count("with all its tests", len(tests) == len(one["tests"]), name)
+        for test in one["tests"]:
+            due = DUE.get(test["due"] and float(test["due"]), "wrong < full")
+            tally.count(due, test["passed"], f"{name} {test}")
+            tally.count(in_time, test["used"] < float(limit), f"{name} {test}")
+            tally.used.append(test["used"])
+    tally.but[in_time] = f"of processor time; the dearest took {max(tally.used):.1f} s"
+
+
+def faults_of(question: ET.Element, one: Json) -> list[str]:
+    """Return what a student would not see as we wrote it, before and after an attempt."""
+    page, after = one["page"], one["after"]
+    faults = [f"error: {error}" for error in one["errors"]]
+    faults += [f"left: {sign}" for sign in ("@@PLUGINFILE@@", "[[", "{@", "<table>") if sign in after]
+    names = [file.get("name", "") for file in question.findall("questiontext/file")]
+    faults += [f"no figure {name}" for name in names if name not in page]
+    kind, boxes = question.findtext("input/type"), len(re.findall(r'<input[^>]*type="(?:text|radio)"', page))
+    least = {"matrix": 2, "radio": 2}.get(kind or "", 1)
+    faults += [f"{boxes} boxes"] if boxes < least else []
+    solution = re.findall(r"<p>([^<\\]{40,})", question.findtext("generalfeedback/text", ""))
+    faults += ["no solution"] if solution and solution[0].strip() not in after else []
+    return faults
