@@ -319,8 +319,8 @@ def test_versions_have_no_names_and_are_no_students_problems(order: Order) -> No
     assert list(made) == ["exam-versions/A.html", "exam-versions/B.html"]
     drawn: list[Sheet] = list(sheets(replace(order, versions=2)))
     assert [sheet.name for sheet in drawn] == ["Version A", "Version B"]
-    own = {sheet.problems[0].statement for sheet in sheets(order)}
-    assert len(own | {sheet.problems[0].statement for sheet in drawn}) == 4
+    own = {sheet.problems[0].table for sheet in sheets(order)}
+    assert len(own | {sheet.problems[0].table for sheet in drawn}) == 4
     assert not any(student.id in str(file.content) for student in CLASS for file in made.values())
     assert OUTLETS["html"].steps(replace(order, versions=2)) == 2
 

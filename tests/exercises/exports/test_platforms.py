@@ -551,12 +551,12 @@ def test_qti_marks_as_it_should(order: Order, asked: list[Item]) -> None:
     assert len(local(test, "assessmentItemRef")) == len(asked)
     places = [each for each in local(test, "assessmentSection") if local(each, "selection")]
     assert {str(each.get("identifier")) for each in places} == {one.key[:2] for one in asked}
-    for place in places:
-        assert [each.get("select") for each in local(place, "selection")] == ["1"]
-        variants = [each for each in local(place, "assessmentSection") if each is not place]
-        assert len(variants) == len({one.key[:6] for one in asked if one.key[:2] == place.get("identifier")})
+    for section in places:
+        assert [each.get("select") for each in local(section, "selection")] == ["1"]
+        variants = [each for each in local(section, "assessmentSection") if each is not section]
+        assert len(variants) == len({one.key[:6] for one in asked if one.key[:2] == section.get("identifier")})
         refs = [[str(each.get("identifier")) for each in local(variant, "assessmentItemRef")] for variant in variants]
-        assert [one.key for one in asked if one.key[:2] == place.get("identifier")] == [
+        assert [one.key for one in asked if one.key[:2] == section.get("identifier")] == [
             ref for each in refs for ref in each
         ]
     (control,) = local(test, "itemSessionControl")
