@@ -551,19 +551,19 @@ def test_qti_marks_as_it_should(order: Order, asked: list[Item]) -> None:
     assert len(local(test, "assessmentItemRef")) == len(asked)
     places = [each for each in local(test, "assessmentSection") if local(each, "selection")]
     assert {str(each.get("identifier")) for each in places} == {one.key[:2] for one in asked}
-    for section in places:
-        assert [each.get("select") for each in local(section, "selection")] == ["1"]
-        variants = [each for each in local(section, "assessmentSection") if each is not section]
-        assert len(variants) == len({one.key[:6] for one in asked if one.key[:2] == section.get("identifier")})
+    for listed in places:
+        assert [each.get("select") for each in local(listed, "selection")] == ["1"]
+        variants = [each for each in local(listed, "assessmentSection") if each is not listed]
+        assert len(variants) == len({one.key[:6] for one in asked if one.key[:2] == listed.get("identifier")})
         refs = [[str(each.get("identifier")) for each in local(variant, "assessmentItemRef")] for variant in variants]
-        assert [one.key for one in asked if one.key[:2] == section.get("identifier")] == [
+        assert [one.key for one in asked if one.key[:2] == listed.get("identifier")] == [
             ref for each in refs for ref in each
         ]
     (control,) = local(test, "itemSessionControl")
     assert control.get("maxAttempts") == str(qti.TRIES)
-    (declared,) = local(test, "outcomeDeclaration")
+    (outcome,) = local(test, "outcomeDeclaration")
     points = {one.key[:2] + one.category[2]: one.points for one in asked}
-    assert float(str(declared.get("normalMaximum"))) == sum(points.values())
+    assert float(str(outcome.get("normalMaximum"))) == sum(points.values())
 
 
 def test_options_in_qti_have_the_letters_of_their_solutions(order: Order, asked: list[Item]) -> None:
