@@ -61,6 +61,8 @@ def missing_for_pdf() -> str:
 
 def check_sheet(order: Order) -> None:
     """Raise QdotError for a sheet that can't be as it is asked for."""
+    if order.sheet == "marking" and order.earns is None:
+        raise QdotError("a marking sheet needs the grader, which says what answers earn: qdot export … --sheet marking")
     if order.sheet in STAFF and order.solutions:
         raise QdotError(
             f"a {order.sheet} has no worked solutions; these are on --sheet handout or exam, with --solutions"
