@@ -68,8 +68,8 @@ def _question(whole: Item, key: str, files: dict[str, str | bytes]) -> dict[str,
     }
     if isinstance(form, Choose):
         made["options"] = [
-            {"ident": f"{key}-{one.key}-{letter}", "text": _lettered(letter, option.text, form.fixed), "option": option}
-            for letter, option in zip(LETTERS, form.options, strict=False)
+            {"ident": f"{key}-{one.key}-{letter}", "text": line_html(text), "option": option}
+            for letter, text, option in zip(LETTERS, form.shown, form.options, strict=False)
         ]
     elif isinstance(form, Match):
         made |= _match(form, f"{key}-{one.key}")
@@ -78,11 +78,6 @@ def _question(whole: Item, key: str, files: dict[str, str | bytes]) -> dict[str,
         low, high = limits(field.value, field.tolerance)
         made |= {"value": decimal(field.value), "low": low, "high": high}
     return made
-
-
-def _lettered(letter: str, text: str, fixed: bool) -> str:
-    """Return an option with the letter by which solutions call it; drawings have it, and true and false need none."""
-    return line_html(text if fixed else f"{letter}. {text}")
 
 
 def _type(form: Choose | Match | Numeric) -> str:
@@ -97,10 +92,10 @@ def _match(form: Match, key: str) -> dict[str, object]:
     stems = [
         {
             "ident": f"response_{key}-{LETTERS[number]}",
-            "text": _lettered(LETTERS[number], stem, False),
+            "text": line_html(stem),
             "right": rights[index]["ident"],
         }
-        for number, (stem, index) in enumerate(zip(form.stems, form.correct, strict=True))
+        for number, (stem, index) in enumerate(zip(form.shown, form.correct, strict=True))
     ]
     return {"stems": stems, "rights": rights, "shares": _shares(stems)}
 

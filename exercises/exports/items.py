@@ -5,7 +5,7 @@ values at a configuration (`exports.numbers`); what can't be asked at all is tol
 """
 
 import re
-from collections.abc import Generator, Iterable
+from collections.abc import Generator, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -63,6 +63,12 @@ class Choose:
         """Whether a statement is judged."""
         return tuple(option.text for option in self.options) == TRUE_FALSE
 
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """The texts with the letters by which solutions call them; those of a drawing have it, true and false none."""
+        texts = tuple(option.text for option in self.options)
+        return texts if self.fixed else _lettered(texts)
+
 
 @dataclass(frozen=True)
 class Match:
@@ -71,6 +77,15 @@ class Match:
     stems: tuple[str, ...]
     options: tuple[str, ...]
     correct: tuple[int, ...]
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """The stems with the letters by which solutions call them."""
+        return _lettered(self.stems)
+
+
+def _lettered(texts: Sequence[str]) -> tuple[str, ...]:
+    return tuple(f"{letter}. {text}" for letter, text in zip(LETTERS, texts, strict=False))
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,6 @@ def _question(one: Item, key: str) -> Question:
         hints=tuple(text_html(hint) for hint in one.hints),
         answers=_options(form) if isinstance(form, Choose) else (),
         several=isinstance(form, Choose) and form.several,
-        fixed=isinstance(form, Choose) and form.fixed,
         pairs=_pairs(form) if isinstance(form, Match) else (),
         boxes=boxes,
     )
@@ -111,16 +110,16 @@ def _options(form: Choose) -> tuple[Answer, ...]:
     wrong = f"-{share}" if form.several else "0"
     return tuple(
         Answer(
-            option.text if form.is_true_or_false else line_html(option.text),
+            text if form.is_true_or_false else line_html(text),
             share if option.right else wrong,
             html.escape(option.feedback),
         )
-        for option in form.options
+        for text, option in zip(form.shown, form.options, strict=True)
     )
 
 
 def _pairs(form: Match) -> tuple[tuple[str, str], ...]:
-    pairs = [(line_html(stem), form.options[index]) for stem, index in zip(form.stems, form.correct, strict=True)]
+    pairs = [(line_html(stem), form.options[index]) for stem, index in zip(form.shown, form.correct, strict=True)]
     left = [option for index, option in enumerate(form.options) if index not in form.correct]
     return (*pairs, *(("", option) for option in left))
 

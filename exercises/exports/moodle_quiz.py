@@ -83,7 +83,6 @@ class Question:
     hints: tuple[str, ...]
     answers: tuple[Answer, ...]
     several: bool
-    fixed: bool
     pairs: tuple[tuple[str, str], ...]
     boxes: tuple[Box, ...]
 

@@ -96,11 +96,11 @@ def _item(one: Item) -> dict[str, object]:
         options = [
             {
                 "ident": letter,
-                "text": _line(option.text if form.fixed else f"{letter}. {option.text}"),
+                "text": _line(text),
                 "right": option.right,
                 "feedback": option.feedback,
             }
-            for letter, option in zip(LETTERS, form.options, strict=False)
+            for letter, text, option in zip(LETTERS, form.shown, form.options, strict=False)
         ]
         right = sum(option.right for option in form.options)
         told |= {
@@ -110,10 +110,9 @@ def _item(one: Item) -> dict[str, object]:
             "feedback": [(f"wrong-{option['ident']}", option["feedback"]) for option in options if option["feedback"]],
         }
     elif isinstance(form, Match):
-        lettered = list(zip(LETTERS, form.stems, strict=False))
         told |= {
             "type": "match",
-            "stems": [(f"S{k}", _line(f"{letter}. {stem}")) for k, (letter, stem) in enumerate(lettered)],
+            "stems": [(f"S{k}", _line(stem)) for k, stem in enumerate(form.shown)],
             "targets": [(f"T{number}", option) for number, option in enumerate(form.options)],
             "pairs": [f"S{number} T{index}" for number, index in enumerate(form.correct)],
             "share": decimal(one.points / len(form.stems)),

@@ -188,11 +188,30 @@ def test_what_moodle_would_refuse_is_found(order: Order, asked: list[Item], brok
     assert any(said in fault for fault in moodle_faults(page))
 
 
+def test_options_in_moodle_have_the_letters_of_their_solutions(order: Order, asked: list[Item]) -> None:
+    bank, quiz = file_of(moodle.moodle_files, order, asked)
+    root, package = ElementTree.fromstring(bank.content), unzipped(quiz.content)
+    restored = ElementTree.fromstring(package["questions.xml"])
+    for shuffled in (*root.iter("shuffleanswers"), *restored.iter("shuffleanswers")):
+        assert shuffled.text in ("false", "0")
+    settings = ElementTree.fromstring(package["activities/quiz_1/quiz.xml"])
+    assert settings.findtext("quiz/shuffleanswers") == "0"
+    lettered = [f"{letter}. " for letter in LETTERS]
+    chosen = [one for one in asked if isinstance(one.form, Choose) and not one.form.fixed]
+    for question in root.findall("question[@type='multichoice']"):
+        one = next(one for one in asked if question.findtext("idnumber", "").endswith(one.key))
+        begins = [answer.findtext("text", "")[:3] for answer in question.findall("answer")]
+        assert begins == lettered[: len(begins)] if one in chosen else not {*begins} & {*lettered}
+        assert question.findtext("answernumbering") == "none"
+    stems = [stem.findtext("text", "")[:3] for stem in root.findall("question[@type='matching']/subquestion")]
+    assert [stem for stem in stems if stem] == lettered[:2]
+
+
 def test_moodles_reader_loses_no_space(order: Order, asked: list[Item]) -> None:
     file, _ = file_of(moodle.moodle_files, order, asked)
     whole = re.sub(r"<!\[CDATA\[.*?\]\]>", "", file.content, flags=re.DOTALL)
     assert "&" not in whole  # it drops the space in `&gt; &lt;`
-    assert r"\(a &lt; b\) &amp; c" in list(ElementTree.fromstring(file.content).itertext())
+    assert r"A. \(a &lt; b\) &amp; c" in list(ElementTree.fromstring(file.content).itertext())
 
 
 def test_tables_have_the_class_that_moodle_shows_them_by(order: Order, asked: list[Item]) -> None:
