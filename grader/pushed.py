@@ -20,7 +20,7 @@ import tempfile
 import urllib.error
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, fields, replace
-from itertools import dropwhile
+from itertools import chain
 from pathlib import Path
 
 from exercises.assignment import Assignment, Student, load_assignment
@@ -62,9 +62,10 @@ class Collected:
 
 
 def counts_until(assignment: Assignment, student: Student) -> datetime.datetime | None:
-    """Return the time after which a push of a student's counts no more: when the work is due.
+    """Return the time after which a push of a student's counts no more, where there is one before: when work is due.
 
-    Where late work loses a share (`late`), it is that table's `until`; None where pushes count without an end.
+    Where late work loses a share (`late`), it is that table's `until`; None where pushes count without an end. Without
+    that table, being late costs nothing: who pushed nothing in time is graded by the last push.
     """
     due = assignment.due_of(student)
     if due is None or assignment.late is None:
@@ -119,7 +120,7 @@ def _collected(assignment: Assignment, host: Host, student: Student, repository:
     folder = assignment.folder / "submitted" / student.id
     try:
         told = replace(told, branch=_default_branch(host, repository))
-        push = _counting(host, repository, told.branch, until)
+        push = _counting(host, repository, told.branch, until, late_too=assignment.late is None)
         told = replace(told, commit=push.commit, pushed=push.received.isoformat())
         _fetch(host, repository, push, folder)
     except _LeftOut as left_out:
@@ -135,11 +136,14 @@ def _default_branch(host: Host, repository: str) -> str:
     return said[1].removeprefix("refs/heads/")
 
 
-def _counting(host: Host, repository: str, branch: str, until: datetime.datetime | None) -> Push:
-    """Return the last push to a branch that counts."""
+def _counting(host: Host, repository: str, branch: str, until: datetime.datetime | None, late_too: bool) -> Push:
+    """Return the last push to a branch that counts; where there is none, the very last, if `late_too`."""
     try:
-        pushes = host.pushes(host, repository, branch)
-        counting = next(dropwhile(lambda push: until is not None and push.received > until, pushes), None)
+        pushes = iter(host.pushes(host, repository, branch))
+        last = next(pushes, None)
+        every = () if last is None else chain((last,), pushes)
+        in_time = next((push for push in every if until is None or push.received <= until), None)
+        counting = in_time or (last if late_too else None)
     except urllib.error.HTTPError as error:
         raise _LeftOut(f"when it was pushed to is not known: the server answers {error.code} {error.reason}") from None
     except (OSError, ValueError, LookupError, TypeError) as error:

@@ -4,7 +4,7 @@ import csv
 import json
 from collections.abc import Iterator
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -68,14 +68,19 @@ def test_the_state_at_the_deadline_is_fetched_by_the_servers_clock(
     submitted = assignment.folder / "submitted"
     assert (submitted / "ada" / "hw.ipynb").read_text() == "in time"
     assert (submitted / "bo" / "hw.ipynb").read_text() == "in time, too"
-    assert not (submitted / "cy").exists() and not (submitted / "ada" / ".git").exists()
+    assert (submitted / "cy" / "hw.ipynb").read_text() == "too late"  # `due` alone marks it as late, and that is all
+    assert not (submitted / "ada" / ".git").exists()
     for path in ("hw.ipynb", "x/y.txt"):
         moment = (submitted / "ada" / path).stat().st_mtime
         assert datetime.fromtimestamp(moment, UTC) == datetime.fromisoformat(IN_TIME)
     told = collected(assignment)
     assert (told["ada"]["commit"], told["ada"]["branch"]) == (counting, "main")
     assert told["ada"]["counts_until"] == DUE.isoformat()
-    assert "no push to main until" in told["cy"]["left_out"]
+    assert told["cy"]["pushed"] > told["cy"]["counts_until"] and not told["cy"]["left_out"]
+    toml = assignment.folder / "assignment.toml"
+    toml.write_text(f"late = {{until = {(DUE + timedelta(hours=1)).isoformat()}}}\n{toml.read_text()}")
+    assert main(["collect", str(assignment.folder), "--on", platform]) == 0
+    assert "no push to main until" in collected(assignment)["cy"]["left_out"]
 
 
 def test_links_hooks_and_lies_in_a_repository_do_nothing(

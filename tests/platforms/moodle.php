@@ -4,13 +4,7 @@
 // The request: `config` (Moodle's config.php), `xml`, `quiz` and `gradebook` (files to import, or null), `students`,
 // and `tries`: by the name of a question, the answers to give it, each with the decimal sign of a language.
 
-define('CLI_SCRIPT', true);
-$request = json_decode(stream_get_contents(STDIN), true);
-require($request['config']);
-require_once($CFG->dirroot . '/course/lib.php');
-require_once($CFG->dirroot . '/question/format.php');
-require_once($CFG->dirroot . '/question/format/xml/format.php');
-require_once($CFG->dirroot . '/question/engine/lib.php');
+require(__DIR__ . '/import.php');
 require_once($CFG->dirroot . '/backup/util/includes/restore_includes.php');
 require_once($CFG->dirroot . '/mod/quiz/locallib.php');
 require_once($CFG->dirroot . '/user/lib.php');
@@ -18,29 +12,6 @@ require_once($CFG->libdir . '/csvlib.class.php');
 require_once($CFG->libdir . '/gradelib.php');
 require_once($CFG->dirroot . '/grade/lib.php');
 require_once($CFG->dirroot . '/grade/import/lib.php');
-
-function a_course(): stdClass {
-    $name = 'qdot ' . uniqid();
-    return create_course((object) ['fullname' => $name, 'shortname' => $name, 'category' => 1]);
-}
-
-function imported(string $file, stdClass $course): array {
-    $context = context_course::instance($course->id);
-    $format = new qformat_xml();
-    $format->setContexts([$context]);
-    $format->setCourse($course);
-    $format->setFilename($file);
-    $format->setRealfilename(basename($file));
-    $format->setMatchgrades('error');
-    $format->setCatfromfile(true);
-    $format->setContextfromfile(false);
-    $format->setStoponerror(true);
-    $format->setCategory(question_make_default_categories([$context]));
-    $format->set_display_progress(false);
-    ob_start();
-    $done = $format->importpreprocess() && $format->importprocess() && $format->importpostprocess();
-    return ['done' => $done, 'said' => trim(ob_get_clean()), 'questions' => questions_of($context)];
-}
 
 // The questions of a bank, by their names, as they are stored; what is embedded has no id number from XML.
 function questions_of(context $context): array {
@@ -186,7 +157,7 @@ $PAGE->set_url('/');
 $answer = ['software' => 'Moodle ' . $CFG->release];
 foreach (['xml', 'quiz'] as $form) {
     if ($request[$form] ?? null) {
-        $made = $form === 'xml' ? imported($request['xml'], $course) : restored($request['quiz'], $course);
+        $made = $form === 'xml' ? import($request['xml'], $course) + ['questions' => questions_of($context)] : restored($request['quiz'], $course);
         $in = $made['context'] ?? $context;
         unset($made['context']);
         foreach ($made['done'] ? $request['tries'] : [] as $name => $tries) {

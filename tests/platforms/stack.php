@@ -7,42 +7,9 @@
 // each question test whether STACK passes it, the score that was expected, the seconds that it took, and those of
 // the processor, and why it did not.
 
-define('CLI_SCRIPT', true);
-$request = json_decode(stream_get_contents(STDIN), true);
-require($request['config']);
-require_once($CFG->dirroot . '/course/lib.php');
-require_once($CFG->dirroot . '/question/format.php');
-require_once($CFG->dirroot . '/question/format/xml/format.php');
-require_once($CFG->dirroot . '/question/engine/lib.php');
+require(__DIR__ . '/import.php');
 require_once($CFG->dirroot . '/question/type/stack/locallib.php');
 require_once($CFG->dirroot . '/question/type/stack/stack/questiontest.php');
-
-function a_course(): stdClass {
-    $name = 'qdot ' . uniqid();
-    return create_course((object) ['fullname' => $name, 'shortname' => $name, 'category' => 1]);
-}
-
-function import(string $file, stdClass $course, context $context): array {
-    $format = new qformat_xml();
-    $format->setContexts([$context]);
-    $format->setCourse($course);
-    $format->setFilename($file);
-    $format->setRealfilename(basename($file));
-    $format->setMatchgrades('error');
-    $format->setCatfromfile(true);
-    $format->setContextfromfile(false);
-    $format->setStoponerror(true);
-    $format->setCategory(question_make_default_categories([$context]));
-    $format->set_display_progress(false);
-    ob_start();
-    try {
-        $done = $format->importpreprocess() && $format->importprocess() && $format->importpostprocess();
-        $said = '';
-    } catch (moodle_exception $error) {
-        [$done, $said] = [false, $error->getMessage() . ' ' . ($error->debuginfo ?? '')];
-    }
-    return ['done' => $done, 'said' => trim(ob_get_clean() . $said)];
-}
 
 function told(array $line): void {
     echo "\n" . json_encode($line, JSON_THROW_ON_ERROR) . "\n";
@@ -111,7 +78,7 @@ $PAGE->set_url('/');
 $limit = get_config('qtype_stack', 'castimeout');
 $plugin = core_plugin_manager::instance()->get_plugin_info('qtype_stack')->release;
 $about = ['moodle' => $CFG->release, 'stack' => $plugin, 'database' => $DB->get_name(), 'limit' => $limit];
-told($about + ['import' => import($request['xml'], $course, $context)]);
+told($about + ['import' => import($request['xml'], $course)]);
 foreach (questions_of($context) as $question) {
     $tests = question_bank::get_qtype('stack')->load_question_tests($question->id);
     told((array) $question + shown($question->id, $context) + [
