@@ -54,7 +54,7 @@ DAILY = (
     "repository/test_structure.py", "repository/test_suites.py", "repository/test_readme.py",
     "repository/test_schemas.py", "repository/test_library.py", "repository/test_wheel.py::test_the_wheel",
     "repository/test_wheel.py::test_every_", "grader/test_class.py",
-    "grader/test_cli.py::test_generate_grade_and_check",
+    "grader/test_cli.py::test_generate_grade_and_check", "exercises/quizzes/test_quizzes.py::test_what_an_id_is_asked",
 )  # fmt: skip
 """Beginnings of tests that have no turns: what is forgotten most often, and what must never break."""
 
