@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-STATE = Path(os.environ["GH_STATE"])
+STATE = Path(os.environ.get("GH_STATE", "nowhere"))
 GIVEN = sys.argv[1:]
 
 
