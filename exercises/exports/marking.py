@@ -3,6 +3,7 @@
 What an answer earns is asked of the grader, so that a sheet of paper is marked as a notebook is.
 """
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -25,15 +26,19 @@ from exercises.answers import (
 from exercises.credit import AMISS, OWN
 from exercises.exports.known_wrong import Known, known_wrong
 from exercises.exports.outlet import Earns
+from exercises.formula.latex import parsed
 from exercises.problem import Part, Problem
 from exercises.questions.results import is_product
 from exercises.quizzes.options import blames_of
+from exercises.writing.fit import fitted, width
 from exercises.writing.short_answer import short_answer
 
 MOST = 4
 """Known mistakes that a sheet lists for a part."""
 LONGEST = 400
 """Characters of a wrong answer that is shown; of a longer one, only the mistake is told."""
+ROOM, LEGIBLE = 22.0, 1.25
+"""How wide a formula may be on a sheet, in em of the text; what is so many times as wide would be too small to read."""
 
 
 @dataclass(frozen=True)
@@ -55,11 +60,17 @@ class Marking:
 
 def marking(problem: Problem, part: Part, earns: Earns) -> Marking:
     """Return how a part is marked; `earns` is the share that the grader gives for an answer as it is typed."""
-    right = Mark("Right", short_answer(problem, part), _points(part, Fraction(1)))
+    right = Mark("Right", _legible(short_answer(problem, part)) or "see the key", _points(part, Fraction(1)))
     meanings = right.answer.partition("$$")[0]  # of names of angles, which need not be said again
     wrong = _options(part) if part.answer.offered else _mistakes(problem, part, earns)
     marks = (replace(mark, answer=mark.answer.removeprefix(meanings)) for mark in wrong)
     return Marking((right, *marks), part.answer.told_to(_Rules(part)))
+
+
+def _legible(answer: str) -> str:
+    """Return an answer, nothing where its formulas would have to be made too small for the sheet."""
+    formulas = (parsed(latex) for latex in re.findall(r"\$\$(.*?)\$\$", answer, re.DOTALL))
+    return answer if all(width(fitted(each, ROOM)) <= LEGIBLE * ROOM for each in formulas) else ""
 
 
 def _points(part: Part, share: Fraction) -> str:
@@ -81,7 +92,7 @@ def _mistakes(problem: Problem, part: Part, earns: Earns) -> Iterator[Mark]:
     for known in known_wrong(problem, part, MOST):
         wrong = replace(part, answer=part.answer.told_to(_Wrong(known)))
         typed = wrong.answer.as_typed()
-        shown = short_answer(problem, wrong) if len(typed) <= LONGEST else ""
+        shown = _legible(short_answer(problem, wrong)) if len(typed) <= LONGEST else ""
         yield Mark(known.title, shown, _points(part, earns(problem, part, typed)))
 
 

@@ -13,6 +13,7 @@ import pytest
 from exercises.assignment import Student, load_assignment
 from exercises.errors import QdotError
 from exercises.exports.boxes import box_of, options_of
+from exercises.exports.marking import marking
 from exercises.exports.outlet import File, Order
 from exercises.exports.paper import compile_pdf
 from exercises.exports.registry import OUTLETS
@@ -22,8 +23,9 @@ from exercises.figure.tikz import tikz
 from exercises.formula.latex import parsed
 from exercises.formula.printers.speech import spoken
 from exercises.formula.printers.typst import typst_string
+from exercises.generation import generate
 from exercises.notebook import solution_figure
-from exercises.problem import Problem
+from exercises.problem import Problem, ProblemId
 from exercises.writing.markup import parsed_markdown, to_latex
 from exercises.writing.on_paper import on_paper
 from exercises.writing.short_answer import short_answer
@@ -304,6 +306,9 @@ def test_a_marking_sheet_says_what_known_mistakes_earn(six: Order, tmp_path: Pat
         right, *wrong = part.marking.marks
         assert (right.says, right.earns) == ("Right", f"{part.worth:.3g}") and right.answer
         assert all(float(mark.earns) < part.worth for mark in wrong)
+    wide = generate(ProblemId("planar-rpr", 5, ("inverse-velocity", "determinant")))
+    told = [marking(wide, part, share_earned).marks[0].answer for part in wide.parts]
+    assert told[0] == "see the key" != told[1]  # it would be printed too small to be read
     determinant = next(part for part in sheet.parts if part.label == "5.2")
     assert determinant.marking is not None
     assert ("Determinant with the wrong sign", "0.8") in [(mark.says, mark.earns) for mark in determinant.marking.marks]
