@@ -60,13 +60,17 @@ class Attempt:
         return repr((read.sha256, read.notes, read.late, self.notes))
 
 
+class NotFoundOut(Exception):
+    """Why it is not known what a student handed in, in words for them; nobody else is concerned."""
+
+
 def read_attempts(found: Found, key: str) -> list[Attempt]:
     """Read what a student handed in, best first. What can't be read is no attempt where something else can.
 
-    Raises RuntimeError where looking for it has failed.
+    Raises NotFoundOut where looking for it has failed.
     """
     if found.failure:
-        raise RuntimeError(found.failure)
+        raise NotFoundOut(found.failure)
     if found.obstacle:
         return [_unreadable(found.files[0], found.obstacle)]
     likely = rivals(found.files)
@@ -131,7 +135,7 @@ def grade_safely(
 
 def told(error: Exception) -> str:
     """Return an exception in words, on one line of no great length."""
-    said = str(error) if isinstance(error, QdotError) else f"{type(error).__name__}: {error}"
+    said = str(error) if isinstance(error, (QdotError, NotFoundOut)) else f"{type(error).__name__}: {error}"
     return " ".join(said.split())[:300]
 
 

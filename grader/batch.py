@@ -301,7 +301,7 @@ def _marked(context: _Context, student: str, attempt: Attempt | None) -> Marked:
 
 def _failed(assignment: Assignment, task: Task, why: str = DIED) -> list[Graded]:
     """Return what stands for a student on whom qdot failed, as where every process ended that was to grade them."""
-    file = "" if task.found is None else plain(task.found.files[0].name)
+    file = "" if task.found is None or not task.found.files else plain(task.found.files[0].name)
     return [Graded(file, marked=ungraded(assignment, task.student, None, why))]
 
 

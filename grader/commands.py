@@ -399,7 +399,8 @@ def _check_graded(results: list[Result]) -> None:
     """Raise QdotError where qdot failed."""
     if any(status(result) == "ungraded" for result in results):
         raise QdotError(
-            "qdot failed on some answers, which have no mark: see 'ungraded' in grades.csv; please report it"
+            "some answers have no mark: feedback and grades.csv say 'ungraded', and why; where qdot itself failed, "
+            "please report it"
         )
 
 

@@ -18,6 +18,7 @@ import subprocess
 import sys
 import tempfile
 import urllib.error
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, fields, replace
 from itertools import chain
@@ -32,6 +33,7 @@ from grader.history import last_results
 from grader.hosts import Host, Push, host_named
 from grader.reports.github import summary
 from grader.single import student_named
+from grader.submission import NOT_FETCHED
 
 AT_ONCE = 8
 """Repositories that are fetched, or pushed to, side by side."""
@@ -42,14 +44,19 @@ FEEDBACK = "feedback"
 
 
 class _LeftOut(Exception):
-    """Why a repository is left out; the others are not."""
+    """Why there is nothing of a student's to grade, as the server says: nothing was pushed, or nothing in time."""
+
+
+class _Unreached(Exception):
+    """Why it is not known whether there is: the server can't be asked, or does not give it."""
 
 
 @dataclass(frozen=True)
 class Collected:
     """A student's repository: which commit is graded, pushed when, and until when a push counts; texts, as in a table.
 
-    `left_out` says why nothing of it is.
+    `left_out` says why there is nothing to grade, so that it is missing; `unreached` why that is not known, so that
+    there is no mark.
     """
 
     student: str
@@ -59,6 +66,12 @@ class Collected:
     pushed: str = ""
     counts_until: str = ""
     left_out: str = ""
+    unreached: str = ""
+
+    @property
+    def why(self) -> str:
+        """Why nothing was fetched; empty where it was."""
+        return self.unreached or self.left_out
 
 
 def counts_until(assignment: Assignment, student: Student) -> datetime.datetime | None:
@@ -79,26 +92,43 @@ def counts_until(assignment: Assignment, student: Student) -> datetime.datetime 
 
 
 def collect(assignment: Assignment, host: Host) -> list[Collected]:
-    """Fetch everybody's repository into submitted/STUDENT. Raises QdotError where none can be fetched."""
-    submitted = assignment.folder / "submitted"
-    shutil.rmtree(submitted, ignore_errors=True)
-    submitted.mkdir()
+    """Fetch everybody's repository into submitted/STUDENT, with a table of those who could not be reached.
+
+    Raises QdotError where nobody could be: what was fetched before is still there then.
+    """
     asked = [
         (student_named(assignment, student), repository) for student, repository in _repositories(assignment, host)
     ]
-    with ThreadPoolExecutor(AT_ONCE) as threads:
-        every = list(threads.map(lambda each: _collected(assignment, host, *each), asked))
-    table = io.StringIO()
-    lines = csv.DictWriter(table, [name.name for name in fields(Collected)], lineterminator="\n")
-    lines.writeheader()
-    lines.writerows(map(asdict, every))
-    write_atomically(assignment.folder / "graded" / "collected.csv", table.getvalue())
-    left_out = [each for each in every if each.left_out]
-    for each in left_out:
-        note(f"{each.student}: {each.repository} is left out: {each.left_out}")
-    if len(left_out) == len(every):
-        raise QdotError("no repository could be fetched: are the names in repositories.csv right, and the token valid?")
+    with tempfile.TemporaryDirectory(prefix=".submitted-", dir=assignment.folder) as work:
+        fetched = Path(work, "submitted")
+        fetched.mkdir()
+        with ThreadPoolExecutor(AT_ONCE) as threads:
+            every = list(threads.map(lambda each: _collected(assignment, host, fetched, *each), asked))
+        unreached = [each for each in every if each.unreached]
+        for each in every:
+            if each.why:
+                said = "can't be fetched, and has no mark" if each.unreached else "is left out"
+                note(f"{each.student}: {each.repository} {said}: {each.why}")
+        if len(unreached) == len(every):
+            raise QdotError(
+                "no repository could be fetched: are the names in repositories.csv right, and the token valid?"
+            )
+        if unreached:
+            rows = [{"student": each.student, "why": each.unreached} for each in unreached]
+            (fetched / NOT_FETCHED).write_text(_table(["student", "why"], rows), encoding="utf-8")
+        shutil.rmtree(assignment.folder / "submitted", ignore_errors=True)
+        fetched.rename(assignment.folder / "submitted")
+    table = _table([name.name for name in fields(Collected)], map(asdict, every))
+    write_atomically(assignment.folder / "graded" / "collected.csv", table)
     return every
+
+
+def _table(columns: Sequence[str], rows: Iterable[Mapping[str, str]]) -> str:
+    table = io.StringIO()
+    lines = csv.DictWriter(table, columns, lineterminator="\n")
+    lines.writeheader()
+    lines.writerows(rows)
+    return table.getvalue()
 
 
 def _repositories(assignment: Assignment, host: Host) -> list[tuple[str, str]]:
@@ -113,19 +143,20 @@ def _repositories(assignment: Assignment, host: Host) -> list[tuple[str, str]]:
     return [(student, repository.replace("OWNER/", own, 1)) for student, repository in pairs if student]
 
 
-def _collected(assignment: Assignment, host: Host, student: Student, repository: str) -> Collected:
-    """Fetch a student's repository, and return what was fetched."""
+def _collected(assignment: Assignment, host: Host, fetched: Path, student: Student, repository: str) -> Collected:
+    """Fetch a student's repository into a folder of all, and return what was fetched."""
     until = counts_until(assignment, student)
     told = Collected(student.id, repository, counts_until="" if until is None else until.isoformat())
-    folder = assignment.folder / "submitted" / student.id
+    folder = fetched / student.id
     try:
         told = replace(told, branch=_default_branch(host, repository))
         push = _counting(host, repository, told.branch, until, late_too=assignment.late is None)
         told = replace(told, commit=push.commit, pushed=push.received.isoformat())
         _fetch(host, repository, push, folder)
-    except _LeftOut as left_out:
+    except (_LeftOut, _Unreached, OSError) as error:
         shutil.rmtree(folder, ignore_errors=True)
-        return replace(told, left_out=str(left_out))
+        said = printable(str(error))
+        return replace(told, left_out=said) if isinstance(error, _LeftOut) else replace(told, unreached=said)
     return told
 
 
@@ -145,23 +176,33 @@ def _counting(host: Host, repository: str, branch: str, until: datetime.datetime
         in_time = next((push for push in every if until is None or push.received <= until), None)
         counting = in_time or (last if late_too else None)
     except urllib.error.HTTPError as error:
-        raise _LeftOut(f"when it was pushed to is not known: the server answers {error.code} {error.reason}") from None
+        raise _Unreached(
+            f"when it was pushed to is not known: the server answers {error.code} {error.reason}"
+        ) from None
     except (OSError, ValueError, LookupError, TypeError) as error:
-        raise _LeftOut(f"when it was pushed to is not known: {error}") from None
+        raise _Unreached(f"when it was pushed to is not known: {error}") from None
     if counting is None:
         raise _LeftOut(f"the server knows of no push to {branch}{f' until {until}' if until else ''}")
     return counting
 
 
 def _fetch(host: Host, repository: str, push: Push, folder: Path) -> None:
-    """Put the files of a commit into a folder, each with the time of the push; links become files."""
+    """Put the files of a commit into a folder, each with the time of the push; links become files.
+
+    A commit that the server no longer has is one that the student has replaced, by a push that was forced.
+    """
     safely = ("-c", "core.symlinks=false", "-c", "core.hooksPath=/dev/null", "-C", str(folder))
     folder.mkdir()
     _git(host, *safely, "init", "--quiet")
-    _git(
-        host, *safely, "fetch", "--quiet", "--depth", "1", "--no-tags", "--no-recurse-submodules",
-        host.url(repository), push.commit,
-    )  # fmt: skip
+    try:
+        _git(
+            host, *safely, "fetch", "--quiet", "--depth", "1", "--no-tags", "--no-recurse-submodules",
+            host.url(repository), push.commit,
+        )  # fmt: skip
+    except _Unreached as error:
+        if re.search(r"not our ref|no such remote ref|unadvertised object", str(error)):
+            raise _LeftOut(f"the commit that counts is no longer there: {error}") from None
+        raise
     _git(host, *safely, "checkout", "--quiet", "--detach", push.commit)
     shutil.rmtree(folder / ".git")
     moment = push.received.timestamp()
@@ -170,16 +211,16 @@ def _fetch(host: Host, repository: str, push: Push, folder: Path) -> None:
 
 
 def _git(host: Host, *arguments: str, **environment: str) -> str:
-    """Return what git prints. Raises _LeftOut with what it says is wrong."""
+    """Return what git prints. Raises _Unreached with what it says is wrong."""
     try:
         done = subprocess.run(
             ["git", *arguments], env={**host.git_environment(), **environment}, stdin=subprocess.DEVNULL,
             capture_output=True, text=True, errors="replace", timeout=PATIENCE,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
-        raise _LeftOut(f"git took longer than {PATIENCE} s") from None
+        raise _Unreached(f"git took longer than {PATIENCE} s") from None
     if done.returncode:
-        raise _LeftOut(printable(_reason(done.stderr) or f"git ended with {done.returncode}"))
+        raise _Unreached(printable(_reason(done.stderr) or f"git ended with {done.returncode}"))
     return done.stdout
 
 
@@ -203,12 +244,12 @@ def hand_back(assignment: Assignment, host: Host) -> list[Collected]:
     def handed(student: str, repository: str) -> Collected:
         with tempfile.TemporaryDirectory(prefix="qdot-feedback-") as work:
             page = assignment.folder / "graded" / "feedback" / f"{student}.html"
-            Path(work, "README.md").write_text(summary(graded, [by_student[student]]), encoding="utf-8")
-            shutil.copyfile(page, Path(work, "feedback.html"))
             try:
+                Path(work, "README.md").write_text(summary(graded, [by_student[student]]), encoding="utf-8")
+                shutil.copyfile(page, Path(work, "feedback.html"))
                 _push(host, repository, work)
-            except _LeftOut as left_out:
-                return Collected(student, repository, FEEDBACK, left_out=str(left_out))
+            except (OSError, _Unreached) as error:
+                return Collected(student, repository, FEEDBACK, unreached=str(error))
         return Collected(student, repository, FEEDBACK)
 
     to_whom = [
@@ -219,8 +260,8 @@ def hand_back(assignment: Assignment, host: Host) -> list[Collected]:
     with ThreadPoolExecutor(AT_ONCE) as threads:
         every = list(threads.map(lambda each: handed(*each), to_whom))
     for each in every:
-        if each.left_out:
-            note(f"{each.student}: feedback can't be pushed to {each.repository}: {each.left_out}")
+        if each.unreached:
+            note(f"{each.student}: feedback can't be pushed to {each.repository}: {each.unreached}")
     return every
 
 
@@ -237,7 +278,10 @@ def _push(host: Host, repository: str, folder: str) -> None:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Collect, or hand back; 0 if that was done, 1 if feedback did not reach everybody, 2 if it can't be done."""
+    """Collect, or hand back; 0 if that was done, 1 if feedback did not reach everybody, 2 if it can't be done.
+
+    Who can't be fetched stops nobody's grading: it is `qdot grade` that then ends with 2, for want of their mark.
+    """
     parser = argparse.ArgumentParser(prog="python -m grader.pushed", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("task", choices=("collect", "hand-back"))
     parser.add_argument("folder", type=Path, metavar="DIR")
@@ -249,10 +293,13 @@ def main(arguments: list[str] | None = None) -> int:
     except QdotError as error:
         note(f"qdot: {error}")
         return 2
-    left_out = sum(bool(each.left_out) for each in every)
-    done = "fetched" if given.task == "collect" else "given their feedback"
-    say(f"{len(every) - left_out} repositories {done}, {left_out} left out")
-    return int(bool(left_out) and given.task == "hand-back")
+    unreached, left_out = sum(bool(each.unreached) for each in every), sum(bool(each.left_out) for each in every)
+    done = len(every) - unreached - left_out
+    if given.task == "collect":
+        say(f"{done} repositories fetched, {left_out} left out, {unreached} could not be fetched")
+        return 0
+    say(f"{done} repositories given their feedback, {unreached} not")
+    return int(bool(unreached))
 
 
 if __name__ == "__main__":

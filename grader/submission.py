@@ -1,6 +1,7 @@
 """What was handed in: found in the folder of submissions, read, and told apart from what can't be graded."""
 
 import contextlib
+import csv
 import datetime
 import hashlib
 import os
@@ -21,6 +22,11 @@ from grader.roster import Match, Roster
 
 MOST_FILES, MOST_ATTEMPTS = 2000, 50
 """Files of one student that are looked at, and those of them that are read."""
+NOT_FETCHED = ".not-fetched.csv"
+"""A table in the folder of submissions, student and why, of those whose work could not be fetched into it.
+
+They have no mark, and not the zero of who handed in nothing. No layout takes a hidden file for a submission.
+"""
 
 
 @dataclass(frozen=True)
@@ -105,7 +111,21 @@ def find_submissions(assignment: Assignment, root: Path) -> Looked:
         files = own.found(assignment.key)
         if files is not None:
             looked.found[student] = files
+    looked.found.update(_not_fetched(root / NOT_FETCHED))
     return looked
+
+
+def _not_fetched(table: Path) -> dict[str, Found]:
+    """Return who could not be reached, as whoever has fetched the others says. Raises QdotError."""
+    if not table.exists():
+        return {}
+    try:
+        rows = list(csv.DictReader(table.read_text(encoding="utf-8").splitlines()))
+        return {row["student"]: Found((), failure=f"it could not be fetched: {row['why']}") for row in rows}
+    except (OSError, ValueError, KeyError, csv.Error):
+        raise QdotError(
+            f"{table} is to be a table with the columns student and why; remove it if none is meant"
+        ) from None
 
 
 def files_of_one(path: Path, key: str, platform: str, received: datetime.datetime | None) -> Found | None:

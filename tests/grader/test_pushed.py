@@ -96,18 +96,64 @@ def test_links_hooks_and_lies_in_a_repository_do_nothing(
     assert not fetched.is_symlink() and fetched.read_text() == "/etc/passwd"
 
 
-def test_whoever_can_not_be_fetched_is_named_and_the_others_are(
+def test_who_could_not_be_asked_has_no_mark_and_who_pushed_nothing_a_zero(
     assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    """Of Bo the server does not give the list; Cy never pushed. Neither stops Ada, nor each other."""
+    for student in ("ada", "bo"):
+        server.push(f"course/hw-{student}", {"hw.ipynb": right(assignment, student)}, IN_TIME)
+    bos = server.pushes.pop("course/hw-bo")
+    git("init", "--quiet", "--bare", server.bare("course/hw-cy"))
+    on(server, "github", monkeypatch)
+    collect = ["collect", str(assignment.folder), "--on", "github"]
+    assert main(collect) == 0
+    said = capsys.readouterr()
+    assert said.out == "1 repositories fetched, 1 left out, 1 could not be fetched\n"
+    why = "when it was pushed to is not known: the server answers 404 Not Found"
+    assert f"bo: course/hw-bo can't be fetched, and has no mark: {why}" in said.err
+    assert "cy: course/hw-cy is left out: nothing was ever pushed to it" in said.err and TOKEN not in said.err
+    assert collected(assignment)["bo"]["unreached"] == why and not collected(assignment)["bo"]["left_out"]
+    run("grade", assignment.folder, "--jobs", "1", code=2)
+    with (assignment.folder / "graded" / "grades.csv").open() as table:
+        grades = {row["student"]: row for row in csv.DictReader(table)}
+    assert [grades[name]["status"] for name in ("ada", "bo", "cy")] == ["graded", "ungraded", "missing"]
+    page = (assignment.folder / "graded" / "feedback" / "bo.html").read_text()
+    assert "it could not be fetched" in page and "answers 404" in page
+    assert main(["hand-back", str(assignment.folder), "--on", "github"]) == 0
+    assert capsys.readouterr().out == "1 repositories given their feedback, 0 not\n"
+
+    server.pushes["course/hw-bo"] = bos
+    assert main(collect) == 0
+    run("grade", assignment.folder, "--jobs", "1")
+    with (assignment.folder / "graded" / "grades.csv").open() as table:
+        assert [row["status"] for row in csv.DictReader(table)] == ["graded", "graded", "missing"]
+
+
+def test_what_was_fetched_before_is_there_until_there_is_something_new(
+    assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
     server.push("course/hw-ada", {"hw.ipynb": "in time"}, IN_TIME)
-    server.push("course/hw-bo", {"hw.ipynb": "in time"}, IN_TIME)
-    del server.pushes["course/hw-bo"]
+    on(server, "github", monkeypatch)
+    collect = ["collect", str(assignment.folder), "--on", "github"]
+    assert main(collect) == 0
+    monkeypatch.setenv("GITHUB_API_URL", "http://127.0.0.1:9")
+    assert main(collect) == 2
+    assert (assignment.folder / "submitted" / "ada" / "hw.ipynb").read_text() == "in time"
+    assert not list(assignment.folder.glob(".submitted-*"))
+
+
+def test_a_commit_in_time_that_a_forced_push_replaced_is_left_out(
+    assignment: Assignment, server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for student in ("ada", "bo"):
+        server.push(f"course/hw-{student}", {"hw.ipynb": "in time"}, IN_TIME)
+    bare = server.bare("course/hw-bo")
+    git("update-ref", "refs/heads/main", git("commit-tree", "-m", "new", "HEAD^{tree}", cwd=bare).strip(), cwd=bare)
+    git("gc", "--quiet", "--prune=now", cwd=bare)
     on(server, "github", monkeypatch)
     assert main(["collect", str(assignment.folder), "--on", "github"]) == 0
-    said = capsys.readouterr()
-    assert said.out == "1 repositories fetched, 2 left out\n"
-    assert "bo: course/hw-bo is left out: when it was pushed to is not known: the server answers 404" in said.err
-    assert "cy: course/hw-cy is left out: " in said.err and TOKEN not in said.err
+    told = collected(assignment)["bo"]
+    assert "the commit that counts is no longer there" in told["left_out"] and not told["unreached"]
 
 
 def test_without_a_token_a_server_or_a_list_there_is_one_message(
@@ -141,21 +187,26 @@ def test_feedback_goes_to_its_student_and_nothing_is_sent_where_it_is_the_same(
 ) -> None:
     for student in ("ada", "bo"):
         server.push(f"course/hw-{student}", {"hw.ipynb": right(assignment, student)}, IN_TIME)
+    git("init", "--quiet", "--bare", server.bare("course/hw-cy"))
     on(server, "github", monkeypatch)
     main(["collect", str(assignment.folder), "--on", "github"])
     run("grade", assignment.folder)
     heads = []
     for _ in range(2):
         assert main(["hand-back", str(assignment.folder), "--on", "github"]) == 0
-        assert "2 repositories given their feedback, 0 left out" in capsys.readouterr().out
+        assert "2 repositories given their feedback, 0 not" in capsys.readouterr().out
         heads.append(git("-C", server.bare("course/hw-bo"), "rev-parse", "feedback"))
     assert heads[0] == heads[1]
     told = git("-C", server.bare("course/hw-bo"), "show", "feedback:README.md")
     assert "**4 of 4 points**" in told and "ada" not in told
     assert "<html" in git("-C", server.bare("course/hw-bo"), "show", "feedback:feedback.html")
     server.bare("course/hw-bo").rename(server.folder / "gone")
+    (assignment.folder / "graded" / "feedback" / "ada.html").unlink()
     assert main(["hand-back", str(assignment.folder), "--on", "github"]) == 1
-    assert "bo: feedback can't be pushed to course/hw-bo: " in capsys.readouterr().err
+    said = capsys.readouterr()
+    assert "bo: feedback can't be pushed to course/hw-bo: " in said.err
+    assert "ada: feedback can't be pushed to course/hw-ada: [Errno 2] No such file or directory" in said.err
+    assert said.out == "0 repositories given their feedback, 2 not\n"
 
 
 def test_git_is_given_the_token_but_neither_an_argument_nor_the_secret(monkeypatch: pytest.MonkeyPatch) -> None:

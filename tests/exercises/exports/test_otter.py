@@ -6,6 +6,7 @@ It is in an environment of its own with qdot (`make .venvs/readers/.installed`);
 import json
 import os
 import subprocess
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -112,26 +113,61 @@ def test_whose_it_is_is_said_by_gradescope_else_by_the_notebook(assignment: Assi
         content_for(assignment.folder, notebook, {})
 
 
-def test_otter_assigns_and_runs(assignment: Assignment, tmp_path: Path) -> None:
+ENVIRONMENT = {**os.environ, "PYTHONWARNINGS": "ignore"}
+Found = dict[str, tuple[float, str]]
+
+
+@pytest.fixture(scope="module")
+def autograder(assignment: Assignment) -> Path:
     otter, here = reader("otter", "otter"), exported(assignment)
-    environment = {**os.environ, "PYTHONWARNINGS": "ignore"}
-    subprocess.run([otter, "assign", "hw.ipynb", "dist"], cwd=here, env=environment, check=True, capture_output=True)
+    subprocess.run([otter, "assign", "hw.ipynb", "dist"], cwd=here, env=ENVIRONMENT, check=True, capture_output=True)
     (archive,) = (here / "dist/autograder").glob("*.zip")
-    found = {}
-    for name, change in (("right", lambda _: None), ("wrong", wrong), ("blank", None)):
-        folder = tmp_path / name
-        folder.mkdir()
-        command = [otter, "run", "-a", str(archive), "-o", str(folder), str(handed_in(assignment, folder, change))]
-        done = subprocess.run(command, env=environment, capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr[-2000:]
-        tests = json.loads((folder / "results.json").read_text())["tests"]
-        found[name] = {test["name"]: (test["score"], test["output"]) for test in tests}
+    return archive
+
+
+def scored(autograder: Path, folder: Path, submission: Path) -> Found:
+    """Return what `otter run` says of a submission: each test's score and output."""
+    command = [reader("otter", "otter"), "run", "-a", str(autograder), "-o", str(folder), str(submission)]
+    done = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-2000:]
+    tests = json.loads((folder / "results.json").read_text())["tests"]
+    return {test["name"]: (test["score"], test["output"]) for test in tests}
+
+
+def test_otter_assigns_and_runs(assignment: Assignment, autograder: Path, tmp_path: Path) -> None:
+    found = scored(autograder, tmp_path, handed_in(assignment, tmp_path, lambda _: None))
     points = {name: points for _, name, points, _ in parts_of(assignment)}
-    assert {name: score for name, (score, _) in found["right"].items()} == points
-    assert {score for score, _ in found["blank"].values()} == {0}
-    assert found["wrong"]["p1-position"][0] == 0
-    assert 0 < found["wrong"]["p1-determinant"][0] < points["p1-determinant"]
-    assert "sign" in found["wrong"]["p1-determinant"][1]
+    assert {name: score for name, (score, _) in found.items()} == points
+
+
+def test_what_comes_with_a_notebook_is_neither_imported_nor_read(
+    autograder: Path, assignment: Assignment, tmp_path: Path
+) -> None:
+    """Otter works in the folder of the submission: a module there that is named like one of qdot's, of Otter's or of
+    Python's own would be run beside the secret and the marks, and a log of Otter's would be unpickled.
+    """
+    ran, folder = tmp_path / "ran", tmp_path / "handed in"
+    code = (
+        f"import os, pathlib, sys\nwith open({str(ran)!r}, 'a') as out:\n"
+        "    print(__name__, os.getcwd(), sys.argv, list(pathlib.Path('..').rglob('secret.txt')), file=out)\n"
+        "def hold(*_): pass\n"
+    )
+    folder.mkdir()
+    handed_in(assignment, folder, wrong)
+    packages = [f"{package}/__init__.py" for package in ("grader", "exercises", "otter", "tests", "qdot", "ipykernel")]
+    modules = ("json", "socket", "pickle", "sitecustomize", "usercustomize", "sympy", "numpy", "multiprocessing")
+    with zipfile.ZipFile(tmp_path / "hw.zip", "w") as packed:
+        packed.write(folder / "hw.ipynb", "hw.ipynb")
+        packed.writestr(".OTTER_LOG", b"cos\nsystem\n(S'touch %s'\ntR." % str(ran).encode())
+        for name in [*packages, "grader/otter_marks.py", "tests/extra.py", *(f"{name}.py" for name in modules)]:
+            packed.writestr(name, code)
+    found = scored(autograder, tmp_path, tmp_path / "hw.zip")
+    assert not ran.exists(), ran.read_text()
+    points = {name: points for _, name, points, _ in parts_of(assignment)}
+    assert found.keys() == points.keys()
+    assert found["p1-position"][0] == 0
+    assert 0 < found["p1-determinant"][0] < points["p1-determinant"]
+    assert "sign" in found["p1-determinant"][1]
     ((_, problem),) = assignment.problems("ada")
-    said = json.dumps([found["wrong"], found["blank"]])
+    said = json.dumps(found)
     assert not [part for part in problem.parts if part.answer.as_typed() in said]
