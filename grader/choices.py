@@ -116,7 +116,9 @@ def judge_choice(given: Given, options: Sequence[str], right: int) -> Judgement:
 
 
 def judge_selection(given: Given, options: int, right: Sequence[int]) -> Judgement:
-    """Judge a choice of letters: each that is right counts, each that is wrong as much against it, none below zero."""
+    """Judge a choice of letters: those that are right share the points, those that are wrong take them off in equal
+    shares, none below zero.
+    """
     if given.refusal is not None:
         return given.refusal
     hits, misses = len(set(given.chosen) & set(right)), len(set(given.chosen) - set(right))

@@ -32,7 +32,7 @@ def export(
     ] = 20,
     variation: BankVariationOption = "",
     solutions: Annotated[
-        bool, typer.Option("--solutions", help="Paper and screen: with the worked solutions.")
+        bool, typer.Option("--solutions", help="Paper, screen, Canvas, QTI: with the worked solutions.")
     ] = False,
     sheet: Annotated[
         str, typer.Option(metavar="SHEET", help=f"Paper and screen: {', '.join(SHEETS)} (docs/paper.md).")

@@ -224,8 +224,7 @@ class _Typed(Forms[str]):
         return self._chosen()
 
     def matching(self, answer: Matching) -> str:
-        chosen = [LETTERS[int(text)] for text in _given(self.data, self.part) if text.isdecimal()]
-        return "".join(chosen)
+        return "".join(LETTERS[int(text)] for text in _given(self.data, self.part) if text in _NUMBERS)
 
     def numbers(self, answer: Number) -> str:
         typed = _given(self.data, self.part)
@@ -244,6 +243,10 @@ class _Typed(Forms[str]):
         return "".join(LETTERS[keys.index(key)] for key in ticked if key in keys)
 
 
+_NUMBERS = [str(number) for number in range(len(LETTERS))]
+"""How the element for matching calls options."""
+
+
 def _given(data: Data, part: Part) -> list[str]:
     """Return the text in each input of a part. The elements turn numbers into numbers; what was typed is kept raw."""
     numeric = part.answer.is_in_numbers and part.answer.units_due
@@ -255,7 +258,7 @@ def _given(data: Data, part: Part) -> list[str]:
 def _half_given(data: Data, part: Part) -> str:
     """Return what is said where some numbers or matches of a part are given and others not, "" where that is not so."""
     if part.answer.matched:
-        given = [text.isdecimal() for text in _given(data, part)]
+        given = [text in _NUMBERS for text in _given(data, part)]
         left = [item for item, there in zip(part.answer.matched, given, strict=True) if not there]
         return f"an option is due for {', '.join(left)}, too" if any(given) and left else ""
     if len(input_names(part)) > 1:

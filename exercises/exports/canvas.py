@@ -4,7 +4,7 @@ from collections.abc import Generator, Sequence
 from typing import Any
 
 from exercises.answers import LETTERS
-from exercises.exports.items import Choose, Item, Match, Numeric, items
+from exercises.exports.items import Choose, Item, Match, Numeric, as_told
 from exercises.exports.markup import (
     archive,
     body_html,
@@ -28,7 +28,7 @@ def canvas_zip(order: Order) -> Generator[File, None, None]:
     assignment = order.assignment
     files: dict[str, str | bytes] = {}
     groups: list[dict[str, Any]] = []
-    for number, (category, group) in enumerate(by_category(list(items(order))).items(), 1):
+    for number, (category, group) in enumerate(by_category(list(as_told(order))).items(), 1):
         questions = [_question(one, assignment.key, files) for one in group]
         title = f"{category[1]}: {category[2]}"
         groups.append(
@@ -39,7 +39,7 @@ def canvas_zip(order: Order) -> Generator[File, None, None]:
     ident = f"qdot-{assignment.key}"
     told = {
         "ident": ident, "title": assignment.title, "groups": groups, "images": sorted(files),
-        "points": decimal(sum(float(str(group["points"])) for group in groups)),
+        "points": decimal(sum(float(str(group["points"])) for group in groups)), "tells_values": order.tells("values"),
     }  # fmt: skip
     package: dict[str, str | bytes] = {
         "imsmanifest.xml": render("exports/canvas-manifest.xml.j2", **told),

@@ -155,6 +155,13 @@ def items(order: Order) -> Generator[Item, None, None]:
                 order.note(said)
 
 
+def as_told(order: Order) -> Generator[Item, None, None]:
+    """Yield the items for a platform without levels of feedback: solutions only where students may have them."""
+    for one in items(order):
+        number = one.number and replace(one.number, solution=())
+        yield one if order.tells("solutions") else replace(one, solution=(), number=number)
+
+
 def item(order: Order, variant: Variant, part: Part) -> Item | None:
     """Return a part of a variant as an item, None where it can't be asked."""
     problem = variant.problem
@@ -163,7 +170,8 @@ def item(order: Order, variant: Variant, part: Part) -> Item | None:
         if short is None:
             return None
         problem, (part,) = short, short.parts
-    return _Maker(variant, problem, part, order.assignment.title, order.assignment.hints).item()
+    told = order.tells("mistake")
+    return _Maker(variant, problem, part, order.assignment.title, order.assignment.hints, told).item()
 
 
 def _in_short(problem: Problem, part: Part, order: Order) -> Problem | None:
@@ -216,6 +224,7 @@ class _Options(Forms[Choose | Match]):
 
     problem: Problem
     part: Part
+    tells_mistakes: bool
 
     def matching(self, answer: Matching) -> Match:
         stems = tuple(option_text(self.problem, self.part, index) for index in range(len(answer.options)))
@@ -238,8 +247,8 @@ class _Options(Forms[Choose | Match]):
             if self.part.has_drawn_options:
                 text = f"{LETTERS[index]}: {text}"
             is_right = index in answer.right
-            sentences = dict.fromkeys(blame.sentence for blame in blames_of(self.part, index))
-            options.append(Option(text, is_right, "" if is_right else " ".join(sentences)))
+            blames = blames_of(self.part, index) if self.tells_mistakes and not is_right else ()
+            options.append(Option(text, is_right, " ".join(dict.fromkeys(blame.sentence for blame in blames))))
         return Choose(tuple(options), several, fixed)
 
 
@@ -252,13 +261,13 @@ class _Maker:
     part: Part
     title: str
     hinted: bool
+    tells_mistakes: bool
 
     def item(self) -> Item | None:
         answer = self.part.answer
         if answer.offered:
-            return self._made(
-                question_alone(self.problem, self.part), answer.told_to(_Options(self.problem, self.part))
-            )
+            form = answer.told_to(_Options(self.problem, self.part, self.tells_mistakes))
+            return self._made(question_alone(self.problem, self.part), form)
         in_figures = in_numbers(self.problem, self.part)
         if in_figures is None:
             return None
@@ -319,7 +328,7 @@ class _Maker:
         value = float(found.values[row, column])
         tolerance = self._tolerance(answer, value)
         kept: list[Wrong] = []
-        for title, advice, values in found.wrong:
+        for title, advice, values in found.wrong if self.tells_mistakes else ():
             if values.shape != found.values.shape or not np.isfinite(values[row, column]):
                 continue
             other = float(values[row, column])

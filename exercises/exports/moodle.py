@@ -52,7 +52,7 @@ def moodle_files(order: Order) -> Generator[File, None, None]:
     told = [{"path": category_path(category.names), "questions": category.questions} for category in categories]
     page = render("exports/moodle.xml.j2", categories=told, title=assignment.title)
     yield File(f"{assignment.key}.xml", page, private=True)
-    yield File(f"{assignment.key}.mbz", quiz_backup(assignment, categories), private=True)
+    yield File(f"{assignment.key}.mbz", quiz_backup(order, categories), private=True)
 
 
 def moodle_name(text: str) -> str:

@@ -14,6 +14,7 @@ from typing import Any
 
 from exercises.assignment import Assignment
 from exercises.exports.markup import archive
+from exercises.exports.outlet import Order
 from exercises.lateness import aware
 from exercises.render import render
 
@@ -23,9 +24,10 @@ QUIZ, CONTEXT = 1, 2
 """Ids of the quiz, and of the context to which its bank belongs."""
 HIGHEST, LAST = 1, 4
 """Which attempt counts, in Moodle's numbers."""
-AFTER = 0x01110
-"""When something is shown of an attempt: right after it, later while the quiz is open, and when it is closed."""
+CLOSED = 0x00010
+AFTER = 0x01100 | CLOSED
 ALWAYS = 0x10000 | AFTER
+"""When something is shown of an attempt: once the quiz is closed; right after the attempt, too; during it, too."""
 TYPES = {"cloze": "multianswer", "matching": "match"}
 """What types of questions are called inside Moodle, where that is not the name in XML."""
 OF_BACKUP, OF_QUIZ = ("moodle_backup", "questions", "files"), ("quiz", "module", "inforef", "grades")
@@ -95,8 +97,12 @@ class Category:
     questions: tuple[Question, ...]
 
 
-def quiz_backup(assignment: Assignment, categories: Sequence[Category]) -> bytes:
-    """Return a backup of a quiz that draws one question from each category, in this order, for its points."""
+def quiz_backup(order: Order, categories: Sequence[Category]) -> bytes:
+    """Return a backup of a quiz that draws one question from each category, in this order, for its points.
+
+    Values and solutions that the assignment does not tell are shown when nobody can answer any more.
+    """
+    assignment = order.assignment
     folders = _folders(assignment.key, categories)
     drawn = [folder for folder in folders if folder["questions"]]
     files = [file for folder in drawn for entry in folder["questions"] for file in _files(entry)]
@@ -114,6 +120,8 @@ def quiz_backup(assignment: Assignment, categories: Sequence[Category]) -> bytes
         "types": TYPES,
         "after": AFTER,
         "always": ALWAYS,
+        "values": AFTER if order.tells("values") else CLOSED,
+        "solutions": AFTER if order.tells("solutions") else CLOSED,
         **_attempts(assignment),
     }
     activity = f"activities/quiz_{QUIZ}"

@@ -7,7 +7,7 @@ from fractions import Fraction
 from pathlib import PurePath
 from typing import Literal
 
-from exercises.assignment import Assignment
+from exercises.assignment import FEEDBACK, Assignment
 from exercises.drawing import Failures, GivenUp
 from exercises.errors import QdotError
 from exercises.problem import Part, Problem
@@ -49,6 +49,14 @@ class Order:
     note: Callable[[str], None] = lambda _: None
     left_out: Callable[[GivenUp], None] = _refuse
     earns: Earns | None = None
+
+    def tells(self, what: str) -> bool:
+        """Whether students may be told so much of their answers, of the levels FEEDBACK, where the file decides it.
+
+        The assignment says it; whoever orders worked solutions has them.
+        """
+        said = FEEDBACK[-1] if self.solutions else self.assignment.feedback
+        return FEEDBACK.index(what) <= FEEDBACK.index(said)
 
 
 @dataclass(frozen=True)

@@ -1,14 +1,14 @@
 """A test and its items as a QTI 2.1 package: mathematics as MathML, a section for each place, of its variants.
 
-Of each place one variant is drawn, with all of its parts in their order. A solution is told when an item has full
-marks, or has been tried as often as it may be.
+Of each place one variant is drawn, with all of its parts in their order. Where the assignment tells solutions, one is
+told when an item has full marks, or has been tried as often as it may be.
 """
 
 import re
 from collections.abc import Generator
 
 from exercises.answers import LETTERS
-from exercises.exports.items import Choose, Field, Item, Match, Numeric, Picture, items
+from exercises.exports.items import Choose, Field, Item, Match, Numeric, Picture, as_told
 from exercises.exports.markup import (
     allowance,
     archive,
@@ -43,7 +43,7 @@ def qti_zip(order: Order) -> Generator[File, None, None]:
     places: dict[str, dict[str, list[str]]] = {}
     titles: dict[str, str] = {}
     tries, total = assignment.attempts.best_of or TRIES, dict[str, float]()
-    for one in items(order):
+    for one in as_told(order):
         files[f"items/{one.key}.xml"] = render("exports/qti-item.xml.j2", tries=tries, **_item(one))
         drawn = {file_name(p): svg_file(p) for p in (*pictures(one.body), *pictures(one.solution))}
         images |= {f"images/{name}": content for name, content in drawn.items()}

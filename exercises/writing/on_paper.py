@@ -8,10 +8,7 @@ from exercises.writing.latex import symbol_latex, tex
 _TYPED = r"`[^`]+`(?:, `[^`]+`)*"
 _LEFT_OUT = (
     (r"the letter, typed in quotes, as in `[^`]+`\.", "tick the one that is right."),
-    (
-        r"the letters of all that are right, typed in quotes, as in `[^`]+`\. (.*?); a wrong letter takes off",
-        r"tick all that are right. \1; a wrong one takes off",
-    ),
+    (r"the letters of all that are right, typed in quotes, as in `[^`]+`\.", "tick all that are right."),
     (r'`"true"` or `"false"`, typed in quotes', "tick one"),
     (rf" \(typed {_TYPED}\)", ""),
     (rf"(?:[;,]| and) (?:the joint rates|the components) are typed {_TYPED}", ""),

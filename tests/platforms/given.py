@@ -34,7 +34,7 @@ def assignment(folder: Path, which: str) -> Assignment:
 
 def order(folder: Path, which: str, variants: int = 1) -> Order:
     """Return the order of such an export."""
-    return Order(assignment(folder, which), failures_of, variants=variants)
+    return Order(assignment(folder, which), failures_of, variants=variants, solutions=True)
 
 
 def _puma() -> str:

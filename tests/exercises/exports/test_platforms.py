@@ -24,7 +24,9 @@ from xml.etree import ElementTree
 import pytest
 
 from exercises.answers import LETTERS
+from exercises.assignment import FEEDBACK
 from exercises.exports import canvas, jupyterquiz, moodle, qti
+from exercises.exports import items as made
 from exercises.exports.items import Choose, Item, Match, Numeric, Option, Wrong, items
 from exercises.exports.outlet import Order
 from exercises.several import Several
@@ -36,6 +38,7 @@ pytestmark = pytest.mark.xdist_group("platforms")  # exported once
 TOML = """title = "Arms & <signs> / more"
 key = "hw"
 hints = true
+feedback = "solutions"
 [[problem]]
 family = "planar-2r"
 questions = ["jacobian", "determinant", "joint-effect"]
@@ -62,9 +65,9 @@ def asked(order: Order) -> list[Item]:
 
 
 def file_of(outlet: Callable[[Order], Iterator[Any]], order: Order, asked: list[Item]) -> list[Any]:
-    module = __import__(outlet.__module__, fromlist=["items"])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "items", lambda _: iter(asked))
+        for module in (made, moodle, jupyterquiz):
+            patch.setattr(module, "items", lambda _: iter(asked))
         return list(outlet(order))
 
 
@@ -72,6 +75,42 @@ def unzipped(content: bytes) -> dict[str, bytes]:
     with zipfile.ZipFile(io.BytesIO(content)) as package:
         assert {info.date_time for info in package.infolist()} == {(1980, 1, 1, 0, 0, 0)}
         return {name: package.read(name) for name in package.namelist()}
+
+
+def at_level(order: Order, level: str, **more: Any) -> Order:
+    return replace(order, assignment=replace(order.assignment, feedback=level), **more)
+
+
+@pytest.mark.parametrize("level", FEEDBACK)
+def test_platforms_tell_as_much_as_the_assignment_does(order: Order, level: str) -> None:
+    """Mistakes, values and solutions from their levels on; solutions also where they are ordered."""
+    at = FEEDBACK.index(level)
+    told = at_level(order, level)
+    asked = list(items(told))
+    forms = [one.form for one in asked]
+    wrong = [option.feedback for form in forms if isinstance(form, Choose) for option in form.options]
+    wrong += [
+        each.advice for form in forms if isinstance(form, Numeric) for field in form.fields for each in field.wrong
+    ]
+    assert any(wrong) == (at >= FEEDBACK.index("mistake"))
+
+    _, quiz = file_of(moodle.moodle_files, told, asked)
+    settings = ElementTree.fromstring(unzipped(quiz.content)["activities/quiz_1/quiz.xml"])
+    values, solutions = (settings.findtext(f"quiz/review{name}") for name in ("rightanswer", "generalfeedback"))
+    after, closed = str(0x01110), str(0x00010)
+    assert values == (after if at >= FEEDBACK.index("values") else closed)
+    assert solutions == (after if level == "solutions" else closed)
+
+    for ordered in (told, replace(told, solutions=True)):
+        tells = level == "solutions" or ordered.solutions
+        (file,) = file_of(qti.qti_zip, ordered, asked)
+        each = [text for name, text in unzipped(file.content).items() if name.startswith("items/")]
+        assert {b'identifier="solution"' in text for text in each} == {tells}
+        (file,) = file_of(canvas.canvas_zip, ordered, asked)
+        package = unzipped(file.content)
+        assert (b'"general_fb"' in package["qdot-hw/qdot-hw.xml"]) == tells
+        shown = b"<show_correct_answers>true" in package["qdot-hw/assessment_meta.xml"]
+        assert shown == (at >= FEEDBACK.index("values") or ordered.solutions)
 
 
 # --- Moodle ---

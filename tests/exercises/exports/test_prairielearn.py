@@ -322,7 +322,15 @@ def test_some_of_a_match_or_of_several_numbers_is_no_answer(course: Path, proble
     }
 
 
-def test_options_that_are_wrong_cost_what_right_ones_earn(course: Path, problems: dict[str, list[Problem]]) -> None:
+def test_a_match_is_one_of_the_options_whatever_is_sent(course: Path, problems: dict[str, list[Problem]]) -> None:
+    names = [f"match-columns-dropdown-{k}" for k in range(3)]
+    for sent in ("8", "9" * 5000, "\N{SUPERSCRIPT TWO}", "0x1"):
+        question = Question(course, "hw-p4", 1)
+        question.submit({**dict.fromkeys(names, "0"), names[2]: sent})
+        assert question.data["format_errors"] == {names[0]: "an option is due for joint 3, too"}
+
+
+def test_options_that_are_wrong_take_off_what_right_ones_earn(course: Path, problems: dict[str, list[Problem]]) -> None:
     question = Question(course, "hw-p4", 1)
     problem = problem_of(question, problems["p4"])
     several, match, judged, *_ = problem.parts
