@@ -225,7 +225,7 @@ def _of_part(slot: str, verdict: Verdict) -> dict[str, Any]:
 
 def ungraded(assignment: Assignment, student: str, attempt: Attempt | None, why: str) -> Marked:
     """Return what stands for a notebook on which qdot itself failed: no mark. It is made without doing anything."""
-    said = f"qdot itself failed on this notebook ({why}); it has no mark yet, tell your instructor"
+    said = f"qdot could not grade this ({why}); it has no mark yet, tell your instructor"
     names = (
         "override",
         "mistake",

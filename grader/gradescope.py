@@ -9,6 +9,7 @@ import argparse
 import datetime
 import json
 import sys
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -34,14 +35,21 @@ def results_of(root: Path, visibility: str = "visible", seconds: float = Limits.
     metadata = read_metadata(root / "submission_metadata.json")
     submission = root / "submission"
     student = submitter(assignment, metadata, submission)
-    received = time_of(metadata.get("created_at"))
+    content = marked(assignment, student, submission, metadata, visibility, seconds)
+    return content if assignment.attempts.best_of is None else best_of(content, metadata, assignment.attempts)
+
+
+def marked(
+    assignment: Assignment, student: Student, submission: Path, metadata: Mapping[str, Any],
+    visibility: str = "visible", seconds: float = Limits.seconds,
+) -> dict[str, Any]:  # fmt: skip
+    """Return the results of one submission, due and received when Gradescope says. Raises QdotError."""
     due = due_of(metadata)
     if due is not None:
         student = replace(student, due=due)
-    handed_in = found_of_one(assignment, submission, received, "Gradescope")
-    result = the_only([grade_one(assignment, student, handed_in, limits_of(seconds))], "gradescope")
-    content = content_of(result, assignment.feedback, visibility)
-    return content if assignment.attempts.best_of is None else best_of(content, metadata, assignment.attempts)
+    found = found_of_one(assignment, submission, time_of(metadata.get("created_at")), "Gradescope")
+    result = the_only([grade_one(assignment, student, found, limits_of(seconds))], "gradescope")
+    return content_of(result, assignment.feedback, visibility)
 
 
 def read_metadata(path: Path) -> dict[str, Any]:
@@ -85,9 +93,9 @@ def _claimed(assignment: Assignment, submission: Path) -> set[str]:
     return {str(read_submission(files.files[0], assignment.key).claims.get("student"))}
 
 
-def due_of(metadata: dict[str, Any]) -> datetime.datetime | None:
+def due_of(metadata: Mapping[str, Any]) -> datetime.datetime | None:
     """Return when it is due in Gradescope for this student, extensions included; None where nothing is said."""
-    own = [user.get("assignment") for user in metadata["users"]]
+    own = [user.get("assignment") for user in metadata.get("users") or ()]
     for source in (*own, metadata.get("assignment")):
         due = time_of(source.get("due_date")) if isinstance(source, dict) else None
         if due is not None:

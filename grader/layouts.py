@@ -100,18 +100,16 @@ LAYOUTS: dict[str, Layout] = {
 """Asked in this order: whoever knows a file or folder first says whose it is."""
 
 
-def handed_in(root: Path, is_of_a_student: Callable[[Handed], bool]) -> list[Handed]:
-    """Return what each file or folder in the folder of submissions is said to be.
+def export_inside(root: Path) -> Path | None:
+    """Return the only folder in a folder where it has a platform's export, which was unpacked as it came."""
+    inside = _entries(root)
+    alone = len(inside) == 1 and surely((inside[0] / "submission_metadata.yml").is_file)
+    return inside[0] if alone else None
 
-    A platform's export that was unpacked into a folder of its own is looked for there, unless the folder is a
-    student's, who could put anything into it.
-    """
+
+def handed_in(root: Path) -> list[Handed]:
+    """Return what each file or folder in the folder of submissions is said to be."""
     left, submissions = _entries(root), list[Handed]()
-    if len(left) == 1 and surely((left[0] / "submission_metadata.yml").is_file):
-        said = [handed for layout in LAYOUTS.values() for handed in layout(root, left)]
-        if not any(handed.platform or is_of_a_student(handed) for handed in said):
-            root = left[0]
-            left = _entries(root)
     for layout in LAYOUTS.values():
         known = layout(root, left)
         submissions += known

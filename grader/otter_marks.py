@@ -11,11 +11,9 @@ from typing import Any
 
 from exercises.assignment import Assignment, Student, load_assignment
 from exercises.errors import QdotError
-from grader.gradescope import due_of, submitter, time_of
-from grader.reports.gradescope import content_of
-from grader.reports.rows import the_only
+from grader.gradescope import marked, submitter
 from grader.sandbox import Limits
-from grader.single import found_of_one, grade_one, limits_of, student_named
+from grader.single import student_named
 from grader.submission import read_submission
 
 Marks = Mapping[str, Mapping[str, Any]]
@@ -29,22 +27,18 @@ def content_for(folder: Path, notebook: Path, metadata: Mapping[str, Any], secon
     Without users in `metadata`, which Gradescope gives, it is the student's who is named in the notebook.
     """
     assignment = load_assignment(folder)
-    student = _submitter(assignment, notebook, dict(metadata))
-    received = time_of(metadata.get("created_at"))
-    found = found_of_one(assignment, notebook, received, "Gradescope")
-    result = the_only([grade_one(assignment, student, found, limits_of(seconds))], "otter")
-    content = content_of(result, assignment.feedback)
+    if metadata.get("users"):
+        student = submitter(assignment, dict(metadata), notebook.parent)
+    else:
+        student = _named_in(assignment, notebook)
+    content = marked(assignment, student, notebook, metadata, seconds=seconds)
     for test in content["tests"]:
         if test["score"] is None:
             raise QdotError(f"{student.id}: {test['number']} is not marked: {test['output']}")
     return content
 
 
-def _submitter(assignment: Assignment, notebook: Path, metadata: dict[str, Any]) -> Student:
-    if metadata.get("users"):
-        due = due_of(metadata)
-        student = submitter(assignment, metadata, notebook.parent)
-        return student if due is None else Student(**{**vars(student), "due": due})
+def _named_in(assignment: Assignment, notebook: Path) -> Student:
     claimed = read_submission(notebook, assignment.key).claims.get("student")
     if not isinstance(claimed, str):
         raise QdotError(f"{notebook.name} does not say whose it is; hand in the notebook that was handed out")

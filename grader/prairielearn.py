@@ -22,6 +22,7 @@ from exercises.notebook import solution_figure
 from exercises.problem import ENGINE, Part, Problem
 from exercises.quizzes import ASKED
 from exercises.writing.markup import to_html_for_mathjax
+from exercises.writing.short_answer import unit_text
 from exercises.writing.statement import hints, option_text, prompt, statement, worked_solution
 from grader.levels import at_least
 from grader.marking import mark
@@ -152,7 +153,7 @@ def _fields(problem: Problem, part: Part) -> list[Data]:
         return []
     labels = entry_labels(problem, part, part.shape)
     return [
-        {"name": name, "label": f"${label} =$", "unit": unit.replace("^2", "²").replace("^3", "³")}
+        {"name": name, "label": f"${label} =$", "unit": unit_text(unit)}
         for name, label, unit in zip(input_names(part), labels, units, strict=True)
     ]
 

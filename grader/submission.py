@@ -7,6 +7,7 @@ import hashlib
 import os
 import stat
 import zipfile
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
@@ -17,7 +18,7 @@ from exercises.console import note
 from exercises.errors import QdotError
 from grader.archives import is_archive, listed, read_packed, unpacked
 from grader.cells import LARGEST, SCRIPTS, TEXTS, Cell, Unreadable, plain, read_cells
-from grader.layouts import Handed, handed_in, surely
+from grader.layouts import Handed, export_inside, handed_in, surely
 from grader.roster import Match, Roster
 
 MOST_FILES, MOST_ATTEMPTS = 2000, 50
@@ -82,13 +83,16 @@ def find_submissions(assignment: Assignment, root: Path) -> Looked:
         raise QdotError(f"{root} does not exist; put what was handed in there, as STUDENT/*.ipynb or STUDENT.ipynb")
     if not root.is_dir():
         raise QdotError(f"{root} is not a folder of submissions; it holds STUDENT/*.ipynb or STUDENT.ipynb")
-    roster, gathered, looked = Roster(assignment.roster), dict[str, _Gathered](), Looked({})
+    roster, gathered, looked = Roster(assignment.roster), defaultdict[str, _Gathered](_Gathered), Looked({})
 
     def owner_of(handed: Handed) -> Match:
         path = handed.path
         return roster.owner(replace(handed, ids=(*handed.ids, path.name if surely(path.is_dir) else path.stem)))
 
-    for handed in handed_in(root, lambda handed: bool(owner_of(handed).students)):
+    inner = export_inside(root)
+    if inner is not None and not any(handed.platform or owner_of(handed).students for handed in handed_in(root)):
+        root = inner  # else it is a student's, who could put anything into it
+    for handed in handed_in(root):
         name = handed.path.name
         try:
             owner = owner_of(handed)
@@ -96,23 +100,25 @@ def find_submissions(assignment: Assignment, root: Path) -> Looked:
             looked.unsure.append(f"{plain(name)}: whose it is can't be found out ({error}); not graded")
             continue
         if len(owner.students) == 1 and not owner.why:
-            gathered.setdefault(owner.students[0], _Gathered()).add(
-                handed.path, handed.platform, handed.received, handed.late
-            )
-        elif not surely(handed.path.is_dir) and not handed.platform and _kind(name) >= _LAST_KIND:
-            continue  # a list of grades, a README
-        elif owner.students:
-            looked.unsure.append(f"{plain(name)} may be of {' or '.join(owner.students)}: {owner.why}; not graded")
-            for student in owner.students:
-                gathered.setdefault(student, _Gathered()).doubtful.append(handed.path)
-        else:
-            looked.strangers.append(plain(name))
+            gathered[owner.students[0]].add(handed.path, handed.platform, handed.received, handed.late)
+        elif surely(handed.path.is_dir) or handed.platform or _kind(name) < _LAST_KIND:  # no list of grades, no README
+            _doubt(handed.path, owner, gathered, looked)
     for student, own in gathered.items():
         files = own.found(assignment.key)
         if files is not None:
             looked.found[student] = files
     looked.found.update(_not_fetched(root / NOT_FETCHED))
     return looked
+
+
+def _doubt(path: Path, owner: Match, gathered: dict[str, "_Gathered"], looked: Looked) -> None:
+    """Tell of what may be of several students, or is of none."""
+    if not owner.students:
+        looked.strangers.append(plain(path.name))
+        return
+    looked.unsure.append(f"{plain(path.name)} may be of {' or '.join(owner.students)}: {owner.why}; not graded")
+    for student in owner.students:
+        gathered[student].doubtful.append(path)
 
 
 def _not_fetched(table: Path) -> dict[str, Found]:

@@ -286,18 +286,14 @@ def _known_trig(condition: sp.Expr, joints: Joints) -> Iterator[tuple[sp.Expr, s
             yield moving[0], -rest / slope
 
 
-def _are_apart(
-    one: sp.Expr, other: sp.Expr, known: dict[sp.Expr, sp.Expr], joints: Joints
-) -> bool:  # fmt: skip
+def _are_apart(one: sp.Expr, other: sp.Expr, known: dict[sp.Expr, sp.Expr], joints: Joints) -> bool:
     """Tell whether two conditions, both linear in cosine and sine of one angle, have no common solution."""
     angles = {atom.args[0] for atom in (*one.atoms(sp.sin, sp.cos), *other.atoms(sp.sin, sp.cos))}
     turning = sorted((angle for angle in angles if angle.free_symbols & set(joints)), key=sp.default_sort_key)
     return any(_are_apart_at(one, other, angle, known, joints) for angle in turning)
 
 
-def _are_apart_at(
-    one: sp.Expr, other: sp.Expr, angle: sp.Expr, known: dict[sp.Expr, sp.Expr], joints: Joints
-) -> bool:  # fmt: skip
+def _are_apart_at(one: sp.Expr, other: sp.Expr, angle: sp.Expr, known: dict[sp.Expr, sp.Expr], joints: Joints) -> bool:
     """Solve both for cosine and sine, whose squares have to add up to one; without constants, both would be zero."""
     cosine, sine = sp.Dummy("c"), sp.Dummy("s")
     circle = {sp.cos(angle): cosine, sp.sin(angle): sine}
@@ -460,9 +456,7 @@ def _follows(condition: sp.Expr, given: Conjunction, joints: Joints) -> bool:
     return bool(fixing) and all(_follows_at(condition, dict(values), plain, joints) for values in product(*fixing))
 
 
-def _follows_at(
-    condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], plain: list[sp.Expr], joints: Joints
-) -> bool:  # fmt: skip
+def _follows_at(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], plain: list[sp.Expr], joints: Joints) -> bool:
     """Tell whether a condition follows where joints have values, whichever factor of each other condition vanishes."""
     ways = [_free_factors(substitute(other, values), joints) for other in plain]
     return all(_holds(condition, values, list(known)) for known in product(*(way for way in ways if way is not None)))

@@ -27,6 +27,7 @@ from exercises.quizzes import ASKED
 from exercises.quizzes.options import Options
 from exercises.writing.fit import width
 from exercises.writing.latex import tex
+from exercises.writing.short_answer import unit_text
 from exercises.writing.statement import option_text
 
 ROW, LINE = 8, 5
@@ -175,7 +176,7 @@ class _Boxes(Forms[Box | None]):
         chain, question = self.problem.chain, ASKED[self.part.kind]
         typed = (tex(sp.Symbol(name), chain) for name in question.labels(chain))
         labels = tuple(question.entry_names(chain, self.part) or typed)
-        units = tuple(unit.replace("^2", "²").replace("^3", "³") for unit in answer.units)
+        units = tuple(map(unit_text, answer.units))
         rows, columns = answer.shape or (1, 1)
         return Box(self.working, rows * columns, 1, labels=labels if len(labels) == len(units) else (), units=units)
 

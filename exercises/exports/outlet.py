@@ -71,8 +71,9 @@ class File:
     private: bool = False
 
 
-def robots(assignment: Assignment) -> list[str]:
+def robots(order: Order) -> list[str]:
     """Return the files of an assignment's own robots, below its folder. Raises QdotError for one elsewhere."""
+    assignment = order.assignment
     content = tomllib.loads((assignment.folder / "assignment.toml").read_text(encoding="utf-8"))
     names = list(dict.fromkeys(entry["robot"] for entry in content["problem"] if "robot" in entry))
     for name in names:

@@ -16,8 +16,6 @@ NARROW = 0.8
 """The share of a page's width that a formula may take beside a name."""
 STAFF = ("key", "marking")
 """Sheets that hold answers."""
-BATCH = 8
-"""Sheets that are laid out at once: a class's pages need not all be in memory."""
 VERSION_TICKS = 8
 """Students whose answers are ticked on the marking sheet of a version; a student's own has one column."""
 NO_TYPST = "PDF needs the library typst, which is not installed; get it with: pip install 'qdot[pdf]'"

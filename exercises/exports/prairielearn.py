@@ -37,7 +37,7 @@ def course(order: Order) -> Generator[File, None, None]:
     yield File(f"{COURSE_INSTANCE}/infoCourseInstance.json", _json(_course_instance(assignment)))
     for kind, about in _assessments(assignment).items():
         yield File(f"{COURSE_INSTANCE}/assessments/{key}-{kind}/infoAssessment.json", _json(about))
-    yield from _server_files(assignment, f"serverFilesCourse/qdot/{key}", seeds)
+    yield from _server_files(order, f"serverFilesCourse/qdot/{key}", seeds)
 
 
 def _question_files(assignment: Assignment, slot: Slot, parts: tuple[Part, ...]) -> Generator[File, None, None]:
@@ -105,10 +105,11 @@ def input_names(part: Part) -> list[str]:
 # --- files beside the questions ---
 
 
-def _server_files(assignment: Assignment, folder: str, seeds: dict[str, list[str]]) -> Generator[File, None, None]:
+def _server_files(order: Order, folder: str, seeds: dict[str, list[str]]) -> Generator[File, None, None]:
+    assignment = order.assignment
     text = (assignment.folder / "assignment.toml").read_text(encoding="utf-8")
     yield File(f"{folder}/assignment.toml", text, private=True)
-    for name in sorted(robots(assignment)):
+    for name in sorted(robots(order)):
         yield File(f"{folder}/{name}", (assignment.folder / name).read_text(encoding="utf-8"), private=True)
     yield File(f"{folder}/roster.csv", "student\nprairielearn\n", private=True)
     yield File(f"{folder}/{SECRET_FILE}", _derived(assignment, "seed") + "\n", private=True)

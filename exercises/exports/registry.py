@@ -6,32 +6,26 @@ from exercises.exports.jupyterquiz import jupyterquiz_files
 from exercises.exports.moodle import moodle_files
 from exercises.exports.nbgrader import nbgrader
 from exercises.exports.otter import otter
-from exercises.exports.outlet import Order, Outlet, robots
+from exercises.exports.outlet import Outlet, robots
 from exercises.exports.paper import check_sheet, html, latex, missing_for_pdf, pdf
 from exercises.exports.prairielearn import course
 from exercises.exports.qti import qti_zip
 from exercises.exports.repositories import github, gitlab
 from exercises.exports.stack import stack_questions
 
-
-def _robots(order: Order) -> None:
-    """Raise QdotError where a robot's file can't be taken along."""
-    robots(order.assignment)
-
-
 OUTLETS = {
     outlet.name: outlet
     for outlet in (
         Outlet("github", "Repositories: one that grades, one for each student", "GitHub Actions",
-               "GitHub's workflow schema; bash and git, in fresh clones", "student", github, check=_robots),
+               "GitHub's workflow schema; bash and git, in fresh clones", "student", github, check=robots),
         Outlet("gradescope", "An autograder's zip, and notebooks", "Gradescope",
-               "a harness with Gradescope's folders, which runs its two scripts", "student", gradescope, check=_robots),
+               "a harness with Gradescope's folders, which runs its two scripts", "student", gradescope, check=robots),
         Outlet("nbgrader", "A course folder, and notebooks", "nbgrader 0.9",
-               "nbgrader itself, from generate_assignment to feedback", "student", nbgrader, check=_robots),
+               "nbgrader itself, from generate_assignment to feedback", "student", nbgrader, check=robots),
         Outlet("otter", "A source for `otter assign`, and notebooks", "otter-grader 7",
-               "otter assign and otter run", "student", otter, check=_robots),
+               "otter assign and otter run", "student", otter, check=robots),
         Outlet("gitlab", "Projects: one that grades, one for each student", "GitLab CI",
-               "GitLab's CI schema; bash and git, in fresh clones", "student", gitlab, check=_robots),
+               "GitLab's CI schema; bash and git, in fresh clones", "student", gitlab, check=robots),
         Outlet(
             "moodle", "A quiz that is ready, and a question bank as Moodle XML", "Moodle 4",
             "our checks of its importers' rules", "variant",
@@ -54,7 +48,7 @@ OUTLETS = {
         Outlet(
             "prairielearn", "A course folder whose questions call qdot", "PrairieLearn",
             "Mustache; its JSON Schemas, by hand", "variant", course,
-            drawn_there=True, check=_robots,
+            drawn_there=True, check=robots,
         ),
     )
 }  # fmt: skip

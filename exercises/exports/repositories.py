@@ -44,7 +44,7 @@ def assignment_files(order: Order) -> list[tuple[str, bytes]]:
     folder = order.assignment.folder
     names = ["assignment.toml", "roster.csv"]
     names += [name for name in (REDRAWN, "overrides.csv") if (folder / name).exists()]
-    names += robots(order.assignment)
+    names += robots(order)
     return [(name, (folder / name).read_bytes()) for name in names]
 
 

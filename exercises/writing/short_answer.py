@@ -63,6 +63,15 @@ def _digits(value: object, tolerance: float) -> str:
     return str(value) if tolerance < 1e-6 else three_digits(value)
 
 
+def unit_text(unit: str) -> str:
+    """Return a unit as plain text.
+
+    >>> unit_text("m^2/s")
+    'm²/s'
+    """
+    return unit.replace("^2", "²").replace("^3", "³")
+
+
 def _unit(unit: str) -> str:
     r"""Return a unit behind its number.
 

@@ -321,5 +321,5 @@ def test_a_students_own_folder_is_no_export_whatever_lies_in_it(assignment: Assi
 def test_a_layout_knows_its_own_files_only(tmp_path: Path) -> None:
     for name in ("ada_lovelace", "hw_1_2", "x_assignsubmission_file_", "_1_2_x.ipynb", "submission_1"):
         (tmp_path / name).mkdir()
-    handed = handed_in(tmp_path, lambda _: False)
+    handed = handed_in(tmp_path)
     assert [one.platform for one in handed] == [""] * 5

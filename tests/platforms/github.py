@@ -9,12 +9,11 @@ import json
 import os
 import re
 import subprocess
-from datetime import UTC, datetime
 from pathlib import Path
 
 from exercises.exports.repositories import ACTIONS
 from tests.platforms.given import SECRET
-from tests.platforms.records import Count, Record
+from tests.platforms.records import Count, Record, today
 from tests.platforms.repositories import BLANK, KEY, OWNER, RIGHT, Class, counts, pushed, ran
 from tests.support.hosting import TOKEN
 
@@ -48,7 +47,7 @@ def run(software: Path, work: Path) -> Record:
     stand_ins = ", ".join(["the server is of ours", *(f"{name} is a stand-in" for name in act.missing)])
     imported, asking = Count(sum(map(bool, jobs)), len(jobs), stand_ins), Count(sum(asked), 2)
     return Record(
-        "github", f"GitHub's actions by {act.version}", datetime.now(UTC).date().isoformat(),
+        "github", f"GitHub's actions by {act.version}", today(),
         {"imported": imported, **marks, "asked for points": asking},
     )  # fmt: skip
 

@@ -7,11 +7,10 @@ import os
 import re
 import subprocess
 from collections.abc import Mapping
-from datetime import UTC, datetime
 from pathlib import Path
 
 from tests.platforms.given import SECRET
-from tests.platforms.records import Count, Record
+from tests.platforms.records import Count, Record, today
 from tests.platforms.repositories import BLANK, KEY, RIGHT, Class, counts, pushed, ran
 
 ADDRESS = "git@gitlab.example.org:"
@@ -35,7 +34,7 @@ def run(software: Path, work: Path) -> Record:
         ]  # fmt: skip
         unasked = _job(software, work, own, grading, {**given, "CI_PIPELINE_SOURCE": "push"})
     return Record(
-        "gitlab", f"gitlab-ci-local {version}", datetime.now(UTC).date().isoformat(),
+        "gitlab", f"gitlab-ci-local {version}", today(),
         {
             "imported": Count(sum(map(bool, jobs)), len(jobs), "the server is of ours"), **marks,
             "not run on a push": Count(int("PASS" not in unasked), 1),

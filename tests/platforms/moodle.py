@@ -11,10 +11,8 @@ import json
 import re
 import subprocess
 import sys
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +22,7 @@ from exercises.exports.markup import decimal
 from exercises.exports.moodle import WEIGHTS, moodle_files
 from exercises.exports.outlet import File
 from tests.platforms.given import EVERYTHING, PLAIN, order
-from tests.platforms.records import Count, Record
+from tests.platforms.records import Counts, Record, today
 from tests.support.handing_in import a_class, hand_in, right
 
 Json = dict[str, Any]
@@ -55,7 +53,7 @@ class Try:
 
 def run(software: Path, work: Path) -> Record:
     """Import the ready-made set and one of every question, answer all of it, and import marks."""
-    tally = Tally()
+    counts = Counts()
     software_name = ""
     for which, variants in VARIANTS.items():
         one = order(work / which, which, variants)
@@ -68,10 +66,10 @@ def run(software: Path, work: Path) -> Record:
         for form, what in (("xml", "bank"), ("quiz", "quiz")):
             if not answer[form]["done"] or answer[form]["said"]:
                 raise RuntimeError(f"{form}: {answer[form]['said']}")
-            _see(tally, what, asked, answer[form], tries)
-        _see_quiz(tally, asked, answer["quiz"])
-    _gradebook(tally, software, work / "graded")
-    return Record("moodle", software_name, datetime.now(UTC).date().isoformat(), tally.counts())
+            _see(counts, what, asked, answer[form], tries)
+        _see_quiz(counts, asked, answer["quiz"])
+    _gradebook(counts, software, work / "graded")
+    return Record("moodle", software_name, today(), counts.told())
 
 
 def _written(work: Path, file: File) -> Path:
@@ -88,26 +86,6 @@ def ask(software: Path, **request: object) -> Json:
         raise RuntimeError(done.stderr + done.stdout[-3000:])
     answer: Json = json.loads(done.stdout[done.stdout.index("{") :])
     return answer
-
-
-class Tally:
-    """What was counted so far, and of what fell short an example of each kind."""
-
-    def __init__(self) -> None:
-        self.passed: Counter[str] = Counter()
-        self.all: Counter[str] = Counter()
-        self.but: dict[str, str] = {}
-
-    def count(self, what: str, passed: bool, which: str) -> None:
-        """Count one more; `which` is told on standard error where it falls short."""
-        self.all[what] += 1
-        self.passed[what] += passed
-        if not passed:
-            print(f"{what}: {which}", file=sys.stderr)
-
-    def counts(self) -> dict[str, Count]:
-        """Return all counts."""
-        return {what: Count(self.passed[what], of, self.but.get(what, "")) for what, of in self.all.items()}
 
 
 # --- what is answered ---
@@ -170,36 +148,41 @@ def _matched(form: Match) -> Iterator[Try]:
 # --- what came of it ---
 
 
-def _see(tally: Tally, what: str, asked: Sequence[Item], made: Json, tries: Mapping[str, Sequence[Try]]) -> None:
+def _see(counts: Counts, what: str, asked: Sequence[Item], made: Json, tries: Mapping[str, Sequence[Try]]) -> None:
     """Count what became of the questions of a `bank`, or of those of a `quiz`."""
+    boxes = 0
     for item in asked:
         name = item.title
         stored, results = made["questions"].get(name), made["tries"].get(name, [])
-        tally.count("imported", stored is not None, f"{what}: {name}")
+        counts.add("imported", stored is not None, f"{what}: {name}")
         if stored is None:
             continue
         there = float(stored["defaultmark"])
-        tally.count(f"points of the {what}", abs(there - item.points) < 1e-6, f"{name}: {there}, not {item.points}")
+        as_assigned = abs(there - item.points) < 1e-6
+        counts.add(f"points of the {what}", as_assigned, f"{name}: {there}, not {item.points}")
+        boxes += not as_assigned and isinstance(item.form, Numeric) and len(item.form.fields) > 1
         faults = faults_of(item, results[0]["blank"])
-        tally.count("shown", not faults, f"{what}: {name}: {faults}")
+        counts.add("shown", not faults, f"{what}: {name}: {faults}")
         for one, result in zip(tries[name], results, strict=True):
             earned = float(result["fraction"] or 0)
-            tally.count(one.counted, abs(earned - one.fraction) < 1e-4, f"{what}: {name}: {earned} for {one}")
+            counts.add(one.counted, abs(earned - one.fraction) < 1e-4, f"{what}: {name}: {earned} for {one}")
             if one.advice:
-                tally.count("mistake named", plain(one.advice) in plain(result["shown"]), f"{what}: {name}: {one}")
-    tally.but["points of the bank"] = "of several boxes Moodle counts the boxes; the quiz gives the points"
+                counts.add("mistake named", plain(one.advice) in plain(result["shown"]), f"{what}: {name}: {one}")
+    if what == "bank":
+        why = "of several boxes Moodle counts the boxes; the quiz gives the points"
+        counts.excuse("points of the bank", boxes, why)
 
 
-def _see_quiz(tally: Tally, asked: Sequence[Item], made: Json) -> None:
+def _see_quiz(counts: Counts, asked: Sequence[Item], made: Json) -> None:
     """Count the slots of a quiz: their order, points, and what was drawn."""
     wanted = list({item.category: item for item in asked}.values())
-    tally.count("slots of the quiz", len(made["slots"]) == len(wanted), f"{len(made['slots'])} slots")
+    counts.add("slots of the quiz", len(made["slots"]) == len(wanted), f"{len(made['slots'])} slots")
     for slot, item in zip(made["slots"], wanted, strict=True):
         same = (slot["category"], float(slot["points"])) == (item.category[-1], item.points)
-        tally.count("slots of the quiz", same, f"{slot} for {item.title}")
+        counts.add("slots of the quiz", same, f"{slot} for {item.title}")
     whole = sum(item.points for item in wanted)
     told = {float(made["highest"]), float(made["quiz"]["grade"]), float(made["quiz"]["sumgrades"])}
-    tally.count("slots of the quiz", told == {whole}, f"{told}, not {whole}")
+    counts.add("slots of the quiz", told == {whole}, f"{told}, not {whole}")
 
 
 def plain(page: str) -> str:
@@ -225,7 +208,7 @@ def faults_of(item: Item, page: str) -> list[str]:
 # --- marks ---
 
 
-def _gradebook(tally: Tally, software: Path, folder: Path) -> None:
+def _gradebook(counts: Counts, software: Path, folder: Path) -> None:
     """Import the marks of a class of three, of whom one hands nothing in."""
     students = [Student(name, name.title(), f"{name}@example.org") for name in ("ada", "henri", "sofja")]
     assignment = a_class(folder, students)
@@ -252,4 +235,4 @@ def _gradebook(tally: Tally, software: Path, folder: Path) -> None:
         same = (
             there is None if row[column] == "-" else there is not None and abs(float(there) - float(row[column])) < 1e-3
         )
-        tally.count("marks in its gradebook", same, f"{row} {there}")
+        counts.add("marks in its gradebook", same, f"{row} {there}")

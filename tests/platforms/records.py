@@ -13,16 +13,20 @@ FOLDER = Path(__file__).parent
 
 @dataclass(frozen=True)
 class Count:
-    """Of so many things, so many came out as they are to; `but` says of the others why, or what became of them."""
+    """Of so many things, so many came out as they are to; `but` is what one has to know with it.
+
+    So many `excused` fell short for the reason that it gives.
+    """
 
     passed: int
     of: int
     but: str = ""
+    excused: int = 0
 
     @property
     def is_sound(self) -> bool:
         """Tell whether nothing fell short without a reason, and there was something at all."""
-        return self.of > 0 and (self.passed == self.of or bool(self.but))
+        return self.of > 0 and self.passed + self.excused == self.of
 
 
 @dataclass(frozen=True)
@@ -45,11 +49,13 @@ class Record:
 
 
 class Counts:
-    """Counts while a run goes on."""
+    """Counts while a run goes on; what has to be known with one is in `but`."""
 
     def __init__(self) -> None:
         self.passed: dict[str, int] = {}
         self.of: dict[str, int] = {}
+        self.but: dict[str, str] = {}
+        self.excused: dict[str, int] = {}
 
     def add(self, what: str, came_out: bool, which: str) -> None:
         """Count one more, and print which one it is where it did not come out."""
@@ -58,9 +64,16 @@ class Counts:
         if not came_out:
             print(f"  {what}: {which}")
 
+    def excuse(self, what: str, many: int, why: str) -> None:
+        """Say that so many more may fall short, and why."""
+        self.excused[what], self.but[what] = self.excused.get(what, 0) + many, why
+
     def told(self) -> dict[str, Count]:
         """Return the counts of a record."""
-        return {what: Count(self.passed[what], self.of[what]) for what in self.of}
+        return {
+            what: Count(self.passed[what], of, self.but.get(what, ""), self.excused.get(what, 0))
+            for what, of in self.of.items()
+        }
 
 
 def today() -> str:

@@ -8,42 +8,21 @@ than its column ends an import. A course is made in it for each run, and stays. 
 import json
 import re
 import subprocess
-import sys
 import xml.etree.ElementTree as ET
-from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from exercises.exports.stack import stack_questions
 from tests.platforms.given import PLAIN, PUMA, order
-from tests.platforms.records import Count, Record
+from tests.platforms.records import Counts, Record, today
 
 Json = dict[str, Any]
 
 PHP = ("php", "-d", "max_input_vars=5000", str(Path(__file__).with_suffix(".php")))
 DUE = {1.0: "right = full", None: "not read = not marked"}
 """What a question test is counted as, by the score that it expects; any other is of a wrong answer."""
-
-
-@dataclass
-class Tally:
-    """What was counted so far, and the seconds of processor time that each test took."""
-
-    passed: Counter[str] = field(default_factory=Counter)
-    all: Counter[str] = field(default_factory=Counter)
-    used: list[float] = field(default_factory=list)
-    but: dict[str, str] = field(default_factory=dict)
-
-    def count(self, what: str, passed: bool, which: str) -> None:
-        """Count one more; `which` is told on standard error where it falls short."""
-        self.all[what] += 1
-        self.passed[what] += passed
-        if not passed:
-            print(f"{what}: {which}", file=sys.stderr)
 
 
 def run(software: Path, work: Path) -> Record:
@@ -55,14 +34,19 @@ def run(software: Path, work: Path) -> Record:
         paths[-1].write_text(str(file.content), encoding="utf-8")
     with ThreadPoolExecutor() as both:
         answers = list(both.map(partial(ask, software), paths))
-    tally, about = Tally(), Json()
+    counts, about, used = Counts(), Json(), list[float]()
     for path, (about, *questions) in zip(paths, answers, strict=True):
         if not about["import"]["done"] or about["import"]["said"]:
             raise RuntimeError(about["import"]["said"])
-        _see(tally, ET.parse(path).getroot(), {one["name"]: one for one in questions}, str(about["limit"]))
-    counts = {what: Count(tally.passed[what], of, tally.but.get(what, "")) for what, of in tally.all.items()}
+        in_time = f"within {about['limit']} s"
+        _see(counts, ET.parse(path).getroot(), {one["name"]: one for one in questions})
+        spent = [float(test["used"]) for one in questions for test in one["tests"]]
+        for seconds in spent:
+            counts.add(in_time, seconds < float(about["limit"]), f"{seconds} s")
+        used += spent
+    counts.but[in_time] = f"of processor time; the dearest took {max(used):.1f} s"
     name = f"Moodle {about['moodle']}, STACK {about['stack']}, {about['database']}"
-    return Record("stack", name, datetime.now(UTC).date().isoformat(), counts)
+    return Record("stack", name, today(), counts.told())
 
 
 def ask(software: Path, xml: Path) -> list[Json]:
@@ -74,27 +58,23 @@ def ask(software: Path, xml: Path) -> list[Json]:
     return [json.loads(line) for line in done.stdout.splitlines() if line.startswith('{"')]
 
 
-def _see(tally: Tally, quiz: ET.Element, stored: dict[str, Json], limit: str) -> None:
-    in_time = f"within {limit} s"
+def _see(counts: Counts, quiz: ET.Element, stored: dict[str, Json]) -> None:
     for question in quiz.findall("question[@type='stack']"):
         name = question.findtext("name/text", "")
         one = stored.get(name)
-        tally.count("imported", one is not None, name)
+        counts.add("imported", one is not None, name)
         if one is None:
             continue
         points = float(question.findtext("defaultgrade", ""))
-        tally.count("points as assigned", float(one["defaultmark"]) == points, f"{name} {one['defaultmark']}")
+        counts.add("points as assigned", float(one["defaultmark"]) == points, f"{name} {one['defaultmark']}")
         faults = faults_of(question, one)
-        tally.count("shown", not faults, f"{name} {faults}")
-        tally.count("blank = 0", one["blank"] == 0, f"{name} {one['blank']}")
+        counts.add("shown", not faults, f"{name} {faults}")
+        counts.add("blank = 0", one["blank"] == 0, f"{name} {one['blank']}")
         tests = question.findall("qtest")
-        tally.count("with all its tests", len(tests) == len(one["tests"]), name)
+        counts.add("with all its tests", len(tests) == len(one["tests"]), name)
         for test in one["tests"]:
             due = DUE.get(test["due"] and float(test["due"]), "wrong < full")
-            tally.count(due, test["passed"], f"{name} {test}")
-            tally.count(in_time, test["used"] < float(limit), f"{name} {test}")
-            tally.used.append(test["used"])
-    tally.but[in_time] = f"of processor time; the dearest took {max(tally.used):.1f} s"
+            counts.add(due, test["passed"], f"{name} {test}")
 
 
 def faults_of(question: ET.Element, one: Json) -> list[str]:

@@ -95,8 +95,9 @@ class Grading:
 
 @contextmanager
 def grading(assignment: Assignment, machine: Machine, platform: str, place: Path) -> Iterator[Grading]:
-    """Yield a repository that grades, where Ada and Bo have pushed their answers and Cy has no repository."""
+    """Yield a repository that grades, where Ada and Bo have pushed their answers and Cy nothing."""
     with serving(place / "server") as server:
+        git("init", "--quiet", "--bare", server.bare("course/hw-cy"))
         handed_in(assignment, platform, server, "ada", "bo")
         clone, source = place / "clone", shutil.copytree(exported(assignment, platform) / "grading", place / "grading")
         git("clone", "--quiet", hosted(Path(source), server.folder, "course/hw-grading"), clone)

@@ -64,7 +64,7 @@ def test_a_bank_is_of_the_variation_that_is_asked_for(order: Order, tmp_path: Pa
     of_own = run("export", folder, "--to", "moodle", "--variants", "1", "--out", tmp_path / "own")
     plain, own = (sorted((tmp_path / name).iterdir()) for name in ("m", "own"))
     assert of_own and [path.name for path in plain] == [path.name for path in own]
-    assert [path.read_text() for path in plain] != [path.read_text() for path in own]
+    assert [path.read_bytes() for path in plain] != [path.read_bytes() for path in own]
     for outlet in ("prairielearn", "html"):
         refused = fails("export", folder, "--to", outlet, "--variation", "chapter")
         assert f"--variation is for banks (moodle, canvas, qti, jupyterquiz, stack); for {outlet}, assign" in refused
