@@ -300,3 +300,20 @@ def test_every_piece_said_of_a_drawn_arm_is_there_and_costs_rank(seed: int) -> N
             if found:
                 break
         assert found, (chain, piece)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_every_singular_configuration_of_a_drawn_arm_is_in_its_set(seed: int) -> None:
+    stream = Stream(f"drawn arms/{seed}")
+    chain = drawn_arm(stream)
+    joints, task = [q.name for q in chain.q], [TASK_ROWS.index(row) for row in chain.task]
+    said = singular_set(chain)
+    lengths = {symbol.name: stream.uniform(0.3, 1.0) for symbol in chain.parameters}
+    starts = np.array([[stream.uniform(-3, 3) for _ in joints] for _ in range(12)])
+    q = singular_configurations(NumericChain(chain, lengths), starts, task)
+    if said is None:
+        assert len(q) == len(starts), chain  # J loses rank wherever one looks
+        return
+    values = {**dict(zip(joints, q.T, strict=True)), **{k: np.full(len(q), v) for k, v in lengths.items()}}
+    space = Space(joints, domain_of(chain, lengths))
+    assert space.contains(claimed(said, joints), values, len(q)).all(), (chain, said)
