@@ -258,7 +258,13 @@ def _is_there(conditions: list[sp.Expr], joints: Joints) -> bool:
         if roots:
             rest = [other for other in conditions if other != condition]
             return any(_is_there_at(rest, {joint: value}, joints) for joint, value in roots)
-    known = {trig: value for condition in conditions for trig, value in _known_trig(condition, joints)}
+    known: dict[sp.Expr, sp.Expr] = {}
+    for condition in conditions:
+        for trig, value in _known_trig(condition, joints):
+            known[trig] = value
+            others = (other.xreplace({trig: value}) for other in conditions if other != condition)
+            if any(_free_factors(other, joints) == [] for other in others):
+                return False
     return not any(_are_apart(a, b, known, joints) for a, b in combinations(conditions, 2))
 
 
