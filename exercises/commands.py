@@ -11,7 +11,9 @@ from exercises import ASKED, FAMILIES, ProblemId, QdotError
 from exercises import generate as make_problem
 from exercises import show as show_problem
 from exercises import solve as solve_chain
+from exercises.arm.conventions import CONVENTIONS, TABLES
 from exercises.arm.robot_file import read_robot_file
+from exercises.arm.robot_text import robot_text
 from exercises.console import VariationOption, note, one_of, say
 from exercises.families import Family
 from exercises.generation import family_named, listed, short_quiz
@@ -157,21 +159,35 @@ def _names(listed: str) -> tuple[str, ...]:
 
 
 def solve(
-    robot: Annotated[Path, typer.Argument(metavar="ROBOT.toml", help="Your DH table; see the README.")],
+    robot: Annotated[Path, typer.Argument(metavar="ROBOT", help="Your arm: ROBOT.toml, a table in CSV, or a URDF.")],
     format: Annotated[str, typer.Option("--format", "-f", help=f"One of {', '.join(SOLVE_FORMATS)}.")] = "text",
+    tip: Annotated[str, typer.Option(metavar="LINK", help="URDF: the link at the end, if there are several.")] = "",
+    convention: Annotated[
+        str, typer.Option(metavar="NAME", help=f"CSV: whose rows they are, one of {', '.join(TABLES)}.")
+    ] = TABLES[0],
+    convert: Annotated[
+        str,
+        typer.Option(metavar="NAME", help=f"Write the arm as ROBOT.toml in a convention: {', '.join(CONVENTIONS)}."),
+    ] = "",
 ) -> None:
     """Derive everything the book would for your own arm.
 
     That is position, Jacobian both ways, determinant and singularities. ROBOT.toml has a name, optionally task =
     ["vx", "vy"] and point = "O3" or [x, y, z], and a [[joint]] for each row of the standard DH table: kind = "R" or
-    "P", theta, d, a, alpha; lengths in metres, angles in radians.
+    "P", theta, d, a, alpha; lengths in metres, angles in radians. With convention = "modified-dh" the rows are those of
+    the modified table (Craig), with convention = "screws" joints are given by their axes: docs/robots.md.
 
     In JSON, `determinant` is null where the Jacobian of the task is not square. `singular` is null where it has less
     than full rank in every configuration, and empty where it has full rank in every one; `note` says so in words.
     """
     one_of(format, SOLVE_FORMATS, "--format")
-    read = read_robot_file(robot)
+    one_of(convention, TABLES, "--convention")
+    read = read_robot_file(robot, tip, convention)
     for said in read.notes:
         note(said)
+    if convert:
+        one_of(convert, CONVENTIONS, "--convert")
+        say(robot_text(read.chain, convert).rstrip())
+        return
     solution = solve_chain(read.chain)
     say({"text": solution_text, "latex": solution_latex, "json": solution_json}[format](solution))

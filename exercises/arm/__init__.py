@@ -11,6 +11,9 @@ From the bottom up:
     appearance, classification  what a singular configuration looks like; whether it is boundary or internal
     directions, meanings        which motion is lost there; what configurations look like
     precise, path               the arm in numbers with many digits; along a straight line
-    entry, robot_file           one entry of a table; the user's own table (ROBOT.toml)
+    entry                       one entry of a table
+    placing, conventions        an arm by where its axes lie, by modified and standard tables: the standard table of it
+    urdf, robot_file            the user's own arm: as ROS describes it; ROBOT.toml, in any convention
+    robot_text                  an arm written as ROBOT.toml
     arithmetic, stages          a derivation in stages, in numbers, SymPy or trees, any of them changed by a mistake
 """

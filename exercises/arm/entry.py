@@ -48,8 +48,13 @@ _UNITS_OF_LENGTHS = {
 _RIGHT = {True: 'angles are in radians, as in "pi/2"', False: 'lengths are in metres, as in 0.4 or "a1"'}
 
 
-def value_of(raw: object, is_angle: bool) -> sp.Expr:
-    """Return a table entry as an exact SymPy expression; decimals become fractions. Raises QdotError."""
+def value_of(raw: object, is_angle: bool, in_degrees: bool = False) -> sp.Expr:
+    """Return a table entry as an exact SymPy expression; decimals become fractions. Raises QdotError.
+
+    An angle may be given in degrees: what is a number in it is then turned into radians.
+    """
+    if in_degrees and is_angle:
+        return _of_degrees(raw)
     if isinstance(raw, bool) or not isinstance(raw, (int, Decimal, str)):
         raise QdotError(f"it is a number, or an expression in quotes; {_RIGHT[is_angle]}")
     if isinstance(raw, str):
@@ -65,6 +70,17 @@ def value_of(raw: object, is_angle: bool) -> sp.Expr:
     if is_angle:
         _check_angle(value)
     return value
+
+
+def _of_degrees(raw: object) -> sp.Expr:
+    try:
+        value = value_of(raw, False)
+    except QdotError:
+        raise QdotError('it is a number of degrees, or an expression in quotes, as in 90 or "theta1 + 90"') from None
+    constant = _constant(value)
+    if constant.has(sp.pi):
+        raise QdotError("the angles of this file are in degrees, as its key `angles` says")
+    return value - constant + constant * _DEGREE
 
 
 def _formula(text: str, is_angle: bool) -> sp.Expr:

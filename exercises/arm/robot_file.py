@@ -1,20 +1,26 @@
 """ROBOT.toml: a user's own arm, read with every mistake told by file, line, joint and key.
 
     name = "my arm"
+    convention = "dh"              # optional: or "modified-dh", or "screws"
+    angles = "radians"             # optional: or "degrees"
     task = ["vx", "vy"]            # optional: the rows that count
     point = "O2"                   # optional: origin of a frame, or [x, y, z] in the last frame
+    base = {position = [0, 0, 0.4], rpy = [0, 0, "pi/2"]}    # optional: where frame O_0 stands in the world
     [[joint]]
     kind = "R"
-    theta = "theta1"
+    theta = "theta1"               # or "-theta1 + pi/2", where the joint counts the other way
     d = 0
     a = "a1"
     alpha = "pi/2"
+    limits = ["-pi", "pi"]         # optional
 
     [draw]                         # optional, for assignments: lengths drawn for each student, in metres
     a1 = [0.3, 0.8]
 
-Without `task`, the rows are: all six for six joints or more that can move in all of them; for four joints those of the
-four rows in which the arm moves, if they are four (SCARA); else the linear rows in which the point moves.
+With convention = "screws", a [[joint]] has kind, axis = [0, 0, 1] and point = ["a1", 0, 0], a point on the axis, both
+in the base frame when all joint variables are zero, and the key `point` at the top is where the point of interest is
+then. Without `task`, the rows are: all six for six joints or more that can move in all of them; for four joints those
+of the four rows in which the arm moves, if they are four (SCARA); else the linear rows in which the point moves.
 """
 
 import difflib
@@ -27,30 +33,39 @@ from typing import Any
 
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
+from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
+from exercises.arm.conventions import CONVENTIONS, Row, by_axes, modified, standard, standard_point
 from exercises.arm.derivation import derive
 from exercises.arm.entry import check_role, doubt, value_of
+from exercises.arm.placing import HOME, Axis, Pose, pose_of
+from exercises.arm.urdf import Described, read_urdf
 from exercises.errors import QdotError
-from exercises.input_file import Place, TomlFile, read_toml, shown
+from exercises.input_file import Place, TomlFile, read_table, read_toml, shown
 
 ROW_KEYS = ("kind", "theta", "d", "a", "alpha")
+KEYS = {"dh": ROW_KEYS, "modified-dh": ROW_KEYS, "screws": ("kind", "axis", "point")}
+"""What a joint has to be told of, by convention; a point on the axis along which a joint slides is left out."""
 ANGLES = ("theta", "alpha")
 MOST_JOINTS = 10
 """The proof that both routes give the same Jacobian takes twice as long for each parallel joint more."""
-TOP_KEYS = ("name", "task", "point", "joint", "draw")
+TOP_KEYS = ("name", "convention", "angles", "task", "point", "base", "tool", "joint", "draw")
 _RANGE = "a length has a range in metres, as in a1 = [0.3, 0.8]"
+_POSE = "it is {position = [x, y, z]}, with rpy = [roll, pitch, yaw] if it is turned"
+Limits = tuple[sp.Expr, sp.Expr]
 
 
 @dataclass(frozen=True)
 class Robot:
     """What a file describes: a chain, and the lengths to be drawn as (symbol, least, greatest) in whole centimetres.
 
-    `notes` are messages about what may be right, but is probably a mistake.
+    `limits` are those of each joint (rad or m), None where none are told. `notes` are messages about what may be right,
+    but is probably a mistake.
     """
 
     chain: Chain
     draws: tuple[tuple[sp.Symbol, int, int], ...] = ()
     notes: tuple[str, ...] = ()
+    limits: tuple[Limits | None, ...] = ()
 
 
 def read_robot(path: Path) -> Chain:
@@ -67,72 +82,264 @@ def read_robot(path: Path) -> Chain:
     return read_robot_file(path).chain
 
 
-def read_robot_file(path: Path) -> Robot:
-    """Return the robot that a file describes. Raises QdotError with the file, line, place and what is right."""
-    file = read_toml(path)
-    chain = _chain(file)
+def read_robot_file(path: Path, tip: str = "", convention: str = "dh") -> Robot:
+    """Return the robot that a file describes, of the kind that its name says: .toml, .csv or .urdf.
+
+    A URDF has the link `tip` at the end of the chain, a table in CSV the rows of a `convention`. Raises QdotError with
+    the file, line, place and what is right.
+    """
+    kind = path.suffix.lower()
+    if kind in (".urdf", ".xml"):
+        return _of_urdf(read_urdf(path, tip))
+    if tip:
+        raise QdotError(f"{path}: a tip is named for a URDF, whose name ends in .urdf")
+    return robot_of(read_csv_rows(path, convention) if kind == ".csv" else read_toml(path))
+
+
+def _of_urdf(described: Described) -> Robot:
+    base, joints, point = by_axes(described.axes, described.tip, len(described.axes))
+    chain = Chain(described.name, joints, ("vx",), base, point, described.name)
+    return Robot(chain.with_task(*default_task(chain)), (), described.notes, described.limits)
+
+
+@dataclass(frozen=True)
+class _TableFile(TomlFile):
+    """A table in CSV, read as the file that has a [[joint]] for each of its lines."""
+
+    numbers: tuple[int, ...] = ()
+
+    def line(self, place: Place) -> int | None:
+        """Return the number of the line of a joint."""
+        index = place[1] if len(place) > 1 and place[0] == "joint" else None
+        return self.numbers[index] if isinstance(index, int) else None
+
+
+def read_csv_rows(path: Path, convention: str) -> TomlFile:
+    """Return a table in CSV as the file that it stands for: a column for each entry of a row. Raises QdotError."""
+    rows = read_table(path, "kind", "kind,theta,d,a,alpha")
+    joints = [{key: _cell(key, text) for key, text in row.items() if text.strip()} for _, row in rows]
+    content = {"name": path.stem, "convention": convention, "joint": joints}
+    return _TableFile(path, "", content, tuple(number for number, _ in rows))
+
+
+def _cell(key: str, text: str) -> object:
+    text = text.strip()
+    return Decimal(text) if key != "kind" and re.fullmatch(r"[-+]?(\d+\.?\d*|\.\d+)", text) else text
+
+
+def robot_of(file: TomlFile) -> Robot:
+    """Return the robot that the content of a file describes. Raises QdotError."""
+    reader = _Reader(file)
+    chain = reader.chain()
     draws = _draws(file, chain)
-    return Robot(chain, draws, _notes(file, chain, draws))
+    return Robot(chain, draws, _notes(file, chain, draws), reader.limits())
 
 
-def _chain(file: TomlFile) -> Chain:
-    table = file.content
-    file.check_keys((), TOP_KEYS, ("name", "joint"))
-    with file.at("name"):
-        if not isinstance(table["name"], str) or not table["name"].strip():
-            raise QdotError('it is a text, as in name = "my arm"')
-    rows = table["joint"]
-    with file.at("joint"):
-        if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
-            raise QdotError("joints are given as [[joint]] tables, one for each row of the DH table")
-        if len(rows) > MOST_JOINTS:
-            raise QdotError(f"{len(rows)} joints are too many to be worked out; an arm has up to {MOST_JOINTS}")
-    kinds = [_kind(file, index, row) for index, row in enumerate(rows)]
-    variables = [sp.Symbol(f"{'theta' if kind == 'R' else 'd'}{i}") for i, kind in enumerate(kinds, 1)]
-    joints = tuple(_joint(file, index, variables) for index in range(len(rows)))
-    point = None
-    if "point" in table:
-        with file.at("point"):
-            point = _point(table["point"], variables)
-    plain = " ".join(table["name"].split())
-    chain = Chain(plain, joints, ("vx",), tool=point, title=plain)
-    if "task" not in table:
-        return chain.with_task(*default_task(chain))
-    with file.at("task"):
-        return chain.with_task(*_task(table["task"]))
+class _Reader:
+    """Reads the arm of one file."""
+
+    def __init__(self, file: TomlFile) -> None:
+        file.check_keys((), TOP_KEYS, ("name", "joint"))
+        self.file, self.table = file, file.content
+        with file.at("name"):
+            if not isinstance(self.table["name"], str) or not self.table["name"].strip():
+                raise QdotError('it is a text, as in name = "my arm"')
+        self.convention = self._one_of("convention", CONVENTIONS)
+        self.in_degrees = self._one_of("angles", ("radians", "degrees")) == "degrees"
+        rows = self.table["joint"]
+        with file.at("joint"):
+            if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
+                raise QdotError("joints are given as [[joint]] tables, one for each joint")
+            if len(rows) > MOST_JOINTS:
+                raise QdotError(f"{len(rows)} joints are too many to be worked out; an arm has up to {MOST_JOINTS}")
+        self.rows: list[dict[str, Any]] = rows
+        kinds = [self._kind(index, row) for index, row in enumerate(rows)]
+        self.variables = [sp.Symbol(f"{'theta' if kind == 'R' else 'd'}{i}") for i, kind in enumerate(kinds, 1)]
+
+    def chain(self) -> Chain:
+        """Return the arm, with the task that is told, else the usual one."""
+        base, joints, point = self._by_axes() if self.convention == "screws" else self._by_table()
+        plain = " ".join(self.table["name"].split())
+        chain = Chain(plain, joints, ("vx",), base, point, plain)
+        if "task" not in self.table:
+            return chain.with_task(*default_task(chain))
+        with self.file.at("task"):
+            return chain.with_task(*_task(self.table["task"]))
+
+    def _one_of(self, key: str, known: tuple[str, ...]) -> str:
+        value = self.table.get(key, known[0])
+        with self.file.at(key):
+            if value not in known:
+                raise QdotError(f"it is {' or '.join(map(shown, known))}")
+        return str(value)
+
+    def _kind(self, index: int, row: dict[str, Any]) -> str:
+        keys = KEYS[self.convention]
+        slides = self.convention == "screws" and row.get("kind") == "P"
+        self.file.check_keys(("joint", index), (*keys, "limits"), keys[:2] if slides else keys, TOP_KEYS)
+        with self.file.at("joint", index, "kind"):
+            if row["kind"] not in ("R", "P"):
+                raise QdotError('it is "R" (revolute) or "P" (prismatic)')
+        return str(row["kind"])
+
+    # --- tables ---
+
+    def _by_table(self) -> tuple[Base, tuple[Joint, ...], Point | None]:
+        rows = [self._row(index) for index in range(len(self.rows))]
+        if self.convention == "modified-dh" and rows[0].alpha.free_symbols:
+            raise QdotError(f"{self.file.place('joint', 0, 'alpha')}: the first one turns the base, and is a number")
+        base = self._pose("base")
+        base_, joints = (modified if self.convention == "modified-dh" else standard)(rows, base)
+        return base_, joints, self._point(rows)
+
+    def _row(self, index: int) -> Row:
+        row, own = self.rows[index], self.variables[index]
+        kind, moving = row["kind"], "theta" if row["kind"] == "R" else "d"
+        values: dict[str, sp.Expr] = {}
+        is_reversed = False
+        for key in (moving, *(key for key in ROW_KEYS[1:] if key != moving)):  # what moves is what is mostly wrong
+            with self.file.at("joint", index, key):
+                value = self._value(row[key], key in ANGLES)
+                if key == moving:
+                    value, is_reversed = _rest(value, own, kind)
+                values[key] = self._checked(value, key in ANGLES)
+        return Row(kind, values["theta"], values["d"], values["a"], values["alpha"], is_reversed)
+
+    def _point(self, rows: Sequence[Row]) -> Point | None:
+        n = len(rows)
+        if "tool" in self.table:
+            if "point" in self.table:
+                raise QdotError(
+                    f"{self.file.place('point')}: the point of interest is the tool's origin; give one of both"
+                )
+            x, y, z = self._pose("tool").origin
+            return Point(n, (x, y, z))
+        if "point" not in self.table:
+            return None
+        raw = self.table["point"]
+        right = f'it is the origin of a frame, "O0" … "O{n}", or [x, y, z] in the last frame'
+        with self.file.at("point"):
+            if isinstance(raw, str):
+                match = re.fullmatch(r"O_?(\d{1,2})", raw)
+                if match is None or int(match.group(1)) > n:
+                    raise QdotError(right)
+                point = Point(int(match.group(1)))
+            else:
+                point = self._told_point(raw, right)
+        return standard_point(point, rows, self.convention == "modified-dh")
+
+    def _told_point(self, raw: object, right: str) -> Point:
+        """Return a point as [x, y, z] on the last link, or {frame = 2, offset = [x, y, z]}."""
+        frame = len(self.rows)
+        if isinstance(raw, dict):
+            if {*raw} != {"frame", "offset"} or type(raw["frame"]) is not int or not 0 <= raw["frame"] <= frame:
+                raise QdotError(f"{right}; in another frame it is {{frame = {frame - 1}, offset = [x, y, z]}}")
+            frame, raw = raw["frame"], raw["offset"]
+        x, y, z = self._triple(raw, right)
+        return Point(frame, (x, y, z))
+
+    # --- axes ---
+
+    def _by_axes(self) -> tuple[Base, tuple[Joint, ...], Point | None]:
+        if "tool" in self.table:
+            raise QdotError(
+                f"{self.file.place('tool')}: with screws, it is `point`: [x, y, z] at home, in the base frame"
+            )
+        self.file.check_keys((), TOP_KEYS, ("name", "joint", "point"))
+        base = self._pose("base")
+        with self.file.at("point"):
+            home = "it is [x, y, z] in the base frame, where the point of interest is when all joint variables are zero"
+            told = self._told_point(self.table["point"], home)
+        point = base @ Pose(sp.eye(3), sp.Matrix(told.offset))
+        axes = [self._axis(index, base) for index in range(len(self.rows))]
+        return by_axes(axes, point.origin, told.frame)
+
+    def _axis(self, index: int, base: Pose) -> Axis:
+        row = self.rows[index]
+        with self.file.at("joint", index, "axis"):
+            right = "it is the direction of the axis at home, three numbers, as in [0, 0, 1]"
+            direction = sp.Matrix(self._triple(row["axis"], right))
+            if direction.free_symbols or direction.norm() == 0:
+                raise QdotError(right)
+        through = (sp.S.Zero,) * 3
+        if "point" in row:
+            with self.file.at("joint", index, "point"):
+                through = self._triple(row["point"], "it is a point on the axis at home, [x, y, z] in metres")
+        placed = base @ Pose(sp.eye(3), sp.Matrix(through))
+        return Axis(row["kind"], base.rotation * direction / direction.norm(), placed.origin)
+
+    # --- entries ---
+
+    def _pose(self, key: str) -> Pose:
+        if key not in self.table:
+            return HOME
+        raw = self.table[key]
+        with self.file.at(key):
+            if not isinstance(raw, dict) or not raw or not {*raw} <= {"position", "rpy"}:
+                raise QdotError(_POSE)
+            position = self._triple(raw.get("position", [0, 0, 0]), _POSE)
+            rpy = self._triple(raw.get("rpy", [0, 0, 0]), _POSE, are_angles=True)
+            if any(angle.free_symbols for angle in rpy):
+                raise QdotError('its angles are numbers, as in rpy = [0, 0, "pi/2"]')
+            return pose_of(position, rpy)
+
+    def _triple(self, raw: object, right: str, are_angles: bool = False) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+        if not isinstance(raw, list) or len(raw) != 3:
+            raise QdotError(right)
+        values = []
+        for axis, entry in zip("xyz", raw, strict=True):
+            try:
+                values.append(self._checked(self._value(entry, are_angles), are_angles))
+            except QdotError as error:
+                raise QdotError(f"{axis} = {shown(entry)}: {error}") from None
+        return values[0], values[1], values[2]
+
+    def _value(self, raw: object, is_angle: bool) -> sp.Expr:
+        value = value_of(raw, is_angle, self.in_degrees)
+        named = {sp.Symbol(f"q{number}"): own for number, own in enumerate(self.variables, 1)}
+        return value.xreplace(named)
+
+    def _checked(self, value: sp.Expr, is_angle: bool) -> sp.Expr:
+        _check_symbols(value, self.variables)
+        check_role(value, is_angle)
+        return value
+
+    def limits(self) -> tuple[Limits | None, ...]:
+        """Return the limits of each joint."""
+        return tuple(self._limits(index) for index in range(len(self.rows)))
+
+    def _limits(self, index: int) -> Limits | None:
+        row = self.rows[index]
+        if "limits" not in row:
+            return None
+        is_angle = row["kind"] == "R"
+        right = "they are two numbers, the lower first, as in " + ('["-pi/2", "pi/2"]' if is_angle else "[0, 0.5]")
+        with self.file.at("joint", index, "limits"):
+            ends = row["limits"]
+            if not isinstance(ends, list) or len(ends) != 2:
+                raise QdotError(right)
+            low, high = (
+                value_of(end, is_angle, self.in_degrees)
+                if isinstance(end, str) or not is_angle or self.in_degrees
+                else sp.Rational(str(end))
+                for end in ends
+            )
+            if low.free_symbols or high.free_symbols or not low < high:
+                raise QdotError(right)
+        return low, high
 
 
-def _kind(file: TomlFile, index: int, row: dict[str, Any]) -> str:
-    file.check_keys(("joint", index), ROW_KEYS, ROW_KEYS, TOP_KEYS)
-    with file.at("joint", index, "kind"):
-        if row["kind"] not in ("R", "P"):
-            raise QdotError('it is "R" (revolute) or "P" (prismatic)')
-    return str(row["kind"])
-
-
-def _joint(file: TomlFile, index: int, variables: Sequence[sp.Symbol]) -> Joint:
-    row, own = file.content["joint"][index], variables[index]
-    kind, moving = row["kind"], "theta" if row["kind"] == "R" else "d"
-    values = {}
-    for key in (moving, *(key for key in ROW_KEYS[1:] if key != moving)):  # what moves is what is mostly wrong
-        with file.at("joint", index, key):
-            values[key] = value_of(row[key], key in ANGLES)
-            rest = _rest(values[key], own, kind) if key == moving else values[key]
-            _check_symbols(rest, variables)
-            check_role(rest, key in ANGLES)
-    return Joint(kind, **values)
-
-
-def _rest(value: sp.Expr, own: sp.Symbol, kind: str) -> sp.Expr:
-    """Return what is added to a joint's own variable. Raises QdotError."""
-    rest = sp.expand(value - own)
-    if own in rest.free_symbols:
-        key, offset = ("theta", "pi/2") if kind == "R" else ("d", "0.2")
-        raise QdotError(
-            f'a joint of kind "{kind}" moves by its own variable there: {key} = "{own}", with a constant added if '
-            f'wanted, as in "{own} + {offset}"'
-        )
-    return rest
+def _rest(value: sp.Expr, own: sp.Symbol, kind: str) -> tuple[sp.Expr, bool]:
+    """Return what is added to a joint's own variable, and whether that counts the other way. Raises QdotError."""
+    for sign in (1, -1):
+        rest = sp.expand(value - sign * own)
+        if own not in rest.free_symbols:
+            return rest, sign < 0
+    key, offset = ("theta", "pi/2") if kind == "R" else ("d", "0.2")
+    raise QdotError(
+        f'a joint of kind "{kind}" moves by its own variable there: {key} = "{own}", with a constant added if '
+        f'wanted, as in "{own} + {offset}", or "-{own}" where it counts the other way'
+    )
 
 
 def _check_symbols(value: sp.Expr, variables: Sequence[sp.Symbol]) -> None:
@@ -144,30 +351,6 @@ def _check_symbols(value: sp.Expr, variables: Sequence[sp.Symbol]) -> None:
         match = re.fullmatch(r"theta(\d+)", symbol.name)
         if match and not 0 < int(match.group(1)) <= len(variables):
             raise QdotError(f"{symbol} belongs to no joint; the last one is joint {len(variables)}")
-
-
-def _point(raw: object, variables: Sequence[sp.Symbol]) -> Point:
-    n = len(variables)
-    right = f'it is the origin of a frame, "O0" … "O{n}", or [x, y, z] in the last frame'
-    if isinstance(raw, str):
-        match = re.fullmatch(r"O_?(\d{1,2})", raw)
-        if match is None or int(match.group(1)) > n:
-            raise QdotError(right)
-        return Point(int(match.group(1)))
-    if not isinstance(raw, list) or len(raw) != 3:
-        raise QdotError(right)
-    x, y, z = (_coordinate(axis, value, variables) for axis, value in zip("xyz", raw, strict=True))
-    return Point(n, (x, y, z))
-
-
-def _coordinate(axis: str, raw: object, variables: Sequence[sp.Symbol]) -> sp.Expr:
-    try:
-        value = value_of(raw, False)
-        _check_symbols(value, variables)
-        check_role(value, False)
-    except QdotError as error:
-        raise QdotError(f"{axis} = {shown(raw)}: {error}") from None
-    return value
 
 
 def _task(raw: object) -> tuple[str, ...]:

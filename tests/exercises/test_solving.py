@@ -216,7 +216,7 @@ HEAD, LAST = 'name = "two"', "a = 0.35\nalpha = 0\n"
         ("alpha = 0\n[[joint]]", "[[joint]]", "arm.toml: line 2: joint 1: the key 'alpha' is missing; needed: kind"),
         (HEAD, "", "arm.toml: the key 'name' is missing"),
         (HEAD, "name = 5", "line 1: name = 5: it is a text"),
-        (HEAD, f'{HEAD}\ntool = "z"', "arm.toml: line 2: unknown key 'tool'; known: name, task"),
+        (HEAD, f'{HEAD}\ntol = "z"', "arm.toml: line 2: unknown key 'tol' (did you mean 'tool'?); known: name"),
         (HEAD, f'{HEAD}\ntask = ["vx", "vq"]', 'line 2: task = ["vx", "vq"]: unknown row \'vq\' (did you mean'),
         (HEAD, f'{HEAD}\ntask = ["vx", "vx"]', "'vx' is named twice"),
         (HEAD, f'{HEAD}\npoint = "O5"', 'line 2: point = "O5": it is the origin of a frame, "O0" … "O2"'),

@@ -22,7 +22,8 @@ LAYERS = {
         formula.pieces formula.conditions
         formula.claims
         arm.chain arm.kinematics arm.trigonometry arm.derivation arm.singularity arm.axes arm.reason arm.reach
-        arm.appearance arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.robot_file
+        arm.appearance arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.placing
+        arm.conventions arm.urdf arm.robot_file arm.robot_text
         arm.arithmetic arm.stages
         credit decimals lateness several difficulty answers problem families questions mistakes quizzes
         generation record verify writing.gathering writing.angles writing.latex phrases languages render writing

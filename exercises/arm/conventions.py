@@ -1,0 +1,140 @@
+"""The ways in which an arm is written down, and the standard (distal) table of the same arm, which all else works on.
+
+    dh            a row is Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i); frame i stands at the end of link i
+    modified-dh   a row is Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i); frame i stands on joint axis i (Craig)
+    screws        each joint by its axis at home, where all joint variables are zero, in the base frame
+
+Rx and Tx of a modified row commute and join the row before it, so that both tables hold the same numbers: `alpha` and
+`a` of row i are those of row i + 1 of the other, and what the first modified row has of them is the base's.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import sympy as sp
+
+from exercises.arm.chain import Base, Chain, Joint, Point
+from exercises.arm.kinematics import NumericChain, frames_and_point, rot_x, rot_z
+from exercises.arm.placing import HOME, Axis, Pose, exactly, reached, stood_on, table_of_axes
+from exercises.stream import Stream
+
+CONVENTIONS = ("dh", "modified-dh", "screws")
+TABLES = ("dh", "modified-dh")
+"""Those that are tables."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row as it is written: what turns and slides about z, along z and x and about x; is the variable `reversed`?
+
+    Of theta of a revolute joint, and d of a prismatic one, it is what is added to the variable.
+    """
+
+    kind: str
+    theta: sp.Expr
+    d: sp.Expr
+    a: sp.Expr
+    alpha: sp.Expr
+    reversed: bool = False
+
+
+Placed = tuple[Base, tuple[Joint, ...]]
+
+
+def standard(rows: Sequence[Row], base: Pose = HOME) -> Placed:
+    """Return base and table of an arm by rows of the standard table, some of whose variables may be reversed.
+
+    Rz(-q) is Rx(pi) Rz(q) Rx(-pi): what turns the other way turns about an axis the other way up.
+    """
+    rows = list(rows)
+    for i, row in enumerate(rows):
+        if row.reversed:
+            rows[i] = replace(row, theta=-row.theta, d=-row.d, alpha=in_one_turn(row.alpha - sp.pi))
+            if i:
+                rows[i - 1] = replace(rows[i - 1], alpha=in_one_turn(rows[i - 1].alpha + sp.pi))
+            else:
+                base = base @ Pose(rot_x(sp.pi), sp.zeros(3, 1))
+    joints = []
+    for number, row in enumerate(rows, 1):
+        turn, slide = (1, 0) if row.kind == "R" else (0, 1)
+        theta, d = row.theta + turn * sp.Symbol(f"theta{number}"), row.d + slide * sp.Symbol(f"d{number}")
+        joints.append(Joint(row.kind, theta, d, row.a, row.alpha))
+    return (Base(), tuple(joints)) if base == HOME else stood_on(base, joints)
+
+
+def modified(rows: Sequence[Row], base: Pose = HOME) -> Placed:
+    """Return base and table of an arm by rows of the modified table, whose alpha and a stand before their joint."""
+    first, *others = rows
+    moved = Pose(rot_x(first.alpha), sp.Matrix([first.a, 0, 0]))
+    behind = [(row.a, row.alpha) for row in others] + [(sp.S.Zero, sp.S.Zero)]
+    shifted = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(rows, behind, strict=True)]
+    return standard(shifted, base if moved == HOME else base @ moved)
+
+
+def standard_point(point: Point, rows: Sequence[Row], is_modified: bool) -> Point:
+    """Return a point in the standard table, which was told in a frame of the table that is written.
+
+    A frame of the modified one stands before its link; one before a joint that counts the other way is upside down.
+    """
+    if point.frame == len(rows):
+        return point
+    link, offset = rows[point.frame], sp.Matrix(point.offset)
+    if is_modified:
+        offset = rot_x(-link.alpha) * (offset - sp.Matrix([link.a, 0, 0]))
+    if link.reversed:
+        offset = rot_x(sp.pi) * offset
+    return Point(point.frame, (offset[0], offset[1], offset[2]))
+
+
+def by_axes(axes: Sequence[Axis], point: sp.Matrix, link: int) -> tuple[Base, tuple[Joint, ...], Point | None]:
+    """Return base, standard table and point of interest, which is on the link behind so many joints.
+
+    Raises RuntimeError unless the table leads where the axes do.
+    """
+    base, joints, tool = table_of_axes(axes, point)
+    if link < len(axes):
+        whole = Chain("axes", joints, ("vx",), base)
+        frame, home = frames_and_point(whole)[0][link], dict.fromkeys(whole.q, sp.S.Zero)
+        offset = frame.rotation.xreplace(home).T * (point - frame.origin.xreplace(home))
+        x, y, z = offset.applyfunc(exactly)
+        tool = Point(link, (x, y, z))
+    chain, stream = Chain("axes", joints, ("vx",), base, tool), Stream("axes")
+    for _ in range(3):
+        q = np.array([stream.uniform(-2, 2) for _ in axes])
+        lengths = {symbol: stream.uniform(0.3, 2) for symbol in chain.parameters}
+        arm = NumericChain(chain, {symbol.name: value for symbol, value in lengths.items()})
+        there = reached(axes[:link], point, q[:link], {symbol: sp.Float(value) for symbol, value in lengths.items()})
+        if not np.allclose(arm.point_of(arm.frames(q)), there, atol=1e-7):
+            raise RuntimeError(f"the table of {chain} does not lead where its axes do; please report this")
+    return base, joints, tool
+
+
+def axes_of(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
+    """Return the axes of an arm at home, and where its point of interest is then (3 x 1, m); world frame."""
+    home = dict.fromkeys(chain.q, sp.S.Zero)
+    frames, point = frames_and_point(chain)
+
+    def at_home(vector: sp.Matrix) -> sp.Matrix:
+        return vector.xreplace(home).applyfunc(exactly)
+
+    axes = [
+        Axis(joint.kind, at_home(frame.rotation[:, 2]), at_home(frame.origin))
+        for joint, frame in zip(chain.joints, frames, strict=False)
+    ]
+    return axes, at_home(point)
+
+
+def in_one_turn(angle: sp.Expr) -> sp.Expr:
+    """Return an angle in (-pi, pi] where it is a number, by adding whole turns."""
+    angle = sp.expand(angle)
+    turns = angle / (2 * sp.pi)
+    if not turns.is_Rational:
+        return angle
+    rest = turns - sp.floor(turns)
+    return 2 * sp.pi * (rest if rest <= sp.Rational(1, 2) else rest - 1)
+
+
+def base_pose(base: Base) -> Pose:
+    """Return where frame O_0 stands in the world."""
+    return Pose(rot_z(base.yaw) * rot_x(base.tilt), sp.Matrix(base.position))

@@ -1,0 +1,102 @@
+"""An arm written as ROBOT.toml, in any convention, such that reading it gives the same arm."""
+
+from collections.abc import Sequence
+from decimal import Decimal
+
+import sympy as sp
+
+from exercises.arm.chain import Chain, Point
+from exercises.arm.conventions import axes_of
+from exercises.arm.kinematics import rot_x
+from exercises.input_file import shown
+
+Entries = Sequence[tuple[str, str]]
+
+
+def robot_text(chain: Chain, convention: str) -> str:
+    """Return the text of a file that describes an arm in a convention."""
+    top, joints = {"dh": _standard, "modified-dh": _modified, "screws": _screws}[convention](chain)
+    head = [("name", shown(chain.title or chain.name))]
+    head += [("convention", shown(convention))] if convention != "dh" else []
+    head += [("task", shown(list(chain.task))), *top]
+    return "\n".join([_lines(head), *(f"[[joint]]\n{_lines(joint)}" for joint in joints)])
+
+
+def _lines(entries: Entries) -> str:
+    return "".join(f"{key} = {value}\n" for key, value in entries)
+
+
+def _standard(chain: Chain) -> tuple[Entries, list[Entries]]:
+    base = [] if chain.base.is_world else [("base", _pose(chain.base.position, (chain.base.tilt, 0, chain.base.yaw)))]
+    point = chain.point
+    told = [] if chain.tool is None else [("point", _place(point, point.frame == chain.n))]
+    return [*told, *base], [
+        _row(joint.kind, joint.theta, joint.d, joint.a, joint.alpha) for joint in chain.joints
+    ]  # fmt: skip
+
+
+def _modified(chain: Chain) -> tuple[Entries, list[Entries]]:
+    base, last = chain.base, chain.joints[-1]
+    top: list[tuple[str, str]] = []
+    before = base.position[0], base.tilt
+    if base.yaw != 0 or any(base.position[1:]):
+        top.append(("base", _pose(base.position, (0, 0, base.yaw))))
+        before = sp.S.Zero, base.tilt
+    behind = [before, *((joint.a, joint.alpha) for joint in chain.joints[:-1])]
+    rows = [
+        _row(joint.kind, joint.theta, joint.d, a, alpha) for joint, (a, alpha) in zip(chain.joints, behind, strict=True)
+    ]
+    point = chain.point
+    link = chain.joints[point.frame - 1] if point.frame else None
+    offset = sp.Matrix(point.offset)
+    if link is not None:
+        offset = sp.Matrix([link.a, 0, 0]) + rot_x(link.alpha) * offset
+    else:
+        offset = sp.Matrix([before[0], 0, 0]) + rot_x(before[1]) * offset
+    moved = Point(point.frame, (offset[0], offset[1], offset[2]))
+    if chain.tool is not None or (last.a, last.alpha) != (0, 0):
+        top.insert(0, ("point", _place(moved, point.frame == chain.n)))
+    return top, rows
+
+
+def _screws(chain: Chain) -> tuple[Entries, list[Entries]]:
+    axes, (x, y, z) = axes_of(chain)
+    place = Point(chain.point.frame, (x, y, z))
+    joints: list[Entries] = []
+    for axis in axes:
+        through = [("point", _list(axis.point))] if axis.kind == "R" else []
+        joints.append([("kind", shown(axis.kind)), ("axis", _list(axis.direction)), *through])
+    return [("point", _place(place, chain.point.frame == chain.n, is_at_home=True))], joints
+
+
+def _row(kind: str, theta: sp.Expr, d: sp.Expr, a: sp.Expr, alpha: sp.Expr) -> Entries:
+    values = {"theta": theta, "d": d, "a": a, "alpha": alpha}
+    return [("kind", shown(kind)), *((key, _entry(value)) for key, value in values.items())]
+
+
+def _place(point: Point, is_last: bool, is_at_home: bool = False) -> str:
+    if point.is_origin and not is_at_home:
+        return shown(f"O{point.frame}")
+    offset = _list(point.offset)
+    return offset if is_last else f"{{frame = {point.frame}, offset = {offset}}}"
+
+
+def _pose(position: Sequence[sp.Expr], rpy: Sequence[sp.Expr]) -> str:
+    turned = f", rpy = {_list(rpy)}" if any(rpy) else ""
+    return f"{{position = {_list(position)}{turned}}}"
+
+
+def _list(values: Sequence[sp.Expr]) -> str:
+    return f"[{', '.join(_entry(sp.sympify(value)) for value in values)}]"
+
+
+def _entry(value: sp.Expr) -> str:
+    """Return an entry: a number where decimals say it exactly, else a formula in quotes."""
+    if value.is_Rational:
+        rest = value.q
+        for prime in (2, 5):
+            while rest % prime == 0:
+                rest //= prime
+        if rest == 1 and value.q < 10**9:
+            return str(value.p) if value.q == 1 else format((Decimal(value.p) / Decimal(value.q)).normalize(), "f")
+    return shown(sp.sstr(value))

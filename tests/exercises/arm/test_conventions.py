@@ -1,0 +1,339 @@
+"""Arms written in every convention are the same arm, by the matrices of each convention, worked out here anew."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from exercises.arm.chain import Base, Chain, Joint, Point
+from exercises.arm.conventions import CONVENTIONS
+from exercises.arm.kinematics import NumericChain
+from exercises.arm.robot_file import Robot, read_robot_file
+from exercises.arm.robot_text import robot_text
+from exercises.errors import QdotError
+from exercises.generation import sample_chain
+from exercises.problem import ProblemId
+from exercises.stream import Stream
+from tests.support.suites import families_for
+
+Matrix = np.ndarray
+
+
+def rotation(axis: str, angle: float) -> Matrix:
+    c, s, made = np.cos(angle), np.sin(angle), np.eye(4)
+    i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
+    made[i, i] = made[j, j] = c
+    made[i, j], made[j, i] = -s, s
+    return made
+
+
+def shift(x: float, y: float, z: float) -> Matrix:
+    made = np.eye(4)
+    made[:3, 3] = x, y, z
+    return made
+
+
+def turned(rpy: Sequence[float] | Matrix) -> Matrix:
+    return rotation("z", rpy[2]) @ rotation("y", rpy[1]) @ rotation("x", rpy[0])
+
+
+def exponential(axis: Sequence[float], through: Sequence[float], value: float, slides: bool) -> Matrix:
+    """Return exp([S] value) by its series."""
+    w, o = np.array(axis) / np.linalg.norm(axis), np.array(through)
+    screw = np.zeros((4, 4))
+    if slides:
+        screw[:3, 3] = w
+    else:
+        screw[:3, :3] = [[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]]
+        screw[:3, 3] = -np.cross(w, o)
+    made, term = np.eye(4), np.eye(4)
+    for k in range(1, 40):
+        term = term @ screw * value / k
+        made = made + term
+    return made
+
+
+def read(folder: Path, text: str, name: str = "robot.toml") -> Robot:
+    path = folder / name
+    path.write_text(text)
+    return read_robot_file(path)
+
+
+def place(chain: Chain, q: Sequence[float], lengths: dict[str, float]) -> Matrix:
+    arm = NumericChain(chain, lengths)
+    return arm.point_of(arm.frames(np.array(q)))
+
+
+def jacobian(chain: Chain, q: Sequence[float], lengths: dict[str, float]) -> Matrix:
+    return NumericChain(chain, lengths).jacobian(np.array(q)[None])[0]
+
+
+def same_arm(one: Chain, other: Chain, seed: str) -> None:
+    """Hold places and Jacobians of two arms against each other at random configurations, and their tasks."""
+    assert (one.n, one.task) == (other.n, other.task)
+    stream = Stream(seed)
+    names = {symbol.name for chain in (one, other) for symbol in chain.parameters}
+    for _ in range(3):
+        q = [stream.uniform(-2, 2) for _ in one.q]
+        lengths = {name: stream.uniform(0.2, 1.5) for name in sorted(names)}
+        np.testing.assert_allclose(place(one, q, lengths), place(other, q, lengths), atol=1e-9)
+        np.testing.assert_allclose(jacobian(one, q, lengths), jacobian(other, q, lengths), atol=1e-9)
+
+
+@pytest.mark.parametrize("convention", CONVENTIONS)
+@pytest.mark.parametrize("family", families_for("conventions"))
+@pytest.mark.parametrize("step", ["chapter", "full"])
+def test_an_arm_is_written_in_every_convention_and_read_again(
+    family: str, convention: str, step: str, tmp_path: Path
+) -> None:
+    chain = sample_chain(ProblemId(family, 3, variation=step))
+    text = robot_text(chain, convention)
+    again = read(tmp_path, text).chain
+    same_arm(chain, again, f"{family} {convention}")
+    if convention != "screws":  # which place the frames anew
+        assert robot_text(again, convention) == text
+
+
+def test_a_modified_table_is_multiplied_out_as_its_book_does(tmp_path: Path) -> None:
+    """Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i), with joints that count the other way, base and tool."""
+    text = """name = "m"
+convention = "modified-dh"
+angles = "degrees"
+base = {position = [0.1, -0.2, 0.3], rpy = [30, 45, 90]}
+tool = {position = [0.05, 0, 0.2], rpy = [0, 90, 0]}
+[[joint]]
+kind = "R"
+theta = "-q1 + 30"
+d = 0.4
+a = 0.3
+alpha = 90
+[[joint]]
+kind = "P"
+theta = 45
+d = "0.2 - d2"
+a = "l"
+alpha = -60
+[[joint]]
+kind = "R"
+theta = "theta3"
+d = 0
+a = 0.25
+alpha = 180
+"""
+    chain, rad = read(tmp_path, text).chain, np.deg2rad
+    stream = Stream("modified")
+    for _ in range(4):
+        q, long = [stream.uniform(-2, 2) for _ in range(3)], stream.uniform(0.2, 1)
+        rows = [(rad(90), 0.3, -q[0] + rad(30), 0.4), (rad(-60), long, rad(45), 0.2 - q[1]), (np.pi, 0.25, q[2], 0)]
+        pose = shift(0.1, -0.2, 0.3) @ turned(rad([30, 45, 90]))
+        for alpha, a, theta, d in rows:
+            pose = pose @ rotation("x", alpha) @ shift(a, 0, 0) @ rotation("z", theta) @ shift(0, 0, d)
+        there = (pose @ [0.05, 0, 0.2, 1])[:3]
+        np.testing.assert_allclose(place(chain, q, {"l": long}), there, atol=1e-12)
+
+
+@pytest.mark.parametrize("frame", [0, 1, 2, 3])
+def test_frames_of_a_modified_table_stand_on_their_joints(frame: int, tmp_path: Path) -> None:
+    rows = [("pi/2", "0.3", "theta1"), ("pi/3", "0.5", "-theta2 + pi/4"), ("-pi/2", "0.2", "theta3")]
+    joints = "".join(
+        f'[[joint]]\nkind = "R"\ntheta = "{theta}"\nd = 0.1\na = {a}\nalpha = "{alpha}"\n' for alpha, a, theta in rows
+    )
+    for point, offset in (
+        (f'"O{frame}"', (0, 0, 0)),
+        (f"{{frame = {frame}, offset = [0.1, 0.2, 0.3]}}", (0.1, 0.2, 0.3)),
+    ):
+        text = f'name = "m"\nconvention = "modified-dh"\ntask = ["vx"]\npoint = {point}\n{joints}'
+        chain, q = read(tmp_path, text).chain, [0.3, -1.2, 0.7]
+        pose = np.eye(4)
+        angles = [(np.pi / 2, 0.3, q[0]), (np.pi / 3, 0.5, -q[1] + np.pi / 4), (-np.pi / 2, 0.2, q[2])]
+        for alpha, a, theta in angles[:frame]:
+            pose = pose @ rotation("x", alpha) @ shift(a, 0, 0) @ rotation("z", theta) @ shift(0, 0, 0.1)
+        np.testing.assert_allclose(place(chain, q, {}), (pose @ [*offset, 1])[:3], atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_axes_in_any_place_lead_where_their_exponentials_do(seed: int, tmp_path: Path) -> None:
+    """Parallel, crossing, skew and coincident axes, slides among them, on a base that is turned."""
+    stream = Stream(f"axes/{seed}")
+    rows, axes = "", []
+    base, rpy = [0.2, -0.1, 0.5], stream.choice([[0, 0, 0], [0, 0, 90], [180, 0, 30], [90, -45, 15]])
+    for _ in range(1 + int(stream.uniform(1, 4))):
+        axis = stream.choice([[0, 0, 1], [0, 0, -1], [1, 0, 0], [0, -1, 0], [1, 1, 0], [0, 1, 1], [1, 2, 3]])
+        through = [stream.choice([0, 0, 0.3, -0.4, 0.75]) for _ in range(3)]
+        kind = stream.choice(["R", "R", "R", "P"])
+        axes.append((axis, through, kind == "P"))
+        rows += f'[[joint]]\nkind = "{kind}"\naxis = {axis}\npoint = {through}\n'
+    point = [stream.choice([0, 0.2, 0.5]) for _ in range(3)]
+    link = len(axes) - int(stream.uniform(0, 1.3))
+    told = f"{{frame = {link}, offset = {point}}}"
+    text = f'name = "s"\nconvention = "screws"\nangles = "degrees"\ntask = ["vx"]\npoint = {told}\n'
+    text += f"base = {{position = {base}, rpy = {rpy}}}\n{rows}"
+    chain = read(tmp_path, text).chain
+    outer = shift(*base) @ turned(np.deg2rad(rpy))
+    for _ in range(3):
+        q = [stream.uniform(-2, 2) for _ in axes]
+        pose = outer
+        for (axis, through, slides), value in list(zip(axes, q, strict=True))[:link]:
+            pose = pose @ exponential(axis, through, value, slides)
+        np.testing.assert_allclose(place(chain, q, {}), (pose @ [*point, 1])[:3], atol=1e-9)
+
+
+def test_axes_of_a_textbook_arm_give_its_textbook_table(tmp_path: Path) -> None:
+    text = """name = "3R"
+convention = "screws"
+point = ["a1 + a2 + a3", 0, 0]
+[[joint]]
+kind = "R"
+axis = [0, 0, 1]
+point = [0, 0, 0]
+[[joint]]
+kind = "R"
+axis = [0, 0, 1]
+point = ["a1", 0, 0]
+[[joint]]
+kind = "R"
+axis = [0, 0, 1]
+point = ["a1 + a2", 0, 0]
+"""
+    a = sp.symbols("a1:4")
+    assert read(tmp_path, text).chain == replace(
+        Chain("3R", tuple(Joint("R", f"theta{i}", 0, a[i - 1], 0) for i in (1, 2, 3)), ("vx", "vy"), Base(), None, "3R")
+    )
+
+
+URDF = """<?xml version="1.0"?>
+<robot name="three">
+  <link name="base"/><link name="a"/><link name="b"/><link name="c"/><link name="tool"/><link name="camera"/>
+  <joint name="shoulder" type="continuous"><parent link="base"/><child link="a"/>
+    <origin xyz="0 0 0.4" rpy="0 0 1.5708"/><axis xyz="0 0 1"/></joint>
+  <joint name="elbow" type="revolute"><parent link="a"/><child link="b"/>
+    <origin xyz="0.3 0 0" rpy="1.57079632679 0 0.2"/><axis xyz="0 -1 0"/>
+    <limit lower="-1" upper="2.5" effort="1"/></joint>
+  <joint name="slide" type="prismatic"><parent link="b"/><child link="c"/>
+    <origin xyz="0 0.1 0"/><axis xyz="1 0 1"/><limit lower="0" upper="0.5"/></joint>
+  <joint name="mount" type="fixed"><parent link="c"/><child link="tool"/><origin xyz="0 0 0.12" rpy="0 0.3 0"/></joint>
+  <joint name="look" type="fixed"><parent link="a"/><child link="camera"/></joint>
+</robot>
+"""
+
+
+def test_a_urdf_leads_where_its_origins_and_axes_do(tmp_path: Path) -> None:
+    path = tmp_path / "three.urdf"
+    path.write_text(URDF)
+    robot = read_robot_file(path, tip="tool")
+    assert robot.chain.title == "three" and [joint.kind for joint in robot.chain.joints] == ["R", "R", "P"]
+    assert robot.limits[0] is None and robot.limits[1] == (-1, sp.Rational(5, 2))
+    assert robot.notes == (f"{path}: joint 'shoulder': 1.5708 rad is taken for pi/2",)
+    stream = Stream("urdf")
+    for _ in range(4):
+        q = [stream.uniform(-2, 2) for _ in range(3)]
+        pose = shift(0, 0, 0.4) @ rotation("z", np.pi / 2) @ rotation("z", q[0])
+        pose = pose @ shift(0.3, 0, 0) @ turned((np.pi / 2, 0, 0.2)) @ rotation("y", -q[1])
+        pose = pose @ shift(0, 0.1, 0) @ shift(q[2] / np.sqrt(2), 0, q[2] / np.sqrt(2)) @ shift(0, 0, 0.12)
+        np.testing.assert_allclose(place(robot.chain, q, {}), pose[:3, 3], atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("<robot name", "<robt name", "not valid XML"),
+        ('type="revolute"', 'type="planar"', "joint 'elbow': type 'planar' is none of"),
+        ('<child link="b"/>', '<child link="z"/>', "joint 'elbow': its child is link 'z', which is not there"),
+        ('<child link="b"/>', "", "joint 'elbow': it has no child"),
+        ('xyz="1 0 1"', 'xyz="0 0 0"', "joint 'slide': its axis has no length"),
+        ('xyz="1 0 1"', 'xyz="1 0 nan"', "joint 'slide': axis xyz = '1 0 nan': it is three numbers"),
+        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbow"/>', "joint 'slide': it repeats another joint"),
+        ("<robot ", '<!DOCTYPE robot [<!ENTITY a "b">]><robot ', "it has a DOCTYPE"),
+        ('<child link="camera"/>', '<child link="tool"/>', "link 'tool' is the child of joint 'mount', too"),
+        (
+            '<robot name="three">',
+            '<robot name="three" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:a/>',
+            "it has macros",
+        ),
+    ],
+)
+def test_a_urdf_that_can_not_be_read_is_told_by_its_joint(old: str, new: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "three.urdf"
+    path.write_text(URDF.replace(old, new).replace("?>\n<!DOC", "?>\n<!DOC"))
+    with pytest.raises(QdotError, match=r"three\.urdf: ") as raised:
+        read_robot_file(path, tip="tool")
+    assert said in str(raised.value)
+
+
+def test_the_end_of_a_urdf_is_its_only_one_or_named(tmp_path: Path) -> None:
+    path = tmp_path / "three.urdf"
+    path.write_text(URDF)
+    with pytest.raises(QdotError, match=r"it ends in several links; name one with --tip: tool, camera"):
+        read_robot_file(path)
+    with pytest.raises(QdotError, match="unknown link 'tol'"):
+        read_robot_file(path, tip="tol")
+    with pytest.raises(QdotError, match="is the root, which no joint moves"):
+        read_robot_file(path, tip="base")
+    assert read_robot_file(path, tip="camera").chain.n == 1
+
+
+def test_a_table_in_csv_has_the_rows_of_a_convention(tmp_path: Path) -> None:
+    path = tmp_path / "scara.csv"
+    path.write_text("kind;theta;d;a;alpha\nR;theta1;0;a1;0\nR;theta2;0;a2;pi\nP;0;d3;0;0\n")
+    chain = read_robot_file(path).chain
+    assert chain.title == "scara" and chain.joints[1] == Joint("R", "theta2", 0, "a2", "pi")
+    moved = read_robot_file(path, convention="modified-dh").chain
+    assert moved.joints[0] == Joint("R", "theta1", 0, "a2", "pi") and moved.base.position[0] == sp.Symbol("a1")
+    path.write_text("kind,theta,d,a,alpha\nR,theta1,0,a1,0\nR,theta2,0,a2,90 deg\n")
+    with pytest.raises(QdotError, match=r'scara\.csv: line 3: joint 2: alpha = "90 deg": angles are in radians'):
+        read_robot_file(path)
+
+
+HEAD, ROW = 'name = "m"\n', '[[joint]]\nkind = "R"\ntheta = "theta1"\nd = 0\na = "a1"\nalpha = 0\n'
+SCREW = '[[joint]]\nkind = "R"\naxis = [0, 0, 1]\npoint = [0, 0, 0]\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            HEAD + 'convention = "craig"\n' + ROW,
+            'line 2: convention = "craig": it is "dh" or "modified-dh" or "screws"',
+        ),
+        (HEAD + 'angles = "deg"\n' + ROW, 'line 2: angles = "deg": it is "radians" or "degrees"'),
+        (
+            HEAD + 'angles = "degrees"\n' + ROW.replace("alpha = 0", 'alpha = "pi/2"'),
+            "the angles of this file are in degrees",
+        ),
+        (HEAD + 'base = {rpy = [0, 0, "beta1"]}\n' + ROW, "its angles are numbers"),
+        (
+            HEAD + 'convention = "modified-dh"\n' + ROW.replace("alpha = 0", 'alpha = "alpha1"'),
+            "the first one turns the base",
+        ),
+        (HEAD + "base = {at = [0, 0, 0]}\n" + ROW, "it is {position = [x, y, z]}"),
+        (HEAD + 'point = "O1"\ntool = {position = [0, 0, 1]}\n' + ROW, "the point of interest is the tool's origin"),
+        (HEAD + "point = {frame = 2, offset = [0, 0, 0]}\n" + ROW, 'it is the origin of a frame, "O0"'),
+        (HEAD + ROW.replace('"theta1"', '"2 - 2*theta1"'), 'or "-theta1" where it counts the other way'),
+        (HEAD + ROW.replace('"theta1"', '"q2"'), "q2"),
+        (HEAD + ROW + "limits = [1]\n", "they are two numbers, the lower first"),
+        (HEAD + ROW + 'limits = ["pi", 0]\n', "they are two numbers, the lower first"),
+        (HEAD + 'convention = "screws"\n' + SCREW, "the key 'point' is missing"),
+        (HEAD + 'convention = "screws"\npoint = [1, 0, 0]\n' + ROW, "unknown key 'theta'"),
+        (
+            HEAD + 'convention = "screws"\npoint = [1, 0, 0]\n' + SCREW.replace("1]", "0]"),
+            "the direction of the axis at home",
+        ),
+        (HEAD + 'convention = "screws"\ntool = {}\n' + SCREW, "with screws, it is `point`"),
+    ],
+)
+def test_what_is_wrong_in_a_file_is_told_by_its_place(text: str, said: str, tmp_path: Path) -> None:
+    with pytest.raises(QdotError) as raised:
+        read(tmp_path, text)
+    assert str(raised.value).startswith(f"{tmp_path / 'robot.toml'}: ") and said in str(raised.value)
+
+
+def test_a_point_on_an_inner_link_is_told_by_its_frame() -> None:
+    chain = Chain(
+        "m", tuple(Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2, 3)), ("vx", "vy"), Base(), Point(2, (0, 0, 0))
+    )
+    assert 'point = "O2"\n' in robot_text(chain, "dh")
+    assert 'point = {frame = 2, offset = ["a2", 0, 0]}\n' in robot_text(chain, "modified-dh")
+    assert 'point = {frame = 2, offset = ["a1 + a2", 0, 0]}\n' in robot_text(chain, "screws")
