@@ -189,5 +189,5 @@ def solve(
         one_of(convert, CONVENTIONS, "--convert")
         say(robot_text(read.chain, convert).rstrip())
         return
-    solution = solve_chain(read.chain)
+    solution = replace(solve_chain(read.chain), robot=read)
     say({"text": solution_text, "latex": solution_latex, "json": solution_json}[format](solution))

@@ -8,18 +8,19 @@ import sympy as sp
 
 from exercises.arm.chain import Chain
 from exercises.arm.classification import kind_is_sure
+from exercises.arm.conventions import axes_of, modified_rows
 from exercises.arm.derivation import TooLong, derive
-from exercises.arm.robot_file import read_robot
+from exercises.arm.robot_file import Limits, Robot, read_robot
 from exercises.formula.text import matrix_json
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.base import BY_HAND
 from exercises.render import render
 from exercises.stream import Stream
-from exercises.writing.latex import tex
+from exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from exercises.writing.markup import latex_escaped, to_latex, to_text
 from exercises.writing.statement import worked_solutions
-from exercises.writing.wording import Wording
+from exercises.writing.wording import Wording, triple
 from exercises.writing.worked import SingularComponent, Worked
 
 SECTIONS = (
@@ -41,7 +42,7 @@ class Solution:
     """The results for a chain.
 
     `determinant` is None where J is not square, `singular` where it never has full rank; both where they would be too
-    long, as `note` then says.
+    long, as `note` then says. `robot` is the file that the arm was read from, if it was.
     """
 
     chain: Chain
@@ -51,6 +52,7 @@ class Solution:
     determinant: sp.Expr | None
     singular: tuple[SingularComponent, ...] | None
     note: str | None
+    robot: Robot | None = None
 
     def __repr__(self) -> str:
         return f"Solution({self.chain.name}: J {len(self.chain.task)} x {self.chain.n}, det J = {self.determinant})"
@@ -151,7 +153,48 @@ def _markdown(solution: Solution) -> str:
         sections=sections,
         note=solution.note,
         tex=tex,
+        given=_given(solution),
+        beyond=_beyond(solution),
     )
+
+
+def _given(solution: Solution) -> list[list[str]]:
+    """Return the rows in which the arm was told, where that was no standard table; `_markdown` says which they are."""
+    chain, told = solution.chain, solution.robot.convention if solution.robot else ""
+    if told == "modified-dh":
+        return [
+            [tex_angle(row.alpha), tex_length(row.a), tex_length(row.d), tex_angle(row.theta)]
+            for row in modified_rows(chain)[1]
+        ]
+    if told == "screws":
+        return [
+            [f"({', '.join(map(tex, axis.direction))})", triple(axis.point) if axis.kind == "R" else "-"]
+            for axis in axes_of(chain)[0]
+        ]
+    return []
+
+
+def _beyond(solution: Solution) -> list[str]:
+    """Return the values of joints in singular configurations that the limits of the joints rule out, in words."""
+    limits = dict(zip(solution.chain.q, solution.robot.limits, strict=False)) if solution.robot else {}
+    said = []
+    for component in solution.singular or ():
+        for joint, values in component.solutions or ():
+            ends = limits.get(joint)
+            if ends is None:
+                continue
+            low, high = (tex_value(end, joint) for end in ends)
+            out = [v for v in values if v.is_number and not any(_within(v + turn, ends) for turn in _turns(joint))]
+            said += [f"${tex(joint)} = {tex_value(value, joint)}$ (from ${low}$ to ${high}$)" for value in out]
+    return list(dict.fromkeys(said))
+
+
+def _turns(joint: sp.Symbol) -> tuple[sp.Expr, ...]:
+    return (sp.S.Zero,) if joint.name.startswith("d") else tuple(2 * sp.pi * turn for turn in (-1, 0, 1))
+
+
+def _within(value: sp.Expr, ends: Limits) -> bool:
+    return bool(ends[0] <= value) and bool(value <= ends[1])
 
 
 def _sections(solution: Solution) -> list[tuple[str, str]]:

@@ -58,14 +58,15 @@ Limits = tuple[sp.Expr, sp.Expr]
 class Robot:
     """What a file describes: a chain, and the lengths to be drawn as (symbol, least, greatest) in whole centimetres.
 
-    `limits` are those of each joint (rad or m), None where none are told. `notes` are messages about what may be right,
-    but is probably a mistake.
+    `convention` is how it was told, `limits` are those of each joint (rad or m), None where none are told. `notes` are
+    messages about what may be right, but is probably a mistake.
     """
 
     chain: Chain
     draws: tuple[tuple[sp.Symbol, int, int], ...] = ()
     notes: tuple[str, ...] = ()
     limits: tuple[Limits | None, ...] = ()
+    convention: str = CONVENTIONS[0]
 
 
 def read_robot(path: Path) -> Chain:
@@ -99,7 +100,7 @@ def read_robot_file(path: Path, tip: str = "", convention: str = "dh") -> Robot:
 def _of_urdf(described: Described) -> Robot:
     base, joints, point = by_axes(described.axes, described.tip, len(described.axes))
     chain = Chain(described.name, joints, ("vx",), base, point, described.name)
-    return Robot(chain.with_task(*default_task(chain)), (), described.notes, described.limits)
+    return Robot(chain.with_task(*default_task(chain)), (), described.notes, described.limits, "screws")
 
 
 @dataclass(frozen=True)
@@ -132,7 +133,7 @@ def robot_of(file: TomlFile) -> Robot:
     reader = _Reader(file)
     chain = reader.chain()
     draws = _draws(file, chain)
-    return Robot(chain, draws, _notes(file, chain, draws), reader.limits())
+    return Robot(chain, draws, _notes(file, chain, draws), reader.limits(), reader.convention)
 
 
 class _Reader:

@@ -6,8 +6,7 @@ from decimal import Decimal
 import sympy as sp
 
 from exercises.arm.chain import Chain, Point
-from exercises.arm.conventions import axes_of
-from exercises.arm.kinematics import rot_x
+from exercises.arm.conventions import axes_of, modified_point, modified_rows
 from exercises.input_file import shown
 
 Entries = Sequence[tuple[str, str]]
@@ -36,27 +35,13 @@ def _standard(chain: Chain) -> tuple[Entries, list[Entries]]:
 
 
 def _modified(chain: Chain) -> tuple[Entries, list[Entries]]:
-    base, last = chain.base, chain.joints[-1]
+    (base, rows), last, point = modified_rows(chain), chain.joints[-1], modified_point(chain)
     top: list[tuple[str, str]] = []
-    before = base.position[0], base.tilt
-    if base.yaw != 0 or any(base.position[1:]):
-        top.append(("base", _pose(base.position, (0, 0, base.yaw))))
-        before = sp.S.Zero, base.tilt
-    behind = [before, *((joint.a, joint.alpha) for joint in chain.joints[:-1])]
-    rows = [
-        _row(joint.kind, joint.theta, joint.d, a, alpha) for joint, (a, alpha) in zip(chain.joints, behind, strict=True)
-    ]
-    point = chain.point
-    link = chain.joints[point.frame - 1] if point.frame else None
-    offset = sp.Matrix(point.offset)
-    if link is not None:
-        offset = sp.Matrix([link.a, 0, 0]) + rot_x(link.alpha) * offset
-    else:
-        offset = sp.Matrix([before[0], 0, 0]) + rot_x(before[1]) * offset
-    moved = Point(point.frame, (offset[0], offset[1], offset[2]))
     if chain.tool is not None or (last.a, last.alpha) != (0, 0):
-        top.insert(0, ("point", _place(moved, point.frame == chain.n)))
-    return top, rows
+        top.append(("point", _place(point, point.frame == chain.n)))
+    if not base.is_world:
+        top.append(("base", _pose(base.position, (sp.S.Zero, sp.S.Zero, base.yaw))))
+    return top, [_row(row.kind, row.theta, row.d, row.a, row.alpha) for row in rows]
 
 
 def _screws(chain: Chain) -> tuple[Entries, list[Entries]]:

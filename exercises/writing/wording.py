@@ -1,6 +1,7 @@
 """The words in which a problem speaks of its arm: frame, point, task, units; the same in every question."""
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import sympy as sp
@@ -424,7 +425,7 @@ class Wording:
         return self.words.gettext("%(rest)s and %(last)s", rest=", ".join(words[:-1]), last=words[-1])
 
 
-def triple(values: tuple[sp.Expr, sp.Expr, sp.Expr]) -> str:
+def triple(values: Iterable[sp.Expr]) -> str:
     """Return coordinates in metres, as in (-0.6, 0.9, 0) m."""
     inside = ", ".join(tex(sp.sympify(value)) for value in values)
     numeric = all(sp.sympify(value).is_number for value in values)

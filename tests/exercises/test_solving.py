@@ -24,6 +24,7 @@ from exercises.formula.pieces import pieces
 from exercises.questions import QUESTIONS
 from exercises.solving import Solution, read_robot, solution_data, solution_json, solution_latex, solution_text, solve
 from tests.support import DATA
+from tests.support.command import fails, run
 from tests.support.suites import few_for
 
 TRUTH = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
@@ -423,3 +424,38 @@ def test_rank_lost_everywhere_is_said_in_every_form(tmp_path: Path) -> None:
     data = json.loads(solution_json(solution))
     assert data["singular"] is None and "every configuration" in data["note"]
     assert "every configuration" in solution_text(solution) and "every configuration" in solution_latex(solution)
+
+
+MODIFIED = """name = "two"
+convention = "modified-dh"
+point = ["a2", 0, 0]
+base = {position = [0, 0, 0.5], rpy = ["pi", 0, 0]}
+[[joint]]
+kind = "R"
+theta = "theta1"
+d = 0
+a = 0
+alpha = 0
+[[joint]]
+kind = "R"
+theta = "theta2"
+d = 0
+a = "a1"
+alpha = 0
+limits = ["-pi/2", "3*pi/4"]
+"""
+
+
+def test_an_arm_is_shown_as_it_was_told_and_its_limits_rule_values_out(tmp_path: Path) -> None:
+    path = tmp_path / "two.toml"
+    path.write_text(MODIFIED)
+    said = run("solve", path)
+    assert "Given by a modified table (Craig)" in said and "The same arm in the standard table" in said
+    assert "O₀ stands at (0, 0, 0.5) m in the world, turned by 180° about its own x axis" in said
+    assert "expressed in the world frame" in said
+    assert "Limits of the joints rule out θ₂ = 180° (from −90° to 135°)." in said
+    axes = tmp_path / "axes.toml"
+    axes.write_text(run("solve", path, "--convert", "screws"))
+    assert "Given by the axes of its joints" in run("solve", axes)
+    assert 'base = {position = [0, 0, 0.5], rpy = ["pi", 0, 0]}' in run("solve", path, "--convert", "dh")
+    assert "--convert 'craig' is none of dh, modified-dh, screws" in fails("solve", path, "--convert", "craig")
