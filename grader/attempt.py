@@ -26,7 +26,7 @@ from grader.submission import Found, Note, Submission, oddities, read_submission
 from grader.uncounted import without_self_checks
 from grader.verdict import Outcome, Verdict
 
-GRADER = 12
+GRADER = 13
 """Version of the grader: any change of what a submission earns, or of what is kept of it, raises it."""
 
 Marked = dict[str, Any]

@@ -29,6 +29,9 @@ MEMBER = 1e-7
 _STILL, _ARRIVED, _VANISHED = 1e-10, 1e-5, 1e-9
 """A step below which nothing moves, one at which a search has arrived, and how small the residual is then."""
 
+_POLISHED = 1e-8
+"""The last step of a search for where a slope vanishes that has found it."""
+
 _MOST_STEPS = 120
 _NEAR_MISS = 1e-3
 _VALUES = 5_000_000
@@ -158,12 +161,15 @@ class Space:
         """Move poses near a double zero, as of det(J J^T), to where the slope vanishes; return the last steps.
 
         There the expression itself tells the place to half the digits only; its slope, by complex steps, tells it to
-        almost all. Expressions with branches have no such slope, and are left as they are.
+        almost all. Expressions with branches have no such slope, and are left as they are. So are poses that get
+        nowhere by it: large terms that cancel make a slope look flat where it is not.
         """
         last = np.full(count, np.inf)
         assert ready.zeros is not None
         if len(ready.zeros.outputs) != 1 or ready.zeros.branches or not ready.free:
             return last
+        before = {joint: values[joint].copy() for joint in ready.free}
+        off = np.abs(self._zeros(ready, values, count)[0][0])
         for _ in range(8):
             slope = self._complex_slopes(ready, values, count)
             flat = np.linalg.norm(slope, axis=1) < 1e-2 * typical
@@ -179,7 +185,11 @@ class Space:
             last = np.where(good, np.abs(move).max(axis=1), np.inf)
             for k, joint in enumerate(ready.free):
                 values[joint] = values[joint] - move[:, k]
-        return last
+        with np.errstate(all="ignore"):
+            polished = (last < _POLISHED) & (np.abs(self._zeros(ready, values, count)[0][0]) <= off + 1e-15 * typical)
+        for joint, column in before.items():
+            values[joint] = np.where(polished, values[joint], column)
+        return np.where(polished, last, np.inf)
 
     def _complex_slopes(self, ready: _Ready, values: Mapping[str, np.ndarray], count: int) -> np.ndarray:
         """Return the slope of one zero, (count, joints), to the last digit: Im f(x + ih) / h needs no difference."""

@@ -151,3 +151,19 @@ def test_poses_are_found_on_every_branch_of_a_condition(text: str) -> None:
     assert at_zero > 10
     assert at_pi > 10
     assert at_zero + at_pi > 50
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(("b", "c"), [("0.1", "0.4"), ("0.05", "0.45"), ("0.15", "0.8"), ("0.3", "0.5")])
+def test_large_terms_that_cancel_take_no_pose_from_its_branch(b: str, c: str, seed: int) -> None:
+    """In the tangent of half an angle a product of two conditions has terms by which every slope looks flat."""
+    t = "tan(theta3/2)"
+    whole = f"{b} + {c}*cos(theta2) + a3*(cos(theta2)*(1 - {t}^2) - sin(theta2)*2*{t})/(1 + {t}^2)"
+    plain = f"sin(theta3) = 0 or {b} + {c}*cos(theta2) + a3*cos(theta2 + theta3) = 0"
+    claimed, reference = (
+        pieces(read(text), JOINTS) for text in (f"sin(theta3) = 0 or 2*{t}/(1 + {t}^2)*({whole}) = 0", plain)
+    )
+    found = compare_sets(claimed, reference, SPACE, str(seed))
+    assert found.equal and found.least > 45
+    wrong = pieces(read(plain.replace("theta2 + theta3", "theta2 - theta3")), JOINTS)
+    assert not compare_sets(claimed, wrong, SPACE, str(seed)).equal
