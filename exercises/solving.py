@@ -11,6 +11,7 @@ from exercises.arm.classification import kind_is_sure
 from exercises.arm.conventions import axes_of, modified_rows
 from exercises.arm.derivation import TooLong, derive
 from exercises.arm.robot_file import Limits, Robot, read_robot
+from exercises.arm.singularity import for_special_lengths
 from exercises.formula.text import matrix_json
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
@@ -31,6 +32,11 @@ SECTIONS = (
 ALWAYS_SINGULAR = (
     "The Jacobian for this task has less than full rank in every configuration, so that no configuration stands out as "
     "singular. Count other rows (`task`), or look at another point (`point`)."
+)
+NEVER_IN_GENERAL = "For lengths that nothing is special about, no configuration is singular. "
+FOR_SPECIAL_LENGTHS = (
+    "Only for lengths that are related to each other in a way of its own can these conditions hold together, and are "
+    "more configurations singular:"
 )
 NEVER_SINGULAR = (
     "The Jacobian for this task has full rank in every configuration: the arm has no singular configuration."
@@ -84,7 +90,17 @@ def _singularities(chain: Chain) -> tuple[sp.Expr | None, tuple[SingularComponen
         singular = tuple(Worked(chain).found)
     except TooLong as error:
         return None, None, f"The singular configurations are not worked out: {error}. Position and Jacobian are right."
-    return determinant, singular, None if singular else NEVER_SINGULAR
+    return determinant, singular, _said_of(chain, bool(singular))
+
+
+def _said_of(chain: Chain, is_singular_somewhere: bool) -> str | None:
+    """Return what there is to say beside the singular set."""
+    special = for_special_lengths(chain)
+    if not special:
+        return None if is_singular_somewhere else NEVER_SINGULAR
+    cases = "; or ".join(" and ".join(f"`{condition} = 0`" for condition in one.conditions) for one in special)
+    begins = "" if is_singular_somewhere else NEVER_IN_GENERAL
+    return f"{begins}{FOR_SPECIAL_LENGTHS} {cases}."
 
 
 def solution_json(solution: Solution) -> str:
@@ -152,6 +168,7 @@ def _markdown(solution: Solution) -> str:
         steps=Worked(chain),
         sections=sections,
         note=solution.note,
+        note_title="Special lengths" if solution.singular else "Singular configurations",
         tex=tex,
         given=_given(solution),
         beyond=_beyond(solution),

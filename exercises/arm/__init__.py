@@ -5,7 +5,7 @@ From the bottom up:
     chain                       a DH table with base, point of interest and task: the only description of an arm
     kinematics, trigonometry    frames and Jacobians; exact equality of trigonometric polynomials, and textbook factors
     derivation                  all results, by both routes, once per structure
-    singularity                 where the Jacobian loses rank
+    together, singularity       whether conditions ever hold together; where the Jacobian loses rank
     axes, reason                how axes lie at a configuration; whether that is why it is singular
     reach                       which places can be reached
     appearance, classification  what a singular configuration looks like; whether it is boundary or internal

@@ -13,6 +13,7 @@ import sympy as sp
 
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import Derivation, TooLong, derive
+from exercises.arm.together import may_hold_together
 from exercises.arm.trigonometry import Factored, factored, substitute
 
 MOST_WAYS, MOST_PARTS = 300, 40
@@ -53,17 +54,38 @@ def singular_set(chain: Chain) -> tuple[Component, ...] | None:
     return _components(derive(chain))
 
 
+def for_special_lengths(chain: Chain) -> tuple[Component, ...]:
+    """Return what more is singular where the lengths that are open are related to each other in a way of its own."""
+    never = (conditions for conditions, holds in _filled(derive(chain)) if not holds)
+    found = (_solved(conditions, chain) for conditions in never if sp.Tuple(*conditions).free_symbols - set(chain.q))
+    return tuple(dict.fromkeys(component for component in found if component is not None))
+
+
 def _components(derivation: Derivation) -> tuple[Component, ...] | None:
-    conjunctions = _common_zeros(derivation.generic_minors, derivation.generic_joints)
-    if conjunctions is None:
+    if _common_zeros(derivation.generic_minors, derivation.generic_joints) is None:
         return None
     components = []
-    for conjunction in conjunctions:
-        conditions = tuple(derivation.fill(condition) for condition in conjunction)
-        component = _solved(conditions, derivation.chain)
+    for conditions, holds in _filled(derivation):
+        component = _solved(conditions, derivation.chain) if holds else None
         if component is not None and component not in components:
             components.append(component)
     return tuple(c for c in components if not any(other != c and _lies_in(c, other) for other in components))
+
+
+def _filled(derivation: Derivation) -> Iterator[tuple[tuple[sp.Expr, ...], bool]]:
+    """Yield what vanishes together, with the numbers of the arm, and whether it may.
+
+    What does so for lengths in general is not tried again with those of each arm.
+    """
+    joints = derivation.generic_joints
+    for conjunction in _common_zeros(derivation.generic_minors, joints) or ():
+        conditions = tuple(derivation.fill(condition) for condition in conjunction)
+        yield conditions, _hold_in_general(conjunction, joints) or may_hold_together(conditions, derivation.chain.q)
+
+
+@lru_cache(maxsize=4096)
+def _hold_in_general(conjunction: tuple[sp.Expr, ...], joints: tuple[sp.Symbol, ...]) -> bool:
+    return len(conjunction) == 1 or may_hold_together(conjunction, joints)
 
 
 def _lies_in(component: Component, other: Component) -> bool:
@@ -262,10 +284,15 @@ def _is_there(conditions: list[sp.Expr], joints: Joints) -> bool:
     for condition in conditions:
         for trig, value in _known_trig(condition, joints):
             known[trig] = value
-            others = (other.xreplace({trig: value}) for other in conditions if other != condition)
+            others = (_above(other.xreplace({trig: value})) for other in conditions if other != condition)
             if any(_free_factors(other, joints) == [] for other in others):
                 return False
     return not any(_are_apart(a, b, known, joints) for a, b in combinations(conditions, 2))
+
+
+def _above(condition: sp.Expr) -> sp.Expr:
+    """Return what stands above the fraction bar: it is zero where the condition holds."""
+    return sp.together(condition).as_numer_denom()[0]
 
 
 def _is_there_at(conditions: list[sp.Expr], values: dict[sp.Symbol, sp.Expr], joints: Joints) -> bool:

@@ -21,6 +21,7 @@ from exercises.errors import QdotError
 from exercises.formula.conditions import Space, compare_sets
 from exercises.formula.expression import read
 from exercises.formula.pieces import pieces
+from exercises.input_file import shown
 from exercises.questions import QUESTIONS
 from exercises.solving import Solution, read_robot, solution_data, solution_json, solution_latex, solution_text, solve
 from tests.support import DATA
@@ -459,3 +460,49 @@ def test_an_arm_is_shown_as_it_was_told_and_its_limits_rule_values_out(tmp_path:
     assert "Given by the axes of its joints" in run("solve", axes)
     assert 'base = {position = [0, 0, 0.5], rpy = ["pi", 0, 0]}' in run("solve", path, "--convert", "dh")
     assert "--convert 'craig' is none of dh, modified-dh, screws" in fails("solve", path, "--convert", "craig")
+
+
+SKEW = """name = "skew"
+task = ["vx", "vy", "vz"]
+[[joint]]
+kind = "R"
+theta = "theta1"
+d = "d1"
+a = %s
+alpha = "pi/3"
+[[joint]]
+kind = "R"
+theta = "theta2"
+d = %s
+a = %s
+alpha = 0
+"""
+
+
+@pytest.mark.parametrize(
+    ("lengths", "said"),
+    [
+        (('"a1"', '"d2"', '"a2"'), "Only for lengths that are related to each other"),
+        (("0.2", "0.1", "0.4"), "The Jacobian for this task has full rank in every configuration"),
+        (("0.1", "0.1", "0.2"), "where"),  # a2^2 = a1^2 + 3 d2^2, where the conditions do hold together
+    ],
+)
+def test_conditions_that_hold_for_special_lengths_only_are_said_of_those(
+    lengths: tuple[str, str, str], said: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "skew.toml"
+    path.write_text(SKEW % lengths)
+    solution = solve(read_robot(path))
+    assert said in solution_text(solution).replace("\n", " ")
+    assert bool(solution.singular) == (lengths[1] == "0.1" and lengths[0] == "0.1")
+
+
+def test_a_twist_whose_sine_is_below_a_fraction_bar_is_no_failure(tmp_path: Path) -> None:
+    path = tmp_path / "rrp.toml"
+    rows = [("R", "theta1", 0, 0.2, '"pi/3"'), ("R", "theta2", 0.1, 0.3, '"-pi/4"'), ("P", None, "d3", 0, 0)]
+    joints = "".join(
+        f'[[joint]]\nkind = "{kind}"\ntheta = {shown(theta or 0)}\nd = {shown(d)}\na = {a}\nalpha = {alpha}\n'
+        for kind, theta, d, a, alpha in rows
+    )
+    path.write_text(f'name = "rrp"\ntask = ["vx", "vy", "vz", "wx", "wy", "wz"]\n{joints}')
+    assert solve(read_robot(path)).singular == ()
