@@ -31,6 +31,15 @@ _NUMBERS = (
 """What tells of a counterexample."""
 
 
+_ALONE = (
+    (r"(?:^|; )differs$", ""),
+    (r"\bclaimed, but no (singular configuration)$", r"what is claimed is not everywhere a \1"),
+)
+"""What says nothing, or reads badly, without the example that is kept back."""
+_NAMES = ((r" \(transposed\?\)", ""),)
+"""What names a mistake in the reason for which an answer is not read."""
+
+
 def at_least(level: str, wanted: str) -> bool:
     """Tell whether a level of feedback tells what another does."""
     return FEEDBACK.index(level) >= FEEDBACK.index(wanted)
@@ -49,12 +58,12 @@ def told(part: Mapping[str, Any], level: str) -> dict[str, Any]:
     shown["reason"] = _cut(str(part["reason"]), _RIGHT_VALUES)
     shown["certificate"] = _without_right(part["certificate"])
     if not at_least(level, "counterexample"):
-        shown["reason"] = without_numbers(shown["reason"])
+        shown["reason"] = _cut(without_numbers(shown["reason"]), _ALONE) or "it is not what is due"
         shown["certificate"] = _without_example(part["certificate"])
     if not at_least(level, "mistake"):
         read = part["certificate"] is not None
         shown |= {"mistake": None, "advice": None, "entries": None, "follows": None}
-        shown["reason"] = "" if read else shown["reason"]
+        shown["reason"] = "" if read else _cut(shown["reason"], _NAMES)
     return shown
 
 

@@ -170,7 +170,8 @@ MOST_LOST = 20
 def describe(raised: BaseException) -> str:
     """Return an exception as one short line; a hostile one must not break the report."""
     try:
-        said = f"{type(raised).__name__}: {raised}".splitlines()[0][:300].removesuffix(": ")
+        about = raised.msg if isinstance(raised, SyntaxError) else raised  # it would name cell and line in its own way
+        said = f"{type(raised).__name__}: {about}".splitlines()[0][:300].removesuffix(": ")
         helped = isinstance(raised, (TypeError, ModuleNotFoundError))
         return said + next((mends for found, mends in MENDED if helped and found in said), "")
     except BaseException:

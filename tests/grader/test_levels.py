@@ -79,3 +79,26 @@ def test_what_could_not_be_read_and_what_is_right_is_told_at_every_level(level: 
 def test_at_the_level_of_values_all_is_told() -> None:
     for part in wrong_parts("planar-2r"):
         assert told(part, "values") == told(part, "solutions") == part
+
+
+@pytest.mark.parametrize(
+    ("reason", "level", "left"),
+    [
+        ("differs at theta1 = 0.5: yours 1, expected 2", "mistake", "it is not what is due"),
+        ("right but for its sign, which earns 4/5; differs at a1 = 2: yours 4, expected -4", "mistake",
+         "right but for its sign, which earns 4/5"),
+        ("1 in part; claimed, but no singular configuration: theta2 = 0.5", "mistake",
+         "1 in part; what is claimed is not everywhere a singular configuration"),
+        ("claimed, but no singular configuration: theta2 = 0.5", "counterexample",
+         "claimed, but no singular configuration: theta2 = 0.5"),
+    ],
+)  # fmt: skip
+def test_what_is_left_of_a_reason_is_a_sentence(reason: str, level: str, left: str) -> None:
+    part = {"outcome": "wrong", "reason": reason, "certificate": {"counterexample": None}, "mistake": None}
+    assert told(part, level)["reason"] == left
+
+
+def test_a_shape_that_is_not_read_names_no_mistake_at_the_lowest_level() -> None:
+    part = {"outcome": "wrong", "reason": "2 x 6, and 6 x 2 is due (transposed?)", "certificate": None}
+    assert told(part, "outcome")["reason"] == "2 x 6, and 6 x 2 is due"
+    assert "transposed" in told(part, "mistake")["reason"]
