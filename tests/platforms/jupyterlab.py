@@ -1,0 +1,92 @@
+"""Students' notebooks in JupyterLab, in a browser: what is shown of every cell, and what "Run All Cells" makes of it.
+
+`software` is an environment of Python with JupyterLab, SymPy, NumPy and Playwright, and without qdot, as a student has
+it; Chromium is on the path. Pictures of all notebooks are left in `software`/pictures, to be looked at.
+"""
+
+import json
+import re
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from exercises.quizzes import ASKED
+from tests.platforms.jupyter import TOKEN, jupyter, variables
+from tests.platforms.notebooks import BLANK, KEY, MISTAKEN, RIGHT, WRONG, Ours, a_class, answered, part_of
+from tests.platforms.records import Counts, Record, today
+from tests.support.command import run as qdot
+
+SCRIPT = Path(__file__).with_name("jupyterlab_page.py")
+SETTINGS = ".jupyter/lab/user-settings/@jupyterlab/notebook-extension/tracker.jupyterlab-settings"
+"""Where JupyterLab keeps how a notebook is shown: here all of it at once, for the picture."""
+
+
+def run(software: Path, work: Path) -> Record:
+    """Open everybody's notebook, run it, save it, and grade what was saved."""
+    assignment, counts = a_class(work / KEY, RIGHT, WRONG, MISTAKEN, BLANK), Counts()
+    qdot("generate", assignment.folder)
+    (work / SETTINGS).parent.mkdir(parents=True)
+    (work / SETTINGS).write_text('{"windowingMode": "none"}')
+    students = [one.id for one in assignment.roster]
+    lab = work / "lab"
+    for student in students:
+        text = (assignment.folder / "released" / student / f"{KEY}.ipynb").read_text(encoding="utf-8")
+        (lab / student).mkdir(parents=True)
+        (lab / student / f"{KEY}.ipynb").write_text(answered(assignment, student, text), encoding="utf-8")
+    for student, shown in zip(students, _opened(software, lab, work, students), strict=True):
+        ours = Ours(assignment, student, lab / student / f"{KEY}.ipynb")
+        _hold(ours, shown, counts)
+    done = subprocess.run([software / "bin" / "jupyter-lab", "--version"], capture_output=True, text=True)
+    return Record("generate", f"JupyterLab {done.stdout.strip()}, in Chromium", today(), counts.told())
+
+
+def _opened(software: Path, lab: Path, home: Path, students: list[str]) -> Any:
+    pictures = software / "pictures"
+    pictures.mkdir(exist_ok=True)
+    chromium = shutil.which("chromium") or "chromium"
+    with jupyter(software, lab, home) as address:
+        command = [
+            software / "bin" / "python", SCRIPT, address, TOKEN, chromium, pictures,
+            *(f"{student}/{KEY}.ipynb" for student in students),
+        ]  # fmt: skip
+        done = subprocess.run(command, env=variables(software, home), capture_output=True, text=True)
+    if done.returncode:
+        raise RuntimeError(done.stderr[-3000:])
+    return json.loads(done.stdout)
+
+
+def _hold(ours: Ours, shown: list[Any], counts: Counts) -> None:
+    """Hold what is shown of a student's notebook, and what it is worth as JupyterLab has saved it."""
+    cells = json.loads(ours.notebook.read_text(encoding="utf-8"))["cells"]
+    counts.add("imported", len(shown) == len(cells), f"{ours.student}: {len(shown)} of {len(cells)} cells")
+    for cell, seen in zip(cells, shown, strict=False):
+        where, source = f"{ours.student} {cell['id']}: {seen}", "".join(cell["source"])
+        if cell["cell_type"] == "markdown":
+            counts.add("shown", not list(_missing(cell["id"], source, seen)), f"{list(_missing(cell['id'], source, seen))} {where}")
+            continue
+        counts.add("run", not seen["errors"] and cell["execution_count"], where)
+        if cell["id"].endswith("-check") and ours.student in (RIGHT, BLANK):
+            said = [line for line in seen["output"].splitlines() if line.strip()]
+            due = "Yes" if ours.student == RIGHT else "Not yet"
+            counts.add("self-checks answer", bool(said) and all(due in line for line in said), where)
+    for part in ours.parts.values():
+        points, most = part["points"], part["max_points"]
+        what = {RIGHT: "right = full", BLANK: "blank = 0"}.get(ours.student, "wrong < full")
+        is_due = {RIGHT: points == most, BLANK: points == 0}.get(ours.student, points < most)
+        counts.add(what, is_due, f"{ours.student} {part['name']}: {points} of {most}")
+
+
+def _missing(name: str, source: str, seen: Any) -> Iterator[str]:
+    """Yield what is not to be seen of a cell of text: figures, formulas, tables, or what is beside the page."""
+    if source.count("<img") != len(seen["images"]) or not all(seen["images"]):
+        yield "figures"
+    if "$" in seen["words"] or seen["broken"] or (source.count("$") >= 2) != (seen["formulas"] > 0):
+        yield "formulas"
+    if ("\n|" in source) != (seen["rows"] > 0):
+        yield "tables"
+    if seen["wide"] > 0:
+        yield "beside the page"
+    if name.endswith("-question") and ASKED[_kind(name)].title not in seen["words"]:
+        yield "title"

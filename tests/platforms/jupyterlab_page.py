@@ -1,0 +1,70 @@
+"""A student in front of JupyterLab: run by the environment that has it, with Playwright, for each notebook named.
+
+`python jupyterlab_page.py ADDRESS TOKEN CHROMIUM PICTURES NOTEBOOK …` opens each, has all cells run from the menu, saves it,
+takes a picture of all of it, and prints what the browser shows of every cell.
+"""
+
+import json
+import sys
+from typing import Any
+
+from playwright.sync_api import Page, sync_playwright  # type: ignore[import-not-found, unused-ignore]
+
+PATIENCE = 300_000
+"""Milliseconds that a notebook may run."""
+TALLEST = 16_000
+"""Pixels of a picture."""
+IDLE = '.jp-Notebook-ExecutionIndicator[data-status="idle"]'
+DONE = r"""() => [...document.querySelectorAll('.jp-Notebook .jp-CodeCell')].every(
+    cell => /\[\d+\]/.test(cell.querySelector('.jp-InputPrompt').textContent))"""
+SETTLED = """() => !document.querySelector('.jp-Notebook .jp-MarkdownCell .jp-mod-placeholder')
+    && [...document.querySelectorAll('.jp-Notebook img')].every(image => image.complete)"""
+CELLS = """() => [...document.querySelectorAll('.jp-Notebook .jp-Cell')].map(cell => {
+    const shown = cell.querySelector('.jp-RenderedMarkdown'), all = what => [...cell.querySelectorAll(what)];
+    return {
+        words: shown ? shown.innerText : '',
+        images: all('img').map(image => image.naturalWidth * image.clientWidth),
+        formulas: all('mjx-container').filter(one => one.getBoundingClientRect().width > 0).length,
+        broken: all('mjx-merror, [data-mjx-error]').length,
+        rows: all('table tr').length,
+        wide: shown ? shown.scrollWidth - shown.clientWidth : 0,
+        output: all('.jp-OutputArea-output').map(output => output.innerText).join(''),
+        errors: all('.jp-OutputArea-output[data-mime-type*="stderr"], .jp-OutputArea-output[data-mime-type*="error"]')
+            .length,
+    };
+})"""
+HEIGHT = """() => Math.max(...[...document.querySelectorAll('.jp-WindowedPanel-outer')].map(one => one.scrollHeight))"""
+
+
+def open_and_run(page: Page, address: str, token: str, name: str, picture: str) -> Any:
+    """Return what is shown of every cell when all have run."""
+    page.set_viewport_size({"width": 1280, "height": 900})
+    page.goto(f"{address}/lab/tree/{name}?reset&token={token}")
+    page.wait_for_selector(IDLE, timeout=PATIENCE, state="attached")
+    page.locator(".lm-MenuBar-item", has_text="Run").click()
+    page.locator(".lm-Menu-item", has_text="Run All Cells").first.click()
+    page.wait_for_function(DONE, timeout=PATIENCE)
+    page.wait_for_function(SETTLED, timeout=PATIENCE)
+    page.keyboard.press("Control+s")
+    page.wait_for_timeout(3000)
+    shown = page.evaluate(CELLS)
+    page.set_viewport_size({"width": 1280, "height": min(TALLEST, page.evaluate(HEIGHT) + 150)})
+    page.wait_for_timeout(2000)
+    page.screenshot(path=picture)
+    return shown
+
+
+def main(address: str, token: str, chromium: str, pictures: str, *names: str) -> None:
+    """Print what is shown of each notebook, as a list."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        page = browser.new_page()
+        shown = [
+            open_and_run(page, address, token, name, f"{pictures}/{number}.png") for number, name in enumerate(names)
+        ]
+        browser.close()
+    print(json.dumps(shown))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
