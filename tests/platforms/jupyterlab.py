@@ -5,16 +5,15 @@ it; Chromium is on the path. Pictures of all notebooks are left in `software`/pi
 """
 
 import json
-import re
 import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from exercises.quizzes import ASKED
 from tests.platforms.jupyter import TOKEN, jupyter, variables
-from tests.platforms.notebooks import BLANK, KEY, MISTAKEN, RIGHT, WRONG, Ours, a_class, answered, part_of
+from tests.platforms.notebooks import BLANK, KEY, MISTAKEN, RIGHT, WRONG, Ours, a_class, answered
 from tests.platforms.records import Counts, Record, today
 from tests.support.command import run as qdot
 
@@ -27,31 +26,40 @@ def run(software: Path, work: Path) -> Record:
     """Open everybody's notebook, run it, save it, and grade what was saved."""
     assignment, counts = a_class(work / KEY, RIGHT, WRONG, MISTAKEN, BLANK), Counts()
     qdot("generate", assignment.folder)
-    (work / SETTINGS).parent.mkdir(parents=True)
-    (work / SETTINGS).write_text('{"windowingMode": "none"}')
     students = [one.id for one in assignment.roster]
     lab = work / "lab"
     for student in students:
         text = (assignment.folder / "released" / student / f"{KEY}.ipynb").read_text(encoding="utf-8")
         (lab / student).mkdir(parents=True)
         (lab / student / f"{KEY}.ipynb").write_text(answered(assignment, student, text), encoding="utf-8")
-    for student, shown in zip(students, _opened(software, lab, work, students), strict=True):
+    notebooks = {f"{student}/{KEY}.ipynb": () for student in students}
+    for student, (shown, _) in zip(students, opened(software, lab, work, notebooks), strict=True):
         ours = Ours(assignment, student, lab / student / f"{KEY}.ipynb")
         _hold(ours, shown, counts)
+    return Record("generate", f"{version(software)}, in Chromium", today(), counts.told())
+
+
+def version(software: Path) -> str:
+    """Return which JupyterLab it is."""
     done = subprocess.run([software / "bin" / "jupyter-lab", "--version"], capture_output=True, text=True)
-    return Record("generate", f"JupyterLab {done.stdout.strip()}, in Chromium", today(), counts.told())
+    return f"JupyterLab {done.stdout.strip()}"
 
 
-def _opened(software: Path, lab: Path, home: Path, students: list[str]) -> Any:
+def opened(software: Path, lab: Path, home: Path, notebooks: Mapping[str, Sequence[Any]]) -> Any:
+    """Return what is shown of each notebook below `lab`, and what is said of the answers to its quizzes."""
+    (home / SETTINGS).parent.mkdir(parents=True)
+    (home / SETTINGS).write_text('{"windowingMode": "none"}')
     pictures = software / "pictures"
     pictures.mkdir(exist_ok=True)
     chromium = shutil.which("chromium") or "chromium"
     with jupyter(software, lab, home) as address:
-        command = [
-            software / "bin" / "python", SCRIPT, address, TOKEN, chromium, pictures,
-            *(f"{student}/{KEY}.ipynb" for student in students),
+        command: list[str | Path] = [
+            software / "bin" / "python", SCRIPT, address, TOKEN, chromium, pictures, *notebooks,
         ]  # fmt: skip
-        done = subprocess.run(command, env=variables(software, home), capture_output=True, text=True)
+        done = subprocess.run(
+            command, env=variables(software, home), input=json.dumps(list(notebooks.values())),
+            capture_output=True, text=True,
+        )  # fmt: skip
     if done.returncode:
         raise RuntimeError(done.stderr[-3000:])
     return json.loads(done.stdout)
@@ -61,10 +69,16 @@ def _hold(ours: Ours, shown: list[Any], counts: Counts) -> None:
     """Hold what is shown of a student's notebook, and what it is worth as JupyterLab has saved it."""
     cells = json.loads(ours.notebook.read_text(encoding="utf-8"))["cells"]
     counts.add("imported", len(shown) == len(cells), f"{ours.student}: {len(shown)} of {len(cells)} cells")
+    titles = {
+        f"{slot}-{part.name}-question": ASKED[part.kind].title
+        for slot, problem in ours.assignment.problems(ours.student)
+        for part in problem.parts
+    }
     for cell, seen in zip(cells, shown, strict=False):
-        where, source = f"{ours.student} {cell['id']}: {seen}", "".join(cell["source"])
+        where = f"{ours.student} {cell['id']}: {seen}"
         if cell["cell_type"] == "markdown":
-            counts.add("shown", not list(_missing(cell["id"], source, seen)), f"{list(_missing(cell['id'], source, seen))} {where}")
+            missing = list(_missing("".join(cell["source"]), titles.get(cell["id"], ""), seen))
+            counts.add("shown", not missing, f"{missing} {where}")
             continue
         counts.add("run", not seen["errors"] and cell["execution_count"], where)
         if cell["id"].endswith("-check") and ours.student in (RIGHT, BLANK):
@@ -78,7 +92,7 @@ def _hold(ours: Ours, shown: list[Any], counts: Counts) -> None:
         counts.add(what, is_due, f"{ours.student} {part['name']}: {points} of {most}")
 
 
-def _missing(name: str, source: str, seen: Any) -> Iterator[str]:
+def _missing(source: str, title: str, seen: Any) -> Iterator[str]:
     """Yield what is not to be seen of a cell of text: figures, formulas, tables, or what is beside the page."""
     if source.count("<img") != len(seen["images"]) or not all(seen["images"]):
         yield "figures"
@@ -88,5 +102,5 @@ def _missing(name: str, source: str, seen: Any) -> Iterator[str]:
         yield "tables"
     if seen["wide"] > 0:
         yield "beside the page"
-    if name.endswith("-question") and ASKED[_kind(name)].title not in seen["words"]:
+    if title not in seen["words"]:
         yield "title"

@@ -1,7 +1,9 @@
 """A student in front of JupyterLab: run by the environment that has it, with Playwright, for each notebook named.
 
-`python jupyterlab_page.py ADDRESS TOKEN CHROMIUM PICTURES NOTEBOOK …` opens each, has all cells run from the menu, saves it,
-takes a picture of all of it, and prints what the browser shows of every cell.
+`python jupyterlab_page.py ADDRESS TOKEN CHROMIUM PICTURES NOTEBOOK …` opens each, has all cells run from the menu,
+saves it, takes a picture of all of it, and prints what the browser shows of every cell. Standard input has a list of
+what is answered to each quiz of jupyterquiz in a notebook: a number as it is typed, or the HTML of an option; what is
+said of it is printed, too.
 """
 
 import json
@@ -26,6 +28,7 @@ CELLS = """() => [...document.querySelectorAll('.jp-Notebook .jp-Cell')].map(cel
         images: all('img').map(image => image.naturalWidth * image.clientWidth),
         formulas: all('mjx-container').filter(one => one.getBoundingClientRect().width > 0).length,
         broken: all('mjx-merror, [data-mjx-error]').length,
+        maths: all('.jp-OutputArea math').filter(one => one.getBoundingClientRect().width > 0).length,
         rows: all('table tr').length,
         wide: shown ? shown.scrollWidth - shown.clientWidth : 0,
         output: all('.jp-OutputArea-output').map(output => output.innerText).join(''),
@@ -54,16 +57,43 @@ def open_and_run(page: Page, address: str, token: str, name: str, picture: str) 
     return shown
 
 
+OPTION = """(quiz, html) => {
+    const wanted = document.createElement('div');
+    wanted.innerHTML = html;
+    return [...quiz.querySelectorAll('label.MCButton')].findIndex(
+        label => label.querySelector('span').innerHTML === wanted.innerHTML);
+}"""
+
+
+def answer_quizzes(page: Page, quizzes: Any) -> Any:
+    """Return of each quiz what is said of each answer: "correct" or "incorrect", and the feedback."""
+    told = []
+    for number, answers in enumerate(quizzes):
+        quiz, said = page.locator(".jp-Notebook .Quiz").nth(number), []
+        for answer in answers:
+            if "typed" in answer:
+                quiz.locator("input.Input-text").fill(answer["typed"])
+                quiz.locator("input.Input-text").press("Enter")
+            else:
+                quiz.locator("label.MCButton").nth(quiz.evaluate(OPTION, answer["chosen"])).click()
+            feedback = quiz.locator(".Feedback").first
+            said.append([(feedback.get_attribute("class") or "").split()[-1], feedback.inner_text()])
+        told.append(said)
+    return told
+
+
 def main(address: str, token: str, chromium: str, pictures: str, *names: str) -> None:
-    """Print what is shown of each notebook, as a list."""
+    """Print what is shown of each notebook, and what is said of answers to its quizzes."""
+    given = json.load(sys.stdin)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         page = browser.new_page()
-        shown = [
-            open_and_run(page, address, token, name, f"{pictures}/{number}.png") for number, name in enumerate(names)
-        ]
+        told = []
+        for name, quizzes in zip(names, given, strict=True):
+            shown = open_and_run(page, address, token, name, f"{pictures}/{name.replace('/', '-')}.png")
+            told.append([shown, answer_quizzes(page, quizzes)])
         browser.close()
-    print(json.dumps(shown))
+    print(json.dumps(told))
 
 
 if __name__ == "__main__":
