@@ -45,7 +45,7 @@ def run(software: Path, work: Path) -> Record:
 
 
 def _answers(question: Any) -> list[Any]:
-    """Return what is answered to a question, and what is due: every option, or each number that is known and another."""
+    """Return what is answered to a question, and what is due: all options, or each known number and another."""
     if question["type"] != "numeric":
         return [{**answer, "chosen": answer["answer"]} for answer in question["answers"]]
     *known, other = question["answers"]
