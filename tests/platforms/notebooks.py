@@ -134,7 +134,7 @@ class Ours:
     def parts(self) -> dict[str, Any]:
         """Results of its parts by their names, as in p1.jacobian."""
         return {
-            f"{problem['name']}.{part['name']}": part
+            f"{problem['slot']}.{part['name']}": part
             for problem in self.result["problems"]
             for part in problem["parts"]
         }
