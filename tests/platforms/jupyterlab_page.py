@@ -16,9 +16,10 @@ PATIENCE = 300_000
 """Milliseconds that a notebook may run."""
 TALLEST = 16_000
 """Pixels of a picture."""
-IDLE = '.jp-Notebook-ExecutionIndicator[data-status="idle"]'
-DONE = r"""() => [...document.querySelectorAll('.jp-Notebook .jp-CodeCell')].every(
-    cell => /\[\d+\]/.test(cell.querySelector('.jp-InputPrompt').textContent))"""
+IDLE = r"text=/ipykernel\) \| Idle/"
+DONE = r"""() => [...document.querySelectorAll('.jp-Notebook .jp-CodeCell .jp-InputPrompt')].every(
+    prompt => prompt.textContent === '' || /\[\d+\]/.test(prompt.textContent))"""
+"""Every cell has a number; a folded one has no prompt."""
 SETTLED = """() => !document.querySelector('.jp-Notebook .jp-MarkdownCell .jp-mod-placeholder')
     && [...document.querySelectorAll('.jp-Notebook img')].every(image => image.complete)"""
 CELLS = """() => [...document.querySelectorAll('.jp-Notebook .jp-Cell')].map(cell => {
@@ -43,7 +44,7 @@ def open_and_run(page: Page, address: str, token: str, name: str, picture: str) 
     """Return what is shown of every cell when all have run."""
     page.set_viewport_size({"width": 1280, "height": 900})
     page.goto(f"{address}/lab/tree/{name}?reset&token={token}")
-    page.wait_for_selector(IDLE, timeout=PATIENCE, state="attached")
+    page.wait_for_selector(IDLE, timeout=PATIENCE)
     page.locator(".lm-MenuBar-item", has_text="Run").click()
     page.locator(".lm-Menu-item", has_text="Run All Cells").first.click()
     page.wait_for_function(DONE, timeout=PATIENCE)
