@@ -73,7 +73,7 @@ def _hold(ours: Ours, shown: list[Any], counts: Counts) -> None:
         f"{slot}-{part.name}-question": ASKED[part.kind].title
         for slot, problem in ours.assignment.problems(ours.student)
         for part in problem.parts
-    }
+    } | {"title": ours.assignment.title}
     for cell, seen in zip(cells, shown, strict=False):
         where = f"{ours.student} {cell['id']}: {seen}"
         if cell["cell_type"] == "markdown":

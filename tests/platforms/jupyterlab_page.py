@@ -53,11 +53,13 @@ def open_and_run(page: Page, address: str, token: str, name: str, picture: str) 
     page.wait_for_timeout(3000)
     shown = page.evaluate(CELLS)
     page.set_viewport_size({"width": 1280, "height": min(TALLEST, page.evaluate(HEIGHT) + 150)})
-    page.wait_for_timeout(2000)
+    page.evaluate(TO_THE_TOP)
+    page.wait_for_timeout(5000)
     page.screenshot(path=picture)
     return shown
 
 
+TO_THE_TOP = """() => document.querySelectorAll('.jp-WindowedPanel-outer').forEach(one => { one.scrollTop = 0; })"""
 OPTION = """(quiz, html) => {
     const wanted = document.createElement('div');
     wanted.innerHTML = html;
