@@ -59,7 +59,7 @@ def run(software: Path, work: Path) -> Record:
         for student in (one.id for one in assignment.roster):
             _hold(Ours(assignment, student, work / student / KEY / f"{KEY}.ipynb"), course, formgrader, counts)
     version = subprocess.run([software / "bin" / "nbgrader", "--version"], capture_output=True, text=True)
-    return Record("nbgrader", f"nbgrader {version.stdout.strip()} and its formgrader", today(), counts.told())
+    return Record("nbgrader", f"nbgrader {version.stdout.split()[-1]} and its formgrader", today(), counts.told())
 
 
 @dataclass(frozen=True)
