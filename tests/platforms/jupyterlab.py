@@ -74,6 +74,7 @@ def _hold(ours: Ours, shown: list[Any], counts: Counts) -> None:
         for slot, problem in ours.assignment.problems(ours.student)
         for part in problem.parts
     } | {"title": ours.assignment.title}
+    checks = {f"{name.replace('.', '-')}-check" for name in ours.parts}
     for cell, seen in zip(cells, shown, strict=False):
         where = f"{ours.student} {cell['id']}: {seen}"
         if cell["cell_type"] == "markdown":
@@ -81,7 +82,7 @@ def _hold(ours: Ours, shown: list[Any], counts: Counts) -> None:
             counts.add("shown", not missing, f"{missing} {where}")
             continue
         counts.add("run", not seen["errors"] and cell["execution_count"], where)
-        if cell["id"].endswith("-check") and ours.student in (RIGHT, BLANK):
+        if cell["id"] in checks and ours.student in (RIGHT, BLANK):
             said = [line for line in seen["output"].splitlines() if line.strip()]
             due = "Yes" if ours.student == RIGHT else "Not yet"
             counts.add("self-checks answer", bool(said) and all(due in line for line in said), where)
