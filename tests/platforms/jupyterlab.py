@@ -81,7 +81,7 @@ def _hold(ours: Ours, shown: list[Any], counts: Counts) -> None:
             missing = list(_missing("".join(cell["source"]), titles.get(cell["id"], ""), seen))
             counts.add("shown", not missing, f"{missing} {where}")
             continue
-        counts.add("run", not seen["errors"] and cell["execution_count"], where)
+        counts.add("run", not seen["errors"] and bool(cell["execution_count"]), where)
         if cell["id"] in checks and ours.student in (RIGHT, BLANK):
             said = [line for line in seen["output"].splitlines() if line.strip()]
             due = "Yes" if ours.student == RIGHT else "Not yet"
