@@ -19,6 +19,7 @@ from exercises.assignment import Assignment
 from exercises.exports.nbgrader import grade_id
 from exercises.exports.otter import parts_of
 from grader.reports.rows import rows_of
+from grader.single import student_named
 from tests.platforms.jupyter import jupyter, page, variables
 from tests.platforms.notebooks import (
     BLANK,
@@ -49,6 +50,7 @@ def run(software: Path, work: Path) -> Record:
     (wheel,) = course.folder.glob("*.whl")
     install(software, wheel)
     course.staff("generate_assignment", KEY)
+    course.staff("db", "student", "import", "students.csv")
     course.hand_in(assignment)
     for name in (one.id for one in assignment.roster):
         counts.add("imported", (course.folder / "submitted" / name / KEY / f"{KEY}.ipynb").exists(), name)
@@ -141,7 +143,8 @@ def _hold(ours: Ours, course: _Course, formgrader: _Formgrader, counts: Counts) 
     student, assignment = ours.student, ours.assignment
     listed, grades = formgrader.scores[student], formgrader.grades(student)
     total = (listed["score"], listed["max_score"]) == (ours.result["score"], ours.result["max_score"])
-    counts.add("shown in formgrader", total, f"{student}: {listed}, {ours.result['score']} of ours")
+    named = f"{listed['first_name']} {listed['last_name']}" == student_named(assignment, student).name
+    counts.add("shown in formgrader", total and named, f"{student}: {listed}, {ours.result['score']} of ours")
     feedback = course.folder / "feedback" / student / KEY / f"{KEY}.html"
     pages = {"shown": _words(feedback.read_text(encoding="utf-8")), "shown in formgrader": formgrader.words(student)}
     rows = {row.part: row for row in rows_of(ours.result, assignment.feedback)}

@@ -298,6 +298,14 @@ def test_an_answer_that_is_still_blank_is_one_that_was_not_changed() -> None:
     assert "checksum" not in by_id["jacobian"]
 
 
+def test_names_are_given_as_nbgrader_imports_them(tmp_path: Path) -> None:
+    made = a_class(tmp_path / "hw", [Student("ada", "Ada King Lovelace", "ada@example.org"), Student("hen")])
+    (names,) = (file.content for file in nbgrader(Order(made, lambda _: ())) if file.path == "students.csv")
+    assert str(names).splitlines() == [
+        "id,first_name,last_name,email", "ada,Ada King,Lovelace,ada@example.org", "hen,,,"
+    ]  # fmt: skip
+
+
 def test_nbgrader_takes_no_plus_in_an_identifier(tmp_path: Path) -> None:
     notes: list[str] = []
     made = a_class(tmp_path / "hw", [Student("ada+x")])
