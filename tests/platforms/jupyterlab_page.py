@@ -14,6 +14,7 @@ from playwright.sync_api import Page, sync_playwright  # type: ignore[import-not
 
 PATIENCE = 300_000
 """Milliseconds that a notebook may run."""
+WINDOW = {"width": 1280, "height": 900}
 TALLEST = 16_000
 """Pixels of a picture."""
 IDLE = r"text=/ipykernel\) \| Idle/"
@@ -42,7 +43,7 @@ HEIGHT = """() => Math.max(...[...document.querySelectorAll('.jp-WindowedPanel-o
 
 def open_and_run(page: Page, address: str, token: str, name: str, picture: str) -> Any:
     """Return what is shown of every cell when all have run."""
-    page.set_viewport_size({"width": 1280, "height": 900})
+    page.set_viewport_size(WINDOW)
     page.goto(f"{address}/lab/tree/{name}?reset&token={token}")
     page.wait_for_selector(IDLE, timeout=PATIENCE)
     page.locator(".lm-MenuBar-item", has_text="Run").click()
@@ -52,10 +53,11 @@ def open_and_run(page: Page, address: str, token: str, name: str, picture: str) 
     page.keyboard.press("Control+s")
     page.wait_for_timeout(3000)
     shown = page.evaluate(CELLS)
-    page.set_viewport_size({"width": 1280, "height": min(TALLEST, page.evaluate(HEIGHT) + 150)})
+    page.set_viewport_size({**WINDOW, "height": min(TALLEST, page.evaluate(HEIGHT) + 150)})
     page.evaluate(TO_THE_TOP)
     page.wait_for_timeout(5000)
     page.screenshot(path=picture)
+    page.set_viewport_size(WINDOW)
     return shown
 
 
