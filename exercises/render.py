@@ -1,6 +1,7 @@
 """Jinja2 templates: found, configured and rendered in one place; templates format and never compute."""
 
 import json
+import re
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from exercises.writing.latex import tex, tex_angle, tex_length, tex_lines, tex_v
 
 _HERE = Path(__file__).parent
 _MARKUP = (".html.j2", ".svg.j2", ".xml.j2")
+_IN_MARKDOWN = re.compile(r"[\\`*<\[$]|(?<!\w)_|_(?!\w)|&(?=#?\w+;)")
 
 
 def template_folder() -> Path:
@@ -56,8 +58,18 @@ def environment(language: str = ENGLISH) -> jinja2.Environment:
     made.install_gettext_translations(words.translations, newstyle=True)  # type: ignore[attr-defined]  # by the extension
     made.filters["phrase"] = words.phrase
     made.filters["mistake"] = lambda blame: words.mistake_inside(blame.mistake, blame.title)
+    made.filters["plain"] = plain
     made.filters["json"] = lambda value: json.dumps(value, ensure_ascii=False)
     return made
+
+
+def plain(text: str) -> str:
+    r"""Return what shows a text in Markdown as it is: a title with `<` is not taken for a tag.
+
+    >>> print(plain("Arms & <signs>"))
+    Arms & \<signs>
+    """
+    return _IN_MARKDOWN.sub(r"\\\g<0>", text)
 
 
 def render(template: str, **context: Any) -> str:

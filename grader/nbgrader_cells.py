@@ -3,11 +3,13 @@
 Nothing here needs nbgrader; `nbgrader_plugin` hands over what nbgrader's database has.
 """
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from exercises.errors import QdotError
 from exercises.exports.nbgrader import ANSWER, Cell, answer_metadata, checksum, grade_id, marks_cell
+from exercises.self_check import Problems, cells_of
 from grader.marking import number
 from grader.reports.answers import visible
 from grader.reports.rows import Row
@@ -43,6 +45,16 @@ def _said(metadata: object, name: str) -> str:
     return str(metadata.get(name, "")) if isinstance(metadata, dict) else ""
 
 
+def without_self_checks(cells: Sequence[Cell], problems: Problems) -> list[Cell]:
+    """Return the cells but for the notebook's own checks, where nobody has touched them.
+
+    The staff read each student's notebook, and nbgrader's pages fold nothing: what checks is longer than all answers.
+    """
+    function, checks = cells_of(problems)
+    ours = {function, *checks} - {""}
+    return [cell for cell in cells if cell["source"].strip() not in ours]
+
+
 def fill_in(cells: Sequence[Cell], rows: Sequence[Row]) -> None:
     """Put what came of each part into the cells with its marks; all other outputs go. Raises QdotError.
 
@@ -68,6 +80,8 @@ def fill_in(cells: Sequence[Cell], rows: Sequence[Row]) -> None:
         raise QdotError(f"{', '.join(waiting)}: nbgrader knows no such cells; {GENERATE}")
 
 
+WIDTH = 96
+"""Characters of a line that nbgrader's pages show without scrolling."""
 GENERATE = "export the assignment again and run nbgrader generate_assignment again"
 
 
@@ -84,7 +98,10 @@ def outputs(row: Row) -> list[dict[str, Any]]:
     which would be 0 points.
     """
     assert row.points is not None
-    said = visible(f"{row.outcome}: {row.said}" if row.said else row.outcome)
+    said = textwrap.fill(
+        visible(f"{row.outcome}: {row.said}" if row.said else row.outcome), WIDTH,
+        break_long_words=False, break_on_hyphens=False,
+    )  # fmt: skip
     if row.points <= 0:
         title = f"{row.title}: {number(0)} of {number(row.max_points)} points"
         error = {"ename": row.outcome, "evalue": visible(row.said), "traceback": [title, said]}

@@ -23,7 +23,7 @@ from exercises.errors import QdotError
 from exercises.exports.nbgrader import SIGN
 from grader.commands import check_sandbox
 from grader.marking import number
-from grader.nbgrader_cells import GENERATE, fill_in, made_whole
+from grader.nbgrader_cells import GENERATE, fill_in, made_whole, without_self_checks
 from grader.reports.rows import rows_of
 from grader.sandbox import Limits
 from grader.settle import Result
@@ -87,7 +87,8 @@ class Mark(Execute):
         result = _result(assignment, told["student"], _place(self, told) / f"{told['notebook']}.ipynb", self)
         rows = rows_of(result, assignment.feedback)
         fill_in(nb.cells, rows)
-        nb.cells = [from_dict(cell) for cell in nb.cells]
+        problems = assignment.problems(told["student"])
+        nb.cells = [from_dict(cell) for cell in without_self_checks(nb.cells, problems)]
         resources["qdot"] = {"late": _taken_off(result)}
         if result["override"] is not None:
             total = number(result["override"]["points"])

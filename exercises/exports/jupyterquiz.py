@@ -17,7 +17,7 @@ from exercises.exports.markup import body_html, by_category, decimal, limits, li
 from exercises.exports.outlet import File, Order
 from exercises.formula.printers.mathml import mathml
 from exercises.notebook import KERNEL, notebook_text
-from exercises.render import render
+from exercises.render import plain, render
 
 QuizQuestion = dict[str, object]
 _NUDGE = 1e-9
@@ -48,7 +48,7 @@ def jupyterquiz_files(order: Order) -> Generator[File, None, None]:
 
 
 def _notebook(title: str, shown: list[dict[str, object]]) -> str:
-    cells = [new_markdown_cell(f"# {title}", id="title")]
+    cells = [new_markdown_cell(f"# {plain(title)}", id="title")]
     for one in shown:
         cells.append(new_markdown_cell(f"## {one['title']}", id=f"{one['key']}-title"))
         cells.append(new_code_cell(render("exports/jupyterquiz-cell.py.j2", **one).strip(), id=f"{one['key']}-quiz"))

@@ -4,12 +4,14 @@ nbgrader hands one notebook to everybody; here everybody has problems of their o
 holds no problem, and students' notebooks are handed out beside nbgrader: their cells have the pattern's names.
 """
 
+import csv
 import hashlib
+import io
 import json
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from typing import Any
 
-from exercises.assignment import SECRET_FILE, Slot
+from exercises.assignment import SECRET_FILE, Slot, Student
 from exercises.exports.handouts import handouts
 from exercises.exports.outlet import File, Order
 from exercises.exports.repositories import assignment_files
@@ -39,6 +41,7 @@ def nbgrader(order: Order) -> Generator[File, None, None]:
     yield File("README.md", render("exports/nbgrader/readme.md.j2", **about))
     yield File(".gitignore", render("exports/nbgrader/gitignore.j2"))
     yield File(name, content)
+    yield File("students.csv", _names(assignment.roster))
     yield File(f"source/{key}/{key}.ipynb", _text(_pattern(assignment.title, key, assignment.slots)))
     for path, data in assignment_files(order):
         yield File(f"qdot/{key}/{path}", data)
@@ -50,6 +53,17 @@ def nbgrader(order: Order) -> Generator[File, None, None]:
         notebook = json.loads(text)
         notebook["cells"] = [made for cell in notebook["cells"] for made in _with_marks(cell, points)]
         yield File(f"handout/{student.id}/{key}/{key}.ipynb", _text(notebook))
+
+
+def _names(roster: Sequence[Student]) -> str:
+    """Return the roster as `nbgrader db student import` reads it, the last word of a name being the last name."""
+    out = io.StringIO()
+    table = csv.writer(out, lineterminator="\n")
+    table.writerow(["id", "first_name", "last_name", "email"])
+    for student in roster:
+        first, _, last = student.name.rpartition(" ")
+        table.writerow([student.id, first, last, student.email])
+    return out.getvalue()
 
 
 def grade_id(part: str) -> str:

@@ -21,7 +21,7 @@ from exercises.exports.wheel import wheel
 from exercises.notebook import KERNEL, notebook_text, points_text
 from exercises.problem import variable
 from exercises.quizzes import ASKED
-from exercises.render import render
+from exercises.render import plain, render
 
 FOLDER = "qdot"
 """The folder in the autograder by which it marks."""
@@ -61,7 +61,7 @@ def parts_of(assignment: Assignment) -> list[Part]:
 
 
 def _source(assignment: Assignment, config: str) -> str:
-    cells = [new_raw_cell(config.strip(), id="config"), new_markdown_cell(f"# {assignment.title}", id="title")]
+    cells = [new_raw_cell(config.strip(), id="config"), new_markdown_cell(f"# {plain(assignment.title)}", id="title")]
     for part, name, points, title in parts_of(assignment):
         answer = f"{variable(*part.split('.', 1))} = ..."
         test = render("exports/otter/test.py.j2", part=part, function=name.replace("-", "_")).strip()

@@ -12,6 +12,7 @@ from typing import Any
 import nbformat
 import pytest
 import sympy as sp
+from markdown_it import MarkdownIt
 
 from exercises.answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from exercises.notebook import notebook_text, solution_notebook, student_notebook
@@ -207,3 +208,11 @@ def test_staff_reads_a_solution_before_it_is_typed() -> None:
     cells = [cell["id"] for cell in _staff("planar-2r").cells]
     for solution in (name for name in cells if name.endswith("-solution")):
         assert cells[cells.index(solution) + 1] == solution.removesuffix("-solution")
+
+
+@pytest.mark.parametrize("title", ["Arms & <signs>", "a_1 * [b] $c$ `d` \\e &amp; _f_ *g* 6.1"])
+def test_a_title_is_shown_as_it_is(title: str) -> None:
+    cell = student_notebook(title, "hw1", "s001", _problems("planar-2r")).cells[0]
+    heading = MarkdownIt().parse(cell.source)[1]
+    assert "".join(token.content for token in heading.children or ()) == title
+    assert {token.type for token in heading.children or ()} <= {"text", "text_special"}

@@ -6,6 +6,7 @@ or fetched by whoever runs it, and installed for this machine only. What a run s
 table of docs/outlets.md is made from it. What a run teaches becomes a check of `make test`, against data of ours.
 
     given       the assignments that are exported, the answers that are given, and what qdot gives for them
+    notebooks   a class that hands in notebooks, and what qdot gives for them
     repositories    a class that pushes to GitHub and GitLab
     records     what a run showed, as it is kept
     __main__    the command
@@ -17,5 +18,7 @@ A platform is a module with `run(software, work) -> Record`, its line in `PLATFO
 PLATFORMS: dict[str, str] = {
     "moodle": "MOODLE", "stack": "STACK", "canvas": "QTI_MIGRATION", "prairielearn": "PRAIRIELEARN", "qti": "QTI_SDK",
     "github": "GITHUB_RUNNER", "gitlab": "GITLAB_RUNNER",
+    "otter": "OTTER", "nbgrader": "NBGRADER", "gradescope": "GRADESCOPE_ROOT", "jupyterlab": "JUPYTERLAB",
+    "jupyterquiz": "JUPYTERLAB",
 }  # fmt: skip
 """Modules of this package by name, each with the variable of the environment that holds the path of its software."""

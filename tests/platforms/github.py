@@ -13,8 +13,9 @@ from pathlib import Path
 
 from exercises.exports.repositories import ACTIONS
 from tests.platforms.given import SECRET
+from tests.platforms.notebooks import BLANK, KEY, RIGHT
 from tests.platforms.records import Count, Record, today
-from tests.platforms.repositories import BLANK, KEY, OWNER, RIGHT, Class, counts, pushed, ran
+from tests.platforms.repositories import OWNER, Class, counts, pushed, ran
 from tests.support.hosting import TOKEN
 
 STAND_IN = """name: keeps a folder

@@ -10,8 +10,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from tests.platforms.given import SECRET
+from tests.platforms.notebooks import BLANK, KEY, RIGHT
 from tests.platforms.records import Count, Record, today
-from tests.platforms.repositories import BLANK, KEY, RIGHT, Class, counts, pushed, ran
+from tests.platforms.repositories import Class, counts, pushed, ran
 
 ADDRESS = "git@gitlab.example.org:"
 

@@ -33,6 +33,8 @@ class Count:
 class Record:
     """A run: what was exported (`outlet`), into which program and version, on which day, and what was counted.
 
+    "generate" stands for the notebooks that `qdot generate` writes.
+
     The counts are called as the table of docs/outlets.md calls them: "imported", "shown", "right = full",
     "wrong < full", "blank = 0", … in this order.
     """

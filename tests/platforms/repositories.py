@@ -8,23 +8,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from exercises.assignment import Assignment, Student, load_assignment
-from exercises.exports.outlet import Order
-from exercises.exports.registry import OUTLETS
-from exercises.notebook import notebook_text, solution_notebook
-from exercises.problem import variable
-from exercises.release import init_assignment
-from exercises.sets import DEFAULT_SET, SETS
-from grader.certify import failures_of
-from tests.platforms.given import SECRET
+from exercises.assignment import Assignment
+from tests.platforms.notebooks import BLANK, KEY, RIGHT, WRONG, a_class, answered, exported
 from tests.platforms.records import Count
 from tests.support.ci import git, hosted
 from tests.support.hosting import Server, serving
 
-RIGHT, WRONG, BLANK = "right", "wrong", "blank"
-KEY, OWNER, PUSHED = "arms", "course", "2027-01-15T22:00:00Z"
+OWNER, PUSHED = "course", "2027-01-15T22:00:00Z"
 
 
 @dataclass(frozen=True)
@@ -46,46 +37,19 @@ class Class:
 @contextmanager
 def pushed(outlet: str, work: Path) -> Iterator[Class]:
     """Yield a class with one student for each kind of answer, exported and pushed."""
-    folder, exported = work / KEY, work / "exported"
-    students = [Student(name) for name in (RIGHT, WRONG, BLANK)]
-    init_assignment(folder, "Arms & <signs>", KEY, students, SECRET, problems=SETS[DEFAULT_SET])
-    assignment = load_assignment(folder)
-    for file in OUTLETS[outlet].files(Order(assignment, failures_of)):
-        path = exported / file.path
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
+    assignment = a_class(work / KEY, RIGHT, WRONG, BLANK)
+    made = exported(assignment, outlet, work / "exported")
     venv.create(work / "python", with_pip=True)
     with serving(work / "server") as server:
-        for student in students:
-            own = exported / "students" / student.id
+        for student in assignment.roster:
+            own = made / "students" / student.id
             files = {path.relative_to(own).as_posix(): path.read_bytes() for path in own.rglob("*") if path.is_file()}
             notebook = f"{KEY}.ipynb"
             files[notebook] = answered(assignment, student.id, files[notebook].decode()).encode()
             server.push(f"{OWNER}/{KEY}-{student.id}", files, PUSHED)
-        shutil.copytree(exported / "grading", work / "grading")
+        shutil.copytree(made / "grading", work / "grading")
         hosted(work / "grading", server.folder, f"{OWNER}/{KEY}-grading")
-        yield Class(assignment, exported, server, work / "python")
-
-
-def answered(assignment: Assignment, student: str, text: str) -> str:
-    """Return the notebook that was handed out to a student, with that student's kind of answers in its cells."""
-    solved = json.loads(
-        notebook_text(solution_notebook(assignment.title, KEY, student, assignment.problems(student), assignment.hints))
-    )
-    answers = {part: cell["source"] for cell in solved["cells"] if (part := part_of(cell))}
-    notebook = json.loads(text)
-    for cell in notebook["cells"]:
-        part = part_of(cell)
-        if part and student == RIGHT:
-            cell["source"] = answers[part]
-        elif part and student == WRONG:
-            cell["source"] = f"{variable(*part.split('.', 1))} = 0"
-    return json.dumps(notebook, indent=1)
-
-
-def part_of(cell: dict[str, Any]) -> str:
-    part: str = cell["metadata"].get("qdot", {}).get("part", "")
-    return part
+        yield Class(assignment, made, server, work / "python")
 
 
 def counts(own: Class, graded: Path) -> dict[str, Count]:

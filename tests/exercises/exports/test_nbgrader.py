@@ -20,7 +20,7 @@ from exercises.errors import QdotError
 from exercises.exports.nbgrader import SIGN, checksum, nbgrader
 from exercises.exports.outlet import Order
 from exercises.problem import variable
-from grader.nbgrader_cells import fill_in, made_whole, outputs
+from grader.nbgrader_cells import WIDTH, fill_in, made_whole, outputs
 from grader.reports.rows import Row
 from tests.support.command import run
 from tests.support.handing_in import TOML, a_class, grade
@@ -220,8 +220,10 @@ def test_nbgraders_page_says_why(assignment: Assignment, generated: Path, marked
     results, _ = grade(assignment)
     page = (generated / "feedback" / "late" / "hw" / "hw.html").read_text()
     reason = next(part["reason"] for part in results["late"]["problems"][0]["parts"] if part["name"] == "jacobian")
-    assert reason.split(";")[0].split("(")[0].strip() in page
+    assert reason.split(";")[0].split("(")[0].strip() in " ".join(page.split())
     assert assignment.secret not in page
+    assert "self_check" in json.dumps(handout(assignment, "late"))
+    assert page.count("self_check") == 1  # in the words of the first cell; what checks is not read by the staff
 
 
 def test_students_notebooks_are_valid_and_hold_no_secret(assignment: Assignment) -> None:
@@ -262,6 +264,8 @@ def test_outputs_that_nbgrader_scores_with_the_points() -> None:
     assert (stream["name"], stream["text"]) == ("stdout", "partial: a reason\n")
     assert value["data"] == {"text/plain": "1.5"}
     assert outputs(row("p1.jacobian", 5))[1]["data"] == {"text/plain": "2.0"}
+    long = Row("p1.jacobian", "Title", "partial", 1.5, 2.0, "a reason " * 30)
+    assert max(map(len, outputs(long)[0]["text"].splitlines())) <= WIDTH
     (error,) = outputs(row("p1.jacobian", 0, "wrong"))
     assert (error["output_type"], error["ename"], error["evalue"]) == ("error", "wrong", "a reason")
     assert error["traceback"] == ["Title: 0 of 2 points", "wrong: a reason"]
@@ -292,6 +296,14 @@ def test_an_answer_that_is_still_blank_is_one_that_was_not_changed() -> None:
     by_id = {cell["id"]: cell["metadata"]["nbgrader"] for cell in cells}
     assert by_id["position"]["checksum"] == checksum(cells[0])
     assert "checksum" not in by_id["jacobian"]
+
+
+def test_names_are_given_as_nbgrader_imports_them(tmp_path: Path) -> None:
+    made = a_class(tmp_path / "hw", [Student("ada", "Ada King Lovelace", "ada@example.org"), Student("hen")])
+    (names,) = (file.content for file in nbgrader(Order(made, lambda _: ())) if file.path == "students.csv")
+    assert str(names).splitlines() == [
+        "id,first_name,last_name,email", "ada,Ada King,Lovelace,ada@example.org", "hen,,,"
+    ]  # fmt: skip
 
 
 def test_nbgrader_takes_no_plus_in_an_identifier(tmp_path: Path) -> None:

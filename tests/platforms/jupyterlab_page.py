@@ -1,0 +1,105 @@
+"""A student in front of JupyterLab: run by the environment that has it, with Playwright, for each notebook named.
+
+`python jupyterlab_page.py ADDRESS TOKEN CHROMIUM PICTURES NOTEBOOK …` opens each, has all cells run from the menu,
+saves it, takes a picture of all of it, and prints what the browser shows of every cell. Standard input has a list of
+what is answered to each quiz of jupyterquiz in a notebook: a number as it is typed, or the HTML of an option; what is
+said of it is printed, too.
+"""
+
+import json
+import sys
+from typing import Any
+
+from playwright.sync_api import Page, sync_playwright  # type: ignore[import-not-found, unused-ignore]
+
+PATIENCE = 300_000
+"""Milliseconds that a notebook may run."""
+WINDOW = {"width": 1280, "height": 900}
+TALLEST = 16_000
+"""Pixels of a picture."""
+IDLE = r"text=/ipykernel\) \| Idle/"
+DONE = r"""() => [...document.querySelectorAll('.jp-Notebook .jp-CodeCell .jp-InputPrompt')].every(
+    prompt => prompt.textContent === '' || /\[\d+\]/.test(prompt.textContent))"""
+"""Every cell has a number; a folded one has no prompt."""
+SETTLED = """() => !document.querySelector('.jp-Notebook .jp-MarkdownCell .jp-mod-placeholder')
+    && [...document.querySelectorAll('.jp-Notebook img')].every(image => image.complete)"""
+CELLS = """() => [...document.querySelectorAll('.jp-Notebook .jp-Cell')].map(cell => {
+    const shown = cell.querySelector('.jp-RenderedMarkdown'), all = what => [...cell.querySelectorAll(what)];
+    return {
+        words: shown ? shown.innerText : '',
+        images: all('img').map(image => image.naturalWidth * image.clientWidth),
+        formulas: all('mjx-container').filter(one => one.getBoundingClientRect().width > 0).length,
+        broken: all('mjx-merror, [data-mjx-error]').length,
+        maths: all('.jp-OutputArea math').filter(one => one.getBoundingClientRect().width > 0).length,
+        rows: all('table tr').length,
+        wide: shown ? shown.scrollWidth - shown.clientWidth : 0,
+        output: all('.jp-OutputArea-output').map(output => output.innerText).join(''),
+        errors: all('.jp-OutputArea-output[data-mime-type*="stderr"], .jp-OutputArea-output[data-mime-type*="error"]')
+            .length,
+    };
+})"""
+HEIGHT = """() => Math.max(...[...document.querySelectorAll('.jp-WindowedPanel-outer')].map(one => one.scrollHeight))"""
+
+
+def open_and_run(page: Page, address: str, token: str, name: str, picture: str) -> Any:
+    """Return what is shown of every cell when all have run."""
+    page.set_viewport_size(WINDOW)
+    page.goto(f"{address}/lab/tree/{name}?reset&token={token}")
+    page.wait_for_selector(IDLE, timeout=PATIENCE)
+    page.locator(".lm-MenuBar-item", has_text="Run").click()
+    page.locator(".lm-Menu-item", has_text="Run All Cells").first.click()
+    page.wait_for_function(DONE, timeout=PATIENCE)
+    page.wait_for_function(SETTLED, timeout=PATIENCE)
+    page.keyboard.press("Control+s")
+    page.wait_for_timeout(3000)
+    shown = page.evaluate(CELLS)
+    page.set_viewport_size({**WINDOW, "height": min(TALLEST, page.evaluate(HEIGHT) + 150)})
+    page.evaluate(TO_THE_TOP)
+    page.wait_for_timeout(5000)
+    page.screenshot(path=picture)
+    page.set_viewport_size(WINDOW)
+    return shown
+
+
+TO_THE_TOP = """() => document.querySelectorAll('.jp-WindowedPanel-outer').forEach(one => { one.scrollTop = 0; })"""
+OPTION = """(quiz, html) => {
+    const wanted = document.createElement('div');
+    wanted.innerHTML = html;
+    return [...quiz.querySelectorAll('label.MCButton')].findIndex(
+        label => label.querySelector('span').innerHTML === wanted.innerHTML);
+}"""
+
+
+def answer_quizzes(page: Page, quizzes: Any) -> Any:
+    """Return of each quiz what is said of each answer: "correct" or "incorrect", and the feedback."""
+    told = []
+    for number, answers in enumerate(quizzes):
+        quiz, said = page.locator(".jp-Notebook .Quiz").nth(number), []
+        for answer in answers:
+            if "typed" in answer:
+                quiz.locator("input.Input-text").fill(answer["typed"])
+                quiz.locator("input.Input-text").press("Enter")
+            else:
+                quiz.locator("label.MCButton").nth(quiz.evaluate(OPTION, answer["chosen"])).click()
+            feedback = quiz.locator(".Feedback").first
+            said.append([(feedback.get_attribute("class") or "").split()[-1], feedback.inner_text()])
+        told.append(said)
+    return told
+
+
+def main(address: str, token: str, chromium: str, pictures: str, *names: str) -> None:
+    """Print what is shown of each notebook, and what is said of answers to its quizzes."""
+    given = json.load(sys.stdin)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        page = browser.new_page()
+        told = []
+        for name, quizzes in zip(names, given, strict=True):
+            shown = open_and_run(page, address, token, name, f"{pictures}/{name.replace('/', '-')}.png")
+            told.append([shown, answer_quizzes(page, quizzes)])
+        browser.close()
+    print(json.dumps(told))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,154 @@
+"""A class that hands in notebooks: right, wrong, mistaken and blank ones; and the marks that qdot gives to each."""
+
+import json
+import subprocess
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import sympy as sp
+
+from exercises.answers import ConditionSet
+from exercises.assignment import Assignment, Student, load_assignment
+from exercises.exports.known_wrong import known_wrong
+from exercises.exports.outlet import Order
+from exercises.exports.registry import OUTLETS
+from exercises.notebook import notebook_text, solution_notebook
+from exercises.problem import Part, Problem, variable
+from exercises.release import init_assignment
+from exercises.sets import DEFAULT_SET, SETS
+from grader.certify import failures_of
+from grader.sandbox import Limits
+from grader.single import found_of_one, grade_one, limits_of, student_named
+from tests.platforms.given import SECRET
+from tests.platforms.records import Counts
+
+RIGHT, WRONG, MISTAKEN, BLANK = "right", "wrong", "mistaken", "blank"
+"""Students by what they hand in; what is mistaken is what a known mistake leads to, and may be right in part."""
+KEY = "arms"
+NEAR = 1e-6
+
+
+def a_class(folder: Path, *students: str) -> Assignment:
+    """Make the assignment of a class whose students are called by what they hand in."""
+    roster = [Student(name, f"{name.title()} <Student>", f"{name}@example.org") for name in students]
+    init_assignment(folder, "Arms & <signs>", KEY, roster, SECRET, problems=SETS[DEFAULT_SET])
+    return load_assignment(folder)
+
+
+def exported(assignment: Assignment, outlet: str, to: Path) -> Path:
+    """Export an assignment into a folder, and return it."""
+    for file in OUTLETS[outlet].files(Order(assignment, failures_of)):
+        path = to / file.path
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
+    return to
+
+
+def install(software: Path, wheel: Path) -> None:
+    """Install an exported wheel: what it needs, and then this very qdot, of which the version may be there already."""
+    command: list[str | Path] = [software / "bin" / "python", "-m", "pip", "install", "--quiet", wheel]
+    for options in ([], ["--force-reinstall", "--no-deps"]):
+        subprocess.run([*command, *options], check=True, capture_output=True)
+
+
+# --- what is handed in ---
+
+
+def answered(assignment: Assignment, student: str, text: str) -> str:
+    """Return the notebook that was handed out to a student, with that student's kind of answers in its cells."""
+    code = {RIGHT: _right, WRONG: _wrong, MISTAKEN: _mistaken}.get(student)
+    answers = code(assignment, student) if code else {}
+    notebook = json.loads(text)
+    for cell in notebook["cells"]:
+        part = part_of(cell)
+        if part in answers:
+            cell["source"] = answers[part]
+    return json.dumps(notebook, indent=1)
+
+
+def part_of(cell: Mapping[str, Any]) -> str:
+    """Return the part that is answered in a cell of a student's notebook; nothing for other cells."""
+    part: str = cell["metadata"].get("qdot", {}).get("part", "")
+    return part
+
+
+def _right(assignment: Assignment, student: str) -> dict[str, str]:
+    problems = assignment.problems(student)
+    solved = json.loads(
+        notebook_text(solution_notebook(assignment.title, assignment.key, student, problems, assignment.hints))
+    )
+    return {part: cell["source"] for cell in solved["cells"] if (part := part_of(cell))}
+
+
+def _wrong(assignment: Assignment, student: str) -> dict[str, str]:
+    return _each(assignment, student, lambda problem, part: "0")
+
+
+def _mistaken(assignment: Assignment, student: str) -> dict[str, str]:
+    return _each(assignment, student, _mistake)
+
+
+def _each(assignment: Assignment, student: str, code: Callable[[Problem, Part], str]) -> dict[str, str]:
+    return {
+        f"{slot}.{part.name}": f"{variable(slot, part.name)} = {code(problem, part)}"
+        for slot, problem in assignment.problems(student)
+        for part in problem.parts
+    }
+
+
+def _mistake(problem: Problem, part: Part) -> str:
+    """Return what a known mistake makes of an answer, as code; zero where none is known."""
+    known = next(iter(known_wrong(problem, part, 1)), None)
+    if known is None:
+        return "0"
+    if isinstance(part.answer, ConditionSet):
+        assert isinstance(known.answer, tuple)
+        return replace(part.answer, components=known.answer).code()
+    value = sp.Matrix(known.answer)
+    return str(value if len(value) > 1 else value[0])
+
+
+# --- what it is worth ---
+
+
+@dataclass(frozen=True)
+class Ours:
+    """What qdot itself gives to a notebook."""
+
+    assignment: Assignment
+    student: str
+    notebook: Path
+
+    @cached_property
+    def result(self) -> Any:
+        """Its result, as in results.jsonl."""
+        found = found_of_one(self.assignment, self.notebook)
+        return grade_one(
+            self.assignment, student_named(self.assignment, self.student), found, limits_of(Limits.seconds)
+        )
+
+    @cached_property
+    def parts(self) -> dict[str, Any]:
+        """Results of its parts by their names, as in p1.jacobian."""
+        return {
+            f"{problem['slot']}.{part['name']}": part
+            for problem in self.result["problems"]
+            for part in problem["parts"]
+        }
+
+
+def hold(counts: Counts, ours: Ours, theirs: Mapping[str, float]) -> None:
+    """Count what a program gives to each part, by what the student has handed in and by what qdot gives."""
+    for name, part in ours.parts.items():
+        points, most = theirs.get(name, -1.0), part["max_points"]
+        where = f"{ours.student} {name}: {points} of {most}"
+        if ours.student == RIGHT:
+            counts.add("right = full", points == most, where)
+        elif ours.student == BLANK:
+            counts.add("blank = 0", points == 0, where)
+        else:
+            counts.add("wrong < full", 0 <= points < most, where)
+        counts.add("marks as ours", abs(points - part["points"]) < NEAR, f"{where}, {part['points']} of ours")

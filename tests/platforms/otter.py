@@ -1,0 +1,83 @@
+"""Otter-Grader itself: `otter assign` makes the autograder of our source, `otter run` marks a class by it.
+
+`software` is an environment of Python with otter-grader, into which the exported qdot is installed.
+"""
+
+import json
+import os
+import subprocess
+import zipfile
+from pathlib import Path
+from typing import Any
+
+from exercises.exports.nbgrader import grade_id
+from exercises.exports.otter import parts_of
+from grader.reports.rows import rows_of
+from tests.platforms.notebooks import (
+    BLANK,
+    KEY,
+    MISTAKEN,
+    RIGHT,
+    WRONG,
+    Ours,
+    a_class,
+    answered,
+    exported,
+    hold,
+    install,
+)
+from tests.platforms.records import Counts, Record, today
+
+
+def run(software: Path, work: Path) -> Record:
+    """Have the autograder made, and every student's notebook marked by it."""
+    assignment, counts = a_class(work / KEY, RIGHT, WRONG, MISTAKEN, BLANK), Counts()
+    folder = exported(assignment, "otter", work / "exported")
+    (wheel,) = folder.glob("*.whl")
+    install(software, wheel)
+    _otter(software, folder, "assign", f"{KEY}.ipynb", "dist")
+    (autograder,) = (folder / "dist" / "autograder").glob("*.zip")
+    made = _tests_of(autograder)
+    for _, name, _, _ in parts_of(assignment):
+        counts.add("imported", name in made, name)
+    for student in (one.id for one in assignment.roster):
+        notebook, out = work / student / f"{KEY}.ipynb", work / student / "out"
+        out.mkdir(parents=True)
+        handed_out = folder / "students" / student / f"{KEY}.ipynb"
+        notebook.write_text(answered(assignment, student, handed_out.read_text(encoding="utf-8")), encoding="utf-8")
+        _otter(software, work / student, "run", "-a", autograder, "-o", out, notebook)
+        results = json.loads((out / "results.json").read_text(encoding="utf-8"))
+        _hold(Ours(assignment, student, notebook), results, counts)
+    version = subprocess.run([software / "bin" / "otter", "--version"], capture_output=True, text=True).stdout
+    return Record("otter", _named(version), today(), counts.told())
+
+
+def _otter(software: Path, cwd: Path, *words: str | Path) -> None:
+    environment = {**os.environ, "PATH": f"{software / 'bin'}{os.pathsep}{os.environ['PATH']}"}
+    command = [software / "bin" / "otter", *words]
+    done = subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True)
+    if done.returncode:
+        raise RuntimeError(f"otter {words[0]}: {done.stdout[-2000:]}{done.stderr[-2000:]}")
+
+
+def _named(version: str) -> str:
+    """Return the line about Otter among those that `otter --version` prints."""
+    return next(line for line in version.splitlines() if "otter" in line.casefold()).strip()
+
+
+def _tests_of(autograder: Path) -> set[str]:
+    with zipfile.ZipFile(autograder) as archive:
+        return {Path(name).stem for name in archive.namelist() if Path(name).match("tests/*.py")}
+
+
+def _hold(ours: Ours, results: Any, counts: Counts) -> None:
+    """Hold a student's results.json: what is shown of every test, and what it earns."""
+    tests = {test["name"]: test for test in results["tests"]}
+    assignment = ours.assignment
+    said = {row.part: row.said for row in rows_of(ours.result, assignment.feedback)}
+    for part, name, points, _ in parts_of(assignment):
+        test = tests.get(name, {})
+        is_full = ours.parts[part]["points"] == points
+        shown = test.get("max_score") == points and (is_full or said[part] in test.get("output", ""))
+        counts.add("shown", shown, f"{ours.student} {name}: {test}")
+    hold(counts, ours, {part: tests[grade_id(part)]["score"] for part in ours.parts if grade_id(part) in tests})
