@@ -16,6 +16,7 @@ GROUPS = {
     },
     "For instructors": {
         "instructors": ("Your first class", "From an empty folder to graded notebooks."),
+        "robots": ("Your own arm", "DH tables, standard and modified, axes, CSV, URDF."),
         "variation": ("Variation", "How far arms may differ, and how many students share an answer."),
         "grading": ("Grading a class", "Late work, attempts, overrides, whose mark moved and why."),
         "submissions": ("What students hand in", "Files and folders that are read, and how answers are found."),

@@ -1,5 +1,6 @@
 """Arms written in every convention are the same arm, by the matrices of each convention, worked out here anew."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +18,7 @@ from exercises.errors import QdotError
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
 from exercises.stream import Stream
+from tests.support import ROOT
 from tests.support.suites import families_for
 
 Matrix = np.ndarray
@@ -337,3 +339,12 @@ def test_a_point_on_an_inner_link_is_told_by_its_frame() -> None:
     assert 'point = "O2"\n' in robot_text(chain, "dh")
     assert 'point = {frame = 2, offset = ["a2", 0, 0]}\n' in robot_text(chain, "modified-dh")
     assert 'point = {frame = 2, offset = ["a1 + a2", 0, 0]}\n' in robot_text(chain, "screws")
+
+
+def test_the_arms_of_the_docs_are_read_and_the_same_in_every_convention(tmp_path: Path) -> None:
+    blocks = re.findall(r"```toml\n(.*?)```", (ROOT / "docs" / "robots.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert len(blocks) == 2
+    for block in blocks:
+        chain = read(tmp_path, block).chain
+        for convention in CONVENTIONS:
+            same_arm(chain, read(tmp_path, robot_text(chain, convention)).chain, block[:20])
