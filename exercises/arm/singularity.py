@@ -61,6 +61,11 @@ def for_special_lengths(chain: Chain) -> tuple[Component, ...]:
     return tuple(dict.fromkeys(component for component in found if component is not None))
 
 
+def never_vanishes(condition: sp.Expr, chain: Chain) -> bool:
+    """Tell whether an expression is zero in no configuration, as 1.5 + 0.5 cos(theta2)."""
+    return _solved((condition,), chain) is None
+
+
 def _components(derivation: Derivation) -> tuple[Component, ...] | None:
     if _common_zeros(derivation.generic_minors, derivation.generic_joints) is None:
         return None

@@ -17,7 +17,7 @@ from exercises.arm.classification import Kind, classify
 from exercises.arm.derivation import Derivation, derive, structure, task_velocity
 from exercises.arm.kinematics import NumericChain, frame_behind, frames_and_point, joint_rotation, link_vector
 from exercises.arm.precise import determinant, four_digits, inverse, shown
-from exercises.arm.singularity import Component, singular_set
+from exercises.arm.singularity import Component, never_vanishes, singular_set
 from exercises.arm.trigonometry import substitute, textbook
 from exercises.formula.order import joint_sum
 from exercises.problem import Part
@@ -254,6 +254,18 @@ class Worked:
     def determinant_sign(self) -> str:
         """What stands before 1/det J: a minus where det J has one before it."""
         return "-" if self.d.determinant.as_coeff_Mul()[0].is_negative else ""
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether det J is the same in every configuration."""
+        return not self.d.determinant.free_symbols & set(self.chain.q)
+
+    @property
+    def never_zero(self) -> list[sp.Expr]:
+        """The factors of det J that joints change, and that are zero in no configuration."""
+        factors = (factor.as_base_exp()[0] for factor in sp.Mul.make_args(self.d.determinant))
+        joints = set(self.chain.q)
+        return [factor for factor in factors if factor.free_symbols & joints and never_vanishes(factor, self.chain)]
 
     @property
     def determinant_size(self) -> sp.Expr:
