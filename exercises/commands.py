@@ -177,9 +177,10 @@ def solve(
     "P", theta, d, a, alpha; lengths in metres, angles in radians. With convention = "modified-dh" the rows are those of
     the modified table (Craig), with convention = "screws" joints are given by their axes: docs/robots.md.
 
-    In JSON, `jacobian` is that of the point, 3 x n, and `geometric_jacobian` 6 x n; it is the rows named by `task` whose
-    `determinant` and `singular` follow. `determinant` is null where these are not square. `singular` is null where
-    they have less than full rank in every configuration, and empty where full rank in every one; `note` says so in words.
+    In JSON, `jacobian` is that of the point, 3 x n, and `geometric_jacobian` 6 x n; of the latter, the rows that `task`
+    names are those whose `determinant` and `singular` follow. `determinant` is null where these are not square.
+    `singular` is null where they have less than full rank in every configuration, and empty where they have full rank in
+    every one; `note` says so in words.
     """
     one_of(format, SOLVE_FORMATS, "--format")
     one_of(convention, TABLES, "--convention")
