@@ -179,8 +179,8 @@ def solve(
 
     In JSON, `jacobian` is that of the point, 3 x n, and `geometric_jacobian` 6 x n; of the latter, the rows that `task`
     names are those whose `determinant` and `singular` follow. `determinant` is null where these are not square.
-    `singular` is null where they have less than full rank in every configuration, and empty where they have full rank in
-    every one; `note` says so in words.
+    `singular` is null where they have less than full rank in every configuration, and empty where they have full rank
+    in every one; `note` says so in words.
     """
     one_of(format, SOLVE_FORMATS, "--format")
     one_of(convention, TABLES, "--convention")
