@@ -106,7 +106,7 @@ def test_a_fault_in_any_step_is_its_students_alone(
 
     def planted(*about: Any, **options: Any) -> Any:
         whole = [one for one in about if isinstance(one, list) and len(one) > 1 and isinstance(one[0], dict)]
-        is_told = step in ONCE and "qdot itself failed" in repr(about)
+        is_told = step in ONCE and "qdot could not grade this" in repr(about)
         if (any(map(is_victims, about)) or current[0] == VICTIM) and not whole and not is_told:
             failed.append(step)
             raise fault(step)
