@@ -39,6 +39,8 @@ AT_ONCE = 8
 """Repositories that are fetched, or pushed to, side by side."""
 PATIENCE = 300
 """Seconds that git may take for one of them."""
+WORK = ".submitted-"
+"""What the folder beside submitted/ is called into which is fetched."""
 FEEDBACK = "feedback"
 """The branch in which a student finds it."""
 
@@ -99,7 +101,9 @@ def collect(assignment: Assignment, host: Host) -> list[Collected]:
     asked = [
         (student_named(assignment, student), repository) for student, repository in _repositories(assignment, host)
     ]
-    with tempfile.TemporaryDirectory(prefix=".submitted-", dir=assignment.folder) as work:
+    for left in assignment.folder.glob(f"{WORK}*"):  # by a run that was killed
+        shutil.rmtree(left, ignore_errors=True)
+    with tempfile.TemporaryDirectory(prefix=WORK, dir=assignment.folder) as work:
         fetched = Path(work, "submitted")
         fetched.mkdir()
         with ThreadPoolExecutor(AT_ONCE) as threads:
@@ -116,8 +120,10 @@ def collect(assignment: Assignment, host: Host) -> list[Collected]:
         if unreached:
             rows = [{"student": each.student, "why": each.unreached} for each in unreached]
             (fetched / NOT_FETCHED).write_text(_table(["student", "why"], rows), encoding="utf-8")
-        shutil.rmtree(assignment.folder / "submitted", ignore_errors=True)
-        fetched.rename(assignment.folder / "submitted")
+        submitted = assignment.folder / "submitted"
+        if submitted.exists():
+            submitted.rename(Path(work, "before"))
+        fetched.rename(submitted)
     table = _table([name.name for name in fields(Collected)], map(asdict, every))
     write_atomically(assignment.folder / "graded" / "collected.csv", table)
     return every

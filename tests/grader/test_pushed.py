@@ -136,6 +136,7 @@ def test_what_was_fetched_before_is_there_until_there_is_something_new(
     on(server, "github", monkeypatch)
     collect = ["collect", str(assignment.folder), "--on", "github"]
     assert main(collect) == 0
+    (assignment.folder / ".submitted-of-a-run-that-was-killed" / "submitted").mkdir(parents=True)
     monkeypatch.setenv("GITHUB_API_URL", "http://127.0.0.1:9")
     assert main(collect) == 2
     assert (assignment.folder / "submitted" / "ada" / "hw.ipynb").read_text() == "in time"
