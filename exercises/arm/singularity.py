@@ -4,8 +4,8 @@ For a square Jacobian these are the zeros of the factors of det J. For any other
 all maximal minors: factors that all minors share, and, for what is left, combinations of conditions.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import combinations, product
 
@@ -18,7 +18,16 @@ from exercises.arm.trigonometry import Factored, factored, substitute
 
 MOST_WAYS, MOST_PARTS = 300, 40
 """Ways in which minors vanish together that are looked at, and those of them that anyone would read."""
+_NOTHING = sp.Float("1e-20")
 RIGHT_ANGLES = (sp.S.Zero, sp.pi / 2, sp.pi, -sp.pi / 2)
+
+
+Joints = tuple[sp.Symbol, ...]
+Conjunction = tuple[sp.Expr, ...]
+Solved = tuple[sp.Symbol, tuple[sp.Expr, ...]]
+"""A joint, and its values at which a condition holds."""
+Zeros = list[Conjunction] | None
+"""Conditions under which all minors vanish together; None where they always do."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +65,8 @@ def singular_set(chain: Chain) -> tuple[Component, ...] | None:
 
 def for_special_lengths(chain: Chain) -> tuple[Component, ...]:
     """Return what more is singular where the lengths that are open are related to each other in a way of its own."""
-    never = (conditions for conditions, holds in _filled(derive(chain)) if not holds)
+    derivation = derive(chain)
+    never = (conditions for conditions, holds in _filled(derivation, _zeros(derivation)) if not holds)
     found = (_solved(conditions, chain) for conditions in never if sp.Tuple(*conditions).free_symbols - set(chain.q))
     return tuple(dict.fromkeys(component for component in found if component is not None))
 
@@ -67,25 +77,42 @@ def never_vanishes(condition: sp.Expr, chain: Chain) -> bool:
 
 
 def _components(derivation: Derivation) -> tuple[Component, ...] | None:
-    if _common_zeros(derivation.generic_minors, derivation.generic_joints) is None:
+    zeros = _zeros(derivation)
+    if zeros is None:
         return None
     components = []
-    for conditions, holds in _filled(derivation):
+    for conditions, holds in _filled(derivation, zeros):
         component = _solved(conditions, derivation.chain) if holds else None
         if component is not None and component not in components:
             components.append(component)
     return tuple(c for c in components if not any(other != c and _lies_in(c, other) for other in components))
 
 
-def _filled(derivation: Derivation) -> Iterator[tuple[tuple[sp.Expr, ...], bool]]:
+def _zeros(derivation: Derivation) -> Zeros:
+    """Return the common zeros of the minors, in the symbols of the structure.
+
+    They are looked for once for each structure; again, for an arm whose numbers make a constant zero that in general
+    is none.
+    """
+    minors, joints = derivation.generic_minors, derivation.generic_joints
+    zeros, taken = _zeros_in_general(minors, joints)
+
+    def is_zero(constant: sp.Expr) -> bool:
+        filled = sp.expand(derivation.fill(constant))
+        return factored(filled).is_zero if filled.free_symbols else bool(abs(sp.N(filled, 30)) < _NOTHING)
+
+    return _common_zeros(minors, _Search(joints, is_zero)) if any(map(is_zero, taken)) else zeros
+
+
+def _filled(derivation: Derivation, zeros: Zeros) -> Iterator[tuple[tuple[sp.Expr, ...], bool]]:
     """Yield what vanishes together, with the numbers of the arm, and whether it may.
 
     What does so for lengths in general is not tried again with those of each arm.
     """
-    joints = derivation.generic_joints
-    for conjunction in _common_zeros(derivation.generic_minors, joints) or ():
+    for conjunction in zeros or ():
         conditions = tuple(derivation.fill(condition) for condition in conjunction)
-        yield conditions, _hold_in_general(conjunction, joints) or may_hold_together(conditions, derivation.chain.q)
+        may = _hold_in_general(conjunction, derivation.generic_joints)
+        yield conditions, may or may_hold_together(conditions, derivation.chain.q)
 
 
 @lru_cache(maxsize=4096)
@@ -118,7 +145,25 @@ def _solved(conditions: tuple[sp.Expr, ...], chain: Chain) -> Component | None:
             return None
         else:
             solutions.append(solved)
-    return Component(conditions, None if tied else tuple(solutions))
+    return Component(conditions, None) if tied else _agreeing(conditions, tuple(solutions))
+
+
+def _agreeing(conditions: tuple[sp.Expr, ...], solutions: tuple[Solved, ...]) -> Component | None:
+    """Return the component, of two conditions that fix the same joint only the one that says more; None if they differ.
+
+    They are told apart where their values are numbers.
+    """
+    for i, j in combinations(range(len(conditions)), 2):
+        (joint, first), (other, second) = solutions[i], solutions[j]
+        if joint == other and all(value.is_number for value in (*first, *second)):
+            both = [value for value in first if value in second]
+            if not both:
+                return None
+            needless = j if len(both) == len(first) else i if len(both) == len(second) else None
+            if needless is not None:
+                rest = [k for k in range(len(conditions)) if k != needless]
+                return _agreeing(tuple(conditions[k] for k in rest), tuple(solutions[k] for k in rest))
+    return Component(conditions, solutions)
 
 
 def solve_condition(condition: sp.Expr, chain: Chain) -> tuple[sp.Symbol, tuple[sp.Expr, ...]] | None:
@@ -243,56 +288,85 @@ def _in_trigs(condition: sp.Expr, chain: Chain) -> sp.Poly | None:
 
 # --- common zeros of several minors, on the structure (no offsets, lengths as symbols) ---
 
-Conjunction = tuple[sp.Expr, ...]
 _AT = sp.Function("at")
 """Marks that a factor is zero at one of its roots, at(sin(theta2), pi), until its sibling is found to be, too."""
 
-Joints = tuple[sp.Symbol, ...]
 _TRIG = sp.Dummy("trig")
 
 
+@dataclass(frozen=True)
+class _Search:
+    """What the search for common zeros knows of an arm: its joints, and which constants are zero, as a1 - a2 may be.
+
+    `taken` are the constants that were taken not to be.
+    """
+
+    joints: Joints
+    is_zero: Callable[[sp.Expr], bool] = lambda _: False
+    taken: set[sp.Expr] = field(default_factory=set)
+
+    def moves(self, expression: sp.Expr) -> bool:
+        """Tell whether joints change an expression."""
+        return bool(expression.free_symbols & set(self.joints))
+
+    def moving(self, product: Factored) -> list[sp.Expr] | None:
+        """Return the factors that joints change, one of which vanishes where a product does; None where it is zero."""
+        constants = [f for f, _ in product.factors if not self.moves(f) and not f.is_Symbol]
+        if product.is_zero or any(map(self.is_zero, constants)):
+            return None
+        self.taken.update(constants)
+        return [f for f, _ in product.factors if self.moves(f)]
+
+
 @lru_cache(maxsize=4096)
-def _common_zeros(minors: tuple[Factored, ...], joints: Joints) -> list[Conjunction] | None:
-    minors = tuple(minor for minor in minors if not minor.is_zero)
-    if not minors:
+def _zeros_in_general(minors: tuple[Factored, ...], joints: Joints) -> tuple[Zeros, frozenset[sp.Expr]]:
+    """Return the zeros for lengths and twists that nothing is special about, and what was taken to be none."""
+    search = _Search(joints)
+    return _common_zeros(minors, search), frozenset(search.taken)
+
+
+def _common_zeros(minors: tuple[Factored, ...], search: _Search) -> Zeros:
+    factor_sets = [factors for minor in minors if (factors := search.moving(minor)) is not None]
+    if not factor_sets:
         return None
-    factor_sets = [[f for f, _ in minor.factors if f.free_symbols & set(joints)] for minor in minors]
     shared = [f for f in factor_sets[0] if all(f in other for other in factor_sets[1:])]
     left = [[f for f in factors if f not in shared] for factors in factor_sets]
     conjunctions: list[Conjunction] = [(f,) for f in shared]
-    for leaf in _branches(left, joints):
+    for leaf in _branches(left, search):
         conjunction = tuple(dict.fromkeys(leaf))
         if len(conjunctions) > MOST_WAYS:
-            raise TooLong(f"the {len(minors)} minors of J may vanish together in more than {MOST_WAYS} ways")
+            raise TooLong(f"the {len(factor_sets)} minors of J may vanish together in more than {MOST_WAYS} ways")
         if not any(f in conjunction for f in shared):
             conjunctions.append(conjunction)
     merged = _merged(conjunctions)
     if len(merged) > MOST_PARTS:
-        raise TooLong(f"the {len(minors)} minors of J vanish together in more than {MOST_PARTS} ways, too many to read")
+        raise TooLong(
+            f"the {len(factor_sets)} minors of J vanish together in more than {MOST_PARTS} ways, too many to read"
+        )
     stated = [_stated(conjunction) for conjunction in _without_special_cases(merged)]
-    there = [conjunction for conjunction in stated if _is_there(list(conjunction), joints)]
-    return _without_subsumed([_without_needless(conjunction, joints) for conjunction in there], joints)
+    there = [conjunction for conjunction in stated if _is_there(list(conjunction), search)]
+    return _without_subsumed([_without_needless(conjunction, search) for conjunction in there], search)
 
 
-def _is_there(conditions: list[sp.Expr], joints: Joints) -> bool:
+def _is_there(conditions: list[sp.Expr], search: _Search) -> bool:
     """Tell whether conditions may hold together, for lengths that nothing is special about.
 
     Angles that some of them fix are put into the others; two that ask for both cosine and sine of one angle have to
     agree. What can't be decided so is taken to be there.
     """
     for condition in conditions:
-        roots = _roots(condition, joints)
+        roots = _roots(condition, search)
         if roots:
             rest = [other for other in conditions if other != condition]
-            return any(_is_there_at(rest, {joint: value}, joints) for joint, value in roots)
+            return any(_is_there_at(rest, {joint: value}, search) for joint, value in roots)
     known: dict[sp.Expr, sp.Expr] = {}
     for condition in conditions:
-        for trig, value in _known_trig(condition, joints):
+        for trig, value in _known_trig(condition, search):
             known[trig] = value
             others = (_above(other.xreplace({trig: value})) for other in conditions if other != condition)
-            if any(_free_factors(other, joints) == [] for other in others):
+            if any(_free_factors(other, search) == [] for other in others):
                 return False
-    return not any(_are_apart(a, b, known, joints) for a, b in combinations(conditions, 2))
+    return not any(_are_apart(a, b, known, search) for a, b in combinations(conditions, 2))
 
 
 def _above(condition: sp.Expr) -> sp.Expr:
@@ -300,38 +374,38 @@ def _above(condition: sp.Expr) -> sp.Expr:
     return sp.together(condition).as_numer_denom()[0]
 
 
-def _is_there_at(conditions: list[sp.Expr], values: dict[sp.Symbol, sp.Expr], joints: Joints) -> bool:
+def _is_there_at(conditions: list[sp.Expr], values: dict[sp.Symbol, sp.Expr], search: _Search) -> bool:
     """Tell the same where a joint has a value: of each condition some factor that a joint changes has to vanish."""
-    ways = [_free_factors(substitute(condition, values), joints) for condition in conditions]
+    ways = [_free_factors(substitute(condition, values), search) for condition in conditions]
     return all(way != [] for way in ways) and any(
-        _is_there(list(dict.fromkeys(chosen)), joints) for chosen in product(*(way for way in ways if way is not None))
+        _is_there(list(dict.fromkeys(chosen)), search) for chosen in product(*(way for way in ways if way is not None))
     )
 
 
-def _free_factors(condition: sp.Expr, joints: Joints) -> list[sp.Expr] | None:
+def _free_factors(condition: sp.Expr, search: _Search) -> list[sp.Expr] | None:
     """Return the factors that a joint changes, of which one vanishes where the condition holds; None where it holds."""
-    moved = factored(sp.expand(condition))
-    return None if moved.is_zero else [f for f, _ in moved.factors if f.free_symbols & set(joints)]
+    return search.moving(factored(sp.expand(condition)))
 
 
-def _known_trig(condition: sp.Expr, joints: Joints) -> Iterator[tuple[sp.Expr, sp.Expr]]:
+def _known_trig(condition: sp.Expr, search: _Search) -> Iterator[tuple[sp.Expr, sp.Expr]]:
     """Yield the only sine or cosine of joints in a condition with its value, as a1 + a2 cos(theta2) = 0 tells it."""
-    moving = [trig for trig in condition.atoms(sp.sin, sp.cos) if trig.free_symbols & set(joints)]
+    moving = [trig for trig in condition.atoms(sp.sin, sp.cos) if search.moves(trig)]
     if len(moving) == 1:
         line = sp.Poly(sp.expand(condition).xreplace({moving[0]: _TRIG}), _TRIG)
-        if line.degree() == 1 and not line.free_symbols_in_domain & set(joints):
+        if line.degree() == 1 and not line.free_symbols_in_domain & set(search.joints):
             slope, rest = line.all_coeffs()
-            yield moving[0], -rest / slope
+            if search.moving(factored(sp.expand(slope))) is not None:
+                yield moving[0], -rest / slope
 
 
-def _are_apart(one: sp.Expr, other: sp.Expr, known: dict[sp.Expr, sp.Expr], joints: Joints) -> bool:
+def _are_apart(one: sp.Expr, other: sp.Expr, known: dict[sp.Expr, sp.Expr], search: _Search) -> bool:
     """Tell whether two conditions, both linear in cosine and sine of one angle, have no common solution."""
     angles = {atom.args[0] for atom in (*one.atoms(sp.sin, sp.cos), *other.atoms(sp.sin, sp.cos))}
-    turning = sorted((angle for angle in angles if angle.free_symbols & set(joints)), key=sp.default_sort_key)
-    return any(_are_apart_at(one, other, angle, known, joints) for angle in turning)
+    turning = sorted(filter(search.moves, angles), key=sp.default_sort_key)
+    return any(_are_apart_at(one, other, angle, known, search) for angle in turning)
 
 
-def _are_apart_at(one: sp.Expr, other: sp.Expr, angle: sp.Expr, known: dict[sp.Expr, sp.Expr], joints: Joints) -> bool:
+def _are_apart_at(one: sp.Expr, other: sp.Expr, angle: sp.Expr, known: dict[sp.Expr, sp.Expr], search: _Search) -> bool:
     """Solve both for cosine and sine, whose squares have to add up to one; without constants, both would be zero."""
     cosine, sine = sp.Dummy("c"), sp.Dummy("s")
     circle = {sp.cos(angle): cosine, sp.sin(angle): sine}
@@ -340,18 +414,18 @@ def _are_apart_at(one: sp.Expr, other: sp.Expr, angle: sp.Expr, known: dict[sp.E
         return False
     a, b = ([line.coeff_monomial(monomial) for monomial in (cosine, sine, 1)] for line in lines)
     size = a[0] * b[1] - a[1] * b[0]
-    if not any(entry.free_symbols & set(joints) for entry in (*a, *b)):
+    if not any(map(search.moves, (*a, *b))):
         x, y = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2]
-        return not factored(sp.expand(x**2 + y**2 - size**2)).is_zero
-    return a[2] == b[2] == 0 and _is_never_zero(size.xreplace(known), joints)
+        return search.moving(factored(sp.expand(x**2 + y**2 - size**2))) is not None
+    return a[2] == b[2] == 0 and _is_never_zero(size.xreplace(known), search)
 
 
-def _is_never_zero(expression: sp.Expr, joints: Joints) -> bool:
+def _is_never_zero(expression: sp.Expr, search: _Search) -> bool:
     """Tell of a sum of squares, up to its sign, one of them of what no joint changes, that it is above zero."""
     plain = sp.expand(expression)
     trigs = plain.atoms(sp.sin, sp.cos)
     real = {
-        atom: sp.Dummy(real=True) if atom.free_symbols & set(joints) else sp.Dummy(real=True, zero=False)
+        atom: sp.Dummy(real=True) if search.moves(atom) else sp.Dummy(real=True, zero=False)
         for atom in (*trigs, *plain.free_symbols)
     }
     plain = plain.xreplace({trig: real[trig] for trig in trigs}).xreplace(real)
@@ -398,7 +472,7 @@ def _stated(conjunction: Conjunction) -> Conjunction:
     )
 
 
-def _branches(factor_sets: list[list[sp.Expr]], joints: Joints) -> Iterator[list[sp.Expr]]:
+def _branches(factor_sets: list[list[sp.Expr]], search: _Search) -> Iterator[list[sp.Expr]]:
     """Yield combinations of conditions under which a factor of every set vanishes.
 
     A condition that fixes an angle is put into the other sets before the search goes on, so that what it makes
@@ -412,17 +486,17 @@ def _branches(factor_sets: list[list[sp.Expr]], joints: Joints) -> Iterator[list
     factor_sets = sorted(factor_sets, key=lambda factors: (len(factors), sum(map(sp.count_ops, factors))))
     first, rest = factor_sets[0], factor_sets[1:]
     for factor in first:
-        for condition, values in _cases(factor, joints):
-            tried = (_after(factors, factor, values, joints) for factors in rest)
+        for condition, values in _cases(factor, search):
+            tried = (_after(factors, factor, values, search) for factors in rest)
             remaining = [factors for factors in tried if factors is not None]
-            yield from ([condition, *leaf] for leaf in _branches(remaining, joints))
+            yield from ([condition, *leaf] for leaf in _branches(remaining, search))
 
 
-def _cases(factor: sp.Expr, joints: Joints) -> list[tuple[sp.Expr, dict[sp.Symbol, sp.Expr]]]:
+def _cases(factor: sp.Expr, search: _Search) -> list[tuple[sp.Expr, dict[sp.Symbol, sp.Expr]]]:
     """Return the ways in which a factor vanishes: a condition to state and the substitution that it allows."""
     if isinstance(factor, (sp.sin, sp.cos)):
         angle = factor.args[0]
-        joint = max((q for q in joints if angle.has(q)), key=joints.index)
+        joint = max((q for q in search.joints if angle.has(q)), key=search.joints.index)
         roots = (sp.S.Zero, sp.pi) if isinstance(factor, sp.sin) else (sp.pi / 2, -sp.pi / 2)
         sign = sp.diff(angle, joint)
         return [(_case(factor, root), {joint: sp.expand((root - angle) / sign + joint)}) for root in roots]
@@ -435,7 +509,7 @@ def _case(factor: sp.Expr, root: sp.Expr) -> sp.Expr:
 
 
 def _after(
-    factors: list[sp.Expr], zero: sp.Expr, values: dict[sp.Symbol, sp.Expr], joints: Joints
+    factors: list[sp.Expr], zero: sp.Expr, values: dict[sp.Symbol, sp.Expr], search: _Search
 ) -> list[sp.Expr] | None:
     """Return the factors that can still vanish, or None where the product vanishes already."""
     left: list[sp.Expr] = []
@@ -443,12 +517,13 @@ def _after(
         if factor == zero:
             return None
         moved = factored(sp.expand(substitute(factor, values))) if values else None
-        if moved is not None and moved.is_zero:
-            return None
         if moved is None:
             left.append(factor)
-        else:
-            left += [f for f, _ in moved.factors if f.free_symbols & set(joints)]
+            continue
+        moving = search.moving(moved)
+        if moving is None:
+            return None
+        left += moving
     return left
 
 
@@ -474,36 +549,36 @@ def _merged(conjunctions: list[Conjunction]) -> list[Conjunction]:
     return [tuple(sorted(conjunction, key=lambda c: (sp.count_ops(c), sp.default_sort_key(c)))) for conjunction in sets]
 
 
-def _without_needless(conjunction: Conjunction, joints: Joints) -> Conjunction:
+def _without_needless(conjunction: Conjunction, search: _Search) -> Conjunction:
     """Drop conditions that follow from the others, the longest first."""
     kept = conjunction
     for condition in sorted(conjunction, key=sp.count_ops, reverse=True):
         rest = tuple(other for other in kept if other != condition)
-        if rest and _follows(condition, rest, joints):
+        if rest and _follows(condition, rest, search):
             kept = rest
     return kept
 
 
-def _follows(condition: sp.Expr, given: Conjunction, joints: Joints) -> bool:
+def _follows(condition: sp.Expr, given: Conjunction, search: _Search) -> bool:
     """Tell whether a condition holds wherever the given ones do, as far as angles that they fix and factors show."""
     if condition in given:
         return True
-    ways = [_roots(other, joints) for other in given]
+    ways = [_roots(other, search) for other in given]
     fixing = [way for way in ways if way]
     plain = [other for other, way in zip(given, ways, strict=True) if not way]
-    return bool(fixing) and all(_follows_at(condition, dict(values), plain, joints) for values in product(*fixing))
+    return bool(fixing) and all(_follows_at(condition, dict(values), plain, search) for values in product(*fixing))
 
 
-def _follows_at(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], plain: list[sp.Expr], joints: Joints) -> bool:
+def _follows_at(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], plain: list[sp.Expr], search: _Search) -> bool:
     """Tell whether a condition follows where joints have values, whichever factor of each other condition vanishes."""
-    ways = [_free_factors(substitute(other, values), joints) for other in plain]
+    ways = [_free_factors(substitute(other, values), search) for other in plain]
     return all(_holds(condition, values, list(known)) for known in product(*(way for way in ways if way is not None)))
 
 
-def _roots(condition: sp.Expr, joints: Joints) -> list[tuple[sp.Symbol, sp.Expr]]:
+def _roots(condition: sp.Expr, search: _Search) -> list[tuple[sp.Symbol, sp.Expr]]:
     """Return the joint that a condition fixes by itself with each of its values; nothing where it ties several."""
     trig = 1 - condition if condition.is_Add and (1 - condition).func == sp.cos else condition
-    if not isinstance(trig, (sp.sin, sp.cos)) or len(trig.free_symbols & set(joints)) != 1:
+    if not isinstance(trig, (sp.sin, sp.cos)) or len(trig.free_symbols & set(search.joints)) != 1:
         return []
     if trig is not condition:
         roots: tuple[sp.Expr, ...] = (sp.S.Zero,)
@@ -512,8 +587,8 @@ def _roots(condition: sp.Expr, joints: Joints) -> list[tuple[sp.Symbol, sp.Expr]
     return [item for root in roots for item in _value_at(trig, root).items()]
 
 
-def _without_subsumed(conjunctions: list[Conjunction], joints: Joints) -> list[Conjunction]:
+def _without_subsumed(conjunctions: list[Conjunction], search: _Search) -> list[Conjunction]:
     """Drop what lies in another conjunction, and what is there twice."""
     kept = list(dict.fromkeys(c for c in conjunctions if not any(set(o) < set(c) for o in conjunctions)))
-    kept = [c for c in kept if not any(o != c and all(_follows(condition, c, joints) for condition in o) for o in kept)]
+    kept = [c for c in kept if not any(o != c and all(_follows(condition, c, search) for condition in o) for o in kept)]
     return sorted(kept, key=lambda c: (len(c), sp.count_ops(sp.Add(*c)), [sp.default_sort_key(x) for x in c]))

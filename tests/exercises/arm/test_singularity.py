@@ -13,7 +13,7 @@ from exercises.arm.chain import TASK_ROWS, Chain, Joint
 from exercises.arm.classification import domain_of
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
-from exercises.arm.singularity import Component, _common_zeros, singular_set, solve_condition
+from exercises.arm.singularity import Component, _common_zeros, _Search, singular_set, solve_condition
 from exercises.arm.trigonometry import factored
 from exercises.formula.conditions import Space, compare_sets
 from exercises.formula.expression import read
@@ -219,7 +219,7 @@ def test_a_condition_may_hold_at_one_root_of_an_angle_only() -> None:
     """Both minors are zero at theta1 = 0 and not at pi: 1 - cos(theta1) = 0 says so."""
     theta = sp.Symbol("theta1")
     minors = (factored(sp.sin(theta)), factored(1 - sp.cos(theta)))
-    (conjunction,) = _common_zeros(minors, (theta,)) or [()]
+    (conjunction,) = _common_zeros(minors, _Search((theta,))) or [()]
     assert conjunction == (1 - sp.cos(theta),)
     chain = Chain("arm", (Joint("R", theta, 0, 1, 0),), ("vx",))
     assert solve_condition(conjunction[0], chain) == (theta, (0,))
@@ -302,10 +302,26 @@ def test_every_piece_said_of_a_drawn_arm_is_there_and_costs_rank(seed: int) -> N
         assert found, (chain, piece)
 
 
+def special_arm(stream: Stream) -> Chain:
+    """Return an arm in numbers that are few: equal lengths and twists, and sums that vanish, are common."""
+    rows = []
+    for i in range(1, 3 + (stream.uniform(0, 1) < 0.7)):
+        a, d = (stream.choice([0, R(1, 2), R(1, 2), R(1, 4), 1]) for _ in "ad")
+        alpha = stream.choice([0, PI / 4, PI / 4, -PI / 4, PI / 2, PI / 3, 2 * PI / 3])
+        slide = stream.uniform(0, 1) < 0.3
+        joint = ("P", stream.choice([0, PI / 4]), sp.Symbol(f"d{i}")) if slide else ("R", sp.Symbol(f"theta{i}"), d)
+        rows.append((*joint, a, alpha))
+    return arm(stream.choice(["vz", "vx vy", "vx vy vz", "wz", "vx wz", "vx vy wz", "wx wy"]), *rows)
+
+
+DRAWN = {"drawn": drawn_arm, "special": special_arm}
+
+
+@pytest.mark.parametrize("kind", DRAWN)
 @pytest.mark.parametrize("seed", range(30))
-def test_every_singular_configuration_of_a_drawn_arm_is_in_its_set(seed: int) -> None:
-    stream = Stream(f"drawn arms/{seed}")
-    chain = drawn_arm(stream)
+def test_every_singular_configuration_of_a_drawn_arm_is_in_its_set(seed: int, kind: str) -> None:
+    stream = Stream(f"{kind} arms/{seed}")
+    chain = DRAWN[kind](stream)
     joints, task = [q.name for q in chain.q], [TASK_ROWS.index(row) for row in chain.task]
     said = singular_set(chain)
     lengths = {symbol.name: stream.uniform(0.3, 1.0) for symbol in chain.parameters}
@@ -317,3 +333,10 @@ def test_every_singular_configuration_of_a_drawn_arm_is_in_its_set(seed: int) ->
     values = {**dict(zip(joints, q.T, strict=True)), **{k: np.full(len(q), v) for k, v in lengths.items()}}
     space = Space(joints, domain_of(chain, lengths))
     assert space.contains(claimed(said, joints), values, len(q)).all(), (chain, said)
+
+
+def test_equal_twists_of_an_arm_make_singular_what_in_general_is_not() -> None:
+    """At theta2 = 0 the slide is level, whatever its travel, as the two twists make up a right angle."""
+    rows = [("R", "theta1", 0, 0, PI / 4), ("R", "theta2", 0, 0, PI / 4), ("P", 0, "d3", 0, 0)]
+    (found,) = singular_set(arm("vz", *rows)) or ()
+    assert found.solutions == ((sp.Symbol("theta2"), (0,)),)
