@@ -52,6 +52,7 @@ TOP_KEYS = ("name", "convention", "angles", "task", "point", "base", "tool", "jo
 _RANGE = "a length has a range in metres, as in a1 = [0.3, 0.8]"
 _POSE = "it is {position = [x, y, z]}, with rpy = [roll, pitch, yaw] if it is turned"
 Limits = tuple[sp.Expr, sp.Expr]
+Draws = tuple[tuple[sp.Symbol, int, int], ...]
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ class Robot:
     """
 
     chain: Chain
-    draws: tuple[tuple[sp.Symbol, int, int], ...] = ()
+    draws: Draws = ()
     notes: tuple[str, ...] = ()
     limits: tuple[Limits | None, ...] = ()
     convention: str = CONVENTIONS[0]
@@ -371,7 +372,7 @@ def _task(raw: object) -> tuple[str, ...]:
 # --- lengths that are drawn ---
 
 
-def _draws(file: TomlFile, chain: Chain) -> tuple[tuple[sp.Symbol, int, int], ...]:
+def _draws(file: TomlFile, chain: Chain) -> Draws:
     raw = file.content.get("draw", {})
     with file.at("draw"):
         if not isinstance(raw, dict):

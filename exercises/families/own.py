@@ -1,14 +1,14 @@
 """An instructor's own robot (ROBOT.toml) as a family: the lengths under [draw] differ from student to student."""
 
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 
 from exercises.arm.chain import Chain
-from exercises.arm.robot_file import Robot, read_robot_file
+from exercises.arm.robot_file import Draws, Robot, read_robot_file
 from exercises.families.axes import APART, filled, metres
-from exercises.families.base import Axis, Family
+from exercises.families.base import Family
 from exercises.stream import Stream
 
 TRIES = 50
@@ -19,16 +19,19 @@ def own_family(path: Path, robot: Robot | None = None) -> Family:
     """Return the family of a robot file, read unless `robot` is given; its name is the file's. Raises QdotError."""
     robot = robot or read_robot_file(path)
     name = re.sub(r"[^a-z0-9]+", "-", path.stem.lower()).strip("-") or "robot"
-    axes = {"lengths": _drawn(robot)} if robot.draws else {}
+    axes = {"lengths": _Drawn(robot.draws)} if robot.draws else {}
     return Family(name, robot.chain.title, path.name, replace(robot.chain, name=name), axes)
 
 
-def _drawn(robot: Robot) -> Axis:
-    def axis(chain: Chain, rng: Stream) -> Chain:
+@dataclass(frozen=True)
+class _Drawn:
+    """The axis along which the lengths of [draw] differ; other processes are given it."""
+
+    draws: Draws
+
+    def __call__(self, chain: Chain, rng: Stream) -> Chain:
         for _ in range(TRIES):
-            lengths = [rng.integer(low, high) for _, low, high in robot.draws]
+            lengths = [rng.integer(low, high) for _, low, high in self.draws]
             if all(abs(a - b) >= APART for a, b in combinations(lengths, 2)):
                 break
-        return filled(chain, {draw[0]: metres(length) for draw, length in zip(robot.draws, lengths, strict=True)})
-
-    return axis
+        return filled(chain, {draw[0]: metres(length) for draw, length in zip(self.draws, lengths, strict=True)})

@@ -1,6 +1,7 @@
 """Certificates kept with an assignment: written with the notebooks; by them `qdot verify DIR` knows what changed."""
 
 import json
+import pickle
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -472,3 +473,10 @@ def test_a_crash_is_a_failure_of_its_problem_alone(monkeypatch: pytest.MonkeyPat
     found = [[failure.said for failure in failures] for _, failures in certify_all(tasks, 1)]
     said = "planar-2r/1 (jacobian): qdot itself failed: ZeroDivisionError: by zero; please report it"
     assert found == [[], [said], []]
+
+
+def test_an_assignment_with_an_own_robot_goes_to_other_processes(folder: Path) -> None:
+    """Its lengths are drawn by what a process can be given: it was a function in a function."""
+    assignment = load_assignment(folder)
+    again = pickle.loads(pickle.dumps(assignment))
+    assert again.problems("ada") == assignment.problems("ada")
