@@ -7,25 +7,21 @@ special ones; it is wrong by chance only where a draw is special, or the prime d
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
+from math import prod
 
 import sympy as sp
 
 from exercises.stream import Stream
 
-MOST_UNKNOWNS, MOST_TERMS = 7, 160
-"""Unknowns, and terms of all polynomials, up to which a basis is worked out; it takes some milliseconds then."""
-_LEAST = 10**9
-_ROOTS_OF = (2, 3)
+MOST_UNKNOWNS, MOST_TERMS, MOST_ZEROS = 7, 160, 100
+"""Unknowns, terms of all polynomials, and the product of their degrees, up to which a basis is worked out."""
+_LEAST, _TRIED = 10**9, 20_000
+_PARTS = 36 * 10**12
+"""Into how many parts an open angle is divided, and a radian: what its half and its third are follows from one draw.
 
-
-def _prime() -> int:
-    """Return a prime in whose field 2 and 3 have square roots, as in cosines of multiples of pi/12."""
-    has_roots = (p for p in range(_LEAST, 2 * _LEAST) if all(pow(n, (p - 1) // 2, p) == 1 for n in _ROOTS_OF))
-    return next(p for p in has_roots if sp.isprime(p))
-
-
-PRIME = _prime()
-_ROOTS = {n: int(sp.sqrt_mod(n, PRIME)) for n in _ROOTS_OF}
+The sine and cosine of a number of radians are no roots of any polynomial, so that one drawn stands for all.
+"""
 
 
 class _Undecided(Exception):
@@ -34,35 +30,58 @@ class _Undecided(Exception):
 
 def may_hold_together(conditions: Sequence[sp.Expr], joints: Sequence[sp.Symbol]) -> bool:
     """Tell whether conditions have a common zero, for lengths that nothing is special about; True if undecided."""
-    field = _Field(joints)
+    plain = [_expanded(condition) for condition in conditions]
     try:
-        polynomials = [field.polynomial(condition) for condition in conditions]
+        field = _Field(joints, _prime(frozenset().union(*map(_roots_in, plain))))
+        polynomials = [field.polynomial(condition) for condition in plain]
     except _Undecided:
         return True
     used = {symbol for polynomial in polynomials for symbol in polynomial.free_symbols}
     polynomials += [c**2 + s**2 - 1 for c, s in field.circles.values() if {c, s} & used]
     unknowns = sorted({symbol for polynomial in polynomials for symbol in polynomial.free_symbols}, key=str)
     terms = sum(len(sp.Add.make_args(polynomial)) for polynomial in polynomials)
-    if not unknowns or len(unknowns) > MOST_UNKNOWNS or terms > MOST_TERMS:
+    zeros = prod(sp.Poly(polynomial, *unknowns).total_degree() for polynomial in polynomials if polynomial != 0)
+    if not unknowns or len(unknowns) > MOST_UNKNOWNS or terms > MOST_TERMS or zeros > MOST_ZEROS:
         return True
-    basis = sp.groebner(polynomials, *unknowns, modulus=PRIME, order="grevlex")
+    basis = sp.groebner(polynomials, *unknowns, modulus=field.prime, order="grevlex")
     return bool(basis.exprs != [1])
 
 
-class _Field:
-    """Residues for what stands in conditions, and unknowns for the joints."""
+def _expanded(condition: sp.Expr) -> sp.Expr:
+    """Return what stands above the fraction bar of a condition, in sines and cosines of single angles."""
+    numerator, _ = sp.together(sp.expand(sp.expand_trig(condition))).as_numer_denom()
+    return sp.expand(numerator)
 
-    def __init__(self, joints: Sequence[sp.Symbol]) -> None:
+
+def _roots_in(plain: sp.Expr) -> frozenset[int]:
+    """Return the numbers whose square roots stand in an expression."""
+    bases = (power.base for power in plain.atoms(sp.Pow) if power.exp.is_Rational and power.exp.q == 2)
+    numbers = (number for base in bases if base.is_Rational for number in (base.p, base.q))
+    return frozenset(prime for number in numbers for prime in sp.factorint(abs(int(number))) if prime > 1)
+
+
+@lru_cache(maxsize=256)
+def _prime(roots: frozenset[int]) -> int:
+    """Return a prime in whose field some numbers have square roots. Raises _Undecided where none is near."""
+    for p in range(_LEAST, _LEAST + _TRIED):
+        if all(pow(n, (p - 1) // 2, p) == 1 for n in roots) and sp.isprime(p):
+            return p
+    raise _Undecided
+
+
+class _Field:
+    """Residues by a prime for what stands in conditions, and unknowns for the joints."""
+
+    def __init__(self, joints: Sequence[sp.Symbol], prime: int) -> None:
+        self.prime = prime
         self.circles = {q: sp.symbols(f"c_{q.name} s_{q.name}") for q in joints if q.name.startswith("theta")}
         slides = {q for q in joints if q not in self.circles}
         self.unknowns = slides.union(*self.circles.values())
         self.draws = Stream("together")
         self.drawn: dict[sp.Basic, int] = {}
 
-    def polynomial(self, condition: sp.Expr) -> sp.Expr:
+    def polynomial(self, plain: sp.Expr) -> sp.Expr:
         """Return a condition as a polynomial in the unknowns with residues for coefficients. Raises _Undecided."""
-        numerator, _ = sp.together(sp.expand(sp.expand_trig(condition))).as_numer_denom()
-        plain = sp.expand(numerator)
         plain = sp.expand(plain.xreplace({atom: self._of_angle(atom) for atom in plain.atoms(sp.sin, sp.cos)}))
         return sum((self._term(term) for term in sp.Add.make_args(plain)), sp.S.Zero)
 
@@ -74,9 +93,25 @@ class _Field:
             return self.circles[angle][0 if is_cosine else 1]
         if angle.free_symbols & set(self.circles):
             raise _Undecided
-        half = self._residue(sp.tan(angle / 2, evaluate=False))
-        below = pow(1 + half**2, -1, PRIME)
-        return sp.Integer((1 - half**2 if is_cosine else 2 * half) * below % PRIME)
+        times, base = angle.as_coeff_Mul()
+        parts = times * _PARTS
+        if not (base.is_Symbol or base == 1) or not parts.is_Integer:  # pi/7 is related to others in a way of its own
+            raise _Undecided
+        half, p = self._residue(sp.tan(base, evaluate=False)), self.prime
+        below = pow(1 + half**2, -1, p)
+        c, s = self._turned((1 - half**2) * below % p, 2 * half * below % p, int(parts))
+        return sp.Integer(c if is_cosine else s)
+
+    def _turned(self, c: int, s: int, times: int) -> tuple[int, int]:
+        """Return cosine and sine of a multiple of an angle, by theirs."""
+        if times < 0:
+            return self._turned(c, -s % self.prime, -times)
+        found = (1, 0)
+        while times:
+            if times & 1:
+                found = (found[0] * c - found[1] * s) % self.prime, (found[0] * s + found[1] * c) % self.prime
+            c, s, times = (c * c - s * s) % self.prime, 2 * c * s % self.prime, times >> 1
+        return found
 
     def _term(self, term: sp.Expr) -> sp.Expr:
         coefficient, moving = 1, sp.S.One
@@ -84,30 +119,30 @@ class _Field:
             if factor.free_symbols & self.unknowns:
                 moving *= factor
             else:
-                coefficient = coefficient * self._constant(factor) % PRIME
+                coefficient = coefficient * self._constant(factor) % self.prime
         return coefficient * moving
 
     def _constant(self, factor: sp.Expr) -> int:
         base, exponent = factor.as_base_exp()
         if base.is_Integer and (2 * exponent).is_Integer:
-            return pow(self._root(int(base)) if exponent.q == 2 else int(base), int(exponent.p), PRIME)
+            return pow(self._root(int(base)) if exponent.q == 2 else int(base), int(exponent.p), self.prime)
         if base.is_Rational and exponent == 1:
-            return int(base.p) * pow(int(base.q), -1, PRIME) % PRIME
+            return int(base.p) * pow(int(base.q), -1, self.prime) % self.prime
         if (base.is_Symbol or base == sp.pi) and exponent.is_Integer:
-            return pow(self._residue(base), int(exponent), PRIME)
+            return pow(self._residue(base), int(exponent), self.prime)
         raise _Undecided
 
     def _root(self, number: int) -> int:
-        """Return a square root of a number made of 2 and 3."""
+        """Return a square root, made of those of its prime factors, so that roots multiply as they should."""
         root = 1
-        for prime in _ROOTS_OF:
-            while number % prime == 0:
-                root, number = root * _ROOTS[prime] % PRIME, number // prime
-        if number != 1:
-            raise _Undecided
+        for prime, times in sp.factorint(number).items():
+            own = self.drawn.setdefault(sp.sqrt(prime, evaluate=False), int(sp.sqrt_mod(prime, self.prime) or 0))
+            if not own:
+                raise _Undecided
+            root = root * pow(own, times, self.prime) % self.prime
         return root
 
     def _residue(self, what: sp.Basic) -> int:
         if what not in self.drawn:
-            self.drawn[what] = self.draws.integer(2, PRIME - 2)
+            self.drawn[what] = self.draws.integer(2, self.prime - 2)
         return self.drawn[what]

@@ -1,0 +1,67 @@
+"""Whether conditions hold together, by an exact test: what holds somewhere is never said to hold nowhere."""
+
+import pytest
+import sympy as sp
+
+from exercises.arm.together import may_hold_together
+from exercises.stream import Stream
+
+T = sp.symbols("theta1:4")
+A, B, H, ALPHA = sp.symbols("a1 a2 h alpha1")
+SLIDE = sp.Symbol("d3")
+R = sp.Rational
+s, c = sp.sin, sp.cos
+
+
+@pytest.mark.parametrize(
+    "conditions",
+    [
+        (s(T[0]), c(T[0])),
+        (A * c(T[0]) + B * s(T[0]), A * s(T[0]) - B * c(T[0])),
+        (A + B * c(T[1]), H + B * s(T[1])),  # for a2^2 = a1^2 + h^2 only
+        (SLIDE - A, SLIDE + A),
+        (c(T[0]) - c(ALPHA), s(T[0]) - 2 * s(ALPHA)),
+        (c(T[0]) - c(R(7, 10)), c(2 * T[0]) - c(R(3, 5))),
+        (c(T[0]) - sp.sqrt(5) / 3, s(T[0]) - R(1, 3)),
+    ],
+)
+def test_what_never_holds_in_general_is_known(conditions: tuple[sp.Expr, ...]) -> None:
+    assert not may_hold_together(conditions, (*T, SLIDE))
+
+
+@pytest.mark.parametrize(
+    "conditions",
+    [
+        (s(T[0]), s(2 * T[0])),
+        (c(T[0]) - c(sp.pi / 7), c(2 * T[0]) - c(2 * sp.pi / 7)),
+        (c(T[0]) - c(R(3, 10)), c(2 * T[0]) - c(R(6, 10))),
+        (c(T[0]) - c(ALPHA), c(2 * T[0]) - c(2 * ALPHA), c(T[0] / 1) - c(ALPHA)),
+        (c(T[0]) - c(ALPHA / 2), 2 * c(T[0]) ** 2 - 1 - c(ALPHA)),
+        (c(T[0]) - sp.sqrt(5) / 3, s(T[0]) - R(2, 3)),
+        (c(T[0]) - sp.sqrt(6) / 3, s(T[0]) - sp.sqrt(3) / 3),
+        (A + B * c(T[1]), SLIDE - H),
+    ],
+)
+def test_what_may_hold_is_not_ruled_out(conditions: tuple[sp.Expr, ...]) -> None:
+    assert may_hold_together(conditions, (*T, SLIDE))
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_conditions_through_a_common_point_may_hold(seed: int) -> None:
+    """Random sums, each with a constant by which it vanishes at a point of rational sines and cosines."""
+    stream = Stream(f"together/{seed}")
+    point: dict[sp.Expr, sp.Expr] = {}
+    for joint in T[:2]:
+        t = R(stream.integer(-9, 9), 7)
+        point |= {c(joint): (1 - t**2) / (1 + t**2), s(joint): 2 * t / (1 + t**2)}
+    conditions = []
+    for _ in range(stream.integer(2, 4)):
+        terms = [stream.integer(1, 9) * stream.choice(list(point)) * stream.choice([A, B, 1]) for _ in range(3)]
+        total = sp.Add(*terms)
+        conditions.append(total - total.xreplace(point))
+    assert may_hold_together(conditions, T)
+
+
+def test_what_would_take_long_is_left_undecided() -> None:
+    whole = sum((s(q) * c(p) * A + c(q) ** 2 * B for q in T for p in T), H)
+    assert may_hold_together([whole, whole**2 + 1, whole**3 - A], T)
