@@ -164,7 +164,7 @@ def solve(
     tip: Annotated[str, typer.Option(metavar="LINK", help="URDF: the link at the end, if there are several.")] = "",
     convention: Annotated[
         str, typer.Option(metavar="NAME", help=f"CSV: whose rows they are, one of {', '.join(TABLES)}.")
-    ] = TABLES[0],
+    ] = "",
     convert: Annotated[
         str,
         typer.Option(metavar="NAME", help=f"Write the arm as ROBOT.toml in a convention: {', '.join(CONVENTIONS)}."),
@@ -183,13 +183,16 @@ def solve(
     in every one; `note` says so in words.
     """
     one_of(format, SOLVE_FORMATS, "--format")
-    one_of(convention, TABLES, "--convention")
+    if convention:
+        one_of(convention, TABLES, "--convention")
     read = read_robot_file(robot, tip, convention)
     for said in read.notes:
         note(said)
     if convert:
         one_of(convert, CONVENTIONS, "--convert")
-        say(robot_text(read.chain, convert).rstrip())
+        if format != "text":
+            raise QdotError("--convert writes a ROBOT.toml, and --format is for what is derived; give one of both")
+        say(robot_text(read, convert).rstrip())
         return
     solution = replace(solve_chain(read.chain), robot=read)
     say({"text": solution_text, "latex": solution_latex, "json": solution_json}[format](solution))

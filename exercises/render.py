@@ -14,7 +14,7 @@ from exercises.writing.latex import tex, tex_angle, tex_length, tex_lines, tex_v
 
 _HERE = Path(__file__).parent
 _MARKUP = (".html.j2", ".svg.j2", ".xml.j2")
-_IN_MARKDOWN = re.compile(r"[\\`*<\[$]|(?<!\w)_|_(?!\w)|&(?=#?\w+;)")
+_IN_MARKDOWN = re.compile(r"[\\`*<\[$]|~~|(?<!\w)_|_(?!\w)|&(?=#?\w+;)")
 
 
 def template_folder() -> Path:

@@ -8,7 +8,6 @@ import sympy as sp
 
 from exercises.arm.chain import Chain
 from exercises.arm.classification import kind_is_sure
-from exercises.arm.conventions import axes_of, modified_rows
 from exercises.arm.derivation import TooLong, derive
 from exercises.arm.robot_file import Limits, Robot, read_robot
 from exercises.arm.singularity import for_special_lengths
@@ -175,20 +174,34 @@ def _markdown(solution: Solution) -> str:
     )
 
 
-def _given(solution: Solution) -> list[list[str]]:
-    """Return the rows in which the arm was told, where that was no standard table; `_markdown` says which they are."""
-    chain, told = solution.chain, solution.robot.convention if solution.robot else ""
-    if told == "modified-dh":
-        return [
-            [tex_angle(row.alpha), tex_length(row.a), tex_length(row.d), tex_angle(row.theta)]
-            for row in modified_rows(chain)[1]
-        ]
-    if told == "screws":
-        return [
-            [f"({', '.join(map(tex, axis.direction))})", triple(axis.point) if axis.kind == "R" else "-"]
-            for axis in axes_of(chain)[0]
-        ]
-    return []
+@dataclass(frozen=True)
+class _Told:
+    """How an arm was told, for the template: a convention, the cells of its rows, and what is said of its base."""
+
+    convention: str
+    rows: list[list[str]]
+    base: str
+
+
+def _given(solution: Solution) -> _Told | None:
+    """Return how the arm was told, None where that is the standard table."""
+    given = solution.robot.given if solution.robot else None
+    if given is None:
+        return None
+    base = ""
+    if given.base is not None:
+        position, rpy = given.base
+        turned = ", ".join(f"${tex_angle(angle)}$" for angle in rpy)
+        base = f"at ${triple(position)}$" + (f", turned by roll, pitch and yaw of {turned}" if any(rpy) else "")
+    return _Told(given.convention, [_cells(given.convention, row) for row in given.rows], base)
+
+
+def _cells(convention: str, row: tuple[Any, ...]) -> list[str]:
+    if convention == "screws":
+        direction, point = row
+        return [f"({', '.join(map(tex, direction))})", "-" if point is None else triple(point)]
+    theta, d, a, alpha = tex_angle(row[0]), tex_length(row[1]), tex_length(row[2]), tex_angle(row[3])
+    return [theta, d, a, alpha] if convention == "dh" else [alpha, a, d, theta]
 
 
 def _beyond(solution: Solution) -> list[str]:

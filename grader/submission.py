@@ -127,7 +127,10 @@ def _not_fetched(table: Path) -> dict[str, Found]:
         return {}
     try:
         rows = list(csv.DictReader(table.read_text(encoding="utf-8").splitlines()))
-        return {row["student"]: Found((), failure=f"it could not be fetched: {row['why']}") for row in rows}
+        return {
+            row["student"]: Found((), failure=f"it could not be fetched: {row['why'] or 'why is not said'}")
+            for row in rows
+        }
     except (OSError, ValueError, KeyError, csv.Error):
         raise QdotError(
             f"{table} is to be a table with the columns student and why; remove it if none is meant"

@@ -38,6 +38,12 @@ class Row:
     alpha: sp.Expr
     reversed: bool = False
 
+    def written(self, own: sp.Symbol) -> tuple[sp.Expr, sp.Expr, sp.Expr, sp.Expr]:
+        """Return theta, d, a and alpha as they are written, with the joint's own variable."""
+        moving = -own if self.reversed else own
+        theta, d = (self.theta + moving, self.d) if self.kind == "R" else (self.theta, self.d + moving)
+        return theta, d, self.a, self.alpha
+
 
 Placed = tuple[Base, tuple[Joint, ...]]
 
@@ -99,15 +105,24 @@ def by_axes(axes: Sequence[Axis], point: sp.Matrix, link: int) -> tuple[Base, tu
         offset = frame.rotation.xreplace(home).T * (point - frame.origin.xreplace(home))
         x, y, z = offset.applyfunc(exactly)
         tool = Point(link, (x, y, z))
-    chain, stream = Chain("axes", joints, ("vx",), base, tool), Stream("axes")
+    _check(Chain("axes", joints, ("vx",), base, tool), axes, point, link)
+    return base, joints, tool
+
+
+def _check(chain: Chain, axes: Sequence[Axis], point: sp.Matrix, link: int) -> None:
+    """Raise RuntimeError unless a chain leads its point, and points beside it on the same link, where its axes do."""
+    stream = Stream("axes")
+    letters = sorted(set(point.free_symbols).union(*(axis.point.free_symbols for axis in axes)), key=str)
     for _ in range(3):
         q = np.array([stream.uniform(-2, 2) for _ in axes])
-        lengths = {symbol: stream.uniform(0.3, 2) for symbol in chain.parameters}
-        arm = NumericChain(chain, {symbol.name: value for symbol, value in lengths.items()})
-        there = reached(axes[:link], point, q[:link], {symbol: sp.Float(value) for symbol, value in lengths.items()})
-        if not np.allclose(arm.point_of(arm.frames(q)), there, atol=1e-7):
-            raise RuntimeError(f"the table of {chain} does not lead where its axes do; please report this")
-    return base, joints, tool
+        lengths = {symbol: sp.Float(stream.uniform(0.3, 2)) for symbol in letters}
+        arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in lengths.items()})
+        frames, home = arm.frames(q), arm.frames(0 * q)
+        turned = frames[link, :3, :3] @ home[link, :3, :3].T
+        for beside in np.vstack([np.zeros(3), np.eye(3)]):
+            there = reached(axes[:link], point + sp.Matrix(beside), q[:link], lengths)
+            if not np.allclose(arm.point_of(frames) + turned @ beside, there, atol=1e-7):
+                raise RuntimeError(f"the table of {chain} does not lead where its axes do; please report this")
 
 
 def axes_of(chain: Chain) -> tuple[list[Axis], sp.Matrix]:

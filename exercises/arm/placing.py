@@ -1,7 +1,7 @@
 """Poses, and arms that are given by where their joint axes lie: the standard table of the same arm.
 
 Numbers are worked with in 40 digits here, which is quicker than roots of roots, and told in the end as what they are:
-an angle as a multiple of pi/12, a length as a decimal or one times a root of 2, 3 or 6, else rounded.
+an angle as a multiple of pi/12 or an arctangent, a length as a fraction or the root of one, else rounded.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,8 @@ _EXACT, _DUST, _PLACES = sp.Float("1e-25"), sp.Float("1e-30"), 40
 """How well a number has to be met that is told as such, what is left of one that is zero, and digits worked with."""
 _DIGITS = 10
 """Decimals of a number that has no simple form."""
-_ROOTS = (1, 2, 3, 6)
+_SMALL = 720
+"""The greatest denominator of a fraction that is no decimal."""
 
 
 @dataclass(frozen=True)
@@ -182,13 +183,20 @@ def exactly(value: sp.Expr) -> sp.Expr:
 
 
 def _told(number: sp.Float) -> sp.Expr:
-    for root in _ROOTS:
-        times = number / sp.sqrt(root).n(_PLACES)
-        near = sp.Rational(str(round(times, _DIGITS))).limit_denominator(10**_DIGITS)
-        for found in (near, near.limit_denominator(720)):
-            if abs(times - found.n(_PLACES)) < _EXACT:
-                return found * sp.sqrt(root)
-    return sp.Rational(str(round(number, _DIGITS)))
+    """Return a number as the fraction or the root of a fraction that it is, else rounded."""
+    found = _fraction(number)
+    if found is None:
+        square = _fraction(number**2)
+        found = None if square is None else sp.sign(number) * sp.sqrt(square)
+    return sp.Rational(str(round(number, _DIGITS))) if found is None else found
+
+
+def _fraction(number: sp.Float) -> sp.Rational | None:
+    decimal = sp.Rational(str(round(number, _DIGITS)))
+    for found in (decimal, decimal.limit_denominator(_SMALL)):
+        if abs(number - found.n(_PLACES)) < _EXACT:
+            return found
+    return None
 
 
 def angle_of(cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
@@ -200,7 +208,8 @@ def angle_of(cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
     exact = sp.pi * sp.Integer(sp.floor(value * 12 / sp.pi + sp.Rational(1, 2))) / 12
     if abs(exact.n(_PLACES) - value) < NEAR:
         return sp.pi if exact == -sp.pi else exact
-    return _told(value)
+    cosine, sine = _told(cosine), _told(sine)
+    return sp.atan2(sine, cosine) if sp.expand(cosine**2 + sine**2) == 1 else sp.Rational(str(round(value, _DIGITS)))
 
 
 def _plain(matrix: sp.Matrix) -> sp.Matrix:

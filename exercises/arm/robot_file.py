@@ -26,7 +26,7 @@ of the four rows in which the arm moves, if they are four (SCARA); else the line
 import difflib
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from pathlib import Path
 from typing import Any
@@ -37,7 +37,7 @@ from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
 from exercises.arm.conventions import CONVENTIONS, Row, by_axes, modified, standard, standard_point
 from exercises.arm.derivation import derive
 from exercises.arm.entry import check_role, doubt, value_of
-from exercises.arm.placing import HOME, Axis, Pose, pose_of
+from exercises.arm.placing import HOME, Axis, Pose, exactly, pose_of
 from exercises.arm.urdf import Described, read_urdf
 from exercises.errors import QdotError
 from exercises.input_file import Place, TomlFile, read_table, read_toml, shown
@@ -52,22 +52,36 @@ TOP_KEYS = ("name", "convention", "angles", "task", "point", "base", "tool", "jo
 _RANGE = "a length has a range in metres, as in a1 = [0.3, 0.8]"
 _POSE = "it is {position = [x, y, z]}, with rpy = [roll, pitch, yaw] if it is turned"
 Limits = tuple[sp.Expr, sp.Expr]
+Triple = tuple[sp.Expr, sp.Expr, sp.Expr]
 Draws = tuple[tuple[sp.Symbol, int, int], ...]
+
+
+@dataclass(frozen=True)
+class Given:
+    """How a file tells its arm, where that is not the standard table itself: a convention, and rows as written there.
+
+    A row of a table is theta, d, a, alpha; of axes it is the direction and a point, None for a slide. `base` is the
+    position and the angles that are given for it, None where none are.
+    """
+
+    convention: str
+    rows: tuple[tuple[Any, ...], ...]
+    base: tuple[Triple, Triple] | None = None
 
 
 @dataclass(frozen=True)
 class Robot:
     """What a file describes: a chain, and the lengths to be drawn as (symbol, least, greatest) in whole centimetres.
 
-    `convention` is how it was told, `limits` are those of each joint (rad or m), None where none are told. `notes` are
-    messages about what may be right, but is probably a mistake.
+    `given` is how it is told, None where that is the standard table; `limits` are those of each joint (rad or m), None
+    where none are told. `notes` are messages about what may be right, but is probably a mistake.
     """
 
     chain: Chain
     draws: Draws = ()
     notes: tuple[str, ...] = ()
     limits: tuple[Limits | None, ...] = ()
-    convention: str = CONVENTIONS[0]
+    given: Given | None = None
 
 
 def read_robot(path: Path) -> Chain:
@@ -84,7 +98,7 @@ def read_robot(path: Path) -> Chain:
     return read_robot_file(path).chain
 
 
-def read_robot_file(path: Path, tip: str = "", convention: str = "dh") -> Robot:
+def read_robot_file(path: Path, tip: str = "", convention: str = "") -> Robot:
     """Return the robot that a file describes, of the kind that its name says: .toml, .csv or .urdf.
 
     A URDF has the link `tip` at the end of the chain, a table in CSV the rows of a `convention`. Raises QdotError with
@@ -92,16 +106,36 @@ def read_robot_file(path: Path, tip: str = "", convention: str = "dh") -> Robot:
     """
     kind = path.suffix.lower()
     if kind in (".urdf", ".xml"):
-        return _of_urdf(read_urdf(path, tip))
+        _refuse_convention(path, convention)
+        return _of_urdf(path, read_urdf(path, tip))
     if tip:
         raise QdotError(f"{path}: a tip is named for a URDF, whose name ends in .urdf")
-    return robot_of(read_csv_rows(path, convention) if kind == ".csv" else read_toml(path))
+    if kind == ".csv":
+        return robot_of(read_csv_rows(path, convention or CONVENTIONS[0]))
+    _refuse_convention(path, convention)
+    return robot_of(read_toml(path))
 
 
-def _of_urdf(described: Described) -> Robot:
-    base, joints, point = by_axes(described.axes, described.tip, len(described.axes))
+def _refuse_convention(path: Path, convention: str) -> None:
+    if convention:
+        raise QdotError(
+            f'{path}: --convention is for a table in CSV; a ROBOT.toml says convention = "{convention}" itself'
+        )
+
+
+def _too_many(count: int) -> str:
+    return f"{count} joints are too many to be worked out; an arm has up to {MOST_JOINTS}"
+
+
+def _of_urdf(path: Path, described: Described) -> Robot:
+    count = len(described.axes)
+    if count > MOST_JOINTS:
+        raise QdotError(f"{path}: {_too_many(count)}")
+    base, joints, point = by_axes(described.axes, described.tip, count)
     chain = Chain(described.name, joints, ("vx",), base, point, described.name)
-    return Robot(chain.with_task(*default_task(chain)), (), described.notes, described.limits, "screws")
+    return Robot(
+        chain.with_task(*default_task(chain)), (), described.notes, described.limits, _axes_given(described.axes)
+    )
 
 
 @dataclass(frozen=True)
@@ -119,14 +153,19 @@ class _TableFile(TomlFile):
 def read_csv_rows(path: Path, convention: str) -> TomlFile:
     """Return a table in CSV as the file that it stands for: a column for each entry of a row. Raises QdotError."""
     rows = read_table(path, "kind", "kind,theta,d,a,alpha")
+    if not rows:
+        raise QdotError(f"{path}: it has a header and no rows; below it stands a line for each joint")
     joints = [{key: _cell(key, text) for key, text in row.items() if text.strip()} for _, row in rows]
     content = {"name": path.stem, "convention": convention, "joint": joints}
     return _TableFile(path, "", content, tuple(number for number, _ in rows))
 
 
 def _cell(key: str, text: str) -> object:
-    text = text.strip()
-    return Decimal(text) if key != "kind" and re.fullmatch(r"[-+]?(\d+\.?\d*|\.\d+)", text) else text
+    """Return a number where a cell has one, also as countries write it in which a comma stands before decimals."""
+    number = text.strip()
+    if re.fullmatch(r"[-+]?\d*,\d+", number):
+        number = number.replace(",", ".")
+    return Decimal(number) if key != "kind" and re.fullmatch(r"[-+]?(\d+\.?\d*|\.\d+)", number) else text.strip()
 
 
 def robot_of(file: TomlFile) -> Robot:
@@ -134,7 +173,7 @@ def robot_of(file: TomlFile) -> Robot:
     reader = _Reader(file)
     chain = reader.chain()
     draws = _draws(file, chain)
-    return Robot(chain, draws, _notes(file, chain, draws), reader.limits(), reader.convention)
+    return Robot(chain, draws, _notes(file, chain, draws), reader.limits(), reader.given)
 
 
 class _Reader:
@@ -153,10 +192,11 @@ class _Reader:
             if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
                 raise QdotError("joints are given as [[joint]] tables, one for each joint")
             if len(rows) > MOST_JOINTS:
-                raise QdotError(f"{len(rows)} joints are too many to be worked out; an arm has up to {MOST_JOINTS}")
+                raise QdotError(_too_many(len(rows)))
         self.rows: list[dict[str, Any]] = rows
         kinds = [self._kind(index, row) for index, row in enumerate(rows)]
         self.variables = [sp.Symbol(f"{'theta' if kind == 'R' else 'd'}{i}") for i, kind in enumerate(kinds, 1)]
+        self.given: Given | None = None
 
     def chain(self) -> Chain:
         """Return the arm, with the task that is told, else the usual one."""
@@ -191,8 +231,19 @@ class _Reader:
         if self.convention == "modified-dh" and rows[0].alpha.free_symbols:
             raise QdotError(f"{self.file.place('joint', 0, 'alpha')}: the first one turns the base, and is a number")
         base = self._pose("base")
-        base_, joints = (modified if self.convention == "modified-dh" else standard)(rows, base)
-        return base_, joints, self._point(rows)
+        placed, joints = (modified if self.convention == "modified-dh" else standard)(rows, base)
+        if self.convention != "dh" or any(row.reversed for row in rows):
+            written = zip(rows, self.variables, strict=True)
+            self.given = Given(self.convention, tuple(row.written(own) for row, own in written), self._told_base())
+        return placed, joints, self._point(rows)
+
+    def _told_base(self) -> tuple[Triple, Triple] | None:
+        """Return position and angles of the base as they are told."""
+        if "base" not in self.table:
+            return None
+        told = self.table["base"]
+        position, rpy = told.get("position", [0, 0, 0]), told.get("rpy", [0, 0, 0])
+        return self._triple(position, _POSE), self._triple(rpy, _POSE, are_angles=True)
 
     def _row(self, index: int) -> Row:
         row, own = self.rows[index], self.variables[index]
@@ -253,13 +304,23 @@ class _Reader:
             home = "it is [x, y, z] in the base frame, where the point of interest is when all joint variables are zero"
             told = self._told_point(self.table["point"], home)
         point = base @ Pose(sp.eye(3), sp.Matrix(told.offset))
-        axes = [self._axis(index, base) for index in range(len(self.rows))]
-        return by_axes(axes, point.origin, told.frame)
+        axes = [self._axis(index) for index in range(len(self.rows))]
+        self.given = replace(_axes_given(axes), base=self._told_base())
+        stood = [
+            Axis(
+                axis.kind,
+                base.rotation * axis.direction / axis.direction.norm(),
+                (base @ Pose(sp.eye(3), axis.point)).origin,
+            )
+            for axis in axes
+        ]
+        return by_axes(stood, point.origin, told.frame)
 
-    def _axis(self, index: int, base: Pose) -> Axis:
+    def _axis(self, index: int) -> Axis:
+        """Return an axis as it is told, in the base frame."""
         row = self.rows[index]
         with self.file.at("joint", index, "axis"):
-            right = "it is the direction of the axis at home, three numbers, as in [0, 0, 1]"
+            right = "it is the direction of the axis at home, three numbers that are not all zero, as in [0, 0, 1]"
             direction = sp.Matrix(self._triple(row["axis"], right))
             if direction.free_symbols or direction.norm() == 0:
                 raise QdotError(right)
@@ -267,8 +328,7 @@ class _Reader:
         if "point" in row:
             with self.file.at("joint", index, "point"):
                 through = self._triple(row["point"], "it is a point on the axis at home, [x, y, z] in metres")
-        placed = base @ Pose(sp.eye(3), sp.Matrix(through))
-        return Axis(row["kind"], base.rotation * direction / direction.norm(), placed.origin)
+        return Axis(row["kind"], direction, sp.Matrix(through))
 
     # --- entries ---
 
@@ -297,6 +357,10 @@ class _Reader:
         return values[0], values[1], values[2]
 
     def _value(self, raw: object, is_angle: bool) -> sp.Expr:
+        if self.in_degrees and isinstance(raw, str) and re.search(r"\b(a?(sin|cos|tan)|atan2)\s*\(", raw):
+            raise QdotError(
+                "where angles are in degrees, a sine or an arctangent is written as its number, as in sqrt(3)/2"
+            )
         value = value_of(raw, is_angle, self.in_degrees)
         named = {sp.Symbol(f"q{number}"): own for number, own in enumerate(self.variables, 1)}
         return value.xreplace(named)
@@ -320,15 +384,18 @@ class _Reader:
             ends = row["limits"]
             if not isinstance(ends, list) or len(ends) != 2:
                 raise QdotError(right)
-            low, high = (
-                value_of(end, is_angle, self.in_degrees)
-                if isinstance(end, str) or not is_angle or self.in_degrees
-                else sp.Rational(str(end))
-                for end in ends
-            )
+            low, high = (value_of(end, is_angle, self.in_degrees) for end in ends)
             if low.free_symbols or high.free_symbols or not low < high:
                 raise QdotError(right)
         return low, high
+
+
+def _axes_given(axes: Sequence[Axis]) -> Given:
+    rows = (
+        (tuple(axis.direction.applyfunc(exactly)), tuple(axis.point.applyfunc(exactly)) if axis.kind == "R" else None)
+        for axis in axes
+    )
+    return Given("screws", tuple(rows))
 
 
 def _rest(value: sp.Expr, own: sp.Symbol, kind: str) -> tuple[sp.Expr, bool]:

@@ -1,24 +1,34 @@
 """An arm written as ROBOT.toml, in any convention, such that reading it gives the same arm."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from decimal import Decimal
 
 import sympy as sp
 
 from exercises.arm.chain import Chain, Point
 from exercises.arm.conventions import axes_of, modified_point, modified_rows
+from exercises.arm.robot_file import Robot
+from exercises.errors import QdotError
 from exercises.input_file import shown
 
 Entries = Sequence[tuple[str, str]]
 
 
-def robot_text(chain: Chain, convention: str) -> str:
-    """Return the text of a file that describes an arm in a convention."""
+def robot_text(robot: Robot, convention: str) -> str:
+    """Return the text of a file that describes an arm in a convention, with its limits and the lengths to be drawn.
+
+    Raises QdotError where a convention can't tell it.
+    """
+    chain = robot.chain
     top, joints = {"dh": _standard, "modified-dh": _modified, "screws": _screws}[convention](chain)
     head = [("name", shown(chain.title or chain.name))]
     head += [("convention", shown(convention))] if convention != "dh" else []
     head += [("task", shown(list(chain.task))), *top]
-    return "\n".join([_lines(head), *(f"[[joint]]\n{_lines(joint)}" for joint in joints)])
+    limits = [*robot.limits, *[None] * (chain.n - len(robot.limits))]
+    rows = [[*joint, *([("limits", _list(ends))] if ends else [])] for joint, ends in zip(joints, limits, strict=True)]
+    drawn = [(symbol.name, f"[{low / 100:g}, {high / 100:g}]") for symbol, low, high in robot.draws]
+    draw = [f"[draw]\n{_lines(drawn)}"] if drawn else []
+    return "\n".join([_lines(head), *(f"[[joint]]\n{_lines(row)}" for row in rows), *draw])
 
 
 def _lines(entries: Entries) -> str:
@@ -48,7 +58,11 @@ def _screws(chain: Chain) -> tuple[Entries, list[Entries]]:
     axes, (x, y, z) = axes_of(chain)
     place = Point(chain.point.frame, (x, y, z))
     joints: list[Entries] = []
-    for axis in axes:
+    for number, axis in enumerate(axes, 1):
+        if axis.direction.free_symbols:
+            raise QdotError(
+                f"axis {number} of {chain.name} is turned by an angle that is open; axes are given in numbers"
+            )
         through = [("point", _list(axis.point))] if axis.kind == "R" else []
         joints.append([("kind", shown(axis.kind)), ("axis", _list(axis.direction)), *through])
     return [("point", _place(place, chain.point.frame == chain.n, is_at_home=True))], joints
@@ -71,7 +85,7 @@ def _pose(position: Sequence[sp.Expr], rpy: Sequence[sp.Expr]) -> str:
     return f"{{position = {_list(position)}{turned}}}"
 
 
-def _list(values: Sequence[sp.Expr]) -> str:
+def _list(values: Iterable[sp.Expr]) -> str:
     return f"[{', '.join(_entry(sp.sympify(value)) for value in values)}]"
 
 

@@ -24,7 +24,7 @@ ROUNDED = sp.Rational(1, 1000)
 
 @dataclass(frozen=True)
 class Described:
-    """The chain of a file: the robot's name, its axes at home, where the tip is then, names and limits of its joints.
+    """The chain of a file: the robot's name, its axes at home, where the tip is then, and the limits of its joints.
 
     `notes` say which angles were taken for others.
     """
@@ -32,7 +32,6 @@ class Described:
     name: str
     axes: tuple[Axis, ...]
     tip: sp.Matrix
-    joints: tuple[str, ...]
     limits: tuple[tuple[sp.Expr, sp.Expr] | None, ...]
     notes: tuple[str, ...]
 
@@ -41,17 +40,16 @@ def read_urdf(path: Path, tip: str = "") -> Described:
     """Return the chain that ends at a link, the only one at an end unless it is named. Raises QdotError."""
     reader = _Reader(path)
     way = reader.way_to(tip)
-    pose, axes, names, limits = HOME, list[Axis](), list[str](), list[tuple[sp.Expr, sp.Expr] | None]()
+    pose, axes, limits = HOME, list[Axis](), list[tuple[sp.Expr, sp.Expr] | None]()
     for joint in way:
         pose = pose @ reader.origin(joint)
         kind = reader.kind(joint)
         if kind:
             axes.append(Axis(kind, pose.rotation * reader.direction(joint), pose.origin))
-            names.append(reader.name(joint))
             limits.append(reader.limits(joint))
     if not axes:
         raise QdotError(f"{path}: no joint moves link {tip or reader.child(way[-1])!r}")
-    return Described(reader.title, tuple(axes), pose.origin, tuple(names), tuple(limits), tuple(reader.notes))
+    return Described(reader.title, tuple(axes), pose.origin, tuple(limits), tuple(reader.notes))
 
 
 class _Reader:
@@ -109,7 +107,10 @@ class _Reader:
         if tip and tip not in self.links:
             raise QdotError(f"{self.path}: {unknown('link', tip, self.links)}")
         if not tip and len(ends) != 1:
-            raise QdotError(f"{self.path}: it ends in several links; name one with --tip: {', '.join(ends) or 'none'}")
+            raise QdotError(
+                f"{self.path}: it ends in several links: {', '.join(ends) or 'none'}; name one: "
+                f"qdot solve {self.path.name} --tip LINK (with --convert dh, it writes a ROBOT.toml)"
+            )
         way, link = list[ElementTree.Element](), tip or ends[0]
         while link in self.above:
             joint = self.above[link]
@@ -152,7 +153,11 @@ class _Reader:
             return None
         (low,) = self._numbers(joint, "limit lower", element.attrib["lower"], 1)
         (high,) = self._numbers(joint, "limit upper", element.attrib["upper"], 1)
-        return (low, high) if low < high else None
+        if not low <= high:
+            raise self.fault(joint, f"its lower limit {float(low):g} is above its upper one, {float(high):g}")
+        if joint.get("type") == "revolute":
+            low, high = self._angle(joint, low), self._angle(joint, high)
+        return (low, high) if low < high else None  # writers put 0 and 0 where they know of none
 
     def _numbers(self, joint: ElementTree.Element, what: str, text: str, count: int = 3) -> Sequence[sp.Expr]:
         words = text.split()

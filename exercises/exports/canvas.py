@@ -39,7 +39,8 @@ def canvas_zip(order: Order) -> Generator[File, None, None]:
     ident = f"qdot-{assignment.key}"
     told = {
         "ident": ident, "title": assignment.title, "groups": groups, "images": sorted(files),
-        "points": decimal(sum(float(str(group["points"])) for group in groups)), "tells_values": order.tells("values"),
+        "points": decimal(sum(float(str(group["points"])) for group in groups)),
+        "tells_values": order.solutions or order.tells("values"),
     }  # fmt: skip
     package: dict[str, str | bytes] = {
         "imsmanifest.xml": render("exports/canvas-manifest.xml.j2", **told),

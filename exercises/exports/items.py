@@ -159,7 +159,7 @@ def as_told(order: Order) -> Generator[Item, None, None]:
     """Yield the items for a platform without levels of feedback: solutions only where students may have them."""
     for one in items(order):
         number = one.number and replace(one.number, solution=())
-        yield one if order.tells("solutions") else replace(one, solution=(), number=number)
+        yield one if order.solutions or order.tells("solutions") else replace(one, solution=(), number=number)
 
 
 def item(order: Order, variant: Variant, part: Part) -> Item | None:

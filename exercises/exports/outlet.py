@@ -51,12 +51,8 @@ class Order:
     earns: Earns | None = None
 
     def tells(self, what: str) -> bool:
-        """Whether students may be told so much of their answers, of the levels FEEDBACK, where the file decides it.
-
-        The assignment says it; whoever orders worked solutions has them.
-        """
-        said = FEEDBACK[-1] if self.solutions else self.assignment.feedback
-        return FEEDBACK.index(what) <= FEEDBACK.index(said)
+        """Whether students may be told so much of their answers, of the levels FEEDBACK."""
+        return FEEDBACK.index(what) <= FEEDBACK.index(self.assignment.feedback)
 
 
 @dataclass(frozen=True)

@@ -451,7 +451,7 @@ def test_an_arm_is_shown_as_it_was_told_and_its_limits_rule_values_out(tmp_path:
     path = tmp_path / "two.toml"
     path.write_text(MODIFIED)
     said = run("solve", path)
-    assert "Given by a modified table (Craig)" in said and "The same arm in the standard table" in said
+    assert "Given by a modified table (Craig)" in said and "The same arm in a standard table" in said
     assert "O₀ stands at (0, 0, 0.5) m in the world, turned by 180° about its own x axis" in said
     assert "expressed in the world frame" in said
     assert "Limits of the joints rule out θ₂ = 180° (from −90° to 135°)." in said
@@ -506,3 +506,21 @@ def test_a_twist_whose_sine_is_below_a_fraction_bar_is_no_failure(tmp_path: Path
     )
     path.write_text(f'name = "rrp"\ntask = ["vx", "vy", "vz", "wx", "wy", "wz"]\n{joints}')
     assert solve(read_robot(path)).singular == ()
+
+
+def test_a_table_is_shown_as_it_is_written_and_its_rewriting_is_said(tmp_path: Path) -> None:
+    path = tmp_path / "arm.toml"
+    row = '[[joint]]\nkind = "R"\ntheta = "-theta%d + pi/2"\nd = 0.1\na = 0.3\nalpha = "pi/2"\n'
+    path.write_text('name = "m"\ntask = ["vx", "vy"]\n' + row % 1 + row % 2)
+    said = run("solve", path)
+    given, _, standard = said.partition("The same arm in a standard table follows")
+    assert "Given by a standard table in which joints count the other way" in given
+    assert "90° − θ₁" in given and "90° − θ₂" in given and "−90°" not in given
+    assert "θ₁ − 90°" in standard
+    path.write_text(
+        'name = "m"\nconvention = "modified-dh"\nbase = {position = [0, 0, 1], rpy = ["pi/2", 0, 0]}\n' + row % 1
+    )
+    assert "on a base at (0, 0, 1) m, turned by roll, pitch and yaw of 90°, 0, 0" in run("solve", path).replace(
+        "\n", " "
+    )
+    assert "give one of both" in fails("solve", path, "--convert", "dh", "--format", "json")

@@ -22,6 +22,7 @@ from tests.support import ROOT
 from tests.support.suites import families_for
 
 Matrix = np.ndarray
+R = sp.Rational
 
 
 def rotation(axis: str, angle: float) -> Matrix:
@@ -92,11 +93,11 @@ def test_an_arm_is_written_in_every_convention_and_read_again(
     family: str, convention: str, step: str, tmp_path: Path
 ) -> None:
     chain = sample_chain(ProblemId(family, 3, variation=step))
-    text = robot_text(chain, convention)
+    text = robot_text(Robot(chain), convention)
     again = read(tmp_path, text).chain
     same_arm(chain, again, f"{family} {convention}")
     if convention != "screws":  # which place the frames anew
-        assert robot_text(again, convention) == text
+        assert robot_text(Robot(again), convention) == text
 
 
 def test_a_modified_table_is_multiplied_out_as_its_book_does(tmp_path: Path) -> None:
@@ -268,7 +269,9 @@ def test_a_urdf_that_can_not_be_read_is_told_by_its_joint(old: str, new: str, sa
 def test_the_end_of_a_urdf_is_its_only_one_or_named(tmp_path: Path) -> None:
     path = tmp_path / "three.urdf"
     path.write_text(URDF)
-    with pytest.raises(QdotError, match=r"it ends in several links; name one with --tip: tool, camera"):
+    with pytest.raises(
+        QdotError, match=r"it ends in several links: tool, camera; name one: qdot solve three.urdf --tip LINK"
+    ):
         read_robot_file(path)
     with pytest.raises(QdotError, match="unknown link 'tol'"):
         read_robot_file(path, tip="tol")
@@ -316,6 +319,10 @@ SCREW = '[[joint]]\nkind = "R"\naxis = [0, 0, 1]\npoint = [0, 0, 0]\n'
         (HEAD + ROW.replace('"theta1"', '"2 - 2*theta1"'), 'or "-theta1" where it counts the other way'),
         (HEAD + ROW.replace('"theta1"', '"q2"'), "q2"),
         (HEAD + ROW + "limits = [1]\n", "they are two numbers, the lower first"),
+        (HEAD + ROW + "limits = [true, 1]\n", "limits = [true, 1]: it is a number"),
+        (HEAD + ROW + "limits = [-inf, 2]\n", "limits = [-inf, 2]: it is a finite number"),
+        (HEAD + ROW + "limits = [-170, 170]\n", "angles are in radians; -170 degrees would be"),
+        (HEAD + 'angles = "degrees"\n' + ROW.replace('"a1"', '"cos(60)"'), "is written as its number, as in sqrt(3)/2"),
         (HEAD + ROW + 'limits = ["pi", 0]\n', "they are two numbers, the lower first"),
         (HEAD + 'convention = "screws"\n' + SCREW, "the key 'point' is missing"),
         (HEAD + 'convention = "screws"\npoint = [1, 0, 0]\n' + ROW, "unknown key 'theta'"),
@@ -336,9 +343,9 @@ def test_a_point_on_an_inner_link_is_told_by_its_frame() -> None:
     chain = Chain(
         "m", tuple(Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2, 3)), ("vx", "vy"), Base(), Point(2, (0, 0, 0))
     )
-    assert 'point = "O2"\n' in robot_text(chain, "dh")
-    assert 'point = {frame = 2, offset = ["a2", 0, 0]}\n' in robot_text(chain, "modified-dh")
-    assert 'point = {frame = 2, offset = ["a1 + a2", 0, 0]}\n' in robot_text(chain, "screws")
+    assert 'point = "O2"\n' in robot_text(Robot(chain), "dh")
+    assert 'point = {frame = 2, offset = ["a2", 0, 0]}\n' in robot_text(Robot(chain), "modified-dh")
+    assert 'point = {frame = 2, offset = ["a1 + a2", 0, 0]}\n' in robot_text(Robot(chain), "screws")
 
 
 def test_the_arms_of_the_docs_are_read_and_the_same_in_every_convention(tmp_path: Path) -> None:
@@ -347,4 +354,74 @@ def test_the_arms_of_the_docs_are_read_and_the_same_in_every_convention(tmp_path
     for block in blocks:
         chain = read(tmp_path, block).chain
         for convention in CONVENTIONS:
-            same_arm(chain, read(tmp_path, robot_text(chain, convention)).chain, block[:20])
+            same_arm(chain, read(tmp_path, robot_text(Robot(chain), convention)).chain, block[:20])
+
+
+def test_a_letter_that_comes_out_of_the_table_is_no_failure(tmp_path: Path) -> None:
+    """A SCARA by its axes: the height of its joints is nowhere in the table of an arm that is told at that height."""
+    text = f'name = "m"\nconvention = "screws"\npoint = ["a1", 0, "h"]\n{SCREW.replace("0, 0]", "0, 0]", 1)}'
+    again = read(tmp_path, text + '[[joint]]\nkind = "P"\naxis = [0, 0, -1]\n').chain
+    assert again.n == 2
+
+
+def test_what_is_told_beside_the_table_is_converted_too(tmp_path: Path) -> None:
+    text = (
+        f'{HEAD}task = ["vx"]\n[[joint]]\nkind = "R"\ntheta = "-theta1 + pi/2"\nd = 0\na = "a1"\nalpha = 0\n'
+        'limits = ["-pi/2", 2.8973]\n[draw]\na1 = [0.3, 0.85]\n'
+    )
+    robot = read(tmp_path, text)
+    for convention in CONVENTIONS:
+        again = read(tmp_path, robot_text(robot, convention))
+        assert (again.limits, again.draws) == (robot.limits, robot.draws)
+
+
+def test_skew_axes_stay_exact(tmp_path: Path) -> None:
+    text = (
+        f'{HEAD}convention = "screws"\ntask = ["vx"]\npoint = [1, 0, 0]\n{SCREW}'
+        '[[joint]]\nkind = "R"\naxis = ["1/3", "2/3", "2/3"]\npoint = [1, 0, 0]\n'
+    )
+    robot = read(tmp_path, text)
+    assert abs(robot.chain.joints[0].alpha) == sp.atan(sp.sqrt(5) / 2)
+    assert 'axis = ["1/3", "2/3", "2/3"]' in robot_text(robot, "screws")
+    assert robot.given and robot.given.rows[1][0] == (R(1, 3), R(2, 3), R(2, 3))
+
+
+def test_an_axis_that_is_turned_by_an_open_angle_can_not_be_written() -> None:
+    chain = Chain("m", (Joint("R", "theta1", 0, "a1", "alpha1"), Joint("R", "theta2", 0, "a2", 0)), ("vx",))
+    assert "alpha1" in robot_text(Robot(chain), "modified-dh")
+    with pytest.raises(QdotError, match="axis 2 of m is turned by an angle that is open"):
+        robot_text(Robot(chain), "screws")
+
+
+def test_limits_of_a_urdf_are_rounded_as_its_angles_are(tmp_path: Path) -> None:
+    path = tmp_path / "three.urdf"
+    path.write_text(URDF.replace('lower="-1" upper="2.5"', 'lower="-1.57" upper="3.1416"'))
+    robot = read_robot_file(path, tip="tool")
+    assert robot.limits[1] == (-sp.pi / 2, sp.pi) and any("3.1416 rad is taken for pi" in said for said in robot.notes)
+    path.write_text(URDF.replace('lower="-1" upper="2.5"', 'lower="1" upper="-2.5"'))
+    with pytest.raises(QdotError, match=r"joint 'elbow': its lower limit 1 is above its upper one, -2\.5"):
+        read_robot_file(path, tip="tool")
+
+
+def test_a_urdf_has_no_more_joints_than_can_be_worked_out(tmp_path: Path) -> None:
+    links = "".join(f'<link name="l{k}"/>' for k in range(13))
+    joints = "".join(
+        f'<joint name="j{k}" type="revolute"><parent link="l{k}"/><child link="l{k + 1}"/></joint>' for k in range(12)
+    )
+    path = tmp_path / "snake.urdf"
+    path.write_text(f'<robot name="snake">{links}{joints}</robot>')
+    with pytest.raises(QdotError, match=r"snake\.urdf: 12 joints are too many"):
+        read_robot_file(path)
+
+
+def test_csv_as_it_is_written_where_a_comma_stands_before_decimals(tmp_path: Path) -> None:
+    path = tmp_path / "arm.csv"
+    path.write_text("kind;theta;d;a;alpha\nR;theta1;0,4;-,25;0\n")
+    assert read_robot_file(path).chain.joints[0] == Joint("R", "theta1", R(2, 5), R(-1, 4), 0)
+    path.write_text("kind;theta;d;a;alpha\n")
+    with pytest.raises(QdotError, match="it has a header and no rows"):
+        read_robot_file(path)
+    toml = tmp_path / "robot.toml"
+    toml.write_text(HEAD + ROW)
+    with pytest.raises(QdotError, match="--convention is for a table in CSV"):
+        read_robot_file(toml, convention="modified-dh")

@@ -93,9 +93,11 @@ def test_platforms_tell_as_much_as_the_assignment_does(order: Order, level: str)
         each.advice for form in forms if isinstance(form, Numeric) for field in form.fields for each in field.wrong
     ]
     assert any(wrong) == (at >= FEEDBACK.index("mistake"))
+    _, ordered_quiz = file_of(moodle.moodle_files, replace(told, solutions=True), asked)
 
     _, quiz = file_of(moodle.moodle_files, told, asked)
     settings = ElementTree.fromstring(unzipped(quiz.content)["activities/quiz_1/quiz.xml"])
+    assert unzipped(ordered_quiz.content) == unzipped(quiz.content)  # its settings are the teacher's
     values, solutions = (settings.findtext(f"quiz/review{name}") for name in ("rightanswer", "generalfeedback"))
     after, closed = str(0x01110), str(0x00010)
     assert values == (after if at >= FEEDBACK.index("values") else closed)
