@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 import pydantic
 
+from exercises.arm.chain import CONVENTIONS
 from exercises.arm.robot_file import read_robot_file
 from exercises.credit import CREDIT, Credit, read_credit
 from exercises.decimals import DECIMALS, read_decimals
@@ -24,7 +25,7 @@ from exercises.gradebook import Gradebook, identifier_of, read_export
 from exercises.input_file import TomlFile, read_table, read_text, read_toml
 from exercises.lateness import LATE, LateRule, aware, read_late
 from exercises.mistakes.catalogue import NO_OFTENER, OFTENER, Oftener, read_oftener
-from exercises.problem import ENGINE, Problem, ProblemId
+from exercises.problem import ENGINE, Problem, ProblemId, convention_named
 from exercises.quizzes import ASKED
 from exercises.redrawn import Redraws, read_redrawn
 from exercises.several import LAST, Several, read_several
@@ -46,6 +47,7 @@ class ProblemEntry(pydantic.BaseModel):
     points: list[float] | None = None
     difficulty: int | list[int] | None = None
     variation: str | list[str] | None = None
+    convention: str | None = None
     decimals: int | str | dict[str, int | str] | None = None
     credit: str | float | dict[str, str | float] | None = None
 
@@ -69,6 +71,7 @@ class AssignmentFile(pydantic.BaseModel):
     mistakes: dict[str, float] | None = None
     sandbox: Literal["best", "strict"] = "best"
     variation: str | list[str] = DEFAULT
+    convention: str = CONVENTIONS[0]
     problem: list[ProblemEntry] = pydantic.Field(min_length=1)
 
 
@@ -93,6 +96,7 @@ RIGHT = {
     "credit": CREDIT,
     "variation": f'it is a step ({", ".join(STEPS)}), as in variation = "{DEFAULT}", or a list of axes, as in '
     f'["lengths", "base"], out of {", ".join(AXES)}',
+    "convention": f"it is how arms are told, one of {', '.join(CONVENTIONS)}",
     "difficulty": f"it is a step from 0 to {HARDEST}, or a range, as in difficulty = [1, 2]",
 }
 """What would be right for each key."""
@@ -114,8 +118,9 @@ class Slot:
     """A place in the assignment: every student has a problem of this family with these questions here.
 
     `band` bounds the difficulty; `robot` is a digest of the file of an instructor's own robot, empty for a family;
-    `variation` is how far arms lead away from the chapter's; `decimals` are the questions in which decimals may be
-    rounded, and how far; `credit` those for which it is said how an answer that is right in part is marked.
+    `variation` is how far arms lead away from the chapter's, `convention` how they are told; `decimals` are the
+    questions in which decimals may be rounded, and how far; `credit` those for which it is said how an answer that is
+    right in part is marked.
     """
 
     name: str
@@ -125,6 +130,7 @@ class Slot:
     band: tuple[int, int] | None = None
     robot: str = ""
     variation: str = DEFAULT
+    convention: str = ""
     decimals: tuple[tuple[str, Rounding], ...] = ()
     credit: tuple[tuple[str, Credit], ...] = ()
 
@@ -136,7 +142,9 @@ class Slot:
     def identity(self, secret: str, student: str, draw: int = 1) -> ProblemId:
         """Return the identity of a student's problem in this place; draws after the first have seeds of their own."""
         place = self.name if draw == 1 else f"{self.name}/{draw}"
-        return student_problem_id(secret, student, place, self.family.name, self.questions, self.band, self.variation)
+        return student_problem_id(
+            secret, student, place, self.family.name, self.questions, self.band, self.variation, self.convention
+        )
 
     def problem(self, secret: str, student: str, draw: int = 1) -> Problem:
         """Return a student's problem in this place."""
@@ -144,7 +152,9 @@ class Slot:
 
     def problem_with(self, seed: int) -> Problem:
         """Return the problem of this place that a seed gives."""
-        identity = ProblemId(self.family.name, seed, self.questions, band=self.band, variation=self.variation)
+        identity = ProblemId(
+            self.family.name, seed, self.questions, band=self.band, variation=self.variation, convention=self.convention
+        )
         made = generate(identity, points=self.points, family=self.family)
         allowed, credit = dict(self.decimals), dict(self.credit)
         return replace(
@@ -194,7 +204,7 @@ class Assignment:
         for slot in self.slots:
             slots.append(replace(slot, variation=named(variation)))
             try:
-                check_questions(slot.family, slot.questions, slot.band, slots[-1].variation)
+                check_questions(slot.family, slot.questions, slot.band, slots[-1].variation, slot.convention)
             except QdotError as error:
                 raise QdotError(f"{slot.name}, with variation {slots[-1].variation}: {error}") from None
         return replace(self, slots=tuple(slots))
@@ -223,9 +233,11 @@ class Assignment:
 
     @property
     def digest(self) -> str:
-        """A short text that changes whenever the problems do (engine, secret, key, families, questions, variation)."""
+        """A short text that changes whenever the problems do (engine, secret, key, families, questions …)."""
         slots = [
-            (slot.name, slot.family.name, slot.questions, slot.band, slot.robot, slot.variation) for slot in self.slots
+            (slot.name, slot.family.name, slot.questions, slot.band, slot.robot, slot.variation)
+            + ((slot.convention,) if slot.convention else ())
+            for slot in self.slots
         ]
         return _short_hash(repr((ENGINE, self.secret, self.key, slots)))
 
@@ -280,7 +292,9 @@ def load_assignment(folder: Path) -> Assignment:
         oftener = read_oftener(content.mistakes)
     with file.at("variation"):
         variation = _variation(content.variation)
-    slots = tuple(_slot(file, index, entry, variation, notes) for index, entry in enumerate(content.problem))
+    with file.at("convention"):
+        usual = _Usual(variation, convention_named(content.convention))
+    slots = tuple(_slot(file, index, entry, usual, notes) for index, entry in enumerate(content.problem))
     roster = folder / "roster.csv"
     students, export = read_roster(roster), read_export(roster)
     return Assignment(
@@ -309,12 +323,22 @@ def _checked(file: TomlFile) -> AssignmentFile:
         raise QdotError(RIGHT[str(place[-1])] if isinstance(place[-1], str) else RIGHT["problem"])
 
 
-def _slot(file: TomlFile, index: int, entry: ProblemEntry, variation: str, notes: list[str]) -> Slot:
-    """Return a place in the assignment, with the assignment's variation unless it has one of its own.
+@dataclass(frozen=True)
+class _Usual:
+    """What the assignment says for all its problems."""
 
-    What is odd about its robot goes into `notes`. Raises QdotError.
+    variation: str
+    convention: str
+
+
+def _slot(file: TomlFile, index: int, entry: ProblemEntry, usual: _Usual, notes: list[str]) -> Slot:
+    """Return a place in the assignment, with the assignment's variation and convention unless it has its own.
+
+    An instructor's robot is told as its file has it, unless its problem says otherwise. What is odd about the robot
+    goes into `notes`. Raises QdotError.
     """
     place = ("problem", index)
+    variation, convention = usual.variation, usual.convention if entry.robot is None else ""
     with file.at(*place):
         if (entry.family is None) == (entry.robot is None):
             raise QdotError('each [[problem]] has either family = "planar-2r" or robot = "my-arm.toml"')
@@ -327,10 +351,14 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, variation: str, notes
     if entry.variation is not None:
         with file.at(*place, "variation"):
             variation = _variation(entry.variation)
+    if entry.convention is not None:
+        with file.at(*place, "convention"):
+            convention = convention_named(entry.convention)
+            convention = entry.convention if robot else convention
     with file.at(*place, "difficulty"):
         band = _band(entry.difficulty)
         if band is not None:
-            check_questions(family, (), band, variation)
+            check_questions(family, (), band, variation, convention)
     with file.at(*place, "family" if entry.questions is None else "questions"):
         if isinstance(entry.questions, str) and entry.questions != "quiz":
             raise QdotError(RIGHT["questions"])
@@ -345,8 +373,8 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, variation: str, notes
                 'a quiz stands alone and without brackets, as in questions = "quiz"; give other questions a '
                 "[[problem]] of their own, or name its short questions one by one"
             )
-        questions = _asked(family, entry.questions)
-        check_questions(family, questions, band, variation)
+        questions = _asked(family, entry.questions, convention)
+        check_questions(family, questions, band, variation, convention)
     points = None if entry.points is None else tuple(entry.points)
     with file.at(*place, "points"):
         _check_points(points, len(questions))
@@ -354,17 +382,17 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, variation: str, notes
         decimals = read_decimals(entry.decimals, questions)
     with file.at(*place, "credit"):
         credit = read_credit(entry.credit, questions)
-    return Slot(f"p{index + 1}", family, questions, points, band, robot, variation, decimals, credit)
+    return Slot(f"p{index + 1}", family, questions, points, band, robot, variation, convention, decimals, credit)
 
 
 def _variation(said: str | list[str]) -> str:
     return named(said) if isinstance(said, str) else of_axes(said)
 
 
-def _asked(family: Family, said: list[str] | str | None) -> tuple[str, ...]:
+def _asked(family: Family, said: list[str] | str | None, convention: str) -> tuple[str, ...]:
     if said is None:
-        return questions_of(family)
-    return short_quiz(family) if isinstance(said, str) else tuple(said)
+        return questions_of(family, convention)
+    return short_quiz(family, convention) if isinstance(said, str) else tuple(said)
 
 
 def _check_points(points: tuple[float, ...] | None, questions: int) -> None:

@@ -11,7 +11,8 @@ from exercises import ASKED, FAMILIES, ProblemId, QdotError
 from exercises import generate as make_problem
 from exercises import show as show_problem
 from exercises import solve as solve_chain
-from exercises.arm.conventions import CONVENTIONS, TABLES
+from exercises.arm.chain import CONVENTIONS
+from exercises.arm.conventions import TABLES
 from exercises.arm.robot_file import read_robot_file
 from exercises.arm.robot_text import robot_text
 from exercises.console import VariationOption, note, one_of, say
@@ -25,6 +26,16 @@ from exercises.solving import solution_json, solution_latex, solution_text
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
 SOLVE_FORMATS = ("text", "latex", "json")
+
+
+ConventionOption = Annotated[
+    str,
+    typer.Option(
+        "--convention",
+        metavar="NAME",
+        help=f"How arms are told: {', '.join(CONVENTIONS)}; default: what the id says, else {CONVENTIONS[0]}.",
+    ),
+]
 
 
 def init(
@@ -130,17 +141,21 @@ def show(
     ] = None,
     hints: Annotated[bool, typer.Option("--hints", help="Add three hints to every part.")] = False,
     variation: VariationOption = "",
+    convention: ConventionOption = "",
 ) -> None:
     """Show one problem, with or without its hints and its solution.
 
     It has statement, figure and parts; with --hints three hints a part, from gentle to nearly there, in HTML and
     notebooks to be opened one by one (JSON always has them); with --solution the answers and how they are derived.
-    The same FAMILY/SEED shows the same problem on every machine; FAMILY/SEED@VARIATION is short for --variation.
+    The same FAMILY/SEED shows the same problem on every machine; FAMILY/SEED@VARIATION is short for --variation, and
+    FAMILY/SEED@CONVENTION for --convention.
     """
     one_of(format, SHOW_FORMATS, "--format")
-    identity = ProblemId.parse(problem).varied(variation)
+    identity = ProblemId.parse(problem).varied(variation).told(convention)
     if ask is not None:
-        identity = replace(identity, questions=short_quiz(identity.family) if ask == "quiz" else _names(ask))
+        identity = replace(
+            identity, questions=short_quiz(identity.family, identity.convention) if ask == "quiz" else _names(ask)
+        )
     made = make_problem(identity)
     certificate = None
     if format == "json":

@@ -52,12 +52,17 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
     family = family or family_named(identity.family)
     if identity.engine != ENGINE:
         raise QdotError(f"{identity} was made by engine {identity.engine}; this version of qdot has engine {ENGINE}")
+
+    def told(chain: Chain) -> Chain:
+        return replace(chain, convention=identity.convention) if identity.convention else chain
+
     stream = Stream(f"qdot/{identity.engine}/{identity.seeded}/arm" + (f"/{attempt}" if attempt else ""))
     axes = axes_of(identity.variation)
     if family.structures is not None:
-        return family.structures(stream, axes, identity.band, lambda chain: not _objection(chain, identity.questions))
+        accepts = lambda chain: not _objection(told(chain), identity.questions)  # noqa: E731
+        return told(family.structures(stream, axes, identity.band, accepts))
     quizzes = [name for name in identity.questions if name in QUIZZES]
-    arms = _draws(family, stream, axes)
+    arms = map(told, _draws(family, stream, axes))
     if identity.band is None:
         return _that_can_be_asked(arms, quizzes)
     low, high = identity.band
@@ -102,21 +107,25 @@ def applicable(chain: Chain, among: Mapping[str, Question] = QUESTIONS) -> tuple
     return tuple(name for name, question in among.items() if question.refusal(chain) is None)
 
 
-def questions_of(family: str | Family) -> tuple[str, ...]:
+def questions_of(family: str | Family, convention: str = "") -> tuple[str, ...]:
     """Return the names of the questions that can be asked of every arm of a family, or of some of a varied one.
 
-    Of registered families they are listed (`families.listing`), as finding them out takes a second for each.
+    Of registered families as they tell their arms, they are listed (`families.listing`), as finding them out takes a
+    second for each.
     """
     known = family_named(family) if isinstance(family, str) else family
+    if convention:
+        return applicable(sample_chain(ProblemId(known.name, 0, convention=convention), known))
     if FAMILIES.get(known.name) is known and known.name in listing():
         return listing()[known.name].questions
     return find_questions(known)
 
 
-def short_quiz(family: str | Family) -> tuple[str, ...]:
+def short_quiz(family: str | Family, convention: str = "") -> tuple[str, ...]:
     """Return a quiz for a family's arms: a short question of each form, as far as one can be asked."""
     known = family_named(family) if isinstance(family, str) else family
-    arms = [sample_chain(ProblemId(known.name, seed), known) for seed in range(QUIZ_LOOKED_AT)]
+    identities = (ProblemId(known.name, seed, convention=convention) for seed in range(QUIZ_LOOKED_AT))
+    arms = [sample_chain(identity, known) for identity in identities]
     chosen: dict[str, str] = {}
     for name in SHORT_QUIZ:
         question = QUIZZES[name]
@@ -178,12 +187,16 @@ def _by_variation(family: Family) -> tuple[int, ...]:
 
 
 def check_questions(
-    family: str | Family, questions: Sequence[str], band: tuple[int, int] | None = None, variation: str = DEFAULT
+    family: str | Family,
+    questions: Sequence[str],
+    band: tuple[int, int] | None = None,
+    variation: str = DEFAULT,
+    convention: str = "",
 ) -> None:
     """Raise QdotError where a question is unknown, asked twice, or can't be asked of the family's arms."""
     known = family_named(family) if isinstance(family, str) else family
     _check_names(questions)
-    if FAMILIES.get(known.name) is known and known.name in listing():
+    if FAMILIES.get(known.name) is known and known.name in listing() and not convention:
         can_be_asked = listing()[known.name].questions
         if not known.varied and band is None and variation in STEPS and set(questions) <= set(can_be_asked):
             return  # what is listed, for arms of every step, need not be derived
@@ -193,7 +206,7 @@ def check_questions(
                     f"question {name!r} can be asked of no arm of {known.name}; "
                     f"`qdot families {known.name}` lists what can"
                 )
-    identity = ProblemId(known.name, 0, tuple(questions), band=band, variation=variation)
+    identity = ProblemId(known.name, 0, tuple(questions), band=band, variation=variation, convention=convention)
     _check_asked(sample_chain(identity, known), questions)
 
 
@@ -270,11 +283,11 @@ def student_problem_id(
     questions: Sequence[str],
     band: tuple[int, int] | None = None,
     variation: str = DEFAULT,
+    convention: str = "",
 ) -> ProblemId:
     """Return the problem of one student in one slot of an assignment; without the secret it can't be guessed.
 
     It depends on nobody else, so that a student who joins later changes no other problem.
     """
-    return ProblemId(
-        family, derived_seed(secret, student, slot, family), tuple(questions), band=band, variation=variation
-    )
+    seed = derived_seed(secret, student, slot, family)
+    return ProblemId(family, seed, tuple(questions), band=band, variation=variation, convention=convention)

@@ -10,9 +10,9 @@ from typing import TypeVar
 import sympy as sp
 
 from exercises.answers import Answer
-from exercises.arm.chain import Chain
+from exercises.arm.chain import CONVENTIONS, Chain
 from exercises.credit import Credit
-from exercises.errors import QdotError
+from exercises.errors import QdotError, unknown
 from exercises.formula.identity import Domain, Rounding
 from exercises.variation import DEFAULT, named
 
@@ -29,8 +29,9 @@ LARGEST_SEED = (1 << 63) - 1
 class ProblemId:
     """Family, seed, questions and variation; with the engine's version it regenerates the same problem for good.
 
-    `band` is the least and the greatest step of difficulty that the arm may have, None where any will do. As a text it
-    is planar-2r/7, with the variation where that is not the usual one: planar-2r/7@chapter.
+    `band` is the least and the greatest step of difficulty that the arm may have, None where any will do; `convention`
+    is how the arm is told, "" where that is as the family has it. As a text it is planar-2r/7, with variation and
+    convention where they are not the usual ones: planar-2r/7@chapter@modified-dh.
     """
 
     family: str
@@ -39,9 +40,11 @@ class ProblemId:
     engine: int = ENGINE
     band: tuple[int, int] | None = None
     variation: str = DEFAULT
+    convention: str = ""
 
     def __str__(self) -> str:
-        return self.seeded if self.variation == DEFAULT else f"{self.seeded}@{self.variation}"
+        marks = ("" if self.variation == DEFAULT else self.variation, self.convention)
+        return "@".join((self.seeded, *filter(None, marks)))
 
     @property
     def seeded(self) -> str:
@@ -52,16 +55,34 @@ class ProblemId:
         """Return the identity with another variation, unless none is named. Raises QdotError for one that is none."""
         return replace(self, variation=named(variation)) if variation else self
 
+    def told(self, convention: str) -> "ProblemId":
+        """Return the identity with another convention, unless none is named. Raises QdotError for one that is none."""
+        return replace(self, convention=convention_named(convention)) if convention else self
+
     @staticmethod
     def parse(text: str, hint: str = "") -> "ProblemId":
-        """Read FAMILY/SEED or FAMILY/SEED@VARIATION. Raises QdotError, with `hint` for a text of another form."""
-        match = re.fullmatch(r"([a-z0-9-]+)/0*(\d+)(?:@([a-z+]+))?", text)
+        """Read FAMILY/SEED, with @VARIATION, @CONVENTION or both behind it.
+
+        Raises QdotError, with `hint` for a text of another form.
+        """
+        match = re.fullmatch(r"([a-z0-9-]+)/0*(\d+)((?:@[a-z+-]+){0,2})", text)
         if match is None:
             raise QdotError(f"{text!r} is not a problem; write FAMILY/SEED, as in planar-2r/7{hint}")
-        family, seed, variation = match.groups()
+        family, seed, marks = match.groups()
         if len(seed) > len(str(LARGEST_SEED)) or int(seed) > LARGEST_SEED:
             raise QdotError(f"{family}/{seed[:25]}{'…' * (len(seed) > 25)}: the largest seed is {LARGEST_SEED}")
-        return ProblemId(family, int(seed), variation=DEFAULT if variation is None else named(variation))
+        identity = ProblemId(family, int(seed))
+        *others, last = marks.split("@")[1:] or [""]
+        if last in CONVENTIONS:
+            return identity.told(last).varied("".join(others))
+        return identity.varied(last) if not others else identity.varied(others[0]).told(last)
+
+
+def convention_named(name: str) -> str:
+    """Return what an identity says of a convention: nothing of the usual one. Raises QdotError for one that is none."""
+    if name not in CONVENTIONS:
+        raise unknown("convention", name, CONVENTIONS)
+    return "" if name == CONVENTIONS[0] else name
 
 
 @dataclass(frozen=True)

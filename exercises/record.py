@@ -12,7 +12,7 @@ from typing import Any
 
 import sympy as sp
 
-from exercises.arm.chain import Chain
+from exercises.arm.chain import CONVENTIONS, Chain
 from exercises.formula.text import text_of
 from exercises.problem import Details, Part, Problem, SymbolInfo
 
@@ -20,8 +20,12 @@ Json = dict[str, Any]
 
 
 def robot_json(chain: Chain) -> Json:
-    """Return a chain as plain data: DH rows, base, point, task; expressions as text."""
+    """Return a chain as plain data: standard DH rows, base, point, task; expressions as text.
+
+    `convention` is how it is told to people, where that is not by this table.
+    """
     base, point = chain.base, chain.point
+    told = {} if chain.convention == CONVENTIONS[0] else {"convention": chain.convention}
     return {
         "name": chain.name,
         "title": chain.title,
@@ -32,6 +36,7 @@ def robot_json(chain: Chain) -> Json:
         "base": {"position": [str(value) for value in base.position], "yaw": str(base.yaw), "tilt": str(base.tilt)},
         "point": {"frame": point.frame, "offset": [str(value) for value in point.offset]},
         "task": list(chain.task),
+        **told,
     }
 
 

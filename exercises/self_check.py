@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from exercises.arm.chain import Chain
+from exercises.arm.told import told_point
 from exercises.formula.printers.python import python_text
 from exercises.problem import Part, Problem, variable
 from exercises.render import render
@@ -56,7 +57,8 @@ def _turning_only(chain: Chain, _: Asked) -> bool:
 
 
 def _last_origin(chain: Chain, _: Asked) -> bool:
-    return chain.point.frame == chain.n and chain.point.is_origin
+    point = told_point(chain)
+    return point.frame == chain.n and point.is_origin
 
 
 RELATIONS = (

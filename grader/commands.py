@@ -16,6 +16,7 @@ from typing import Annotated, Any
 import typer
 
 from exercises.assignment import Assignment, Student, load_assignment
+from exercises.commands import ConventionOption
 from exercises.console import VariationOption, note, progress, say
 from exercises.drawing import GivenUp, raise_left_out, redrawn_since
 from exercises.errors import QdotError
@@ -92,6 +93,7 @@ def verify(
         int, typer.Option("--from", metavar="SEED", min=0, max=1 << 62, help="… or seeds from this one on.")
     ] = 0,
     variation: VariationOption = "",
+    convention: ConventionOption = "",
     jobs: Jobs = CORES,
 ) -> None:
     """Certify problems: their references hold in numbers.
@@ -103,7 +105,7 @@ def verify(
     """
     from grader.certify import certify_all
 
-    tasks = _tasks(what, family, count, first, variation)
+    tasks = _tasks(what, family, count, first, variation, convention)
     started = time.monotonic()
     failed, passed = Counter[Kind](), dict.fromkeys((task.identity.family for task in tasks), 0)
     told: set[str] = set()
@@ -130,7 +132,7 @@ def verify(
 NO_FOLDER = "; there is no folder of that name, either"
 
 
-def _tasks(what: list[str], family: str, count: int, first: int, variation: str) -> list[Task]:
+def _tasks(what: list[str], family: str, count: int, first: int, variation: str, convention: str) -> list[Task]:
     """Return what is to be verified. Raises QdotError."""
     if not family and not what:
         raise QdotError("name problems (planar-2r/7), an assignment folder, or --family (or --family all) with --count")
@@ -139,13 +141,15 @@ def _tasks(what: list[str], family: str, count: int, first: int, variation: str)
     families = list(FAMILIES) if family == "all" else [family_named(family).name] if family else []
     every = range(count if families else 0)
     drawn = (ProblemId(families[i % len(families)], first + i // len(families)) for i in every)
-    tasks = [Task(identity.varied(variation)) for identity in drawn]
+    tasks = [Task(identity.varied(variation).told(convention)) for identity in drawn]
     tasks.sort(key=lambda task: families.index(task.identity.family))  # a structure is derived once in each process
     for item in what:
         if not Path(item).is_dir():
-            tasks.append(Task(ProblemId.parse(item, NO_FOLDER).varied(variation)))
+            tasks.append(Task(ProblemId.parse(item, NO_FOLDER).varied(variation).told(convention)))
         elif variation:
             raise QdotError(f"--variation is for problems; {item}/assignment.toml says how its arms vary")
+        elif convention:
+            raise QdotError(f"--convention is for problems; {item}/assignment.toml says how its arms are told")
         else:
             tasks += _tasks_of_folder(Path(item))
     return tasks

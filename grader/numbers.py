@@ -8,7 +8,7 @@ import numpy as np
 PRECISE = 1e-4
 """What numbers may be off, as a share of their size, to tell all mistakes apart."""
 ENDLESS = 1e6
-"""So many times as large as what it is compared with, terms may be off by anything, and are like nothing."""
+"""Terms so many times as large as what they are compared with may be off by anything, and are to be close to it."""
 SAME = 1e-9
 """Share of the size of the terms by which equal values may differ."""
 
@@ -33,8 +33,9 @@ class InNumbers:
                 way = np.where((own * due).sum(axis=0) < 0, -1.0, 1.0)  # the same for all entries
                 near = np.abs(own - way * due) <= self.room[0]
             else:
-                near = np.abs(self.values - other) <= self._allowed
-                near &= self.size < ENDLESS * np.maximum(np.abs(other).max(), 1.0)  # nan and inf are not, either
+                most = ENDLESS * np.maximum(np.abs(other).max(), 1.0)
+                close = np.where(self.size < most, np.inf, SAME * most)
+                near = np.abs(self.values - other) <= np.minimum(self._allowed, close)  # nan and inf are not
         return np.asarray(near.all(axis=-1))
 
     def is_all(self, other: np.ndarray) -> bool:

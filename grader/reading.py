@@ -4,6 +4,7 @@ import re
 from dataclasses import dataclass, replace
 
 from exercises.answers import Choice, ConditionSet, Direction, Expression, Forms, Matching, Matrix, Number, Selection
+from exercises.arm.told import frame_on_axis
 from exercises.formula.identity import Domain
 from exercises.problem import Part, Problem
 from exercises.questions.differentiation import ForTask
@@ -41,7 +42,8 @@ def read_answer(
         return Given(text).refused(f"m^3 can't be right here, for m^{power} is due; write the formula alone")
     joints = tuple(q.name for q in problem.chain.q)
     labels = ASKED[part.kind].typed_labels(problem.chain, part) if labels is None else labels
-    columns = tuple(f"z{i}" for i in range(problem.chain.n)) if part.kind == "joint-axes" else ()
+    on_axes = (frame_on_axis(problem.chain, joint) for joint in range(1, problem.chain.n + 1))
+    columns = tuple(f"z{frame}" for frame in on_axes) if part.kind == "joint-axes" else ()
     return part.answer.told_to(_Reading(text, domain, labels, joints, columns))
 
 

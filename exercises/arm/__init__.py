@@ -3,6 +3,7 @@
 From the bottom up:
 
     chain                       a DH table with base, point of interest and task: the only description of an arm
+    told                        table, base and point as an arm's convention tells them; which frame is on which axis
     kinematics, trigonometry    frames and Jacobians; exact equality of trigonometric polynomials, and textbook factors
     derivation                  all results, by both routes, once per structure
     together, singularity       whether conditions ever hold together; where the Jacobian loses rank

@@ -10,10 +10,13 @@ from functools import cached_property
 
 import sympy as sp
 
-from exercises.errors import QdotError
+from exercises.errors import QdotError, unknown
 
 TASK_ROWS = ("vx", "vy", "vz", "wx", "wy", "wz")
 """Names of the rows of the 6 x n Jacobian, linear first (6.6)."""
+
+CONVENTIONS = ("dh", "modified-dh", "screws")
+"""The ways in which an arm is told: by a standard table, a modified one (Craig), or its axes at home."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +74,9 @@ class Chain:
     """A robot arm with what is asked of it: DH table, base, point of interest and task (rows that count).
 
     `joints` are the rows of the standard (distal) table, `task` some of TASK_ROWS; without a `tool`, the point of
-    interest is the last frame's origin. Raises QdotError for a table or a task that is none.
+    interest is the last frame's origin. `convention` is how the arm is told to people, one of CONVENTIONS: it says
+    which frames stand on the links (`link_frames`), and changes nothing of how the arm moves. Raises QdotError for a
+    table or a task that is none.
 
     >>> Chain("mine", (Joint("R", "theta1", 0, "a1", 0), Joint("P", 0, "d2", 0, 0)), ("vx", "vy"))
     Chain(mine: RP, vx vy of frame 2)
@@ -83,6 +88,7 @@ class Chain:
     base: Base = field(default_factory=Base)
     tool: Point | None = None
     title: str = ""
+    convention: str = CONVENTIONS[0]
 
     def __repr__(self) -> str:
         kinds = "".join(joint.kind for joint in self.joints)
@@ -91,8 +97,10 @@ class Chain:
     def __post_init__(self) -> None:
         if not self.joints:
             raise QdotError(f"{self.name}: an arm has at least one joint")
-        unknown = [row for row in self.task if row not in TASK_ROWS]
-        if unknown or len(set(self.task)) != len(self.task) or not self.task:
+        if self.convention not in CONVENTIONS:
+            raise unknown("convention", self.convention, CONVENTIONS)
+        wrong = [row for row in self.task if row not in TASK_ROWS]
+        if wrong or len(set(self.task)) != len(self.task) or not self.task:
             raise QdotError(f"{self.name}: task {list(self.task)}; it names some of {', '.join(TASK_ROWS)}, each once")
         if not 0 <= self.point.frame <= len(self.joints):
             raise QdotError(f"{self.name}: no frame O{self.point.frame}; the last one is O{len(self.joints)}")

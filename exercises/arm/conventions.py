@@ -19,9 +19,8 @@ from exercises.arm.kinematics import NumericChain, frames_and_point, rot_x
 from exercises.arm.placing import HOME, Axis, Pose, exactly, reached, stood_on, table_of_axes
 from exercises.stream import Stream
 
-CONVENTIONS = ("dh", "modified-dh", "screws")
 TABLES = ("dh", "modified-dh")
-"""Those that are tables."""
+"""The conventions that are tables."""
 
 
 @dataclass(frozen=True)
@@ -148,24 +147,3 @@ def in_one_turn(angle: sp.Expr) -> sp.Expr:
         return angle
     rest = turns - sp.floor(turns)
     return 2 * sp.pi * (rest if rest <= sp.Rational(1, 2) else rest - 1)
-
-
-def modified_rows(chain: Chain) -> tuple[Base, list[Joint]]:
-    """Return the modified table of an arm, alpha and a of each row standing before its joint, and what is left of its
-    base: the first row takes what turns about x and slides along it.
-    """
-    base = chain.base
-    if base.yaw != 0 or any(base.position[1:]):
-        left, before = Base(base.position, base.yaw), (sp.S.Zero, base.tilt)
-    else:
-        left, before = Base(), (base.position[0], base.tilt)
-    links = [before, *((joint.a, joint.alpha) for joint in chain.joints[:-1])]
-    return left, [replace(joint, a=a, alpha=alpha) for joint, (a, alpha) in zip(chain.joints, links, strict=True)]
-
-
-def modified_point(chain: Chain) -> Point:
-    """Return the point of interest as it is told in a frame of the modified table: `standard_point` undone."""
-    point, (_, rows) = chain.point, modified_rows(chain)
-    link = chain.joints[point.frame - 1] if point.frame else rows[0]
-    x, y, z = sp.Matrix([link.a, 0, 0]) + rot_x(link.alpha) * sp.Matrix(point.offset)
-    return Point(point.frame, (x, y, z))

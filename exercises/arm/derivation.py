@@ -18,12 +18,14 @@ from exercises.arm.kinematics import (
     differentiated_jacobian,
     frame_behind,
     frames_and_point,
+    link_frames,
     link_vector,
     propagated_jacobian,
     propagated_p_star,
     propagated_rotations,
     task_matrix,
 )
+from exercises.arm.told import frame_on_axis, is_modified, told_rows, up_to_frame
 from exercises.arm.trigonometry import Factored, factored, same, substitute, textbook
 from exercises.errors import QdotError
 
@@ -77,6 +79,7 @@ def structure(chain: Chain) -> Structure:
     )
     offset3 = tuple(length(f"point_{axis}", v) for axis, v in zip("xyz", chain.point.offset, strict=True))
     generic = Chain("structure", tuple(joints), chain.task, base, Point(chain.point.frame, offset3))
+    generic = replace(generic, convention=chain.convention)
     return Structure(generic, tuple(values.items()))
 
 
@@ -101,9 +104,9 @@ class _Generic:
 def _generic(chain: Chain) -> _Generic:
     frames, point = frames_and_point(chain)
     position = point.applyfunc(textbook)
-    moved = range(chain.n)
-    z = sp.Matrix.hstack(*(frames[i].rotation[:, 2].applyfunc(textbook) for i in moved))
-    p_star = sp.Matrix.hstack(*((point - frames[i].origin).applyfunc(textbook) for i in moved))
+    z = sp.Matrix.hstack(*(frame.rotation[:, 2].applyfunc(textbook) for frame in frames[: chain.n]))
+    on_axes = link_frames(chain)[frame_on_axis(chain, 1) :][: chain.n]
+    p_star = sp.Matrix.hstack(*((point - frame.origin).applyfunc(textbook) for frame in on_axes))
     linear = differentiated_jacobian(position, chain.q).applyfunc(textbook)
     angular = sp.Matrix(3, chain.n, lambda r, i: z[r, i] if chain.joints[i].kind == "R" else sp.S.Zero)
     geometric = linear.col_join(angular)
@@ -114,11 +117,12 @@ def _generic(chain: Chain) -> _Generic:
 def _prove(chain: Chain, z: sp.Matrix, p_star: sp.Matrix, geometric: sp.Matrix) -> None:
     """Raise RuntimeError unless propagation gives the very same axes, vectors and columns as differentiation."""
     rotations, recursion = propagated_rotations(chain), propagated_p_star(chain)
-    other_z = sp.Matrix.hstack(*(rotation[:, 2] for rotation in rotations[: chain.n]))
+    first = frame_on_axis(chain, 1)
+    other_z = sp.Matrix.hstack(*(rotation[:, 2] for rotation in rotations[first:][: chain.n]))
     pairs = [(z, other_z, "z"), (geometric, propagated_jacobian(chain), "Jacobian")]
     last = chain.point.frame
     if last:
-        pairs.append((p_star[:, :last], sp.Matrix.hstack(*recursion[:last]), "p*"))
+        pairs.append((p_star[:, :last], sp.Matrix.hstack(*recursion[first:][:last]), "p*"))
     for ours, theirs, what in pairs:
         if not all(same(a, b) for a, b in zip(ours, theirs, strict=True)):
             raise RuntimeError(f"the two routes disagree on {what} of {chain}; please report this")
@@ -281,12 +285,15 @@ class Derivation:
 
     @cached_property
     def z(self) -> sp.Matrix:
-        """The joint axes z_0 ... z_{n-1}, 3 x n."""
+        """The joint axes, 3 x n: z_0 ... z_{n-1}, or z_1 ... z_n of a modified table."""
         return self.fill_matrix(_generic(self._structure).z)
 
     @cached_property
     def p_star(self) -> sp.Matrix:
-        """The vectors p*_0 ... p*_{n-1} from O_{i-1} to the point of interest, 3 x n (m)."""
+        """The vectors from the origin of the frame on each axis to the point of interest, 3 x n (m).
+
+        They are p*_0 ... p*_{n-1}, or p*_1 ... p*_n of a modified table.
+        """
         return self.fill_matrix(_generic(self._structure).p_star)
 
     @cached_property
@@ -326,13 +333,12 @@ class Derivation:
     @property
     def rotations(self) -> list[sp.Matrix]:
         """R_0 ... R_n, absolute angles inside a run of parallel joints."""
-        frames, _ = frames_and_point(self._structure)
-        return [self.fill_matrix(frame.rotation) for frame in frames]
+        return [self.fill_matrix(frame.rotation) for frame in link_frames(self._structure)]
 
     @property
     def link_vectors(self) -> list[sp.Matrix]:
         """r_1 ... r_n, each from O_{i-1} to O_i in frame i-1 (below 6.13)."""
-        return [link_vector(joint) for joint in self.chain.joints]
+        return [link_vector(row, is_modified(self.chain)) for row in told_rows(self.chain)]
 
     @property
     def is_square(self) -> bool:
@@ -361,7 +367,7 @@ class Derivation:
 
     def link_jacobian(self, k: int) -> sp.Matrix:
         """Return the 6 x n Jacobian of frame k: the velocity of O_k and of link k (6.9, 6.10, sums ending at k)."""
-        inner = derive(replace(self.chain, joints=self.chain.joints[:k], tool=None)).geometric
+        inner = derive(up_to_frame(self.chain, k)).geometric
         return sp.Matrix.hstack(inner, sp.zeros(6, self.chain.n - k))
 
     def twist(self, jacobian: sp.Matrix | None = None) -> sp.Matrix:

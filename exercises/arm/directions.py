@@ -17,6 +17,7 @@ from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.singularity import Component
+from exercises.arm.told import frame_on_axis
 from exercises.arm.trigonometry import Factored, factored, substitute, textbook
 
 ZERO, CLEAR = 1e-9, 0.05
@@ -170,10 +171,14 @@ def _without_common(entries: Sequence[Factored]) -> list[Factored]:
 
 @dataclass(frozen=True)
 class Line:
-    """A line of the arm: "P" (from O_i to the point), "z", "x", "y" of frame i, or "world" (axis i of the world)."""
+    """A line of the arm: "P" (from O_i to the point), "z", "x", "y" of frame i, or "world" (axis i of the world).
+
+    Of a "z", `joint` is the joint whose axis it is.
+    """
 
     kind: str
     index: int
+    joint: int = 0
 
     @property
     def words(self) -> str:
@@ -181,7 +186,7 @@ class Line:
         if self.kind == "P":
             return f"along the line from $O_{self.index}$ to $P$"
         if self.kind == "z":
-            return f"along $z_{self.index}$, the axis of joint {self.index + 1}"
+            return f"along $z_{self.index}$, the axis of joint {self.joint}"
         if self.kind == "world":
             return f"along ${'xyz'[self.index]}_w$, an axis of the world frame"
         return f"along ${self.kind}_{self.index}$, an axis of frame {self.index}"
@@ -189,9 +194,9 @@ class Line:
 
 def lines_of(chain: Chain) -> list[Line]:
     """Return the lines by which a direction may be told, those that are seen best first."""
-    n = chain.n
-    to_point = [Line("P", i) for i in range(chain.point.frame)]
-    axes = [Line("z", i) for i in range(n)]
+    n, first = chain.n, frame_on_axis(chain, 1)
+    to_point = [Line("P", first + i) for i in range(chain.point.frame)]
+    axes = [Line("z", first + i, i + 1) for i in range(n)]
     others = [Line(kind, i) for kind in "xy" for i in range(n + 1)]
     world = [] if chain.base.is_world else [Line("world", i) for i in range(3)]
     return [*to_point, *axes, *others, *world]
@@ -201,8 +206,8 @@ def directions(lines: Sequence[Line], samples: Sequence[Sample]) -> np.ndarray:
     """Return unit vectors along lines at configurations, (lines, samples, 3); NaN where a line has no length."""
     vectors = np.empty((len(lines), len(samples), 3))
     for k, sample in enumerate(samples):
-        frames = sample.arm.frames(sample.q)
-        point = sample.arm.point_of(frames)
+        standard = sample.arm.frames(sample.q)
+        frames, point = sample.arm.told(standard), sample.arm.point_of(standard)
         for i, line in enumerate(lines):
             if line.kind == "world":
                 vector = np.eye(3)[line.index]

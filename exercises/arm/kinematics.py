@@ -2,10 +2,11 @@
 
 T_i: pose of frame i, R_i its rotation, O_i its origin; z_{i-1} = R_{i-1} (0, 0, 1): axis of joint i; p*_{i-1}:
 from O_{i-1} to the point of interest; p*_n is the point seen from O_n. World frame throughout; rows of a
-6 x n Jacobian are vx vy vz wx wy wz (6.6).
+6 x n Jacobian are vx vy vz wx wy wz (6.6). Where the arm is told by a modified table, the axis of joint i is z_i.
 
 Route 1 differentiates the position (6.1-6.4); route 2 propagates velocities (6.9-6.13). They share the DH table only:
-route 1 works in runs of parallel joints with absolute angles, route 2 multiplies rotation matrices joint by joint.
+route 1 works in runs of parallel joints with absolute angles, in the frames of the standard table; route 2 multiplies
+rotation matrices joint by joint, in the frames of the convention in which the arm is told.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -17,6 +18,7 @@ import numpy as np
 import sympy as sp
 
 from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint
+from exercises.arm.told import frame_on_axis, is_modified, told_base, told_point, told_rows
 
 Z = sp.Matrix([0, 0, 1])
 
@@ -93,38 +95,58 @@ def frames_and_point(chain: Chain) -> tuple[list[Frame], sp.Matrix]:
     return frames, point
 
 
+def link_frames(chain: Chain) -> list[Frame]:
+    """Return frames 0 ... n of the convention in which an arm is told, by runs of parallel joints."""
+    if not is_modified(chain):
+        return frames_and_point(chain)[0]
+    base = told_base(chain)
+    run = _Run(sp.eye(3), sp.S.Zero)
+    run.turn_z(base.yaw)
+    origin = sp.Matrix(base.position)
+    frames = [Frame(run.rotation(), origin)]
+    for row in told_rows(chain):
+        origin = origin + run.vector(row.a, sp.S.Zero, sp.S.Zero)
+        run.turn_x(row.alpha)
+        run.turn_z(row.theta)
+        origin = origin + run.vector(sp.S.Zero, sp.S.Zero, row.d)
+        frames.append(Frame(run.rotation(), origin))
+    return frames
+
+
 def frame_behind(joints: Iterable[Joint]) -> Frame:
     """Return the frame behind some joints of a chain, seen from the one before them."""
     *_, (run, origin) = _along(joints, Base())
     return Frame(run.rotation(), origin)
 
 
-def joint_rotation(joint: Joint) -> sp.Matrix:
-    """Return the rotation Rz(theta) Rx(alpha) from frame i to frame i-1."""
-    return rot_z(joint.theta) * rot_x(joint.alpha)
+def joint_rotation(row: Joint, modified: bool = False) -> sp.Matrix:
+    """Return the rotation from frame i to frame i-1, Rz(theta) Rx(alpha), or Rx Rz by a row of a modified table."""
+    return rot_x(row.alpha) * rot_z(row.theta) if modified else rot_z(row.theta) * rot_x(row.alpha)
 
 
-def link_vector(joint: Joint) -> sp.Matrix:
-    """Return r_i = [a c, a s, d], from O_{i-1} to O_i in frame i-1 (below 6.13)."""
-    return sp.Matrix([joint.a * sp.cos(joint.theta), joint.a * sp.sin(joint.theta), joint.d])
+def link_vector(row: Joint, modified: bool = False) -> sp.Matrix:
+    """Return r_i, from O_{i-1} to O_i in frame i-1 (below 6.13), by a row of the standard or the modified table."""
+    if modified:
+        return sp.Matrix([row.a, -row.d * sp.sin(row.alpha), row.d * sp.cos(row.alpha)])
+    return sp.Matrix([row.a * sp.cos(row.theta), row.a * sp.sin(row.theta), row.d])
 
 
 def propagated_rotations(chain: Chain) -> list[sp.Matrix]:
     """Return R_0 ... R_n by multiplying the joints' rotations."""
-    rotations = [rot_z(chain.base.yaw) * rot_x(chain.base.tilt)]
-    for joint in chain.joints:
-        rotations.append(rotations[-1] * joint_rotation(joint))
+    base = told_base(chain)
+    rotations = [rot_z(base.yaw) * rot_x(base.tilt)]
+    for row in told_rows(chain):
+        rotations.append(rotations[-1] * joint_rotation(row, is_modified(chain)))
     return rotations
 
 
 def propagated_p_star(chain: Chain) -> list[sp.Matrix]:
     """Return p*_0 ... p*_k by the recursion (6.13), k being the point's frame; it starts with p*_k = R_k offset."""
-    rotations = propagated_rotations(chain)
-    last = chain.point.frame
-    p_star = [sp.zeros(3, 1)] * (last + 1)
-    p_star[last] = rotations[last] * sp.Matrix(chain.point.offset)
-    for i in range(last, 0, -1):
-        p_star[i - 1] = rotations[i - 1] * link_vector(chain.joints[i - 1]) + p_star[i]
+    rotations, point, rows = propagated_rotations(chain), told_point(chain), told_rows(chain)
+    p_star = [sp.zeros(3, 1)] * (point.frame + 1)
+    p_star[-1] = rotations[point.frame] * sp.Matrix(point.offset)
+    for i in range(point.frame, 0, -1):
+        p_star[i - 1] = rotations[i - 1] * link_vector(rows[i - 1], is_modified(chain)) + p_star[i]
     return p_star
 
 
@@ -135,11 +157,12 @@ def propagated_jacobian(chain: Chain) -> sp.Matrix:
     """
     rotations, p_star = propagated_rotations(chain), propagated_p_star(chain)
     columns = []
-    for i, joint in enumerate(chain.joints):
-        z, zero = rotations[i] * Z, sp.zeros(3, 1)
-        carries = i < chain.point.frame
+    for number, joint in enumerate(chain.joints, 1):
+        on_axis = frame_on_axis(chain, number)
+        z, zero = rotations[on_axis] * Z, sp.zeros(3, 1)
+        carries = number <= chain.point.frame
         if joint.kind == "R":
-            columns.append((z.cross(p_star[i]) if carries else zero).col_join(z))
+            columns.append((z.cross(p_star[on_axis]) if carries else zero).col_join(z))
         else:
             columns.append((z if carries else zero).col_join(zero))
     return sp.Matrix.hstack(*columns)
@@ -180,6 +203,7 @@ class NumericChain:
         self._revolute = np.array([kind == "R" for kind in self.kinds])
         self._offsets = np.array(self.offsets)
         self._other, self._a, self._alpha = np.array(self.fixed).T
+        self._modified, self._upright = is_modified(chain), told_base(chain).tilt == 0
         self.point_frame = chain.point.frame
         self.offset = np.array([*map(number, chain.point.offset), 1.0])
         none = np.zeros(())
@@ -210,6 +234,21 @@ class NumericChain:
         for i in range(q.shape[-1]):
             np.matmul(poses[..., i, :, :], steps[..., i, :, :], out=poses[..., i + 1, :, :])
         return poses
+
+    def told(self, frames: np.ndarray) -> np.ndarray:
+        """Return the frames of the arm's convention, for poses as `frames` returns them.
+
+        Frame i of a modified table has x_i of the standard one, and stands on the axis of joint i.
+        """
+        if not self._modified:
+            return frames
+        told = np.array(frames)
+        told[..., 1:, :3, 2] = frames[..., :-1, :3, 2]
+        told[..., 1:, :3, 3] -= self._a[:, None] * frames[..., 1:, :3, 0]
+        if self._upright:
+            told[..., 0, :3, 2] = (0.0, 0.0, 1.0)
+        told[..., :3, 1] = cross(told[..., :3, 2], told[..., :3, 0])
+        return told
 
     def _entries(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return theta and d of every row of the table, each of shape (…, n)."""

@@ -29,6 +29,7 @@ from exercises.arm.chain import Chain
 from exercises.arm.classification import kind_at
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.reason import is_reason
+from exercises.arm.told import place_name
 
 NEAR, APART = 1e-6, 0.02
 """What counts as zero, and as clearly not zero, in metres or as a sine."""
@@ -104,7 +105,7 @@ def meanings_of(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:
     meanings += [meaning for meaning in slides if meaning.kind == "across"]
     # A slide passes through zero, and then the order of the origins changes without anything being singular.
     rigid = [k for k in range(1, chain.n) if chain.joints[k - 1].kind == chain.joints[k].kind == "R"]
-    meanings += [meaning for k in rigid for meaning in _origins_in_line(samples, k)]
+    meanings += [meaning for k in rigid for meaning in _origins_in_line(chain, samples, k)]
     meanings += [meaning for meaning in slides if meaning.kind == "along"]
     return meanings + _in_one_plane(chain, samples, revolute) + _one_way(chain, samples)
 
@@ -140,15 +141,19 @@ def _slides_at_links(chain: Chain, samples: Sequence[Sample]) -> list[Meaning]:
     return meanings
 
 
-def _origins_in_line(samples: Sequence[Sample], k: int) -> list[Meaning]:
-    """Return the statements on three successive origins, the middle one being O_k, where no two of them coincide."""
+def _origins_in_line(chain: Chain, samples: Sequence[Sample], k: int) -> list[Meaning]:
+    """Return the statements on three successive origins, the middle one being O_k, where no two of them coincide.
+
+    They are named as the arm's convention has it, and left out where it has no name for one of them.
+    """
+    names = [place_name(chain, frame) for frame in (k - 1, k, k + 1)]
     sizes = [np.linalg.norm(np.diff(s.arm.frames(s.q)[k - 1 : k + 2, :3, 3], axis=0), axis=1).min() for s in samples]
-    if min(sizes) < APART or _always(samples, partial(_bent, k=k)):
+    if None in names or min(sizes) < APART or _always(samples, partial(_bent, k=k)):
         return []
-    line = f"$O_{k - 1}$, $O_{k}$ and $O_{k + 1}$ lie on one line"
+    line = f"${names[0]}$, ${names[1]}$ and ${names[2]}$ lie on one line"
     return [
-        Meaning("straight", (k,), f"{line}, $O_{k}$ between the others"),
-        Meaning("doubled", (k,), f"{line}, $O_{k}$ not between the others"),
+        Meaning("straight", (k,), f"{line}, ${names[1]}$ between the others"),
+        Meaning("doubled", (k,), f"{line}, ${names[1]}$ not between the others"),
     ]
 
 

@@ -33,8 +33,8 @@ from typing import Any
 
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
-from exercises.arm.conventions import CONVENTIONS, Row, by_axes, modified, standard, standard_point
+from exercises.arm.chain import CONVENTIONS, TASK_ROWS, Base, Chain, Joint, Point
+from exercises.arm.conventions import Row, by_axes, modified, standard, standard_point
 from exercises.arm.derivation import derive
 from exercises.arm.entry import check_role, doubt, value_of
 from exercises.arm.placing import HOME, Axis, Pose, exactly, pose_of

@@ -6,8 +6,9 @@ from decimal import Decimal
 import sympy as sp
 
 from exercises.arm.chain import Chain, Point
-from exercises.arm.conventions import axes_of, modified_point, modified_rows
+from exercises.arm.conventions import axes_of
 from exercises.arm.robot_file import Robot
+from exercises.arm.told import modified_point, modified_rows
 from exercises.errors import QdotError
 from exercises.input_file import shown
 

@@ -25,6 +25,7 @@ from exercises.arm.arithmetic import (
     signs,
 )
 from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.told import frame_on_axis, is_modified, up_to_frame
 
 RESULT = "result"
 """The stage behind all others: the answer as it is written down, (rows, columns, …)."""
@@ -117,7 +118,7 @@ class Working:
         """Return the same working, with its mistakes, for the origin of a frame inside the arm and its link."""
         if frame not in self._first:
             before = None if self.before is None else self.before.up_to(frame)
-            shorter = before.chain if before else replace(self.chain, joints=self.chain.joints[:frame], tool=None)
+            shorter = before.chain if before else up_to_frame(self.chain, frame)
             self._first[frame] = Working(shorter, self.arithmetic, self.changes, self.fresh, before, _turns=self._turns)
         return self._first[frame]
 
@@ -245,8 +246,25 @@ def _axes(w: Working) -> np.ndarray:
     return _values(w, [rotation[:, 2] for rotation in w["rotations"]])
 
 
+def _on_axes(w: Working) -> np.ndarray:
+    """Return the origins of the frames on the joint axes, and what the last of them is followed by, (n + 1, 3, …)."""
+    if not is_modified(w.chain):
+        return np.asarray(w["origins"])
+    along = [row.d * rotation[:, 2] for row, rotation in zip(w["table"].rows, w["rotations"], strict=False)]
+    starts = w["origins"][: w.n] + _values(w, along)
+    return np.concatenate([starts, starts[-1:]])
+
+
 def _arms(w: Working) -> np.ndarray:
-    return np.asarray(w["point"][None] - w["origins"])
+    return np.asarray(w["point"][None] - w["frames on axes"])
+
+
+def told_rotation(w: Working, frame: int) -> np.ndarray:
+    """Return the rotation of a frame of the convention in which the arm is told, (3, 3, …)."""
+    rotation = w["rotations"][frame]
+    if is_modified(w.chain) and frame:
+        rotation = product(rotation, turn_x(w, -w["table"].rows[frame - 1].alpha))
+    return np.asarray(w.arithmetic.value(rotation))
 
 
 def _linear(w: Working) -> np.ndarray:
@@ -327,14 +345,14 @@ def _condition_number(w: Working) -> np.ndarray:
 
 
 def _wrist_block(w: Working) -> np.ndarray:
-    """Return the axes of joints 4 to 6 in frame 3, (3, 3, …)."""
-    turned = w.arithmetic.value(w["rotations"][3]).swapaxes(0, 1)
+    """Return the axes of joints 4 to 6 in the frame on the first of them, (3, 3, …)."""
+    turned = told_rotation(w, frame_on_axis(w.chain, 4)).swapaxes(0, 1)
     return np.stack([applied(turned, w["axes"][i]) for i in (3, 4, 5)], axis=1)
 
 
 def _tool_jacobian(w: Working) -> np.ndarray:
     """Return the geometric Jacobian in the coordinates of the last frame."""
-    return turned_rows(w.arithmetic.value(w["rotations"][-1]).swapaxes(0, 1), w["geometric"])
+    return turned_rows(w["last rotation"].swapaxes(0, 1), w["geometric"])
 
 
 def turned_rows(rotation: np.ndarray, geometric: np.ndarray) -> np.ndarray:
@@ -352,13 +370,16 @@ STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
     "point": (_point, ("links",)),
     "effects": (_effects, ("links",)),
     "axes": (_axes, ("rotations",)),
-    "arms": (_arms, ("point", "origins")),
+    "frames on axes": (_on_axes, ("table", "origins", "rotations")),
+    "arms": (_arms, ("point", "frames on axes")),
+    "last rotation": (lambda w: told_rotation(w, w.n), ("rotations", "table")),
+    "last origin": (lambda w: w["frames on axes"][-1], ("frames on axes",)),
     "kinds": (_kinds, ("table",)),
     "products": (_products, ("axes", "arms")),
     "linear": (_linear, ("effects", "products", "axes", "kinds")),
     "angular": (_angular, ("axes", "kinds")),
     "geometric": (_geometric, ("linear", "angular")),
-    "tool jacobian": (_tool_jacobian, ("rotations", "geometric")),
+    "tool jacobian": (_tool_jacobian, ("last rotation", "geometric")),
     "arm block": (lambda w: w["geometric"][:3, :3], ("geometric",)),
     "wrist block": (_wrist_block, ("rotations", "axes")),
     "jacobian": (_jacobian, ("geometric",)),

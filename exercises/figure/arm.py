@@ -11,6 +11,7 @@ import numpy as np
 import sympy as sp
 
 from exercises.arm.chain import Chain
+from exercises.arm.told import is_modified, told_base
 from exercises.figure.labels import Request
 from exercises.figure.plane import is_flat
 from exercises.figure.pose import Skeleton
@@ -28,8 +29,9 @@ ARC = {True: 31.0, False: 34.0}
 class Scene:
     """An arm, its skeleton in the pose to draw, the view, and where the glyphs of the joints stand (n x 3).
 
-    `bare` are the frames whose x axes are left out, because too many axes start at one point. A `sparse` drawing has
-    the arm, its origins, its z axes and its first and last frame only; a planar one is drawn flat.
+    `frames` are those that the arm's convention puts on its links (n+1 x 4 x 4), `bare` those of them whose x axes are
+    left out, because too many axes start at one point. A `sparse` drawing has the arm, its origins, its z axes and its
+    first and last frame only; a planar one is drawn flat.
     """
 
     chain: Chain
@@ -39,6 +41,7 @@ class Scene:
     offsets: tuple[sp.Expr, ...]
     bare: frozenset[int]
     is_planar: bool
+    frames: np.ndarray
     sparse: bool = False
 
     def axis(self, i: int) -> np.ndarray:
@@ -68,8 +71,24 @@ def scene(chain: Chain, bones: Skeleton, view: View, sparse: bool = False) -> Sc
     standing = tuple(places[i] for i in range(chain.n))
     inner = frozenset(range(1, chain.n))
     flat = is_flat(chain)
-    bare = inner if sparse else frozenset() if flat else _bare(bones)
-    return Scene(chain, bones, view, standing, chain.offsets, bare, flat, sparse)
+    frames = told_frames(chain, bones)
+    bare = inner if sparse else frozenset() if flat else _bare(frames[:, :3, 3])
+    return Scene(chain, bones, view, standing, chain.offsets, bare, flat, frames, sparse)
+
+
+def told_frames(chain: Chain, bones: Skeleton) -> np.ndarray:
+    """Return the frames that an arm's convention puts on its links (n+1 x 4 x 4).
+
+    Frame i of a modified table has x_i of the standard one, and stands where link i turns into it, on joint i's axis.
+    """
+    frames = np.array(bones.frames)
+    if is_modified(chain):
+        frames[1:, :3, 2] = bones.frames[:-1, :3, 2]
+        frames[1:, :3, 3] = bones.corners
+        if told_base(chain).tilt != chain.base.tilt:
+            frames[0, :3, 2] = (0, 0, 1)
+        frames[:, :3, 1] = np.cross(frames[:, :3, 2], frames[:, :3, 0])
+    return frames
 
 
 def _movable(bones: Skeleton, i: int) -> bool:
@@ -77,9 +96,9 @@ def _movable(bones: Skeleton, i: int) -> bool:
     return bool(np.linalg.norm(bones.corners[i] - bones.origins[i]) > 1e-6)
 
 
-def _bare(bones: Skeleton) -> frozenset[int]:
+def _bare(origins: np.ndarray) -> frozenset[int]:
     """Return the frames between others at one origin, but the first and the last frame of the arm."""
-    apart = np.linalg.norm(bones.origins[:, None] - bones.origins[None], axis=2)
+    apart = np.linalg.norm(origins[:, None] - origins[None], axis=2)
     crowded = np.sum(apart < 1e-6, axis=1) > 2
     return frozenset(i for i in range(1, len(crowded) - 1) if crowded[i])
 
@@ -239,7 +258,7 @@ def joint_angle(scene: Scene, i: int) -> Drawn:
     x, y, center = bones.frames[i - 1, :3, 0], bones.frames[i - 1, :3, 1], scene.places[i - 1]
     label = with_offset(scene.chain.q[i - 1], scene.offsets[i - 1], angle=True)
     dashed = []
-    if np.linalg.norm(center - bones.origins[i - 1]) > 1e-9 or i - 1 in scene.bare:
+    if np.linalg.norm(center - bones.origins[i - 1]) > 1e-9 or i - 1 in scene.bare or is_modified(scene.chain):
         dashed.append(x)
     if np.linalg.norm(bones.corners[i - 1] - center) > 1e-9 or table.a == 0:
         dashed.append(turned(x, y, angle))

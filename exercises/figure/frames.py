@@ -5,6 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
+from exercises.arm.told import is_modified, told_base, told_rows
 from exercises.figure.arm import Scene, arc, beside, dimension, is_point
 from exercises.figure.labels import Request
 from exercises.figure.shapes import Circle, Pair, Polyline, Shape, TextRun, magnitude, roman, signed, symbol
@@ -24,10 +25,10 @@ def axes(scene: Scene) -> Drawn:
     view, flat = scene.view, scene.is_planar
     length = AXIS[flat] if not is_point(scene.bones) else LONG
     drawn: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray, str, tuple[TextRun, ...]]] = {}
-    for i, frame in enumerate(scene.bones.frames):
+    for i, frame in enumerate(scene.frames):
         for k, name in enumerate(NAMES):
             axis, origin = frame[:3, k], frame[:3, 3]
-            shown = view.lies_flat(axis) if flat else name != "y" or (i == 0 and scene.chain.base.is_world)
+            shown = view.lies_flat(axis) if flat else name != "y" or (i == 0 and told_base(scene.chain).is_world)
             if not shown or (i in scene.bare and (name == "x" or (name == "y" and scene.sparse))):
                 continue
             key = tuple(round(part) for part in (*(origin * view.scale / 2).tolist(), *(axis * 10).tolist()))
@@ -53,7 +54,7 @@ def origins(scene: Scene) -> Drawn:
     """Return the names of the origins O_0 ... O_n and the point P, those that coincide in one label."""
     names: list[tuple[np.ndarray, tuple[TextRun, ...]]] = []
     point = scene.bones.path[-1]
-    marks = [(point, symbol("P"))] + [(o, symbol("O", str(i))) for i, o in enumerate(scene.bones.origins)]
+    marks = [(point, symbol("P"))] + [(o, symbol("O", str(i))) for i, o in enumerate(scene.frames[:, :3, 3])]
     for place, pieces in marks:
         for k, (other, before) in enumerate(names):
             if np.linalg.norm(place - other) * scene.view.scale < 1.0:
@@ -75,7 +76,7 @@ def crowding(scene: Scene) -> tuple[float, float]:
 
     An origin upon an axis of the world frame costs too. 0 means that all are apart.
     """
-    view, base = scene.view, scene.chain.base
+    view, base = scene.view, told_base(scene.chain)
     spots = [view.px(place) for place in _distinct(scene)]
     own = sum(_nearly(math.dist(p, q), ROOMY) for p, q in combinations(spots, 2))
     if not any(base.position):
@@ -100,7 +101,7 @@ def _distance(point: Pair, start: Pair, end: Pair) -> float:
 
 def _distinct(scene: Scene) -> list[np.ndarray]:
     """Return the origins of the arm's frames (3, m), once where the table says that they are one."""
-    rows, places = scene.chain.joints, scene.bones.origins
+    rows, places = told_rows(scene.chain), scene.frames[:, :3, 3]
     apart = [True, *(row.kind == "P" or row.a != 0 or row.d != 0 for row in rows)]
     return [place for place, is_new in zip(places, apart, strict=True) if is_new]
 
@@ -108,13 +109,15 @@ def _distinct(scene: Scene) -> list[np.ndarray]:
 def page_normals(scene: Scene) -> Drawn:
     """Return the names of the z axes seen end-on, where some z axis of a flat drawing points otherwise than to us."""
     view, n = scene.view, scene.chain.n
-    signs = [view.toward(frame[:3, 2]) for frame in scene.bones.frames]
+    signs = [view.toward(frame[:3, 2]) for frame in scene.frames]
     if not scene.is_planar or min(signs) > 0.9:
         return Drawn()
-    labels, named = [], n if min(map(abs, signs)) > 0.9 else n + 1
-    for i in range(named):
+    labels, named = [], range(n) if min(map(abs, signs)) > 0.9 else range(n + 1)
+    if is_modified(scene.chain):
+        named = range(1, n + 1)
+    for i in named:
         if abs(signs[i]) > 0.9:
-            spot = view.px(scene.bones.origins[i])
+            spot = view.px(scene.frames[i, :3, 3])
             wishes = tuple((spot, wish) for wish in ((-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7), (0.7, -0.7)))
             labels.append(Request(symbol("z", str(i)), wishes, "z", gap=11.0, rank=2, kind="axis"))
     return Drawn((), tuple(labels))
@@ -122,10 +125,10 @@ def page_normals(scene: Scene) -> Drawn:
 
 def world(scene: Scene) -> Drawn:
     """Return the world frame, the base's position in it as dashed legs, and the base's yaw; nothing if they agree."""
-    view, base = scene.view, scene.chain.base
+    view, base = scene.view, told_base(scene.chain)
     if base.is_world:
         return Drawn()
-    place = scene.bones.origins[0]
+    place = scene.frames[0, :3, 3]
     apart = float(np.linalg.norm(place)) * view.scale > 1.0
     length = AXIS[scene.is_planar] + (0.0 if apart else 18.0)
     part, corner = Drawn(), np.zeros(3)
@@ -150,12 +153,12 @@ def world(scene: Scene) -> Drawn:
 
 def _covered(scene: Scene, k: int) -> bool:
     """Whether the leg along axis k of the world frame ends at O_0 and the first link runs along it."""
-    rest, link = scene.chain.base.position[k + 1 :], scene.bones.corners[0] - scene.bones.origins[0]
+    rest, link = told_base(scene.chain).position[k + 1 :], scene.bones.corners[0] - scene.bones.origins[0]
     return not any(rest) and abs(float(link[k])) > 0.99 * float(np.linalg.norm(link)) > 0
 
 
 def _yaw(scene: Scene, apart: bool) -> Drawn:
-    base, view, frame = scene.chain.base, scene.view, scene.bones.frames[0]
+    base, view, frame = told_base(scene.chain), scene.view, scene.frames[0]
     if base.yaw == 0 or scene.sparse:
         return Drawn()
     x, origin = frame[:3, 0], frame[:3, 3]

@@ -3,6 +3,7 @@
 import sympy as sp
 
 from exercises.arm.chain import Chain
+from exercises.arm.told import is_modified, told_base, told_point, told_rows
 from exercises.figure.plane import SEEN, exact, is_flat, plane
 from exercises.figure.shapes import signed
 
@@ -64,7 +65,7 @@ def _triple(values: tuple[sp.Expr, sp.Expr, sp.Expr]) -> str:
 
 
 def _base(chain: Chain) -> str:
-    base = chain.base
+    base = told_base(chain)
     if base.is_world:
         return "The base frame O0 is the world frame."
     turns = [f"turned by {_plain(base.yaw, angle=True)} about z_w"] if base.yaw != 0 else []
@@ -77,13 +78,10 @@ def _base(chain: Chain) -> str:
 
 
 def _joint(chain: Chain, i: int) -> str:
-    row, variable, offset = chain.joints[i - 1], chain.q[i - 1], chain.offsets[i - 1]
-    angle = row.kind == "R"
-    entry = _plain(variable, angle)
-    if offset != 0:
-        sign, rest = _plain(offset, angle).startswith("minus "), _plain(offset, angle).removeprefix("minus ")
-        entry += f" {'minus' if sign else 'plus'} {rest}"
-    moves = f"turns by {entry} about" if angle else f"slides by {entry} along"
+    if is_modified(chain):
+        return _modified_joint(chain, i)
+    row, angle = chain.joints[i - 1], chain.joints[i - 1].kind == "R"
+    moves = _moves(chain, i)
     lengths = []
     if angle and row.d != 0:
         lengths.append(f"{_plain(row.d, angle=False)} along z{i - 1}")
@@ -93,6 +91,34 @@ def _joint(chain: Chain, i: int) -> str:
     if not angle and row.theta != 0:
         run += f"; x{i} is turned by {_plain(row.theta, angle=True)} about z{i - 1}"
     return f"Joint {i} is {KINDS[row.kind]}: it {moves} z{i - 1}{run}{_twist(chain, i)}."
+
+
+def _moves(chain: Chain, i: int) -> str:
+    """Return how a joint moves, up to the name of its axis."""
+    variable, offset, angle = chain.q[i - 1], chain.offsets[i - 1], chain.joints[i - 1].kind == "R"
+    entry = _plain(variable, angle)
+    if offset != 0:
+        sign, rest = _plain(offset, angle).startswith("minus "), _plain(offset, angle).removeprefix("minus ")
+        entry += f" {'minus' if sign else 'plus'} {rest}"
+    return f"turns by {entry} about" if angle else f"slides by {entry} along"
+
+
+def _modified_joint(chain: Chain, i: int) -> str:
+    """Return the same where frame i stands on the axis of joint i."""
+    row = told_rows(chain)[i - 1]
+    angle, before = row.kind == "R", f"z{i - 1}"
+    if row.alpha == 0:
+        lies = "" if row.a == 0 else f"its axis z{i} is parallel to {before}"
+    elif row.alpha in (sp.pi, -sp.pi):
+        lies = f"its axis z{i} points against {before}"
+    else:
+        lies = f"its axis z{i} is turned from {before} by {_plain(row.alpha, angle=True)} about x{i - 1}"
+    if row.a != 0:
+        lies += f", {_plain(row.a, angle=False)} along x{i - 1} from O{i - 1}"
+    run = f"; O{i} is {_plain(row.d, angle=False)} along z{i}" if angle and row.d != 0 else ""
+    if not angle and row.theta != 0:
+        run += f"; x{i} is turned by {_plain(row.theta, angle=True)} about z{i}"
+    return f"Joint {i} is {KINDS[row.kind]}: {lies}{'; ' if lies else ''}it {_moves(chain, i)} z{i}{run}."
 
 
 def _twist(chain: Chain, i: int) -> str:
@@ -105,8 +131,9 @@ def _twist(chain: Chain, i: int) -> str:
 
 
 def _point(chain: Chain) -> str:
-    frame = chain.point.frame
+    point = told_point(chain)
+    frame = point.frame
     last = ", the last frame" if frame == chain.n else ""
-    if chain.point.is_origin:
+    if point.is_origin:
         return f"The point P is O{frame}, the origin of frame {frame}{last}."
-    return f"The point P is at {_triple(chain.point.offset)} in frame {frame}{last}."
+    return f"The point P is at {_triple(point.offset)} in frame {frame}{last}."

@@ -9,7 +9,8 @@ import sympy as sp
 
 from exercises.arm.arithmetic import applied, cross
 from exercises.arm.chain import Chain
-from exercises.arm.stages import RESULT, Change, Table, Working, carried, propagated, turned_rows
+from exercises.arm.stages import RESULT, Change, Table, Working, carried, propagated, told_rotation, turned_rows
+from exercises.arm.told import frame_on_axis, is_modified
 from exercises.mistakes.base import Mistake, Shape, Slip
 from exercises.mistakes.position import run_start
 
@@ -115,28 +116,50 @@ def _not_differentiated(chain: Chain, _: Shape) -> Iterator[Slip]:
 # --- propagation ---
 
 
-def _by_products(change: Callable[[Working, int], np.ndarray]) -> Slip:
-    return Slip({"linear": propagated, "products": lambda w, right: [change(w, i) for i in range(w.n)]})
+def _by_products(change: Callable[[Working, int], np.ndarray], words: dict[str, object] | None = None) -> Slip:
+    products = lambda w, right: [change(w, i) for i in range(w.n)]  # noqa: E731
+    return Slip({"linear": propagated, "products": products}, words or {})
+
+
+def _on_axis(chain: Chain) -> dict[str, object]:
+    """Return what the frame on the axis of joint i and this axis are called in the convention of an arm."""
+    frame = {"dh": "i-1", "modified-dh": "i"}.get(chain.convention, "")
+    return {"frame": frame, "axis": f"z_{frame}" if frame == "i" else f"z_({frame})" if frame else "omega_i"}
 
 
 def _next_axis(chain: Chain, _: Shape) -> Iterator[Slip]:
-    yield Slip({"axes": lambda w, axes: np.concatenate([axes[1:], axes[-1:]]), "linear": propagated})
-    yield _by_products(lambda w, i: cross(w["axes"][i + 1], w["arms"][i]))
+    words = _on_axis(chain)
+    yield Slip({"axes": lambda w, axes: np.concatenate([axes[1:], axes[-1:]]), "linear": propagated}, words)
+    yield _by_products(lambda w, i: cross(w["axes"][i + 1], w["arms"][i]), words)
 
 
 def _next_arm(chain: Chain, _: Shape) -> Iterator[Slip]:
-    yield Slip({"arms": lambda w, arms: np.concatenate([arms[1:], arms[-1:]]), "linear": propagated})
+    yield Slip({"arms": lambda w, arms: np.concatenate([arms[1:], arms[-1:]]), "linear": propagated}, _on_axis(chain))
 
 
 def _next_both(chain: Chain, _: Shape) -> Iterator[Slip]:
     def shifted(w: Working, right: np.ndarray) -> np.ndarray:
         return np.concatenate([right[1:], right[-1:]])
 
-    yield Slip({"axes": shifted, "arms": shifted, "linear": propagated})
+    yield Slip({"axes": shifted, "arms": shifted, "linear": propagated}, _on_axis(chain))
+
+
+def _previous_both(chain: Chain, _: Shape) -> Iterator[Slip]:
+    """Take the frame before the joint, on whose axis the standard table has it, where a modified one has the next."""
+
+    def arms(w: Working, right: np.ndarray) -> np.ndarray:
+        return np.concatenate([w["point"][None] - w["origins"][:1], right[:-1]])
+
+    if is_modified(chain) and chain.n > 1:
+        yield Slip({"axes": _before, "arms": arms, "linear": propagated})
+
+
+def _before(w: Working, axes: np.ndarray) -> np.ndarray:
+    return np.concatenate([axes[:1], axes[:-1]])
 
 
 def _previous_axis(chain: Chain, _: Shape) -> Iterator[Slip]:
-    yield Slip({"axes": lambda w, axes: np.concatenate([axes[:1], axes[:-1]]), "linear": propagated})
+    yield Slip({"axes": _before, "linear": propagated}, _on_axis(chain))
 
 
 def _order(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -152,7 +175,7 @@ def _from_base(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 
 def _to_origin(chain: Chain, _: Shape) -> Iterator[Slip]:
-    yield Slip({"arms": lambda w, _: w["origins"], "linear": propagated})
+    yield Slip({"arms": lambda w, _: w["frames on axes"], "linear": propagated})
 
 
 def _reversed(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -219,7 +242,7 @@ def _blocks(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 def _in_tool_frame(chain: Chain, _: Shape) -> Iterator[Slip]:
     def seen(w: Working, vectors: np.ndarray) -> np.ndarray:
-        turned = w.arithmetic.value(w["rotations"][-1]).swapaxes(0, 1)
+        turned = w["last rotation"].swapaxes(0, 1)
         return np.stack([applied(turned, vectors[:, i]) for i in range(vectors.shape[1])], axis=1)
 
     yield Slip({"linear": seen, "angular": seen})
@@ -237,9 +260,15 @@ def _own_frame(chain: Chain, _: Shape) -> Iterator[Slip]:
         yield Slip({"axes": changed, "linear": propagated})
 
 
+def _rotations_on_axes(w: Working) -> list[np.ndarray]:
+    """Return the rotations of the frames on the joint axes, and that of the last one again where there is none."""
+    numbers = [frame_on_axis(w.chain, joint) for joint in range(1, w.n + 2)]
+    return [told_rotation(w, min(number, w.n)) for number in numbers]
+
+
 def _along_x(chain: Chain, _: Shape) -> Iterator[Slip]:
     def column(row: int) -> Change:
-        return lambda w, _: np.stack([w.arithmetic.value(rotation[:, row]) for rotation in w["rotations"]])
+        return lambda w, _: np.stack([rotation[:, row] for rotation in _rotations_on_axes(w)])
 
     yield Slip({"axes": column(0), "linear": propagated}, {"axis": "x"})
     yield Slip({"axes": column(1), "linear": propagated}, {"axis": "y"})
@@ -247,7 +276,7 @@ def _along_x(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 def _axis_row(chain: Chain, _: Shape) -> Iterator[Slip]:
     def rows(w: Working, _: np.ndarray) -> np.ndarray:
-        return np.stack([w.arithmetic.value(rotation[2]) for rotation in w["rotations"]])
+        return np.stack([rotation[2] for rotation in _rotations_on_axes(w)])
 
     if any(joint.alpha != 0 for joint in chain.joints):
         yield Slip({"axes": rows, "linear": propagated})
@@ -309,7 +338,7 @@ def _rows_not_turned(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 def _turned_by(frame: int, there: bool) -> Change:
     def changed(w: Working, _: np.ndarray) -> np.ndarray:
-        rotation = w.arithmetic.value(w["rotations"][frame])
+        rotation = told_rotation(w, frame)
         return turned_rows(rotation if there else rotation.swapaxes(0, 1), w["geometric"])
 
     return changed
@@ -385,23 +414,28 @@ MISTAKES = (
         "differentiated.", "6.3", _not_differentiated,
     ),
     Mistake(
-        "next-axis", "z_i for z_(i-1)",
-        "The axis of the frame behind each joint seems to be taken: joint i turns about z of frame i-1.",
+        "next-axis", "Axis of the next joint",
+        "The axes seem to be those of the next joints: joint i turns about, or slides along, {axis}.",
         "6.9 and 6.10", _next_axis,
     ),
     Mistake(
-        "next-arm", "p*_i for p*_(i-1)",
-        "The vectors p* seem to start one origin too late: for joint i it runs from the origin of frame i-1.",
+        "next-arm", "p* of the next joint",
+        "The vectors p* seem to start one origin too late: for joint i it runs from the origin of frame {frame}.",
         "6.12", _next_arm,
     ),
     Mistake(
-        "next-frame", "Frame i for frame i-1",
-        "Axis and vector of each column seem to be those of frame i: joint i belongs to frame i-1.",
+        "next-frame", "Frame of the next joint",
+        "Axis and vector of each column seem to be those of the next joint: joint i belongs to frame {frame}.",
         "6.12", _next_both,
     ),
     Mistake(
-        "previous-axis", "z_(i-2) for z_(i-1)",
-        "The axes seem to be those of one frame before: joint i turns about z of frame i-1.",
+        "previous-frame", "Frame before a joint, as in the standard table",
+        "Axis and vector of each column seem to be those of frame i-1: in a modified table, frame i stands on the axis "
+        "of joint i.", "6.12", _previous_both, rare=True,
+    ),
+    Mistake(
+        "previous-axis", "Axis of the joint before",
+        "The axes seem to be those of the joints before: joint i turns about, or slides along, {axis}.",
         "6.9 and 6.10", _previous_axis, rare=True,
     ),
     Mistake(

@@ -11,6 +11,7 @@ import sympy as sp
 from exercises.arm.arithmetic import applied, product
 from exercises.arm.chain import Chain
 from exercises.arm.stages import Table, TableRow, Working, turn_x, turn_z
+from exercises.arm.told import is_modified, told_base, told_point, told_rows
 from exercises.mistakes.base import Mistake, Shape, Slip
 
 MOST_ROWS = 4
@@ -27,11 +28,24 @@ def _row(index: int, change: Callable[[Working, TableRow], dict[str, Any]], **wo
 
 
 def _rows(
-    chain: Chain, due: Callable[[Any], bool], change: Callable[[Working, TableRow], dict[str, Any]]
+    chain: Chain,
+    due: Callable[[Any], bool],
+    change: Callable[[Working, TableRow], dict[str, Any]],
+    entries: frozenset[str] = frozenset(),
 ) -> Iterator[Slip]:
+    """Yield the slips that change `entries` of a row where that is due, named by the row that the arm has them in."""
     for i, joint in enumerate(chain.joints):
+        told = i + 1
+        if is_modified(chain) and entries & BEHIND:
+            if not entries <= BEHIND or i == chain.n - 1:  # d stands in another row than a; P is told with the last a
+                continue
+            told = i + 2
         if due(joint):
-            yield _row(i, change)
+            yield _row(i, change, joint=told, link=told)
+
+
+BEHIND = frozenset({"a", "alpha"})
+"""The entries of a standard row that a modified table has in the next one."""
 
 
 def _offsets(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -141,11 +155,11 @@ def _twisted(joint: Any) -> bool:
 
 
 def _twist_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
-    return _rows(chain, _twisted, lambda _, row: {"alpha": -row.alpha})
+    return _rows(chain, _twisted, lambda _, row: {"alpha": -row.alpha}, BEHIND - {"a"})
 
 
 def _twist_left_out(chain: Chain, _: Shape) -> Iterator[Slip]:
-    return _rows(chain, lambda joint: joint.alpha != 0, lambda _, row: {"alpha": row.alpha * 0})
+    return _rows(chain, lambda joint: joint.alpha != 0, lambda _, row: {"alpha": row.alpha * 0}, BEHIND - {"a"})
 
 
 def _all_twists(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -157,7 +171,7 @@ def _all_twists(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 
 def _a_left_out(chain: Chain, _: Shape) -> Iterator[Slip]:
-    return _rows(chain, lambda joint: joint.a != 0, lambda _, row: {"a": row.a * 0})
+    return _rows(chain, lambda joint: joint.a != 0, lambda _, row: {"a": row.a * 0}, BEHIND - {"alpha"})
 
 
 def _d_left_out(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -169,6 +183,7 @@ def _exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
         chain,
         lambda joint: joint.a != joint.d and (joint.kind == "P" or (joint.a, joint.d) != (0, 0)),
         lambda _, row: {"a": row.d, "d": row.a},
+        frozenset({"a", "d"}),
     )
 
 
@@ -205,12 +220,23 @@ def _no_base(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 
 def _no_offset(chain: Chain, _: Shape) -> Iterator[Slip]:
-    if not chain.point.is_origin:
-        yield Slip({"table": lambda w, table: replace(table, offset=table.offset * 0)})
+    if not told_point(chain).is_origin:
+        yield Slip({"table": _at_last_origin})
+
+
+def _at_last_origin(w: Working, table: Table) -> Table:
+    """Return the table with P in the origin of its frame, which a modified table has before the length of the link."""
+    if is_modified(w.chain) and w.chain.point.frame:
+        table = table.with_row(w.chain.point.frame - 1, a=table.rows[w.chain.point.frame - 1].a * 0)
+    return replace(table, offset=table.offset * 0)
 
 
 def _other_frame(chain: Chain, _: Shape) -> Iterator[Slip]:
     """Take the last origin for the point, where that is another; and the one before for the last."""
+    if is_modified(chain):
+        if chain.point.frame == chain.n > 1:
+            yield Slip({"table": _at_origin_before}, {"frame": chain.n - 1})
+        return
 
     def at(frame: int) -> Slip:
         return Slip({"point": lambda w, _: w["origins"][frame], "effects": _up_to(frame)}, {"frame": frame})
@@ -219,6 +245,13 @@ def _other_frame(chain: Chain, _: Shape) -> Iterator[Slip]:
         yield at(chain.n)
     if chain.point.frame == chain.n and chain.n > 1:
         yield at(chain.n - 1)
+
+
+def _at_origin_before(w: Working, table: Table) -> Table:
+    """Return the table with P in the last origin but one of a modified table: no length leads on from it."""
+    last, before = table.rows[-1], table.rows[-2]
+    table = table.with_row(w.n - 1, a=last.a * 0, d=last.d * 0).with_row(w.n - 2, a=before.a * 0)
+    return replace(table, offset=table.offset * 0)
 
 
 def _up_to(frame: int) -> Callable[[Working, np.ndarray], np.ndarray]:
@@ -293,7 +326,7 @@ def _base_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
             yield Slip({"table": changed})
 
 
-def _modified(chain: Chain, _: Shape) -> Iterator[Slip]:
+def _read_as_modified(chain: Chain, _: Shape) -> Iterator[Slip]:
     """Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i), the convention of other books, with the table of this one."""
 
     def rotations(w: Working, right: list[np.ndarray]) -> list[np.ndarray]:
@@ -309,8 +342,26 @@ def _modified(chain: Chain, _: Shape) -> Iterator[Slip]:
             vectors.append(along)
         return [*vectors, applied(before[w.chain.point.frame], w["table"].offset)]
 
-    if any(joint.alpha != 0 for joint in chain.joints):
+    if not is_modified(chain) and any(joint.alpha != 0 for joint in chain.joints):
         yield Slip({"rotations": rotations, "links": links})
+
+
+def _read_as_standard(chain: Chain, _: Shape) -> Iterator[Slip]:
+    """Rz(theta_i) Tz(d_i) Tx(a_{i-1}) Rx(alpha_{i-1}) by the rows of a modified table, as this book's standard one."""
+
+    def shifted(w: Working, table: Table) -> Table:
+        first, *others = told_rows(w.chain)
+        base, point = told_base(w.chain), told_point(w.chain)
+        before = [(w.arithmetic.stepped(first.a), w.arithmetic.stepped(first.alpha))]
+        before += [(row.a, row.alpha) for row in table.rows[: len(others)]]
+        rows = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(table.rows, before, strict=True)]
+        place = np.stack([w.arithmetic.stepped(value) for value in base.position])
+        turns = w.arithmetic.stepped(base.yaw), w.arithmetic.stepped(base.tilt)
+        offset = np.stack([w.arithmetic.stepped(value) for value in point.offset])
+        return Table(tuple(rows), (place, *turns), offset)
+
+    if is_modified(chain) and any((row.a, row.alpha) != (0, 0) for row in told_rows(chain)):
+        yield Slip({"table": shifted})
 
 
 MISTAKES = (
@@ -382,8 +433,8 @@ MISTAKES = (
     ),
     Mistake(
         "twist-sign", "Twist with the wrong sign",
-        "The twist alpha of row {joint} seems to be taken with the wrong sign: it is the angle from the z "
-        "axis before it to z{joint}, counted about x{joint}.", "Example 6.1", _twist_sign,
+        "The twist alpha in row {joint} of the table seems to be taken with the wrong sign: it is the angle from one "
+        "z axis to the next, counted about the x axis between them.", "Example 6.1", _twist_sign,
     ),
     Mistake(
         "all-twists-sign", "All twists with the wrong sign",
@@ -398,7 +449,12 @@ MISTAKES = (
     Mistake(
         "modified-dh", "Another Denavit-Hartenberg convention",
         "The table seems to be read in the other (modified) convention. Here a frame is reached by turning and moving "
-        "along z first, and along x after that: Rz Tz Tx Rx.", "Example 6.1", _modified, rare=True,
+        "along z first, and along x after that: Rz Tz Tx Rx.", "Example 6.1", _read_as_modified, rare=True,
+    ),
+    Mistake(
+        "standard-dh", "The standard Denavit-Hartenberg convention",
+        "The table seems to be read in the standard (distal) convention. Here a frame is reached by turning and moving "
+        "along x first, and along z after that: Rx Tx Rz Tz.", "Example 6.1", _read_as_standard, rare=True,
     ),
     Mistake(
         "a-and-d-exchanged", "a and d exchanged",

@@ -8,10 +8,11 @@ import numpy as np
 import sympy as sp
 
 from exercises.answers import Matrix
-from exercises.arm.chain import Chain, Joint
+from exercises.arm.chain import Chain
 from exercises.arm.derivation import Derivation, derive, structure
-from exercises.arm.kinematics import Z, frame_behind, frames_and_point
+from exercises.arm.kinematics import Z, frame_behind, joint_rotation, link_frames
 from exercises.arm.stages import Change, Working
+from exercises.arm.told import is_modified, told_point, told_rows, up_to_frame
 from exercises.arm.trigonometry import textbook
 from exercises.problem import Details, Part
 from exercises.questions.base import MOST_TERMS, Asked, Question, stage
@@ -59,10 +60,13 @@ class InToolFrame(Details):
 
 @lru_cache(maxsize=1024)
 def _poses(generic: Chain) -> tuple[sp.Matrix, ...]:
-    """Return T_{w,0} ... T_{w,n} of a structure, 4 x 4, with absolute angles in runs of parallel joints."""
+    """Return T_{w,0} ... T_{w,n} of a structure, 4 x 4, with absolute angles in runs of parallel joints.
+
+    The frames are those of the convention in which the arm is told.
+    """
     return tuple(
         frame.rotation.row_join(frame.origin).applyfunc(textbook).col_join(sp.Matrix([[0, 0, 0, 1]]))
-        for frame in frames_and_point(generic)[0]
+        for frame in link_frames(generic)
     )
 
 
@@ -77,9 +81,10 @@ def _seen_from_tool(generic: Chain) -> tuple[Seen, ...]:
 
 
 def _seen(generic: Chain, i: int) -> Seen:
-    rest = frame_behind(generic.joints[i:])  # frame n seen from frame i
-    z = _tidied(rest.rotation.T * Z)
-    p_star = _tidied(rest.rotation.T * rest.origin + sp.Matrix(generic.point.offset))
+    joints = up_to_frame(generic, generic.n).joints
+    rest = frame_behind(joints[i:])  # frame n seen from the one at the end of link i
+    z, along = _tidied(rest.rotation.T * Z), joints[i].d if is_modified(generic) else 0
+    p_star = _tidied(rest.rotation.T * rest.origin - along * z + sp.Matrix(told_point(generic).offset))
     return Seen(i + 1, generic.joints[i].kind, z, p_star, _tidied(z.cross(p_star)))
 
 
@@ -93,15 +98,15 @@ def _in_tool_frame(generic: Chain) -> sp.Matrix:
     return sp.Matrix.hstack(*columns)
 
 
-def first_angle_sum(joints: tuple[Joint, ...], poses: tuple[sp.Matrix, ...]) -> AngleSum | None:
+def first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum | None:
     """Return the first entry in which angles of parallel joints add up; `poses` are T_{w,0} ... T_{w,n}.
 
-    It is looked for in the columns x_i: a row of T_{w,i-1} times [cos theta_i, sin theta_i, 0, 0]^T.
+    It is looked for in the columns x_i: a row of T_{w,i-1} times the first column of T_{i-1,i}.
     """
-    for i in range(2, len(poses)):
-        theta = joints[i - 1].theta
+    for i, joint in enumerate(told_rows(chain)[1:], 2):
+        x = joint_rotation(joint, is_modified(chain))[:, 0]
         for row in range(3):
-            product = poses[i - 1][row, 0] * sp.cos(theta) + poses[i - 1][row, 1] * sp.sin(theta)
+            product = sp.Add(*(poses[i - 1][row, k] * x[k] for k in range(3)))
             result = poses[i][row, 0]
             if len(sp.Add.make_args(product)) == 2 and not result.is_Add:
                 return AngleSum(i, (row + 1, 1), product, result)
@@ -111,7 +116,7 @@ def first_angle_sum(joints: tuple[Joint, ...], poses: tuple[sp.Matrix, ...]) -> 
 def _transform(chain: Chain, rng: Stream) -> Asked:
     d = derive(chain)
     poses = tuple(pose.applyfunc(d.fill) for pose in _poses(structure(chain).chain))
-    return Matrix(poses[-1]), ByTransforms(poses=poses, sum=first_angle_sum(chain.joints, poses))
+    return Matrix(poses[-1]), ByTransforms(poses=poses, sum=first_angle_sum(chain, poses))
 
 
 def _filled(seen: Seen, found: Derivation) -> Seen:
@@ -160,13 +165,13 @@ def _long_jacobian(chain: Chain) -> str | None:
 
 
 def _derived_transform(w: Working, part: Part) -> np.ndarray:
-    rotation, origin = w.arithmetic.value(w["rotations"][-1]), w["origins"][-1]
+    rotation, origin = w["last rotation"], w["last origin"]
     below = np.stack([0 * origin[0], 0 * origin[0], 0 * origin[0], 0 * origin[0] + 1])
     return np.concatenate([np.concatenate([rotation, origin[:, None]], axis=1), below[None]])
 
 
 def _put_transform(rows: np.ndarray) -> dict[str, Change]:
-    return {"rotations": lambda _, right: [*right[:-1], rows[:3, :3]]}
+    return {"last rotation": lambda _, right: rows[:3, :3]}
 
 
 QUESTIONS = (

@@ -15,8 +15,9 @@ from exercises.arm.arithmetic import determinant
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.classification import wrist_centre
 from exercises.arm.derivation import derive, structure
-from exercises.arm.kinematics import Z, frame_behind, frames_and_point, joint_rotation
+from exercises.arm.kinematics import Z, frame_behind, frames_and_point, joint_rotation, rot_x, rot_z
 from exercises.arm.stages import Working
+from exercises.arm.told import frame_on_axis, is_modified, told_rows
 from exercises.arm.trigonometry import Factored, factored, same, substitute, textbook
 from exercises.problem import Details, Part
 from exercises.questions.base import MOST_TERMS, Asked, Question, first_three, put, square, stage
@@ -25,15 +26,17 @@ from exercises.stream import Stream
 
 @lru_cache(maxsize=1024)
 def _wrist_axes(generic: Chain) -> sp.Matrix:
-    """Return z_3, z_4, z_5 of a structure in the coordinates of frame 3 (3 x 3)."""
+    """Return the axes of joints 4 to 6 of a structure in the coordinates of the frame on the first of them (3 x 3)."""
     axes = [frame_behind(generic.joints[3:i]).rotation * Z for i in (3, 4, 5)]
+    if is_modified(generic):  # that frame turns with joint 4
+        axes = [rot_z(-generic.joints[3].theta) * axis for axis in axes]
     return sp.Matrix.hstack(*axes).applyfunc(lambda entry: textbook(sp.expand(entry)))
 
 
 @lru_cache(maxsize=1024)
 def _arm_from_frame_1(generic: Chain) -> sp.Matrix:
     """Return R_1^T J11 of a structure (3 x 3): the arm block as link 1 sees it, with the same determinant."""
-    first = generic.joints[0]
+    first, turn = generic.joints[0], rot_x(generic.joints[0].alpha) if is_modified(generic) else sp.eye(3)
     point = frame_behind(generic.joints[1:4]).origin
     behind = sp.Matrix([first.a, first.d * sp.sin(first.alpha), first.d * sp.cos(first.alpha)])  # r_1 in frame 1
     axes_and_arms = [(sp.Matrix([0, sp.sin(first.alpha), sp.cos(first.alpha)]), behind + point)]
@@ -44,7 +47,7 @@ def _arm_from_frame_1(generic: Chain) -> sp.Matrix:
         z.cross(arm) if joint.kind == "R" else z
         for joint, (z, arm) in zip(generic.joints[:3], axes_and_arms, strict=True)
     ]
-    return sp.Matrix.hstack(*columns).applyfunc(lambda entry: textbook(sp.expand(entry)))
+    return (turn * sp.Matrix.hstack(*columns)).applyfunc(lambda entry: textbook(sp.expand(entry)))
 
 
 @lru_cache(maxsize=1024)
@@ -60,7 +63,7 @@ def arm_block(chain: Chain) -> sp.Matrix:
 
 
 def wrist_block(chain: Chain) -> sp.Matrix:
-    """Return J22, the axes of joints 4 to 6, in frame 3 (3 x 3)."""
+    """Return J22, the axes of joints 4 to 6, in the frame on the axis of joint 4 (3 x 3)."""
     return _wrist_axes(structure(chain).chain).applyfunc(derive(chain).fill)
 
 
@@ -98,12 +101,15 @@ class ByBlocks(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class WristAxes(Details):
-    """About J22: R_{3,4} and R_{4,5}, z_5 in frame 4 (`inner`), z_4 and z_5 in frame 3."""
+    """About J22: the rotations between the frames on the three axes, and the axes of joints 5 and 6 in the first.
+
+    `inner` is the axis of joint 6 in the frame on that of joint 5.
+    """
 
     rotations: tuple[sp.Matrix, ...]
     inner: sp.Matrix
-    z_4: sp.Matrix
-    z_5: sp.Matrix
+    second: sp.Matrix
+    third: sp.Matrix
 
 
 def blocks(chain: Chain) -> Blocks:
@@ -136,9 +142,10 @@ def _arm(chain: Chain, rng: Stream) -> Asked:
 
 
 def _wrist(chain: Chain, rng: Stream) -> Asked:
-    turns = tuple(joint_rotation(joint) for joint in chain.joints[3:5])
+    first = frame_on_axis(chain, 4)
+    turns = tuple(joint_rotation(row, is_modified(chain)) for row in told_rows(chain)[first:][:2])
     block = wrist_block(chain)
-    return Matrix(block), WristAxes(rotations=turns, inner=turns[1][:, 2], z_4=block[:, 1], z_5=block[:, 2])
+    return Matrix(block), WristAxes(rotations=turns, inner=turns[1][:, 2], second=block[:, 1], third=block[:, 2])
 
 
 def _both(chain: Chain, rng: Stream) -> Asked:

@@ -17,8 +17,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import sympy as sp
 
 from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.told import is_modified, told_point
 from exercises.formula.trees import Node, ReadError, names
 from exercises.problem import Part, Problem, ProblemId
 from exercises.record import digests
@@ -35,7 +37,7 @@ from exercises.verify import (
     transforms,
     wrist,
 )
-from exercises.verify.numeric_reference import Check, NumericReference
+from exercises.verify.numeric_reference import POSES, Check, NumericReference
 
 
 @dataclass(frozen=True)
@@ -77,7 +79,7 @@ def certify(problem: Problem) -> ProblemCertificate:
     True
     """
     numeric = NumericReference(problem)
-    checks = [_one_meaning(problem.chain), _full_rank(numeric)]
+    checks = [_one_meaning(problem.chain), _full_rank(numeric), *_told(numeric)]
     for part in problem.parts:
         checks.append(_readable(numeric, part))
         if checks[-1].passed:
@@ -121,6 +123,20 @@ def _full_rank(numeric: NumericReference) -> Check:
     return Check(
         FULL_RANK, largest == full, said if largest == full else f"{said} of {full}, whatever the configuration"
     )
+
+
+def _told(numeric: NumericReference) -> Iterator[Check]:
+    """Look whether a modified table leads to the axes and the point of the standard one, from which all is derived."""
+    chain = numeric.chain
+    if is_modified(chain):
+        ours, told = numeric.frames[:, : chain.n, :3, 2], numeric.told[:, 1:, :3, 2]
+        point = told_point(chain)
+        lengths = [{sp.Symbol(name): value for name, value in arm.items()} for arm in numeric.lengths]
+        offsets = [[float(entry.xreplace(known)) for entry in point.offset] for known in lengths]
+        pose, offset = numeric.told[:, point.frame], np.repeat(offsets, POSES, axis=0)
+        there = pose[:, :3, 3] + np.einsum("kij,kj->ki", pose[:, :3, :3], offset)
+        yield formulas.agree("modified table: axes", told, ours, formulas.EXACT)
+        yield formulas.agree("modified table: point", there[:, None], numeric.point[:, None], formulas.EXACT)
 
 
 def _trees(numeric: NumericReference, part: Part) -> list[Node]:

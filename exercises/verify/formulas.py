@@ -7,6 +7,7 @@ import sympy as sp
 
 from exercises.answers import Number
 from exercises.arm.kinematics import NumericChain
+from exercises.arm.told import frame_on_axis
 from exercises.problem import Part
 from exercises.questions.differentiation import AlongAxis, moving_rows
 from exercises.questions.inversion import InSituation, well_conditioned
@@ -84,7 +85,9 @@ def _axes(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, flo
 
 
 def _vectors(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return {"frames": ((numeric.point[:, None] - numeric.frames[:, :-1, :3, 3]).transpose(0, 2, 1), EXACT)}
+    first, n = frame_on_axis(numeric.chain, 1), numeric.chain.n
+    origins = numeric.told[:, first : first + n, :3, 3]
+    return {"frames": ((numeric.point[:, None] - origins).transpose(0, 2, 1), EXACT)}
 
 
 def _geometric(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
@@ -97,7 +100,7 @@ def _twist(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, fl
 
 def _link_velocity(numeric: NumericReference, part: Part) -> dict[str, tuple[np.ndarray, float]]:
     frame = part.about(OfFrame).frame
-    carried = numeric.carried[:, :, frame].transpose(0, 2, 1)
+    carried = numeric.told_carried[:, :, frame].transpose(0, 2, 1)
     return {"finite differences": (carried @ numeric.rates, DIFFERENCED)}
 
 

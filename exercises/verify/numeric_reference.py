@@ -1,6 +1,6 @@
 """The arm in numbers, against which references are held: products of 4 x 4 matrices and finite differences."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import combinations, product
 from typing import NamedTuple
 
@@ -11,6 +11,7 @@ from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.classification import domain_of, samples_on
 from exercises.arm.kinematics import NumericChain
+from exercises.arm.told import is_modified, told_base, told_rows
 from exercises.formula.expression import read
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.text import text_of
@@ -35,7 +36,8 @@ class Check(NamedTuple):
 class NumericReference:
     """The arm in numbers at random places: ARMS choices of the open lengths, POSES poses of each.
 
-    Arrays begin with the place: `frames` (…, n + 1, 4, 4), `point` (…, 3), `jacobian` (…, 6, n) by z x p, and
+    Arrays begin with the place: `frames` of the standard table and those that are `told` to students (…, n + 1, 4, 4),
+    `point` (…, 3), `jacobian` (…, 6, n) by z x p, and
     `exponential_jacobian` the same by the product of exponentials; `carried` (…, n, n + 1, 6) is the velocity of each
     frame's origin and link for each joint's unit rate, and `moved` (…, n, 3) that of the point, both by central
     differences of the poses.
@@ -56,8 +58,17 @@ class NumericReference:
         self.jacobian = np.concatenate([arm.jacobian(q) for arm, q in zip(self.arms, poses, strict=True)])
         pairs = zip(self.arms, poses, strict=True)
         self.exponential_jacobian = np.concatenate([exponential_jacobian(arm, q) for arm, q in pairs])
+        self.told = self._told(poses)
         differences = [_differences(arm, q) for arm, q in zip(self.arms, poses, strict=True)]
         self.carried, self.moved = (np.concatenate(arrays) for arrays in zip(*differences, strict=True))
+        self._poses = poses
+
+    def _told(self, poses: list[np.ndarray]) -> np.ndarray:
+        """Return the frames that the table leads to as it is told, (…, n + 1, 4, 4), by its own elementary steps."""
+        if not is_modified(self.chain):
+            return self.frames
+        pairs = zip(self.lengths, poses, strict=True)
+        return np.concatenate([modified_frames(self.chain, lengths, q) for lengths, q in pairs])
 
     def _named(self, poses: list[np.ndarray]) -> dict[str, np.ndarray]:
         values = {q.name: np.concatenate([pose[:, i] for pose in poses]) for i, q in enumerate(self.chain.q)}
@@ -79,6 +90,20 @@ class NumericReference:
         """The 6 x n Jacobian by finite differences: the point's velocity and the last link's angular velocity."""
         angular = self.carried[:, :, self.chain.n, 3:]
         return np.concatenate([self.moved, angular], axis=2).transpose(0, 2, 1)
+
+    @property
+    def told_carried(self) -> np.ndarray:
+        """`carried` of the frames that are told to students."""
+        if not is_modified(self.chain):
+            return self.carried
+        found = []
+        for lengths, q in zip(self.lengths, self._poses, strict=True):
+            nudged = [q + side * _H * np.eye(q.shape[1])[:, None] for side in (1, -1)]  # (n, …, n)
+            ahead, behind = (
+                np.stack([modified_frames(self.chain, lengths, each) for each in every], axis=1) for every in nudged
+            )
+            found.append(_velocities(ahead, behind, modified_frames(self.chain, lengths, q)))
+        return np.concatenate(found)
 
     @property
     def rates(self) -> np.ndarray:
@@ -139,6 +164,45 @@ def _all_but_cancel(lengths: Sequence[float]) -> bool:
     return any(abs(first + sum(sign * value for sign, value in pairs)) < APART for pairs in signed)
 
 
+def modified_frames(chain: Chain, lengths: Mapping[str, float], q: np.ndarray) -> np.ndarray:
+    """Return frames 0 ... n of a modified table, (…, n + 1, 4, 4), as it stands in the statement.
+
+    Each is Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i) behind the one before, four matrices multiplied.
+    """
+    known = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
+
+    def number(expression: sp.Expr) -> float:
+        return float(expression.xreplace(known))
+
+    base = told_base(chain)
+    x, y, z = map(number, base.position)
+    frame = _moved(0, x) @ _moved(1, y) @ _moved(2, z) @ _turned(2, np.full(len(q), number(base.yaw)))
+    frames = [frame]
+    for i, (row, own) in enumerate(zip(told_rows(chain), chain.q, strict=True)):
+        theta, d = (np.full(len(q), number(entry.xreplace({own: sp.S.Zero}))) for entry in (row.theta, row.d))
+        theta, d = (theta + q[:, i], d) if row.kind == "R" else (theta, d + q[:, i])
+        before = _turned(0, np.full(len(q), number(row.alpha))) @ _moved(0, number(row.a))
+        frames.append(frames[-1] @ before @ _turned(2, theta) @ _moved(2, d))
+    return np.stack(frames, axis=1)
+
+
+def _turned(axis: int, angle: np.ndarray) -> np.ndarray:
+    """Return rotations about x (0) or z (2), (…, 4, 4)."""
+    first, second = (axis + 1) % 3, (axis + 2) % 3
+    pose = np.broadcast_to(np.eye(4), (*angle.shape, 4, 4)).copy()
+    pose[..., first, first] = pose[..., second, second] = np.cos(angle)
+    pose[..., second, first] = np.sin(angle)
+    pose[..., first, second] = -np.sin(angle)
+    return pose
+
+
+def _moved(axis: int, by: np.ndarray | float) -> np.ndarray:
+    """Return shifts along x, y or z, (…, 4, 4)."""
+    pose = np.broadcast_to(np.eye(4), (*np.shape(by), 4, 4)).copy()
+    pose[..., axis, 3] = by
+    return pose
+
+
 def random_poses(chain: Chain, stream: Stream, count: int) -> np.ndarray:
     """Return `count` poses, (count, n), angles on the whole circle."""
     ends = [(-np.pi, np.pi) if joint.kind == "R" else (-1.5, 1.5) for joint in chain.joints]
@@ -149,11 +213,16 @@ def _differences(arm: NumericChain, q: np.ndarray) -> tuple[np.ndarray, np.ndarr
     """Return velocities of frames (…, n, n + 1, 6) and of the point (…, n, 3) for unit rates, by differences."""
     nudge = _H * np.eye(q.shape[1])
     ahead, behind = (arm.frames(q[:, None, :] + side * nudge) for side in (1, -1))
-    slope = (ahead - behind) / (2 * _H)
-    spin = slope[..., :3, :3] @ arm.frames(q)[:, None, :, :3, :3].swapaxes(-1, -2)
-    angular = np.stack([spin[..., 2, 1], spin[..., 0, 2], spin[..., 1, 0]], axis=-1)
     moved = (arm.point_of(ahead) - arm.point_of(behind)) / (2 * _H)
-    return np.concatenate([slope[..., :3, 3], angular], axis=-1), moved
+    return _velocities(ahead, behind, arm.frames(q)), moved
+
+
+def _velocities(ahead: np.ndarray, behind: np.ndarray, frames: np.ndarray) -> np.ndarray:
+    """Return the velocity of each frame's origin and link, (…, n, n + 1, 6), by poses beside these (…, n + 1, 4, 4)."""
+    slope = (ahead - behind) / (2 * _H)
+    spin = slope[..., :3, :3] @ frames[:, None, :, :3, :3].swapaxes(-1, -2)
+    angular = np.stack([spin[..., 2, 1], spin[..., 0, 2], spin[..., 1, 0]], axis=-1)
+    return np.concatenate([slope[..., :3, 3], angular], axis=-1)
 
 
 def samples_where(numeric: NumericReference, condition: sp.Expr, *, arms: int, each: int) -> list[Sample]:

@@ -10,11 +10,11 @@ from exercises.verify.numeric_reference import Check, NumericReference
 
 
 def _pose(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    return {"frames": (numeric.frames[:, -1], EXACT)}
+    return {"frames": (numeric.told[:, -1], EXACT)}
 
 
 def _tool(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    turn = numeric.frames[:, -1, :3, :3].swapaxes(1, 2)
+    turn = numeric.told[:, -1, :3, :3].swapaxes(1, 2)
 
     def seen(jacobian: np.ndarray) -> np.ndarray:
         return np.concatenate([turn @ jacobian[:, :3], turn @ jacobian[:, 3:]], axis=1)

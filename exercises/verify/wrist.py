@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from exercises.arm.told import frame_on_axis
 from exercises.problem import Part
 from exercises.verify.formulas import EXACT, agree, each_way, formula
 from exercises.verify.numeric_reference import Check, NumericReference
@@ -14,7 +15,7 @@ def _arm(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, floa
 
 
 def _wrist(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
-    turn = numeric.frames[:, 3, :3, :3].swapaxes(1, 2)
+    turn = numeric.told[:, frame_on_axis(numeric.chain, 4), :3, :3].swapaxes(1, 2)
     return each_way(numeric, lambda jacobian: turn @ jacobian[:, 3:, 3:])
 
 

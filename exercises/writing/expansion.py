@@ -14,7 +14,8 @@ import sympy as sp
 
 from exercises.arm.chain import TASK_ROWS, Base, Chain
 from exercises.arm.derivation import derive, short_jacobian
-from exercises.arm.kinematics import Z, frame_behind, frames_and_point, task_matrix
+from exercises.arm.kinematics import Z, frame_behind, link_frames, rot_x, task_matrix
+from exercises.arm.told import is_modified
 from exercises.arm.trigonometry import same, textbook
 
 Fill = Callable[[sp.Expr], sp.Expr]
@@ -82,7 +83,7 @@ def frames_to_see_from(chain: Chain) -> Iterator[tuple[int, sp.Matrix]]:
 
     Those are left out in which the rows of the task would mix with others, or the minors would change their sign.
     """
-    frames, _ = frames_and_point(chain)
+    frames = link_frames(chain)
     rows = [TASK_ROWS.index(row) for row in chain.task]
     for k in range(1, chain.point.frame + 1):
         turned = sp.diag(frames[k].rotation.T, frames[k].rotation.T)
@@ -108,7 +109,27 @@ def _seen_from(chain: Chain, k: int) -> sp.Matrix:
             z, arm = between.rotation * Z, p - between.origin
         linear, angular = (z.cross(arm), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
         columns.append((linear if i < chain.point.frame else sp.zeros(3, 1)).col_join(angular))
-    return sp.Matrix.hstack(*columns).applyfunc(lambda entry: textbook(sp.expand(entry)))
+    turn = _into_told(chain, k)
+    return (sp.diag(turn, turn) * sp.Matrix.hstack(*columns)).applyfunc(lambda entry: textbook(sp.expand(entry)))
+
+
+def _into_told(chain: Chain, k: int) -> sp.Matrix:
+    """Return the rotation from standard frame k into the frame k that the arm's convention has on the same link."""
+    return rot_x(chain.joints[k - 1].alpha) if is_modified(chain) and k else sp.eye(3)
+
+
+@lru_cache(maxsize=1024)
+def _short(chain: Chain) -> sp.Matrix:
+    """Return `short_jacobian` in frame k and about its origin as the arm's convention has them."""
+    short, k = short_jacobian(chain), chain.n // 2
+    if not is_modified(chain) or short == derive(chain).jacobian:
+        return short
+    linear, angular = short[:3, :], short[3:, :]
+    back = sp.Matrix([chain.joints[k - 1].a, 0, 0])  # from the origin of the told frame to that of the standard one
+    moved = [linear[:, i] - angular[:, i].cross(back) for i in range(chain.n)]
+    turn = _into_told(chain, k)
+    whole = (turn * sp.Matrix.hstack(*moved)).col_join(turn * angular)
+    return whole.applyfunc(lambda entry: textbook(sp.expand(entry)))
 
 
 def seen_for_minors(chain: Chain) -> tuple[sp.Matrix, Step | None, bool]:
@@ -118,7 +139,7 @@ def seen_for_minors(chain: Chain) -> tuple[sp.Matrix, Step | None, bool]:
     rows are all of a vector is seen from the base, with joint 1 at zero: it turns the whole arm, and no rank.
     """
     jacobian, step = derive(chain).jacobian, None
-    if (short := short_jacobian(chain)) != jacobian:
+    if (short := _short(chain)) != jacobian:
         return short, Step("frame", sp.S.One, (short,), number=chain.n // 2, moved=True), False
     if jacobian.rows > jacobian.cols:
         whole = chain.task in (TASK_ROWS, TASK_ROWS[:3], TASK_ROWS[3:]) and chain.joints[0].kind == "R"
@@ -145,7 +166,7 @@ def _length(matrix: sp.Matrix) -> int:
 def expansion_of(chain: Chain) -> Expansion:
     """Return how det J of a structure is worked out, from the frame in which that is short."""
     jacobian = derive(chain).jacobian
-    if (short := short_jacobian(chain)) != jacobian:
+    if (short := _short(chain)) != jacobian:
         step = Step("frame", sp.S.One, (short,), number=chain.n // 2, moved=True)
         return _expanded(short, (step,))
     plain = _expanded(jacobian)

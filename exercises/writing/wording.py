@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.chain import TASK_ROWS, Base, Chain, Point
 from exercises.arm.classification import Kind, kind_is_sure
 from exercises.arm.derivation import derive
+from exercises.arm.told import frame_on_axis, is_modified, place_name, told_base, told_point, told_rows
 from exercises.languages import ENGLISH, Catalogue, catalogue
 from exercises.writing.latex import symbol_latex, tex, tex_angle, tex_length
 
@@ -30,7 +31,7 @@ class Wording:
     def frame(self) -> str:
         """The frame in which everything is expressed."""
         say = self.words
-        return say.gettext("the base frame $O_0$") if self.chain.base.is_world else say.gettext("the world frame")
+        return say.gettext("the base frame $O_0$") if self.base.is_world else say.gettext("the world frame")
 
     @property
     def joints(self) -> list[str]:
@@ -265,21 +266,85 @@ class Wording:
 
     @property
     def rows(self) -> list[list[str]]:
-        """The DH table: theta_i, d_i, a_i, alpha_i of every joint, angles in degrees."""
-        return [
-            [tex_angle(joint.theta), tex_length(joint.d), tex_length(joint.a), tex_angle(joint.alpha)]
-            for joint in self.chain.joints
+        """The table, as the convention has it: theta_i, d_i, a_i, alpha_i, or alpha_{i-1}, a_{i-1}, d_i, theta_i.
+
+        Angles are in degrees.
+        """
+        rows = [
+            [tex_angle(row.theta), tex_length(row.d), tex_length(row.a), tex_angle(row.alpha)]
+            for row in told_rows(self.chain)
         ]
+        return [[alpha, a, d, theta] for theta, d, a, alpha in rows] if self.is_modified else rows
+
+    # --- the convention ---
+
+    @property
+    def is_modified(self) -> bool:
+        """Whether the arm is told by a modified table."""
+        return is_modified(self.chain)
+
+    @property
+    def base(self) -> Base:
+        """Where frame O_0 stands, as it is told."""
+        return told_base(self.chain)
+
+    @property
+    def point(self) -> Point:
+        """The point of interest in the frame of its link, as it is told."""
+        return told_point(self.chain)
+
+    @property
+    def at(self) -> str:
+        """The index of the frame on the axis of joint i: "i-1", or "i" in a modified table."""
+        return "i" if self.is_modified else "i-1"
+
+    def on(self, joint: int) -> int:
+        """Return the number of the frame on the axis of a joint, from 1."""
+        return frame_on_axis(self.chain, joint)
+
+    @property
+    def row_transform(self) -> str:
+        """The transform T_{i-1,i} of a row of the table."""
+        if self.is_modified:
+            return r"R_x(\alpha_{i-1})\, T_x(a_{i-1})\, R_z(\theta_i)\, T_z(d_i)"
+        return r"R_z(\theta_i)\, T_z(d_i)\, T_x(a_i)\, R_x(\alpha_i)"
+
+    @property
+    def link_vector(self) -> str:
+        """The vector r_i from O_{i-1} to O_i in frame i-1, by the entries of a row."""
+        if self.is_modified:
+            return r"[a_{i-1}, -d_i \sin\alpha_{i-1}, d_i \cos\alpha_{i-1}]^T"
+        return r"[a_i \cos\theta_i, a_i \sin\theta_i, d_i]^T"
+
+    @property
+    def twisted_about(self) -> str:
+        """The axis about which a twist leads from z_{i-1} to z_i."""
+        return "x_{i-1}" if self.is_modified else "x_i"
+
+    @property
+    def first_twist(self) -> str:
+        """The twist alpha_0 before joint 1 of a modified table, or nothing."""
+        twist = told_rows(self.chain)[0].alpha
+        return tex_angle(twist) if self.is_modified and twist != 0 else ""
+
+    @property
+    def recursion(self) -> list[int]:
+        """The numbers of the links that the recursion for p* adds, the last one first."""
+        return list(range(self.chain.n, self.on(1), -1))
+
+    def place(self, frame: int) -> str:
+        """Return the name of the place where the origin of a standard frame is."""
+        return place_name(self.chain, frame) or ""
 
     @property
     def base_place(self) -> str:
         """The coordinates of O_0 in the world frame."""
-        return triple(self.chain.base.position)
+        return triple(self.base.position)
 
     @property
     def base_turn(self) -> str:
         """How O_0 is turned in the world, or nothing."""
-        base, say = self.chain.base, self.words
+        base, say = self.base, self.words
         yaw, tilt = tex_angle(base.yaw), tex_angle(base.tilt)
         turned = say.gettext("turned by $%(yaw)s$ about $z_w$", yaw=yaw) if base.yaw != 0 else ""
         if base.tilt == 0:
@@ -291,7 +356,7 @@ class Wording:
     @property
     def base_transform(self) -> str:
         """The pose of O_0 in the world frame as a product of elementary transformations."""
-        base = self.chain.base
+        base = self.base
         shift = [rf"T_{axis}({tex_length(v)})" for axis, v in zip("xyz", base.position, strict=True) if v != 0]
         turns = [rf"R_{axis}({tex_angle(v)})" for axis, v in (("z", base.yaw), ("x", base.tilt)) if v != 0]
         return r"\, ".join([*shift, *turns])
@@ -299,7 +364,7 @@ class Wording:
     @property
     def mounting(self) -> str:
         """What the tilt of the base means for an arm in space, or nothing."""
-        say, tilt = self.words, self.chain.base.tilt
+        say, tilt = self.words, self.base.tilt
         if self.chain.is_planar:
             return ""
         if tilt in (sp.pi / 2, -sp.pi / 2):
@@ -309,7 +374,7 @@ class Wording:
     @property
     def point_offset(self) -> str:
         """The coordinates of P in its frame."""
-        return triple(self.chain.point.offset)
+        return triple(self.point.offset)
 
     @property
     def constants(self) -> list[tuple[str, str]]:
@@ -338,13 +403,13 @@ class Wording:
 
     @property
     def axis_names(self) -> str:
-        """The joint axes, z_0 ... z_{n-1}."""
-        return self.join([f"$z_{i}$" for i in range(self.chain.n)])
+        """The joint axes, z_0 ... z_{n-1}, or z_1 ... z_n of a modified table."""
+        return self.join([f"$z_{self.on(i)}$" for i in range(1, self.chain.n + 1)])
 
     @property
     def vector_names(self) -> str:
-        """The vectors to the point, p*_0 ... p*_{n-1}."""
-        return self.join([f"$p^*_{i}$" for i in range(self.chain.n)])
+        """The vectors to the point, p*_0 ... p*_{n-1}, or p*_1 ... p*_n of a modified table."""
+        return self.join([f"$p^*_{self.on(i)}$" for i in range(1, self.chain.n + 1)])
 
     @property
     def parallel(self) -> bool:
@@ -354,7 +419,7 @@ class Wording:
     @property
     def point_column(self) -> str:
         """The coordinates of P in its frame as a column."""
-        return tex(sp.Matrix(self.chain.point.offset))
+        return tex(sp.Matrix(self.point.offset))
 
     @property
     def rows_remark(self) -> str:

@@ -15,9 +15,10 @@ from exercises.arm.axes import slope
 from exercises.arm.chain import TASK_ROWS, Chain, Point
 from exercises.arm.classification import Kind, classify
 from exercises.arm.derivation import Derivation, derive, structure, task_velocity
-from exercises.arm.kinematics import NumericChain, frame_behind, frames_and_point, joint_rotation, link_vector
+from exercises.arm.kinematics import NumericChain, frame_behind, joint_rotation, link_frames, link_vector
 from exercises.arm.precise import determinant, four_digits, inverse, shown
 from exercises.arm.singularity import Component, never_vanishes, singular_set
+from exercises.arm.told import frame_on_axis, is_modified, told_point, told_rows, up_to_frame
 from exercises.arm.trigonometry import substitute, textbook
 from exercises.formula.order import joint_sum
 from exercises.problem import Part
@@ -163,15 +164,16 @@ class Worked:
     def transforms(self) -> list[sp.Matrix]:
         """T_{0,1} ... T_{n-1,n}, 4 x 4, row by row of the table."""
         matrices = []
-        for joint in self.chain.joints:
-            pose = joint_rotation(joint).row_join(link_vector(joint))
+        modified = is_modified(self.chain)
+        for row in told_rows(self.chain):
+            pose = joint_rotation(row, modified).row_join(link_vector(row, modified))
             matrices.append(pose.col_join(sp.Matrix([[0, 0, 0, 1]])))
         return matrices
 
     @cached_property
     def origins(self) -> list[sp.Matrix]:
         """O_0 ... O_k, k being the frame in which the point is fixed (3 x 1, m)."""
-        frames, _ = frames_and_point(self._structure)
+        frames = link_frames(self._structure)
         return [self._fill(frame.origin) for frame in frames[: self.chain.point.frame + 1]]
 
     @property
@@ -183,8 +185,9 @@ class Worked:
     @property
     def last_way(self) -> tuple[int, sp.Matrix] | None:
         """The last origin from which the way to P changes, and this way; None where it is most of the position."""
-        for i in reversed(range(self.chain.point.frame)):
-            way, origin = self.d.p_star[:, i], self.origins[i]
+        for joint in range(self.chain.point.frame, 0, -1):
+            i = self.on(joint)
+            way, origin = self.d.p_star[:, joint - 1], self.origins[i]
             if self._moves(way):
                 whole = [row for row in range(3) if self._moves(way[row]) and not self._moves(origin[row])]
                 return (i, way) if self._moves(origin) and len(whole) < 2 else None
@@ -193,20 +196,27 @@ class Worked:
     def _moves(self, place: sp.Matrix | sp.Expr) -> bool:
         return bool(place.free_symbols & set(self.chain.q))
 
-    def rotation(self, i: int) -> sp.Matrix:
-        """Return R_i with its last column as z_i is written."""
-        return sp.Matrix.hstack(self.d.rotations[i][:, :2], self.d.z[:, i])
+    def on(self, joint: int) -> int:
+        """Return the number of the frame on the axis of a joint, from 1."""
+        return frame_on_axis(self.chain, joint)
+
+    @property
+    def axis_index(self) -> str:
+        """The same of joint i: "i-1", or "i" in a modified table."""
+        return "i" if is_modified(self.chain) else "i-1"
+
+    def rotation(self, joint: int) -> sp.Matrix:
+        """Return the rotation of the frame on the axis of a joint, its last column as this axis is written."""
+        return sp.Matrix.hstack(self.d.rotations[self.on(joint)][:, :2], self.d.z[:, joint - 1])
 
     @cached_property
     def recursion(self) -> list[Recursion]:
         """The steps of (6.13), the last joint first; for a point in the last frame."""
-        generic = derive(self._structure)
+        generic, first = derive(self._structure), self.on(1)
+        rotations, links = generic.rotations, generic.link_vectors
         steps = []
-        for i in range(self.chain.point.frame, 0, -1):
-            joint, rotation = self._structure.joints[i - 1], generic.rotations[i - 1]
-            link = sp.Matrix([joint.a * sp.cos(joint.theta), joint.a * sp.sin(joint.theta), joint.d])
-            turned = self._fill(rotation * link)
-            p_star = self.d.p_star[:, i - 1]
+        for i in range(self.chain.point.frame, first, -1):
+            turned, p_star = self._fill(rotations[i - 1] * links[i - 1]), self.d.p_star[:, i - 1 - first]
             steps.append(Recursion(i, self.d.rotations[i - 1], self.d.link_vectors[i - 1], turned, p_star))
         return steps
 
@@ -214,7 +224,7 @@ class Worked:
     def last_vector(self) -> sp.Matrix:
         """p*_k of the point's own frame: R_k times its coordinates there (zero for an origin)."""
         k = self.chain.point.frame
-        return self._fill(derive(self._structure).rotations[k] * sp.Matrix(self._structure.point.offset))
+        return self._fill(derive(self._structure).rotations[k] * sp.Matrix(told_point(self._structure).offset))
 
     @cached_property
     def columns(self) -> list[Column]:
@@ -227,11 +237,8 @@ class Worked:
 
     def link_columns(self, k: int) -> list[Column]:
         """Return the columns for frame k: p* goes from O_{i-1} to O_k, and only joints 1 ... k count."""
-        inner = derive(self._to_frame(k))
+        inner = derive(up_to_frame(self.chain, k))
         return [self._column(inner.z, inner.p_star, inner.geometric, i) for i in range(k)]
-
-    def _to_frame(self, k: int) -> Chain:
-        return Chain(self.chain.name, self.chain.joints[:k], self.chain.task, self.chain.base)
 
     @property
     def rates(self) -> sp.Matrix:

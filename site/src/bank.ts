@@ -74,6 +74,8 @@ export interface Robot {
   readonly point: { readonly frame: number; readonly offset: readonly [string, string, string] };
   readonly task: readonly TaskRow[];
   readonly values: Readonly<Record<string, number>>;
+  /** How the arm is told to people, where that is not by this standard table. */
+  readonly convention?: "modified-dh" | "screws";
 }
 
 export interface Row {

@@ -52,7 +52,11 @@ def folder() -> Path | None:
 
 def _path(identity: ProblemId) -> Path | None:
     here = folder()
-    return None if here is None else here / f"{identity.family}-{identity.seed}-{identity.variation}.pickle"
+    return (
+        None
+        if here is None
+        else here / f"{identity.family}-{identity.seed}-{identity.variation}{identity.convention}.pickle"
+    )
 
 
 def kept(identity: ProblemId) -> Problem:

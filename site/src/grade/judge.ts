@@ -12,7 +12,7 @@ export function judge(problem: Problem, part: Part, answer: string, isSingular: 
   const { key, labels } = part;
   switch (key.type) {
     case "values":
-      return judgeValues(answer, key, labels, columnsOf(part, key.columns));
+      return judgeValues(answer, key, labels, columnsOf(part, key.columns, problem));
     case "direction":
       return judgeDirection(answer, key, labels);
     case "numbers":
@@ -29,6 +29,7 @@ export function judge(problem: Problem, part: Part, answer: string, isSingular: 
 }
 
 /** The names that vectors may have which stand for the columns of a matrix. */
-function columnsOf({ kind }: Part, count: number): string[] {
-  return kind === "joint-axes" ? Array.from({ length: count }, (_, i) => `z${i}`) : [];
+function columnsOf({ kind }: Part, count: number, { robot }: Problem): string[] {
+  const first = robot.convention === "modified-dh" ? 1 : 0;
+  return kind === "joint-axes" ? Array.from({ length: count }, (_, i) => `z${first + i}`) : [];
 }

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm.chain import Base, Chain, Joint, Point
-from exercises.arm.conventions import CONVENTIONS
+from exercises.arm.chain import CONVENTIONS, Base, Chain, Joint, Point
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.robot_file import Robot, read_robot_file
 from exercises.arm.robot_text import robot_text

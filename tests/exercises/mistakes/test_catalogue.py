@@ -7,6 +7,7 @@ import pytest
 from exercises.docs import planar_2r
 from exercises.mistakes import finished
 from exercises.mistakes.catalogue import CATALOGUE
+from exercises.problem import ProblemId
 from tests.support.judging import diagnose
 from tests.support.problems import asked, drawn
 from tests.tools.diagnoses import Made, answers_with, verdict_on
@@ -20,7 +21,7 @@ ASKED = {
     "planar-3r": ("gram-determinant", "least-norm-rates", "singular-angles"),
     "elbow-3r": ("position-vectors", "rank", "singular-angles", "jacobian-size", "path-rates"),
     "pan-tilt": ("invertibility", "link-velocity", "tool-jacobian"), "orthogonal-3r": ("singular-angles",),
-    "stanford-6r": ("joint-rates",),
+    "stanford-6r": ("joint-rates",), "elbow-3r@modified-dh": ("position", "geometric-jacobian"),
 }  # fmt: skip
 """Questions in which all mistakes can be made, those first whose answers are short."""
 IN_FORMULAS = {mistake.name for mistake in finished.MISTAKES}
@@ -37,13 +38,18 @@ NAMED = ("named", "same answer")
 def made() -> dict[str, Made]:
     """Return an answer for every mistake, of the first arm and question that it applies to."""
     found: dict[str, Made] = {}
-    for family, questions in ASKED.items():
-        problem = drawn(family, 0)
+    for arm, questions in ASKED.items():
+        family, _, convention = arm.partition("@")
+        problem = drawn(family, 0, convention=convention)
         for part in problem.parts:
             if part.name in questions:
                 for one in answers_with(problem, part, only=CATALOGUE.keys() - found.keys()):
                     found.setdefault(one.mistake, one)
     return found
+
+
+def _arm(identity: ProblemId) -> str:
+    return "@".join(filter(None, (identity.family, identity.convention)))
 
 
 def test_every_mistake_is_made_by_some_arm() -> None:
@@ -53,7 +59,7 @@ def test_every_mistake_is_made_by_some_arm() -> None:
 @pytest.mark.parametrize("arm", ASKED)
 def test_every_mistake_is_wrong_and_named(arm: str) -> None:
     """By its name, or by that of another that gives the very same answer."""
-    its = {name: one for name, one in made().items() if one.problem.id.family == arm}
+    its = {name: one for name, one in made().items() if _arm(one.problem.id) == arm}
     verdicts = {name: verdict_on(one) for name, one in its.items()}
     assert its
     assert not {name: (verdict, its[name]) for name, verdict in verdicts.items() if verdict not in NAMED}

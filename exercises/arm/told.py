@@ -1,0 +1,85 @@
+"""An arm's table, base and point as its convention tells them, and which frame stands on the axis of a joint.
+
+    dh            frame i - 1 stands on the axis of joint i; a row is Rz(theta_i) Tz(d_i) Tx(a_i) Rx(alpha_i)
+    modified-dh   frame i stands on it; a row is Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i) (Craig)
+    screws        the axes are told where they are at home, in the world frame; no frames stand on the links
+
+Rx and Tx of a modified row commute and join the row before it, so that both tables hold the same numbers: `alpha` and
+`a` of row i are those of row i + 1 of the other. What the last standard row has of them places P in the last frame.
+"""
+
+from dataclasses import replace
+
+import sympy as sp
+
+from exercises.arm.chain import Base, Chain, Joint, Point
+
+
+def is_modified(chain: Chain) -> bool:
+    """Whether an arm is told by a modified table."""
+    return chain.convention == "modified-dh"
+
+
+def frame_on_axis(chain: Chain, joint: int) -> int:
+    """Return the number of the frame whose z axis is that of a joint, from 1."""
+    return joint if is_modified(chain) else joint - 1
+
+
+def modified_rows(chain: Chain) -> tuple[Base, list[Joint]]:
+    """Return the modified table of an arm, alpha and a of each row standing before its joint, and what is left of its
+    base: the first row takes what turns about x and slides along it.
+    """
+    base = chain.base
+    if base.yaw != 0 or any(base.position[1:]):
+        left, before = Base(base.position, base.yaw), (sp.S.Zero, base.tilt)
+    else:
+        left, before = Base(), (base.position[0], base.tilt)
+    links = [before, *((joint.a, joint.alpha) for joint in chain.joints[:-1])]
+    return left, [replace(joint, a=a, alpha=alpha) for joint, (a, alpha) in zip(chain.joints, links, strict=True)]
+
+
+def modified_point(chain: Chain) -> Point:
+    """Return the point of interest as it is told in a frame of the modified table."""
+    point, (_, rows) = chain.point, modified_rows(chain)
+    link = chain.joints[point.frame - 1] if point.frame else rows[0]
+    c, s, (x, y, z) = sp.cos(link.alpha), sp.sin(link.alpha), point.offset
+    return Point(point.frame, (link.a + x, c * y - s * z, s * y + c * z))
+
+
+def told_base(chain: Chain) -> Base:
+    """Return where frame O_0 stands in the world, as the convention tells it."""
+    return modified_rows(chain)[0] if is_modified(chain) else chain.base
+
+
+def told_rows(chain: Chain) -> list[Joint]:
+    """Return the rows of the table, of which `a` and `alpha` stand before the joint if it is a modified one."""
+    return modified_rows(chain)[1] if is_modified(chain) else list(chain.joints)
+
+
+def told_point(chain: Chain) -> Point:
+    """Return the point of interest in the frame that the convention puts on its link."""
+    return modified_point(chain) if is_modified(chain) else chain.point
+
+
+def up_to_frame(chain: Chain, frame: int) -> Chain:
+    """Return the first joints of an arm, with the origin of the frame behind them as the point of interest."""
+    joints = list(chain.joints[:frame])
+    if is_modified(chain) and frame:  # the frame stands before the length and the twist of its link
+        joints[-1] = replace(joints[-1], a=sp.S.Zero, alpha=sp.S.Zero)
+    return replace(chain, joints=tuple(joints), tool=None)
+
+
+def place_name(chain: Chain, frame: int) -> str | None:
+    """Return what an arm's convention calls the place where the origin of a standard frame is, as in "O_2" or "P".
+
+    None where no frame of a modified table has its origin there, or the arm is told by its axes.
+    """
+    if chain.convention == "dh":
+        return f"O_{frame}"
+    if chain.convention == "screws":
+        return None
+    if frame < chain.n and (chain.joints[frame].kind, chain.joints[frame].d) == ("R", 0):
+        return f"O_{frame + 1}"
+    if frame == chain.point.frame and chain.point.is_origin:
+        return "P"
+    return f"O_{frame}" if frame == 0 or chain.joints[frame - 1].a == 0 else None

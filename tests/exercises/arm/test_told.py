@@ -1,0 +1,205 @@
+"""Arms told by a modified table (Craig): the same motion, other frames, and every text speaks of these."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from exercises.arm import told
+from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
+from exercises.arm.derivation import derive, structure
+from exercises.arm.kinematics import NumericChain, link_frames
+from exercises.arm.told import modified_rows, place_name, told_point, told_rows
+from exercises.assignment import load_assignment
+from exercises.errors import QdotError
+from exercises.families import FAMILIES
+from exercises.figure.arm import told_frames
+from exercises.figure.pose import drawn_chain, skeleton
+from exercises.generation import generate, questions_of, sample_chain
+from exercises.problem import ProblemId
+from exercises.stream import Stream
+from exercises.verify import certify
+from exercises.verify.numeric_reference import modified_frames
+from exercises.writing.expansion import frames_to_see_from, seen_for_minors
+from exercises.writing.statement import hints, prompt, statement, worked_solutions
+from tests.support.problems import LONG_ARMS
+from tests.support.suites import of_families
+
+MODIFIED = "modified-dh"
+FIXED = [name for name, family in FAMILIES.items() if not family.varied]
+OF_FRAMES = ("transform", "position-vectors", "joint-axes", "link-velocity", "tool-jacobian", "wrist-block")
+"""Questions whose answers hang on where the frames are."""
+A1, A2 = sp.symbols("a1 a2")
+Q1, Q2 = sp.symbols("theta1 theta2")
+
+
+def modified(family: str, seed: int = 1, variation: str = "full") -> Chain:
+    return sample_chain(ProblemId(family, seed, variation=variation, convention=MODIFIED))
+
+
+def at_random(chain: Chain, poses: int = 3) -> tuple[dict[str, float], np.ndarray]:
+    """Return lengths and joint values (poses x n)."""
+    stream = Stream(f"told/{chain.name}")
+    lengths = {symbol.name: stream.uniform(0.2, 1.2) for symbol in chain.parameters}
+    return lengths, np.array([[stream.uniform(-2, 2) for _ in chain.q] for _ in range(poses)])
+
+
+def values(chain: Chain, matrix: sp.Matrix, lengths: dict[str, float], q: np.ndarray) -> np.ndarray:
+    known = {sp.Symbol(name): value for name, value in lengths.items()} | dict(zip(chain.q, q.tolist(), strict=True))
+    return np.array(matrix.subs(known).evalf().tolist(), dtype=float)
+
+
+def test_the_two_link_arm_is_craigs() -> None:
+    arm = modified("planar-2r", variation="chapter")
+    assert [(row.alpha, row.a, row.d, row.theta) for row in told_rows(arm)] == [(0, 0, 0, Q1), (0, A1, 0, Q2)]
+    assert told_point(arm) == Point(2, (A2, sp.S.Zero, sp.S.Zero))
+    assert derive(arm).p_star.T.tolist()[1] == [A2 * sp.cos(Q1 + Q2), A2 * sp.sin(Q1 + Q2), 0]
+    assert derive(arm).jacobian == derive(replace(arm, convention="dh")).jacobian
+
+
+@of_families(FIXED)
+def test_the_frames_are_those_of_the_table_as_it_is_told(family: str) -> None:
+    arm = modified(family)
+    lengths, poses = at_random(arm)
+    expected, frames = modified_frames(arm, lengths, poses), link_frames(arm)
+    standard = NumericChain(arm, lengths)
+    for k, q in enumerate(poses):
+        for i, frame in enumerate(frames):
+            assert np.allclose(values(arm, frame.rotation, lengths, q), expected[k, i, :3, :3], atol=1e-9)
+            assert np.allclose(values(arm, frame.origin, lengths, q)[:, 0], expected[k, i, :3, 3], atol=1e-9)
+        point = told_point(arm)
+        offset = [float(entry.subs(lengths)) for entry in point.offset]
+        there = expected[k, point.frame, :3, :3] @ offset + expected[k, point.frame, :3, 3]
+        assert np.allclose(there, standard.point(q), atol=1e-9)
+        assert np.allclose(standard.told(standard.frames(q)), expected[k], atol=1e-9)
+        p_star = standard.point(q)[:, None] - expected[k, 1:, :3, 3].T
+        assert np.allclose(values(arm, derive(arm).p_star, lengths, q), p_star, atol=1e-9)
+
+
+@of_families(FIXED)
+def test_what_hangs_on_the_frames_is_certified(family: str) -> None:
+    asked = [name for name in questions_of(family, MODIFIED) if name in OF_FRAMES]
+    certificate = certify(generate(ProblemId(family, 2, tuple(asked), variation="full", convention=MODIFIED)))
+    assert certificate.passed, certificate.failures
+    assert {check.name for check in certificate.checks} >= {"modified table: axes", "modified table: point"}
+
+
+def test_a_certificate_sees_a_table_that_leads_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = generate("elbow-3r/1@modified-dh", ["transform"])
+
+    def other(chain: Chain) -> tuple[Base, list[Joint]]:
+        base, (first, second, third) = modified_rows(chain)
+        return base, [first, replace(second, alpha=-second.alpha), third]
+
+    monkeypatch.setattr(told, "modified_rows", other)
+    failed = {check.name for check in certify(problem).failures}
+    assert {"modified table: axes", "modified table: point"} <= failed
+
+
+@of_families(FIXED)
+def test_no_text_speaks_of_the_frames_of_the_standard_table(family: str) -> None:
+    """No z_0, and no p*_0: the frame on the axis of joint 1 is frame 1."""
+    problem = generate(ProblemId(family, 1, variation="full", convention=MODIFIED))
+    texts = {"statement": statement(problem, "").replace("where the chapter writes $z_{i-1}$ and $p^*_{i-1}$", "")}
+    for part in problem.parts:
+        texts[f"{part.name}, prompt"] = prompt(problem, part)
+        texts[f"{part.name}, hints"] = "\n".join(hints(problem, part))
+    texts |= {f"{name}, solution": text for name, text in worked_solutions(problem).items()}
+    wrong = re.compile(r"(?:z|p\^\*)_\{?0\b|p\^\*_\{i-1\} *\$|z_\{i-1\} \\times|R_z\(\\theta_i\)\\, T_z\(d_i\)\\, T_x")
+    assert not {name: found[0] for name, text in texts.items() if (found := wrong.search(text))}
+
+
+@of_families([name for name in FIXED if name not in LONG_ARMS])
+def test_a_jacobian_that_is_seen_from_a_frame_is_seen_from_that_frame(family: str) -> None:
+    generic = structure(modified(family)).chain
+    lengths, poses = at_random(generic, 1)
+    frames, jacobian = modified_frames(generic, lengths, poses)[0], NumericChain(generic, lengths).jacobian(poses[0])
+    rows = [TASK_ROWS.index(row) for row in generic.task]
+    for k, seen in frames_to_see_from(generic):
+        turn = np.kron(np.eye(2), frames[k, :3, :3].T)
+        assert np.allclose(values(generic, seen, lengths, poses[0]), (turn @ jacobian)[rows], atol=1e-9)
+
+
+@of_families(LONG_ARMS)
+def test_a_jacobian_about_the_origin_of_a_frame_is_about_that_of_the_told_one(family: str) -> None:
+    generic = structure(modified(family, variation="chapter")).chain
+    matrix, step, _ = seen_for_minors(generic)
+    if step is None or not step.moved:
+        pytest.skip("this arm's Jacobian is shown as it is")
+    lengths, (q,) = at_random(generic, 1)
+    pose = modified_frames(generic, lengths, q[None])[0, step.number]
+    arm = NumericChain(generic, lengths)
+    jacobian = arm.jacobian(q)
+    carried = jacobian[:3] + np.cross(jacobian[3:].T, pose[:3, 3] - arm.point(q)).T
+    turn = pose[:3, :3].T
+    assert np.allclose(values(generic, matrix, lengths, q), np.vstack([turn @ carried, turn @ jacobian[3:]]), atol=1e-9)
+
+
+@of_families(FIXED)
+def test_a_figure_shows_the_told_frames(family: str) -> None:
+    arm = drawn_chain(modified(family))
+    _, poses = at_random(arm)
+    for q in poses:
+        assert np.allclose(told_frames(arm, skeleton(arm, q)), modified_frames(arm, {}, q[None])[0], atol=1e-9)
+
+
+def test_ids_tell_the_convention() -> None:
+    for text in ("planar-2r/7@modified-dh", "planar-2r/7@chapter@modified-dh"):
+        assert str(ProblemId.parse(text)) == text
+    assert ProblemId.parse("planar-2r/7@full") == ProblemId("planar-2r", 7, variation="full")
+    with pytest.raises(QdotError, match="unknown convention 'modified'"):
+        ProblemId.parse("planar-2r/7@full@modified")
+    with pytest.raises(QdotError, match="unknown variation"):
+        ProblemId.parse("planar-2r/7@craig")
+
+
+def test_places_have_the_names_of_the_convention() -> None:
+    arm = modified("planar-3r", variation="chapter")
+    assert [place_name(arm, k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
+    assert place_name(modified("puma-560", variation="chapter"), 1) == "O_2"
+    assert place_name(modified("puma-560", variation="chapter"), 2) is None  # d3 leads away from O_2 of the standard
+
+
+ASSIGNMENT = """
+title = "Craig"
+key = "hw"
+convention = "modified-dh"
+
+[[problem]]
+family = "planar-2r"
+questions = ["position-vectors"]
+
+[[problem]]
+family = "elbow-3r"
+convention = "dh"
+questions = ["position-vectors"]
+
+[[problem]]
+robot = "arm.toml"
+questions = ["position-vectors"]
+"""
+ROBOT = """
+name = "arm"
+[[joint]]
+kind = "R"
+theta = "theta1"
+d = 0
+a = 1
+alpha = 0
+"""
+
+
+def test_an_assignment_says_the_convention(tmp_path: Path) -> None:
+    """For all families, for one problem, and not for a robot of the instructor's own, which its file tells."""
+    (tmp_path / "assignment.toml").write_text(ASSIGNMENT)
+    (tmp_path / "arm.toml").write_text(ROBOT)
+    (tmp_path / "roster.csv").write_text("student\nada\n")
+    (tmp_path / "secret.txt").write_text("0" * 64)
+    heard = [problem.chain.convention for _, problem in load_assignment(tmp_path).problems("ada")]
+    assert heard == ["modified-dh", "dh", "dh"]
+    (tmp_path / "assignment.toml").write_text(ASSIGNMENT.replace('convention = "dh"', 'convention = "craig"'))
+    with pytest.raises(QdotError, match=r"problem 2.*convention|convention.*'craig'"):
+        load_assignment(tmp_path)
