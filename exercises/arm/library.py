@@ -69,19 +69,17 @@ def robot_path(given: str, folder: Path = Path()) -> Path:
     if path.is_file():
         return path
     known = {_plain(name): robot for name, robot in robots().items()}
-    stem, ending = (given[: -len(path.suffix)], path.suffix) if path.suffix.lower() in ENDINGS else (given, "")
-    if not ending and _plain(given) in known:
+    if path.suffix.lower() in ENDINGS or {"/", "\\"} & {*given}:
+        robot = known.get(_plain(path.stem))
+        hint = f"; the library's robot is called {robot.name}, without folder and ending" if robot else ""
+        raise QdotError(f"there is no file {path}{hint}")
+    if _plain(given) in known:
         return known[_plain(given)].path
     if path.is_dir():
-        raise QdotError(f"{path}: this is a folder; an arm is told by a file, or by a name that 'qdot robots' lists")
-    if {"/", "\\"} & {*given}:
-        raise QdotError(f"{path}: there is no such file")
-    if ending and _plain(stem) in known:
-        name = known[_plain(stem)].name
-        raise QdotError(f"{path}: there is no such file; the library's robot is named without an ending: {name}")
-    close = [known[name].name for name in difflib.get_close_matches(_plain(stem), known, n=1)]
+        raise QdotError(f"{path} is a folder; an arm is told by a file, or by a name that 'qdot robots' lists")
+    close = [known[name].name for name in difflib.get_close_matches(_plain(given), known, n=1)]
     hint = f" (did you mean {close[0]!r}?)" if close else ""
-    raise QdotError(f"{path}: there is no such file, and no robot of that name{hint}; 'qdot robots' lists them")
+    raise QdotError(f"there is no file {path}, and the library has no robot {given!r}{hint}; 'qdot robots' lists them")
 
 
 def _plain(name: str) -> str:

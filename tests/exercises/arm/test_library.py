@@ -19,13 +19,19 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from exercises.arm.conventions import CONVENTIONS
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.library import FOLDER, robot_path, robots
 from exercises.arm.robot_file import Robot, read_robot_file
 from exercises.arm.robot_text import robot_text
+from exercises.assignment import load_assignment
 from exercises.errors import QdotError
+from exercises.exports.outlet import Order
+from exercises.exports.outlet import robots as robots_to_export
+from exercises.release import init_assignment
 from tests.support import ROOT
+from tests.support.command import fails, run
 
 Matrix = np.ndarray
 DATA = ROOT / "tests" / "data" / "robots"
@@ -268,19 +274,83 @@ def test_a_file_wins(tmp_path: Path) -> None:
     assert robot_path(str(own)) == own
 
 
+def test_a_file_that_is_missing_is_told_without_guesses() -> None:
+    with pytest.raises(QdotError, match=r"there is no file arm\.toml$"):
+        robot_path("arm.toml")
+
+
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ("pandas", "no robot of that name (did you mean 'panda'?)"),
+        (
+            "pandas",
+            "there is no file pandas, and the library has no robot 'pandas' (did you mean 'panda'?); 'qdot robots'",
+        ),
         ("ur-5f", "(did you mean 'ur5'?)"),
-        ("xyz", "there is no such file, and no robot of that name; 'qdot robots' lists them"),
-        ("panda.toml", "the library's robot is named without an ending: panda"),
-        ("pandas.toml", "(did you mean 'panda'?)"),
-        ("arms/panda", "arms/panda: there is no such file"),
-        (".", "this is a folder"),
-        ("", "this is a folder"),
+        ("wxyz", "the library has no robot 'wxyz'; 'qdot robots' lists them"),
+        ("panda.toml", "there is no file panda.toml; the library's robot is called panda, without folder and ending"),
+        ("arms/UR5e", "there is no file arms/UR5e; the library's robot is called ur5e, without folder and ending"),
+        (".", ". is a folder; an arm is told by a file, or by a name that 'qdot robots' lists"),
+        ("", "is a folder"),
     ],
 )
 def test_what_is_neither_file_nor_robot_is_told(given: str, said: str) -> None:
     with pytest.raises(QdotError, match=re.escape(said)):
         robot_path(given)
+
+
+# --- in commands and assignments ---
+
+
+def test_robots_are_listed() -> None:
+    listed = json.loads(run("robots", "--json"))
+    assert [robot["name"] for robot in listed] == list(robots())
+    assert {"name", "title", "joints", "convention", "source"} == {*listed[0]}
+    said = run("robots")
+    for robot in robots().values():
+        assert re.search(rf"(?m)^  {robot.name} +{robot.joints} +{robot.convention} +\S", said)
+    assert max(map(len, said.splitlines())) <= 100
+
+
+def test_a_robot_is_solved_by_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    solved = json.loads(run("solve", "Cobra-600", "--format", "json"))
+    assert (solved["name"], solved["determinant"]) == ("Adept Cobra 600", "143*sin(theta2)/1600")
+    assert [one["solutions"] for one in solved["singular"]] == [{"theta2": ["0", "pi"]}]
+    assert "(did you mean 'cobra600'?)" in fails("solve", "cobra66")
+    Path("cobra600").write_text("no arm", encoding="utf-8")
+    assert "cobra600: line 1: not valid TOML" in fails("solve", "cobra600")
+
+
+@pytest.mark.parametrize("convention", CONVENTIONS)
+def test_a_robot_is_written_in_another_convention(convention: str, tmp_path: Path) -> None:
+    """What is written has the same axes and point of interest."""
+    own, q = tmp_path / "mine.toml", np.random.default_rng(5).uniform(-3, 3, (3, 7))
+    own.write_text(run("solve", "panda", "--convert", convention), encoding="utf-8")
+    robot, written = read("panda"), read_robot_file(own)
+    assert (written.chain.title, written.source, written.limits) == (robot.chain.title, robot.source, robot.limits)
+    first, second = (NumericChain(arm.chain, {}).jacobian(q) for arm in (robot, written))
+    assert np.allclose(first, second, rtol=0, atol=1e-12)
+
+
+def test_an_assignment_asks_about_a_robot_of_the_library_unless_it_has_a_file_of_that_name(tmp_path: Path) -> None:
+    init_assignment(tmp_path / "hw", "Robots", "hw")
+    path = tmp_path / "hw" / "assignment.toml"
+    path.write_text('title = "T"\nkey = "hw"\n[[problem]]\nrobot = "Cobra600"\nquestions = ["determinant"]\n')
+    slot = load_assignment(path.parent).slots[0]
+    assert (slot.name, slot.family.name, slot.family.title) == ("p1", "cobra600", "Adept Cobra 600")
+    assert _robots_to_export(path.parent) == []
+    path.write_text(path.read_text().replace("Cobra600", "cobra"))
+    with pytest.raises(
+        QdotError, match=r'line 4: problem 1: robot = "cobra": there is no file .*did you mean \'cobra600'
+    ):
+        load_assignment(path.parent)
+    own = (FOLDER / "cobra600.toml").read_text(encoding="utf-8").replace("Adept Cobra 600", "Mine")
+    (path.parent / "cobra.toml").write_text(own, encoding="utf-8")
+    path.write_text(path.read_text().replace('"cobra"', '"cobra.toml"'))
+    assert load_assignment(path.parent).slots[0].family.title == "Mine"
+    assert _robots_to_export(path.parent) == ["cobra.toml"]
+
+
+def _robots_to_export(folder: Path) -> list[str]:
+    return robots_to_export(Order(load_assignment(folder), lambda _: ()))
