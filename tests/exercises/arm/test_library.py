@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from exercises.arm.chain import TASK_ROWS
 from exercises.arm.conventions import CONVENTIONS
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
@@ -26,10 +27,12 @@ from exercises.arm.library import FOLDER, robot_path, robots
 from exercises.arm.robot_file import Robot, read_robot_file
 from exercises.arm.robot_text import robot_text
 from exercises.assignment import load_assignment
+from exercises.docs.robots import LONG
 from exercises.errors import QdotError
 from exercises.exports.outlet import Order
 from exercises.exports.outlet import robots as robots_to_export
 from exercises.release import init_assignment
+from exercises.solving import solve
 from tests.support import ROOT
 from tests.support.command import fails, run
 
@@ -221,6 +224,55 @@ def test_a_number_that_is_wrong_by_a_millimetre_or_a_degree_is_seen() -> None:
             joints = (*chain.joints[:number], type(joint)("R", **values), *chain.joints[number + 1 :])
             other = NumericChain(type(chain)("other", joints, chain.task, chain.base, chain.tool), {})
             assert not np.allclose(other.frames(q)[:, -1], poses, rtol=0, atol=1e-5)
+
+
+QUICK = ("cobra600", "kr5")
+FEW = [name if name in QUICK else pytest.param(name, marks=pytest.mark.whole) for name in robots() if name not in LONG]
+
+
+@pytest.mark.parametrize("name", FEW)
+def test_where_a_robot_is_said_to_be_singular_its_jacobian_loses_rank_and_only_there(name: str) -> None:
+    """From random starts, down to where each condition holds, and down to where the smallest singular value is zero."""
+    solution, arm = solve(read(name).chain), NumericChain(read(name).chain, {})
+    rows = [TASK_ROWS.index(row) for row in solution.chain.task]
+    found = [sp.lambdify([solution.chain.q], list(one.conditions)) for one in solution.singular or ()]
+    rng, n = np.random.default_rng(11), solution.chain.n
+
+    def least(q: Matrix) -> float:
+        return float(np.linalg.svd(arm.jacobian(q)[rows], compute_uv=False)[-1])
+
+    def unmoved(x: Matrix) -> Matrix:  # u of length 1 with J^T u = 0
+        return np.append(arm.jacobian(x[:n])[rows].T @ x[n:], x[n:] @ x[n:] - 1)
+
+    for conditions in found:
+        held = [zero_of(values_of(conditions), rng.uniform(-1.5, 1.5, n)) for _ in range(15)]
+        there = [q for q in held if q is not None]
+        assert len(there) >= 5
+        assert max(map(least, there)) < 1e-8
+    zeros = []
+    for _ in range(40):
+        q = rng.uniform(-1.5, 1.5, n)
+        zeros.append(zero_of(unmoved, np.append(q, np.linalg.svd(arm.jacobian(q)[rows])[0][:, -1])))
+    reached = [x[:n] for x in zeros if x is not None and least(x[:n]) < 1e-9]
+    assert len(reached) > 20
+    for q in reached:
+        assert min(np.abs(values_of(conditions)(q)).max() for conditions in found) < 1e-5, q
+
+
+def values_of(conditions: Callable[[Matrix], list[float]]) -> Callable[[Matrix], Matrix]:
+    return lambda q: np.array(conditions(q), dtype=float)
+
+
+def zero_of(function: Callable[[Matrix], Matrix], x: Matrix) -> Matrix | None:
+    """Return a zero by steps of Gauss and Newton, the shortest ones; None where they don't lead to one."""
+    for _ in range(60):
+        value = function(x)
+        if np.abs(value).max() < 1e-12:
+            return x
+        slope = np.array([(function(x + e) - function(x - e)) / 2e-6 for e in np.eye(len(x)) * 1e-6]).T
+        step = np.linalg.lstsq(slope, value, rcond=1e-9)[0]
+        x = x - step * min(1.0, 0.5 / max(np.abs(step).max(), 1e-300))
+    return None
 
 
 # --- the files ---
