@@ -66,8 +66,11 @@ def robot_path(given: str, folder: Path = Path()) -> Path:
     'panda.toml'
     """
     path = folder / given
-    if path.is_file():
-        return path
+    try:
+        if path.is_file():
+            return path
+    except OSError as error:  # as of a name that is too long for a disk
+        raise QdotError(f"there is no file {path}: {error.strerror}") from None
     known = {_plain(name): robot for name, robot in robots().items()}
     if path.suffix.lower() in ENDINGS or {"/", "\\"} & {*given}:
         robot = known.get(_plain(path.stem))

@@ -344,6 +344,7 @@ def test_a_file_that_is_missing_is_told_without_guesses() -> None:
         ("arms/UR5e", "there is no file arms/UR5e; the library's robot is called ur5e, without folder and ending"),
         (".", ". is a folder; an arm is told by a file, or by a name that 'qdot robots' lists"),
         ("", "is a folder"),
+        ("panda" * 1000, "pandapanda: File name too long"),
     ],
 )
 def test_what_is_neither_file_nor_robot_is_told(given: str, said: str) -> None:
