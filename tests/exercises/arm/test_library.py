@@ -88,8 +88,9 @@ def of_rows(model: dict[str, Any], q: Matrix) -> Matrix:
     pose = np.eye(4)
     for (kind, theta, d, a, alpha), value in zip(model["rows"], np.moveaxis(q, -1, 0), strict=True):
         turn, slide = (value, 0 * value) if kind == "R" else (0 * value, value)
-        step = about("z", np.radians(theta) + turn) @ shift(a, 0, d + slide) @ about("x", np.radians(alpha))
-        pose = pose @ step
+        about_z = about("z", np.radians(theta) + turn) @ shift(0, 0, d + slide)
+        about_x = about("x", np.radians(alpha)) @ shift(a, 0, 0)
+        pose = pose @ (about_x @ about_z if model["kind"] == "modified-dh" else about_z @ about_x)
     return pose
 
 
@@ -115,7 +116,12 @@ def of_craig(model: dict[str, Any], q: Matrix) -> Matrix:
     return np.moveaxis(entries, (0, 1), (-2, -1))
 
 
-POSES: dict[str, Callable[[dict[str, Any], Matrix], Matrix]] = {"urdf": of_urdf, "dh": of_rows, "craig": of_craig}
+POSES: dict[str, Callable[[dict[str, Any], Matrix], Matrix]] = {
+    "urdf": of_urdf,
+    "dh": of_rows,
+    "modified-dh": of_rows,
+    "craig": of_craig,
+}
 
 
 def in_their_values(model: dict[str, Any], kinds: str, q: Matrix) -> Matrix:
