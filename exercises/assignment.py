@@ -12,6 +12,7 @@ from typing import Any, Literal
 import pydantic
 
 from exercises.arm.chain import CONVENTIONS
+from exercises.arm.library import robot_path
 from exercises.arm.robot_file import read_robot_file
 from exercises.credit import CREDIT, Credit, read_credit
 from exercises.decimals import DECIMALS, read_decimals
@@ -88,7 +89,7 @@ RIGHT = {
     "sandbox": '"strict" grades only where the system itself contains students\' code, "best" by what there is',
     "problem": "problems are given as [[problem]] tables, one for each",
     "family": 'it is the name of a family, as in family = "planar-2r"; `qdot families` lists them',
-    "robot": 'it is the name of a file, as in robot = "my-arm.toml"',
+    "robot": 'it is the name of a file, as in robot = "my-arm.toml", or of a real robot that `qdot robots` lists',
     "questions": 'it is a list of names, as in questions = ["position", "jacobian"], which `qdot questions` lists, or '
     '"quiz" for a short question of each form',
     "points": "it is a list of positive numbers, one for each question, as in points = [1, 2]",
@@ -347,7 +348,7 @@ def _slot(file: TomlFile, index: int, entry: ProblemEntry, usual: _Usual, notes:
             family, robot = family_named(entry.family), ""
     else:
         with file.at(*place, "robot"):
-            family, robot = _own(file.path.parent / str(entry.robot), notes)
+            family, robot = _own(robot_path(str(entry.robot), file.path.parent), notes)
     if entry.variation is not None:
         with file.at(*place, "variation"):
             variation = _variation(entry.variation)
@@ -404,9 +405,7 @@ def _check_points(points: tuple[float, ...] | None, questions: int) -> None:
 
 
 def _own(path: Path, notes: list[str]) -> tuple[Family, str]:
-    """Return the family of an instructor's robot, and the digest of its file."""
-    if not path.is_file():
-        raise QdotError(f"there is no file {path}")
+    """Return the family of a robot that a file describes, and the digest of that file."""
     robot = read_robot_file(path)
     notes += robot.notes
     return own_family(path, robot), _short_hash(path.read_text(encoding="utf-8", errors="replace"))

@@ -1,7 +1,7 @@
-"""The commands about what is asked: init, families, questions, show, solve."""
+"""The commands about what is asked: init, families, questions, show, robots, solve."""
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,12 +13,14 @@ from exercises import show as show_problem
 from exercises import solve as solve_chain
 from exercises.arm.chain import CONVENTIONS
 from exercises.arm.conventions import TABLES
+from exercises.arm.library import robot_path
+from exercises.arm.library import robots as library
 from exercises.arm.robot_file import read_robot_file
 from exercises.arm.robot_text import robot_text
 from exercises.console import VariationOption, note, one_of, say
 from exercises.families import Family
 from exercises.generation import family_named, listed, short_quiz
-from exercises.overview import detail, overview, refusals
+from exercises.overview import detail, overview, refusals, robots_overview
 from exercises.quizzes import QUIZZES
 from exercises.release import init_assignment
 from exercises.sets import DEFAULT_SET, SETS, set_named
@@ -173,8 +175,25 @@ def _names(listed: str) -> tuple[str, ...]:
     return names
 
 
+def robots(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
+    """List the real robots that `qdot solve NAME` knows, with joints, convention and source.
+
+    Capital letters and hyphens in a name don't count. robot = "panda" in assignment.toml asks about one, and `qdot
+    solve panda --convert dh > arm.toml` makes a file of it that you can change.
+    """
+    if as_json:
+        say(json.dumps([asdict(robot) for robot in library().values()], ensure_ascii=False, indent=1))
+    else:
+        say(robots_overview())
+
+
 def solve(
-    robot: Annotated[Path, typer.Argument(metavar="ROBOT", help="Your arm: ROBOT.toml, a table in CSV, or a URDF.")],
+    robot: Annotated[
+        str,
+        typer.Argument(
+            metavar="ROBOT", help="Your arm: ROBOT.toml, a table in CSV, or a URDF; or the name of a real one: panda."
+        ),
+    ],
     format: Annotated[str, typer.Option("--format", "-f", help=f"One of {', '.join(SOLVE_FORMATS)}.")] = "text",
     tip: Annotated[str, typer.Option(metavar="LINK", help="URDF: the link at the end, if there are several.")] = "",
     convention: Annotated[
@@ -185,7 +204,7 @@ def solve(
         typer.Option(metavar="NAME", help=f"Write the arm as ROBOT.toml in a convention: {', '.join(CONVENTIONS)}."),
     ] = "",
 ) -> None:
-    """Derive everything the book would for your own arm.
+    """Derive everything the book would for your own arm, or for a real robot of the library (`qdot robots`).
 
     That is position, Jacobian both ways, determinant and singularities. ROBOT.toml has a name, optionally task =
     ["vx", "vy"] and point = "O3" or [x, y, z], and a [[joint]] for each row of the standard DH table: kind = "R" or
@@ -200,7 +219,7 @@ def solve(
     one_of(format, SOLVE_FORMATS, "--format")
     if convention:
         one_of(convention, TABLES, "--convention")
-    read = read_robot_file(robot, tip, convention)
+    read = read_robot_file(robot_path(robot), tip, convention)
     for said in read.notes:
         note(said)
     if convert:

@@ -1,9 +1,10 @@
-"""The families at a glance for `qdot families`: kinds of arms, and what can be asked of them, in few words."""
+"""At a glance: the families for `qdot families`, by kind of arm and with what can be asked, and the real robots."""
 
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 
 from exercises.arm.chain import Chain
+from exercises.arm.library import robots
 from exercises.families import FAMILIES, Family
 from exercises.generation import listed, sample_chain
 from exercises.problem import ProblemId
@@ -74,6 +75,16 @@ def overview() -> str:
             lines += _filled(first, f"{family.title}; {family.source}")
             lines += _filled(" " * 8, asked_in_topics(about.questions))
     lines += ["", "More of one of them: qdot families NAME. Drawings of all: docs/families.md"]
+    return "\n".join(lines)
+
+
+def robots_overview() -> str:
+    """Return the robots of the library: name, joints, convention, what it is and its source."""
+    lines = ["Real robots: name, joints, convention, what it is, and where its numbers are from:", ""]
+    for robot in robots().values():
+        first = f"  {robot.name:<16}{robot.joints:<9}{robot.convention:<13}"
+        lines += _filled(first, f"{robot.title}; {robot.source}")
+    lines += ["", "All that is derived of one: qdot solve NAME. As a file: qdot solve NAME --convert dh > arm.toml"]
     return "\n".join(lines)
 
 

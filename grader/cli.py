@@ -33,7 +33,7 @@ WORKERS = {
 
 
 COMMANDS = {
-    **dict.fromkeys(("init", "families", "questions", "show", "solve"), "exercises.commands"),
+    **dict.fromkeys(("init", "families", "questions", "show", "robots", "solve"), "exercises.commands"),
     **dict.fromkeys(("verify", "generate", "check", "compare", "grade", "doctor"), "grader.commands"),
     **dict.fromkeys(("export", "report"), "grader.outlets"),
     "demo": "grader.commands",

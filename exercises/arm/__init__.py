@@ -16,5 +16,6 @@ From the bottom up:
     placing, conventions        an arm by where its axes lie, by modified and standard tables: the standard table of it
     urdf, robot_file            the user's own arm: as ROS describes it; ROBOT.toml, in any convention
     robot_text                  an arm written as ROBOT.toml
+    library                     real robots, by their names
     arithmetic, stages          a derivation in stages, in numbers, SymPy or trees, any of them changed by a mistake
 """

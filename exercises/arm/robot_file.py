@@ -1,6 +1,7 @@
 """ROBOT.toml: a user's own arm, read with every mistake told by file, line, joint and key.
 
     name = "my arm"
+    source = "its manual, p. 12"   # optional: where its numbers are from
     convention = "dh"              # optional: or "modified-dh", or "screws"
     angles = "radians"             # optional: or "degrees"
     task = ["vx", "vy"]            # optional: the rows that count
@@ -48,7 +49,7 @@ KEYS = {"dh": ROW_KEYS, "modified-dh": ROW_KEYS, "screws": ("kind", "axis", "poi
 ANGLES = ("theta", "alpha")
 MOST_JOINTS = 10
 """The proof that both routes give the same Jacobian takes twice as long for each parallel joint more."""
-TOP_KEYS = ("name", "convention", "angles", "task", "point", "base", "tool", "joint", "draw")
+TOP_KEYS = ("name", "source", "convention", "angles", "task", "point", "base", "tool", "joint", "draw")
 _RANGE = "a length has a range in metres, as in a1 = [0.3, 0.8]"
 _POSE = "it is {position = [x, y, z]}, with rpy = [roll, pitch, yaw] if it is turned"
 Limits = tuple[sp.Expr, sp.Expr]
@@ -74,7 +75,8 @@ class Robot:
     """What a file describes: a chain, and the lengths to be drawn as (symbol, least, greatest) in whole centimetres.
 
     `given` is how it is told, None where that is the standard table; `limits` are those of each joint (rad or m), None
-    where none are told. `notes` are messages about what may be right, but is probably a mistake.
+    where none are told. `notes` are messages about what may be right, but is probably a mistake. `source` is where the
+    numbers are from, empty where that is not told.
     """
 
     chain: Chain
@@ -82,6 +84,7 @@ class Robot:
     notes: tuple[str, ...] = ()
     limits: tuple[Limits | None, ...] = ()
     given: Given | None = None
+    source: str = ""
 
 
 def read_robot(path: Path) -> Chain:
@@ -173,7 +176,7 @@ def robot_of(file: TomlFile) -> Robot:
     reader = _Reader(file)
     chain = reader.chain()
     draws = _draws(file, chain)
-    return Robot(chain, draws, _notes(file, chain, draws), reader.limits(), reader.given)
+    return Robot(chain, draws, _notes(file, chain, draws), reader.limits(), reader.given, reader.source)
 
 
 class _Reader:
@@ -182,9 +185,8 @@ class _Reader:
     def __init__(self, file: TomlFile) -> None:
         file.check_keys((), TOP_KEYS, ("name", "joint"))
         self.file, self.table = file, file.content
-        with file.at("name"):
-            if not isinstance(self.table["name"], str) or not self.table["name"].strip():
-                raise QdotError('it is a text, as in name = "my arm"')
+        self.title = self._text("name", "my arm")
+        self.source = self._text("source", "its manual, p. 12") if "source" in self.table else ""
         self.convention = self._one_of("convention", CONVENTIONS)
         self.in_degrees = self._one_of("angles", ("radians", "degrees")) == "degrees"
         rows = self.table["joint"]
@@ -201,12 +203,19 @@ class _Reader:
     def chain(self) -> Chain:
         """Return the arm, with the task that is told, else the usual one."""
         base, joints, point = self._by_axes() if self.convention == "screws" else self._by_table()
-        plain = " ".join(self.table["name"].split())
-        chain = Chain(plain, joints, ("vx",), base, point, plain)
+        chain = Chain(self.title, joints, ("vx",), base, point, self.title)
         if "task" not in self.table:
             return chain.with_task(*default_task(chain))
         with self.file.at("task"):
             return chain.with_task(*_task(self.table["task"]))
+
+    def _text(self, key: str, example: str) -> str:
+        """Return a text in one line."""
+        value = self.table[key]
+        with self.file.at(key):
+            if not isinstance(value, str) or not value.strip():
+                raise QdotError(f'it is a text, as in {key} = "{example}"')
+        return " ".join(value.split())
 
     def _one_of(self, key: str, known: tuple[str, ...]) -> str:
         value = self.table.get(key, known[0])

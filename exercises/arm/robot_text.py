@@ -23,6 +23,7 @@ def robot_text(robot: Robot, convention: str) -> str:
     chain = robot.chain
     top, joints = {"dh": _standard, "modified-dh": _modified, "screws": _screws}[convention](chain)
     head = [("name", shown(chain.title or chain.name))]
+    head += [("source", shown(robot.source))] if robot.source else []
     head += [("convention", shown(convention))] if convention != "dh" else []
     head += [("task", shown(list(chain.task))), *top]
     limits = [*robot.limits, *[None] * (chain.n - len(robot.limits))]

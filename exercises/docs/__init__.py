@@ -6,6 +6,7 @@ chapter's examples.
     errata              where the chapter is wrong as printed
     structures          how many arms there are
     sharing             how many students would share an answer: measured, and kept
+    robots              the table of real robots, and where they are singular
 """
 
 import json
@@ -18,6 +19,7 @@ from types import MappingProxyType
 
 from exercises.arm.chain import Chain
 from exercises.docs.errata import Erratum, errata
+from exercises.docs.robots import robots_page
 from exercises.docs.sharing import GROUPS, known
 from exercises.docs.structures import structures_page
 from exercises.families import FAMILIES
@@ -59,6 +61,7 @@ def documents() -> Mapping[str, str]:
         "structures.md": structures_page(),
         "mistakes.md": mistakes_page(),
         "variation.md": variation_page(),
+        "robots.md": robots_page(),
         **drawings,
     }
     return MappingProxyType(made)

@@ -68,7 +68,10 @@ class File:
 
 
 def robots(order: Order) -> list[str]:
-    """Return the files of an assignment's own robots, below its folder. Raises QdotError for one elsewhere."""
+    """Return the files of an assignment's own robots, below its folder; those of the library come with qdot.
+
+    Raises QdotError for a file elsewhere.
+    """
     assignment = order.assignment
     content = tomllib.loads((assignment.folder / "assignment.toml").read_text(encoding="utf-8"))
     names = list(dict.fromkeys(entry["robot"] for entry in content["problem"] if "robot" in entry))
@@ -77,7 +80,7 @@ def robots(order: Order) -> list[str]:
             raise QdotError(
                 f"robot = {name!r} lies outside of {assignment.folder}; put it there, so that it can be exported"
             )
-    return [PurePath(name).as_posix() for name in names]
+    return [PurePath(name).as_posix() for name in names if (assignment.folder / name).is_file()]
 
 
 @dataclass(frozen=True)

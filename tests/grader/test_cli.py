@@ -40,6 +40,7 @@ def test_help_lists_every_command_and_each_explains_itself() -> None:
         "families",
         "questions",
         "show",
+        "robots",
         "solve",
         "verify",
         "generate",

@@ -24,7 +24,7 @@ LAYERS = {
         arm.chain arm.told arm.kinematics arm.trigonometry arm.derivation arm.together arm.singularity arm.axes
         arm.reason arm.reach
         arm.appearance arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.placing
-        arm.conventions arm.urdf arm.robot_file arm.robot_text
+        arm.conventions arm.urdf arm.robot_file arm.robot_text arm.library
         arm.arithmetic arm.stages
         credit decimals lateness several difficulty answers problem families questions mistakes quizzes
         generation record verify writing.gathering writing.angles writing.latex phrases languages render writing

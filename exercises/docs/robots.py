@@ -1,0 +1,66 @@
+"""The table of real robots in docs/robots.md, and in words where each is singular: worked out once, and kept.
+
+`python -m exercises.docs.robots` works them out (a minute) and keeps them in robots.json. The rest of the page is
+written by hand.
+"""
+
+import json
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+
+from exercises.arm.conventions import CONVENTIONS
+from exercises.arm.library import robots
+from exercises.arm.robot_file import read_robot_file
+from exercises.console import say
+from exercises.files import write_atomically
+from exercises.render import render
+from exercises.solving import solve
+
+KEPT = Path(__file__).with_name("robots.json")
+PAGE = Path(__file__).parents[2] / "docs" / "robots.md"
+SECTION, NEXT = "## Real robots\n", "\n## "
+LONG = ("baxter", "gen3", "panda", "sawyer")
+"""Arms of seven joints with offsets: where they are singular takes half a minute to work out, and fills lines."""
+MOST_TERMS = 10
+"""The most terms of a condition that has words; longer ones have none but that J loses rank."""
+NAMES = dict(zip(CONVENTIONS, ("standard", "modified", "axes"), strict=True))
+
+
+def robots_page() -> str:
+    """Return docs/robots.md with its section on real robots as it has to be."""
+    text = PAGE.read_text(encoding="utf-8")
+    before, found, after = text.partition(SECTION)
+    assert found, f"docs/robots.md has no section {SECTION.strip()!r}"
+    _, end, rest = after.partition(NEXT)
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for name, words in kept().items():
+        groups.setdefault(words, []).append(name)
+    section = render("docs/robots.md.j2", robots=robots().values(), names=NAMES, groups=groups)
+    return f"{before}{SECTION}{section.rstrip()}\n{end}{rest}"
+
+
+@cache
+def kept() -> Mapping[str, tuple[str, ...]]:
+    """Return in words where each robot is singular, as it is kept; nothing where that takes more than words."""
+    return {name: tuple(words) for name, words in json.loads(KEPT.read_text(encoding="utf-8")).items()}
+
+
+def singular_in_words(name: str) -> tuple[str, ...]:
+    """Return what the singular configurations of a robot look like, a text for each component of the singular set."""
+    if name in LONG:
+        return ()
+    found = solve(read_robot_file(robots()[name].path).chain).singular or ()
+    if any(len(condition.args) > MOST_TERMS for one in found for condition in one.conditions):
+        return ()
+    return tuple(one.kind.meaning for one in found)
+
+
+def kept_text() -> str:
+    """Return the file that `kept` reads, worked out anew."""
+    return json.dumps({name: singular_in_words(name) for name in robots()}, indent=1) + "\n"
+
+
+if __name__ == "__main__":
+    write_atomically(KEPT, kept_text())
+    say(f"wrote {KEPT.name}")

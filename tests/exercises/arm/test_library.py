@@ -1,0 +1,415 @@
+"""The library of robots: each is the arm that others have published, in pose and Jacobian; and how one is found.
+
+`tests/data/robots` has for each robot the models that it is held against, as they were published: joints of a URDF
+(metres, radians), rows of a DH table (metres, degrees), or poses and Jacobians that another program computed. The
+model's joint values are `sign` times those of the library, plus `zero` (degrees; metres for a slide); its world is the
+library's seen from `base`, and its last frame is `tool` behind the library's. `tolerance` is as good as its numbers
+are. What is computed of a model here knows nothing of qdot.
+"""
+
+import json
+import re
+from collections.abc import Callable
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from exercises.arm.chain import TASK_ROWS
+from exercises.arm.conventions import CONVENTIONS
+from exercises.arm.derivation import derive
+from exercises.arm.kinematics import NumericChain
+from exercises.arm.library import FOLDER, robot_path, robots
+from exercises.arm.robot_file import Robot, read_robot_file
+from exercises.arm.robot_text import robot_text
+from exercises.assignment import load_assignment
+from exercises.docs.robots import LONG
+from exercises.errors import QdotError
+from exercises.exports.outlet import Order
+from exercises.exports.outlet import robots as robots_to_export
+from exercises.release import init_assignment
+from exercises.solving import solve
+from tests.support import ROOT
+from tests.support.command import fails, run
+
+Matrix = np.ndarray
+DATA = ROOT / "tests" / "data" / "robots"
+MODELS = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in sorted(DATA.glob("*.json"))}
+CASES = [
+    pytest.param(name, k, id=f"{name}-{m['kind']}") for name, models in MODELS.items() for k, m in enumerate(models)
+]
+COUNT = 20
+STEP = 1e-5
+
+
+# --- published models: poses (…, 4, 4) at joint values (…, n) ---
+
+
+def about(axis: str, angle: float | Matrix) -> Matrix:
+    angle = np.asarray(angle, dtype=float)
+    c, s, made = np.cos(angle), np.sin(angle), np.zeros((*angle.shape, 4, 4)) + np.eye(4)
+    i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
+    made[..., i, i] = made[..., j, j] = c
+    made[..., i, j], made[..., j, i] = -s, s
+    return made
+
+
+def shift(x: float, y: float, z: float | Matrix) -> Matrix:
+    made = np.zeros((*np.shape(z), 4, 4)) + np.eye(4)
+    made[..., 0, 3], made[..., 1, 3], made[..., 2, 3] = x, y, z
+    return made
+
+
+def placed(xyz: list[float], rpy: list[float] | Matrix) -> Matrix:
+    return shift(xyz[0], xyz[1], xyz[2]) @ about("z", rpy[2]) @ about("y", rpy[1]) @ about("x", rpy[0])
+
+
+def of_urdf(model: dict[str, Any], q: Matrix) -> Matrix:
+    pose, values = np.eye(4), iter(np.moveaxis(q, -1, 0))
+    for joint in model["joints"]:
+        pose = pose @ placed(joint["xyz"], joint["rpy"])
+        if not joint["kind"]:
+            continue
+        u, value, moved = np.array(joint["axis"], dtype=float), next(values)[..., None, None], np.eye(4)
+        if joint["kind"] == "P":
+            moved = shift(0, 0, 0) + value * np.pad(u[:, None], ((0, 1), (3, 0)))
+        else:  # Rodrigues' formula
+            cross = np.pad([[0, -u[2], u[1]], [u[2], 0, -u[0]], [-u[1], u[0], 0]], (0, 1))
+            moved = np.eye(4) + np.sin(value) * cross + (1 - np.cos(value)) * cross @ cross
+        pose = pose @ moved
+    return pose
+
+
+def of_rows(model: dict[str, Any], q: Matrix) -> Matrix:
+    pose = np.eye(4)
+    for (kind, theta, d, a, alpha), value in zip(model["rows"], np.moveaxis(q, -1, 0), strict=True):
+        turn, slide = (value, 0 * value) if kind == "R" else (0 * value, value)
+        about_z = about("z", np.radians(theta) + turn) @ shift(0, 0, d + slide)
+        about_x = about("x", np.radians(alpha)) @ shift(a, 0, 0)
+        pose = pose @ (about_x @ about_z if model["kind"] == "modified-dh" else about_z @ about_x)
+    return pose
+
+
+def of_craig(model: dict[str, Any], q: Matrix) -> Matrix:
+    """Equation (3.14) of his book: the entries of the pose of frame 6, as they are printed."""
+    a2, a3, d3, d4 = (model["lengths"][name] for name in ("a2", "a3", "d3", "d4"))
+    (c1, c2, _, c4, c5, c6), (s1, s2, _, s4, s5, s6) = np.moveaxis(np.array([np.cos(q), np.sin(q)]), -1, 1)
+    c23, s23 = np.cos(q[..., 1] + q[..., 2]), np.sin(q[..., 1] + q[..., 2])
+    r11 = c1 * (c23 * (c4 * c5 * c6 - s4 * s6) - s23 * s5 * c6) + s1 * (s4 * c5 * c6 + c4 * s6)
+    r21 = s1 * (c23 * (c4 * c5 * c6 - s4 * s6) - s23 * s5 * c6) - c1 * (s4 * c5 * c6 + c4 * s6)
+    r31 = -s23 * (c4 * c5 * c6 - s4 * s6) - c23 * s5 * c6
+    r12 = c1 * (c23 * (-c4 * c5 * s6 - s4 * c6) + s23 * s5 * s6) + s1 * (c4 * c6 - s4 * c5 * s6)
+    r22 = s1 * (c23 * (-c4 * c5 * s6 - s4 * c6) + s23 * s5 * s6) - c1 * (c4 * c6 - s4 * c5 * s6)
+    r32 = -s23 * (-c4 * c5 * s6 - s4 * c6) + c23 * s5 * s6
+    r13 = -c1 * (c23 * c4 * s5 + s23 * c5) - s1 * s4 * s5
+    r23 = -s1 * (c23 * c4 * s5 + s23 * c5) + c1 * s4 * s5
+    r33 = s23 * c4 * s5 - c23 * c5
+    px = c1 * (a2 * c2 + a3 * c23 - d4 * s23) - d3 * s1
+    py = s1 * (a2 * c2 + a3 * c23 - d4 * s23) + d3 * c1
+    pz = -a3 * s23 - a2 * s2 - d4 * c23
+    last = [0 * px, 0 * px, 0 * px, 0 * px + 1]
+    entries = np.array([[r11, r12, r13, px], [r21, r22, r23, py], [r31, r32, r33, pz], last])
+    return np.moveaxis(entries, (0, 1), (-2, -1))
+
+
+POSES: dict[str, Callable[[dict[str, Any], Matrix], Matrix]] = {
+    "urdf": of_urdf,
+    "dh": of_rows,
+    "modified-dh": of_rows,
+    "craig": of_craig,
+}
+
+
+def in_their_values(model: dict[str, Any], kinds: str, q: Matrix) -> Matrix:
+    """Return the model's joint values for the library's."""
+    zero = [np.radians(z) if kind == "R" else z for z, kind in zip(model["zero"], kinds, strict=True)]
+    return np.array(model["sign"]) * q + np.array(zero)
+
+
+def ends(model: dict[str, Any]) -> tuple[Matrix, Matrix]:
+    """Return base and tool of a model."""
+    base, tool = (placed(model[key]["xyz"], np.radians(model[key]["rpy"])) for key in ("base", "tool"))
+    return base, tool
+
+
+# --- the same arm ---
+
+
+@cache
+def read(name: str) -> Robot:
+    return read_robot_file(FOLDER / f"{name}.toml")
+
+
+def seen(model: dict[str, Any], robot: Robot) -> tuple[Matrix, Matrix, Matrix]:
+    """Return joint values, poses of the library's last frame, and its 6 x n Jacobians, as the model has them."""
+    kinds = "".join(joint.kind for joint in robot.chain.joints)
+    base, tool = ends(model)
+    from_world, from_tip = np.linalg.inv(base), np.linalg.inv(tool)
+    if model["kind"] == "poses":
+        return seen_in_poses(model, kinds, from_world, from_tip)
+
+    def pose(q: Matrix) -> Matrix:
+        return np.asarray(from_world @ POSES[model["kind"]](model, in_their_values(model, kinds, q)) @ from_tip)
+
+    q = np.random.default_rng(2024).uniform(-3, 3, (COUNT, len(kinds)))
+    here, columns = pose(q), []
+    for e in np.eye(len(kinds)) * STEP:
+        moved = (pose(q + e) - pose(q - e)) / (2 * STEP)
+        spin = moved[:, :3, :3] @ here[:, :3, :3].swapaxes(-1, -2)
+        turning = np.array(
+            [spin[:, 2, 1] - spin[:, 1, 2], spin[:, 0, 2] - spin[:, 2, 0], spin[:, 1, 0] - spin[:, 0, 1]]
+        )
+        columns.append(np.concatenate([moved[:, :3, 3], turning.T / 2], axis=-1))
+    return q, here, np.stack(columns, axis=-1)
+
+
+def seen_in_poses(
+    model: dict[str, Any], kinds: str, from_world: Matrix, from_tip: Matrix
+) -> tuple[Matrix, Matrix, Matrix]:
+    """Return the same of what another program computed: its Jacobian is that of its tip."""
+    zero = in_their_values(model, kinds, np.zeros(len(kinds)))
+    q = np.array(model["sign"]) * (np.array(model["q"]) - zero)
+    tip, back = np.zeros((len(q), 4, 4)) + np.eye(4), from_world[:3, :3]
+    tip[:, :3] = model["pose"]
+    jacobian = np.array(model["jacobian"]) * np.array(model["sign"])
+    at_frame = moved_by(jacobian, tip[:, :3, :3] @ from_tip[:3, 3])
+    turned = np.concatenate([back @ at_frame[:, :3], back @ at_frame[:, 3:]], axis=1)
+    return q, from_world @ tip @ from_tip, turned
+
+
+def moved_by(jacobian: Matrix, beside: Matrix) -> Matrix:
+    """Return Jacobians (…, 6, n) of a point that is so far (…, 3) from that whose they are."""
+    linear = jacobian[..., :3, :] + np.cross(jacobian[..., 3:, :], beside[..., None], axis=-2)
+    return np.concatenate([linear, jacobian[..., 3:, :]], axis=-2)
+
+
+@pytest.mark.parametrize(("name", "k"), CASES)
+def test_a_robot_is_the_one_that_was_published(name: str, k: int) -> None:
+    model, robot = MODELS[name][k], read(name)
+    arm = NumericChain(robot.chain, {}).with_point(robot.chain.n)
+    close, (q, poses, jacobians) = model["tolerance"], seen(model, robot)
+    assert poses.shape == (COUNT, 4, 4)
+    assert jacobians.shape == (COUNT, 6, robot.chain.n)
+    assert np.allclose(arm.frames(q)[:, -1], poses, rtol=0, atol=close)
+    assert np.allclose(arm.jacobian(q), jacobians, rtol=0, atol=5 * close + 1e-8)
+
+
+@pytest.mark.parametrize("name", list(robots()))
+def test_what_is_derived_of_a_robot_is_that_arm(name: str) -> None:
+    """Position and Jacobian as formulas, at the point of interest, against the first model."""
+    model, robot = MODELS[name][0], read(name)
+    chain, derivation = robot.chain, derive(robot.chain)
+    assert not chain.parameters, "a real robot has no open lengths"
+    point = np.array([float(value) for value in chain.point.offset])
+    assert chain.point.frame == chain.n
+    q, pose, jacobian = (values[0] for values in seen(model, robot))
+    values = {symbol: sp.Float(value, 30) for symbol, value in zip(chain.q, q, strict=True)}
+    beside = pose[:3, :3] @ point
+    close = 10 * model["tolerance"] + 1e-7
+    assert np.allclose(_numbers(derivation.position, values)[:, 0], pose[:3, 3] + beside, rtol=0, atol=close)
+    assert np.allclose(_numbers(derivation.geometric, values), moved_by(jacobian, beside), rtol=0, atol=close)
+
+
+def _numbers(matrix: sp.Matrix, values: dict[sp.Symbol, sp.Expr]) -> Matrix:
+    return np.array([[float(sp.N(entry.xreplace(values))) for entry in row] for row in matrix.tolist()])
+
+
+def test_a_number_that_is_wrong_by_a_millimetre_or_a_degree_is_seen() -> None:
+    """What was published is no loose fit: each length and angle counts that isn't taken up by base, tool or zeros."""
+    model = MODELS["panda"][0]
+    chain = read("panda").chain
+    q, poses, _ = seen(model, read("panda"))
+    for number, joint in enumerate(chain.joints[:-1]):
+        for key, change in (("a", 1e-3), ("d", 1e-3), ("alpha", np.radians(1))):
+            values = {k: getattr(joint, k) for k in ("theta", "d", "a", "alpha")}
+            values[key] += sp.Float(change)
+            joints = (*chain.joints[:number], type(joint)("R", **values), *chain.joints[number + 1 :])
+            other = NumericChain(type(chain)("other", joints, chain.task, chain.base, chain.tool), {})
+            assert not np.allclose(other.frames(q)[:, -1], poses, rtol=0, atol=1e-5)
+
+
+QUICK = ("cobra600", "kr5")
+FEW = [name if name in QUICK else pytest.param(name, marks=pytest.mark.whole) for name in robots() if name not in LONG]
+
+
+@pytest.mark.parametrize("name", FEW)
+def test_where_a_robot_is_said_to_be_singular_its_jacobian_loses_rank_and_only_there(name: str) -> None:
+    """From random starts, down to where each condition holds, and down to where the smallest singular value is zero."""
+    solution, arm = solve(read(name).chain), NumericChain(read(name).chain, {})
+    rows = [TASK_ROWS.index(row) for row in solution.chain.task]
+    found = [sp.lambdify([solution.chain.q], list(one.conditions)) for one in solution.singular or ()]
+    rng, n = np.random.default_rng(11), solution.chain.n
+
+    def least(q: Matrix) -> float:
+        return float(np.linalg.svd(arm.jacobian(q)[rows], compute_uv=False)[-1])
+
+    def unmoved(x: Matrix) -> Matrix:  # u of length 1 with J^T u = 0
+        return np.append(arm.jacobian(x[:n])[rows].T @ x[n:], x[n:] @ x[n:] - 1)
+
+    for conditions in found:
+        held = [zero_of(values_of(conditions), rng.uniform(-1.5, 1.5, n)) for _ in range(15)]
+        there = [q for q in held if q is not None]
+        assert len(there) >= 5
+        assert max(map(least, there)) < 1e-8
+    zeros = []
+    for _ in range(40):
+        q = rng.uniform(-1.5, 1.5, n)
+        zeros.append(zero_of(unmoved, np.append(q, np.linalg.svd(arm.jacobian(q)[rows])[0][:, -1])))
+    reached = [x[:n] for x in zeros if x is not None and least(x[:n]) < 1e-9]
+    assert len(reached) > 20
+    for q in reached:
+        assert min(np.abs(values_of(conditions)(q)).max() for conditions in found) < 1e-5, q
+
+
+def values_of(conditions: Callable[[Matrix], list[float]]) -> Callable[[Matrix], Matrix]:
+    return lambda q: np.array(conditions(q), dtype=float)
+
+
+def zero_of(function: Callable[[Matrix], Matrix], x: Matrix) -> Matrix | None:
+    """Return a zero by steps of Gauss and Newton, the shortest ones; None where they don't lead to one."""
+    for _ in range(60):
+        value = function(x)
+        if np.abs(value).max() < 1e-12:
+            return x
+        slope = np.array([(function(x + e) - function(x - e)) / 2e-6 for e in np.eye(len(x)) * 1e-6]).T
+        step = np.linalg.lstsq(slope, value, rcond=1e-9)[0]
+        x = x - step * min(1.0, 0.5 / max(np.abs(step).max(), 1e-300))
+    return None
+
+
+# --- the files ---
+
+
+def test_every_robot_is_held_against_a_model_and_says_where_it_is_from() -> None:
+    assert sorted(MODELS) == sorted(robots())
+    assert all(model["source"] for models in MODELS.values() for model in models)
+    assert all(model["tolerance"] <= 1e-8 or model["why"] for models in MODELS.values() for model in models)
+    assert all(any(model["tolerance"] <= 3e-5 for model in models) for models in MODELS.values())
+    for robot in robots().values():
+        text = robot.path.read_text(encoding="utf-8")
+        assert text.startswith("# "), f"{robot.name} says nothing of its source"
+        assert read(robot.name).source == robot.source
+        assert max(map(len, text.splitlines())) <= 120
+
+
+def test_the_source_of_an_arm_is_a_text_and_is_kept(tmp_path: Path) -> None:
+    text = robot_text(read("scorbot"), "modified-dh")
+    assert '\nsource = "ScorBotToolbox, ScorDHtable"\n' in text
+    path = tmp_path / "arm.toml"
+    path.write_text(text, encoding="utf-8")
+    assert read_robot_file(path).source == "ScorBotToolbox, ScorDHtable"
+    path.write_text(text.replace('"ScorBotToolbox, ScorDHtable"', "12"), encoding="utf-8")
+    with pytest.raises(QdotError, match=r'line 2: source = 12: it is a text, as in source = "its manual, p. 12"'):
+        read_robot_file(path)
+    path.write_text(re.sub("source.*\n", "", text), encoding="utf-8")
+    assert read_robot_file(path).source == ""
+
+
+def test_robots_stand_in_the_order_of_their_numbers() -> None:
+    names = list(robots())
+    assert [name for name in names if name.startswith("ur")] == ["ur3", "ur3e", "ur5", "ur5e", "ur10", "ur10e"]
+    assert [(a, b) for a, b in pairwise(names) if a[0] > b[0]] == []
+
+
+# --- how one is found ---
+
+
+@pytest.mark.parametrize("given", ["panda", "Panda", "PANDA", "LR-Mate 200iD", "iiwa_14", "Puma-560"])
+def test_a_robot_is_found_by_its_name(given: str) -> None:
+    found = robot_path(given)
+    assert found.parent == FOLDER
+    assert found.stem == re.sub("[-_ ]", "", given.lower())
+
+
+def test_a_file_wins(tmp_path: Path) -> None:
+    own = tmp_path / "panda"
+    own.write_text("mine", encoding="utf-8")
+    assert robot_path("panda", tmp_path) == own
+    assert robot_path(str(own)) == own
+
+
+def test_a_file_that_is_missing_is_told_without_guesses() -> None:
+    with pytest.raises(QdotError, match=r"there is no file arm\.toml$"):
+        robot_path("arm.toml")
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (
+            "pandas",
+            "there is no file pandas, and the library has no robot 'pandas' (did you mean 'panda'?); 'qdot robots'",
+        ),
+        ("ur-5f", "(did you mean 'ur5'?)"),
+        ("wxyz", "the library has no robot 'wxyz'; 'qdot robots' lists them"),
+        ("panda.toml", "there is no file panda.toml; the library's robot is called panda, without folder and ending"),
+        ("arms/UR5e", "there is no file arms/UR5e; the library's robot is called ur5e, without folder and ending"),
+        (".", ". is a folder; an arm is told by a file, or by a name that 'qdot robots' lists"),
+        ("", "is a folder"),
+        ("panda" * 1000, "pandapanda: File name too long"),
+    ],
+)
+def test_what_is_neither_file_nor_robot_is_told(given: str, said: str) -> None:
+    with pytest.raises(QdotError, match=re.escape(said)):
+        robot_path(given)
+
+
+# --- in commands and assignments ---
+
+
+def test_robots_are_listed() -> None:
+    listed = json.loads(run("robots", "--json"))
+    assert [robot["name"] for robot in listed] == list(robots())
+    assert {"name", "title", "joints", "convention", "source"} == {*listed[0]}
+    said = run("robots")
+    for robot in robots().values():
+        assert re.search(rf"(?m)^  {robot.name} +{robot.joints} +{robot.convention} +\S", said)
+    assert max(map(len, said.splitlines())) <= 100
+
+
+def test_a_robot_is_solved_by_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    solved = json.loads(run("solve", "Cobra-600", "--format", "json"))
+    assert (solved["name"], solved["determinant"]) == ("Adept Cobra 600", "143*sin(theta2)/1600")
+    assert [one["solutions"] for one in solved["singular"]] == [{"theta2": ["0", "pi"]}]
+    assert "(did you mean 'cobra600'?)" in fails("solve", "cobra66")
+    Path("cobra600").write_text("no arm", encoding="utf-8")
+    assert "cobra600: line 1: not valid TOML" in fails("solve", "cobra600")
+
+
+@pytest.mark.parametrize("convention", CONVENTIONS)
+def test_a_robot_is_written_in_another_convention(convention: str, tmp_path: Path) -> None:
+    """What is written has the same axes and point of interest."""
+    own, q = tmp_path / "mine.toml", np.random.default_rng(5).uniform(-3, 3, (3, 7))
+    own.write_text(run("solve", "panda", "--convert", convention), encoding="utf-8")
+    robot, written = read("panda"), read_robot_file(own)
+    assert (written.chain.title, written.source, written.limits) == (robot.chain.title, robot.source, robot.limits)
+    first, second = (NumericChain(arm.chain, {}).jacobian(q) for arm in (robot, written))
+    assert np.allclose(first, second, rtol=0, atol=1e-12)
+
+
+def test_an_assignment_asks_about_a_robot_of_the_library_unless_it_has_a_file_of_that_name(tmp_path: Path) -> None:
+    init_assignment(tmp_path / "hw", "Robots", "hw")
+    path = tmp_path / "hw" / "assignment.toml"
+    path.write_text('title = "T"\nkey = "hw"\n[[problem]]\nrobot = "Cobra600"\nquestions = ["determinant"]\n')
+    slot = load_assignment(path.parent).slots[0]
+    assert (slot.name, slot.family.name, slot.family.title) == ("p1", "cobra600", "Adept Cobra 600")
+    assert _robots_to_export(path.parent) == []
+    path.write_text(path.read_text().replace("Cobra600", "cobra"))
+    with pytest.raises(
+        QdotError, match=r'line 4: problem 1: robot = "cobra": there is no file .*did you mean \'cobra600'
+    ):
+        load_assignment(path.parent)
+    own = (FOLDER / "cobra600.toml").read_text(encoding="utf-8").replace("Adept Cobra 600", "Mine")
+    (path.parent / "cobra.toml").write_text(own, encoding="utf-8")
+    path.write_text(path.read_text().replace('"cobra"', '"cobra.toml"'))
+    assert load_assignment(path.parent).slots[0].family.title == "Mine"
+    assert _robots_to_export(path.parent) == ["cobra.toml"]
+
+
+def _robots_to_export(folder: Path) -> list[str]:
+    return robots_to_export(Order(load_assignment(folder), lambda _: ()))
