@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 
-from exercises.arm.conventions import CONVENTIONS
+from exercises.arm.chain import CONVENTIONS
 from exercises.arm.library import robots
 from exercises.arm.robot_file import read_robot_file
 from exercises.console import say

@@ -19,8 +19,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS
-from exercises.arm.conventions import CONVENTIONS
+from exercises.arm.chain import CONVENTIONS, TASK_ROWS
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.library import FOLDER, robot_path, robots
