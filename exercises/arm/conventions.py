@@ -44,6 +44,9 @@ class Row:
         return theta, d, self.a, self.alpha
 
 
+SHORT = 12
+"""Operations that a coordinate of an axis may have to be told as it is."""
+
 Placed = tuple[Base, tuple[Joint, ...]]
 
 
@@ -130,13 +133,19 @@ def axes_of(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
     frames, point = frames_and_point(chain)
 
     def at_home(vector: sp.Matrix) -> sp.Matrix:
-        return vector.xreplace(home).applyfunc(exactly)
+        return vector.xreplace(home).applyfunc(_short)
 
     axes = [
         Axis(joint.kind, at_home(frame.rotation[:, 2]), at_home(frame.origin))
         for joint, frame in zip(chain.joints, frames, strict=False)
     ]
     return axes, at_home(point)
+
+
+def _short(entry: sp.Expr) -> sp.Expr:
+    """Return an entry as it is where it is short, as 17 sqrt(2)/40 - 1/20, else its numbers as what they are nearly."""
+    plain = sp.expand(entry)
+    return plain if sp.count_ops(plain) <= SHORT else exactly(entry)
 
 
 def in_one_turn(angle: sp.Expr) -> sp.Expr:

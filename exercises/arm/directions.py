@@ -17,7 +17,7 @@ from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.singularity import Component
-from exercises.arm.told import frame_on_axis
+from exercises.arm.told import frame_on_axis, is_by_axes
 from exercises.arm.trigonometry import Factored, factored, substitute, textbook
 
 ZERO, CLEAR = 1e-9, 0.05
@@ -173,12 +173,12 @@ def _without_common(entries: Sequence[Factored]) -> list[Factored]:
 class Line:
     """A line of the arm: "P" (from O_i to the point), "z", "x", "y" of frame i, or "world" (axis i of the world).
 
-    Of a "z", `joint` is the joint whose axis it is.
+    Where frame i stands on the axis of joint i, "axis" is its z. An arm told by its axes has "omega" (of joint i) and
+    "space" (axis i of the space frame).
     """
 
     kind: str
     index: int
-    joint: int = 0
 
     @property
     def words(self) -> str:
@@ -186,7 +186,13 @@ class Line:
         if self.kind == "P":
             return f"along the line from $O_{self.index}$ to $P$"
         if self.kind == "z":
-            return f"along $z_{self.index}$, the axis of joint {self.joint}"
+            return f"along $z_{self.index}$, the axis of joint {self.index + 1}"
+        if self.kind == "axis":
+            return f"along $z_{self.index}$, the axis of joint {self.index}"
+        if self.kind == "omega":
+            return rf"along $\omega_{self.index}$, the axis of joint {self.index}"
+        if self.kind == "space":
+            return f"along ${'xyz'[self.index]}_s$, an axis of the space frame"
         if self.kind == "world":
             return f"along ${'xyz'[self.index]}_w$, an axis of the world frame"
         return f"along ${self.kind}_{self.index}$, an axis of frame {self.index}"
@@ -195,8 +201,10 @@ class Line:
 def lines_of(chain: Chain) -> list[Line]:
     """Return the lines by which a direction may be told, those that are seen best first."""
     n, first = chain.n, frame_on_axis(chain, 1)
+    if is_by_axes(chain):
+        return [*(Line("omega", joint) for joint in range(1, n + 1)), *(Line("space", i) for i in range(3))]
     to_point = [Line("P", first + i) for i in range(chain.point.frame)]
-    axes = [Line("z", first + i, i + 1) for i in range(n)]
+    axes = [Line("axis" if first else "z", first + i) for i in range(n)]
     others = [Line(kind, i) for kind in "xy" for i in range(n + 1)]
     world = [] if chain.base.is_world else [Line("world", i) for i in range(3)]
     return [*to_point, *axes, *others, *world]
@@ -209,8 +217,10 @@ def directions(lines: Sequence[Line], samples: Sequence[Sample]) -> np.ndarray:
         standard = sample.arm.frames(sample.q)
         frames, point = sample.arm.told(standard), sample.arm.point_of(standard)
         for i, line in enumerate(lines):
-            if line.kind == "world":
+            if line.kind in ("world", "space"):
                 vector = np.eye(3)[line.index]
+            elif line.kind in ("omega", "axis"):
+                vector = standard[line.index - 1, :3, 2]
             elif line.kind == "P":
                 vector = point - frames[line.index, :3, 3]
             else:

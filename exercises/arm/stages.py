@@ -25,6 +25,8 @@ from exercises.arm.arithmetic import (
     signs,
 )
 from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.conventions import axes_of
+from exercises.arm.kinematics import frames_and_point
 from exercises.arm.told import frame_on_axis, is_modified, up_to_frame
 
 RESULT = "result"
@@ -360,6 +362,47 @@ def turned_rows(rotation: np.ndarray, geometric: np.ndarray) -> np.ndarray:
     return np.concatenate([product(rotation, geometric[:3]), product(rotation, geometric[3:])])
 
 
+def _home_screws(w: Working) -> np.ndarray:
+    """Return the screws (omega, v) of the joints at home, (6, n, …)."""
+    columns = []
+    for axis in axes_of(w.chain)[0]:
+        direction, point = _constant(w, axis.direction), _constant(w, axis.point)
+        turning = axis.kind == "R"
+        columns.append(np.concatenate([direction, -cross(direction, point)] if turning else [0 * direction, direction]))
+    return np.stack(columns, axis=1)
+
+
+def _constant(w: Working, vector: sp.Matrix) -> np.ndarray:
+    return np.stack([w.arithmetic.value(w.arithmetic.stepped(entry)) for entry in vector])
+
+
+def _space_jacobian(w: Working) -> np.ndarray:
+    """Return the twists (omega, v) in the world frame that the joints give to the point at its origin, (6, n, …)."""
+    columns = []
+    for i, kind in enumerate(w["kinds"]):
+        z, start = w["axes"][i], w["origins"][i]
+        columns.append(np.concatenate([z, cross(start, z)] if kind == "R" else [0 * z, z]))
+    return np.stack(columns, axis=1)
+
+
+def _body_rotation(w: Working) -> np.ndarray:
+    """Return the rotation of the frame that moves with the last link and is the world's at home, (3, 3, …)."""
+    home = frames_and_point(w.chain)[0][-1].rotation.xreplace(dict.fromkeys(w.chain.q, sp.S.Zero))
+    back = np.stack([_constant(w, home[:, k]) for k in range(3)])  # transposed: its rows are the columns
+    return product(w.arithmetic.value(w["rotations"][-1]), back)
+
+
+def _body_jacobian(w: Working) -> np.ndarray:
+    """Return the same twists as that frame sees them, about the point of interest: [Ad T^-1] J_s, (6, n, …)."""
+    jacobian, point = w["space jacobian"], w["point"]
+    turn = w["body rotation"].swapaxes(0, 1)
+    columns = []
+    for i in range(jacobian.shape[1]):
+        angular, linear = jacobian[:3, i], jacobian[3:, i]
+        columns.append(np.concatenate([applied(turn, angular), applied(turn, linear + cross(angular, point))]))
+    return np.stack(columns, axis=1)
+
+
 STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
     "table": (_table, ()),
     "base rotation": (_base_rotation, ("table",)),
@@ -380,6 +423,10 @@ STAGES: dict[str, tuple[Callable[[Working], Any], tuple[str, ...]]] = {
     "angular": (_angular, ("axes", "kinds")),
     "geometric": (_geometric, ("linear", "angular")),
     "tool jacobian": (_tool_jacobian, ("last rotation", "geometric")),
+    "home screws": (_home_screws, ()),
+    "space jacobian": (_space_jacobian, ("axes", "origins", "kinds")),
+    "body rotation": (_body_rotation, ("rotations",)),
+    "body jacobian": (_body_jacobian, ("space jacobian", "body rotation", "point")),
     "arm block": (lambda w: w["geometric"][:3, :3], ("geometric",)),
     "wrist block": (_wrist_block, ("rotations", "axes")),
     "jacobian": (_jacobian, ("geometric",)),

@@ -83,3 +83,34 @@ def place_name(chain: Chain, frame: int) -> str | None:
     if frame == chain.point.frame and chain.point.is_origin:
         return "P"
     return f"O_{frame}" if frame == 0 or chain.joints[frame - 1].a == 0 else None
+
+
+def axis_symbol(chain: Chain, joint: int | None = None) -> str:
+    """Return what the axis of a joint is called, as LaTeX; of joint i where none is named.
+
+    >>> from exercises.arm.chain import Joint
+    >>> arm = Chain("arm", (Joint("R", "theta1", 0, "a1", 0),), ("vx",), convention="modified-dh")
+    >>> axis_symbol(arm), axis_symbol(arm, 1)
+    ('z_{i}', 'z_{1}')
+    """
+    if chain.convention == "screws":
+        return rf"\omega_{{{joint or 'i'}}}"
+    return f"z_{{{_index(chain, joint)}}}"
+
+
+def vector_symbol(chain: Chain, joint: int | None = None) -> str:
+    """Return what the vector from the axis of a joint to the point of interest is called, as LaTeX."""
+    if chain.convention == "screws":
+        return f"p_{{{joint or 'i'}}}"
+    return f"p^*_{{{_index(chain, joint)}}}"
+
+
+def _index(chain: Chain, joint: int | None) -> str:
+    if joint is None:
+        return "i" if is_modified(chain) else "i-1"
+    return str(frame_on_axis(chain, joint))
+
+
+def is_by_axes(chain: Chain) -> bool:
+    """Whether an arm is told by its axes at home, so that no frames stand on its links."""
+    return chain.convention == "screws"

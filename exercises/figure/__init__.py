@@ -23,6 +23,7 @@ import numpy as np
 
 from exercises.answers import LETTERS
 from exercises.arm.chain import Chain
+from exercises.arm.told import is_by_axes
 from exercises.figure import frames
 from exercises.figure.arm import joint_angle, scene, slide
 from exercises.figure.aspect import sides
@@ -133,7 +134,12 @@ def _told(chain: Chain, entries: np.ndarray) -> Composed:
 
 
 def figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] | None = None) -> str:
-    """Return the drawing as a self-contained SVG element; `name` makes its ids unique in a page."""
+    """Return the drawing as a self-contained SVG element; `name` makes its ids unique in a page.
+
+    An arm that is told by its axes is drawn at home, unless another pose is told.
+    """
+    if pose is None and is_by_axes(chain):
+        pose = {q.name: 0.0 for q in chain.q}
     return _svg(chain, name, None if pose is None else tuple(pose.items()))
 
 
@@ -297,10 +303,12 @@ def _compose(
 def _parts(chain: Chain, bones: Skeleton, sparse: bool, view: View) -> Drawn:
     """Return all parts from back to front."""
     stage = scene(chain, bones, view, sparse)
+    on_top = is_by_axes(chain)  # at home, a link may run along an axis of the space frame
+    before, behind = (Drawn(), frames.world(stage)) if on_top else (frames.world(stage), Drawn())
     if sparse:
-        part = frames.world(stage) + Drawn(body(stage).shapes)
+        part = before + Drawn(body(stage).shapes) + behind
     else:
-        part = frames.world(stage) + body(stage)
+        part = before + body(stage) + behind
         for i in range(1, chain.n + 1):
             part += joint_angle(stage, i) + slide(stage, i)
     return part + frames.axes(stage) + frames.page_normals(stage) + frames.origins(stage)

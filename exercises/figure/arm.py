@@ -11,7 +11,7 @@ import numpy as np
 import sympy as sp
 
 from exercises.arm.chain import Chain
-from exercises.arm.told import is_modified, told_base
+from exercises.arm.told import is_by_axes, is_modified, told_base
 from exercises.figure.labels import Request
 from exercises.figure.plane import is_flat
 from exercises.figure.pose import Skeleton
@@ -252,7 +252,7 @@ def _hatched(view: View, middle: np.ndarray, x: np.ndarray, down: np.ndarray) ->
 def joint_angle(scene: Scene, i: int) -> Drawn:
     """Return the arc of theta_i from x_{i-1} to x_i about z_{i-1}, with dashed lines where no line is drawn yet."""
     table, bones, view = scene.chain.joints[i - 1], scene.bones, scene.view
-    if table.kind != "R":
+    if table.kind != "R" or is_by_axes(scene.chain):  # there are no x axes from which it would be counted
         return Drawn()
     angle = float(np.arctan2(np.sin(bones.entries[i - 1]), np.cos(bones.entries[i - 1])))
     x, y, center = bones.frames[i - 1, :3, 0], bones.frames[i - 1, :3, 1], scene.places[i - 1]
@@ -286,7 +286,7 @@ def arc(
 
 def slide(scene: Scene, i: int) -> Drawn:
     """Return the dimension line of a prismatic joint, from O_{i-1} along z_{i-1} to where d_i ends."""
-    if scene.chain.joints[i - 1].kind != "P":
+    if scene.chain.joints[i - 1].kind != "P" or is_by_axes(scene.chain):
         return Drawn()
     start, end = scene.bones.origins[i - 1], scene.bones.corners[i - 1]
     moved = np.linalg.norm(scene.places[i - 1] - start) > 1e-9  # then there is a joint with its arc at O_{i-1}

@@ -5,7 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
-from exercises.arm.told import is_modified, told_base, told_rows
+from exercises.arm.told import is_by_axes, is_modified, told_base, told_rows
 from exercises.figure.arm import Scene, arc, beside, dimension, is_point
 from exercises.figure.labels import Request
 from exercises.figure.shapes import Circle, Pair, Polyline, Shape, TextRun, magnitude, roman, signed, symbol
@@ -22,6 +22,8 @@ ROOMY, TOUCHING, CROWDED_COST = 34.0, 12.0, 120.0
 
 def axes(scene: Scene) -> Drawn:
     """Return the axes of frames 0 ... n; axes that coincide are drawn once, with all their names."""
+    if is_by_axes(scene.chain):
+        return _joint_axes(scene)
     view, flat = scene.view, scene.is_planar
     length = AXIS[flat] if not is_point(scene.bones) else LONG
     drawn: dict[tuple[int, ...], tuple[np.ndarray, np.ndarray, str, tuple[TextRun, ...]]] = {}
@@ -41,6 +43,20 @@ def axes(scene: Scene) -> Drawn:
     return part
 
 
+def _joint_axes(scene: Scene) -> Drawn:
+    """Return the direction of every joint where its glyph stands: an arrow, or its name alone where it is end-on."""
+    view, part = scene.view, Drawn()
+    for i, joint in enumerate(scene.chain.joints, 1):
+        name, axis, place = symbol("ω" if joint.kind == "R" else "v", str(i)), scene.axis(i), scene.places[i - 1]
+        if not view.is_end_on(axis):
+            part += _axis(view, place, axis, "z", name, AXIS[scene.is_planar])
+            continue
+        spot = view.px(place)
+        wishes = tuple((spot, wish) for wish in ((0.7, -0.7), (-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7)))
+        part += Drawn((), (Request(name, wishes, "z", gap=13.0, rank=2, kind="axis"),))
+    return part
+
+
 def _axis(
     view: View, origin: np.ndarray, axis: np.ndarray, name: str, pieces: tuple[TextRun, ...], length: float
 ) -> Drawn:
@@ -54,7 +70,8 @@ def origins(scene: Scene) -> Drawn:
     """Return the names of the origins O_0 ... O_n and the point P, those that coincide in one label."""
     names: list[tuple[np.ndarray, tuple[TextRun, ...]]] = []
     point = scene.bones.path[-1]
-    marks = [(point, symbol("P"))] + [(o, symbol("O", str(i))) for i, o in enumerate(scene.frames[:, :3, 3])]
+    shown = [] if is_by_axes(scene.chain) else list(enumerate(scene.frames[:, :3, 3]))
+    marks = [(point, symbol("P"))] + [(o, symbol("O", str(i))) for i, o in shown]
     for place, pieces in marks:
         for k, (other, before) in enumerate(names):
             if np.linalg.norm(place - other) * scene.view.scale < 1.0:
@@ -110,7 +127,7 @@ def page_normals(scene: Scene) -> Drawn:
     """Return the names of the z axes seen end-on, where some z axis of a flat drawing points otherwise than to us."""
     view, n = scene.view, scene.chain.n
     signs = [view.toward(frame[:3, 2]) for frame in scene.frames]
-    if not scene.is_planar or min(signs) > 0.9:
+    if not scene.is_planar or min(signs) > 0.9 or is_by_axes(scene.chain):
         return Drawn()
     labels, named = [], range(n) if min(map(abs, signs)) > 0.9 else range(n + 1)
     if is_modified(scene.chain):
@@ -126,14 +143,16 @@ def page_normals(scene: Scene) -> Drawn:
 def world(scene: Scene) -> Drawn:
     """Return the world frame, the base's position in it as dashed legs, and the base's yaw; nothing if they agree."""
     view, base = scene.view, told_base(scene.chain)
-    if base.is_world:
+    by_axes = is_by_axes(scene.chain)
+    if base.is_world and not by_axes:
         return Drawn()
+    name = "s" if by_axes else "w"
     place = scene.frames[0, :3, 3]
     apart = float(np.linalg.norm(place)) * view.scale > 1.0
     length = AXIS[scene.is_planar] + (0.0 if apart else 18.0)
     part, corner = Drawn(), np.zeros(3)
     for k in [k for k in range(3) if not scene.is_planar or view.lies_flat(np.eye(3)[k])]:
-        part += _axis(view, np.zeros(3), np.eye(3)[k], "w", symbol(NAMES[k], "w"), length)
+        part += _axis(view, np.zeros(3), np.eye(3)[k], "w", symbol(NAMES[k], name), length)
         leg = np.eye(3)[k] * place[k]
         if scene.sparse:
             part += Drawn((Polyline(view.path([corner, corner + leg]), "leg"),) if base.position[k] != 0 else ())
@@ -147,8 +166,8 @@ def world(scene: Scene) -> Drawn:
     if apart:
         spot = view.px(np.zeros(3))
         wishes = ((spot, (-0.7, 0.7)), (spot, (0.7, 0.7)))
-        part += Drawn((), (Request(symbol("O", "w"), wishes, gap=6.0, rank=3, kind="origin"),))
-    return part + _yaw(scene, apart)
+        part += Drawn((), (Request(symbol("O", name), wishes, gap=6.0, rank=3, kind="origin"),))
+    return part if by_axes else part + _yaw(scene, apart)
 
 
 def _covered(scene: Scene, k: int) -> bool:

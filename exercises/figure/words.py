@@ -3,7 +3,8 @@
 import sympy as sp
 
 from exercises.arm.chain import Chain
-from exercises.arm.told import is_modified, told_base, told_point, told_rows
+from exercises.arm.conventions import axes_of
+from exercises.arm.told import is_by_axes, is_modified, told_base, told_point, told_rows
 from exercises.figure.plane import SEEN, exact, is_flat, plane
 from exercises.figure.shapes import signed
 
@@ -23,7 +24,10 @@ def alt_text(chain: Chain) -> str:
     joints = f"{count} joint{'s' if chain.n > 1 else ''}"
     across = plane(chain)
     where = f"drawn flat {SEEN[across]}" if across else "drawn in space"
-    sentences = [f"A {'planar' if across else 'spatial'} arm with {joints} in series, {where}.", _base(chain)]
+    arm = f"A {'planar' if across else 'spatial'} arm with {joints} in series, {where}"
+    if is_by_axes(chain):
+        return " ".join([f"{arm}, at home, in the space frame s.", *_axes(chain), "Lengths are not to scale."])
+    sentences = [f"{arm}.", _base(chain)]
     sentences += [_joint(chain, i) for i in range(1, chain.n + 1)]
     return " ".join([*sentences, _point(chain), "Lengths are not to scale."])
 
@@ -91,6 +95,18 @@ def _joint(chain: Chain, i: int) -> str:
     if not angle and row.theta != 0:
         run += f"; x{i} is turned by {_plain(row.theta, angle=True)} about z{i - 1}"
     return f"Joint {i} is {KINDS[row.kind]}: it {moves} z{i - 1}{run}{_twist(chain, i)}."
+
+
+def _axes(chain: Chain) -> list[str]:
+    """Return where the axes and the point are at home."""
+    axes, point = axes_of(chain)
+    told = []
+    for i, axis in enumerate(axes, 1):
+        x, y, z = axis.direction
+        way = f"({', '.join(_plain(value, angle=False).removesuffix(' m') for value in (x, y, z))})"
+        through = "" if axis.kind == "P" else f" through {_triple(tuple(axis.point))}"
+        told.append(f"Joint {i} {'turns about' if axis.kind == 'R' else 'slides along'} {way}{through}.")
+    return [*told, f"The point P is at {_triple(tuple(point))}."]
 
 
 def _moves(chain: Chain, i: int) -> str:

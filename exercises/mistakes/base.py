@@ -1,11 +1,14 @@
 """What a mistake is: a change to a derivation, or to an answer, and what is said to who made it."""
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 from exercises.answers import Answer
 from exercises.arm.chain import Chain
 from exercises.arm.stages import Change
+from exercises.arm.told import is_by_axes
 from exercises.problem import Part
 
 Shape = tuple[int, int]
@@ -42,6 +45,17 @@ def never(chain: Chain, about: object) -> Iterator[Slip]:
 def not_taken(chain: Chain, part: Part) -> Iterator[Taken]:
     """Make no mistake."""
     yield from ()
+
+
+def of_frames(mistakes: Iterable["Mistake"], but: AbstractSet[str] = frozenset()) -> tuple["Mistake", ...]:
+    """Return mistakes, `but` some, as ones that speak of a table or its frames: an arm told by its axes has none."""
+    return tuple(
+        one if one.name in but else replace(one, slips=partial(_unless_by_axes, one.slips)) for one in mistakes
+    )
+
+
+def _unless_by_axes(slips: Slips, chain: Chain, shape: Shape) -> Iterator[Slip]:
+    return iter(()) if is_by_axes(chain) else slips(chain, shape)
 
 
 @dataclass(frozen=True)

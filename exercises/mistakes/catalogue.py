@@ -10,13 +10,14 @@ import numpy as np
 from exercises.arm.chain import Chain
 from exercises.arm.stages import RESULT, STAGES, Working, built_on, propagated
 from exercises.errors import QdotError
-from exercises.mistakes import algebra, arrangement, choices, columns, finished, numeric, position, sets, table
+from exercises.mistakes import algebra, arrangement, choices, columns, finished, numeric, position, screws, sets, table
 from exercises.mistakes.base import Mistake, Shape, Slip, Taken
 from exercises.problem import Part
 from exercises.questions.results import is_derived, is_made_of_jacobian, result
 
 SECTIONS: dict[str, ModuleType] = {
-    "Adding up the links": position, "Columns of the Jacobian": columns, "What is made of the Jacobian": algebra,
+    "Adding up the links": position, "Columns of the Jacobian": columns, "Screws and exponentials": screws,
+    "What is made of the Jacobian": algebra,
     "Reading the table": table, "Writing a result down": arrangement, "Numbers": numeric,
     "The finished formulas": finished,
     "Singular configurations": sets, "Options and counts": choices,

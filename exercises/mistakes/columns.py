@@ -11,7 +11,7 @@ from exercises.arm.arithmetic import applied, cross
 from exercises.arm.chain import Chain
 from exercises.arm.stages import RESULT, Change, Table, Working, carried, propagated, told_rotation, turned_rows
 from exercises.arm.told import frame_on_axis, is_modified
-from exercises.mistakes.base import Mistake, Shape, Slip
+from exercises.mistakes.base import Mistake, Shape, Slip, of_frames
 from exercises.mistakes.position import run_start
 
 # --- differentiation ---
@@ -374,7 +374,7 @@ def _other_frames_velocity(chain: Chain, shape: Shape) -> Iterator[Slip]:
             yield Slip({RESULT: of_point}, {"frame": "the point"})
 
 
-MISTAKES = (
+_ALL = (
     Mistake(
         "chain-rule", "Contribution dropped from the chain rule",
         "Column {joint} seems to lack the part that link {link} adds: joint {joint} moves every link behind it.",
@@ -535,3 +535,10 @@ MISTAKES = (
         "The vectors p* of joints {joint} and {other} seem to be exchanged.", "6.13", _arms_exchanged, rare=True,
     ),
 )  # fmt: skip
+
+OF_FRAMES = frozenset({
+    "next-arm", "next-frame", "previous-frame", "arm-from-base", "arm-to-origin", "arm-reversed", "arm-of-one-link",
+    "no-cross-product", "tool-frame", "own-frames", "wrong-axis", "row-of-rotation",
+})  # fmt: skip
+"""Those that speak of frames on the links, or of vectors from their origins."""
+MISTAKES = of_frames(_ALL, but={one.name for one in _ALL} - OF_FRAMES)

@@ -8,7 +8,7 @@ import sympy as sp
 from exercises.arm.arithmetic import applied, product
 from exercises.arm.chain import Chain
 from exercises.arm.stages import Change, Working, carried, turn_x, turn_z
-from exercises.mistakes.base import Mistake, Shape, Slip
+from exercises.mistakes.base import Mistake, Shape, Slip, of_frames
 
 Links = list[np.ndarray]
 
@@ -152,7 +152,7 @@ def _none_rotated(chain: Chain, _: Shape) -> Iterator[Slip]:
         yield Slip({"links": lambda w, links: w["own links"]}, {"link": "each"})
 
 
-MISTAKES = (
+_ALL = (
     Mistake(
         "relative-angle", "Relative angle for absolute",
         "For link {link}, the angle of its own joint seems to stand where its absolute angle is due: the angles of "
@@ -192,3 +192,7 @@ MISTAKES = (
         "before it is added.", "6.13", _none_rotated,
     ),
 )  # fmt: skip
+
+OF_FRAMES = frozenset({"link-not-rotated", "links-not-rotated"})
+"""Those that speak of frames on the links, or of vectors from their origins."""
+MISTAKES = of_frames(_ALL, but={one.name for one in _ALL} - OF_FRAMES)

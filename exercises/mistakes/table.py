@@ -12,7 +12,7 @@ from exercises.arm.arithmetic import applied, product
 from exercises.arm.chain import Chain
 from exercises.arm.stages import Table, TableRow, Working, turn_x, turn_z
 from exercises.arm.told import is_modified, told_base, told_point, told_rows
-from exercises.mistakes.base import Mistake, Shape, Slip
+from exercises.mistakes.base import Mistake, Shape, Slip, of_frames
 
 MOST_ROWS = 4
 """Rows of a table of which any may be taken for another; of a longer one, the next."""
@@ -364,7 +364,7 @@ def _read_as_standard(chain: Chain, _: Shape) -> Iterator[Slip]:
         yield Slip({"table": shifted})
 
 
-MISTAKES = (
+_ALL = (
     Mistake(
         "offset-forgotten", "Joint offset left out",
         "The table adds a constant to the variable of joint {joint}, and it seems to be left out: put in what the "
@@ -490,3 +490,5 @@ MISTAKES = (
         rare=True,
     ),
 )  # fmt: skip
+
+MISTAKES = of_frames(_ALL, but=frozenset({"degrees", "variable-forgotten"}))

@@ -17,6 +17,7 @@ from exercises.questions import (
     propagation,
     rank,
     redundancy,
+    screws,
     singular,
     statics,
     transforms,
@@ -25,8 +26,10 @@ from exercises.questions import (
 from exercises.questions.base import Question
 
 _ORDER = (
-    "transform", "position", "velocity", "velocity-component", "jacobian", "jacobian-size", "joint-effect",
+    "transform", "home-screws", "body-pose", "position", "velocity", "velocity-component", "jacobian",
+    "jacobian-size", "joint-effect",
     "joint-axes", "position-vectors", "geometric-jacobian", "twist", "link-velocity", "tool-jacobian",
+    "space-jacobian", "body-jacobian", "space-twist", "body-twist",
     "arm-block", "wrist-block", "block-determinants", "determinant", "gram-determinant",
     "inverse-jacobian", "inverse-velocity", "joint-rates", "path-rates", "path-limit",
     "least-norm-rates", "self-motion",
@@ -38,7 +41,7 @@ _ALL = {
     question.name: question
     for module in (
         differentiation, propagation, inversion, singular,
-        transforms, wrist, redundancy, path, rank, concepts, statics, performance,
+        transforms, screws, wrist, redundancy, path, rank, concepts, statics, performance,
     )
     for question in module.QUESTIONS
 }  # fmt: skip

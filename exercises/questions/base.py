@@ -12,6 +12,7 @@ from exercises.answers import Answer
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import TooLong, derive, structure
 from exercises.arm.stages import Change, Working
+from exercises.arm.told import is_by_axes
 from exercises.problem import Details, Part
 from exercises.stream import Stream
 
@@ -163,6 +164,7 @@ class Question:
     the questions from whose answers this one is worked out, in the order in which that is tried. The conditions of a
     set are where the result that `vanishes` does.
 
+    One that is asked `in_frames` speaks of those that a table puts on the links, which an arm told by its axes lacks.
     `without` tells of DUTIES that are not done, why: of a question that does not say so, a test finds the gap.
     """
 
@@ -188,6 +190,7 @@ class Question:
     put: Put | None = None
     follows: tuple[tuple[str, ...], ...] = ()
     vanishes: Result | None = None
+    in_frames: bool = False
     without: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -210,6 +213,8 @@ class Question:
 
     def objects(self, chain: Chain) -> str | None:
         """Return why it makes no sense for an arm, or can't be worked out."""
+        if self.in_frames and is_by_axes(chain):
+            return "it is asked in the frames of a table, and this arm is told by its axes"
         try:
             return self.objection(chain)
         except TooLong as error:

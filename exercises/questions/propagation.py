@@ -72,6 +72,7 @@ QUESTIONS = (
     ),
     Question(
         name="position-vectors",
+        in_frames=True,
         title="Position vectors p*",
         source="6.13",
         ask=_vectors,
@@ -108,6 +109,7 @@ QUESTIONS = (
     ),
     Question(
         name="link-velocity",
+        in_frames=True,
         title="Velocity of a link frame",
         source="6.9 and 6.10",
         ask=_link_velocity,

@@ -177,6 +177,7 @@ def _put_transform(rows: np.ndarray) -> dict[str, Change]:
 QUESTIONS = (
     Question(
         name="transform",
+        in_frames=True,
         title="Transform of the last frame",
         source="Example 6.1",
         ask=_transform,
@@ -188,6 +189,7 @@ QUESTIONS = (
     ),
     Question(
         name="tool-jacobian",
+        in_frames=True,
         title="Jacobian in the tool frame",
         source="6.12",
         ask=_tool_jacobian,

@@ -103,13 +103,13 @@ class ByBlocks(Details):
 class WristAxes(Details):
     """About J22: the rotations between the frames on the three axes, and the axes of joints 5 and 6 in the first.
 
-    `inner` is the axis of joint 6 in the frame on that of joint 5.
+    `inner` is the axis of joint 6 in the frame on that of joint 5; `z_4` and `z_5` are called so in a standard table.
     """
 
     rotations: tuple[sp.Matrix, ...]
     inner: sp.Matrix
-    second: sp.Matrix
-    third: sp.Matrix
+    z_4: sp.Matrix
+    z_5: sp.Matrix
 
 
 def blocks(chain: Chain) -> Blocks:
@@ -145,7 +145,7 @@ def _wrist(chain: Chain, rng: Stream) -> Asked:
     first = frame_on_axis(chain, 4)
     turns = tuple(joint_rotation(row, is_modified(chain)) for row in told_rows(chain)[first:][:2])
     block = wrist_block(chain)
-    return Matrix(block), WristAxes(rotations=turns, inner=turns[1][:, 2], second=block[:, 1], third=block[:, 2])
+    return Matrix(block), WristAxes(rotations=turns, inner=turns[1][:, 2], z_4=block[:, 1], z_5=block[:, 2])
 
 
 def _both(chain: Chain, rng: Stream) -> Asked:
@@ -188,6 +188,7 @@ def _derived_determinants(w: Working, part: Part) -> np.ndarray:
 QUESTIONS = (
     Question(
         name="arm-block",
+        in_frames=True,
         title="Arm block of the Jacobian",
         source="6.12",
         ask=_arm,
@@ -201,6 +202,7 @@ QUESTIONS = (
     ),
     Question(
         name="wrist-block",
+        in_frames=True,
         title="Wrist block of the Jacobian",
         source="6.12",
         ask=_wrist,
@@ -210,6 +212,7 @@ QUESTIONS = (
     ),
     Question(
         name="block-determinants",
+        in_frames=True,
         title="Determinants of the blocks",
         source="6.8",
         ask=_both,

@@ -32,6 +32,7 @@ from exercises.verify import (
     quizzes,
     rank,
     redundancy,
+    screws,
     singular,
     statics,
     transforms,
@@ -165,7 +166,7 @@ def _readable(numeric: NumericReference, part: Part) -> Check:
 CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
     kind: check
     for module in (
-        formulas, singular, transforms, wrist, redundancy, path, rank, concepts, statics, performance,
+        formulas, singular, transforms, screws, wrist, redundancy, path, rank, concepts, statics, performance,
         quizzes,
     )
     for kind, check in module.CHECKS.items()

@@ -8,8 +8,19 @@ import sympy as sp
 
 from exercises.arm.chain import TASK_ROWS, Base, Chain, Point
 from exercises.arm.classification import Kind, kind_is_sure
+from exercises.arm.conventions import axes_of
 from exercises.arm.derivation import derive
-from exercises.arm.told import frame_on_axis, is_modified, place_name, told_base, told_point, told_rows
+from exercises.arm.told import (
+    axis_symbol,
+    frame_on_axis,
+    is_by_axes,
+    is_modified,
+    place_name,
+    told_base,
+    told_point,
+    told_rows,
+    vector_symbol,
+)
 from exercises.languages import ENGLISH, Catalogue, catalogue
 from exercises.writing.latex import symbol_latex, tex, tex_angle, tex_length
 
@@ -31,6 +42,8 @@ class Wording:
     def frame(self) -> str:
         """The frame in which everything is expressed."""
         say = self.words
+        if self.is_by_axes:
+            return say.gettext("the space frame {s}")
         return say.gettext("the base frame $O_0$") if self.base.is_world else say.gettext("the world frame")
 
     @property
@@ -276,6 +289,27 @@ class Wording:
         ]
         return [[alpha, a, d, theta] for theta, d, a, alpha in rows] if self.is_modified else rows
 
+    @property
+    def axes_at_home(self) -> list[tuple[str, str, str, str]]:
+        """Of each joint its kind, what its direction is called, and direction and point at home."""
+        say = self.words
+        kinds = {"R": say.pgettext("of a joint", "revolute"), "P": say.pgettext("of a joint", "prismatic")}
+        names = {"R": r"\omega", "P": "v"}
+        return [
+            (
+                kinds[axis.kind],
+                f"{names[axis.kind]}_{{{number}}}",
+                f"({', '.join(map(tex, axis.direction))})",
+                triple(axis.point) if axis.kind == "R" else "",
+            )
+            for number, axis in enumerate(axes_of(self.chain)[0], 1)
+        ]
+
+    @property
+    def point_at_home(self) -> str:
+        """Where P is at home."""
+        return triple(axes_of(self.chain)[1])
+
     # --- the convention ---
 
     @property
@@ -297,6 +331,34 @@ class Wording:
     def at(self) -> str:
         """The index of the frame on the axis of joint i: "i-1", or "i" in a modified table."""
         return "i" if self.is_modified else "i-1"
+
+    @property
+    def is_by_axes(self) -> bool:
+        """Whether the arm is told by its axes at home."""
+        return is_by_axes(self.chain)
+
+    @property
+    def z_i(self) -> str:
+        """What the axis of joint i is called."""
+        return axis_symbol(self.chain)
+
+    @property
+    def p_i(self) -> str:
+        """What the vector from the axis of joint i to P is called."""
+        return vector_symbol(self.chain)
+
+    def z(self, joint: int) -> str:
+        """Return what the axis of a joint is called."""
+        return axis_symbol(self.chain, joint)
+
+    def p(self, joint: int) -> str:
+        """Return what the vector from the axis of a joint to P is called."""
+        return vector_symbol(self.chain, joint)
+
+    def start(self, joint: int) -> str:
+        """Return where the vector from the axis of a joint to P begins."""
+        say = self.words
+        return say.gettext("a point on the axis") if self.is_by_axes else f"$O_{{{self.on(joint)}}}$"
 
     def on(self, joint: int) -> int:
         """Return the number of the frame on the axis of a joint, from 1."""
@@ -404,12 +466,12 @@ class Wording:
     @property
     def axis_names(self) -> str:
         """The joint axes, z_0 ... z_{n-1}, or z_1 ... z_n of a modified table."""
-        return self.join([f"$z_{self.on(i)}$" for i in range(1, self.chain.n + 1)])
+        return self.join([f"${self.z(i)}$" for i in range(1, self.chain.n + 1)])
 
     @property
     def vector_names(self) -> str:
         """The vectors to the point, p*_0 ... p*_{n-1}, or p*_1 ... p*_n of a modified table."""
-        return self.join([f"$p^*_{self.on(i)}$" for i in range(1, self.chain.n + 1)])
+        return self.join([f"${self.p(i)}$" for i in range(1, self.chain.n + 1)])
 
     @property
     def parallel(self) -> bool:

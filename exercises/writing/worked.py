@@ -18,12 +18,22 @@ from exercises.arm.derivation import Derivation, derive, structure, task_velocit
 from exercises.arm.kinematics import NumericChain, frame_behind, joint_rotation, link_frames, link_vector
 from exercises.arm.precise import determinant, four_digits, inverse, shown
 from exercises.arm.singularity import Component, never_vanishes, singular_set
-from exercises.arm.told import frame_on_axis, is_modified, told_point, told_rows, up_to_frame
+from exercises.arm.told import (
+    axis_symbol,
+    frame_on_axis,
+    is_by_axes,
+    is_modified,
+    told_point,
+    told_rows,
+    up_to_frame,
+    vector_symbol,
+)
 from exercises.arm.trigonometry import substitute, textbook
 from exercises.formula.order import joint_sum
 from exercises.problem import Part
 from exercises.questions.inversion import Situation, jacobian_at
 from exercises.questions.rank import LostAt, MeaningAsked, Where, lost_where
+from exercises.questions.screws import body_jacobian, space_jacobian
 from exercises.questions.singular import Place
 from exercises.questions.wrist import block_determinants, not_partitioned, wrist_block
 from exercises.writing.angles import AngleNames, angle_names, arm_angles, link_angles
@@ -201,9 +211,66 @@ class Worked:
         return frame_on_axis(self.chain, joint)
 
     @property
-    def axis_index(self) -> str:
-        """The same of joint i: "i-1", or "i" in a modified table."""
-        return "i" if is_modified(self.chain) else "i-1"
+    def is_by_axes(self) -> bool:
+        """Whether the arm is told by its axes at home, so that no frames stand on its links."""
+        return is_by_axes(self.chain)
+
+    @property
+    def z_i(self) -> str:
+        """What the axis of joint i is called."""
+        return axis_symbol(self.chain)
+
+    @property
+    def p_i(self) -> str:
+        """What the vector from the axis of joint i to P is called."""
+        return vector_symbol(self.chain)
+
+    def z(self, joint: int) -> str:
+        """Return what the axis of a joint is called."""
+        return axis_symbol(self.chain, joint)
+
+    @property
+    def _home(self) -> dict[sp.Symbol, sp.Expr]:
+        return dict.fromkeys(self.chain.q, sp.S.Zero)
+
+    @property
+    def home_pose(self) -> sp.Matrix:
+        """M, the pose of the body frame at home (4 x 4)."""
+        return sp.eye(3).row_join(self.point_at_home).col_join(sp.Matrix([[0, 0, 0, 1]]))
+
+    @property
+    def point_at_home(self) -> sp.Matrix:
+        """Where P is at home (3 x 1, m)."""
+        return self.d.position.xreplace(self._home)
+
+    def jacobian_of(self, frame: str) -> sp.Matrix:
+        """Return the Jacobian of screws in the "space" frame or in that of the "body"."""
+        return space_jacobian(self.chain) if frame == "space" else body_jacobian(self.chain)
+
+    def axis_at_home(self, joint: int) -> sp.Matrix:
+        """Return the axis of a joint where all joint variables are zero (3 x 1)."""
+        return self.d.z[:, joint - 1].xreplace(self._home)
+
+    def turned_axis(self, joint: int) -> sp.Matrix | None:
+        """Return the axis of a joint as the joints before it have turned it (3 x 1), None where they do not."""
+        turned = self.d.z[:, joint - 1]
+        return turned if self._moves(turned) else None
+
+    @cached_property
+    def moved_points(self) -> list[tuple[int, sp.Matrix]]:
+        """Where P is when joint i and those behind it have moved, and those before it are at home; the last i first.
+
+        Only those joints are told that move it, and joint 1 is not: then it is where it is.
+        """
+        places: list[tuple[int, sp.Matrix]] = []
+        before = self.d.position.xreplace(self._home)
+        for joint in range(self.chain.point.frame, 0, -1):
+            home = dict.fromkeys(self.chain.q[: joint - 1], sp.S.Zero)
+            place = self.d.position.xreplace(home)
+            if place != before:
+                places.append((joint, place))
+            before = place
+        return places if len(places) < 2 or places[-1][0] != 1 else places[:-1]
 
     def rotation(self, joint: int) -> sp.Matrix:
         """Return the rotation of the frame on the axis of a joint, its last column as this axis is written."""

@@ -18,7 +18,7 @@ from exercises.formula.expression import read
 from exercises.formula.program import compile_program, evaluate
 from exercises.formula.text import text_of
 from exercises.generation import questions_of
-from exercises.mistakes import finished
+from exercises.mistakes import finished, screws
 from exercises.mistakes.catalogue import (
     CATALOGUE,
     ON_THE_WAY,
@@ -206,6 +206,7 @@ def test_every_mistake_is_made_somewhere() -> None:
     seen: Counter[str] = Counter()
     elsewhere = {"fixed-angle-forgotten", "rank-of-one-condition", *(mistake.name for mistake in finished.MISTAKES)}
     elsewhere |= {"standard-dh", "previous-frame"}  # of modified tables, as in test_catalogue.py
+    elsewhere |= {mistake.name for mistake in screws.MISTAKES}  # of arms told by their axes, there too
     some = ("planar-2r", "planar-3r", "spherical", "planar-prr", "scara", "elbow-3r", "orthogonal-3r", "stanford-6r")
     for family in some:
         if set(CATALOGUE) - set(seen) <= elsewhere:

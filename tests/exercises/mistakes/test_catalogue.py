@@ -22,6 +22,7 @@ ASKED = {
     "elbow-3r": ("position-vectors", "rank", "singular-angles", "jacobian-size", "path-rates"),
     "pan-tilt": ("invertibility", "link-velocity", "tool-jacobian"), "orthogonal-3r": ("singular-angles",),
     "stanford-6r": ("joint-rates",), "elbow-3r@modified-dh": ("position", "geometric-jacobian"),
+    "planar-2r@screws": ("home-screws", "body-pose", "space-jacobian", "body-jacobian"),
 }  # fmt: skip
 """Questions in which all mistakes can be made, those first whose answers are short."""
 IN_FORMULAS = {mistake.name for mistake in finished.MISTAKES}

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import FrozenInstanceError, fields
 from functools import cache
+from itertools import product
 
 import pytest
 
@@ -25,10 +26,10 @@ from grader.follow import earlier
 
 @cache
 def problem_with(name: str) -> Problem:
-    """Return a problem of the first family that has an arm for a question."""
-    for family in FAMILIES:
+    """Return a problem of the first family that has an arm for a question, as it is told or by its axes."""
+    for convention, family in product(("", "screws"), FAMILIES):
         try:
-            return generate(ProblemId(family, 1, (name,)))
+            return generate(ProblemId(family, 1, (name,), convention=convention))
         except QdotError:
             continue
     raise AssertionError(f"no family can be asked {name}")

@@ -9,6 +9,7 @@ import hashlib
 import json
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -18,7 +19,7 @@ from exercises.answers import Choice, ConditionSet, Direction, Expression, Matri
 from exercises.families import FAMILIES
 from exercises.formula.expression import read
 from exercises.problem import ENGINE, Part, Problem, ProblemId
-from exercises.questions import QUESTIONS
+from exercises.questions import QUESTIONS, screws
 from exercises.record import plain
 from exercises.stream import Stream
 from exercises.variation import STEPS
@@ -100,6 +101,10 @@ def test_a_question_is_registered_under_its_name(name: str) -> None:
     assert all(need in QUESTIONS for need in question.needs)
 
 
+OF_SCREWS = {question.name for question in screws.QUESTIONS}
+"""Questions that are asked of arms told by their axes only."""
+
+
 @pytest.mark.parametrize("name", QUESTIONS)
 def test_arms_of_the_books_pass_certificate_and_grader(name: str, textbook_arms: dict[str, Any]) -> None:
     """Arms that no family draws, with tables in the books' own symbols."""
@@ -107,12 +112,13 @@ def test_arms_of_the_books_pass_certificate_and_grader(name: str, textbook_arms:
     turn = EACH * list(QUESTIONS).index(name) % len(RECORDS)
     in_turn = [textbook_arms[record["name"]] for record in (*RECORDS[turn:], *RECORDS[:turn])]
     for arm in sorted(in_turn, key=lambda arm: arm.chain.n > 4):
-        if taken < EACH and question.refusal(arm.chain) is None:
-            answer, details = question.ask(arm.chain, Stream(f"{arm.chain.name}/{name}"))
+        chain = replace(arm.chain, convention="screws" if name in OF_SCREWS else "dh")
+        if taken < EACH and question.refusal(chain) is None:
+            answer, details = question.ask(chain, Stream(f"{chain.name}/{name}"))
             part = Part(name, name, answer, question.points, (), details)
-            problem = Problem(ProblemId("textbook", 1, (name,)), arm.chain, (part,))
-            assert failures_of(problem) == [], arm.chain.name
-            assert "None" not in prompt(problem, part) + worked_solution(problem, part), arm.chain.name
+            problem = Problem(ProblemId("textbook", 1, (name,)), chain, (part,))
+            assert failures_of(problem) == [], chain.name
+            assert "None" not in prompt(problem, part) + worked_solution(problem, part), chain.name
             taken += 1
     assert taken
 

@@ -1,0 +1,251 @@
+"""Mistakes with screws and exponentials, of arms that are told by their axes at home."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import sympy as sp
+
+from exercises.arm.arithmetic import applied, cross, product
+from exercises.arm.chain import Chain
+from exercises.arm.conventions import axes_of
+from exercises.arm.placing import Axis
+from exercises.arm.stages import Change, Working
+from exercises.arm.told import is_by_axes
+from exercises.mistakes.base import Mistake, Shape, Slip
+
+SCREWS = ("home screws", "space jacobian", "body jacobian")
+"""The stages whose columns are screws."""
+SOURCE = "the product of exponentials"
+Slips = Callable[[Chain, Shape], Iterator[Slip]]
+
+
+def _of_screws(slips: Callable[[Chain], Iterator[Slip]]) -> Slips:
+    """Return the same for arms that are told by their axes, and nothing for others."""
+
+    def only(chain: Chain, _: Shape) -> Iterator[Slip]:
+        if is_by_axes(chain):
+            yield from slips(chain)
+
+    return only
+
+
+def _moment_sign(chain: Chain) -> Iterator[Slip]:
+    def changed(w: Working, columns: np.ndarray) -> np.ndarray:
+        out = np.array(columns)
+        for i, kind in enumerate(w["kinds"]):
+            if kind == "R":
+                out[3:, i] = -out[3:, i]
+        return out
+
+    yield from (Slip({stage: changed}) for stage in SCREWS)
+
+
+def _no_moment(chain: Chain) -> Iterator[Slip]:
+    """Take a point on the axis for the velocity, or nothing."""
+
+    def points(w: Working, columns: np.ndarray) -> np.ndarray:
+        out = np.array(columns)
+        for i, (kind, axis) in enumerate(zip(w["kinds"], axes_of(w.chain)[0], strict=True)):
+            if kind == "R":
+                out[3:, i] = _constant(w, axis.point)
+        return out
+
+    yield Slip({"home screws": points})
+
+
+def _rows_exchanged(chain: Chain) -> Iterator[Slip]:
+    exchanged: Change = lambda _, columns: np.concatenate([columns[3:], columns[:3]])  # noqa: E731
+    yield from (Slip({stage: exchanged}) for stage in SCREWS)
+
+
+def _at_home(chain: Chain) -> Iterator[Slip]:
+    yield Slip({"space jacobian": lambda w, _: w["home screws"]})
+
+
+def _other_frame(chain: Chain) -> Iterator[Slip]:
+    yield Slip({"space jacobian": lambda w, _: w.without("space jacobian")["body jacobian"]}, _FRAMES["space"])
+    yield Slip({"body jacobian": lambda w, _: w["space jacobian"]}, _FRAMES["body"])
+
+
+_FRAMES: dict[str, dict[str, object]] = {
+    "space": {"wanted": "space", "taken": "body"},
+    "body": {"wanted": "body", "taken": "space"},
+}
+
+
+def _of_the_point(chain: Chain) -> Iterator[Slip]:
+    """Take the velocity of P where that of the point at the origin is due."""
+    yield Slip({"space jacobian": lambda w, _: np.concatenate([w["geometric"][3:], w["geometric"][:3]])})
+
+
+def _not_turned(chain: Chain) -> Iterator[Slip]:
+    yield Slip({"body jacobian": lambda w, _: np.concatenate([w["geometric"][3:], w["geometric"][:3]])})
+
+
+def _turned_the_other_way(chain: Chain) -> Iterator[Slip]:
+    def turned(w: Working, _: np.ndarray) -> np.ndarray:
+        halves = w["geometric"][3:], w["geometric"][:3]
+        return np.concatenate([product(w["body rotation"], half) for half in halves])
+
+    yield Slip({"body jacobian": turned})
+
+
+def _about_the_origin(chain: Chain) -> Iterator[Slip]:
+    """Turn the space Jacobian into the body frame, and leave the reference point at the origin of the space frame."""
+
+    def turned(w: Working, _: np.ndarray) -> np.ndarray:
+        back = w["body rotation"].swapaxes(0, 1)
+        return np.concatenate([product(back, w["space jacobian"][:3]), product(back, w["space jacobian"][3:])])
+
+    yield Slip({"body jacobian": turned})
+
+
+# --- exponentials ---
+
+
+def _constant(w: Working, vector: sp.Matrix) -> np.ndarray:
+    return np.stack([w.arithmetic.value(w.arithmetic.stepped(entry)) for entry in vector])
+
+
+def _exponential(w: Working, axis: Axis, i: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return rotation (3, 3, …) and shift (3, …) of a joint's motion by its variable, by Rodrigues' formula."""
+    q = w.arithmetic.stepped(w.chain.q[i])
+    u = _constant(w, axis.direction)
+    zero, one = 0 * u[0], 0 * u[0] + 1
+    identity = np.stack([np.stack(row) for row in ((one, zero, zero), (zero, one, zero), (zero, zero, one))])
+    if axis.kind == "P":
+        return identity, w.arithmetic.value(q)[None] * u
+    s, c = w.arithmetic.value(w.arithmetic.sin(q)), w.arithmetic.value(w.arithmetic.cos(q))
+    hat = np.stack([np.stack([zero, -u[2], u[1]]), np.stack([u[2], zero, -u[0]]), np.stack([-u[1], u[0], zero])])
+    turn = identity + s * hat + (one - c) * product(hat, hat)
+    point = _constant(w, axis.point)
+    return turn, point - applied(turn, point)
+
+
+def _exponentials(w: Working) -> list[tuple[np.ndarray, np.ndarray]]:
+    return [_exponential(w, axis, i) for i, axis in enumerate(axes_of(w.chain)[0])]
+
+
+Moved = tuple[np.ndarray, np.ndarray]
+
+
+def _behind(first: Moved, second: Moved) -> Moved:
+    """Return the motion of the product of two exponentials."""
+    return product(first[0], second[0]), applied(first[0], second[1]) + first[1]
+
+
+def _reversed_product(w: Working) -> Moved:
+    moved, *others = reversed(_exponentials(w))
+    for other in others:
+        moved = _behind(moved, other)
+    return moved
+
+
+def _order(chain: Chain) -> Iterator[Slip]:
+    """Multiply the exponentials from the last to the first: in the pose, and before each screw."""
+
+    def point(w: Working, _: np.ndarray) -> np.ndarray:
+        turn, shift = _reversed_product(w)
+        return applied(turn, _constant(w, axes_of(w.chain)[1])) + shift
+
+    def columns(w: Working, _: np.ndarray) -> np.ndarray:
+        home, each = w["home screws"], _exponentials(w)
+        out, moved = [home[:, 0]], each[0]
+        for i in range(1, w.n):
+            angular, linear = applied(moved[0], home[:3, i]), applied(moved[0], home[3:, i])
+            out.append(np.concatenate([angular, linear + cross(moved[1], angular)]))
+            moved = _behind(each[i], moved)
+        return np.stack(out, axis=1)
+
+    if chain.n > 1:
+        yield Slip({"body rotation": lambda w, _: _reversed_product(w)[0], "point": point})
+    if chain.n > 2:
+        yield Slip({"space jacobian": columns})
+
+
+def _home_on_the_left(chain: Chain) -> Iterator[Slip]:
+    """M e^(S_1) ... e^(S_n), where it stands on the right."""
+
+    def point(w: Working, _: np.ndarray) -> np.ndarray:
+        moved, *others = _exponentials(w)
+        for other in others:
+            moved = _behind(moved, other)
+        return _constant(w, axes_of(w.chain)[1]) + moved[1]
+
+    yield Slip({"point": point})
+
+
+def _no_home(chain: Chain) -> Iterator[Slip]:
+    """Leave M out of the product."""
+
+    def point(w: Working, _: np.ndarray) -> np.ndarray:
+        moved, *others = _exponentials(w)
+        for other in others:
+            moved = _behind(moved, other)
+        return moved[1]
+
+    yield Slip({"point": point})
+
+
+MISTAKES = (
+    Mistake(
+        "screw-sign", "Screw with the wrong sign of its velocity",
+        "The lower halves of the screws seem to have the wrong sign: the point at the origin moves at -omega x q.",
+        SOURCE, _of_screws(_moment_sign),
+    ),
+    Mistake(
+        "screw-point", "Point on the axis for the velocity of a screw",
+        "The lower halves of the screws seem to hold points on the axes: they hold velocities, -omega x q.",
+        SOURCE, _of_screws(_no_moment),
+    ),
+    Mistake(
+        "twist-rows-exchanged", "Velocity above angular velocity",
+        "The upper and the lower half seem to be exchanged: of a twist, omega comes first here.", SOURCE,
+        _of_screws(_rows_exchanged),
+    ),
+    Mistake(
+        "screws-at-home", "Screws as they are at home",
+        "The columns seem to be the screws at home: each is carried along by the joints before it.", SOURCE,
+        _of_screws(_at_home),
+    ),
+    Mistake(
+        "other-twist-frame", "Space and body frame exchanged",
+        "The answer seems to be that of the {taken} frame: it is wanted for the {wanted} frame.", SOURCE,
+        _of_screws(_other_frame),
+    ),
+    Mistake(
+        "velocity-of-p", "Velocity of P in the space frame",
+        "The lower half seems to be the velocity of P: in the space frame it is that of the point of the last link "
+        "that is at the origin.", SOURCE, _of_screws(_of_the_point),
+    ),
+    Mistake(
+        "body-not-turned", "Body frame's velocities in the coordinates of the space frame",
+        "The velocities seem to be left in the coordinates of the space frame: the body frame sees them turned by the "
+        "transposed rotation.", SOURCE, _of_screws(_not_turned),
+    ),
+    Mistake(
+        "body-turned-the-other-way", "Turned by the rotation of the body frame for its transpose",
+        "The velocities seem to be turned by the rotation of the body frame: its transpose takes them into that frame.",
+        SOURCE, _of_screws(_turned_the_other_way), rare=True,
+    ),
+    Mistake(
+        "body-about-origin", "Reference point not moved to the body frame",
+        "The space Jacobian seems to be turned into the body frame only: its velocities are those of another point, "
+        "and are to be moved to P.", SOURCE, _of_screws(_about_the_origin), rare=True,
+    ),
+    Mistake(
+        "exponentials-reversed", "Exponentials in the wrong order",
+        "The exponentials seem to be multiplied in the wrong order: joint 1 stands on the left.", SOURCE,
+        _of_screws(_order),
+    ),
+    Mistake(
+        "home-pose-left", "M on the left",
+        "The pose at home seems to stand on the left of the exponentials: with screws in the space frame it stands on "
+        "the right.", SOURCE, _of_screws(_home_on_the_left),
+    ),
+    Mistake(
+        "home-pose-forgotten", "M left out",
+        "The pose at home seems to be left out: the product of the exponentials is multiplied by it.", SOURCE,
+        _of_screws(_no_home),
+    ),
+)  # fmt: skip

@@ -1,0 +1,340 @@
+"""Arms told by their axes at home: screws, the pose by exponentials, Jacobian and twist in the space and body frame.
+
+Notation and order of Lynch and Park: a twist is (omega, v); the screw of joint i at home is S_i = (omega_i, -omega_i x
+q_i) of a revolute joint, (0, v_i) of a prismatic one. The space frame {s} is the world frame; the body frame {b} moves
+with the last link, has its origin in P, and is parallel to {s} at home. Column i of the space Jacobian is S_i, carried
+along by the joints before it; the body Jacobian is the same motion seen from {b}: J_b = [Ad_{T_bs}] J_s.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import sympy as sp
+
+from exercises.answers import Matrix
+from exercises.arm.arithmetic import applied
+from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.conventions import axes_of
+from exercises.arm.derivation import derive, structure
+from exercises.arm.kinematics import Frame, frames_and_point
+from exercises.arm.stages import Working
+from exercises.arm.told import is_by_axes
+from exercises.arm.trigonometry import textbook
+from exercises.problem import Details, Part
+from exercises.questions.base import MOST_TERMS, Asked, Question, put, stage, velocities
+from exercises.stream import Stream
+
+TWIST_ROWS = (*TASK_ROWS[3:], *TASK_ROWS[:3])
+"""The components of a twist in the order of screws."""
+SOURCE = "product of exponentials"
+MOST_JOINTS = 4
+"""Up to so many joints the pose is multiplied out by hand."""
+
+
+@dataclass(frozen=True)
+class Screw:
+    """A joint at home: its kind, direction and point (3 x 1 each; m), and its screw (6 x 1)."""
+
+    kind: str
+    direction: sp.Matrix
+    point: sp.Matrix
+    screw: sp.Matrix
+
+    @property
+    def moment(self) -> sp.Matrix:
+        """Its lower half, v (3 x 1)."""
+        return self.screw[3:, :]
+
+
+@dataclass(frozen=True)
+class Carried:
+    """A joint where the joints before it have taken it: its axis, a point on it, and its column of J_s."""
+
+    number: int
+    kind: str
+    direction: sp.Matrix
+    point: sp.Matrix
+    column: sp.Matrix
+
+    @property
+    def moment(self) -> sp.Matrix:
+        """The lower half of its column, v (3 x 1)."""
+        return self.column[3:, :]
+
+
+@dataclass(frozen=True, kw_only=True)
+class OfScrews(Details):
+    """About the screws at home."""
+
+    screws: tuple[Screw, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class InSpace(Details):
+    """About the space Jacobian: what its columns are made of."""
+
+    carried: tuple[Carried, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class OfBody(Details):
+    """About the body frame: its rotation R_sb and origin P in {s}, and the space Jacobian where that is wanted."""
+
+    rotation: sp.Matrix
+    place: sp.Matrix
+    space: sp.Matrix | None = None
+
+
+def home_screws(chain: Chain) -> tuple[Screw, ...]:
+    """Return the screws of an arm at home, world frame."""
+    found = []
+    for axis in axes_of(chain)[0]:
+        if axis.kind == "R":
+            screw = axis.direction.col_join(-axis.direction.cross(axis.point))
+        else:
+            screw = sp.zeros(3, 1).col_join(axis.direction)
+        found.append(Screw(axis.kind, axis.direction, axis.point, screw))
+    return tuple(found)
+
+
+@lru_cache(maxsize=1024)
+def _carried(generic: Chain) -> tuple[Carried, ...]:
+    """Return the joints of a structure as the joints before them have moved them."""
+    frames, columns = frames_and_point(generic)[0], []
+    for number, (joint, frame) in enumerate(zip(generic.joints, frames, strict=False), 1):
+        z, origin = _tidied(frame.rotation[:, 2]), _tidied(frame.origin)
+        column = z.col_join(_tidied(-z.cross(origin))) if joint.kind == "R" else sp.zeros(3, 1).col_join(z)
+        columns.append(Carried(number, joint.kind, z, origin, column))
+    return tuple(columns)
+
+
+def _tidied(matrix: sp.Matrix) -> sp.Matrix:
+    return matrix.applyfunc(lambda entry: textbook(sp.expand(entry)))
+
+
+def space_jacobian(chain: Chain) -> sp.Matrix:
+    """Return J_s, 6 x n: the twist (omega, v) of the last link in {s}, v that of its point at the origin of {s}."""
+    fill = derive(chain).fill
+    return sp.Matrix.hstack(*(one.column.applyfunc(fill) for one in _carried(structure(chain).chain)))
+
+
+# --- the body frame ---
+
+
+def _home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
+    """Return the joint variables of the structure at home: what the table adds to them, odd angles as symbols."""
+    home = {}
+    for q, offset, joint in zip(chain.q, chain.offsets, chain.joints, strict=True):
+        known = offset == 0 or (joint.kind == "R" and (2 * offset / sp.pi).is_Integer)
+        home[q] = offset if known else sp.Symbol(f"home_{q.name}")
+    return home
+
+
+@lru_cache(maxsize=1024)
+def _seen_from_body(generic: Chain, home: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> tuple[sp.Matrix, sp.Matrix]:
+    """Return R_sb and the body Jacobian of a structure whose joints are at these values at home."""
+    frames, point = frames_and_point(generic)
+    last, at_home = frames[-1].rotation, frames[-1].rotation.xreplace(dict(home))
+    rotation = _tidied(last * at_home.T)
+    columns = []
+    for joint, seen in zip(generic.joints, _from_last_frame(generic, frames, point), strict=True):
+        z, arm = at_home * seen.rotation[:, 2], at_home * seen.origin
+        linear, angular = (z.cross(arm), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
+        columns.append(angular.col_join(linear))
+    return rotation, _tidied(sp.Matrix.hstack(*columns))
+
+
+def _from_last_frame(generic: Chain, frames: list[Frame], point: sp.Matrix) -> list[Frame]:
+    """Return axis frames in the coordinates of the last one, and the vector from each to P there."""
+    turn = frames[-1].rotation.T
+    return [
+        Frame(_tidied(turn * frame.rotation), _tidied(turn * (point - frame.origin))) for frame in frames[: generic.n]
+    ]
+
+
+def _of_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
+    generic, home = structure(chain).chain, _home_offsets(chain)
+    known = {home[q]: offset for q, offset in zip(chain.q, chain.offsets, strict=True) if home[q].is_Symbol}
+    fill = derive(chain).fill
+    rotation, jacobian = (
+        matrix.applyfunc(lambda entry: fill(entry).xreplace(known))
+        for matrix in _seen_from_body(generic, tuple(home.items()))
+    )
+    return rotation, jacobian
+
+
+def body_rotation(chain: Chain) -> sp.Matrix:
+    """Return R_sb, 3 x 3, which is the identity at home."""
+    return _of_body(chain)[0]
+
+
+def body_jacobian(chain: Chain) -> sp.Matrix:
+    """Return J_b, 6 x n: the twist (omega, v) of the last link in {b}, v that of P."""
+    return _of_body(chain)[1]
+
+
+def body_pose(chain: Chain) -> sp.Matrix:
+    """Return T_sb, 4 x 4."""
+    pose = body_rotation(chain).row_join(derive(chain).position)
+    return pose.col_join(sp.Matrix([[0, 0, 0, 1]]))
+
+
+# --- questions ---
+
+
+def _home(chain: Chain, rng: Stream) -> Asked:
+    screws = home_screws(chain)
+    return Matrix(sp.Matrix.hstack(*(one.screw for one in screws))), OfScrews(screws=screws)
+
+
+def _pose(chain: Chain, rng: Stream) -> Asked:
+    return Matrix(body_pose(chain)), OfBody(rotation=body_rotation(chain), place=derive(chain).position)
+
+
+def _in_space(chain: Chain) -> InSpace:
+    fill = derive(chain).fill
+    carried = tuple(
+        Carried(one.number, one.kind, *(each.applyfunc(fill) for each in (one.direction, one.point, one.column)))
+        for one in _carried(structure(chain).chain)
+    )
+    return InSpace(carried=carried)
+
+
+def _space(chain: Chain, rng: Stream) -> Asked:
+    return Matrix(space_jacobian(chain)), _in_space(chain)
+
+
+def _body(chain: Chain, rng: Stream) -> Asked:
+    rotation, jacobian = _of_body(chain)
+    details = OfBody(rotation=rotation, place=derive(chain).position, space=space_jacobian(chain))
+    return Matrix(jacobian), details
+
+
+def _space_twist(chain: Chain, rng: Stream) -> Asked:
+    return Matrix(derive(chain).twist(space_jacobian(chain))), _in_space(chain)
+
+
+def _body_twist(chain: Chain, rng: Stream) -> Asked:
+    rotation, jacobian = _of_body(chain)
+    details = OfBody(rotation=rotation, place=derive(chain).position, space=space_jacobian(chain))
+    return Matrix(derive(chain).twist(jacobian)), details
+
+
+def _by_axes(chain: Chain) -> str | None:
+    return None if is_by_axes(chain) else 'it is asked of arms that are told by their axes (convention = "screws")'
+
+
+def _with_body(chain: Chain) -> str | None:
+    if (refused := _by_axes(chain)) is not None:
+        return refused
+    return None if chain.point.frame == chain.n else "P is no point of its last link, with which the body frame moves"
+
+
+@lru_cache(maxsize=4096)
+def _terms(chain: Chain, result: Callable[[Chain], sp.Matrix]) -> int:
+    return sum(len(sp.Add.make_args(sp.expand(entry))) for entry in result(chain) if entry not in (0, 1))
+
+
+def _counted(result: Callable[[Chain], sp.Matrix]) -> Callable[[Chain], str | None]:
+    def too_long(chain: Chain) -> str | None:
+        count = _terms(chain, result)
+        return f"it has {count} terms, too many to be worked out by hand" if count > MOST_TERMS else None
+
+    return too_long
+
+
+def _long_pose(chain: Chain) -> str | None:
+    if chain.n > MOST_JOINTS:
+        return f"the product of the exponentials of {chain.n} joints is too long to be worked out by hand"
+    return _counted(body_pose)(chain)
+
+
+def _long_body(chain: Chain) -> str | None:
+    if chain.n > MOST_JOINTS:
+        return f"the body Jacobian of {chain.n} joints is too long to be worked out by hand"
+    return _counted(body_jacobian)(chain)
+
+
+def _twist_names(chain: Chain, _: Part) -> Sequence[str]:
+    return velocities(TWIST_ROWS)
+
+
+def _pose_result(w: Working, part: Part) -> np.ndarray:
+    rotation, place = w["body rotation"], w["point"]
+    below = np.stack([0 * place[0], 0 * place[0], 0 * place[0], 0 * place[0] + 1])
+    return np.concatenate([np.concatenate([rotation, place[:, None]], axis=1), below[None]])
+
+
+QUESTIONS = (
+    Question(
+        name="home-screws",
+        title="Screw axes at home",
+        source=SOURCE,
+        ask=_home,
+        objection=_by_axes,
+        result=stage("home screws"),
+        put=put("home screws"),
+    ),
+    Question(
+        name="body-pose",
+        title="Pose of the body frame by exponentials",
+        source=SOURCE,
+        ask=_pose,
+        points=2.0,
+        objection=_with_body,
+        too_long=_long_pose,
+        result=_pose_result,
+        put=lambda rows: {"body rotation": lambda *_: rows[:3, :3], "point": lambda *_: rows[:3, 3]},
+        last_row=("0", "0", "0", "1"),
+    ),
+    Question(
+        name="space-jacobian",
+        title="Space Jacobian",
+        source=SOURCE,
+        ask=_space,
+        points=2.0,
+        objection=_by_axes,
+        too_long=_counted(space_jacobian),
+        result=stage("space jacobian"),
+        put=put("space jacobian"),
+    ),
+    Question(
+        name="body-jacobian",
+        title="Body Jacobian",
+        source=SOURCE,
+        ask=_body,
+        needs=("body-pose", "space-jacobian"),
+        points=2.0,
+        objection=_with_body,
+        too_long=_long_body,
+        result=stage("body jacobian"),
+        put=put("body jacobian"),
+        follows=(("body-pose", "space-jacobian"),),
+    ),
+    Question(
+        name="space-twist",
+        title="Twist in the space frame",
+        source=SOURCE,
+        ask=_space_twist,
+        needs=("space-jacobian",),
+        objection=_by_axes,
+        too_long=_counted(space_jacobian),
+        result=lambda w, _: applied(w["space jacobian"], w["joint rates"]),
+        entry_names=_twist_names,
+        follows=(("space-jacobian",),),
+    ),
+    Question(
+        name="body-twist",
+        title="Twist in the body frame",
+        source=SOURCE,
+        ask=_body_twist,
+        needs=("body-jacobian",),
+        objection=_with_body,
+        too_long=_long_body,
+        result=lambda w, _: applied(w["body jacobian"], w["joint rates"]),
+        entry_names=_twist_names,
+        follows=(("body-jacobian",),),
+    ),
+)  # fmt: skip
