@@ -1,0 +1,438 @@
+"""Jacobians, determinants and singular sets that textbooks print, of arms told in each book's own convention.
+
+`tests/data/textbooks` has a file for each book, with an arm as a ROBOT.toml and what the book says of it, in its order:
+
+    jacobian        entries, or the axes, origins and tip of which the book makes its columns, in a `frame` (base: 0);
+                    six rows vx ... wz if none are named; of frame `link`, where that is not the point of interest
+    determinant, inverse, manipulability, rates, torques, forces (by torques), isotropic, at (figures, rounded)
+    singular        alternatives that the book prints, some with their `kinds`; `derived` are those that it leaves out
+    space           the space Jacobian, rows (omega, v), or its axes and points on them
+    home_space      screws at home, a row each, of which exponentials make the space Jacobian; home_body, too
+"""
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.classification import domain_of, samples_on
+from exercises.arm.derivation import derive
+from exercises.arm.kinematics import NumericChain, link_frames
+from exercises.arm.robot_file import Robot, read_robot_file
+from exercises.formula.conditions import SetComparison, Space, compare_sets
+from exercises.formula.expression import read
+from exercises.formula.pieces import Piece, pieces
+from exercises.formula.program import evaluate_each
+from exercises.formula.trees import names
+from exercises.solving import Solution, solve
+from exercises.stream import Stream
+from exercises.verify.singular import NEAR, singular_configurations
+from exercises.writing.worked import SingularComponent
+from tests.support import DATA
+
+POINTS = 10
+"""Configurations, each with lengths of its own, at which formulas are compared."""
+Values = Mapping[str, np.ndarray]
+Texts = Sequence[Sequence[str]]
+
+
+@dataclass(frozen=True)
+class Arm:
+    """An arm as a book tells it, and what the book says of it; the file is that of the book."""
+
+    name: str
+    file: str
+    told: Mapping[str, Any]
+
+    def __repr__(self) -> str:
+        return self.name
+
+
+BOOKS = {path.stem: tomllib.loads(path.read_text(encoding="utf-8")) for path in (DATA / "textbooks").glob("*.toml")}
+ARMS = [Arm(row["name"], file, row) for file, book in sorted(BOOKS.items()) for row in book["arm"]]
+ABOUT = {"name", "where", "note", "robot"}
+SAID = {
+    "jacobian", "determinant", "inverse", "manipulability", "rates", "torques", "forces", "isotropic", "at", "singular",
+    "kinds", "derived", "space", "space_axes", "space_points", "home_space", "home_body",
+}  # fmt: skip
+
+
+def _with(*keys: str) -> pytest.MarkDecorator:
+    """Return the parameters of a test: the arms of which a book says any of these."""
+    arms = [arm for arm in ARMS if any(key in arm.told for key in keys)]
+    return pytest.mark.parametrize("arm", arms, ids=str)
+
+
+@cache
+def _robot(name: str) -> Robot:
+    text = next(arm.told["robot"] for arm in ARMS if arm.name == name)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "arm.toml"
+        path.write_text(text, encoding="utf-8")
+        return read_robot_file(path)
+
+
+def _chain(arm: Arm) -> Chain:
+    return _robot(arm.name).chain
+
+
+@cache
+def _solution(name: str) -> Solution:
+    return solve(_robot(name).chain)
+
+
+# --- in numbers ---
+
+
+def _values(arm: Arm, given: Mapping[str, str] | None = None, points: int = POINTS) -> dict[str, np.ndarray]:
+    """Return values of every joint and length, and of forces and velocities x and y; some may be given as formulas."""
+    chain, stream = _chain(arm), Stream(arm.name)
+    values = {q.name: _drawn(stream, -3, 3, points) for q in chain.q}
+    values |= {symbol.name: _drawn(stream, 0.3, 1.2, points) for symbol in chain.parameters}
+    values |= {name: _drawn(stream, -1, 1, points) for name in "xy"}
+    for name, text in (given or {}).items():
+        assert name in values
+        values[name] = _book(text, values)
+    return values
+
+
+def _drawn(stream: Stream, low: float, high: float, points: int) -> np.ndarray:
+    return np.array([stream.uniform(low, high) for _ in range(points)])
+
+
+def _book(text: str, values: Values) -> np.ndarray:
+    """Return the values of a book's formula, (points,)."""
+    node, points = read(text), len(values["x"])
+    assert names(node) <= {*values, "pi"}, text
+    found = evaluate_each([node], values, points)[0]
+    assert np.isfinite(found).all() and np.abs(found.imag).max() < 1e-12, text
+    return np.asarray(found.real)
+
+
+def _book_matrix(rows: Texts, values: Values) -> np.ndarray:
+    """Return the values of a book's matrix, (points, rows, columns)."""
+    assert len({len(row) for row in rows}) == 1
+    entries = np.array([[_book(text, values) for text in row] for row in rows])
+    return np.moveaxis(entries, -1, 0)
+
+
+def _ours(matrix: sp.Matrix, values: Values) -> np.ndarray:
+    """Return the values of a matrix that was derived, (points, rows, columns)."""
+    symbols = sorted(matrix.free_symbols, key=str)
+    function = sp.lambdify(symbols, matrix.tolist(), modules="numpy")
+    columns = [values[symbol.name] for symbol in symbols]
+    points = range(len(values["x"]))
+    return np.array([function(*(column[k] for column in columns)) for k in points], dtype=float)
+
+
+def _task(arm: Arm, six: np.ndarray, rows: Sequence[str] = ()) -> np.ndarray:
+    """Return the named rows of a 6 x n Jacobian, those of the arm's task if none are named."""
+    return six[:, [TASK_ROWS.index(row) for row in rows or _chain(arm).task]]
+
+
+def _is_near(a: np.ndarray, b: np.ndarray) -> bool:
+    return a.shape == b.shape and np.allclose(a, b, rtol=1e-9, atol=1e-9)
+
+
+# --- Jacobians ---
+
+
+def _as_told(arm: Arm) -> Chain:
+    """Return the arm with the frames of its own convention on its links."""
+    robot = _robot(arm.name)
+    return replace(robot.chain, convention=robot.given.convention if robot.given else "dh")
+
+
+def _rotation(arm: Arm, frame: int, values: Values) -> np.ndarray:
+    """Return the rotation of a frame of the arm's own convention, (points, 3, 3)."""
+    return _ours(link_frames(_as_told(arm))[frame].rotation, values)
+
+
+def _seen_from(rotation: np.ndarray, six: np.ndarray) -> np.ndarray:
+    """Return a 6 x n matrix of two vectors in each column, told in a frame of that rotation."""
+    back = rotation.swapaxes(1, 2)
+    return np.concatenate([back @ six[:, :3], back @ six[:, 3:]], axis=1)
+
+
+def _by_axes(arm: Arm, told: Mapping[str, Any], values: Values) -> np.ndarray:
+    """Return the Jacobian that axes, origins and the tip make: (z x (tip - o), z), and (z, 0) of a slide."""
+    z, origins = (_book_matrix(told[key], values) for key in ("axes", "origins"))
+    (tip,) = np.moveaxis(_book_matrix([told["tip"]], values), 1, 0)
+    slides = _slides(arm)
+    linear = np.where(slides, z, np.cross(z, tip[:, None] - origins))
+    return np.concatenate([linear, np.where(slides, 0, z)], axis=2).swapaxes(1, 2)
+
+
+def _slides(arm: Arm) -> np.ndarray:
+    return np.array([[joint.kind == "P"] for joint in _chain(arm).joints])
+
+
+@_with("jacobian")
+def test_the_jacobian_is_the_books(arm: Arm) -> None:
+    values, solution = _values(arm), _solution(arm.name)
+    for told in arm.told["jacobian"]:
+        assert {*told} <= {"frame", "rows", "entries", "axes", "origins", "tip", "link"}
+        rows = told.get("rows", TASK_ROWS)
+        book = _book_matrix(told["entries"], values) if "entries" in told else None
+        if book is None:
+            book = _task(arm, _by_axes(arm, told, values), rows)
+        derived = derive(_as_told(arm)).link_jacobian(told["link"]) if "link" in told else solution.geometric
+        seen = _seen_from(_rotation(arm, told.get("frame", 0), values), _ours(derived, values))
+        assert _is_near(_task(arm, seen, rows), book)
+
+
+@_with("at")
+def test_figures_at_a_configuration_are_the_books(arm: Arm) -> None:
+    for told in arm.told["at"]:
+        values = _values(arm, told["values"], points=1)
+        figures = _task(arm, _ours(_solution(arm.name).geometric, values), told["rows"])
+        assert np.abs(figures - _book_matrix(told["entries"], values)).max() <= 0.5 * 10 ** -told["decimals"] + 1e-12
+
+
+@_with("determinant")
+def test_the_determinant_is_the_books(arm: Arm) -> None:
+    values, solution = _values(arm), _solution(arm.name)
+    book = _book(arm.told["determinant"], values)
+    assert _is_near(_ours(sp.Matrix([[solution.determinant]]), values)[:, 0, 0], book)
+    assert _is_near(np.linalg.det(_task(arm, _ours(solution.geometric, values))), book)
+    if not book.any():
+        assert solution.singular is None and "every configuration" in (solution.note or "")
+
+
+@_with("inverse")
+def test_the_inverse_is_the_books(arm: Arm) -> None:
+    values = _values(arm)
+    assert _is_near(_ours(derive(_chain(arm)).inverse, values), _book_matrix(arm.told["inverse"], values))
+
+
+@_with("rates")
+def test_rates_for_a_velocity_are_the_books(arm: Arm) -> None:
+    chain = _chain(arm)
+    for told in arm.told["rates"]:
+        velocity = dict(zip(chain.task, told["velocity"], strict=True))
+        values = _values(arm)
+        values |= {row: _book(text, values) for row, text in velocity.items()}
+        ours = _ours(derive(chain).rate_law(), values)[:, :, 0]
+        assert _is_near(ours, _book_matrix([told["values"]], values)[:, 0])
+
+
+@_with("torques")
+def test_torques_that_hold_a_force_are_the_books(arm: Arm) -> None:
+    values = _values(arm)
+    for told in arm.told["torques"]:
+        force = _rotation(arm, told.get("frame", 0), values) @ _book_matrix([[f] for f in told["force"]], values)
+        linear = _ours(_solution(arm.name).jacobian, values)
+        assert _is_near((linear.swapaxes(1, 2) @ force)[:, :, 0], _book_matrix([told["values"]], values)[:, 0])
+
+
+@_with("forces")
+def test_forces_by_torques_are_the_books(arm: Arm) -> None:
+    values = _values(arm)
+    for told in arm.told["forces"]:
+        seen = _seen_from(_rotation(arm, told["frame"], values), _ours(_solution(arm.name).geometric, values))
+        assert _is_near(np.linalg.inv(_task(arm, seen).swapaxes(1, 2)), _book_matrix(told["entries"], values))
+
+
+@_with("manipulability")
+def test_manipulability_is_the_books(arm: Arm) -> None:
+    values = _values(arm)
+    jacobian = _task(arm, _ours(_solution(arm.name).geometric, values))
+    ours = np.sqrt(np.linalg.det(jacobian @ jacobian.swapaxes(1, 2)))
+    assert np.allclose(ours, _book(arm.told["manipulability"], values), rtol=1e-7)
+
+
+@_with("isotropic")
+def test_isotropic_configurations_are_the_books(arm: Arm) -> None:
+    for told in arm.told["isotropic"]:
+        jacobian = _task(arm, _ours(_solution(arm.name).geometric, _values(arm, told)))
+        sigma = np.linalg.svd(jacobian, compute_uv=False)
+        assert sigma.min() > 0.1 and np.allclose(sigma[:, 0], sigma[:, -1])
+
+
+# --- screws ---
+
+
+def _space_jacobian(arm: Arm, values: Values) -> np.ndarray:
+    """Return the space Jacobian, rows (omega, v), from the derived axes and vectors from them to the point."""
+    d = derive(_chain(arm))
+    z, p_star = (_ours(matrix.T, values) for matrix in (d.z, d.p_star))
+    return _columns(arm, z, _ours(d.position.T, values) - p_star)
+
+
+def _columns(arm: Arm, axes: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return (omega, -omega x q) of each axis omega with a point q on it, and (0, v) of a slide, (points, 6, n)."""
+    slides = _slides(arm)
+    linear = np.where(slides, axes, -np.cross(axes, points))
+    return np.concatenate([np.where(slides, 0, axes), linear], axis=2).swapaxes(1, 2)
+
+
+def _body_jacobian(arm: Arm, values: Values) -> np.ndarray:
+    """Return the body Jacobian, rows (omega, v), in a frame at the point that is turned as the base at home."""
+    chain = _chain(arm)
+    turned = link_frames(chain)[-1].rotation
+    rotation = turned * turned.xreplace(dict.fromkeys(chain.q, sp.S.Zero)).T
+    geometric = _ours(derive(chain).geometric, values)
+    return _seen_from(_ours(rotation, values), np.concatenate([geometric[:, 3:], geometric[:, :3]], axis=1))
+
+
+def _skew(vector: np.ndarray) -> np.ndarray:
+    x, y, z = vector
+    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+
+
+def _adjoint_of_motion(screw: np.ndarray, q: float) -> np.ndarray:
+    """Return the 6 x 6 adjoint of exp([S] q), by Rodrigues' formula; S = (omega, v), omega of length 1 or 0."""
+    turning, v = _skew(screw[:3]), screw[3:]
+    square = turning @ turning
+    rotation = np.eye(3) + np.sin(q) * turning + (1 - np.cos(q)) * square
+    p = (q * np.eye(3) + (1 - np.cos(q)) * turning + (q - np.sin(q)) * square) @ v
+    return np.block([[rotation, np.zeros((3, 3))], [_skew(p) @ rotation, rotation]])
+
+
+def _by_exponentials(screws: np.ndarray, q: np.ndarray, body: bool) -> np.ndarray:
+    """Return the Jacobian of screws at home, n x 6: each moved by joints before it, in the body by those behind."""
+    columns, moved = [], np.eye(6)
+    order = range(len(screws))
+    for i in reversed(order) if body else order:
+        columns.append(moved @ screws[i])
+        moved = moved @ _adjoint_of_motion(screws[i], -q[i] if body else q[i])
+    return np.array(columns[::-1] if body else columns).T
+
+
+@_with("space")
+def test_the_space_jacobian_is_the_books(arm: Arm) -> None:
+    values = _values(arm)
+    assert _is_near(_space_jacobian(arm, values), _book_matrix(arm.told["space"], values))
+
+
+@_with("space_axes")
+def test_axes_and_points_of_the_space_jacobian_are_the_books(arm: Arm) -> None:
+    values = _values(arm)
+    axes, points = (_book_matrix(arm.told[key], values) for key in ("space_axes", "space_points"))
+    assert _is_near(_space_jacobian(arm, values), _columns(arm, axes, points))
+
+
+def _jacobian_of_screws(arm: Arm, key: str, values: Values) -> np.ndarray:
+    screws = _book_matrix(arm.told[key], values)
+    q = np.stack([values[joint.name] for joint in _chain(arm).q], axis=1)
+    return np.array([_by_exponentials(s, at, key == "home_body") for s, at in zip(screws, q, strict=True)])
+
+
+@_with("home_space")
+def test_screws_at_home_make_the_space_jacobian(arm: Arm) -> None:
+    values = _values(arm)
+    assert _is_near(_space_jacobian(arm, values), _jacobian_of_screws(arm, "home_space", values))
+
+
+@_with("home_body")
+def test_screws_at_home_make_the_body_jacobian(arm: Arm) -> None:
+    values = _values(arm)
+    assert _is_near(_body_jacobian(arm, values), _jacobian_of_screws(arm, "home_body", values))
+
+
+# --- singular sets ---
+
+
+def _pieces(arm: Arm, texts: Sequence[str]) -> list[Piece]:
+    joints = [q.name for q in _chain(arm).q]
+    return [piece for text in texts for piece in pieces(read(text), joints)]
+
+
+def _all_singular(arm: Arm) -> list[str]:
+    return [*arm.told.get("singular", ()), *arm.told.get("derived", ())]
+
+
+def _shown(component: SingularComponent) -> str:
+    """Return the condition that `solve` shows, by values of joints where it gives any."""
+    if component.solutions is None:
+        return " and ".join(f"{condition} = 0" for condition in component.conditions)
+    shown = ((joint, ", ".join(map(str, values))) for joint, values in component.solutions)
+    return " and ".join(f"{joint} in {{{values}}}" for joint, values in shown)
+
+
+def _compared(arm: Arm, found: Sequence[SingularComponent], book: Sequence[str]) -> SetComparison:
+    chain = _chain(arm)
+    space = Space([q.name for q in chain.q], domain_of(chain))
+    return compare_sets(_pieces(arm, [_shown(one) for one in found]), _pieces(arm, book), space, arm.name)
+
+
+@_with("singular", "derived")
+def test_the_singular_set_is_the_books(arm: Arm) -> None:
+    """Each printed condition is found, and nothing is but these and what is said to be missing from the book."""
+    compared = _compared(arm, _solution(arm.name).singular or (), _all_singular(arm))
+    assert all(compared.covered), compared.missing
+    assert all(compared.sound), compared.surplus
+
+
+@_with("kinds")
+def test_kinds_of_singularities_are_the_books(arm: Arm) -> None:
+    """Boundary where some are: stretched over its own base, an arm with an offset there is inside of its reach."""
+    assert {*arm.told["kinds"]} <= {*arm.told["singular"]}
+    for text, kind in arm.told["kinds"].items():
+        (found,) = (one for one in _solution(arm.name).singular or () if _compared(arm, [one], [text]).equal)
+        assert found.kind.kind == kind
+
+
+@_with("singular", "derived")
+def test_rank_is_lost_at_each_condition_of_the_book(arm: Arm) -> None:
+    chain = _chain(arm)
+    rows = [TASK_ROWS.index(row) for row in chain.task]
+    for text in _all_singular(arm):
+        samples = samples_on(chain, text, arm.name, arms=3, each=3)
+        assert samples, text
+        for sample in samples:
+            sigma = np.linalg.svd(sample.arm.jacobian(sample.q)[rows], compute_uv=False)
+            assert sigma[-1] < 1e-7 * sigma[0], text
+
+
+@_with("singular", "derived")
+def test_a_search_finds_no_singular_configuration_beside_the_books(arm: Arm) -> None:
+    chain, stream = _chain(arm), Stream(f"{arm.name}/search")
+    lengths = {symbol.name: stream.uniform(0.3, 1.2) for symbol in chain.parameters}
+    starts = np.array([[stream.uniform(-3, 3) for _ in chain.q] for _ in range(20)])
+    rows = [TASK_ROWS.index(row) for row in chain.task]
+    numeric = NumericChain(chain, lengths)
+    sigma = np.linalg.svd(numeric.jacobian(starts)[:, rows], compute_uv=False)
+    assert (sigma[:, -1] > 1e-6).all()
+    q = singular_configurations(numeric, starts, rows)
+    assert len(q)
+    joints = [symbol.name for symbol in chain.q]
+    values = {**dict(zip(joints, q.T, strict=True)), **{k: np.full(len(q), v) for k, v in lengths.items()}}
+    book = _pieces(arm, _all_singular(arm))
+    assert Space(joints, domain_of(chain, lengths)).contains(book, values, len(q), NEAR).all()
+
+
+# --- the data ---
+
+
+def test_what_is_said_of_an_arm_is_looked_at() -> None:
+    assert len({arm.name for arm in ARMS}) == len(ARMS)
+    for arm in ARMS:
+        assert {"name", "where", "robot"} <= {*arm.told} <= ABOUT | SAID, arm
+        assert {*arm.told} & SAID - {"derived"}, arm
+        assert _robot(arm.name).notes == (), arm
+    assert all(set(book) == {"book", "arm"} for book in BOOKS.values())
+
+
+@pytest.mark.parametrize(
+    ("file", "convention"),
+    [
+        ("craig", "modified-dh"),
+        ("spong-hutchinson-vidyasagar", "dh"),
+        ("siciliano", "dh"),
+        ("lynch-park", "screws"),
+        ("murray-li-sastry", "screws"),
+        ("chapter", "dh"),
+    ],
+)
+def test_arms_are_told_in_the_convention_of_the_book(file: str, convention: str) -> None:
+    robots = [_robot(arm.name) for arm in ARMS if arm.file == file]
+    assert {robot.given.convention if robot.given else "dh" for robot in robots} == {convention}
