@@ -16,6 +16,7 @@ from exercises.questions import (
     performance,
     propagation,
     rank,
+    recursion,
     redundancy,
     screws,
     singular,
@@ -28,7 +29,8 @@ from exercises.questions.base import Question
 _ORDER = (
     "transform", "home-screws", "body-pose", "position", "velocity", "velocity-component", "jacobian",
     "jacobian-size", "joint-effect",
-    "joint-axes", "position-vectors", "geometric-jacobian", "twist", "link-velocity", "tool-jacobian",
+    "joint-axes", "position-vectors", "geometric-jacobian", "twist", "link-velocity",
+    "own-frame-velocity", "tool-jacobian",
     "space-jacobian", "body-jacobian", "space-twist", "body-twist",
     "arm-block", "wrist-block", "block-determinants", "determinant", "gram-determinant",
     "inverse-jacobian", "inverse-velocity", "joint-rates", "path-rates", "path-limit",
@@ -41,7 +43,7 @@ _ALL = {
     question.name: question
     for module in (
         differentiation, propagation, inversion, singular,
-        transforms, screws, wrist, redundancy, path, rank, concepts, statics, performance,
+        transforms, recursion, screws, wrist, redundancy, path, rank, concepts, statics, performance,
     )
     for question in module.QUESTIONS
 }  # fmt: skip

@@ -12,6 +12,7 @@ from exercises.problem import Part
 from exercises.questions.differentiation import AlongAxis, moving_rows
 from exercises.questions.inversion import InSituation, well_conditioned
 from exercises.questions.propagation import OfFrame
+from exercises.questions.recursion import FromFrameToFrame
 from exercises.verify.numeric_reference import Check, NumericReference
 
 WELL_CONDITIONED = 0.7
@@ -104,6 +105,14 @@ def _link_velocity(numeric: NumericReference, part: Part) -> dict[str, tuple[np.
     return {"finite differences": (carried @ numeric.rates, DIFFERENCED)}
 
 
+def _own_frame(numeric: NumericReference, part: Part) -> dict[str, tuple[np.ndarray, float]]:
+    frame = part.about(FromFrameToFrame).frame
+    moved = (numeric.told_carried[:, :, frame].transpose(0, 2, 1) @ numeric.rates)[..., 0]
+    turn = numeric.told[:, frame, :3, :3].swapaxes(1, 2)
+    own = np.concatenate([np.einsum("kij,kj->ki", turn, half) for half in (moved[:, :3], moved[:, 3:])], axis=1)
+    return {"finite differences": (own[..., None], DIFFERENCED)}
+
+
 def _determinant(numeric: NumericReference, _: Part) -> dict[str, tuple[np.ndarray, float]]:
     return {"LU decomposition": (np.linalg.det(numeric.task_jacobian)[:, None, None], EXACT)}
 
@@ -155,6 +164,7 @@ CHECKS: dict[str, Callable[[NumericReference, Part], Iterator[Check]]] = {
     "geometric-jacobian": formula(_geometric),
     "twist": formula(_twist),
     "link-velocity": formula(_link_velocity),
+    "own-frame-velocity": formula(_own_frame),
     "determinant": formula(_determinant),
     "inverse-jacobian": _inverse,
     "inverse-velocity": _rate_law,

@@ -312,6 +312,10 @@ class Worked:
         """The vector of joint rates."""
         return sp.Matrix(self.chain.rates)
 
+    def rate_along_z(self, joint: int) -> sp.Matrix:
+        """Return what a joint adds in its own frame (3 x 1)."""
+        return sp.Matrix([0, 0, self.chain.rates[joint - 1]])
+
     @property
     def velocity(self) -> sp.Matrix:
         """The vector of the task's velocity."""

@@ -30,7 +30,8 @@ from tests.support.suites import of_families
 
 MODIFIED = "modified-dh"
 FIXED = [name for name, family in FAMILIES.items() if not family.varied]
-OF_FRAMES = ("transform", "position-vectors", "joint-axes", "link-velocity", "tool-jacobian", "wrist-block")
+OF_FRAMES = ("transform", "position-vectors", "joint-axes", "link-velocity", "tool-jacobian", "wrist-block",
+             "own-frame-velocity")  # fmt: skip
 """Questions whose answers hang on where the frames are."""
 A1, A2 = sp.symbols("a1 a2")
 Q1, Q2 = sp.symbols("theta1 theta2")

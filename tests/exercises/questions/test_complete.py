@@ -26,8 +26,8 @@ from grader.follow import earlier
 
 @cache
 def problem_with(name: str) -> Problem:
-    """Return a problem of the first family that has an arm for a question, as it is told or by its axes."""
-    for convention, family in product(("", "screws"), FAMILIES):
+    """Return a problem of the first family that has an arm for a question, in the first convention."""
+    for convention, family in product(("", "modified-dh", "screws"), FAMILIES):
         try:
             return generate(ProblemId(family, 1, (name,), convention=convention))
         except QdotError:

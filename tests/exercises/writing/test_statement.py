@@ -16,7 +16,7 @@ from exercises.errors import QdotError
 from exercises.families import FAMILIES
 from exercises.generation import generate
 from exercises.problem import Part, Problem, ProblemId
-from exercises.questions import QUESTIONS, screws
+from exercises.questions import QUESTIONS, recursion, screws
 from exercises.questions.singular import OfKind
 from exercises.quizzes import ASKED
 from exercises.render import template_folder
@@ -48,7 +48,8 @@ def test_every_question_has_its_templates() -> None:
 
 def test_every_question_has_its_turn_in_sweeps_that_look_at_some(drawn: Draw) -> None:
     looked_at = {part.name for family in SHAPES.values() for part in parts_in_turn(drawn(family, 0))}
-    assert looked_at == set(QUESTIONS) - {question.name for question in screws.QUESTIONS}  # as test_screws.py does
+    of_other_conventions = {question.name for module in (recursion, screws) for question in module.QUESTIONS}
+    assert looked_at == set(QUESTIONS) - of_other_conventions
 
 
 def test_prompts_ask_and_give_nothing_away(problem: Problem) -> None:

@@ -1,0 +1,132 @@
+"""Velocities from frame to frame, each in its own coordinates: what courses with a modified table work out (Craig).
+
+With R = R_{i-1,i}^T and P_i the origin of frame i in frame i-1, each vector in the frame that stands before it:
+
+    i_omega_i = R i-1_omega_i-1 + qd_i z,   i_v_i = R (i-1_v_i-1 + i-1_omega_i-1 x P_i)           revolute
+    i_omega_i = R i-1_omega_i-1,            i_v_i = R (i-1_v_i-1 + i-1_omega_i-1 x P_i) + qd_i z   prismatic
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import sympy as sp
+
+from exercises.answers import Matrix
+from exercises.arm.arithmetic import applied
+from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.derivation import derive, structure
+from exercises.arm.kinematics import Z, joint_rotation, link_vector
+from exercises.arm.stages import Working
+from exercises.arm.told import is_modified, told_rows
+from exercises.arm.trigonometry import textbook
+from exercises.problem import Details, Part
+from exercises.questions.base import MOST_TERMS, Asked, Question, velocities
+from exercises.stream import Stream
+
+FURTHEST = 3
+"""Frames behind it are too much work by hand."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """One frame: the rotation into it from the one before, its origin there, omega and v in its own coordinates."""
+
+    number: int
+    kind: str
+    rotation: sp.Matrix
+    origin: sp.Matrix
+    omega: sp.Matrix
+    v: sp.Matrix
+
+
+@dataclass(frozen=True, kw_only=True)
+class FromFrameToFrame(Details):
+    """About the velocities of the frames up to the one that is asked for."""
+
+    frame: int
+    steps: tuple[Step, ...]
+
+
+@lru_cache(maxsize=1024)
+def _steps(generic: Chain) -> tuple[Step, ...]:
+    """Return the recursion over all frames of a structure."""
+    omega = v = sp.zeros(3, 1)
+    steps = []
+    for number, (row, rate) in enumerate(zip(told_rows(generic), generic.rates, strict=True), 1):
+        into, origin = joint_rotation(row, modified=True).T, link_vector(row, modified=True)
+        own = rate * Z
+        v, omega = _gathered(into * (v + omega.cross(origin)), generic), _gathered(into * omega, generic)
+        v, omega = (v, omega + own) if row.kind == "R" else (v + own, omega)
+        steps.append(Step(number, row.kind, into, origin, omega, v))
+    return tuple(steps)
+
+
+def _gathered(vector: sp.Matrix, generic: Chain) -> sp.Matrix:
+    """Return a vector whose entries are sums over the joint rates, each with a factor as a book writes it."""
+
+    def entry(value: sp.Expr) -> sp.Expr:
+        value = sp.expand(value)
+        return sp.Add(*(textbook(value.coeff(rate)) * rate for rate in generic.rates if value.coeff(rate) != 0))
+
+    return vector.applyfunc(entry)
+
+
+def _velocity(chain: Chain, frame: int) -> sp.Matrix:
+    fill, step = derive(chain).fill, _steps(structure(chain).chain)[frame - 1]
+    return step.v.col_join(step.omega).applyfunc(fill)
+
+
+def _ask(chain: Chain, rng: Stream) -> Asked:
+    fill = derive(chain).fill
+    frame = rng.choice(_frames(chain))
+    steps = tuple(
+        Step(
+            one.number,
+            one.kind,
+            *(matrix.applyfunc(fill) for matrix in (one.rotation, one.origin, one.omega, one.v)),
+        )
+        for one in _steps(structure(chain).chain)[:frame]
+    )
+    return Matrix(_velocity(chain, frame)), FromFrameToFrame(frame=frame, steps=steps)
+
+
+def _frames(chain: Chain) -> list[int]:
+    """Return the frames whose velocity is no matter of one joint, and can be worked out by hand."""
+    return [frame for frame in range(2, min(chain.n, FURTHEST) + 1) if _terms(chain, frame) <= MOST_TERMS]
+
+
+@lru_cache(maxsize=4096)
+def _terms(chain: Chain, frame: int) -> int:
+    return sum(len(sp.Add.make_args(sp.expand(entry))) for entry in _velocity(chain, frame) if entry != 0)
+
+
+def _objection(chain: Chain) -> str | None:
+    if not is_modified(chain):
+        return 'it is asked of arms with a modified table (convention = "modified-dh")'
+    return None if chain.n > 1 else "it has one joint"
+
+
+def _too_long(chain: Chain) -> str | None:
+    return None if _frames(chain) else "the velocities of its frames are too long to be worked out by hand"
+
+
+def _result(w: Working, part: Part) -> np.ndarray:
+    frame = part.about(FromFrameToFrame).frame
+    return applied(w.up_to(frame)["tool jacobian"], w["joint rates"][:frame])
+
+
+QUESTIONS = (
+    Question(
+        name="own-frame-velocity",
+        title="Velocity of a frame in its own coordinates",
+        source="6.9 and 6.10",
+        ask=_ask,
+        points=2.0,
+        in_frames=True,
+        objection=_objection,
+        too_long=_too_long,
+        result=_result,
+        entry_names=lambda chain, _: velocities(TASK_ROWS),
+    ),
+)
