@@ -12,12 +12,14 @@ import sympy as sp
 from exercises.arm.chain import Chain
 from exercises.arm.classification import kind_is_sure
 from exercises.arm.derivation import TooLong, derive
+from exercises.arm.reciprocal import applies
 from exercises.arm.robot_file import Limits, Robot, read_robot
 from exercises.arm.singularity import for_special_lengths, singular_set
 from exercises.formula.text import matrix_json
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.base import BY_HAND
+from exercises.redundant import Redundant, redundant_stages
 from exercises.render import render
 from exercises.stream import Stream
 from exercises.writing.latex import tex, tex_angle, tex_length, tex_value
@@ -36,6 +38,11 @@ ALWAYS_SINGULAR = (
     "singular. Count other rows (`task`), or look at another point (`point`)."
 )
 NEVER_IN_GENERAL = "For lengths that nothing is special about, no configuration is singular. "
+NOT_WORKED_OUT = "The singular configurations are not worked out: {}. Position and Jacobian are right."
+IN_GENERAL = (
+    "All of this is for lengths that nothing is special about: with lengths of a special relation to each other, more "
+    "configurations may be singular."
+)
 FOR_SPECIAL_LENGTHS = (
     "Only for lengths that are related to each other in a way of its own can these conditions hold together, and are "
     "more configurations singular:"
@@ -50,7 +57,8 @@ class Solution:
     """The results for a chain.
 
     `determinant` is None where J is not square, `singular` where it never has full rank; both where they would be too
-    long, as `note` then says. `robot` is the file that the arm was read from, if it was.
+    long, as `note` then says. `robot` is the file that the arm was read from, if it was; `redundant` is how the
+    singular set of an arm of more than six joints was found.
     """
 
     chain: Chain
@@ -61,6 +69,7 @@ class Solution:
     singular: tuple[SingularComponent, ...] | None
     note: str | None
     robot: Robot | None = None
+    redundant: Redundant | None = None
 
     def __repr__(self) -> str:
         return f"Solution({self.chain.name}: J {len(self.chain.task)} x {self.chain.n}, det J = {self.determinant})"
@@ -73,6 +82,7 @@ class Singularities:
     determinant: sp.Expr | None
     singular: tuple[SingularComponent, ...] | None
     note: str | None
+    redundant: Redundant | None = None
 
 
 def solve(chain: Chain) -> Solution:
@@ -88,7 +98,9 @@ def solve(chain: Chain) -> Solution:
     """
     d = derive(chain)
     found = _singularities(chain)
-    return Solution(chain, d.position, d.geometric[:3, :], d.geometric, found.determinant, found.singular, found.note)
+    position, geometric, redundant = d.position, d.geometric, found.redundant
+    results = found.determinant, found.singular, found.note
+    return Solution(chain, position, geometric[:3, :], geometric, *results, redundant=redundant)
 
 
 def _singularities(chain: Chain) -> Singularities:
@@ -107,6 +119,9 @@ class Kept:
 
 def singular_stages(chain: Chain) -> Iterator[str | Kept | Singularities]:
     """Yield in words what is worked out next, what is known so far, and in the end the results."""
+    if applies(chain):
+        yield from _redundant_singular(chain)
+        return
     d = derive(chain)
     what = "the determinant of J" if d.is_square else "the minors of J"
     yield what
@@ -122,11 +137,50 @@ def singular_stages(chain: Chain) -> Iterator[str | Kept | Singularities]:
         yield "what the configurations look like in which J loses rank"
         singular = tuple(worked_steps(chain).found)
     except TooLong as error:
-        said = f"The singular configurations are not worked out: {error}. Position and Jacobian are right."
-        yield Singularities(None, None, said)
+        yield Singularities(None, None, NOT_WORKED_OUT.format(error))
         return
     yield "lengths of a special relation to each other"
     yield Singularities(determinant, singular, _said_of(chain, bool(singular)))
+
+
+def _redundant_singular(chain: Chain) -> Iterator[str | Singularities]:
+    """Yield the same of an arm of more than six joints whose six rows all count."""
+    try:
+        for stage in redundant_stages(chain):
+            if isinstance(stage, str):
+                yield stage
+            elif stage.always:
+                yield Singularities(None, None, ALWAYS_SINGULAR, stage)
+            else:
+                yield Singularities(None, stage.components, _said_of_test(chain, stage), stage)
+    except TooLong as error:
+        yield Singularities(None, None, NOT_WORKED_OUT.format(error))
+
+
+def _said_of_test(chain: Chain, stage: Redundant) -> str:
+    """Return what came out of the test in numbers, and what the set holds for."""
+    out, said = stage.tried, []
+    assert out is not None
+    count = sum(map(len, out.samples)) - sum(len(out.samples[k]) for k in out.wrong)
+    if stage.components:
+        said.append(f"In numbers, J was found to lose rank at each of {count} configurations in which they hold.")
+    else:
+        said.append(NEVER_SINGULAR)
+    drawn = f", with {len(out.arms)} choices of the open lengths" if chain.parameters else ""
+    said.append(f"Of {out.searches} searches for lost rank from random starts{drawn}, {out.ended} came to an end")
+    if out.unexplained:
+        said[-1] += (
+            f"; {len(out.unexplained)} of them ended in configurations that none of these conditions accounts for: the "
+            "list is not complete."
+        )
+    else:
+        said[-1] += ", each where one of these conditions holds." if out.ended else "."
+    said.append("That is a test of what was derived, and no proof.")
+    if stage.doubtful:
+        said.append(f"{len(stage.doubtful)} more conditions were derived and left out, as they failed this test.")
+    if chain.parameters:
+        said.append(IN_GENERAL)
+    return " ".join(said)
 
 
 def _known_so_far(chain: Chain, minors_only: bool) -> str:
@@ -162,7 +216,10 @@ def solution_data(solution: Solution) -> dict[str, Any]:
         "jacobian": _rows(solution.jacobian),
         "geometric_jacobian": _rows(solution.geometric),
         "task": list(solution.chain.task),
-        **_singular_json(solution.chain, Singularities(solution.determinant, solution.singular, solution.note)),
+        **_singular_json(
+            solution.chain,
+            Singularities(solution.determinant, solution.singular, solution.note, solution.redundant),
+        ),
     }
     return content
 
@@ -173,6 +230,8 @@ def _singular_json(chain: Chain, found: Singularities) -> dict[str, Any]:
         "determinant": None if found.determinant is None else str(found.determinant),
         "singular": None if found.singular is None else [_found_json(one, sure) for one in found.singular],
     }
+    if found.redundant is not None and found.redundant.searched:
+        content["tested"] = found.redundant.searched
     return content | ({"note": found.note} if found.note else {})
 
 
@@ -189,7 +248,7 @@ def _found_json(found: SingularComponent, sure: bool) -> dict[str, Any]:
         "solutions": solved or None,
         "type": found.kind.kind if sure else None,
         "uniform": found.kind.uniform if sure else None,
-        "meaning": found.kind.meaning,
+        "meaning": found.kind.meaning or None,
     }
 
 
@@ -252,6 +311,10 @@ def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
                 else:
                     yield stage
             yield "the singular configurations, step by step"
+            if found is not None and found.redundant is not None:
+                block = _redundant_block(chain, found.redundant, len(parts) + 3)
+                yield Ready(name, block)
+                continue
         else:
             yield question.title.lower()
         unreadable = chain.n > BY_HAND and name in ("inverse-jacobian", "inverse-velocity")
@@ -266,8 +329,15 @@ def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
     beyond = _beyond(chain, robot, found.singular or ())
     title = "Special lengths" if found.singular else "Singular configurations"
     if found.note or beyond:
-        added = render("solve-note.md.j2", number=len(parts) + 3, title=title, note=found.note, beyond=beyond)
+        number = len(parts) + 3 + (found.redundant is not None)
+        title = "Test in numbers" if found.redundant and not found.redundant.always else title
+        added = render("solve-note.md.j2", number=number, title=title, note=found.note, beyond=beyond)
         yield Ready("note", added)
+
+
+def _redundant_block(chain: Chain, redundant: Redundant, number: int) -> str:
+    w, steps = Wording(chain), worked_steps(chain)
+    return render("solve-redundant.md.j2", chain=chain, w=w, steps=steps, found=redundant, number=number)
 
 
 def data_stages(chain: Chain) -> Stages:
