@@ -22,6 +22,8 @@ STARTS, STEPS = 60, 80
 ON_IT, LOST, BESIDE = 1e-11, 1e-7, 1e-3
 """What counts as zero: equations that are solved for, and the smallest singular value of J by the largest. And how far
 from where conditions hold a search for lost rank may end: where rank is lost to second order, rounding shifts it."""
+_TINY = 0.1
+"""The largest singular value of J, lengths in parts of the reach, below which all of them are next to nothing."""
 _LONGEST = 0.7
 """Radians (parts of the reach) that a step may take."""
 _LEAST = 1e-10
@@ -165,7 +167,7 @@ class _Rank:
     def is_lost(self, q: np.ndarray) -> np.ndarray:
         """Return of k configurations whether J has less than full rank."""
         sigma = np.linalg.svd(self.jacobian(q), compute_uv=False)
-        return np.asarray(sigma[:, -1] <= LOST * np.maximum(sigma[:, 0], LOST))
+        return np.asarray(sigma[:, -1] < LOST * np.maximum(sigma[:, 0], _TINY))
 
     def search(self, q: np.ndarray, draws: Stream) -> np.ndarray:
         """Return the configurations with lost rank to which k starts lead, at most k x n."""
