@@ -78,7 +78,7 @@ def redundant_stages(chain: Chain) -> Iterator[str | Redundant]:
     for k, (way, component) in enumerate(solved):
         if k in out.wrong:
             doubtful.append(way)
-        elif out.samples[k]:
+        elif out.samples[k] or not out.arms:
             components.append(_described(chain, component, [Sample(out.arms[a], q) for a, q in out.samples[k]]))
     yield Redundant(found, matrix, rests, tuple(components), False, out, tuple(doubtful))
 

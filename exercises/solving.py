@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -14,6 +14,7 @@ from exercises.arm.classification import kind_is_sure
 from exercises.arm.derivation import TooLong, derive
 from exercises.arm.reciprocal import applies
 from exercises.arm.robot_file import Limits, Robot, read_robot
+from exercises.arm.searched import tried
 from exercises.arm.singularity import for_special_lengths, singular_set
 from exercises.formula.text import matrix_json
 from exercises.problem import Part, Problem, ProblemId
@@ -21,6 +22,7 @@ from exercises.questions import QUESTIONS
 from exercises.questions.base import BY_HAND
 from exercises.redundant import Redundant, redundant_stages
 from exercises.render import render
+from exercises.special_lengths import Special, relations, special_lengths
 from exercises.stream import Stream
 from exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from exercises.writing.markup import latex_escaped, to_latex, to_text
@@ -58,7 +60,7 @@ class Solution:
 
     `determinant` is None where J is not square, `singular` where it never has full rank; both where they would be too
     long, as `note` then says. `robot` is the file that the arm was read from, if it was; `redundant` is how the
-    singular set of an arm of more than six joints was found.
+    singular set of an arm of more than six joints was found, and `special` what differs for special lengths.
     """
 
     chain: Chain
@@ -70,6 +72,7 @@ class Solution:
     note: str | None
     robot: Robot | None = None
     redundant: Redundant | None = None
+    special: tuple[Special, ...] = ()
 
     def __repr__(self) -> str:
         return f"Solution({self.chain.name}: J {len(self.chain.task)} x {self.chain.n}, det J = {self.determinant})"
@@ -83,6 +86,8 @@ class Singularities:
     singular: tuple[SingularComponent, ...] | None
     note: str | None
     redundant: Redundant | None = None
+    special: tuple[Special, ...] = ()
+    doubt: str = ""
 
 
 def solve(chain: Chain) -> Solution:
@@ -98,9 +103,9 @@ def solve(chain: Chain) -> Solution:
     """
     d = derive(chain)
     found = _singularities(chain)
-    position, geometric, redundant = d.position, d.geometric, found.redundant
     results = found.determinant, found.singular, found.note
-    return Solution(chain, position, geometric[:3, :], geometric, *results, redundant=redundant)
+    solution = Solution(chain, d.position, d.geometric[:3, :], d.geometric, *results)
+    return replace(solution, redundant=found.redundant, special=found.special)
 
 
 def _singularities(chain: Chain) -> Singularities:
@@ -139,8 +144,41 @@ def singular_stages(chain: Chain) -> Iterator[str | Kept | Singularities]:
     except TooLong as error:
         yield Singularities(None, None, NOT_WORKED_OUT.format(error))
         return
+    yield "the test of these conditions in numbers"
+    doubt = _doubt(chain, singular)
     yield "lengths of a special relation to each other"
-    yield Singularities(determinant, singular, _said_of(chain, bool(singular)))
+    note = " ".join(filter(None, (_said_of(chain, bool(singular)), doubt))) or None
+    special = []
+    for stage in special_lengths(chain, singular):
+        if isinstance(stage, Special):
+            special.append(stage)
+        else:
+            yield stage
+    yield Singularities(determinant, singular, note, special=tuple(special), doubt=doubt)
+
+
+def _doubt(chain: Chain, singular: tuple[SingularComponent, ...]) -> str:
+    """Return what a test in numbers found amiss: conditions that seem never to hold, or to be too few or too many."""
+    out, said = tried(chain, [one.conditions for one in singular]), []
+    if not out.arms:
+        return ""
+    for k, one in enumerate(singular):
+        shown = " and ".join(f"`{condition} = 0`" for condition in one.conditions)
+        if k in out.wrong:
+            said.append(
+                f"In numbers, J was found to keep its rank somewhere where {shown}: don't rely on this condition."
+            )
+        elif not out.samples[k]:
+            said.append(
+                f"No configuration was found in which {shown}, in {out.searches} searches from random starts; whether "
+                "there is one was not decided."
+            )
+    if out.unexplained:
+        said.append(
+            f"Of {out.searches} searches for lost rank from random starts, {len(out.unexplained)} ended in "
+            "configurations that none of these conditions accounts for: the list is not complete."
+        )
+    return " ".join(said)
 
 
 def _redundant_singular(chain: Chain) -> Iterator[str | Singularities]:
@@ -218,7 +256,7 @@ def solution_data(solution: Solution) -> dict[str, Any]:
         "task": list(solution.chain.task),
         **_singular_json(
             solution.chain,
-            Singularities(solution.determinant, solution.singular, solution.note, solution.redundant),
+            Singularities(solution.determinant, solution.singular, solution.note, solution.redundant, solution.special),
         ),
     }
     return content
@@ -232,6 +270,11 @@ def _singular_json(chain: Chain, found: Singularities) -> dict[str, Any]:
     }
     if found.redundant is not None and found.redundant.searched:
         content["tested"] = found.redundant.searched
+    if found.special:
+        content["special_lengths"] = [
+            {"lengths": one.relation, "singular": [_found_json(part, sure) for part in one.components]}
+            for one in found.special
+        ]
     return content | ({"note": found.note} if found.note else {})
 
 
@@ -327,11 +370,19 @@ def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
         yield Ready(name, f"## {len(parts) + 2}. {question.title}\n\n{text}")
     assert found is not None
     beyond = _beyond(chain, robot, found.singular or ())
-    title = "Special lengths" if found.singular else "Singular configurations"
-    if found.note or beyond:
+    title = "Remarks" if found.doubt else "Special lengths" if found.singular else "Singular configurations"
+    if found.note or beyond or found.special:
         number = len(parts) + 3 + (found.redundant is not None)
         title = "Test in numbers" if found.redundant and not found.redundant.always else title
-        added = render("solve-note.md.j2", number=number, title=title, note=found.note, beyond=beyond)
+        added = render(
+            "solve-note.md.j2",
+            number=number,
+            title=title,
+            note=found.note,
+            beyond=beyond,
+            special=[(one, Wording(one.chain)) for one in found.special],
+            looked_at=relations(chain) if found.special else [],
+        )
         yield Ready("note", added)
 
 

@@ -50,21 +50,24 @@ class Tried:
 def tried(chain: Chain, ways: Sequence[Sequence[sp.Expr]], starts: int = STARTS) -> Tried:
     """Return what becomes of ways in which J of the task is said to lose rank: conditions that hold together.
 
-    Lengths that are open are drawn three times.
+    Lengths that are open are drawn three times; what makes no real arm is left out.
     """
     arms: list[NumericChain] = []
     samples: list[list[tuple[int, np.ndarray]]] = [[] for _ in ways]
     wrong: set[int] = set()
     ended, unexplained = 0, []
     draws = Stream("searched")
-    for number in range(3 if chain.parameters else 1):
-        values = {symbol: sp.Rational(30 + draws.below(90), 100) for symbol in chain.parameters}
-        arms.append(NumericChain(chain, {symbol.name: float(value) for symbol, value in values.items()}))
+    for _ in range(3 if chain.parameters else 1):
+        values = {symbol: sp.Rational(3000 + draws.below(9000), 10007) for symbol in chain.parameters}
+        try:
+            arms.append(NumericChain(chain, {symbol.name: float(value) for symbol, value in values.items()}))
+        except TypeError:  # no real number with these lengths, as sqrt(a1**2 - d1**2)
+            continue
         rank = _Rank(arms[-1], chain.task)
         conditions = [_Way(way, chain, values) for way in ways]
         for k, way in enumerate(conditions):
             on_it, q = way.solved(rank.starts(starts, draws))
-            samples[k] += [(number, each) for each in q[on_it]]
+            samples[k] += [(len(arms) - 1, each) for each in q[on_it]]
             if on_it.any() and not rank.is_lost(q[on_it]).all():
                 wrong.add(k)
         q = rank.search(rank.starts(starts, draws), draws)
@@ -119,13 +122,16 @@ def _size(condition: sp.Expr) -> float:
 
 
 def _simple_zero(condition: sp.Expr) -> sp.Expr:
-    """Return sin or cos of half the angle for 1 - cos(q - root) or 1 + cos(q), which steps solve to full precision."""
-    rest = condition - 1
-    if condition.is_Add and isinstance(-rest, sp.cos):
-        return sp.sin((-rest).args[0] / 2)
-    if condition.is_Add and isinstance(rest, sp.cos):
-        return sp.cos(rest.args[0] / 2)
-    return condition
+    """Return what has a simple zero where a (1 + cos x), a (1 - cos x) or the same of a sine have a double one.
+
+    Steps solve that to full precision. It is the cosine or sine of half the angle.
+    """
+    constant, rest = condition.as_coeff_Add()
+    factor, trig = rest.as_coeff_Mul()
+    if constant == 0 or abs(factor) != abs(constant) or not isinstance(trig, (sp.cos, sp.sin)):
+        return condition
+    angle = trig.args[0] if isinstance(trig, sp.cos) else trig.args[0] - sp.pi / 2
+    return sp.sin(angle / 2) if factor == -constant else sp.cos(angle / 2)
 
 
 def _step(slopes: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -30,8 +30,8 @@ LAYERS = {
         credit decimals lateness several difficulty answers problem families questions mistakes quizzes
         generation record verify writing.gathering writing.angles writing.latex phrases languages render writing
         messages figure
-        self_check notebook showing redundant solving solving_in_time docs gradebook redrawn assignment drawing store
-        sets release exports.outlet exports.bank exports.handouts
+        self_check notebook showing redundant special_lengths solving solving_in_time docs gradebook redrawn
+        assignment drawing store sets release exports.outlet exports.bank exports.handouts
         exports.known_wrong exports.stack_maxima exports.stack_parts exports exports.registry
         site.keys site.record site.bank
         site.page site.chapter site.arms site.guide site.reference site.pages site.stale_files site.build site

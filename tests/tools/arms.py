@@ -163,7 +163,8 @@ def _false_of_set(chain: Chain, content: Mapping[str, Any]) -> Iterator[str]:
     for k in out.wrong:
         yield f"J keeps its rank where {parts[k]['condition']} = 0"
     for k, part in enumerate(parts):
-        if not out.samples[k] and not chain.parameters:  # for other lengths there may be some
+        # For other lengths there may be some.
+        if not out.samples[k] and not chain.parameters and "No configuration was found" not in note:
             yield f"no configuration was found in which {part['condition']} = 0"
         yield from _false_solutions(chain, part, ways[k])
     if out.unexplained and "is not complete" not in note:
