@@ -123,7 +123,10 @@ class Kept:
 
 
 def singular_stages(chain: Chain) -> Iterator[str | Kept | Singularities]:
-    """Yield in words what is worked out next, what is known so far, and in the end the results."""
+    """Yield in words what is worked out next, what is known so far, and the results.
+
+    They come twice: at the end with what holds for special lengths only.
+    """
     if applies(chain):
         yield from _redundant_singular(chain)
         return
@@ -146,6 +149,7 @@ def singular_stages(chain: Chain) -> Iterator[str | Kept | Singularities]:
         return
     yield "the test of these conditions in numbers"
     doubt = _doubt(chain, singular)
+    yield Singularities(determinant, singular, doubt or None, doubt=doubt)
     yield "lengths of a special relation to each other"
     note = " ".join(filter(None, (_said_of(chain, bool(singular)), doubt))) or None
     special = []
@@ -344,30 +348,22 @@ def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
     yield Ready("arm", render("solve-arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, given=_given(robot)))
     parts: list[Part] = []
     explained: set[str] = set()
+    *before, last = SECTIONS
+    for name in before:
+        yield QUESTIONS[name].title.lower()
+        yield from _section(chain, name, parts, explained)
     found = None
-    for name in SECTIONS:
-        question = QUESTIONS[name]
-        if name == "singular-angles":
-            for stage in singular_stages(chain):
-                if isinstance(stage, Singularities):
-                    found = stage
-                else:
-                    yield stage
-            yield "the singular configurations, step by step"
-            if found is not None and found.redundant is not None:
-                block = _redundant_block(chain, found.redundant, len(parts) + 3)
-                yield Ready(name, block)
-                continue
-        else:
-            yield question.title.lower()
-        unreadable = chain.n > BY_HAND and name in ("inverse-jacobian", "inverse-velocity")
-        if unreadable or question.objects(chain) is not None:
+    for stage in singular_stages(chain):
+        if not isinstance(stage, Singularities):
+            yield stage
             continue
-        answer, details = question.ask(chain, Stream("solve"))
-        parts.append(Part(name, name, answer, details=details))
-        yield f"{question.title.lower()}, step by step"
-        text = next_solution(Problem(ProblemId("own", 0), chain, tuple(parts)), explained)
-        yield Ready(name, f"## {len(parts) + 2}. {question.title}\n\n{text}")
+        if found is None:  # what comes later is told below the section
+            yield "the singular configurations, step by step"
+            if stage.redundant is not None:
+                yield Ready(last, _redundant_block(chain, stage.redundant, len(parts) + 3))
+            else:
+                yield from _section(chain, last, parts, explained)
+        found = stage
     assert found is not None
     beyond = _beyond(chain, robot, found.singular or ())
     title = "Remarks" if found.doubt else "Special lengths" if found.singular else "Singular configurations"
@@ -384,6 +380,18 @@ def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
             looked_at=relations(chain) if found.special else [],
         )
         yield Ready("note", added)
+
+
+def _section(chain: Chain, name: str, parts: list[Part], explained: set[str]) -> Iterator[Ready]:
+    """Yield the section of a question, if it is asked of such an arm, and add it to the parts before it."""
+    question = QUESTIONS[name]
+    unreadable = chain.n > BY_HAND and name in ("inverse-jacobian", "inverse-velocity")
+    if unreadable or question.objects(chain) is not None:
+        return
+    answer, details = question.ask(chain, Stream("solve"))
+    parts.append(Part(name, name, answer, details=details))
+    text = next_solution(Problem(ProblemId("own", 0), chain, tuple(parts)), explained)
+    yield Ready(name, f"## {len(parts) + 2}. {question.title}\n\n{text}")
 
 
 def _redundant_block(chain: Chain, redundant: Redundant, number: int) -> str:
@@ -404,6 +412,7 @@ def data_stages(chain: Chain) -> Stages:
             yield Ready("determinant", {"determinant": str(d.determinant)})
     for stage in singular_stages(chain):
         yield Ready("singular", _singular_json(chain, stage)) if isinstance(stage, Singularities) else stage
+    yield Ready("special lengths", {})
 
 
 @dataclass(frozen=True)

@@ -99,8 +99,8 @@ def _data(chain: Chain, told: _Told) -> dict[str, Any]:
         keys = [("position", "position"), ("jacobian", "jacobian"), ("jacobian", "geometric_jacobian")]
         keys += [("determinant", "determinant")] if _is_square(chain) else []
         missing = [key for name, key in keys if name not in told.ready]
-        content["missing"] = missing if "singular" in told.ready else [*missing, "singular"]
-        content["note"] = _said(told)
+        content["missing"] = [*missing, "special_lengths" if "singular" in told.ready else "singular"]
+        content["note"] = " ".join(filter(None, (content.get("note"), _said(told))))
     return content
 
 
@@ -113,9 +113,7 @@ def _missing_block(chain: Chain, told: _Told) -> list[str]:
     if not told.ended:
         return []
     titles = [QUESTIONS[name].title for name in _due(chain) if name not in told.ready]
-    missing = (
-        f"Not worked out: {'; '.join(titles)}." if titles else "Not worked out: what holds for special lengths only."
-    )
+    missing = "; ".join(titles) or "what holds for special lengths only"
     known = [told.kept.block()] if told.kept is not None else []
     return [*known, f"## What is missing\n\nNot worked out: {missing}. {_said(told)}\n"]
 

@@ -104,7 +104,28 @@ def test_ctrl_c_keeps_what_is_there(tmp_path: Path, stop: str, left: str) -> Non
     text = " ".join("".join(said).split())
     assert "det J = a₁ a₂ s₂" in text and left.replace("$", "").replace(r"\det", "det") in text
     assert f"This ended because it was stopped, at work on {stop}" in text
-    assert "Not worked out: Singular configurations." in text
+    assert "Not worked out: Singular configurations. This ended" in text
+
+
+def test_what_holds_for_special_lengths_only_comes_last(tmp_path: Path) -> None:
+    def shown(what: str) -> nullcontext[None]:
+        if what == "whether anything differs where a1 = a2":
+            raise KeyboardInterrupt
+        return nullcontext()
+
+    for form in ("text", "json"):
+        said: list[str] = []
+        with pytest.raises(KeyboardInterrupt):
+            write_solution(_robot(tmp_path, TWO_R), form, 60, said.append, shown)
+        if form == "text":
+            text = " ".join("".join(said).split())
+            assert "the arm is folded back, a boundary singularity" in text
+            assert "Not worked out: what holds for special lengths only. This ended" in text
+        else:
+            content = json.loads("".join(said))
+            assert errors("solve", content) == []
+            assert content["missing"] == ["special_lengths"] and content["singular"][0]["condition"] == "sin(theta2)"
+            assert "whether anything differs where a1 = a2" in content["note"]
 
 
 def test_the_time_is_an_option_and_ending_by_it_is_no_failure(tmp_path: Path) -> None:
