@@ -22,11 +22,15 @@ _LOOKED_AT = 20
 
 @dataclass(frozen=True)
 class Rest:
-    """A matrix that the rank comes down to in some cases: conditions of each, and the joints of its columns."""
+    """A matrix that the rank comes down to in some cases: conditions of each, and the joints of its columns.
+
+    `minors` are its maximal minors where the only way in which they vanish together is that each does by itself.
+    """
 
     cases: tuple[tuple[sp.Expr, ...], ...]
     matrix: sp.ImmutableMatrix
     joints: tuple[int, ...]
+    minors: frozenset[sp.Expr]
 
     @property
     def mixed(self) -> bool:
@@ -39,7 +43,8 @@ class Redundant:
     """Where such an arm is singular, in its own numbers: how J is seen, what it comes down to, and what it was put to.
 
     `never` are conditions of the derivation that no real configuration satisfies; `doubtful` are those that failed the
-    test in numbers, which are not told as singular.
+    test in numbers, which are not told as singular. `ranks` has for each component the number of the matrix (of
+    `rests`) whose minors its conditions are, None for others.
     """
 
     found: Found
@@ -49,6 +54,7 @@ class Redundant:
     always: bool
     tried: Tried | None
     doubtful: tuple[tuple[sp.Expr, ...], ...]
+    ranks: tuple[int | None, ...] = ()
 
     @property
     def searched(self) -> dict[str, int]:
@@ -74,13 +80,14 @@ def redundant_stages(chain: Chain) -> Iterator[str | Redundant]:
     yield "the test of these conditions in numbers"
     out = tried(chain, [component.conditions for _, component in solved])
     yield "what the configurations look like in which J loses rank"
-    components, doubtful = [], []
+    components, doubtful, ranks = [], [], []
     for k, (way, component) in enumerate(solved):
         if k in out.wrong:
             doubtful.append(way)
         elif out.samples[k] or not out.arms:
+            ranks.append(_minors_of(rests, component.conditions))
             components.append(_described(chain, component, [Sample(out.arms[a], q) for a, q in out.samples[k]]))
-    yield Redundant(found, matrix, rests, tuple(components), False, out, tuple(doubtful))
+    yield Redundant(found, matrix, rests, tuple(components), False, out, tuple(doubtful), tuple(ranks))
 
 
 def _described(chain: Chain, component: Component, samples: list[Sample]) -> SingularComponent:
@@ -96,11 +103,21 @@ def _is_shown(left: Left) -> bool:
 
 def _rests(shown: list[Left], values: dict[sp.Symbol, sp.Expr]) -> tuple[Rest, ...]:
     """Return what is left, in the arm's numbers; cases with the same matrix together."""
-    cases: dict[tuple[sp.ImmutableMatrix, tuple[int, ...]], list[tuple[sp.Expr, ...]]] = {}
+    cases: dict[tuple[sp.ImmutableMatrix, tuple[int, ...], frozenset[sp.Expr]], list[tuple[sp.Expr, ...]]] = {}
     for left in shown:
         case = tuple(substitute(condition, values) for condition in left.case)
-        cases.setdefault((_filled(left.matrix, values), left.joints), []).append(case)
-    return tuple(Rest(tuple(where), matrix, joints) for (matrix, joints), where in cases.items())
+        (only,) = left.ways if len(left.ways) == 1 else ((),)
+        minors = frozenset(_scaled(substitute(minor, values)) for minor in only)
+        cases.setdefault((_filled(left.matrix, values), left.joints, minors), []).append(case)
+    return tuple(Rest(tuple(where), *rest) for rest, where in cases.items())
+
+
+def _minors_of(rests: tuple[Rest, ...], conditions: tuple[sp.Expr, ...]) -> int | None:
+    """Return the number of the matrix that is left without a case and whose minors some long conditions are."""
+    for number, rest in enumerate(rests):
+        if len(conditions) > 2 and rest.cases == ((),) and set(conditions) <= rest.minors:
+            return number
+    return None
 
 
 def _filled(matrix: sp.ImmutableMatrix, values: dict[sp.Symbol, sp.Expr]) -> sp.ImmutableMatrix:

@@ -114,6 +114,7 @@ def test_an_arm_is_solved_in_seconds_and_all_that_is_told_holds(name: str) -> No
     assert content["tested"]["ended"] > 0.9 * content["tested"]["searches"]
     text = " ".join(solution_text(solution).split())
     assert "a test of what was derived, and no proof" in text
+    assert ("The rank of N₁ is below" in text) == (name in ("baxter", "sawyer", "sawyer-open"))
     assert ("lengths that nothing is special about" in text) == bool(solution.chain.parameters)
     # Other starts than those that it was tested with.
     out = tried(
