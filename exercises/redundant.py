@@ -69,7 +69,8 @@ def redundant_stages(chain: Chain) -> Iterator[str | Redundant]:
     """Yield in words what is worked out next, and in the end the result. Raises TooLong."""
     yield "where the rank of J is below 6, by elimination"
     plain, values = plain_chain(chain)
-    found = reciprocal_set(plain)
+    twists = tuple((symbol, value) for symbol, value in values.items() if symbol not in plain.q)
+    found = reciprocal_set(plain, twists)
     rests = _rests([left for left in found.left if _is_shown(left)], values)
     matrix = _filled(found.reduction.matrix, values)
     if () in found.ways:

@@ -7,7 +7,7 @@ condition on the wrench: three axes that meet in S leave a force through S, to b
 a small matrix in few angles, whose rank is looked at case by case.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import combinations, product
@@ -28,6 +28,7 @@ MOST_LEFT = 400
 TRIED, SHORT = 2, 200
 """Frames and points in which J is tried, and operations in all conditions below which no other is."""
 _ZERO = 1e-9
+_NOTHING = sp.Float("1e-20")
 
 
 @dataclass(frozen=True)
@@ -234,7 +235,7 @@ class _Eliminated:
         return best[1] if best else None
 
     def _may_be_zero(self, constant: sp.Expr) -> bool:
-        """Tell whether a constant is a sum: one of a sum of lengths is not taken for an entry that is never zero."""
+        """Tell whether a constant with a sum in it is zero for the arm's twists."""
         return any(f.is_Add for f, _ in factored(constant).factors) and self.search.is_zero(constant)
 
     def _paired(self, matrix: sp.Matrix) -> tuple[sp.Matrix, list[int]] | None:
@@ -380,15 +381,21 @@ class Found:
 
 
 @lru_cache(maxsize=64)
-def reciprocal_set(chain: Chain) -> Found:
+def reciprocal_set(chain: Chain, twists: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()) -> Found:
     """Return where a plain chain is singular, by the frame and point that lead to the shortest conditions.
 
-    Raises TooLong.
+    `twists` are what its symbols for twists stand for: constants that are zero by these are no pivots. Raises TooLong.
     """
+    drawn = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(chain.parameters)}
+    values = {**drawn, **{symbol: value.xreplace(drawn) for symbol, value in twists}}
+
+    def is_zero(constant: sp.Expr) -> bool:
+        return bool(abs(sp.N(constant.xreplace(values), 30)) < _NOTHING)
+
     found, failed = [], None
     for frame, about in _sparsest(chain)[:TRIED]:
         try:
-            found.append(_seen_from(chain, frame, about))
+            found.append(_seen_from(chain, frame, about, is_zero))
         except TooLong as error:
             failed = error
         if found and _size(found[-1]) < SHORT:
@@ -403,13 +410,13 @@ def _size(found: Found) -> int:
     return sum(int(sp.count_ops(condition)) for way in found.ways for condition in way)
 
 
-def _seen_from(chain: Chain, frame: int, about: int) -> Found:
+def _seen_from(chain: Chain, frame: int, about: int, is_zero: Callable[[sp.Expr], bool]) -> Found:
     seen = Reduction(frame, about, _seen(chain, frame, about))
-    eliminated = _Eliminated(Search(chain.q))
+    eliminated = _Eliminated(Search(chain.q, is_zero))
     ways = list(eliminated.ways(sp.Matrix(seen.matrix), tuple(range(1, chain.n + 1)), ()))
     if () in ways:
         return Found(seen, tuple(eliminated.left), ((),))
-    search = Search((*chain.q, *eliminated.marks.values()))
+    search = Search((*chain.q, *eliminated.marks.values()), is_zero)
     told = [_without_needless(way, chain.q) for way in tidied(ways, search, "what the rank of J comes down to")]
     stated = {symbol: condition for condition, symbol in eliminated.marks.items()}
     left = tuple(replace(one, case=_said(one.case, stated)) for one in eliminated.left)

@@ -40,6 +40,10 @@ IIWA: Rows = [
     (0, ".126", 0, 0),
 ]  # fmt: skip
 IIWA_OPEN: Rows = [(turn, f"d{i}" if d else 0, a, alpha) for i, (turn, d, a, alpha) in enumerate(IIWA, 1)]
+OBLIQUE: Rows = [
+    (0, ".34", 0, -90), (0, 0, 0, 90), (0, ".4", 0, 60), (0, 0, 0, -60), (0, ".4", 0, -90), (0, 0, 0, 90),
+    (0, ".126", 0, 0),
+]  # fmt: skip
 EIGHT: Rows = [*IIWA[:6], (0, ".126", 0, -90), (0, 0, ".1", 0)]
 # In the modified table (Craig): twist and length stand before the joint.
 PANDA: Rows = [
@@ -48,6 +52,7 @@ PANDA: Rows = [
 ]  # fmt: skip
 ARMS = {
     "baxter": BAXTER, "sawyer": SAWYER, "sawyer-open": SAWYER_OPEN, "gen3": GEN3, "iiwa": IIWA, "eight": EIGHT,
+    "oblique": OBLIQUE,
 }  # fmt: skip
 
 
@@ -100,7 +105,7 @@ def test_a_panda_has_the_singularities_that_its_offsets_leave() -> None:
     assert np.linalg.matrix_rank(NumericChain(_arm("panda"), {}).jacobian(q)) == 6
 
 
-SLOW = ("baxter", "sawyer", "sawyer-open", "eight")
+SLOW = ("baxter", "sawyer", "sawyer-open", "eight", "oblique")
 
 
 @pytest.mark.parametrize(
