@@ -15,7 +15,7 @@ from itertools import combinations, product
 import numpy as np
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Chain, Joint
+from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
 from exercises.arm.derivation import TooLong, determinant_of, moves_with_last_link
 from exercises.arm.kinematics import NumericChain, Z, frame_behind
 from exercises.arm.singularity import Conjunction, Search, as_stated, cases_of_zero, common_zeros, tidied
@@ -56,28 +56,48 @@ class Left:
 
 def applies(chain: Chain) -> bool:
     """Tell whether all six rows count, of the last link, for more than six joints."""
-    return chain.n > len(TASK_ROWS) and set(chain.task) == set(TASK_ROWS) and moves_with_last_link(chain)
+    redundant = chain.n > len(TASK_ROWS) and set(chain.task) == set(TASK_ROWS)
+    return redundant and moves_with_last_link(plain_chain(chain)[0])
 
 
 def plain_chain(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
-    """Return the arm without offsets of joints and with symbols for twists that are no right angles; what they are."""
+    """Return the arm without offsets of joints, with symbols for what no polynomial has; and what they stand for.
+
+    These are twists that are no right angles, and lengths with roots in them.
+    """
     values: dict[sp.Symbol, sp.Expr] = {}
 
-    def twist(name: str, value: sp.Expr) -> sp.Expr:
-        if (2 * value / sp.pi).is_Integer:
-            return sp.Mod(value, 2 * sp.pi)
+    def named(name: str, value: sp.Expr) -> sp.Symbol:
         symbol = sp.Symbol(name)
         if value != symbol:
             values[symbol] = value
         return symbol
 
+    def twist(name: str, value: sp.Expr) -> sp.Expr:
+        return sp.Mod(value, 2 * sp.pi) if (2 * value / sp.pi).is_Integer else named(name, value)
+
+    def length(name: str, value: sp.Expr) -> sp.Expr:
+        return value if _is_plain(value) else named(name, value)
+
     joints = []
     for i, (joint, q, offset) in enumerate(zip(chain.joints, chain.q, chain.offsets, strict=True), 1):
         if offset != 0:
             values[q] = q + offset
-        theta, d = (q, joint.d) if joint.kind == "R" else (twist(f"fixed{i}", joint.theta), q)
-        joints.append(Joint(joint.kind, theta, d, joint.a, twist(f"alpha{i}", joint.alpha)))
-    return replace(chain, joints=tuple(joints)), values
+        if joint.kind == "R":
+            theta, d = q, length(f"length_d{i}", joint.d)
+        else:
+            theta, d = twist(f"fixed{i}", joint.theta), q
+        a, alpha = length(f"length_a{i}", joint.a), twist(f"alpha{i}", joint.alpha)
+        joints.append(Joint(joint.kind, theta, d, a, alpha))
+    x, y, z = (length(f"point_{axis}", value) for axis, value in zip("xyz", chain.point.offset, strict=True))
+    return replace(chain, joints=tuple(joints), base=Base(), tool=Point(chain.point.frame, (x, y, z))), values
+
+
+def _is_plain(value: sp.Expr) -> bool:
+    """Tell whether a length is a polynomial with rational coefficients."""
+    numbers = value.atoms(sp.Number, sp.NumberSymbol, sp.Function)
+    roots = [power for power in value.atoms(sp.Pow) if not (power.exp.is_Integer and power.exp > 0)]
+    return not roots and all(number.is_Rational for number in numbers)
 
 
 def _sparsest(chain: Chain) -> list[tuple[int, int]]:

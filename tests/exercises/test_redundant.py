@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from exercises.arm.chain import TASK_ROWS, Chain, Joint
+from exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.reciprocal import applies, plain_chain, reciprocal_set
 from exercises.arm.searched import _Rank, tried
@@ -195,3 +195,17 @@ def test_where_rank_is_lost_everywhere_it_is_said() -> None:
     solution = solve(Chain("always", (*slides, *turns), TASK_ROWS, title="always"))
     assert solution.singular is None and "every configuration" in (solution.note or "")
     assert "every configuration" in solution_text(solution)
+
+
+def test_twists_lengths_and_points_that_are_no_polynomials_are_taken() -> None:
+    """A twist of 40 degrees, a length with a root, and a point before the last joint, on whose axis it lies or not."""
+    joints = list(_arm("iiwa").joints)
+    joints[2] = replace(joints[2], alpha=2 * sp.pi / 9)
+    joints[4] = replace(joints[4], d=sp.sqrt(2) / 5)
+    chain = Chain("odd", tuple(joints), TASK_ROWS, tool=Point(6), title="odd")
+    assert applies(chain)
+    solution = solve(chain)
+    assert solution.redundant is not None and solution.singular and solution.redundant.doubtful == ()
+    assert solution.redundant.searched["unexplained"] == 0
+    away = replace(chain, tool=Point(6, (sp.Rational(1, 5), sp.S.Zero, sp.S.Zero)))
+    assert not applies(away)  # the last joint does not move it: it is no point of the last link
