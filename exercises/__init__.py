@@ -7,7 +7,8 @@ its own in its `__init__`.
     variation                       how far arms lead away from the chapter's: axes, and steps of them
     files, input_file               files written whole or not at all; files that people wrote, and where they are wrong
     stream                          the random stream behind every problem (SHAKE-256)
-    console, parallel               results, notes and progress; one thing done to many items on several processes
+    console, parallel, time_limit   results, notes and progress; one thing done to many items on several processes;
+                                    work that ends when its time is over
     formula/                        text to a tree, a tree to numbers; are two expressions, or two sets, the same
     arm/                            a DH table, all that follows from it, and where it is singular
     credit, decimals, lateness      what half an answer earns, decimals may be off, and late work loses
@@ -26,7 +27,10 @@ its own in its `__init__`.
     messages                        all messages collected, and merged into locale/CODE.po (`make messages`)
     figure/                         the drawing of an arm, as SVG and as TikZ, and its description in words
     self_check                      what a notebook checks of its own answers, without the right ones
-    notebook, showing, solving      notebooks; one problem in every format; your own arm (`qdot solve`)
+    notebook, showing               notebooks; one problem in every format
+    redundant, special_lengths      your own arm: seven joints; what differs for special lengths
+    solving                         all that is derived for it (`qdot solve`)
+    solving_in_time                 the same as it is ready, until the time is over
     docs/                           the pages of docs/ that are made from the code (`make docs`)
     gradebook                       Canvas's and Moodle's own exports as rosters
     redrawn, assignment             whose problems were drawn anew; an instructor's folder, read and checked

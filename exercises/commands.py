@@ -10,21 +10,21 @@ import typer
 from exercises import ASKED, FAMILIES, ProblemId, QdotError
 from exercises import generate as make_problem
 from exercises import show as show_problem
-from exercises import solve as solve_chain
 from exercises.arm.chain import CONVENTIONS
 from exercises.arm.conventions import TABLES
 from exercises.arm.library import robot_path
 from exercises.arm.library import robots as library
 from exercises.arm.robot_file import read_robot_file
 from exercises.arm.robot_text import robot_text
-from exercises.console import VariationOption, note, one_of, say
+from exercises.console import VariationOption, note, one_of, say, working
 from exercises.families import Family
 from exercises.generation import family_named, listed, short_quiz
 from exercises.overview import detail, overview, refusals, robots_overview
 from exercises.quizzes import QUIZZES
 from exercises.release import init_assignment
 from exercises.sets import DEFAULT_SET, SETS, set_named
-from exercises.solving import solution_json, solution_latex, solution_text
+from exercises.solving_in_time import DEFAULT as SECONDS
+from exercises.solving_in_time import write_solution
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
 SOLVE_FORMATS = ("text", "latex", "json")
@@ -203,6 +203,9 @@ def solve(
         str,
         typer.Option(metavar="NAME", help=f"Write the arm as ROBOT.toml in a convention: {', '.join(CONVENTIONS)}."),
     ] = "",
+    seconds: Annotated[
+        float, typer.Option("--time", metavar="SECONDS", min=0.1, help="Processor time after which it ends.")
+    ] = SECONDS,
 ) -> None:
     """Derive everything the book would for your own arm, or for a real robot of the library (`qdot robots`).
 
@@ -215,6 +218,9 @@ def solve(
     names are those whose `determinant` and `singular` follow. `determinant` is null where these are not square.
     `singular` is null where they have less than full rank in every configuration, and empty where they have full rank
     in every one; `note` says so in words.
+
+    Results are written as they are ready. With --time, or by Ctrl-C, it ends earlier, and says what is missing; JSON
+    has `missing` then, a list of what was not worked out.
     """
     one_of(format, SOLVE_FORMATS, "--format")
     if convention:
@@ -228,5 +234,4 @@ def solve(
             raise QdotError("--convert writes a ROBOT.toml, and --format is for what is derived; give one of both")
         say(robot_text(read, convert).rstrip())
         return
-    solution = replace(solve_chain(read.chain), robot=read)
-    say({"text": solution_text, "latex": solution_latex, "json": solution_json}[format](solution))
+    write_solution(read, format, seconds, say, working)

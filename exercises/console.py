@@ -9,7 +9,15 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    SpinnerColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 from exercises.errors import QdotError
 from exercises.variation import DEFAULT, STEPS
@@ -40,6 +48,7 @@ def say(text: str) -> None:
     """Write a result to standard output, ending in one line break."""
     text = printable(text)
     sys.stdout.write(text if text.endswith("\n") else text + "\n")
+    sys.stdout.flush()
 
 
 def note(text: str) -> None:
@@ -66,6 +75,19 @@ def progress(title: str, total: int) -> Iterator["Counter"]:
     )  # fmt: skip
     with Progress(*columns, console=Console(stderr=True)) as bar:
         yield BarCounter(bar, title, total)
+
+
+@contextmanager
+def working(title: str) -> Iterator[None]:
+    """Show on a terminal what the block works on, and for how long; nothing of it stays."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, redirect_stdout=False) as bar:
+        bar.add_task(title, total=None)
+        yield
 
 
 class Counter:

@@ -1,7 +1,10 @@
 """Everything the chapter derives for a user's own arm: as data, step by step for a terminal, and as LaTeX."""
 
 import json
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import sympy as sp
@@ -9,19 +12,23 @@ import sympy as sp
 from exercises.arm.chain import Chain
 from exercises.arm.classification import kind_is_sure
 from exercises.arm.derivation import TooLong, derive
+from exercises.arm.reciprocal import applies
 from exercises.arm.robot_file import Limits, Robot, read_robot
-from exercises.arm.singularity import for_special_lengths
+from exercises.arm.searched import tried
+from exercises.arm.singularity import for_special_lengths, singular_set
 from exercises.formula.text import matrix_json
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.base import BY_HAND
+from exercises.redundant import Redundant, redundant_stages
 from exercises.render import render
+from exercises.special_lengths import Special, relations, special_lengths
 from exercises.stream import Stream
 from exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from exercises.writing.markup import latex_escaped, to_latex, to_text
-from exercises.writing.statement import worked_solutions
+from exercises.writing.statement import next_solution, worked_steps
 from exercises.writing.wording import Wording, triple
-from exercises.writing.worked import SingularComponent, Worked
+from exercises.writing.worked import SingularComponent
 
 SECTIONS = (
     "position", "jacobian", "velocity", "joint-axes", "position-vectors", "geometric-jacobian", "twist", "determinant",
@@ -33,6 +40,11 @@ ALWAYS_SINGULAR = (
     "singular. Count other rows (`task`), or look at another point (`point`)."
 )
 NEVER_IN_GENERAL = "For lengths that nothing is special about, no configuration is singular. "
+NOT_WORKED_OUT = "The singular configurations are not worked out: {}. Position and Jacobian are right."
+IN_GENERAL = (
+    "All of this is for lengths that nothing is special about: with lengths of a special relation to each other, more "
+    "configurations may be singular."
+)
 FOR_SPECIAL_LENGTHS = (
     "Only for lengths that are related to each other in a way of its own can these conditions hold together, and are "
     "more configurations singular:"
@@ -47,7 +59,8 @@ class Solution:
     """The results for a chain.
 
     `determinant` is None where J is not square, `singular` where it never has full rank; both where they would be too
-    long, as `note` then says. `robot` is the file that the arm was read from, if it was.
+    long, as `note` then says. `robot` is the file that the arm was read from, if it was; `redundant` is how the
+    singular set of an arm of more than six joints was found, and `special` what differs for special lengths.
     """
 
     chain: Chain
@@ -58,9 +71,23 @@ class Solution:
     singular: tuple[SingularComponent, ...] | None
     note: str | None
     robot: Robot | None = None
+    redundant: Redundant | None = None
+    special: tuple[Special, ...] = ()
 
     def __repr__(self) -> str:
         return f"Solution({self.chain.name}: J {len(self.chain.task)} x {self.chain.n}, det J = {self.determinant})"
+
+
+@dataclass(frozen=True)
+class Singularities:
+    """Determinant and singular set, None as in a Solution, and what there is to say of them."""
+
+    determinant: sp.Expr | None
+    singular: tuple[SingularComponent, ...] | None
+    note: str | None
+    redundant: Redundant | None = None
+    special: tuple[Special, ...] = ()
+    doubt: str = ""
 
 
 def solve(chain: Chain) -> Solution:
@@ -75,21 +102,132 @@ def solve(chain: Chain) -> Solution:
     Solution(mine: J 2 x 2, det J = a1*a2*sin(theta2))
     """
     d = derive(chain)
-    determinant, singular, note = _singularities(chain)
-    return Solution(chain, d.position, d.geometric[:3, :], d.geometric, determinant, singular, note)
+    found = _singularities(chain)
+    results = found.determinant, found.singular, found.note
+    solution = Solution(chain, d.position, d.geometric[:3, :], d.geometric, *results)
+    return replace(solution, redundant=found.redundant, special=found.special)
 
 
-def _singularities(chain: Chain) -> tuple[sp.Expr | None, tuple[SingularComponent, ...] | None, str | None]:
+def _singularities(chain: Chain) -> Singularities:
     """Return determinant, singular set and what there is to say of them."""
+    *_, last = singular_stages(chain)
+    assert isinstance(last, Singularities)
+    return last
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What is known of the singular set before all of it is: `block` writes it, in Markdown, where it ends there."""
+
+    block: Callable[[], str]
+
+
+def singular_stages(chain: Chain) -> Iterator[str | Kept | Singularities]:
+    """Yield in words what is worked out next, what is known so far, and the results.
+
+    They come twice: at the end with what holds for special lengths only.
+    """
+    if applies(chain):
+        yield from _redundant_singular(chain)
+        return
     d = derive(chain)
+    what = "the determinant of J" if d.is_square else "the minors of J"
+    yield what
     try:
         determinant = d.determinant if d.is_square else None
         if all(minor.is_zero for minor in d.generic_minors):
-            return determinant, None, ALWAYS_SINGULAR
-        singular = tuple(Worked(chain).found)
+            yield Singularities(determinant, None, ALWAYS_SINGULAR)
+            return
+        yield Kept(partial(_known_so_far, chain, True))
+        yield f"where {what} {'is' if d.is_square else 'are all'} zero"
+        singular_set(chain)
+        yield Kept(partial(_known_so_far, chain, False))
+        yield "what the configurations look like in which J loses rank"
+        singular = tuple(worked_steps(chain).found)
     except TooLong as error:
-        return None, None, f"The singular configurations are not worked out: {error}. Position and Jacobian are right."
-    return determinant, singular, _said_of(chain, bool(singular))
+        yield Singularities(None, None, NOT_WORKED_OUT.format(error))
+        return
+    yield "the test of these conditions in numbers"
+    doubt = _doubt(chain, singular)
+    yield Singularities(determinant, singular, doubt or None, doubt=doubt)
+    yield "lengths of a special relation to each other"
+    note = " ".join(filter(None, (_said_of(chain, bool(singular)), doubt))) or None
+    special = []
+    for stage in special_lengths(chain, singular):
+        if isinstance(stage, Special):
+            special.append(stage)
+        else:
+            yield stage
+    yield Singularities(determinant, singular, note, special=tuple(special), doubt=doubt)
+
+
+def _doubt(chain: Chain, singular: tuple[SingularComponent, ...]) -> str:
+    """Return what a test in numbers found amiss: conditions that seem never to hold, or to be too few or too many."""
+    out, said = tried(chain, [one.conditions for one in singular]), []
+    if not out.arms:
+        return ""
+    for k, one in enumerate(singular):
+        shown = " and ".join(f"`{condition} = 0`" for condition in one.conditions)
+        if k in out.wrong:
+            said.append(
+                f"In numbers, J was found to keep its rank somewhere where {shown}: don't rely on this condition."
+            )
+        elif not out.samples[k]:
+            said.append(
+                f"No configuration was found in which {shown}, in {out.searches} searches from random starts; whether "
+                "there is one was not decided."
+            )
+    if out.unexplained:
+        said.append(
+            f"Of {out.searches} searches for lost rank from random starts, {len(out.unexplained)} ended in "
+            "configurations that none of these conditions accounts for: the list is not complete."
+        )
+    return " ".join(said)
+
+
+def _redundant_singular(chain: Chain) -> Iterator[str | Singularities]:
+    """Yield the same of an arm of more than six joints whose six rows all count."""
+    try:
+        for stage in redundant_stages(chain):
+            if isinstance(stage, str):
+                yield stage
+            elif stage.always:
+                yield Singularities(None, None, ALWAYS_SINGULAR, stage)
+            else:
+                yield Singularities(None, stage.components, _said_of_test(chain, stage), stage)
+    except TooLong as error:
+        yield Singularities(None, None, NOT_WORKED_OUT.format(error))
+
+
+def _said_of_test(chain: Chain, stage: Redundant) -> str:
+    """Return what came out of the test in numbers, and what the set holds for."""
+    out, said = stage.tried, []
+    assert out is not None
+    count = sum(map(len, out.samples)) - sum(len(out.samples[k]) for k in out.wrong)
+    if stage.components:
+        said.append(f"In numbers, J was found to lose rank at each of {count} configurations in which they hold.")
+    else:
+        said.append(NEVER_SINGULAR)
+    drawn = f", with {len(out.arms)} choices of the open lengths" if chain.parameters else ""
+    said.append(f"Of {out.searches} searches for lost rank from random starts{drawn}, {out.ended} came to an end")
+    if out.unexplained:
+        said[-1] += (
+            f"; {len(out.unexplained)} of them ended in configurations that none of these conditions accounts for: the "
+            "list is not complete."
+        )
+    else:
+        said[-1] += ", each where one of these conditions holds." if out.ended else "."
+    said.append("That is a test of what was derived, and no proof.")
+    if stage.doubtful:
+        said.append(f"{len(stage.doubtful)} more conditions were derived and left out, as they failed this test.")
+    if chain.parameters:
+        said.append(IN_GENERAL)
+    return " ".join(said)
+
+
+def _known_so_far(chain: Chain, minors_only: bool) -> str:
+    steps, components = worked_steps(chain), () if minors_only else singular_set(chain) or ()
+    return render("solve-part.md.j2", chain=chain, steps=steps, components=components, minors_only=minors_only)
 
 
 def _said_of(chain: Chain, is_singular_somewhere: bool) -> str | None:
@@ -104,26 +242,44 @@ def _said_of(chain: Chain, is_singular_somewhere: bool) -> str | None:
 
 def solution_json(solution: Solution) -> str:
     """Return the results as JSON, in the form of docs/schemas/solve.json."""
-    return json.dumps(solution_data(solution), indent=2, ensure_ascii=False) + "\n"
+    return data_json(solution_data(solution))
+
+
+def data_json(content: dict[str, Any]) -> str:
+    """Return plain data as JSON."""
+    return json.dumps(content, indent=2, ensure_ascii=False) + "\n"
 
 
 def solution_data(solution: Solution) -> dict[str, Any]:
     """Return the results as plain data."""
-    sure = kind_is_sure(solution.chain)
     content: dict[str, Any] = {
         "name": solution.chain.title,
         "position": matrix_json(solution.position),
         "jacobian": _rows(solution.jacobian),
         "geometric_jacobian": _rows(solution.geometric),
         "task": list(solution.chain.task),
-        "determinant": None if solution.determinant is None else str(solution.determinant),
-        "singular": None
-        if solution.singular is None
-        else [_found_json(content, sure) for content in solution.singular],
+        **_singular_json(
+            solution.chain,
+            Singularities(solution.determinant, solution.singular, solution.note, solution.redundant, solution.special),
+        ),
     }
-    if solution.note:
-        content["note"] = solution.note
     return content
+
+
+def _singular_json(chain: Chain, found: Singularities) -> dict[str, Any]:
+    sure = kind_is_sure(chain)
+    content: dict[str, Any] = {
+        "determinant": None if found.determinant is None else str(found.determinant),
+        "singular": None if found.singular is None else [_found_json(one, sure) for one in found.singular],
+    }
+    if found.redundant is not None and found.redundant.searched:
+        content["tested"] = found.redundant.searched
+    if found.special:
+        content["special_lengths"] = [
+            {"lengths": one.relation, "singular": [_found_json(part, sure) for part in one.components]}
+            for one in found.special
+        ]
+    return content | ({"note": found.note} if found.note else {})
 
 
 def _rows(matrix: sp.Matrix) -> list[list[str]]:
@@ -139,7 +295,7 @@ def _found_json(found: SingularComponent, sure: bool) -> dict[str, Any]:
         "solutions": solved or None,
         "type": found.kind.kind if sure else None,
         "uniform": found.kind.uniform if sure else None,
-        "meaning": found.kind.meaning,
+        "meaning": found.kind.meaning or None,
     }
 
 
@@ -148,30 +304,115 @@ def _found_json(found: SingularComponent, sure: bool) -> dict[str, Any]:
 
 def solution_text(solution: Solution) -> str:
     """Return the derivation step by step for a terminal."""
-    title = f"Velocity kinematics of {solution.chain.title}"
-    return f"{title}\n{'=' * len(title)}\n\n{to_text(_markdown(solution))}"
+    blocks = (to_text(block) for block in _blocks(solution.chain, solution.robot))
+    return f"{text_heading(solution.chain)}\n" + "\n".join(blocks)
+
+
+def text_heading(chain: Chain) -> str:
+    """Return what stands above a derivation on a terminal."""
+    title = f"Velocity kinematics of {chain.title}"
+    return f"{title}\n{'=' * len(title)}\n"
 
 
 def solution_latex(solution: Solution) -> str:
     """Return the derivation step by step as a LaTeX article."""
-    return render("solve.tex.j2", title=latex_escaped(solution.chain.title), body=to_latex(_markdown(solution)))
+    return article(solution.chain, _blocks(solution.chain, solution.robot))
 
 
-def _markdown(solution: Solution) -> str:
-    chain = solution.chain
-    sections = [{"title": QUESTIONS[name].title, "text": text} for name, text in _sections(solution)]
-    return render(
-        "solve.md.j2",
-        chain=chain,
-        w=Wording(chain),
-        steps=Worked(chain),
-        sections=sections,
-        note=solution.note,
-        note_title="Special lengths" if solution.singular else "Singular configurations",
-        tex=tex,
-        given=_given(solution),
-        beyond=_beyond(solution),
-    )
+def article(chain: Chain, blocks: Iterable[str]) -> str:
+    """Return blocks of a derivation (Markdown) as a LaTeX article."""
+    return render("solve.tex.j2", title=latex_escaped(chain.title), body="\n".join(map(to_latex, blocks)))
+
+
+def _blocks(chain: Chain, robot: Robot | None) -> list[str]:
+    """Return the derivation in Markdown."""
+    return [stage.content for stage in text_stages(chain, robot) if isinstance(stage, Ready)]
+
+
+@dataclass(frozen=True)
+class Ready:
+    """A result that is ready: its name, and what is to be shown of it."""
+
+    name: str
+    content: Any
+
+
+Stages = Iterator[str | Kept | Ready]
+"""What is worked out next, in words, results as they are ready, and what is known of one before it is."""
+
+
+def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
+    """Yield the derivation in Markdown, block by block: the arm, each section by its name, and what is to be added."""
+    yield "its transformations"
+    w, steps = Wording(chain), worked_steps(chain)
+    yield Ready("arm", render("solve-arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, given=_given(robot)))
+    parts: list[Part] = []
+    explained: set[str] = set()
+    *before, last = SECTIONS
+    for name in before:
+        yield QUESTIONS[name].title.lower()
+        yield from _section(chain, name, parts, explained)
+    found = None
+    for stage in singular_stages(chain):
+        if not isinstance(stage, Singularities):
+            yield stage
+            continue
+        if found is None:  # what comes later is told below the section
+            yield "the singular configurations, step by step"
+            if stage.redundant is not None:
+                yield Ready(last, _redundant_block(chain, stage.redundant, len(parts) + 3))
+            else:
+                yield from _section(chain, last, parts, explained)
+        found = stage
+    assert found is not None
+    beyond = _beyond(chain, robot, found.singular or ())
+    title = "Remarks" if found.doubt else "Special lengths" if found.singular else "Singular configurations"
+    if found.note or beyond or found.special:
+        number = len(parts) + 3 + (found.redundant is not None)
+        title = "Test in numbers" if found.redundant and not found.redundant.always else title
+        added = render(
+            "solve-note.md.j2",
+            number=number,
+            title=title,
+            note=found.note,
+            beyond=beyond,
+            special=[(one, Wording(one.chain)) for one in found.special],
+            looked_at=relations(chain) if found.special else [],
+        )
+        yield Ready("note", added)
+
+
+def _section(chain: Chain, name: str, parts: list[Part], explained: set[str]) -> Iterator[Ready]:
+    """Yield the section of a question, if it is asked of such an arm, and add it to the parts before it."""
+    question = QUESTIONS[name]
+    unreadable = chain.n > BY_HAND and name in ("inverse-jacobian", "inverse-velocity")
+    if unreadable or question.objects(chain) is not None:
+        return
+    answer, details = question.ask(chain, Stream("solve"))
+    parts.append(Part(name, name, answer, details=details))
+    text = next_solution(Problem(ProblemId("own", 0), chain, tuple(parts)), explained)
+    yield Ready(name, f"## {len(parts) + 2}. {question.title}\n\n{text}")
+
+
+def _redundant_block(chain: Chain, redundant: Redundant, number: int) -> str:
+    w, steps = Wording(chain), worked_steps(chain)
+    return render("solve-redundant.md.j2", chain=chain, w=w, steps=steps, found=redundant, number=number)
+
+
+def data_stages(chain: Chain) -> Stages:
+    """Yield parts of the plain data, by the names of its keys."""
+    d = derive(chain)
+    yield "the position"
+    yield Ready("position", {"position": matrix_json(d.position)})
+    yield "the Jacobian"
+    yield Ready("jacobian", {"jacobian": _rows(d.geometric[:3, :]), "geometric_jacobian": _rows(d.geometric)})
+    if d.is_square:
+        yield "the determinant"
+        with suppress(TooLong):
+            yield Ready("determinant", {"determinant": str(d.determinant)})
+    for stage in singular_stages(chain):
+        yield Ready("singular", _singular_json(chain, stage)) if isinstance(stage, Singularities) else stage
+    yield Ready("special lengths", {})
 
 
 @dataclass(frozen=True)
@@ -183,9 +424,9 @@ class _Told:
     base: str
 
 
-def _given(solution: Solution) -> _Told | None:
+def _given(robot: Robot | None) -> _Told | None:
     """Return how the arm was told, None where that is the standard table."""
-    given = solution.robot.given if solution.robot else None
+    given = robot.given if robot else None
     if given is None:
         return None
     base = ""
@@ -204,11 +445,11 @@ def _cells(convention: str, row: tuple[Any, ...]) -> list[str]:
     return [theta, d, a, alpha] if convention == "dh" else [alpha, a, d, theta]
 
 
-def _beyond(solution: Solution) -> list[str]:
+def _beyond(chain: Chain, robot: Robot | None, singular: Iterable[SingularComponent]) -> list[str]:
     """Return the values of joints in singular configurations that the limits of the joints rule out, in words."""
-    limits = dict(zip(solution.chain.q, solution.robot.limits, strict=False)) if solution.robot else {}
+    limits = dict(zip(chain.q, robot.limits, strict=False)) if robot else {}
     said = []
-    for component in solution.singular or ():
+    for component in singular:
         for joint, values in component.solutions or ():
             ends = limits.get(joint)
             if ends is None:
@@ -225,19 +466,6 @@ def _turns(joint: sp.Symbol) -> tuple[sp.Expr, ...]:
 
 def _within(value: sp.Expr, ends: Limits) -> bool:
     return bool(ends[0] <= value) and bool(value <= ends[1])
-
-
-def _sections(solution: Solution) -> list[tuple[str, str]]:
-    chain = solution.chain
-    parts: list[Part] = []
-    for name in SECTIONS:
-        question = QUESTIONS[name]
-        unreadable = chain.n > BY_HAND and name in ("inverse-jacobian", "inverse-velocity")
-        if unreadable or question.objects(chain) is not None:
-            continue
-        answer, details = question.ask(chain, Stream("solve"))
-        parts.append(Part(name, name, answer, details=details))
-    return list(worked_solutions(Problem(ProblemId("own", 0), chain, tuple(parts))).items())
 
 
 __all__ = ["Solution", "read_robot", "solution_data", "solution_json", "solution_latex", "solution_text", "solve"]

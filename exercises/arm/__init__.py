@@ -9,6 +9,7 @@ From the bottom up:
     together, singularity       whether conditions ever hold together; where the Jacobian loses rank
     axes, reason                how axes lie at a configuration; whether that is why it is singular
     reach                       which places can be reached
+    reciprocal, searched        more than six joints: where the Jacobian loses rank; a singular set tested in numbers
     appearance, classification  what a singular configuration looks like; whether it is boundary or internal
     directions, meanings        which motion is lost there; what configurations look like
     precise, path               the arm in numbers with many digits; along a straight line

@@ -128,7 +128,7 @@ def _prove(chain: Chain, z: sp.Matrix, p_star: sp.Matrix, geometric: sp.Matrix) 
             raise RuntimeError(f"the two routes disagree on {what} of {chain}; please report this")
 
 
-def _laplace(matrix: sp.Matrix) -> sp.Expr:
+def determinant_of(matrix: sp.Matrix) -> sp.Expr:
     """Return the determinant by expansion along rows, each minor worked out once."""
     names, back = _entry_symbols(matrix)
     ring_matrix = matrix.applyfunc(lambda e: sp.expand(e.xreplace(names)))
@@ -162,7 +162,7 @@ def short_jacobian(chain: Chain) -> sp.Matrix:
     all six rows stay what they are. For other tasks, with fewer joints, and where P is no point of the last link, it
     is the task Jacobian.
     """
-    if set(chain.task) != set(TASK_ROWS) or chain.n < len(TASK_ROWS) or not _moves_with_last_link(chain):
+    if set(chain.task) != set(TASK_ROWS) or chain.n < len(TASK_ROWS) or not moves_with_last_link(chain):
         return task_matrix(_generic(chain).geometric, chain.task)
     k = chain.n // 2
     columns = []
@@ -178,7 +178,7 @@ def short_jacobian(chain: Chain) -> sp.Matrix:
     return task_matrix(matrix, chain.task)
 
 
-def _moves_with_last_link(chain: Chain) -> bool:
+def moves_with_last_link(chain: Chain) -> bool:
     """Whether the joints past the point's frame would not move P if it were fixed in the last link (a wrist centre)."""
     if chain.point.frame == chain.n:
         return True
@@ -199,7 +199,7 @@ def _expanded_minors(chain: Chain) -> tuple[sp.Expr, ...] | None:
     size = min(rows, cols)
     minors, terms = [], 0
     for chosen in product(combinations(range(rows), size), combinations(range(cols), size)):
-        minors.append(_laplace(jacobian.extract(*map(list, chosen))))
+        minors.append(determinant_of(jacobian.extract(*map(list, chosen))))
         terms += len(sp.Add.make_args(minors[-1]))
         if terms > MOST_TERMS:
             return None
@@ -243,7 +243,7 @@ def _generic_inverse(chain: Chain) -> tuple[tuple[Factored, ...], ...]:
 
     def entry(i: int, j: int) -> Factored:
         rest = jacobian.extract([r for r in range(n) if r != j], [c for c in range(n) if c != i])
-        cofactor = factored((-1) ** (i + j) * (_laplace(rest) if n > 1 else sp.S.One))
+        cofactor = factored((-1) ** (i + j) * (determinant_of(rest) if n > 1 else sp.S.One))
         return cofactor.over(determinant)
 
     return tuple(tuple(entry(i, j) for j in range(n)) for i in range(n))
@@ -256,7 +256,9 @@ def _generic_rates(chain: Chain) -> tuple[Factored, ...]:
     (determinant,) = _generic_minors(chain)
     velocity = sp.Matrix(task_velocity(chain))
     # By Cramer's rule: replacing column i by the velocity gives the numerator of rate i.
-    numerators = (_laplace(sp.Matrix.hstack(jacobian[:, :i], velocity, jacobian[:, i + 1 :])) for i in range(chain.n))
+    numerators = (
+        determinant_of(sp.Matrix.hstack(jacobian[:, :i], velocity, jacobian[:, i + 1 :])) for i in range(chain.n)
+    )
     return tuple(_by_velocity(factored(numerator).over(determinant), tuple(velocity)) for numerator in numerators)
 
 

@@ -29,19 +29,23 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import sympy as sp
 
 from exercises.arm.chain import CONVENTIONS, TASK_ROWS, Base, Chain, Joint, Point
 from exercises.arm.conventions import Row, by_axes, modified, standard, standard_point
 from exercises.arm.derivation import derive
 from exercises.arm.entry import check_role, doubt, value_of
+from exercises.arm.kinematics import NumericChain
 from exercises.arm.placing import HOME, Axis, Pose, exactly, pose_of
 from exercises.arm.urdf import Described, read_urdf
 from exercises.errors import QdotError
 from exercises.input_file import Place, TomlFile, read_table, read_toml, shown
+from exercises.stream import Stream
 
 ROW_KEYS = ("kind", "theta", "d", "a", "alpha")
 KEYS = {"dh": ROW_KEYS, "modified-dh": ROW_KEYS, "screws": ("kind", "axis", "point")}
@@ -508,10 +512,33 @@ def _is_number(value: object) -> bool:
     return isinstance(value, (int, Decimal)) and not isinstance(value, bool) and Decimal(value).is_finite()
 
 
+_CLEARLY = 1e-6
+"""What is no rounding error in an entry of J, which is of the size of an arm."""
+
+
+@lru_cache(maxsize=64)
+def _moves_somewhere(chain: Chain) -> tuple[bool, ...]:
+    """Return of each row of J whether it clearly isn't zero in one of three configurations: then it is no zero row.
+
+    That spares long arms their formulas, which take minutes where axes are skew.
+    """
+    draws = Stream("rows of J")
+    values = {symbol.name: draws.uniform(0.4, 1.4) for symbol in chain.parameters}
+    q = np.array([[draws.uniform(-3, 3) for _ in chain.q] for _ in range(3)])
+    try:
+        largest = np.abs(NumericChain(chain, values).jacobian(q)).max(axis=(0, 2))
+    except TypeError:  # no real number with these lengths, as sqrt(a1**2 - d1**2)
+        return (False,) * len(TASK_ROWS)
+    return tuple(bool(size > _CLEARLY) for size in largest)
+
+
+def _is_no_zero_row(chain: Chain, i: int) -> bool:
+    return any(entry != 0 for entry in derive(chain).geometric.row(i))
+
+
 def default_task(chain: Chain) -> tuple[str, ...]:
     """Return the rows that count where the file names none; see above."""
-    geometric = derive(chain).geometric
-    moving = tuple(row for i, row in enumerate(TASK_ROWS) if any(entry != 0 for entry in geometric.row(i)))
+    moving = tuple(row for i, row in enumerate(TASK_ROWS) if _moves_somewhere(chain)[i] or _is_no_zero_row(chain, i))
     if chain.n >= 6 and len(moving) == len(TASK_ROWS):
         return TASK_ROWS
     if chain.n == 4 and len(moving) == 4:

@@ -4,7 +4,7 @@ For a square Jacobian these are the zeros of the factors of det J. For any other
 all maximal minors: factors that all minors share, and, for what is left, combinations of conditions.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import combinations, product
@@ -67,13 +67,15 @@ def for_special_lengths(chain: Chain) -> tuple[Component, ...]:
     """Return what more is singular where the lengths that are open are related to each other in a way of its own."""
     derivation = derive(chain)
     never = (conditions for conditions, holds in _filled(derivation, _zeros(derivation)) if not holds)
-    found = (_solved(conditions, chain) for conditions in never if sp.Tuple(*conditions).free_symbols - set(chain.q))
+    found = (
+        solved_together(conditions, chain) for conditions in never if sp.Tuple(*conditions).free_symbols - set(chain.q)
+    )
     return tuple(dict.fromkeys(component for component in found if component is not None))
 
 
 def never_vanishes(condition: sp.Expr, chain: Chain) -> bool:
     """Tell whether an expression is zero in no configuration, as 1.5 + 0.5 cos(theta2)."""
-    return _solved((condition,), chain) is None
+    return solved_together((condition,), chain) is None
 
 
 def _components(derivation: Derivation) -> tuple[Component, ...] | None:
@@ -82,7 +84,7 @@ def _components(derivation: Derivation) -> tuple[Component, ...] | None:
         return None
     components = []
     for conditions, holds in _filled(derivation, zeros):
-        component = _solved(conditions, derivation.chain) if holds else None
+        component = solved_together(conditions, derivation.chain) if holds else None
         if component is not None and component not in components:
             components.append(component)
     return tuple(c for c in components if not any(other != c and _lies_in(c, other) for other in components))
@@ -102,7 +104,7 @@ def _zeros(derivation: Derivation) -> Zeros:
         drawn = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(derivation.chain.parameters)}
         return bool(abs(sp.N(filled.xreplace(drawn), 30)) < _NOTHING)
 
-    return _common_zeros(minors, _Search(joints, is_zero)) if any(map(is_zero, taken)) else zeros
+    return common_zeros(minors, Search(joints, is_zero)) if any(map(is_zero, taken)) else zeros
 
 
 def _filled(derivation: Derivation, zeros: Zeros) -> Iterator[tuple[tuple[sp.Expr, ...], bool]]:
@@ -129,7 +131,7 @@ def _lies_in(component: Component, other: Component) -> bool:
     return all(joint in ours and set(ours[joint]) <= set(values) for joint, values in other.solutions)
 
 
-def _solved(conditions: tuple[sp.Expr, ...], chain: Chain) -> Component | None:
+def solved_together(conditions: tuple[sp.Expr, ...], chain: Chain) -> Component | None:
     """Return the component, or None where the conditions have no real solution for the given numbers."""
     solutions = []
     tied = False
@@ -296,7 +298,7 @@ _TRIG = sp.Dummy("trig")
 
 
 @dataclass(frozen=True)
-class _Search:
+class Search:
     """What the search for common zeros knows of an arm: its joints, and which constants are zero, as a1 - a2 may be.
 
     `taken` are the constants that were taken not to be.
@@ -322,11 +324,12 @@ class _Search:
 @lru_cache(maxsize=4096)
 def _zeros_in_general(minors: tuple[Factored, ...], joints: Joints) -> tuple[Zeros, frozenset[sp.Expr]]:
     """Return the zeros for lengths and twists that nothing is special about, and what was taken to be none."""
-    search = _Search(joints)
-    return _common_zeros(minors, search), frozenset(search.taken)
+    search = Search(joints)
+    return common_zeros(minors, search), frozenset(search.taken)
 
 
-def _common_zeros(minors: tuple[Factored, ...], search: _Search) -> Zeros:
+def common_zeros(minors: Sequence[Factored], search: Search) -> Zeros:
+    """Return the ways in which minors vanish together. Raises TooLong."""
     factor_sets = [factors for minor in minors if (factors := search.moving(minor)) is not None]
     if not factor_sets:
         return None
@@ -339,17 +342,23 @@ def _common_zeros(minors: tuple[Factored, ...], search: _Search) -> Zeros:
             raise TooLong(f"the {len(factor_sets)} minors of J may vanish together in more than {MOST_WAYS} ways")
         if not any(f in conjunction for f in shared):
             conjunctions.append(conjunction)
-    merged = _merged(conjunctions)
+    return tidied(conjunctions, search, f"the {len(factor_sets)} minors of J")
+
+
+def tidied(conjunctions: Iterable[Conjunction], search: Search, what: str) -> list[Conjunction]:
+    """Return ways in which something vanishes without what is told twice, follows, or is never there.
+
+    Cases that differ in the root of a factor are one. Raises TooLong, which says what it is that vanishes.
+    """
+    merged = _merged(list(conjunctions))
     if len(merged) > MOST_PARTS:
-        raise TooLong(
-            f"the {len(factor_sets)} minors of J vanish together in more than {MOST_PARTS} ways, too many to read"
-        )
-    stated = [_stated(conjunction) for conjunction in _without_special_cases(merged)]
+        raise TooLong(f"{what} vanish together in more than {MOST_PARTS} ways, too many to read")
+    stated = [as_stated(conjunction) for conjunction in _without_special_cases(merged)]
     there = [conjunction for conjunction in stated if _is_there(list(conjunction), search)]
     return _without_subsumed([_without_needless(conjunction, search) for conjunction in there], search)
 
 
-def _is_there(conditions: list[sp.Expr], search: _Search) -> bool:
+def _is_there(conditions: list[sp.Expr], search: Search) -> bool:
     """Tell whether conditions may hold together, for lengths that nothing is special about.
 
     Angles that some of them fix are put into the others; two that ask for both cosine and sine of one angle have to
@@ -375,7 +384,7 @@ def _above(condition: sp.Expr) -> sp.Expr:
     return sp.together(condition).as_numer_denom()[0]
 
 
-def _is_there_at(conditions: list[sp.Expr], values: dict[sp.Symbol, sp.Expr], search: _Search) -> bool:
+def _is_there_at(conditions: list[sp.Expr], values: dict[sp.Symbol, sp.Expr], search: Search) -> bool:
     """Tell the same where a joint has a value: of each condition some factor that a joint changes has to vanish."""
     ways = [_free_factors(substitute(condition, values), search) for condition in conditions]
     return all(way != [] for way in ways) and any(
@@ -383,12 +392,12 @@ def _is_there_at(conditions: list[sp.Expr], values: dict[sp.Symbol, sp.Expr], se
     )
 
 
-def _free_factors(condition: sp.Expr, search: _Search) -> list[sp.Expr] | None:
+def _free_factors(condition: sp.Expr, search: Search) -> list[sp.Expr] | None:
     """Return the factors that a joint changes, of which one vanishes where the condition holds; None where it holds."""
     return search.moving(factored(sp.expand(condition)))
 
 
-def _known_trig(condition: sp.Expr, search: _Search) -> Iterator[tuple[sp.Expr, sp.Expr]]:
+def _known_trig(condition: sp.Expr, search: Search) -> Iterator[tuple[sp.Expr, sp.Expr]]:
     """Yield the only sine or cosine of joints in a condition with its value, as a1 + a2 cos(theta2) = 0 tells it."""
     moving = [trig for trig in condition.atoms(sp.sin, sp.cos) if search.moves(trig)]
     if len(moving) == 1:
@@ -399,14 +408,14 @@ def _known_trig(condition: sp.Expr, search: _Search) -> Iterator[tuple[sp.Expr, 
                 yield moving[0], -rest / slope
 
 
-def _are_apart(one: sp.Expr, other: sp.Expr, known: dict[sp.Expr, sp.Expr], search: _Search) -> bool:
+def _are_apart(one: sp.Expr, other: sp.Expr, known: dict[sp.Expr, sp.Expr], search: Search) -> bool:
     """Tell whether two conditions, both linear in cosine and sine of one angle, have no common solution."""
     angles = {atom.args[0] for atom in (*one.atoms(sp.sin, sp.cos), *other.atoms(sp.sin, sp.cos))}
     turning = sorted(filter(search.moves, angles), key=sp.default_sort_key)
     return any(_are_apart_at(one, other, angle, known, search) for angle in turning)
 
 
-def _are_apart_at(one: sp.Expr, other: sp.Expr, angle: sp.Expr, known: dict[sp.Expr, sp.Expr], search: _Search) -> bool:
+def _are_apart_at(one: sp.Expr, other: sp.Expr, angle: sp.Expr, known: dict[sp.Expr, sp.Expr], search: Search) -> bool:
     """Solve both for cosine and sine, whose squares have to add up to one; without constants, both would be zero."""
     cosine, sine = sp.Dummy("c"), sp.Dummy("s")
     circle = {sp.cos(angle): cosine, sp.sin(angle): sine}
@@ -421,7 +430,7 @@ def _are_apart_at(one: sp.Expr, other: sp.Expr, angle: sp.Expr, known: dict[sp.E
     return a[2] == b[2] == 0 and _is_never_zero(size.xreplace(known), search)
 
 
-def _is_never_zero(expression: sp.Expr, search: _Search) -> bool:
+def _is_never_zero(expression: sp.Expr, search: Search) -> bool:
     """Tell of a sum of squares, up to its sign, one of them of what no joint changes, that it is above zero."""
     plain = sp.expand(expression)
     trigs = plain.atoms(sp.sin, sp.cos)
@@ -463,7 +472,7 @@ def _value_at(factor: sp.Expr, root: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
     return {joint: sp.expand((root - angle) / sp.diff(angle, joint) + joint)}
 
 
-def _stated(conjunction: Conjunction) -> Conjunction:
+def as_stated(conjunction: Conjunction) -> Conjunction:
     """Return conditions without marks: that an angle is at one root only, as 1 - cos(theta2) = 0 says of 0."""
     return tuple(
         1 - sp.cos(condition.args[0].args[0] - condition.args[1])
@@ -473,7 +482,7 @@ def _stated(conjunction: Conjunction) -> Conjunction:
     )
 
 
-def _branches(factor_sets: list[list[sp.Expr]], search: _Search) -> Iterator[list[sp.Expr]]:
+def _branches(factor_sets: list[list[sp.Expr]], search: Search) -> Iterator[list[sp.Expr]]:
     """Yield combinations of conditions under which a factor of every set vanishes.
 
     A condition that fixes an angle is put into the other sets before the search goes on, so that what it makes
@@ -487,13 +496,13 @@ def _branches(factor_sets: list[list[sp.Expr]], search: _Search) -> Iterator[lis
     factor_sets = sorted(factor_sets, key=lambda factors: (len(factors), sum(map(sp.count_ops, factors))))
     first, rest = factor_sets[0], factor_sets[1:]
     for factor in first:
-        for condition, values in _cases(factor, search):
+        for condition, values in cases_of_zero(factor, search):
             tried = (_after(factors, factor, values, search) for factors in rest)
             remaining = [factors for factors in tried if factors is not None]
             yield from ([condition, *leaf] for leaf in _branches(remaining, search))
 
 
-def _cases(factor: sp.Expr, search: _Search) -> list[tuple[sp.Expr, dict[sp.Symbol, sp.Expr]]]:
+def cases_of_zero(factor: sp.Expr, search: Search) -> list[tuple[sp.Expr, dict[sp.Symbol, sp.Expr]]]:
     """Return the ways in which a factor vanishes: a condition to state and the substitution that it allows."""
     if isinstance(factor, (sp.sin, sp.cos)):
         angle = factor.args[0]
@@ -510,7 +519,7 @@ def _case(factor: sp.Expr, root: sp.Expr) -> sp.Expr:
 
 
 def _after(
-    factors: list[sp.Expr], zero: sp.Expr, values: dict[sp.Symbol, sp.Expr], search: _Search
+    factors: list[sp.Expr], zero: sp.Expr, values: dict[sp.Symbol, sp.Expr], search: Search
 ) -> list[sp.Expr] | None:
     """Return the factors that can still vanish, or None where the product vanishes already."""
     left: list[sp.Expr] = []
@@ -550,7 +559,7 @@ def _merged(conjunctions: list[Conjunction]) -> list[Conjunction]:
     return [tuple(sorted(conjunction, key=lambda c: (sp.count_ops(c), sp.default_sort_key(c)))) for conjunction in sets]
 
 
-def _without_needless(conjunction: Conjunction, search: _Search) -> Conjunction:
+def _without_needless(conjunction: Conjunction, search: Search) -> Conjunction:
     """Drop conditions that follow from the others, the longest first."""
     kept = conjunction
     for condition in sorted(conjunction, key=sp.count_ops, reverse=True):
@@ -560,7 +569,7 @@ def _without_needless(conjunction: Conjunction, search: _Search) -> Conjunction:
     return kept
 
 
-def _follows(condition: sp.Expr, given: Conjunction, search: _Search) -> bool:
+def _follows(condition: sp.Expr, given: Conjunction, search: Search) -> bool:
     """Tell whether a condition holds wherever the given ones do, as far as angles that they fix and factors show."""
     if condition in given:
         return True
@@ -570,13 +579,13 @@ def _follows(condition: sp.Expr, given: Conjunction, search: _Search) -> bool:
     return bool(fixing) and all(_follows_at(condition, dict(values), plain, search) for values in product(*fixing))
 
 
-def _follows_at(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], plain: list[sp.Expr], search: _Search) -> bool:
+def _follows_at(condition: sp.Expr, values: dict[sp.Symbol, sp.Expr], plain: list[sp.Expr], search: Search) -> bool:
     """Tell whether a condition follows where joints have values, whichever factor of each other condition vanishes."""
     ways = [_free_factors(substitute(other, values), search) for other in plain]
     return all(_holds(condition, values, list(known)) for known in product(*(way for way in ways if way is not None)))
 
 
-def _roots(condition: sp.Expr, search: _Search) -> list[tuple[sp.Symbol, sp.Expr]]:
+def _roots(condition: sp.Expr, search: Search) -> list[tuple[sp.Symbol, sp.Expr]]:
     """Return the joint that a condition fixes by itself with each of its values; nothing where it ties several."""
     trig = 1 - condition if condition.is_Add and (1 - condition).func == sp.cos else condition
     if not isinstance(trig, (sp.sin, sp.cos)) or len(trig.free_symbols & set(search.joints)) != 1:
@@ -588,7 +597,7 @@ def _roots(condition: sp.Expr, search: _Search) -> list[tuple[sp.Symbol, sp.Expr
     return [item for root in roots for item in _value_at(trig, root).items()]
 
 
-def _without_subsumed(conjunctions: list[Conjunction], search: _Search) -> list[Conjunction]:
+def _without_subsumed(conjunctions: list[Conjunction], search: Search) -> list[Conjunction]:
     """Drop what lies in another conjunction, and what is there twice."""
     kept = list(dict.fromkeys(c for c in conjunctions if not any(set(o) < set(c) for o in conjunctions)))
     kept = [c for c in kept if not any(o != c and all(_follows(condition, c, search) for condition in o) for o in kept)]

@@ -102,6 +102,20 @@ def worked_solutions(problem: Problem, language: str = ENGLISH) -> dict[str, str
     return {name: words.with_decimals(text) for name, text in told.items()}
 
 
+def next_solution(problem: Problem, explained: set[str], language: str = ENGLISH) -> str:
+    """Return the solution of the last part, for a text that has those of the parts before it.
+
+    What names stand for is said where they are used first; `explained` are those of which it was said, and grows.
+    """
+    *before, part = problem.parts
+    text = _derivation(problem, part, language, frozenset(each.kind for each in before))
+    new = [one for one in (*_used(worked_steps(problem.chain), text), *_short(text)) if one[0] not in explained]
+    if any(_SHORT.search(name) for name in explained):  # one sum has been an example of how they are written
+        new = [(name, angle) for name, angle in new if not _SHORT.fullmatch(name)]
+    explained.update(name for name, _ in new)
+    return catalogue(language).with_decimals(_after(new, text, language, first_of_all=True) if new else _tidy(text))
+
+
 def _derivation(problem: Problem, part: Part, language: str, earlier: frozenset[str] = frozenset()) -> str:
     chain = problem.chain
     words, steps = Wording(chain, catalogue(language), earlier), worked_steps(chain)

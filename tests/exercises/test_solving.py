@@ -13,10 +13,11 @@ import sympy as sp
 
 from exercises.arm import derivation
 from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.classification import domain_of
+from exercises.arm.classification import Kind, domain_of
 from exercises.arm.derivation import derive
 from exercises.arm.entry import to_sympy
 from exercises.arm.robot_file import read_robot_file
+from exercises.arm.singularity import Component
 from exercises.errors import QdotError
 from exercises.formula.conditions import Space, compare_sets
 from exercises.formula.expression import read
@@ -24,6 +25,7 @@ from exercises.formula.pieces import pieces
 from exercises.input_file import shown
 from exercises.questions import QUESTIONS
 from exercises.solving import Solution, read_robot, solution_data, solution_json, solution_latex, solution_text, solve
+from exercises.writing.worked import SingularComponent, Worked
 from tests.support import DATA
 from tests.support.command import fails, run
 from tests.support.suites import few_for
@@ -524,3 +526,52 @@ def test_a_table_is_shown_as_it_is_written_and_its_rewriting_is_said(tmp_path: P
         "\n", " "
     )
     assert "give one of both" in fails("solve", path, "--convert", "dh", "--format", "json")
+
+
+EQUAL_LINKS = 'name = "arm"\n' + "".join(
+    f'[[joint]]\nkind = "R"\ntheta = "theta{i}"\nd = 0\na = {a}\nalpha = 0\n' for i, a in ((1, '"a1"'), (2, "%s"))
+)
+
+
+@pytest.mark.parametrize(("second", "relation"), [('"a2"', "a1 = a2"), ("0.7", "a1 = 7/10")])
+def test_links_of_one_length_fold_back_onto_the_base_which_is_no_boundary(
+    second: str, relation: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "arm.toml"
+    path.write_text(EQUAL_LINKS % second)
+    solution = solve(read_robot(path))
+    data = solution_data(solution)
+    assert (data["singular"][0]["type"], data["singular"][0]["uniform"]) == ("boundary", True)
+    (special,) = data["special_lengths"]
+    assert special["lengths"] == relation and special["singular"][0]["uniform"] is False
+    said = " ".join(solution_text(solution).split())
+    assert "At θ₂ = 180°: P lies on the axis of joint 1, which then does not move it, an internal singularity" in said
+    assert "Looked at were these relations of lengths: a₁ =" in said and "Others were not." in said
+    path.write_text((EQUAL_LINKS % second).replace('"a1"', "0.4").replace('"a2"', "0.7"))
+    assert "special_lengths" not in solution_data(solve(read_robot(path)))
+
+
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        ("cos(theta2)", "J was found to keep its rank somewhere where `cos(theta2) = 0`: don't rely on this condition"),
+        ("2 + cos(theta2)", "No configuration was found in which `cos(theta2) + 2 = 0`, in 60 searches"),
+        ("theta1 - theta1", ""),
+    ],
+)
+def test_what_a_test_in_numbers_finds_amiss_is_told(
+    told: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "arm.toml"
+    text = (EQUAL_LINKS % "0.7").replace('"a1"', "0.4")
+    path.write_text(text.replace("arm", f"arm {told}"))  # one of which nothing is kept
+    conditions = [to_sympy(read(one)) for one in ("sin(theta2)", told) if one != "theta1 - theta1"]
+    components = tuple(Component((condition,), None) for condition in conditions)
+    shown = [SingularComponent(one.conditions, None, Kind("", False, "x")) for one in components]
+    monkeypatch.setattr("exercises.solving.singular_set", lambda _: components)
+    monkeypatch.setattr(Worked, "found", shown)
+    solution = solve(read_robot(path))
+    assert said in (solution.note or "") and (said == "") == (solution.note is None)
+    monkeypatch.setattr(Worked, "found", [])
+    note = solve(read_robot(path)).note
+    assert note is not None and "60 ended in configurations that none of these conditions accounts for" in note

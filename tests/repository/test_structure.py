@@ -15,7 +15,7 @@ from tests.support.programs import GIT, needs
 MODULES = sorted((*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py")))
 
 LAYERS = {
-    "exercises": """errors variation files input_file stream console parallel
+    "exercises": """errors variation files input_file stream console parallel time_limit
         formula.printing formula.text formula.order formula.layout formula.latex formula.printers formula.vocabulary
         formula.names formula.trees formula.algebra formula.notation formula.tables formula.products formula.expression
         formula.program formula.field formula.angles formula.exact formula.identity formula.scale formula.constants
@@ -23,14 +23,15 @@ LAYERS = {
         formula.claims
         arm.chain arm.told arm.kinematics arm.trigonometry arm.derivation arm.together arm.singularity arm.axes
         arm.reason arm.reach
+        arm.reciprocal arm.searched
         arm.appearance arm.classification arm.directions arm.meanings arm.precise arm.path arm.entry arm.placing
         arm.conventions arm.urdf arm.robot_file arm.robot_text arm.library
         arm.arithmetic arm.stages
         credit decimals lateness several difficulty answers problem families questions mistakes quizzes
         generation record verify writing.gathering writing.angles writing.latex phrases languages render writing
         messages figure
-        self_check notebook showing solving docs gradebook redrawn assignment drawing store sets release exports.outlet
-        exports.bank exports.handouts
+        self_check notebook showing redundant special_lengths solving solving_in_time docs gradebook redrawn
+        assignment drawing store sets release exports.outlet exports.bank exports.handouts
         exports.known_wrong exports.stack_maxima exports.stack_parts exports exports.registry
         site.keys site.record site.bank
         site.page site.chapter site.arms site.guide site.reference site.pages site.stale_files site.build site

@@ -13,7 +13,7 @@ from exercises.arm.chain import TASK_ROWS, Chain, Joint
 from exercises.arm.classification import domain_of
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
-from exercises.arm.singularity import Component, _common_zeros, _Search, singular_set, solve_condition
+from exercises.arm.singularity import Component, Search, common_zeros, singular_set, solve_condition
 from exercises.arm.trigonometry import factored
 from exercises.formula.conditions import Space, compare_sets
 from exercises.formula.expression import read
@@ -219,7 +219,7 @@ def test_a_condition_may_hold_at_one_root_of_an_angle_only() -> None:
     """Both minors are zero at theta1 = 0 and not at pi: 1 - cos(theta1) = 0 says so."""
     theta = sp.Symbol("theta1")
     minors = (factored(sp.sin(theta)), factored(1 - sp.cos(theta)))
-    (conjunction,) = _common_zeros(minors, _Search((theta,))) or [()]
+    (conjunction,) = common_zeros(minors, Search((theta,))) or [()]
     assert conjunction == (1 - sp.cos(theta),)
     chain = Chain("arm", (Joint("R", theta, 0, 1, 0),), ("vx",))
     assert solve_condition(conjunction[0], chain) == (theta, (0,))

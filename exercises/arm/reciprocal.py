@@ -1,0 +1,458 @@
+"""Where an arm of more than six joints is singular, by elimination in its Jacobian rather than by its minors.
+
+J (6 x n) loses rank where a wrench does no work at any joint (is reciprocal to all n screws). Rank depends neither on
+the frame nor on the point of the last link in which J is written. Seen from the middle of the arm, about a point in
+which axes meet, most entries are zero; a row and a column with an entry that is never zero fall away, and with them a
+condition on the wrench: three axes that meet in S leave a force through S, to be met by all other axes. What is left is
+a small matrix in few angles, whose rank is looked at case by case.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from itertools import combinations, product
+
+import numpy as np
+import sympy as sp
+
+from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
+from exercises.arm.derivation import TooLong, determinant_of, moves_with_last_link
+from exercises.arm.kinematics import NumericChain, Z, frame_behind
+from exercises.arm.singularity import Conjunction, Search, as_stated, cases_of_zero, common_zeros, tidied
+from exercises.arm.together import may_hold_together
+from exercises.arm.trigonometry import Factored, factored
+from exercises.stream import Stream
+
+MOST_LEFT = 400
+"""Cases that are looked at."""
+TRIED, SHORT = 2, 200
+"""Frames and points in which J is tried, and operations in all conditions below which no other is."""
+_ZERO = 1e-9
+_NOTHING = sp.Float("1e-20")
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """J of an arm as short as it gets: seen from frame `frame`, about the origin of frame `about`."""
+
+    frame: int
+    about: int
+    matrix: sp.ImmutableMatrix
+
+
+@dataclass(frozen=True)
+class Left:
+    """What the rank comes down to in one case: conditions of the case, rows x columns, and when it is too low.
+
+    `joints` are those that the columns belong to (from 1). `ways` are the conditions in which it has less than full
+    rank.
+    """
+
+    case: Conjunction
+    matrix: sp.ImmutableMatrix
+    joints: tuple[int, ...]
+    ways: tuple[Conjunction, ...]
+
+
+def applies(chain: Chain) -> bool:
+    """Tell whether all six rows count, of the last link, for more than six joints."""
+    redundant = chain.n > len(TASK_ROWS) and set(chain.task) == set(TASK_ROWS)
+    return redundant and moves_with_last_link(plain_chain(chain)[0])
+
+
+def plain_chain(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
+    """Return the arm without offsets of joints, with symbols for what no polynomial has; and what they stand for.
+
+    These are twists that are no right angles, and lengths with roots in them.
+    """
+    values: dict[sp.Symbol, sp.Expr] = {}
+
+    def named(name: str, value: sp.Expr) -> sp.Symbol:
+        symbol = sp.Symbol(name)
+        if value != symbol:
+            values[symbol] = value
+        return symbol
+
+    def twist(name: str, value: sp.Expr) -> sp.Expr:
+        return sp.Mod(value, 2 * sp.pi) if (2 * value / sp.pi).is_Integer else named(name, value)
+
+    def length(name: str, value: sp.Expr) -> sp.Expr:
+        return value if _is_plain(value) else named(name, value)
+
+    joints = []
+    for i, (joint, q, offset) in enumerate(zip(chain.joints, chain.q, chain.offsets, strict=True), 1):
+        if offset != 0:
+            values[q] = q + offset
+        if joint.kind == "R":
+            theta, d = q, length(f"length_d{i}", joint.d)
+        else:
+            theta, d = twist(f"fixed{i}", joint.theta), q
+        a, alpha = length(f"length_a{i}", joint.a), twist(f"alpha{i}", joint.alpha)
+        joints.append(Joint(joint.kind, theta, d, a, alpha))
+    x, y, z = (length(f"point_{axis}", value) for axis, value in zip("xyz", chain.point.offset, strict=True))
+    return replace(chain, joints=tuple(joints), base=Base(), tool=Point(chain.point.frame, (x, y, z))), values
+
+
+def _is_plain(value: sp.Expr) -> bool:
+    """Tell whether a length is a polynomial with rational coefficients."""
+    numbers = value.atoms(sp.Number, sp.NumberSymbol, sp.Function)
+    roots = [power for power in value.atoms(sp.Pow) if not (power.exp.is_Integer and power.exp > 0)]
+    return not roots and all(number.is_Rational for number in numbers)
+
+
+def _sparsest(chain: Chain) -> list[tuple[int, int]]:
+    """Return frames, and those whose origin is the point, by how many entries of J are zero; the middle ones first."""
+    draws = Stream("sparsest")
+    values = {symbol.name: draws.uniform(0.4, 1.4) for symbol in chain.parameters}
+    frames = NumericChain(chain, values).frames(np.array([draws.uniform(-3, 3) for _ in chain.q]))
+    z, origins = frames[:-1, :3, 2], frames[:-1, :3, 3]
+    turns = np.array([joint.kind == "R" for joint in chain.joints])[:, None]
+    found = []
+    middle = [frame for frame in range(chain.n) if abs(2 * frame - chain.n) < 2]
+    for frame, about in product(middle, range(chain.n + 1)):
+        rotation, point = frames[frame, :3, :3], frames[about, :3, 3]
+        linear, angular = np.where(turns, np.cross(z, point - origins), z) @ rotation, (z * turns) @ rotation
+        zeros = np.abs(np.hstack([linear, angular])) < _ZERO
+        key = -int(zeros.sum()), abs(2 * frame - chain.n), abs(about - frame), frame, about
+        found.append((key, zeros.tobytes()))
+    patterns: dict[bytes, tuple[int, int]] = {}
+    for key, pattern in sorted(found):
+        patterns.setdefault(pattern, (key[3], key[4]))
+    return list(patterns.values())
+
+
+def _seen(chain: Chain, frame: int, about: int) -> sp.ImmutableMatrix:
+    """Return J of the last link seen from a frame, with the origin of another as the point, 6 x n."""
+    between = frame_behind(chain.joints[min(frame, about) : max(frame, about)])
+    point = between.origin if about >= frame else -(between.rotation.T * between.origin)
+    columns = []
+    for i, joint in enumerate(chain.joints):
+        way = frame_behind(chain.joints[min(i, frame) : max(i, frame)])
+        if i < frame:
+            z, origin = way.rotation.T * Z, -(way.rotation.T * way.origin)
+        else:
+            z, origin = way.rotation * Z, way.origin
+        linear, angular = (z.cross(point - origin), z) if joint.kind == "R" else (z, sp.zeros(3, 1))
+        columns.append(linear.col_join(angular))
+    return sp.ImmutableMatrix(sp.Matrix.hstack(*columns).applyfunc(_tidy))
+
+
+def _tidy(entry: sp.Expr) -> sp.Expr:
+    return factored(sp.expand(entry)).expression()
+
+
+# --- elimination ---
+
+
+@dataclass
+class _Eliminated:
+    """A search in one arm, and what the rank came down to."""
+
+    search: Search
+    left: list[Left] = field(default_factory=list)
+    marks: dict[sp.Expr, sp.Symbol] = field(default_factory=dict)
+    """What stands for conditions 1 - cos(q - root) with an arc tangent in the root, which nothing can be put into."""
+
+    def ways(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
+        """Yield the conditions under which a matrix has less than full row rank, those of the case among them."""
+        matrix, joints = self._without_zeros(matrix, joints)
+        rows, columns = matrix.shape
+        if rows == 0:
+            return
+        if columns < rows or any(matrix.row(r).is_zero_matrix for r in range(rows)):
+            self.left.append(Left(case, sp.ImmutableMatrix(matrix), joints, ((),)))
+            yield case
+            return
+        if len(self.left) > MOST_LEFT:
+            raise TooLong(f"J may lose rank in more than {MOST_LEFT} ways")
+        yield from self._next(matrix, joints, case)
+
+    def _next(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
+        for r in range(matrix.rows):
+            shared = self._shared(matrix.row(r))
+            if shared:
+                for factor in shared:
+                    self.left.append(Left((*case, factor), sp.ImmutableMatrix(), (), ((),)))
+                    yield (*case, factor)
+                yield from self.ways(_divided(matrix, shared, row=r), joints, case)
+                return
+        for c in range(matrix.cols):
+            shared = self._shared(matrix.col(c))
+            if shared:
+                yield from self._without_column(matrix, joints, case, c, shared)
+                yield from self.ways(_divided(matrix, shared, column=c), joints, case)
+                return
+        pivot = self._pivot(matrix)
+        if pivot is not None:
+            r, c = pivot
+            yield from self.ways(_schur(matrix, r, c), joints[:c] + joints[c + 1 :], case)
+            return
+        paired = self._paired(matrix)
+        if paired is not None:
+            matrix, columns = paired
+            yield from self.ways(matrix, tuple(joints[c] if c >= 0 else 0 for c in columns), case)
+            return
+        yield from self._by_minors(matrix, joints, case)
+
+    def _without_column(
+        self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction, c: int, shared: list[sp.Expr]
+    ) -> Iterator[Conjunction]:
+        """Yield the ways in which rank is lost where a column vanishes by one of the factors that all of it has."""
+        rest, names = _but_column(matrix, c), joints[:c] + joints[c + 1 :]
+        for factor in shared:
+            for condition, trigs in self._roots(factor):
+                there = rest.applyfunc(lambda e, f=factor, t=trigs: self._at(e, f, t))
+                yield from self.ways(_cleared(there), names, (*case, condition))
+
+    def _roots(self, factor: sp.Expr) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr]]]:
+        """Return the ways in which a factor vanishes: a condition to state, and sines, cosines and slides there."""
+        known = cases_of_zero(factor, self.search)
+        if known[0][1]:
+            return [(condition, dict(values)) for condition, values in known]
+        roots = half_angle_roots(factor, self.search)
+        if not roots:
+            return [(factor, {})]
+        marked = []
+        for condition, values in roots:
+            if condition not in self.marks:
+                self.marks[condition] = sp.Symbol(f"root{len(self.marks) + 1}")
+            marked.append((self.marks[condition], values))
+        return marked
+
+    def _at(self, entry: sp.Expr, factor: sp.Expr, values: dict[sp.Expr, sp.Expr]) -> sp.Expr:
+        if entry == 0:
+            return entry
+        if not values:
+            return sp.S.Zero if factor in dict(factored(entry).factors) else entry
+        plain = entry if all(key.is_Symbol for key in values) else sp.expand_trig(entry)
+        return (
+            sp.cancel(sp.expand(plain.xreplace(values)))
+            if any(map(_has_symbols, values.values()))
+            else _tidy(plain.xreplace(values))
+        )
+
+    def _without_zeros(self, matrix: sp.Matrix, joints: tuple[int, ...]) -> tuple[sp.Matrix, tuple[int, ...]]:
+        kept = [c for c in range(matrix.cols) if not matrix.col(c).is_zero_matrix]
+        return matrix.extract(list(range(matrix.rows)), kept), tuple(joints[c] for c in kept)
+
+    def _shared(self, entries: sp.Matrix) -> list[sp.Expr]:
+        """Return the factors with joints in them that all entries have which are not zero."""
+        products = [factored(entry) for entry in entries if entry != 0]
+        first, *others = products
+        return [f for f, _ in first.factors if self.search.moves(f) and all(f in dict(o.factors) for o in others)]
+
+    def _pivot(self, matrix: sp.Matrix) -> tuple[int, int] | None:
+        """Return the place of an entry that is a constant other than zero, in whose row and column most is zero."""
+        best = None
+        for r, c in product(range(matrix.rows), range(matrix.cols)):
+            entry = matrix[r, c]
+            if entry == 0 or self.search.moves(entry) or self._may_be_zero(entry):
+                continue
+            fill = _others(matrix.row(r)) * _others(matrix.col(c))
+            key = fill, sp.count_ops(matrix.row(r)) + sp.count_ops(matrix.col(c)), r, c
+            if best is None or key < best[0]:
+                best = key, (r, c)
+        return best[1] if best else None
+
+    def _may_be_zero(self, constant: sp.Expr) -> bool:
+        """Tell whether a constant with a sum in it is zero for the arm's twists."""
+        return any(f.is_Add for f, _ in factored(constant).factors) and self.search.is_zero(constant)
+
+    def _paired(self, matrix: sp.Matrix) -> tuple[sp.Matrix, list[int]] | None:
+        """Return the matrix without a column of two entries that are never both zero, and the columns that are left.
+
+        The column spans one direction of those two rows; what is left of them is the combination in which it is zero.
+        The same goes for a row; the column that stands for two is called -1.
+        """
+        best = None
+        for transposed in (False, True):
+            m = matrix.T if transposed else matrix
+            for c in range(m.cols):
+                if best is not None and _others(m.col(c)) > best[0][0]:
+                    continue
+                reduced = self._two_left(m, c)
+                if reduced is None:
+                    continue
+                made, (a, b) = reduced
+                u, v = made[a, c], made[b, c]
+                if may_hold_together([u, v], self.search.joints):
+                    continue
+                new = (made.row(a) * v - made.row(b) * u).applyfunc(_tidy)
+                kept = [r for r in range(m.rows) if r not in (a, b)]
+                columns = [k for k in range(m.cols) if k != c]
+                out = made.extract(kept, list(range(m.cols))).col_join(new).extract(list(range(m.rows - 1)), columns)
+                names = [*kept, -1] if transposed else columns
+                key = _others(m.col(c)), sp.count_ops(out), transposed, c
+                if best is None or key < best[0]:
+                    best = key, (out.T if transposed else out, names)
+        return best[1] if best else None
+
+    def _two_left(self, matrix: sp.Matrix, c: int) -> tuple[sp.Matrix, tuple[int, int]] | None:
+        """Return a matrix in which two entries of a column are left, by adding multiples of rows, and their rows."""
+        kinds: dict[tuple[tuple[sp.Expr, int], ...], int] = {}
+        made = matrix
+        for r in range(matrix.rows):
+            if matrix[r, c] == 0:
+                continue
+            kind = tuple(f for f in factored(matrix[r, c]).factors if self.search.moves(f[0]))
+            if kind not in kinds:
+                kinds[kind] = r
+                continue
+            first = kinds[kind]
+            above, below = sp.fraction(sp.cancel(matrix[r, c] / matrix[first, c]))
+            if self.search.moves(above) or self.search.moves(below):
+                return None
+            row = (made.row(r) * below - made.row(first) * above).applyfunc(_tidy)
+            made = sp.Matrix.vstack(made[:r, :], row, made[r + 1 :, :])
+        return (made, (min(kinds.values()), max(kinds.values()))) if len(kinds) == 2 else None
+
+    def _by_minors(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
+        chosen = combinations(range(matrix.cols), matrix.rows)
+        minors = [factored(determinant_of(matrix.extract(list(range(matrix.rows)), list(c)))) for c in chosen]
+        ways = common_zeros(minors, self.search)
+        self.left.append(Left(case, sp.ImmutableMatrix(matrix), joints, ((),) if ways is None else tuple(ways)))
+        for way in [()] if ways is None else ways:
+            yield (*case, *way)
+
+
+def _others(line: sp.Matrix) -> int:
+    return sum(entry != 0 for entry in line) - 1
+
+
+def _but_column(matrix: sp.Matrix, c: int) -> sp.Matrix:
+    return matrix.extract(list(range(matrix.rows)), [k for k in range(matrix.cols) if k != c])
+
+
+def _divided(matrix: sp.Matrix, shared: list[sp.Expr], row: int = -1, column: int = -1) -> sp.Matrix:
+    """Return a matrix with factors taken out of a row or a column."""
+    by = Factored(sp.S.One, tuple((factor, 1) for factor in shared))
+
+    def entry(r: int, c: int) -> sp.Expr:
+        value = matrix[r, c]
+        return factored(value).over(by).expression() if value != 0 and (r == row or c == column) else value
+
+    return sp.Matrix(matrix.rows, matrix.cols, entry)
+
+
+def _schur(matrix: sp.Matrix, r: int, c: int) -> sp.Matrix:
+    """Return what is left without a row and a column, their entry being no zero; other rows are cleared with it."""
+    rows = []
+    for i in range(matrix.rows):
+        if i == r:
+            continue
+        row = matrix.row(i)
+        if row[c] != 0:
+            above, below = sp.fraction(sp.cancel(row[c] / matrix[r, c]))
+            row = (row * below - matrix.row(r) * above).applyfunc(_tidy)
+        rows.append(row)
+    return _but_column(sp.Matrix.vstack(*rows), c) if rows else sp.zeros(0, matrix.cols - 1)
+
+
+def _has_symbols(value: sp.Expr) -> bool:
+    return bool(value.free_symbols)
+
+
+def _cleared(matrix: sp.Matrix) -> sp.Matrix:
+    """Return a matrix without fraction bars, rows being multiplied by what is below them."""
+    rows = []
+    for r in range(matrix.rows):
+        below = [sp.fraction(sp.together(entry))[1] for entry in matrix.row(r)]
+        common = sp.lcm_list(below) if any(map(_has_symbols, below)) else sp.S.One
+        rows.append(
+            matrix.row(r).applyfunc(lambda e, by=common: _tidy(sp.cancel(e * by))) if common != 1 else matrix.row(r)
+        )
+    return sp.Matrix.vstack(*rows) if rows else matrix
+
+
+def half_angle_roots(factor: sp.Expr, search: Search) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr]]]:
+    """Return the roots of A + B cos q + C sin q where the tangent of the half angle is found without a square root.
+
+    Each with the condition to state, and with cosine and sine there. Nothing where there are others, or none.
+    """
+    trigs = factor.atoms(sp.sin, sp.cos)
+    angles = {trig.args[0] for trig in trigs if search.moves(trig)}
+    if len(angles) != 1 or (angle := angles.pop()) not in search.joints:
+        return []
+    cosine, sine = sp.Dummy("c"), sp.Dummy("s")
+    line = sp.Poly(sp.expand(factor).xreplace({sp.cos(angle): cosine, sp.sin(angle): sine}), cosine, sine)
+    if line.total_degree() != 1 or line.free_symbols & {angle}:
+        return []
+    a, b, c = (line.coeff_monomial(monomial) for monomial in (1, cosine, sine))
+    if sp.expand(a - b) == 0 or sp.expand(a + b) == 0:  # tan(q/2) = 0 or infinite is one of them
+        far = sp.expand(a - b) == 0
+        tangent = -a / c if far else -c / a
+        roots = [(sp.pi, sp.S.NegativeOne, sp.S.Zero)] if far else [(sp.S.Zero, sp.S.One, sp.S.Zero)]
+        if c != 0:
+            tangent = sp.cancel(tangent)
+            below = 1 + tangent**2
+            roots.append((2 * sp.atan(tangent), sp.cancel((1 - tangent**2) / below), sp.cancel(2 * tangent / below)))
+    else:
+        return []
+    return [(1 - sp.cos(angle - root), {sp.cos(angle): x, sp.sin(angle): y}) for root, x, y in roots]
+
+
+@dataclass(frozen=True)
+class Found:
+    """The singular set of an arm: how J was seen, what its rank came down to, and the ways in which it is too low."""
+
+    reduction: Reduction
+    left: tuple[Left, ...]
+    ways: tuple[Conjunction, ...]
+
+
+@lru_cache(maxsize=64)
+def reciprocal_set(chain: Chain, twists: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()) -> Found:
+    """Return where a plain chain is singular, by the frame and point that lead to the shortest conditions.
+
+    `twists` are what its symbols for twists stand for: constants that are zero by these are no pivots. Raises TooLong.
+    """
+    drawn = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(chain.parameters)}
+    values = {**drawn, **{symbol: value.xreplace(drawn) for symbol, value in twists}}
+
+    def is_zero(constant: sp.Expr) -> bool:
+        return bool(abs(sp.N(constant.xreplace(values), 30)) < _NOTHING)
+
+    found, failed = [], None
+    for frame, about in _sparsest(chain)[:TRIED]:
+        try:
+            found.append(_seen_from(chain, frame, about, is_zero))
+        except TooLong as error:
+            failed = error
+        if found and _size(found[-1]) < SHORT:
+            break
+    if not found:
+        assert failed is not None
+        raise failed
+    return min(found, key=_size)
+
+
+def _size(found: Found) -> int:
+    return sum(int(sp.count_ops(condition)) for way in found.ways for condition in way)
+
+
+def _seen_from(chain: Chain, frame: int, about: int, is_zero: Callable[[sp.Expr], bool]) -> Found:
+    seen = Reduction(frame, about, _seen(chain, frame, about))
+    eliminated = _Eliminated(Search(chain.q, is_zero))
+    ways = list(eliminated.ways(sp.Matrix(seen.matrix), tuple(range(1, chain.n + 1)), ()))
+    if () in ways:
+        return Found(seen, tuple(eliminated.left), ((),))
+    search = Search((*chain.q, *eliminated.marks.values()), is_zero)
+    told = [_without_needless(way, chain.q) for way in tidied(ways, search, "what the rank of J comes down to")]
+    stated = {symbol: condition for condition, symbol in eliminated.marks.items()}
+    left = tuple(replace(one, case=_said(one.case, stated)) for one in eliminated.left)
+    return Found(seen, left, tuple(tuple(c.xreplace(stated) for c in way) for way in told))
+
+
+def _said(case: Conjunction, stated: dict[sp.Symbol, sp.Expr]) -> Conjunction:
+    """Return the conditions of a case without marks."""
+    return tuple(stated.get(condition, condition) for condition in as_stated(case))
+
+
+def _without_needless(way: Conjunction, joints: tuple[sp.Symbol, ...]) -> Conjunction:
+    """Drop conditions that hold wherever the others do: these and 1 = y times the condition have no common zero."""
+    kept, y = list(way), sp.Symbol("d_y")
+    for condition in sorted(way, key=sp.count_ops, reverse=True):
+        rest = [other for other in kept if other != condition]
+        if len(rest) > 1 and not may_hold_together([*rest, 1 - y * condition], (*joints, y)):
+            kept = rest
+    return tuple(kept)

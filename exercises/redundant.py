@@ -1,0 +1,135 @@
+"""What `qdot solve` tells of where an arm of more than six joints is singular: by elimination, and put to the test."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import sympy as sp
+
+from exercises.arm.appearance import reason_of
+from exercises.arm.axes import Sample
+from exercises.arm.chain import Chain
+from exercises.arm.classification import Kind
+from exercises.arm.reciprocal import Found, Left, plain_chain, reciprocal_set
+from exercises.arm.searched import Tried, tried
+from exercises.arm.singularity import Component, solved_together
+from exercises.arm.trigonometry import substitute
+from exercises.writing.worked import SingularComponent
+
+MOST_SHOWN = 700
+"""Operations in all entries of a matrix that is shown."""
+_LOOKED_AT = 20
+
+
+@dataclass(frozen=True)
+class Rest:
+    """A matrix that the rank comes down to in some cases: conditions of each, and the joints of its columns.
+
+    `minors` are its maximal minors where the only way in which they vanish together is that each does by itself.
+    """
+
+    cases: tuple[tuple[sp.Expr, ...], ...]
+    matrix: sp.ImmutableMatrix
+    joints: tuple[int, ...]
+    minors: frozenset[sp.Expr]
+
+    @property
+    def mixed(self) -> bool:
+        """Whether some column stands for two joints."""
+        return 0 in self.joints
+
+
+@dataclass(frozen=True)
+class Redundant:
+    """Where such an arm is singular, in its own numbers: how J is seen, what it comes down to, and what it was put to.
+
+    `never` are conditions of the derivation that no real configuration satisfies; `doubtful` are those that failed the
+    test in numbers, which are not told as singular. `ranks` has for each component the number of the matrix (of
+    `rests`) whose minors its conditions are, None for others.
+    """
+
+    found: Found
+    matrix: sp.ImmutableMatrix
+    rests: tuple[Rest, ...]
+    components: tuple[SingularComponent, ...]
+    always: bool
+    tried: Tried | None
+    doubtful: tuple[tuple[sp.Expr, ...], ...]
+    ranks: tuple[int | None, ...] = ()
+
+    @property
+    def searched(self) -> dict[str, int]:
+        """How many searches for lost rank there were, how many found it, and how many of these nothing explains."""
+        if self.tried is None:
+            return {}
+        out = self.tried
+        return {"searches": out.searches, "ended": out.ended, "unexplained": len(out.unexplained)}
+
+
+def redundant_stages(chain: Chain) -> Iterator[str | Redundant]:
+    """Yield in words what is worked out next, and in the end the result. Raises TooLong."""
+    yield "where the rank of J is below 6, by elimination"
+    plain, values = plain_chain(chain)
+    twists = tuple((symbol, value) for symbol, value in values.items() if symbol not in plain.q)
+    found = reciprocal_set(plain, twists)
+    rests = _rests([left for left in found.left if _is_shown(left)], values)
+    matrix = _filled(found.reduction.matrix, values)
+    if () in found.ways:
+        yield Redundant(found, matrix, rests, (), True, None, ())
+        return
+    ways = [tuple(_scaled(substitute(condition, values)) for condition in way) for way in found.ways]
+    solved = [(way, component) for way in ways if (component := solved_together(way, chain)) is not None]
+    yield "the test of these conditions in numbers"
+    out = tried(chain, [component.conditions for _, component in solved])
+    yield "what the configurations look like in which J loses rank"
+    components, doubtful, ranks = [], [], []
+    for k, (way, component) in enumerate(solved):
+        if k in out.wrong:
+            doubtful.append(way)
+        elif out.samples[k] or not out.arms:
+            ranks.append(_minors_of(rests, component.conditions))
+            components.append(_described(chain, component, [Sample(out.arms[a], q) for a, q in out.samples[k]]))
+    yield Redundant(found, matrix, rests, tuple(components), False, out, tuple(doubtful), tuple(ranks))
+
+
+def _described(chain: Chain, component: Component, samples: list[Sample]) -> SingularComponent:
+    said = reason_of(chain, samples[:: max(1, len(samples) // _LOOKED_AT)])
+    return SingularComponent(component.conditions, component.solutions, Kind("", False, said.words if said else ""))
+
+
+def _is_shown(left: Left) -> bool:
+    return (
+        bool(left.ways) and min(left.matrix.shape) > 1 and sp.count_ops(left.matrix) < MOST_SHOWN and left.ways != ((),)
+    )
+
+
+def _rests(shown: list[Left], values: dict[sp.Symbol, sp.Expr]) -> tuple[Rest, ...]:
+    """Return what is left, in the arm's numbers; cases with the same matrix together."""
+    cases: dict[tuple[sp.ImmutableMatrix, tuple[int, ...], frozenset[sp.Expr]], list[tuple[sp.Expr, ...]]] = {}
+    for left in shown:
+        case = tuple(substitute(condition, values) for condition in left.case)
+        (only,) = left.ways if len(left.ways) == 1 else ((),)
+        minors = frozenset(_scaled(substitute(minor, values)) for minor in only)
+        cases.setdefault((_filled(left.matrix, values), left.joints, minors), []).append(case)
+    return tuple(Rest(tuple(where), *rest) for rest, where in cases.items())
+
+
+def _minors_of(rests: tuple[Rest, ...], conditions: tuple[sp.Expr, ...]) -> int | None:
+    """Return the number of the matrix that is left without a case and whose minors some long conditions are."""
+    for number, rest in enumerate(rests):
+        if len(conditions) > 2 and rest.cases == ((),) and set(conditions) <= rest.minors:
+            return number
+    return None
+
+
+def _filled(matrix: sp.ImmutableMatrix, values: dict[sp.Symbol, sp.Expr]) -> sp.ImmutableMatrix:
+    return sp.ImmutableMatrix(matrix.applyfunc(lambda entry: substitute(entry, values)))
+
+
+def _scaled(condition: sp.Expr) -> sp.Expr:
+    """Return a sum with numbers before its terms in decimals of the size of one, which are exact."""
+    plain = sp.expand(condition)
+    numbers = [term.as_coeff_Mul()[0] for term in sp.Add.make_args(plain)]
+    largest = max(map(abs, numbers))
+    if not condition.is_Add or not all(number.is_Integer for number in numbers) or largest < 10:
+        return condition
+    return sp.expand(plain / sp.Integer(10) ** len(str(largest)))

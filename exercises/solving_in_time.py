@@ -1,0 +1,135 @@
+"""`qdot solve`: results as they are ready; where time or Ctrl-C ends it, what is missing is said."""
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+from typing import Any
+
+from exercises.arm.chain import Chain
+from exercises.arm.robot_file import Robot
+from exercises.questions import QUESTIONS
+from exercises.questions.base import BY_HAND
+from exercises.solving import (
+    SECTIONS,
+    Kept,
+    Ready,
+    Stages,
+    article,
+    data_json,
+    data_stages,
+    text_heading,
+    text_stages,
+)
+from exercises.time_limit import OutOfTime, time_limit
+from exercises.writing.markup import to_text
+
+DEFAULT = 60.0
+"""Seconds of processor time after which a derivation ends if nothing else is said."""
+
+Shown = Callable[[str], AbstractContextManager[object]]
+"""Shows while a block lasts what is worked out in it."""
+
+
+@dataclass
+class _Told:
+    """What is ready, by name and in order, and what is being worked out."""
+
+    ready: dict[str, Any] = field(default_factory=dict)
+    now: str = "the arm itself"
+    kept: Kept | None = None
+    """What is known of the singular set, as long as it is not ready."""
+    ended: str = ""
+    """Why not all is there: nothing, if all is."""
+
+
+def write_solution(robot: Robot, form: str, seconds: float, say: Callable[[str], None], shown: Shown) -> None:
+    """Say the derivation of an arm as text, latex or json; text section by section, as they are ready.
+
+    It ends once it has taken `seconds` of processor time. Raises KeyboardInterrupt where that ended it, all that was
+    ready being said.
+    """
+    chain, told = robot.chain, _Told()
+    if form == "text":
+        say(text_heading(chain))
+    stages = data_stages(chain) if form == "json" else text_stages(chain, robot)
+    stop: KeyboardInterrupt | None = None
+    try:
+        with time_limit(seconds):
+            _follow(stages, told, (lambda block: say(f"\n{to_text(block)}")) if form == "text" else None, shown)
+    except OutOfTime:
+        told.ended = f"the {seconds:g} seconds of processor time were over (`--time` gives it more)"
+    except KeyboardInterrupt as error:
+        told.ended, stop = "it was stopped", error
+    if form == "json":
+        say(data_json(_data(chain, told)))
+    elif form == "latex":
+        say(article(chain, [*told.ready.values(), *_missing_block(chain, told)]))
+    else:
+        for block in _missing_block(chain, told):
+            say(f"\n{to_text(block)}")
+    if stop is not None:
+        raise stop
+
+
+def _follow(stages: Stages, told: _Told, say: Callable[[str], None] | None, shown: Shown) -> None:
+    """Go through the stages, and keep what is ready."""
+    while True:
+        with shown(told.now):
+            stage = next(stages, None)
+        if stage is None:
+            return
+        if isinstance(stage, Ready):
+            told.ready[stage.name] = stage.content
+            told.kept = None
+            if say is not None:
+                say(stage.content)
+        elif isinstance(stage, Kept):
+            told.kept = stage
+        else:
+            told.now = stage
+
+
+def _data(chain: Chain, told: _Told) -> dict[str, Any]:
+    """Return what is ready as plain data; what is missing is null and named."""
+    content: dict[str, Any] = {"name": chain.title, "position": None, "jacobian": None, "geometric_jacobian": None}
+    content |= {"task": list(chain.task), "determinant": None, "singular": None}
+    for part in told.ready.values():
+        content |= part
+    if told.ended:
+        keys = [("position", "position"), ("jacobian", "jacobian"), ("jacobian", "geometric_jacobian")]
+        keys += [("determinant", "determinant")] if _is_square(chain) else []
+        missing = [key for name, key in keys if name not in told.ready]
+        content["missing"] = [*missing, "special_lengths" if "singular" in told.ready else "singular"]
+        content["note"] = " ".join(filter(None, (content.get("note"), _said(told))))
+    return content
+
+
+def _is_square(chain: Chain) -> bool:
+    return len(chain.task) == chain.n
+
+
+def _missing_block(chain: Chain, told: _Told) -> list[str]:
+    """Return what is said in the end where something is missing."""
+    if not told.ended:
+        return []
+    titles = [QUESTIONS[name].title for name in _due(chain) if name not in told.ready]
+    missing = "; ".join(titles) or "what holds for special lengths only"
+    known = [told.kept.block()] if told.kept is not None else []
+    return [*known, f"## What is missing\n\nNot worked out: {missing}. {_said(told)}\n"]
+
+
+def _said(told: _Told) -> str:
+    """Return why something is missing, and what that means."""
+    return (
+        f"This ended because {told.ended}, at work on {told.now}. What is told was worked out to its end, and holds; "
+        "of what is missing, nothing is claimed."
+    )
+
+
+def _due(chain: Chain) -> list[str]:
+    """Return the names of all sections that an arm of this shape has."""
+    inverse = ("inverse-jacobian", "inverse-velocity")
+    left_out = () if _is_square(chain) else ("determinant", *inverse)
+    if chain.n > BY_HAND:
+        left_out = (*left_out, *inverse)
+    return [name for name in SECTIONS if name not in left_out]

@@ -1,0 +1,105 @@
+"""What is singular, or of another kind, only where open lengths of an arm are related in a way of its own.
+
+What is told of open lengths holds for lengths that nothing is special about: a planar arm of two links that is folded
+back is at the boundary of its reach, but not where the links are as long as each other. Looked at are lengths that are
+equal, to each other or to a given one, and one that is as long as two others together.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import sympy as sp
+
+from exercises.arm.chain import Chain, Joint, Point
+from exercises.arm.classification import kind_is_sure
+from exercises.arm.derivation import TooLong, derive
+from exercises.writing.statement import worked_steps
+from exercises.writing.worked import SingularComponent
+
+MOST = 8
+"""Relations that are looked at, the first of them."""
+
+
+@dataclass(frozen=True)
+class Special:
+    """What differs where a length is as long as something: the components that are others then, or of another kind."""
+
+    length: sp.Symbol
+    value: sp.Expr
+    chain: Chain
+    components: tuple[SingularComponent, ...]
+
+    @property
+    def relation(self) -> str:
+        """The relation as text, as in a1 = a2."""
+        return f"{self.length} = {self.value}"
+
+
+def relations(chain: Chain) -> list[tuple[sp.Symbol, sp.Expr]]:
+    """Return what is looked at: an open length that J of the task depends on, and what it is as long as.
+
+    >>> rows = [Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2)]
+    >>> relations(Chain("two", tuple(rows), ("vx", "vy")))
+    [(a1, a2)]
+    """
+    rows = [value for joint in chain.joints for value in (joint.a, joint.d if joint.kind == "R" else sp.S.Zero)]
+    sizes = [-value if value.as_coeff_Mul()[0].is_negative else value for value in (*rows, *chain.point.offset)]
+    lengths = list(dict.fromkeys(size for size in sizes if size != 0 and (size.is_Symbol or size.is_number)))
+    counted = derive(chain).jacobian.free_symbols
+    given = [size for size in lengths if size.is_number]
+    is_open = [size for size in lengths if size.is_Symbol and size in counted]
+    equal = [*combinations(is_open, 2), *((one, other) for one in is_open for other in given)]
+    sums = [
+        (one, first + second)
+        for one in is_open
+        for first, second in combinations([size for size in (*is_open, *given) if size != one], 2)
+        if first.is_Symbol or second.is_Symbol
+    ]
+    return [*equal, *sums][:MOST]
+
+
+def special_lengths(chain: Chain, general: tuple[SingularComponent, ...]) -> Iterator[str | Special]:
+    """Yield in words what is looked at, and where something differs from what is told in general."""
+    for length, value in relations(chain):
+        yield f"whether anything differs where {length} = {value}"
+        there = _with(chain, {length: value})
+        known = {_told(_put_in(one, {length: value}), chain) for one in general}
+        try:
+            found = worked_steps(there).found
+        except TooLong:
+            continue
+        others = tuple(one for one in found if _told(one, there) not in known)
+        if others:
+            yield Special(length, value, there, others)
+
+
+def _with(chain: Chain, values: dict[sp.Symbol, sp.Expr]) -> Chain:
+    joints = tuple(
+        Joint(joint.kind, *(getattr(joint, name).xreplace(values) for name in ("theta", "d", "a", "alpha")))
+        for joint in chain.joints
+    )
+    tool = chain.tool and Point(chain.tool.frame, tuple(sp.expand(x.xreplace(values)) for x in chain.tool.offset))
+    return replace(chain, joints=joints, tool=tool)
+
+
+def _put_in(one: SingularComponent, values: dict[sp.Symbol, sp.Expr]) -> SingularComponent:
+    return replace(one, conditions=tuple(condition.xreplace(values) for condition in one.conditions))
+
+
+def _told(one: SingularComponent, chain: Chain) -> tuple[object, ...]:
+    """Return what two components have in common that say the same: conditions up to a factor, and the kind."""
+    conditions = frozenset(map(_plain, one.conditions))
+    if not kind_is_sure(chain):
+        return (conditions,)
+    cases = tuple((str(value), kind.kind) for _, value, kind in one.cases)
+    return conditions, one.kind.kind, one.kind.uniform, cases
+
+
+def _plain(condition: sp.Expr) -> sp.Expr:
+    """Return a condition without numbers, lengths and signs that all its terms share."""
+    _, primitive = sp.factor_terms(sp.expand(condition)).as_content_primitive()
+    moving = [f for f in sp.Mul.make_args(primitive) if f.is_Add or f.atoms(sp.sin, sp.cos) or f.is_Symbol]
+    product = sp.Mul(*(f for f in moving if not (f.is_Symbol and not f.name.startswith(("theta", "d")))))
+    plain = sp.expand(product)
+    return min(plain, -plain, key=sp.default_sort_key)

@@ -1,0 +1,211 @@
+"""Arms of seven joints with offsets are solved in seconds, and what is told of them holds in numbers."""
+
+import json
+import time
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from exercises.arm.chain import TASK_ROWS, Chain, Joint, Point
+from exercises.arm.kinematics import NumericChain
+from exercises.arm.reciprocal import applies, plain_chain, reciprocal_set
+from exercises.arm.searched import _Rank, tried
+from exercises.arm.singularity import singular_set
+from exercises.solving import Solution, solution_json, solution_text, solve
+from tests.repository.test_schemas import errors
+from tests.support.problems import drawn
+
+Rows = list[tuple[object, object, object, int]]
+BAXTER: Rows = [
+    (0, ".27035", ".069", -90), (90, 0, 0, 90), (0, ".36435", ".069", -90), (0, 0, 0, 90), (0, ".37429", ".010", -90),
+    (0, 0, 0, 90), (0, ".229525", 0, 0),
+]  # fmt: skip
+SAWYER: Rows = [
+    (0, ".317", ".081", -90), (90, ".1925", 0, 90), (0, ".4", 0, -90), (0, ".1685", 0, 90), (0, ".4", 0, -90),
+    (0, ".1363", 0, 90), (0, ".13375", 0, 0),
+]  # fmt: skip
+SAWYER_OPEN: Rows = [
+    (0, "d1", "a1", -90), (90, "d2", 0, 90), (0, "d3", 0, -90), (0, "d4", 0, 90), (0, "d5", 0, -90), (0, "d6", 0, 90),
+    (0, "d7", 0, 0),
+]  # fmt: skip
+GEN3: Rows = [
+    (0, ".2848", 0, 90), (0, "-.0118", 0, 90), (0, "-.4208", 0, 90), (0, "-.0128", 0, 90), (0, "-.3143", 0, 90),
+    (0, 0, 0, 90), (0, "-.1674", 0, 0),
+]  # fmt: skip
+IIWA: Rows = [
+    (0, ".34", 0, -90), (0, 0, 0, 90), (0, ".4", 0, 90), (0, 0, 0, -90), (0, ".4", 0, -90), (0, 0, 0, 90),
+    (0, ".126", 0, 0),
+]  # fmt: skip
+IIWA_OPEN: Rows = [(turn, f"d{i}" if d else 0, a, alpha) for i, (turn, d, a, alpha) in enumerate(IIWA, 1)]
+OBLIQUE: Rows = [
+    (0, ".34", 0, -90), (0, 0, 0, 90), (0, ".4", 0, 60), (0, 0, 0, -60), (0, ".4", 0, -90), (0, 0, 0, 90),
+    (0, ".126", 0, 0),
+]  # fmt: skip
+EIGHT: Rows = [*IIWA[:6], (0, ".126", 0, -90), (0, 0, ".1", 0)]
+# In the modified table (Craig): twist and length stand before the joint.
+PANDA: Rows = [
+    (0, ".333", 0, 0), (0, 0, 0, -90), (0, ".316", 0, 90), (0, 0, ".0825", 90), (0, ".384", "-.0825", -90),
+    (0, 0, 0, 90), (0, 0, ".088", 90),
+]  # fmt: skip
+ARMS = {
+    "baxter": BAXTER, "sawyer": SAWYER, "sawyer-open": SAWYER_OPEN, "gen3": GEN3, "iiwa": IIWA, "eight": EIGHT,
+    "oblique": OBLIQUE,
+}  # fmt: skip
+
+
+def _length(text: object) -> sp.Expr:
+    return sp.Symbol(text) if isinstance(text, str) and text[0].isalpha() else sp.Rational(str(text))
+
+
+@cache
+def _arm(name: str) -> Chain:
+    rows = PANDA if name == "panda" else IIWA_OPEN if name == "iiwa-open" else ARMS[name]
+    if name == "panda":  # each row's twist and length belong to the joint before it in the standard table
+        shifted = [(*row[:2], *after[2:]) for row, after in zip(rows, [*rows[1:], (0, 0, 0, 0)], strict=True)]
+        rows = shifted
+    joints = tuple(
+        Joint("R", sp.Symbol(f"theta{i}") + turn * sp.pi / 180, _length(d), _length(a), alpha * sp.pi / 180)
+        for i, (turn, d, a, alpha) in enumerate(rows, 1)
+    )
+    return Chain(name, joints, TASK_ROWS, title=name)
+
+
+@cache
+def _solved(name: str) -> Solution:
+    before = time.process_time()
+    solution = solve(_arm(name))
+    assert time.process_time() - before < 15, "ten seconds on the machine on which it was measured"
+    return solution
+
+
+def _conditions(solution: Solution) -> set[frozenset[str]]:
+    assert solution.singular is not None
+    return {frozenset(map(str, part.conditions)) for part in solution.singular}
+
+
+def test_a_panda_has_the_singularities_that_its_offsets_leave() -> None:
+    solution = _solved("panda")
+    assert solution.singular is not None
+    elbow, wrist, shoulder_wrist, shoulder = solution.singular
+    t4, t5, t6 = sp.symbols("theta4 theta5 theta6")
+    # The arm is straight: link 4's offset and link 5's cancel, and axis 5 goes through the shoulder.
+    assert elbow.solutions is not None and dict(elbow.solutions)[t4] == (0,)
+    assert sp.simplify(sp.sin(dict(elbow.solutions)[t6][0])) == sp.Rational(-22, 175)
+    assert wrist.solutions is not None and dict(wrist.solutions)[t5] == (0, sp.pi)
+    assert str(shoulder_wrist.conditions[0]) == "cos(theta5)"
+    assert shoulder_wrist.conditions[1].free_symbols == {t4, t6}
+    assert str(shoulder.conditions[0]) == "sin(theta2)"
+    assert solution.redundant is not None and solution.redundant.doubtful == ()
+    assert solution.redundant.searched == {"searches": 60, "ended": 60, "unexplained": 0}
+    # Away from the conditions of three of them, a condition alone leaves J with its full rank.
+    q = np.array([0.3, 0.8, -0.4, 0.0, 1.1, 0.5, 0.2])
+    assert np.linalg.matrix_rank(NumericChain(_arm("panda"), {}).jacobian(q)) == 6
+
+
+SLOW = ("baxter", "sawyer", "sawyer-open", "eight", "oblique")
+
+
+@pytest.mark.parametrize(
+    "name", ["panda", "gen3", "iiwa", "iiwa-open", *(pytest.param(name, marks=pytest.mark.whole) for name in SLOW)]
+)
+def test_an_arm_is_solved_in_seconds_and_all_that_is_told_holds(name: str) -> None:
+    solution = _solved(name)
+    content = json.loads(solution_json(solution))
+    assert errors("solve", content) == []
+    assert content["singular"] and content["tested"]["unexplained"] == 0
+    assert content["tested"]["ended"] > 0.9 * content["tested"]["searches"]
+    text = " ".join(solution_text(solution).split())
+    assert "a test of what was derived, and no proof" in text
+    assert ("The rank of N₁ is below" in text) == (name in ("baxter", "sawyer", "sawyer-open"))
+    assert ("lengths that nothing is special about" in text) == bool(solution.chain.parameters)
+    # Other starts than those that it was tested with.
+    out = tried(
+        replace(solution.chain, joints=solution.chain.joints), [c.conditions for c in solution.singular or ()], 90
+    )
+    assert out.wrong == () and out.unexplained == ()
+
+
+@pytest.mark.parametrize("name", ["iiwa", "iiwa-open"])
+def test_a_spherical_shoulder_and_wrist_give_what_the_minors_do(name: str) -> None:
+    by_minors = {frozenset(map(str, part.conditions)) for part in singular_set(_arm(name)) or ()}
+    assert _conditions(_solved(name)) == by_minors
+    assert frozenset({"sin(theta4)"}) in by_minors and len(by_minors) == 4
+
+
+def test_a_family_of_seven_joints_gives_what_the_minors_do() -> None:
+    chain = drawn("lbr-7r", 0).chain
+    assert applies(chain)
+    by_minors = {frozenset(map(str, part.conditions)) for part in singular_set(chain) or ()}
+    plain, values = plain_chain(chain)
+    ways = {frozenset(str(condition.xreplace(values)) for condition in way) for way in reciprocal_set(plain).ways}
+    assert ways == by_minors
+
+
+def test_the_gen3_loses_rank_by_its_small_offsets_where_an_arm_without_them_would() -> None:
+    """All axes of joints 2 to 4 in one plane, and the wrist's centre in line with them, are two conditions."""
+    conditions = _conditions(_solved("gen3"))
+    assert frozenset({"sin(theta3)", "sin(theta4)"}) in conditions
+    assert any("sin(theta6)" in one for one in conditions)
+
+
+# --- the test in numbers ---
+
+
+def test_the_test_in_numbers_finds_what_is_missing_and_what_is_false() -> None:
+    chain = _arm("iiwa")
+    ways = [part.conditions for part in singular_set(chain) or ()]
+    s2, c3 = sp.sin(sp.Symbol("theta2")), sp.cos(sp.Symbol("theta3"))
+    for missing in range(len(ways)):
+        out = tried(chain, ways[:missing] + ways[missing + 1 :])
+        assert out.wrong == () and (out.unexplained or len(ways[missing]) > 1)
+    assert tried(chain, [*ways, (s2,)]).wrong == (4,)
+    assert tried(chain, [*ways, (c3, s2 - 2)]).samples[4] == ()  # there is no such configuration
+    assert len(tried(chain, []).unexplained) > 50
+
+
+def _mixed(task: tuple[str, ...]) -> Chain:
+    angles = [sp.pi / 3, -sp.pi / 4, sp.pi / 2, sp.pi / 5, 0]
+    joints = []
+    for i, (kind, alpha) in enumerate(zip("RPRRP", angles, strict=True), 1):
+        own = sp.Symbol(f"{'theta' if kind == 'R' else 'd'}{i}")
+        theta, d = (own, sp.Rational(1, 5)) if kind == "R" else (sp.pi / 7, own)
+        joints.append(Joint(kind, theta, d, sp.Rational(i, 10), alpha))
+    return Chain("mixed", tuple(joints), task)
+
+
+@pytest.mark.parametrize("task", [TASK_ROWS, ("vx", "vy", "vz"), ("vx", "wz"), ("wx", "wy", "wz", "vz", "vx")])
+def test_slopes_of_the_jacobian_are_those_of_small_steps(task: tuple[str, ...]) -> None:
+    rank = _Rank(NumericChain(_mixed(task), {}), task)
+    q, step = np.array([[0.3, 0.4, -1.2, 0.7, 0.2]]), 1e-6
+    for j in range(5):
+        ahead, behind = q.copy(), q.copy()
+        ahead[0, j] += step * rank._units[j]
+        behind[0, j] -= step * rank._units[j]
+        slope = (rank.jacobian(ahead) - rank.jacobian(behind)) / (2 * step)
+        assert np.allclose(rank._turned(q)[..., j], slope, atol=1e-8)
+
+
+def test_where_rank_is_lost_everywhere_it_is_said() -> None:
+    """Four slides and three turns: of seven joints, one turn has no effect of its own."""
+    slides = [Joint("P", 0, sp.Symbol(f"d{i}"), 0, sp.pi / 2) for i in (1, 2, 3, 4)]
+    turns = [Joint("R", sp.Symbol(f"theta{i}"), 0, sp.Rational(1, 5), 0) for i in (5, 6, 7)]
+    solution = solve(Chain("always", (*slides, *turns), TASK_ROWS, title="always"))
+    assert solution.singular is None and "every configuration" in (solution.note or "")
+    assert "every configuration" in solution_text(solution)
+
+
+def test_twists_lengths_and_points_that_are_no_polynomials_are_taken() -> None:
+    """A twist of 40 degrees, a length with a root, and a point before the last joint, on whose axis it lies or not."""
+    joints = list(_arm("iiwa").joints)
+    joints[2] = replace(joints[2], alpha=2 * sp.pi / 9)
+    joints[4] = replace(joints[4], d=sp.sqrt(2) / 5)
+    chain = Chain("odd", tuple(joints), TASK_ROWS, tool=Point(6), title="odd")
+    assert applies(chain)
+    solution = solve(chain)
+    assert solution.redundant is not None and solution.singular and solution.redundant.doubtful == ()
+    assert solution.redundant.searched["unexplained"] == 0
+    away = replace(chain, tool=Point(6, (sp.Rational(1, 5), sp.S.Zero, sp.S.Zero)))
+    assert not applies(away)  # the last joint does not move it: it is no point of the last link

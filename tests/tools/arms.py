@@ -1,0 +1,233 @@
+"""Arms that nobody has thought of through `qdot solve`, and every statement that it prints put to the test in numbers.
+
+`python -m tests.tools.arms --count 300 --seed x` draws so many arms of one to seven joints (special lengths, oblique
+twists, slides in any order, open lengths that occur twice, other tasks and points) and as many problems of each family
+random-2 to -4 as `--seeds` says, and prints what is false, with the arm. What is looked at:
+
+- position and Jacobians are those of the table multiplied out in numbers, the determinant is that of J;
+- at configurations in which the conditions of a component hold, J has lost rank; joint values are such configurations;
+- searches for lost rank end where some component holds, and at no end where none is told;
+- a derivation ends by its `--seconds` with all that it has, or says what is missing.
+"""
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from exercises.arm.chain import TASK_ROWS, Base, Chain, Joint, Point
+from exercises.arm.entry import to_sympy
+from exercises.arm.kinematics import NumericChain
+from exercises.arm.robot_file import Robot, default_task
+from exercises.arm.robot_text import robot_text
+from exercises.arm.searched import tried
+from exercises.formula.expression import read
+from exercises.generation import sample_chain
+from exercises.problem import ProblemId
+from exercises.solving_in_time import write_solution
+from exercises.stream import Stream
+
+FAMILIES = ("random-2", "random-3", "random-4")
+LENGTHS = ("1/5", "1/5", "3/10", "1/2", "7/10")
+"""Few, so that many are equal or add up to another."""
+OBLIQUE = (30, 45, 60, 40, 135, -30, -75)
+SLACK = 10.0
+"""Seconds of processor time that writing down what is there may take when the time is over."""
+STARTS = 30
+
+
+# --- arms ---
+
+
+def arms(count: int, seed: str) -> Iterator[Robot]:
+    """Yield arms that are the same for a seed."""
+    for number in range(count):
+        yield _arm(Stream(f"arms/{seed}/{number}"), f"{seed}/{number}")
+
+
+def _arm(draws: Stream, name: str) -> Robot:
+    n = draws.choice((1, 2, 2, 3, 3, 3, 4, 4, 5, 6, 7))
+    is_open = draws.below(3) == 0
+    joints = tuple(_joint(draws, i, is_open, oblique=draws.below(4) == 0) for i in range(1, n + 1))
+    tool = None
+    if draws.below(4) == 0:
+        tool = Point(draws.choice(range(1, n + 1)), tuple(_length(draws, is_open, "b") for _ in range(3)))
+    base = Base(yaw=sp.pi / 6, tilt=draws.choice((sp.S.Zero, sp.pi / 2))) if draws.below(5) == 0 else Base()
+    chain = Chain(name, joints, ("vx",), base, tool, name)
+    return Robot(chain.with_task(*_task(chain, draws)))
+
+
+def _joint(draws: Stream, i: int, is_open: bool, oblique: bool) -> Joint:
+    alpha = draws.choice(OBLIQUE if oblique and draws.below(2) else (0, 0, 90, -90, 90, 180)) * sp.pi / 180
+    own, a, other = draws.below(4) == 0, _length(draws, is_open, "a"), _length(draws, is_open, "d")
+    offset = draws.choice((0, 0, 0, 90, 180, 30)) * sp.pi / 180
+    if own:
+        theta = draws.choice((0, 0, 90, 45 if oblique else 0)) * sp.pi / 180
+        return Joint("P", theta, sp.Symbol(f"d{i}") + draws.choice((0, 0, sp.Rational(1, 10))), a, alpha)
+    return Joint("R", sp.Symbol(f"theta{i}") + offset, other, a, alpha)
+
+
+def _length(draws: Stream, is_open: bool, letter: str) -> sp.Expr:
+    if draws.below(5) < 2:
+        return sp.S.Zero
+    if is_open and draws.below(3):
+        return sp.Symbol(f"{letter if letter != 'd' else 'h'}{1 + draws.below(3)}")
+    return sp.Rational(draws.choice(LENGTHS)) * draws.choice((1, 1, 1, -1))
+
+
+def _task(chain: Chain, draws: Stream) -> tuple[str, ...]:
+    usual = default_task(chain)
+    if draws.below(3) or len(usual) == 1:
+        return usual
+    return tuple(row for row in TASK_ROWS if row in usual and draws.below(4)) or usual
+
+
+# --- what is false ---
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of an arm: what is false of it, what is missing, and how long it took."""
+
+    false: tuple[str, ...]
+    missing: tuple[str, ...]
+    seconds: float
+
+
+def outcome(robot: Robot, seconds: float) -> Outcome:
+    """Solve an arm, and look for what is false."""
+    said: list[str] = []
+    before = time.process_time()
+    write_solution(robot, "json", seconds, said.append, lambda _: nullcontext())
+    took = time.process_time() - before
+    content = json.loads("".join(said))
+    missing = tuple(content.get("missing", ()))
+    false = list(_false(robot.chain, content, missing))
+    if took > seconds + SLACK:
+        false.append(f"it took {took:.1f} s, and had {seconds:g}")
+    if missing and "nothing is claimed" not in content["note"]:
+        false.append("something is missing, and that is not said")
+    return Outcome(tuple(false), missing, took)
+
+
+def _false(chain: Chain, content: Mapping[str, Any], missing: Sequence[str]) -> Iterator[str]:
+    draws = Stream(f"looked at/{chain.name}")
+    for _ in range(3):
+        values = {s.name: 0.3 + draws.below(900) / 1000 for s in chain.parameters}
+        joints = {q.name: draws.uniform(-3, 3) for q in chain.q}
+        arm, q = NumericChain(chain, values), np.array([joints[s.name] for s in chain.q])
+        known = {**values, **joints}
+        jacobian = arm.jacobian(q)
+        yield from _differs("the position", content["position"], arm.point(q), known)
+        yield from _differs("the Jacobian of the point", content["jacobian"], jacobian[:3], known)
+        yield from _differs("the geometric Jacobian", content["geometric_jacobian"], jacobian, known)
+        rows = [TASK_ROWS.index(row) for row in chain.task]
+        if content["determinant"] is not None:
+            yield from _differs("det J", content["determinant"], np.linalg.det(jacobian[rows]), known)
+    if "singular" not in missing:
+        yield from _false_of_set(chain, content)
+
+
+def _differs(what: str, told: Any, right: Any, values: Mapping[str, float]) -> Iterator[str]:
+    if told is not None and not np.allclose(_numbers(told, values), right, atol=1e-9):
+        yield f"{what} is another: {_numbers(told, values)} and not {right}"
+
+
+def _numbers(told: Any, values: Mapping[str, float]) -> Any:
+    if isinstance(told, list):
+        return np.array([_numbers(entry, values) for entry in told])
+    return complex(sp.N(_read(told).xreplace({sp.Symbol(k): sp.Float(v, 20) for k, v in values.items()}))).real
+
+
+def _read(text: str) -> sp.Expr:
+    return to_sympy(read(text))
+
+
+def _false_of_set(chain: Chain, content: Mapping[str, Any]) -> Iterator[str]:
+    note = content.get("note", "")
+    if content["singular"] is None:
+        if "every configuration" in note and not _is_low_everywhere(chain):
+            yield "the rank is told to be low in every configuration, and is not"
+        return
+    parts = content["singular"]
+    ways = [[_read(text) for text in part["conditions"]] for part in parts]
+    out = tried(chain, ways, STARTS)
+    for k in out.wrong:
+        yield f"J keeps its rank where {parts[k]['condition']} = 0"
+    for k, part in enumerate(parts):
+        # For other lengths there may be some.
+        if not out.samples[k] and not chain.parameters and "No configuration was found" not in note:
+            yield f"no configuration was found in which {part['condition']} = 0"
+        yield from _false_solutions(chain, part, ways[k])
+    if out.unexplained and "is not complete" not in note:
+        yield f"{len(out.unexplained)} of {out.searches} searches ended elsewhere, as at {out.unexplained[0].round(5)}"
+
+
+def _is_low_everywhere(chain: Chain) -> bool:
+    draws = Stream(f"everywhere/{chain.name}")
+    rows = [TASK_ROWS.index(row) for row in chain.task]
+    arm = NumericChain(chain, {s.name: draws.uniform(0.3, 1.2) for s in chain.parameters})
+    q = np.array([[draws.uniform(-3, 3) for _ in chain.q] for _ in range(5)])
+    return bool(np.all(np.linalg.matrix_rank(arm.jacobian(q)[:, rows], tol=1e-9) < min(len(rows), chain.n)))
+
+
+def _false_solutions(chain: Chain, part: Mapping[str, Any], conditions: Sequence[sp.Expr]) -> Iterator[str]:
+    """Yield joint values that don't satisfy the conditions; those that are complex for some lengths are left out."""
+    if part["solutions"] is None:
+        return
+    lengths = {s: sp.Rational(37 + 11 * i, 100) for i, s in enumerate(chain.parameters)}
+    names, values = zip(*part["solutions"].items(), strict=True)
+    for chosen in product(*values):
+        at = {
+            sp.Symbol(name): sp.N(_read(text).xreplace(lengths), 30) for name, text in zip(names, chosen, strict=True)
+        }
+        if any(abs(sp.im(value)) > 1e-12 for value in at.values()):
+            continue
+        rest = [abs(complex(sp.N(c.xreplace(lengths).xreplace(at), 20))) for c in conditions]
+        if max(rest) > 1e-9:
+            yield f"{dict(zip(names, chosen, strict=True))} is told of {part['condition']} = 0, and is no solution"
+
+
+# --- the program ---
+
+
+def main() -> int:
+    """Look at arms, and print what is false."""
+    parser = argparse.ArgumentParser(description="Arms that nobody has thought of through `qdot solve`.")
+    parser.add_argument("--count", type=int, default=300)
+    parser.add_argument("--seeds", type=int, default=60, help="of each family random-2 to -4")
+    parser.add_argument("--seed", default="a")
+    parser.add_argument("--seconds", type=float, default=20)
+    parser.add_argument("--first", type=int, default=0, help="the first arm to look at")
+    options = parser.parse_args()
+    drawn_arms = [*arms(options.count, options.seed)][options.first :]
+    robots = [*drawn_arms, *of_families(options.seeds)]
+    bad = unfinished = 0
+    for robot in robots:
+        result = outcome(robot, options.seconds)
+        unfinished += bool(result.missing)
+        bad += bool(result.false)
+        if result.false:
+            print(f"{robot.chain.name}:", *result.false, robot_text(robot, "dh"), sep="\n  ", flush=True)
+    print(
+        f"{len(robots)} arms, {unfinished} not finished in {options.seconds:g} s and said so, {bad} with what is false"
+    )
+    return 1 if bad else 0
+
+
+def of_families(seeds: int) -> Iterator[Robot]:
+    """Yield the arms of problems of random families."""
+    for family, seed in product(FAMILIES, range(seeds)):
+        yield Robot(sample_chain(ProblemId(family, seed, variation="full")))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,71 @@
+"""What `qdot solve` prints of arms that nobody has thought of holds; what is false would be found."""
+
+from dataclasses import replace
+
+import pytest
+import sympy as sp
+
+from exercises.arm.chain import Chain, Joint
+from exercises.arm.robot_file import Robot
+from exercises.arm.singularity import Component
+from tests.support.suites import ROTATION, several
+from tests.tools import arms as tool
+from tests.tools.arms import arms, of_families, outcome
+
+SECONDS = 6.0
+
+
+def _taken() -> list[Robot]:
+    """Return some arms, others each day; in `make whole` all of them."""
+    every = [*arms(300, "a"), *of_families(60)]
+    return every if several(False, True) else [every[(37 * (ROTATION + k)) % len(every)] for k in range(8)]
+
+
+@pytest.mark.parametrize("robot", _taken(), ids=lambda robot: robot.chain.name)
+def test_nothing_that_is_told_is_false(robot: Robot) -> None:
+    assert outcome(robot, SECONDS).false == ()
+
+
+TWO_R = Chain(
+    "two",
+    (Joint("R", "theta1", 0, "a1", 0), Joint("R", "theta2", 0, sp.Rational(3, 10), 0)),
+    ("vx", "vy"),
+)
+
+
+def test_an_arm_without_falsehoods() -> None:
+    result = outcome(Robot(TWO_R), SECONDS)
+    assert result.false == () and result.missing == () and result.seconds < SECONDS
+
+
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        ((), "of 90 searches ended elsewhere"),
+        ((Component((sp.cos(sp.Symbol("theta2")),), None),), "J keeps its rank where cos(theta2) = 0"),
+        (
+            (Component((sp.sin(sp.Symbol("theta2")),), ((sp.Symbol("theta2"), (sp.S.Zero, sp.pi / 2)),)),),
+            "is told of sin(theta2) = 0, and is no solution",
+        ),
+    ],
+)
+def test_a_falsehood_is_found(monkeypatch: pytest.MonkeyPatch, told: tuple[Component, ...], said: str) -> None:
+    """A singular set that is wrong, for an arm that nothing is kept of."""
+    monkeypatch.setattr("exercises.solving.singular_set", lambda _: told)
+    monkeypatch.setattr("exercises.writing.worked.singular_set", lambda _: told)
+    monkeypatch.setattr("exercises.solving._doubt", lambda *_: "")  # it would be told
+    chain = replace(TWO_R, name=f"two {said[:9]}", title=said[:9])
+    assert any(said in one for one in outcome(Robot(chain), SECONDS).false)
+
+
+def test_a_wrong_formula_is_found() -> None:
+    values = {"theta1": 0.3, "theta2": 0.4, "a1": 0.5}
+    right = [0.5 * 0.9553364891, 0.0]
+    assert list(tool._differs("p", ["a1*cos(theta1)", "0"], right, values)) == []
+    assert len(list(tool._differs("p", ["a1*sin(theta1)", "0"], right, values))) == 1
+
+
+def test_arms_are_the_same_for_a_seed() -> None:
+    first, again = ([robot.chain for robot in arms(20, "b")] for _ in range(2))
+    assert first == again and len({chain.n for chain in first}) > 3
+    assert any(joint.kind == "P" for chain in first for joint in chain.joints)
