@@ -31,8 +31,8 @@ from exercises.writing.wording import Wording, triple
 from exercises.writing.worked import SingularComponent
 
 SECTIONS = (
-    "position", "jacobian", "velocity", "joint-axes", "position-vectors", "geometric-jacobian", "twist", "determinant",
-    "inverse-jacobian", "inverse-velocity", "singular-angles",
+    "home-screws", "position", "jacobian", "velocity", "joint-axes", "position-vectors", "geometric-jacobian", "twist",
+    "space-jacobian", "body-jacobian", "determinant", "inverse-jacobian", "inverse-velocity", "singular-angles",
 )  # fmt: skip
 """What is derived, in the chapter's order."""
 ALWAYS_SINGULAR = (
@@ -345,7 +345,10 @@ def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
     """Yield the derivation in Markdown, block by block: the arm, each section by its name, and what is to be added."""
     yield "its transformations"
     w, steps = Wording(chain), worked_steps(chain)
-    yield Ready("arm", render("solve-arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, given=_given(robot)))
+    given = _given(robot)
+    if given is not None and (w.is_by_axes or (not given.base and given.rows == w.rows)):
+        given = None  # it is told so below
+    yield Ready("arm", render("solve-arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, given=given))
     parts: list[Part] = []
     explained: set[str] = set()
     *before, last = SECTIONS

@@ -207,7 +207,7 @@ class _Reader:
     def chain(self) -> Chain:
         """Return the arm, with the task that is told, else the usual one."""
         base, joints, point = self._by_axes() if self.convention == "screws" else self._by_table()
-        chain = Chain(self.title, joints, ("vx",), base, point, self.title)
+        chain = Chain(self.title, joints, ("vx",), base, point, self.title, self.convention)
         if "task" not in self.table:
             return chain.with_task(*default_task(chain))
         with self.file.at("task"):

@@ -20,8 +20,7 @@ def own_family(path: Path, robot: Robot | None = None) -> Family:
     robot = robot or read_robot_file(path)
     name = re.sub(r"[^a-z0-9]+", "-", path.stem.lower()).strip("-") or "robot"
     axes = {"lengths": _Drawn(robot.draws)} if robot.draws else {}
-    told = robot.given.convention if robot.given else robot.chain.convention
-    return Family(name, robot.chain.title, path.name, replace(robot.chain, name=name, convention=told), axes)
+    return Family(name, robot.chain.title, path.name, replace(robot.chain, name=name), axes)
 
 
 @dataclass(frozen=True)

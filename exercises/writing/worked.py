@@ -211,6 +211,11 @@ class Worked:
         return frame_on_axis(self.chain, joint)
 
     @property
+    def is_standard(self) -> bool:
+        """Whether the arm is told by a standard table, in whose frames all is worked out."""
+        return self.chain.convention == "dh"
+
+    @property
     def is_by_axes(self) -> bool:
         """Whether the arm is told by its axes at home, so that no frames stand on its links."""
         return is_by_axes(self.chain)
