@@ -93,9 +93,15 @@ def axis_symbol(chain: Chain, joint: int | None = None) -> str:
     >>> axis_symbol(arm), axis_symbol(arm, 1)
     ('z_{i}', 'z_{1}')
     """
-    if chain.convention == "screws":
-        return rf"\omega_{{{joint or 'i'}}}"
+    if is_by_axes(chain):
+        slides = joint is not None and chain.joints[joint - 1].kind == "P"
+        return rf"{'v' if slides else chr(92) + 'omega'}_{{{joint or 'i'}}}"
     return f"z_{{{_index(chain, joint)}}}"
+
+
+def slide_symbol(chain: Chain) -> str:
+    """Return what the axis of joint i is called if it is prismatic."""
+    return "v_{i}" if is_by_axes(chain) else axis_symbol(chain)
 
 
 def vector_symbol(chain: Chain, joint: int | None = None) -> str:

@@ -16,6 +16,7 @@ from exercises.arm.told import (
     is_by_axes,
     is_modified,
     place_name,
+    slide_symbol,
     told_base,
     told_point,
     told_rows,
@@ -341,6 +342,11 @@ class Wording:
     def z_i(self) -> str:
         """What the axis of joint i is called."""
         return axis_symbol(self.chain)
+
+    @property
+    def slide_i(self) -> str:
+        """The same if it is prismatic."""
+        return slide_symbol(self.chain)
 
     @property
     def p_i(self) -> str:

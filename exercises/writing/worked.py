@@ -23,6 +23,7 @@ from exercises.arm.told import (
     frame_on_axis,
     is_by_axes,
     is_modified,
+    slide_symbol,
     told_point,
     told_rows,
     up_to_frame,
@@ -224,6 +225,11 @@ class Worked:
     def z_i(self) -> str:
         """What the axis of joint i is called."""
         return axis_symbol(self.chain)
+
+    @property
+    def slide_i(self) -> str:
+        """The same if it is prismatic."""
+        return slide_symbol(self.chain)
 
     @property
     def p_i(self) -> str:
