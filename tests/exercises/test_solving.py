@@ -453,13 +453,17 @@ def test_an_arm_is_shown_as_it_was_told_and_its_limits_rule_values_out(tmp_path:
     path = tmp_path / "two.toml"
     path.write_text(MODIFIED)
     said = run("solve", path)
-    assert "Given by a modified table (Craig)" in said and "The same arm in a standard table" in said
-    assert "O₀ stands at (0, 0, 0.5) m in the world, turned by 180° about its own x axis" in said
+    assert "Given by a modified table (Craig)" in said and "The same arm in a modified table" in said
+    assert "O₀ stands at (0, 0, 0.5) m in the world." in said  # what turns about x is in the first row
+    path.write_text(MODIFIED.replace("base =", "# base ="))
+    assert "Given by" not in run("solve", path)  # it is told so
+    path.write_text(MODIFIED)
     assert "expressed in the world frame" in said
     assert "Limits of the joints rule out θ₂ = 180° (from −90° to 135°)." in said
     axes = tmp_path / "axes.toml"
     axes.write_text(run("solve", path, "--convert", "screws"))
-    assert "Given by the axes of its joints" in run("solve", axes)
+    by_axes = run("solve", axes)
+    assert "The axes at home" in by_axes and "Screw axes at home" in by_axes and "Denavit" not in by_axes
     assert 'base = {position = [0, 0, 0.5], rpy = ["pi", 0, 0]}' in run("solve", path, "--convert", "dh")
     assert "--convert 'craig' is none of dh, modified-dh, screws" in fails("solve", path, "--convert", "craig")
 

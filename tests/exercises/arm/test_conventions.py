@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -201,9 +200,8 @@ axis = [0, 0, 1]
 point = ["a1 + a2", 0, 0]
 """
     a = sp.symbols("a1:4")
-    assert read(tmp_path, text).chain == replace(
-        Chain("3R", tuple(Joint("R", f"theta{i}", 0, a[i - 1], 0) for i in (1, 2, 3)), ("vx", "vy"), Base(), None, "3R")
-    )
+    joints = tuple(Joint("R", f"theta{i}", 0, a[i - 1], 0) for i in (1, 2, 3))
+    assert read(tmp_path, text).chain == Chain("3R", joints, ("vx", "vy"), Base(), None, "3R", "screws")
 
 
 URDF = """<?xml version="1.0"?>
