@@ -72,10 +72,12 @@ class ProblemId:
         if len(seed) > len(str(LARGEST_SEED)) or int(seed) > LARGEST_SEED:
             raise QdotError(f"{family}/{seed[:25]}{'…' * (len(seed) > 25)}: the largest seed is {LARGEST_SEED}")
         identity = ProblemId(family, int(seed))
-        *others, last = marks.split("@")[1:] or [""]
-        if last in CONVENTIONS:
-            return identity.told(last).varied("".join(others))
-        return identity.varied(last) if not others else identity.varied(others[0]).told(last)
+        said = marks.split("@")[1:]
+        conventions = [mark for mark in said if mark in CONVENTIONS] or said[1:]
+        variations = [mark for mark in said if mark not in conventions]
+        if len(conventions) > 1 or len(variations) > 1:
+            raise QdotError(f"{text!r} names two {'conventions' if len(conventions) > 1 else 'variations'}")
+        return identity.varied("".join(variations)).told("".join(conventions))
 
 
 def convention_named(name: str) -> str:

@@ -46,7 +46,7 @@ class Record(pydantic.BaseModel):
     """What is kept of one problem; what a later version adds is passed over."""
 
     model_config = pydantic.ConfigDict(strict=True, frozen=True)
-    problem: str = pydantic.Field(pattern=r"^[a-z0-9-]+/[0-9]{1,19}(@[a-z+]+)?$")
+    problem: str = pydantic.Field(pattern=r"^[a-z0-9-]+/[0-9]{1,19}(@[a-z+-]+){0,2}$")
     questions: tuple[str, ...]
     band: tuple[int, int] | None
     engine: int

@@ -28,7 +28,8 @@ def rounded(part: Part, found: InNumbers, right: np.ndarray, entries: Sequence[N
     if not any(map(digits_of_decimals, entries)):
         return None
     off = np.abs(found.values - right)
-    if not (found.like(right) | (off <= NEAR * found.size).all(axis=-1)).all():
+    size = np.minimum(found.size, 2 * np.abs(right).max())  # terms may be large that are no part of the answer
+    if not (found.like(right) | (off <= NEAR * size).all(axis=-1)).all():
         return None
     if part.rounding is not None:
         return Diagnosis((), f"Right but for rounding: decimals are due {due}.")

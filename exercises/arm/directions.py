@@ -173,8 +173,8 @@ def _without_common(entries: Sequence[Factored]) -> list[Factored]:
 class Line:
     """A line of the arm: "P" (from O_i to the point), "z", "x", "y" of frame i, or "world" (axis i of the world).
 
-    Where frame i stands on the axis of joint i, "axis" is its z. An arm told by its axes has "omega" (of joint i) and
-    "space" (axis i of the space frame).
+    Where frame i stands on the axis of joint i, "axis" is its z. An arm told by its axes has "omega" or "v" (of joint
+    i) and "space" (axis i of the space frame).
     """
 
     kind: str
@@ -191,6 +191,8 @@ class Line:
             return f"along $z_{self.index}$, the axis of joint {self.index}"
         if self.kind == "omega":
             return rf"along $\omega_{self.index}$, the axis of joint {self.index}"
+        if self.kind == "v":
+            return f"along $v_{self.index}$, the axis of joint {self.index}"
         if self.kind == "space":
             return f"along ${'xyz'[self.index]}_s$, an axis of the space frame"
         if self.kind == "world":
@@ -202,7 +204,10 @@ def lines_of(chain: Chain) -> list[Line]:
     """Return the lines by which a direction may be told, those that are seen best first."""
     n, first = chain.n, frame_on_axis(chain, 1)
     if is_by_axes(chain):
-        return [*(Line("omega", joint) for joint in range(1, n + 1)), *(Line("space", i) for i in range(3))]
+        return [
+            *(Line("omega" if joint.kind == "R" else "v", i) for i, joint in enumerate(chain.joints, 1)),
+            *(Line("space", i) for i in range(3)),
+        ]
     to_point = [Line("P", first + i) for i in range(chain.point.frame)]
     axes = [Line("axis" if first else "z", first + i) for i in range(n)]
     others = [Line(kind, i) for kind in "xy" for i in range(n + 1)]
@@ -219,7 +224,7 @@ def directions(lines: Sequence[Line], samples: Sequence[Sample]) -> np.ndarray:
         for i, line in enumerate(lines):
             if line.kind in ("world", "space"):
                 vector = np.eye(3)[line.index]
-            elif line.kind in ("omega", "axis"):
+            elif line.kind in ("omega", "v", "axis"):
                 vector = standard[line.index - 1, :3, 2]
             elif line.kind == "P":
                 vector = point - frames[line.index, :3, 3]

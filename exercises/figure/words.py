@@ -26,6 +26,7 @@ def alt_text(chain: Chain) -> str:
     where = f"drawn flat {SEEN[across]}" if across else "drawn in space"
     arm = f"A {'planar' if across else 'spatial'} arm with {joints} in series, {where}"
     if is_by_axes(chain):
+        arm = arm.replace("_w", "_s")
         return " ".join([f"{arm}, at home, in the space frame s.", *_axes(chain), "Lengths are not to scale."])
     sentences = [f"{arm}.", _base(chain)]
     sentences += [_joint(chain, i) for i in range(1, chain.n + 1)]
@@ -102,11 +103,32 @@ def _axes(chain: Chain) -> list[str]:
     axes, point = axes_of(chain)
     told = []
     for i, axis in enumerate(axes, 1):
-        x, y, z = axis.direction
-        way = f"({', '.join(_plain(value, angle=False).removesuffix(' m') for value in (x, y, z))})"
-        through = "" if axis.kind == "P" else f" through {_triple(tuple(axis.point))}"
-        told.append(f"Joint {i} {'turns about' if axis.kind == 'R' else 'slides along'} {way}{through}.")
-    return [*told, f"The point P is at {_triple(tuple(point))}."]
+        through = "" if axis.kind == "P" else f" through {_place(axis.point)}"
+        told.append(
+            f"Joint {i} {'turns about' if axis.kind == 'R' else 'slides along'} {_way(axis.direction)}{through}."
+        )
+    return [*told, f"The point P is at {_place(point)}."]
+
+
+def _way(direction: sp.Matrix) -> str:
+    return f"({', '.join(_sum(value, '') for value in direction)})"
+
+
+def _place(point: sp.Matrix) -> str:
+    return f"({', '.join(_sum(value, ' m') for value in point)})"
+
+
+def _sum(value: sp.Expr, unit: str) -> str:
+    """Return a coordinate in words, term by term: numbers to three digits, minus written out."""
+    words = ""
+    for term in sp.Add.make_args(sp.expand(value)):
+        number, letters = term.as_independent(*term.free_symbols, as_Add=False)
+        size = f"{abs(float(number)):.3g}"
+        name = str(letters) if letters != 1 else ""
+        shown = f"{size} {name}" if name and size != "1" else name or f"{size}{unit if term != 0 else ''}"
+        sign = "minus " if number < 0 else "plus " if words else ""
+        words += f"{' ' if words else ''}{sign}{shown}"
+    return words
 
 
 def _moves(chain: Chain, i: int) -> str:

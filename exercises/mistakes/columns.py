@@ -538,7 +538,7 @@ _ALL = (
 
 OF_FRAMES = frozenset({
     "next-arm", "next-frame", "previous-frame", "arm-from-base", "arm-to-origin", "arm-reversed", "arm-of-one-link",
-    "no-cross-product", "tool-frame", "own-frames", "wrong-axis", "row-of-rotation",
+    "no-cross-product", "tool-frame", "own-frames", "wrong-axis", "row-of-rotation", "velocity-of-other-frame",
 })  # fmt: skip
 """Those that speak of frames on the links, or of vectors from their origins."""
 MISTAKES = of_frames(_ALL, but={one.name for one in _ALL} - OF_FRAMES)

@@ -58,8 +58,27 @@ def _rows_exchanged(chain: Chain) -> Iterator[Slip]:
     yield from (Slip({stage: exchanged}) for stage in SCREWS)
 
 
+def _slide_above(chain: Chain) -> Iterator[Slip]:
+    def changed(w: Working, columns: np.ndarray) -> np.ndarray:
+        out = np.array(columns)
+        for i, kind in enumerate(w["kinds"]):
+            if kind == "P":
+                out[:, i] = np.concatenate([columns[3:, i], columns[:3, i]])
+        return out
+
+    kinds = {joint.kind for joint in chain.joints}
+    if kinds == {"R", "P"}:
+        yield from (Slip({stage: changed}) for stage in SCREWS)
+
+
 def _at_home(chain: Chain) -> Iterator[Slip]:
+    def about_the_point(w: Working, _: np.ndarray) -> np.ndarray:
+        point, home = _constant(w, axes_of(w.chain)[1]), w["home screws"]
+        moved = [home[3:, i] + cross(home[:3, i], point) for i in range(w.n)]
+        return np.concatenate([home[:3], np.stack(moved, axis=1)])
+
     yield Slip({"space jacobian": lambda w, _: w["home screws"]})
+    yield Slip({"body jacobian": about_the_point})
 
 
 def _other_frame(chain: Chain) -> Iterator[Slip]:
@@ -204,9 +223,14 @@ MISTAKES = (
         _of_screws(_rows_exchanged),
     ),
     Mistake(
+        "slide-above", "Direction of a slide in the upper half",
+        "The direction of a slide seems to stand in the upper half of its screw: a slide turns nothing, and has "
+        "(0, v).", SOURCE, _of_screws(_slide_above),
+    ),
+    Mistake(
         "screws-at-home", "Screws as they are at home",
-        "The columns seem to be the screws at home: each is carried along by the joints before it.", SOURCE,
-        _of_screws(_at_home),
+        "The columns seem to be the screws at home: each is carried along by other joints, of the space Jacobian by "
+        "those before it, of the body Jacobian by those behind.", SOURCE, _of_screws(_at_home),
     ),
     Mistake(
         "other-twist-frame", "Space and body frame exchanged",

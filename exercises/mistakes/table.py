@@ -10,7 +10,7 @@ import sympy as sp
 
 from exercises.arm.arithmetic import applied, product
 from exercises.arm.chain import Chain
-from exercises.arm.stages import Table, TableRow, Working, turn_x, turn_z
+from exercises.arm.stages import Change, Table, TableRow, Working, propagated, turn_x, turn_z
 from exercises.arm.told import is_modified, told_base, told_point, told_rows
 from exercises.mistakes.base import Mistake, Shape, Slip, of_frames
 
@@ -53,6 +53,23 @@ def _offsets(chain: Chain, _: Shape) -> Iterator[Slip]:
         if offset != 0:
             entry = "theta" if joint.kind == "R" else "d"
             yield _row(i, lambda w, row, e=entry, q=q: {e: w.arithmetic.stepped(q)}, variable=q)  # type: ignore[misc]
+    added = [i for i, offset in enumerate(chain.offsets) if offset != 0]
+    if len(added) > 1:
+
+        def none_of_them(w: Working, table: Table) -> Table:
+            for i in added:
+                entry = "theta" if chain.joints[i].kind == "R" else "d"
+                table = table.with_row(i, **{entry: w.arithmetic.stepped(chain.q[i])})
+            return table
+
+        yield Slip(
+            {"table": none_of_them}, {"joint": _numbers(added), "variable": ", ".join(str(chain.q[i]) for i in added)}
+        )
+
+
+def _numbers(indices: list[int]) -> str:
+    """Return numbers of joints, from 1."""
+    return ", ".join(str(i + 1) for i in indices)
 
 
 def _variable_forgotten(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -91,7 +108,7 @@ def _scaled_offsets(chain: Chain, factor: sp.Expr, which: Callable[[sp.Expr], bo
             return table
 
         everywhere = ", ".join(dict.fromkeys(_degrees_of(offset) for _, offset in rows))
-        yield Slip({"table": all_of_them}, {"joint": "each", "link": "each", "degrees": everywhere})
+        yield Slip({"table": all_of_them}, {"joint": _numbers([i for i, _ in rows]), "degrees": everywhere})
 
 
 def _degrees_of(angle: sp.Expr) -> str:
@@ -361,7 +378,19 @@ def _read_as_standard(chain: Chain, _: Shape) -> Iterator[Slip]:
         return Table(tuple(rows), (place, *turns), offset)
 
     if is_modified(chain) and any((row.a, row.alpha) != (0, 0) for row in told_rows(chain)):
-        yield Slip({"table": shifted})
+        throughout: dict[str, Change] = {
+            "table": shifted,
+            "last rotation": lambda w, _: w.arithmetic.value(w["rotations"][-1]),
+            "frames on axes": lambda w, _: w["origins"],
+        }
+        yield Slip(throughout)  # frame i-1 for joint i, as that table has it
+
+        def behind(w: Working, _: np.ndarray) -> np.ndarray:
+            axes = [w.arithmetic.value(rotation[:, 2]) for rotation in w["rotations"][1:]]
+            return np.stack([*axes, axes[-1]])
+
+        after: Change = lambda w, _: np.concatenate([w["origins"][1:], w["origins"][-1:]])  # noqa: E731
+        yield Slip({**throughout, "axes": behind, "frames on axes": after, "linear": propagated})
 
 
 _ALL = (
@@ -491,4 +520,4 @@ _ALL = (
     ),
 )  # fmt: skip
 
-MISTAKES = of_frames(_ALL, but=frozenset({"degrees", "variable-forgotten"}))
+MISTAKES = of_frames(_ALL, but=frozenset({"degrees"}))

@@ -15,7 +15,7 @@ import sympy as sp
 from exercises.arm.chain import TASK_ROWS, Base, Chain
 from exercises.arm.derivation import derive, short_jacobian
 from exercises.arm.kinematics import Z, frame_behind, link_frames, rot_x, task_matrix
-from exercises.arm.told import is_modified
+from exercises.arm.told import is_by_axes, is_modified, told_base
 from exercises.arm.trigonometry import same, textbook
 
 Fill = Callable[[sp.Expr], sp.Expr]
@@ -115,7 +115,11 @@ def _seen_from(chain: Chain, k: int) -> sp.Matrix:
 
 def _into_told(chain: Chain, k: int) -> sp.Matrix:
     """Return the rotation from standard frame k into the frame k that the arm's convention has on the same link."""
-    return rot_x(chain.joints[k - 1].alpha) if is_modified(chain) and k else sp.eye(3)
+    if not is_modified(chain):
+        return sp.eye(3)
+    if k == 0:
+        return rot_x(chain.base.tilt - told_base(chain).tilt)
+    return rot_x(chain.joints[k - 1].alpha)
 
 
 @lru_cache(maxsize=1024)
@@ -145,9 +149,9 @@ def seen_for_minors(chain: Chain) -> tuple[sp.Matrix, Step | None, bool]:
         whole = chain.task in (TASK_ROWS, TASK_ROWS[:3], TASK_ROWS[3:]) and chain.joints[0].kind == "R"
         if not whole:
             return jacobian, None, False
-        first = replace(chain.joints[0], theta=sp.S.Zero)
-        turned = task_matrix(_seen_from(replace(chain, base=Base()), 0), chain.task).xreplace({chain.q[0]: first.theta})
-        return turned, None, True
+        base = Base(tilt=chain.base.tilt) if is_modified(chain) else Base()  # its first row turns about x, not its base
+        seen = jacobian if is_by_axes(chain) else task_matrix(_seen_from(replace(chain, base=base), 0), chain.task)
+        return seen.xreplace({chain.q[0]: sp.S.Zero}), None, True
     best = jacobian
     for k, seen in frames_to_see_from(chain):
         if _length(seen) < _length(best):

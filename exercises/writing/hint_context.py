@@ -13,6 +13,7 @@ import sympy as sp
 from exercises.arm.chain import Chain
 from exercises.arm.derivation import Derivation, derive, structure
 from exercises.arm.singularity import singular_set
+from exercises.arm.told import is_by_axes
 from exercises.arm.trigonometry import textbook
 from exercises.formula.order import natural
 from exercises.questions.wrist import blocks, not_partitioned
@@ -154,8 +155,11 @@ class HintContext:
 
     @property
     def arm_seen(self) -> sp.Matrix | None:
-        """R_1^T J11 of an arm whose Jacobian falls into blocks, where it differs from J11; None for others."""
-        if not_partitioned(self.chain) is not None:
+        """R_1^T J11 of an arm whose Jacobian falls into blocks, where it differs from J11; None for others.
+
+        None, too, of an arm that is told by its axes, for which there is no frame 1.
+        """
+        if not_partitioned(self.chain) is not None or is_by_axes(self.chain):
             return None
         partition = blocks(self.chain)
         return None if partition.arm_seen == partition.arm else partition.arm_seen

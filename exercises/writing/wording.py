@@ -339,6 +339,12 @@ class Wording:
         return is_by_axes(self.chain)
 
     @property
+    def exponentials(self) -> str:
+        """The product of the joints' exponentials; of more than three, the first and the last."""
+        each = [f"e^{{[S_{{{i}}}]{tex(q)}}}" for i, q in enumerate(self.chain.q, 1)]
+        return r"\, ".join(each) if len(each) < 4 else rf"{each[0]} \cdots {each[-1]}"
+
+    @property
     def z_i(self) -> str:
         """What the axis of joint i is called."""
         return axis_symbol(self.chain)
