@@ -1,7 +1,7 @@
 """GitHub's API on a socket of this machine, for the real gh: what it makes, sets and invites is kept.
 
-gh speaks to the host github.localhost over plain HTTP, and sends all of it to the socket that its configuration names. Repositories are
-real ones of git.
+gh speaks to the host github.localhost over plain HTTP, and sends all of it to the socket that its configuration names.
+Repositories are real ones of git.
 """
 
 import base64
