@@ -30,7 +30,7 @@ from exercises.writing.latex import tex
 from exercises.writing.short_answer import unit_text
 from exercises.writing.statement import option_text
 
-ROW, LINE = 8, 5
+ROW, LINE = 8, 4
 """Millimetres of height of a row of a box, and of each further line that an entry takes in it."""
 PAGE = 165
 """Millimetres of width of a box, about."""
@@ -38,8 +38,8 @@ WRITTEN = 4.8
 """Millimetres of width that handwriting takes for one em of print."""
 LEAST, PER_LETTER, MOST = 8, 0.014, 40
 """Millimetres left for working: the least, more for each character of the worked solution, and the most."""
-LEAST_SHARE = 0.65
-"""The least share of it where a sheet would take many pages."""
+LEAST_SHARE, PACKED_SHARE = 0.65, 0.25
+"""The least share of it where a sheet would take many pages, and where what is left of each page goes back to it."""
 STEP = 5
 """Millimetres to which that is rounded, so that it tells nothing more."""
 EM, PROSE = 39.0, 0.46
@@ -52,6 +52,7 @@ TICK = 2.2
 class Box:
     """Where an answer is written: `working` mm of room, then rows of cells, or a square for each letter if `letters`.
 
+    Where pages are filled, the room is `packed` mm and a share of what is left of the page, by `working`.
     `height` is that of a row in mm. `labels` (LaTeX) stand before the entries of numbers or above letters, `units`
     behind numbers.
     """
@@ -63,6 +64,7 @@ class Box:
     letters: bool = False
     labels: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
+    packed: int = 0
 
     @property
     def is_numbers(self) -> bool:
@@ -143,6 +145,12 @@ def shrunk(boxes: Sequence[Box], fixed: int, page: int) -> float:
     """
     wanted = sum(box.working for box in boxes)
     return 1.0 if not wanted else min(1.0, max(LEAST_SHARE, (page - fixed) / wanted))
+
+
+def with_share(box: Box, share: float) -> Box:
+    """Return a box with a share of its room for working; one that has all of it keeps all where pages are filled."""
+    packed = box.working if share == 1 else round(PACKED_SHARE * box.working)
+    return replace(box, working=round(share * box.working), packed=packed)
 
 
 def working(solution: str) -> int:

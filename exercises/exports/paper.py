@@ -18,6 +18,8 @@ STAFF = ("key", "marking")
 """Sheets that hold answers."""
 VERSION_TICKS = 8
 """Students whose answers are ticked on the marking sheet of a version; a student's own has one column."""
+LAST = 60
+"""What the end of a sheet takes of its last page, where a part takes as much as it has millimetres for working."""
 NO_TYPST = "PDF needs the library typst, which is not installed; get it with: pip install 'qdot[pdf]'"
 
 
@@ -103,6 +105,7 @@ def _given(order: Order, made: Sequence[Sheet], asked: Sequence[PaperQuestion]) 
     return {
         "title": order.assignment.title, "kind": order.sheet, "solutions": order.solutions, "page": order.page,
         "sheets": made, "questions": asked, "ticks": VERSION_TICKS if order.versions else 1,
+        "last": LAST,
     }  # fmt: skip
 
 

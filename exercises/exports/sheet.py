@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from exercises.assignment import Assignment
 from exercises.drawing import Failures, GivenUp, draws_of, recorded, vouching
 from exercises.exports.bank import bank
-from exercises.exports.boxes import Box, PaperOptions, box_of, options_of, shrunk
+from exercises.exports.boxes import Box, PaperOptions, box_of, options_of, shrunk, with_share
 from exercises.exports.marking import Marking, marking
 from exercises.exports.outlet import Earns, Order
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg
@@ -201,9 +201,7 @@ def _shrunk(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...]:
     share = shrunk(boxes, fixed, PART * len(parts))
 
     def smaller(part: SheetPart) -> SheetPart:
-        return (
-            part if part.box is None else replace(part, box=replace(part.box, working=round(share * part.box.working)))
-        )
+        return part if part.box is None else replace(part, box=with_share(part.box, share))
 
     return tuple(replace(problem, parts=tuple(map(smaller, problem.parts))) for problem in problems)
 

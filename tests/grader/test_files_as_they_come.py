@@ -66,6 +66,49 @@ def cells(change: Callable[[dict[str, Any], int], Any]) -> Callable[[str], str]:
     return changed
 
 
+def colab(keeps: bool) -> Callable[[str], str]:
+    """Return the notebook as Colab saves it: version 4.0, ids and who ran what in the metadata, which `keeps` ours.
+
+    Before an answer stands what a menu of Colab writes there: a form's title, and an installation.
+    """
+
+    def saved(text: str) -> str:
+        data, made = json.loads(text), list[dict[str, Any]]()
+        for number, cell in enumerate(data["cells"]):
+            source, own = cell["source"], cell["metadata"] if keeps else {}
+            meta: dict[str, Any] = {**own, "id": f"nWq-7cPBc{number:03d}"}
+            if cell["cell_type"] != "code":
+                made.append({"cell_type": "markdown", "source": source.splitlines(keepends=True), "metadata": meta})
+                continue
+            if number == 2:
+                source = f'#@title Answer {{ display-mode: "form" }}\n!pip install -q sympy\n{source}'
+            ran_by = {"displayName": "Ada L.", "userId": "04104170300566764648"}
+            meta |= {
+                "colab": {"base_uri": "https://localhost:8080/", "height": 35}, "cellView": "form",
+                "executionInfo": {
+                    "status": "ok", "timestamp": 1722608125960, "user_tz": -60, "user": ran_by, "elapsed": 5820
+                },
+                "outputId": "d1c9354e-43db-45ab-c38b-b24bcee97356",
+            }  # fmt: skip
+            shown = {
+                "text/plain": ["0"], "text/latex": "$\\displaystyle 0$",
+                "application/vnd.google.colaboratory.intrinsic+json": {"type": "string"},
+            }  # fmt: skip
+            output = {"output_type": "execute_result", "data": shown, "metadata": {}, "execution_count": number}
+            made.append({
+                "cell_type": "code", "source": source.splitlines(keepends=True), "metadata": meta,
+                "execution_count": number, "outputs": [output],
+            })  # fmt: skip
+        about: dict[str, Any] = {
+            "colab": {"provenance": [{"file_id": "1AbC", "timestamp": 1722608125960}], "toc_visible": True},
+            "kernelspec": {"name": "python3", "display_name": "Python 3"}, "language_info": {"name": "python"},
+            "accelerator": "GPU", **({"qdot": data["metadata"].get("qdot")} if keeps else {}),
+        }  # fmt: skip
+        return json.dumps({"nbformat": 4, "nbformat_minor": 0, "metadata": about, "cells": made})
+
+    return saved
+
+
 def large_outputs(text: str) -> str:
     picture = {"output_type": "display_data", "metadata": {}, "data": {"image/png": "iVBORw0KGgo" * 4_500_000}}
     stream = {"output_type": "stream", "name": "stdout", "text": ["0.123456789\n"] * 3_500_000}
@@ -271,6 +314,8 @@ ALL, NONE = RIGHT, ["missing"] * 3
 CASES: dict[str, tuple[Make, list[str], str]] = {
     "version 3": (file(HW, version_3), ALL, ""),
     "version 4.0": (file(HW, again(nbformat_minor=0)), ALL, ""),
+    "saved by Colab": (file(HW, colab(keeps=True)), ALL, ""),
+    "saved by Colab, nothing of ours kept": (file("Copy_of_hw.ipynb", colab(keeps=False)), ALL, ""),
     "version 4.5 with ids twice": (file(HW, cells(lambda cell, _: cell.update(id="same"))), ALL, ""),
     "no version": (file(HW, again(nbformat=None, nbformat_minor=None)), ALL, ""),
     "version of the future": (file(HW, again(nbformat=9, nbformat_minor=10**30)), ALL, ""),

@@ -35,7 +35,7 @@ def run(software: Path, work: Path) -> Record:
     notebooks = {f"{student}/{KEY}.ipynb": () for student in students}
     for student, (shown, _) in zip(students, opened(software, lab, work, notebooks), strict=True):
         ours = Ours(assignment, student, lab / student / f"{KEY}.ipynb")
-        _hold(ours, shown, counts)
+        hold(ours, shown, counts)
     return Record("generate", f"{version(software)}, in Chromium", today(), counts.told())
 
 
@@ -51,22 +51,27 @@ def opened(software: Path, lab: Path, home: Path, notebooks: Mapping[str, Sequen
     (home / SETTINGS).write_text('{"windowingMode": "none"}')
     pictures = software / "pictures"
     pictures.mkdir(exist_ok=True)
-    chromium = shutil.which("chromium") or "chromium"
     with jupyter(software, lab, home) as address:
-        command: list[str | Path] = [
-            software / "bin" / "python", SCRIPT, address, TOKEN, chromium, pictures, *notebooks,
-        ]  # fmt: skip
-        done = subprocess.run(
-            command, env=variables(software, home), input=json.dumps(list(notebooks.values())),
-            capture_output=True, text=True,
-        )  # fmt: skip
+        return watched(software, home, f"{address}/lab/tree/{{name}}?reset&token={TOKEN}", "", notebooks)
+
+
+def watched(software: Path, home: Path, address: str, saved: str, notebooks: Mapping[str, Sequence[Any]]) -> Any:
+    """Return what the script of the page prints of notebooks at an address."""
+    chromium = shutil.which("chromium") or "chromium"
+    command: list[str | Path] = [
+        software / "bin" / "python", SCRIPT, address, saved, chromium, software / "pictures", *notebooks
+    ]  # fmt: skip
+    done = subprocess.run(
+        command, env=variables(software, home), input=json.dumps(list(notebooks.values())), capture_output=True,
+        text=True,
+    )  # fmt: skip
     if done.returncode:
         raise RuntimeError(done.stderr[-3000:])
     return json.loads(done.stdout)
 
 
-def _hold(ours: Ours, shown: list[Any], counts: Counts) -> None:
-    """Hold what is shown of a student's notebook, and what it is worth as JupyterLab has saved it."""
+def hold(ours: Ours, shown: list[Any], counts: Counts) -> None:
+    """Hold what is shown of a student's notebook, and what it is worth as it was saved."""
     cells = json.loads(ours.notebook.read_text(encoding="utf-8"))["cells"]
     counts.add("imported", len(shown) == len(cells), f"{ours.student}: {len(shown)} of {len(cells)} cells")
     titles = {

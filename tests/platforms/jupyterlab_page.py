@@ -1,7 +1,9 @@
-"""A student in front of JupyterLab: run by the environment that has it, with Playwright, for each notebook named.
+"""A student in front of JupyterLab or JupyterLite: run by an environment that has Playwright, for each notebook named.
 
-`python jupyterlab_page.py ADDRESS TOKEN CHROMIUM PICTURES NOTEBOOK …` opens each, has all cells run from the menu,
-saves it, takes a picture of all of it, and prints what the browser shows of every cell. Standard input has a list of
+`python jupyterlab_page.py ADDRESS SAVED CHROMIUM PICTURES NOTEBOOK …` opens each, has all cells run from the menu,
+saves it, takes a picture of all of it, and prints what the browser shows of every cell. `{name}` in ADDRESS stands for
+the notebook. A browser that keeps notebooks to itself is made to download each into the folder SAVED; a server has
+them, and SAVED is empty. Standard input has a list of
 what is answered to each quiz of jupyterquiz in a notebook: a number as it is typed, or the HTML of an option; what is
 said of it is printed, too.
 """
@@ -17,7 +19,7 @@ PATIENCE = 300_000
 WINDOW = {"width": 1280, "height": 900}
 TALLEST = 16_000
 """Pixels of a picture."""
-IDLE = r"text=/ipykernel\) \| Idle/"
+IDLE = r"text=/(ipykernel|Pyodide)\) \| Idle/"
 DONE = r"""() => [...document.querySelectorAll('.jp-Notebook .jp-CodeCell .jp-InputPrompt')].every(
     prompt => prompt.textContent === '' || /\[\d+\]/.test(prompt.textContent))"""
 """Every cell has a number; a folded one has no prompt."""
@@ -41,10 +43,10 @@ CELLS = """() => [...document.querySelectorAll('.jp-Notebook .jp-Cell')].map(cel
 HEIGHT = """() => Math.max(...[...document.querySelectorAll('.jp-WindowedPanel-outer')].map(one => one.scrollHeight))"""
 
 
-def open_and_run(page: Page, address: str, token: str, name: str, picture: str) -> Any:
+def open_and_run(page: Page, address: str, saved: str, name: str, picture: str) -> Any:
     """Return what is shown of every cell when all have run."""
     page.set_viewport_size(WINDOW)
-    page.goto(f"{address}/lab/tree/{name}?reset&token={token}")
+    page.goto(address.replace("{name}", name))
     page.wait_for_selector(IDLE, timeout=PATIENCE)
     page.locator(".lm-MenuBar-item", has_text="Run").click()
     page.locator(".lm-Menu-item", has_text="Run All Cells").first.click()
@@ -52,6 +54,8 @@ def open_and_run(page: Page, address: str, token: str, name: str, picture: str) 
     page.wait_for_function(SETTLED, timeout=PATIENCE)
     page.keyboard.press("Control+s")
     page.wait_for_timeout(3000)
+    if saved:
+        download(page, f"{saved}/{name}")
     shown = page.evaluate(CELLS)
     page.set_viewport_size({**WINDOW, "height": min(TALLEST, page.evaluate(HEIGHT) + 150)})
     page.evaluate(TO_THE_TOP)
@@ -59,6 +63,14 @@ def open_and_run(page: Page, address: str, token: str, name: str, picture: str) 
     page.screenshot(path=picture)
     page.set_viewport_size(WINDOW)
     return shown
+
+
+def download(page: Page, path: str) -> None:
+    """Have the browser download the notebook that is open."""
+    with page.expect_download() as given:
+        page.locator(".lm-MenuBar-item", has_text="File").click()
+        page.locator(".lm-Menu-item[data-command='docmanager:download']").click()
+    given.value.save_as(path)
 
 
 TO_THE_TOP = """() => document.querySelectorAll('.jp-WindowedPanel-outer').forEach(one => { one.scrollTop = 0; })"""
@@ -87,16 +99,17 @@ def answer_quizzes(page: Page, quizzes: Any) -> Any:
     return told
 
 
-def main(address: str, token: str, chromium: str, pictures: str, *names: str) -> None:
+def main(address: str, saved: str, chromium: str, pictures: str, *names: str) -> None:
     """Print what is shown of each notebook, and what is said of answers to its quizzes."""
     given = json.load(sys.stdin)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        page = browser.new_page()
         told = []
         for name, quizzes in zip(names, given, strict=True):
-            shown = open_and_run(page, address, token, name, f"{pictures}/{name.replace('/', '-')}.png")
+            page = browser.new_page()  # which knows of no notebook that was opened before
+            shown = open_and_run(page, address, saved, name, f"{pictures}/{name.replace('/', '-')}.png")
             told.append([shown, answer_quizzes(page, quizzes)])
+            page.context.close()
         browser.close()
     print(json.dumps(told))
 

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 STATE = Path(os.environ.get("GH_STATE", "nowhere"))
 GIVEN = sys.argv[1:]
@@ -22,6 +23,21 @@ def fail(said: str) -> int:
 
 def bare(name: str) -> Path:
     return STATE / "repositories" / f"{name}.git"
+
+
+def api(known: dict[str, Any]) -> int:
+    if GIVEN[1] == "--include":
+        print(f"HTTP/2.0 200 OK\r\nX-Oauth-Scopes: {known['scopes']}\r\n\r\n{{}}")
+        return 0
+    path = next(word for word in GIVEN[1:] if word.startswith("repos/"))
+    if "/collaborators/" in path and path.rpartition("/")[2] not in known["logins"]:
+        return fail("gh: Not Found (HTTP 404)")
+    if "/issues" in path:
+        opened = STATE / "issue"
+        if "--method" in GIVEN:
+            opened.write_text("1")
+        print(opened.read_text() if opened.exists() else "")
+    return 0
 
 
 def main() -> int:
@@ -41,15 +57,8 @@ def main() -> int:
         case ["repo", "create"]:
             subprocess.run(["git", "init", "--quiet", "--bare", bare(GIVEN[2])], check=True)
         case ["api", _]:
-            path = next(word for word in GIVEN[1:] if word.startswith("repos/"))
-            if "/collaborators/" in path and path.rpartition("/")[2] not in known["logins"]:
-                return fail("gh: Not Found (HTTP 404)")
-            if "/issues" in path:
-                opened = STATE / "issue"
-                if "--method" in GIVEN:
-                    opened.write_text("1")
-                print(opened.read_text() if opened.exists() else "")
-        case ["secret" | "variable", "set"]:
+            return api(known)
+        case ["secret", "set"]:
             if not bare(option("--repo")).exists():
                 return fail("HTTP 404: Not Found")
         case _:

@@ -282,6 +282,37 @@ def test_an_exam_of_six_problems_takes_eight_pages(six: Order, tmp_path: Path) -
         assert page.count("The figure shows") == page.count("Joint 𝑖") == page.count("Task:")
 
 
+HEAVY = "".join(
+    f'[[problem]]\nfamily = "{family}"\nquestions = {questions}\n'
+    for family, questions in {
+        "puma-560": ["joint-axes", "arm-block", "wrist-block"],
+        "lbr-7r": ["position", "link-velocity"],
+        "stanford-6r": ["geometric-jacobian", "twist"],
+        "industrial-6r": ["arm-block", "wrist-block", "block-determinants"],
+        "anthropomorphic-6r": ["joint-axes", "arm-block"],
+        "ur-6r": ["position", "joint-axes", "determinant"],
+    }.items()
+).replace("'", '"')
+
+
+def test_an_exam_of_six_heavy_arms_takes_eight_pages_too_and_no_question_is_parted_from_its_box(
+    tmp_path: Path,
+) -> None:
+    folder = tmp_path / "exam"
+    a_class(folder, CLASS)
+    (folder / "assignment.toml").write_text(f'title = "Exam"\nkey = "exam"\n{HEAVY}', encoding="utf-8")
+    order = Order(load_assignment(folder), lambda _: [], sheet="exam", versions=1)
+    shown = text_of(files(order, "pdf")["exam-versions/A.pdf"].content, tmp_path)
+    assert shown.count("\f") <= 8
+    pages = shown.split("\f")
+    assert sum(page.count("Answer:") for page in pages) == 15
+    for page in pages:
+        assert page.count("Answer:") == len(re.findall(r"Answer(?!:)", page))
+        assert page.count("The figure shows") == page.count("Joint 𝑖") == page.count("Task:")
+    source = str(files(order, "latex")["exam-versions/A.tex"].content)
+    assert source.count("fill\\nopagebreak") == 15  # what is left of a page goes to the room for working
+
+
 def test_a_figure_stands_beside_the_table_and_options_are_ticked(six: Order) -> None:
     page = str(files(six, "html")["exam-versions/A.html"].content)
     source = str(files(six, "latex")["exam-versions/A.tex"].content)

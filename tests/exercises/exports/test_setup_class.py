@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import subprocess
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,13 +16,15 @@ from exercises.assignment import Student
 from tests.support import ROOT
 from tests.support.ci import git
 from tests.support.command import fails, run
+from tests.support.github_api import github
 from tests.support.handing_in import a_class
-from tests.support.programs import GIT, needs
+from tests.support.programs import GH, GIT, needs
 
 pytestmark = pytest.mark.xdist_group("setup-class")
 
 SECRET = "0123456789abcdef"
 ROSTER = "student,name,email,GitHub\nada,Ada,,ada-l\nbo,,,@bo\n"
+LOGINS = ("ada-l", "bo")
 TOKENS = {"QDOT_TOKEN": "the-staffs", "QDOT_ASK": "that-asks"}
 
 
@@ -50,8 +53,9 @@ class Class:
         own = [call for call in self.calls() if call["call"][:2] == ["secret", "set"]]
         return {(call["call"][4], call["call"][2]): call["stdin"] for call in own}
 
-    def knows(self, logged_in: bool = True, logins: tuple[str, ...] = ("ada-l", "bo")) -> None:
-        (self.state / "known.json").write_text(json.dumps({"logged_in": logged_in, "logins": logins}))
+    def knows(self, logged_in: bool = True, logins: tuple[str, ...] = LOGINS, scopes: str = "repo, workflow") -> None:
+        known = {"logged_in": logged_in, "logins": logins, "scopes": scopes}
+        (self.state / "known.json").write_text(json.dumps(known))
 
     def show(self, repository: str, path: str) -> str:
         return git("-C", self.state / "repositories" / f"{repository}.git", "show", f"main:{path}")
@@ -100,14 +104,52 @@ def test_a_class_is_set_up_and_no_students_repository_is_given_the_key(course: C
         assert ["repo", "create", own, "--private", "--disable-wiki"] in calls
         invited = f"repos/{own}/collaborators/{login}"
         assert ["api", "--method", "PUT", invited, "--field", "permission=push", "--silent"] in calls
-        asked = "repos/course/hw-grading/issues/1"
-        assert ["variable", "set", "QDOT_ASKED", "--repo", own, "--body", asked] in calls
+        asked = "value=repos/course/hw-grading/issues/1"
+        path = f"repos/{own}/actions/variables"
+        assert ["api", "--method", "PATCH", f"{path}/QDOT_ASKED", "--raw-field", asked, "--silent"] in calls
         assert f'"student": "{student}"' in course.show(own, "hw.ipynb")
         assert "name: Check" in course.show(own, ".github/workflows/check.yml")
         assert course.subjects(own) == ["hw [skip ci]"]
     assert "OWNER/hw-ada,ada,ada-l" in course.show("course/hw-grading", "repositories.csv")
     shown = json.dumps(calls) + done.stdout + done.stderr
     assert not [told for told in (SECRET, *TOKENS.values()) if told in shown]
+
+
+def test_the_real_gh_sets_up_a_class_and_run_again_it_changes_nothing(course: Class) -> None:
+    needs("gh", GH)
+    (course.state / "bin" / "gh").unlink()
+    with tempfile.TemporaryDirectory(prefix="gh") as short, github(Path(short, "g"), "course", "ada-l", "bo") as hub:
+        done = course.setup("course", **TOKENS, **hub.environment)
+        assert done.returncode == 0, done.stderr
+        students = {"course/hw-ada", "course/hw-bo"}
+        assert hub.private == {"course/hw-grading", *students}
+        assert hub.invited == {"course/hw-ada": ("ada-l", "push"), "course/hw-bo": ("bo", "push")}
+        assert hub.sealed == {
+            "course/hw-grading": {"QDOT_SECRET", "QDOT_TOKEN"}, **{name: {"QDOT_ASK"} for name in students}
+        }  # fmt: skip
+        assert hub.issues == {"course/hw-grading": ["Pushes"]}
+        asked = {"QDOT_ASKED": "repos/course/hw-grading/issues/1"}
+        assert hub.variables == dict.fromkeys(students, asked)
+        assert '"student": "ada"' in git("-C", hub.bare("course/hw-ada"), "show", "main:hw.ipynb")
+        pushed = {name: git("-C", hub.bare(name), "rev-parse", "main") for name in hub.private}
+        hub.changes.clear()
+        assert course.setup("course", **TOKENS, **hub.environment).returncode == 0
+        assert not [change for change in hub.changes if change.startswith(("create", "POST /repos/course/hw-grading"))]
+        assert pushed == {name: git("-C", hub.bare(name), "rev-parse", "main") for name in hub.private}
+        assert hub.variables == dict.fromkeys(students, asked) and len(hub.issues["course/hw-grading"]) == 1
+
+
+def test_a_login_that_may_push_no_workflows_is_refused_before_anything_is_made(course: Class) -> None:
+    """Gh asks for the scope `workflow` only where it is to log git in, too; GitHub then takes no push of ours."""
+    needs("gh", GH)
+    (course.state / "bin" / "gh").unlink()
+    with tempfile.TemporaryDirectory(prefix="gh") as short, github(Path(short, "g"), "course") as hub:
+        hub.scopes = "gist, read:org, repo"
+        done = course.setup("course", **hub.environment)
+        assert done.returncode == 2 and "gh auth refresh --scopes workflow" in done.stderr
+        hub.scopes = ""  # a fine-grained token: what it may do is not told
+        course.setup("course", "--dry-run", **hub.environment)
+        assert not hub.changes
 
 
 def test_run_again_it_changes_nothing_but_adds_whoever_is_new(course: Class) -> None:
@@ -133,6 +175,7 @@ def test_a_dry_run_says_all_and_does_nothing(course: Class) -> None:
         "would run: gh repo create course/hw-grading --private", "would push: students/ada",
         "would run: gh secret set QDOT_SECRET --repo course/hw-grading", "would open: the issue Pushes",
         "would run: gh api --method PUT repos/course/hw-bo/collaborators/bo --field permission=push",
+        "would set: the variable QDOT_ASKED of course/hw-bo to repos/course/hw-grading/issues/1",
     ):  # fmt: skip
         assert said in done.stdout
     assert not [told for told in (SECRET, *TOKENS.values()) if told in done.stdout]
@@ -154,18 +197,14 @@ def without_secret(course: Class) -> None:
     (course.folder / "secret.txt").unlink()
 
 
-def without_gh(course: Class) -> None:
-    (course.state / "bin" / "gh").unlink()
-
-
 @pytest.mark.parametrize(
     ("spoil", "arguments", "said"),
     [
         (lambda _: None, (), "say in which organisation"),
         (lambda _: None, ("a", "b"), "one owner is enough, and there are a and b"),
         (lambda _: None, ("a", "--try"), "--try is no option"),
-        (without_gh, ("a",), "gh is not installed"),
-        (lambda course: course.knows(logged_in=False), ("a",), "gh auth login"),
+        (lambda course: course.knows(logged_in=False), ("a",), "gh auth login --scopes workflow"),
+        (lambda course: course.knows(scopes="repo, gist"), ("a",), "gh auth refresh --scopes workflow"),
         (without_logins, ("a",), "no GitHub login of: ada bo; add a column github"),
         (without_secret, ("a",), "the secret of the assignment"),
     ],
@@ -178,6 +217,13 @@ def test_what_is_missing_is_one_message_and_nothing_is_done(
     assert done.returncode == 2 and not done.stdout
     assert len(done.stderr.splitlines()) == 1 and said in done.stderr
     assert not (course.state / "repositories").exists()
+
+
+def test_without_gh_it_says_what_gh_is(course: Class, tmp_path: Path) -> None:
+    for name in ("bash", "dirname", "git"):
+        (tmp_path / name).symlink_to(needs(name, GIT))
+    done = course.setup("a", PATH=str(tmp_path))
+    assert done.returncode == 2 and "gh is not installed (gh is GitHub's command line" in done.stderr
 
 
 def test_a_login_that_is_none_is_refused_when_it_is_exported(course: Class) -> None:

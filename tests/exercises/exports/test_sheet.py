@@ -1,6 +1,6 @@
 """What is on a sheet, as data: boxes, room for working, and the pieces of a statement."""
 
-from exercises.exports.boxes import LEAST_SHARE, MOST, ROW, Box, shrunk, working
+from exercises.exports.boxes import LEAST_SHARE, MOST, PACKED_SHARE, ROW, Box, shrunk, with_share, working
 
 
 def test_a_box_has_room_for_its_working_and_for_each_of_its_rows() -> None:
@@ -20,3 +20,8 @@ def test_working_shrinks_where_an_exam_takes_many_pages() -> None:
     assert shrunk(boxes, fixed=100, page=140) == 0.8
     assert shrunk(boxes, fixed=500, page=100) == LEAST_SHARE
     assert shrunk([], fixed=500, page=100) == 1
+
+
+def test_a_box_that_is_shrunk_may_be_packed_closer_where_pages_are_filled() -> None:
+    assert with_share(Box(20), 1.0) == Box(20, packed=20)
+    assert with_share(Box(20), 0.65) == Box(13, packed=round(20 * PACKED_SHARE))
