@@ -176,7 +176,7 @@ def _names(listed: str) -> tuple[str, ...]:
 
 
 def robots(as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False) -> None:
-    """List the real robots that `qdot solve NAME` knows, with joints, convention and source.
+    """List the real robots that `qdot solve NAME` knows.
 
     Capital letters and hyphens in a name don't count. robot = "panda" in assignment.toml asks about one, and `qdot
     solve panda --convert dh > arm.toml` makes a file of it that you can change.
@@ -207,7 +207,7 @@ def solve(
         float, typer.Option("--time", metavar="SECONDS", min=0.1, help="Processor time after which it ends.")
     ] = SECONDS,
 ) -> None:
-    """Derive everything the book would for your own arm, or for a real robot of the library (`qdot robots`).
+    """Derive all the book would for your own arm or a real one.
 
     That is position, Jacobian both ways, determinant and singularities. ROBOT.toml has a name, optionally task =
     ["vx", "vy"] and point = "O3" or [x, y, z], and a [[joint]] for each row of the standard DH table: kind = "R" or

@@ -15,6 +15,7 @@ WIDTH = 100
 TOPICS: Mapping[str, tuple[str, ...]] = {
     "motion": (
         "position", "velocity", "velocity-component", "joint-axes", "joint-effect", "link-velocity",
+        "own-frame-velocity",
     ),
     "jacobians": (
         "transform", "jacobian", "jacobian-size", "position-vectors", "geometric-jacobian", "tool-jacobian", "twist",
@@ -27,6 +28,7 @@ TOPICS: Mapping[str, tuple[str, ...]] = {
     "losses": ("lost-direction", "unreachable-velocity"),
     "measures": ("manipulability", "condition-number"),
     "redundancy": ("gram-determinant", "least-norm-rates", "self-motion"),
+    "screws": ("home-screws", "body-pose", "space-jacobian", "body-jacobian", "space-twist", "body-twist"),
     "blocks": ("arm-block", "wrist-block", "block-determinants"),
 }  # fmt: skip
 """Questions that mostly go together, each in one topic, so that a family's can be told in a line."""

@@ -29,7 +29,7 @@ from exercises.files import write_atomically
 from exercises.generation import find_out, sample_chain
 from exercises.mistakes.catalogue import SECTIONS
 from exercises.problem import Part, Problem, ProblemId
-from exercises.questions import QUESTIONS
+from exercises.questions import QUESTIONS, recursion, screws
 from exercises.quizzes import QUIZZES
 from exercises.render import render
 from exercises.stream import Stream
@@ -108,7 +108,11 @@ def families_page() -> str:
 
 def questions_page() -> str:
     """Return docs/questions.md."""
-    asked = {name: sum(name in listed.questions for listed in found_out().values()) for name in QUESTIONS}
+    asked: dict[str, int | str] = {
+        name: sum(name in listed.questions for listed in found_out().values()) for name in QUESTIONS
+    }
+    for convention, module in (("modified-dh", recursion), ("screws", screws)):
+        asked |= {question.name: f"`{convention}`" for question in module.QUESTIONS}
     return render(
         "docs/questions.md.j2",
         questions=QUESTIONS.values(),

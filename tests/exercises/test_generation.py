@@ -11,11 +11,12 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from exercises.answers import Choice
+from exercises.arm.chain import CONVENTIONS
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
 from exercises.generation import check_questions, generate, questions_of, student_problem_id
 from exercises.problem import ENGINE, LARGEST_SEED, Part, Problem, ProblemId
-from exercises.questions import QUESTIONS
+from exercises.questions import QUESTIONS, recursion, screws
 from exercises.record import digests
 from tests.support.suites import of_families, several
 
@@ -23,6 +24,9 @@ STUDENTS = several(6, 30)
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 FIXED = [name for name, family in FAMILIES.items() if not family.varied]
 SECRET = "a secret for tests only"
+
+OF_CONVENTIONS = {question.name for module in (recursion, screws) for question in module.QUESTIONS}
+"""Questions that are asked of arms told in one convention only."""
 
 FEW = {
     "joint-axes", "link-velocity", "singularity-type", "rank", "jacobian-size", "invertibility", "lost-motion",
@@ -122,7 +126,7 @@ def test_a_part_is_the_same_whatever_else_is_asked(
 
 
 def test_between_them_some_families_are_asked_every_question() -> None:
-    assert set().union(*map(questions_of, ASKED_ALONE)) == set(QUESTIONS)
+    assert set().union(*map(questions_of, ASKED_ALONE)) == set(QUESTIONS) - OF_CONVENTIONS
 
 
 @of_families(FIXED)
@@ -201,7 +205,9 @@ def test_what_is_listed_of_a_family_is_not_derived_again(monkeypatch: pytest.Mon
 
 
 def test_every_question_can_be_asked_of_some_family() -> None:
-    assert set().union(*(questions_of(family) for family in FAMILIES)) == set(QUESTIONS)
+    told = {name: questions_of("planar-2r", name) for name in CONVENTIONS}
+    assert set().union(*(questions_of(family) for family in FAMILIES), *told.values()) == set(QUESTIONS)
+    assert set(told["screws"]) & OF_CONVENTIONS == {question.name for question in screws.QUESTIONS}
 
 
 def test_a_students_problem_depends_on_that_student_and_the_secret_alone() -> None:

@@ -18,6 +18,7 @@ from exercises.problem import ENGINE, Problem, ProblemId
 from exercises.record import digests
 from exercises.release import Released, certificate_path, init_assignment, notebook_path, release
 from grader import certify as certifying
+from grader.certificates import Record
 from grader.certify import CERTIFIER, Task, certify_all, record_of
 from grader.cli import program
 
@@ -480,3 +481,13 @@ def test_an_assignment_with_an_own_robot_goes_to_other_processes(folder: Path) -
     assignment = load_assignment(folder)
     again = pickle.loads(pickle.dumps(assignment))
     assert again.problems("ada") == assignment.problems("ada")
+
+
+IDS = ("planar-2r/7", "planar-2r/7@full", "planar-2r/7@modified-dh", "scara/1@chapter@screws")
+
+
+@pytest.mark.parametrize("text", IDS)
+def test_every_identity_can_be_put_on_record(text: str) -> None:
+    own = {"questions": (), "band": None, "engine": 1, "qdot": "0", "difficulty": 0, "sha256": "", "arm": ""}
+    record = Record.model_validate({"problem": str(ProblemId.parse(text)), "parts": {}, "checks": (), **own})
+    assert record.problem == text
