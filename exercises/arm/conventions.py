@@ -44,7 +44,7 @@ class Row:
         return theta, d, self.a, self.alpha
 
 
-SHORT = 12
+SHORT = 40
 """Operations that a coordinate of an axis may have to be told as it is."""
 
 Placed = tuple[Base, tuple[Joint, ...]]
