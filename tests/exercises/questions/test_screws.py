@@ -81,8 +81,8 @@ def _dust(value: sp.Expr) -> sp.Expr:
 
 
 OF_FRAMES = re.compile(
-    r"O_\{?[0-9]|z_\{|(?<!\$)\bz_[0-9]|p\^\*|(?<!\d )R_\{?[0-9i]|[Ff]rame (?:\$?[0-9]|\$i)|base frame|world frame|Denavit"
-    r"|twist \$\\alpha|by the twists|row of the table"
+    r"O_\{?[0-9]|z_\{|(?<!\$)\bz_[0-9]|p\^\*|(?<!\d )R_\{?[0-9i]|[Ff]rame (?:\$?[0-9]|\$i)"
+    r"|base frame|world frame|Denavit|twist \$\\alpha|by the twists|row of the table"
 )
 """What only a table puts on the links."""
 
