@@ -1,6 +1,7 @@
 """Mistakes with screws and exponentials, of arms that are told by their axes at home."""
 
 from collections.abc import Callable, Iterator
+from functools import reduce
 
 import numpy as np
 import sympy as sp
@@ -73,7 +74,7 @@ def _slide_above(chain: Chain) -> Iterator[Slip]:
 
 def _at_home(chain: Chain) -> Iterator[Slip]:
     def about_the_point(w: Working, _: np.ndarray) -> np.ndarray:
-        point, home = _constant(w, axes_of(w.chain)[1]), w["home screws"]
+        point, home = _at_home_place(w), w["home screws"]
         moved = [home[3:, i] + cross(home[:3, i], point) for i in range(w.n)]
         return np.concatenate([home[:3], np.stack(moved, axis=1)])
 
@@ -153,19 +154,23 @@ def _behind(first: Moved, second: Moved) -> Moved:
     return product(first[0], second[0]), applied(first[0], second[1]) + first[1]
 
 
-def _reversed_product(w: Working) -> Moved:
-    moved, *others = reversed(_exponentials(w))
-    for other in others:
-        moved = _behind(moved, other)
-    return moved
+def _product(w: Working, in_order: bool) -> Moved:
+    """Return the motion of the product of all exponentials, joint 1 on the left if they are in order."""
+    each = _exponentials(w)
+    return reduce(_behind, each if in_order else each[::-1])
+
+
+def _at_home_place(w: Working) -> np.ndarray:
+    """Return where P is at home, (3, …)."""
+    return _constant(w, axes_of(w.chain)[1])
 
 
 def _order(chain: Chain) -> Iterator[Slip]:
     """Multiply the exponentials from the last to the first: in the pose, and before each screw."""
 
     def point(w: Working, _: np.ndarray) -> np.ndarray:
-        turn, shift = _reversed_product(w)
-        return applied(turn, _constant(w, axes_of(w.chain)[1])) + shift
+        turn, shift = _product(w, in_order=False)
+        return applied(turn, _at_home_place(w)) + shift
 
     def columns(w: Working, _: np.ndarray) -> np.ndarray:
         home, each = w["home screws"], _exponentials(w)
@@ -177,33 +182,19 @@ def _order(chain: Chain) -> Iterator[Slip]:
         return np.stack(out, axis=1)
 
     if chain.n > 1:
-        yield Slip({"body rotation": lambda w, _: _reversed_product(w)[0], "point": point})
+        yield Slip({"body rotation": lambda w, _: _product(w, in_order=False)[0], "point": point})
     if chain.n > 2:
         yield Slip({"space jacobian": columns})
 
 
 def _home_on_the_left(chain: Chain) -> Iterator[Slip]:
     """M e^(S_1) ... e^(S_n), where it stands on the right."""
-
-    def point(w: Working, _: np.ndarray) -> np.ndarray:
-        moved, *others = _exponentials(w)
-        for other in others:
-            moved = _behind(moved, other)
-        return _constant(w, axes_of(w.chain)[1]) + moved[1]
-
-    yield Slip({"point": point})
+    yield Slip({"point": lambda w, _: _at_home_place(w) + _product(w, in_order=True)[1]})
 
 
 def _no_home(chain: Chain) -> Iterator[Slip]:
     """Leave M out of the product."""
-
-    def point(w: Working, _: np.ndarray) -> np.ndarray:
-        moved, *others = _exponentials(w)
-        for other in others:
-            moved = _behind(moved, other)
-        return moved[1]
-
-    yield Slip({"point": point})
+    yield Slip({"point": lambda w, _: _product(w, in_order=True)[1]})
 
 
 MISTAKES = (

@@ -48,18 +48,22 @@ def terms(chain: Chain, what: str) -> int:
 
 @lru_cache(maxsize=4096)
 def _terms(generic: Chain, what: str) -> int:
-    entries = (sp.expand(entry) for entry in getattr(derive(generic), what))
-    return sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0)
+    return count_terms(getattr(derive(generic), what))
+
+
+def count_terms(entries: sp.Matrix, trivial: tuple[int, ...] = (0,)) -> int:
+    """Return the number of terms of all entries, multiplied out; those that are `trivial` are written down at once."""
+    return sum(len(sp.Add.make_args(sp.expand(entry))) for entry in entries if entry not in trivial)
+
+
+def too_many(count: int) -> str | None:
+    """Return the objection to a result of so many terms, if they are too many for a person."""
+    return f"it has {count} terms, too many to be worked out by hand" if count > MOST_TERMS else None
 
 
 def by_hand(what: str) -> Callable[[Chain], str | None]:
     """Return the objection to arms for which a result is too long for a person."""
-
-    def too_long(chain: Chain) -> str | None:
-        count = terms(chain, what)
-        return f"it has {count} terms, too many to be worked out by hand" if count > MOST_TERMS else None
-
-    return too_long
+    return lambda chain: too_many(terms(chain, what))
 
 
 def invertible_by_hand(chain: Chain) -> str | None:

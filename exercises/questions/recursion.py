@@ -21,7 +21,7 @@ from exercises.arm.stages import Working
 from exercises.arm.told import is_modified, told_rows
 from exercises.arm.trigonometry import textbook
 from exercises.problem import Details, Part
-from exercises.questions.base import MOST_TERMS, Asked, Question, velocities
+from exercises.questions.base import MOST_TERMS, Asked, Question, count_terms, velocities
 from exercises.stream import Stream
 
 FURTHEST = 3
@@ -98,7 +98,7 @@ def _frames(chain: Chain) -> list[int]:
 
 @lru_cache(maxsize=4096)
 def _terms(chain: Chain, frame: int) -> int:
-    return sum(len(sp.Add.make_args(sp.expand(entry))) for entry in _velocity(chain, frame) if entry != 0)
+    return count_terms(_velocity(chain, frame))
 
 
 def _objection(chain: Chain) -> str | None:

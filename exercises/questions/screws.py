@@ -23,7 +23,7 @@ from exercises.arm.stages import Working
 from exercises.arm.told import is_by_axes
 from exercises.arm.trigonometry import textbook
 from exercises.problem import Details, Part
-from exercises.questions.base import MOST_TERMS, Asked, Question, put, stage, velocities
+from exercises.questions.base import Asked, Question, count_terms, put, stage, too_many, velocities
 from exercises.stream import Stream
 
 TWIST_ROWS = (*TASK_ROWS[3:], *TASK_ROWS[:3])
@@ -35,8 +35,9 @@ MOST_JOINTS = 4
 
 @dataclass(frozen=True)
 class Screw:
-    """A joint at home: its kind, direction and point (3 x 1 each; m), and its screw (6 x 1)."""
+    """A joint somewhere: its kind, direction and a point on its axis (3 x 1 each; m), and its screw (6 x 1)."""
 
+    number: int
     kind: str
     direction: sp.Matrix
     point: sp.Matrix
@@ -48,22 +49,6 @@ class Screw:
         return self.screw[3:, :]
 
 
-@dataclass(frozen=True)
-class Carried:
-    """A joint where the joints before it have taken it: its axis, a point on it, and its column of J_s."""
-
-    number: int
-    kind: str
-    direction: sp.Matrix
-    point: sp.Matrix
-    column: sp.Matrix
-
-    @property
-    def moment(self) -> sp.Matrix:
-        """The lower half of its column, v (3 x 1)."""
-        return self.column[3:, :]
-
-
 @dataclass(frozen=True, kw_only=True)
 class OfScrews(Details):
     """About the screws at home."""
@@ -73,9 +58,9 @@ class OfScrews(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class InSpace(Details):
-    """About the space Jacobian: what its columns are made of."""
+    """About the space Jacobian: the screws as the joints before them have moved them."""
 
-    carried: tuple[Carried, ...]
+    carried: tuple[Screw, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,23 +75,23 @@ class OfBody(Details):
 def home_screws(chain: Chain) -> tuple[Screw, ...]:
     """Return the screws of an arm at home, world frame."""
     found = []
-    for axis in axes_of(chain)[0]:
+    for number, axis in enumerate(axes_of(chain)[0], 1):
         if axis.kind == "R":
             screw = axis.direction.col_join(-axis.direction.cross(axis.point))
         else:
             screw = sp.zeros(3, 1).col_join(axis.direction)
-        found.append(Screw(axis.kind, axis.direction, axis.point, screw))
+        found.append(Screw(number, axis.kind, axis.direction, axis.point, screw))
     return tuple(found)
 
 
 @lru_cache(maxsize=1024)
-def _carried(generic: Chain) -> tuple[Carried, ...]:
+def _carried(generic: Chain) -> tuple[Screw, ...]:
     """Return the joints of a structure as the joints before them have moved them."""
     frames, columns = frames_and_point(generic)[0], []
     for number, (joint, frame) in enumerate(zip(generic.joints, frames, strict=False), 1):
         z, origin = _tidied(frame.rotation[:, 2]), _tidied(frame.origin)
         column = z.col_join(_tidied(-z.cross(origin))) if joint.kind == "R" else sp.zeros(3, 1).col_join(z)
-        columns.append(Carried(number, joint.kind, z, origin, column))
+        columns.append(Screw(number, joint.kind, z, origin, column))
     return tuple(columns)
 
 
@@ -117,7 +102,7 @@ def _tidied(matrix: sp.Matrix) -> sp.Matrix:
 def space_jacobian(chain: Chain) -> sp.Matrix:
     """Return J_s, 6 x n: the twist (omega, v) of the last link in {s}, v that of its point at the origin of {s}."""
     fill = derive(chain).fill
-    return sp.Matrix.hstack(*(one.column.applyfunc(fill) for one in _carried(structure(chain).chain)))
+    return sp.Matrix.hstack(*(one.screw.applyfunc(fill) for one in _carried(structure(chain).chain)))
 
 
 # --- the body frame ---
@@ -196,7 +181,7 @@ def _pose(chain: Chain, rng: Stream) -> Asked:
 def _in_space(chain: Chain) -> InSpace:
     fill = derive(chain).fill
     carried = tuple(
-        Carried(one.number, one.kind, *(each.applyfunc(fill) for each in (one.direction, one.point, one.column)))
+        Screw(one.number, one.kind, *(each.applyfunc(fill) for each in (one.direction, one.point, one.screw)))
         for one in _carried(structure(chain).chain)
     )
     return InSpace(carried=carried)
@@ -234,27 +219,23 @@ def _with_body(chain: Chain) -> str | None:
 
 @lru_cache(maxsize=4096)
 def _terms(chain: Chain, result: Callable[[Chain], sp.Matrix]) -> int:
-    return sum(len(sp.Add.make_args(sp.expand(entry))) for entry in result(chain) if entry not in (0, 1))
+    return count_terms(result(chain), trivial=(0, 1))
 
 
-def _counted(result: Callable[[Chain], sp.Matrix]) -> Callable[[Chain], str | None]:
-    def too_long(chain: Chain) -> str | None:
-        count = _terms(chain, result)
-        return f"it has {count} terms, too many to be worked out by hand" if count > MOST_TERMS else None
-
-    return too_long
+def _long_space(chain: Chain) -> str | None:
+    return too_many(_terms(chain, space_jacobian))
 
 
 def _long_pose(chain: Chain) -> str | None:
     if chain.n > MOST_JOINTS:
         return f"the product of the exponentials of {chain.n} joints is too long to be worked out by hand"
-    return _counted(body_pose)(chain)
+    return too_many(_terms(chain, body_pose))
 
 
 def _long_body(chain: Chain) -> str | None:
     if chain.n > MOST_JOINTS:
         return f"the body Jacobian of {chain.n} joints is too long to be worked out by hand"
-    return _counted(body_jacobian)(chain)
+    return too_many(_terms(chain, body_jacobian))
 
 
 def _twist_names(chain: Chain, _: Part) -> Sequence[str]:
@@ -296,7 +277,7 @@ QUESTIONS = (
         ask=_space,
         points=2.0,
         objection=_by_axes,
-        too_long=_counted(space_jacobian),
+        too_long=_long_space,
         result=stage("space jacobian"),
         put=put("space jacobian"),
     ),
@@ -320,7 +301,7 @@ QUESTIONS = (
         ask=_space_twist,
         needs=("space-jacobian",),
         objection=_by_axes,
-        too_long=_counted(space_jacobian),
+        too_long=_long_space,
         result=lambda w, _: applied(w["space jacobian"], w["joint rates"]),
         entry_names=_twist_names,
         follows=(("space-jacobian",),),

@@ -15,7 +15,7 @@ from exercises.arm.stages import Change, Working
 from exercises.arm.told import is_modified, told_point, told_rows, up_to_frame
 from exercises.arm.trigonometry import textbook
 from exercises.problem import Details, Part
-from exercises.questions.base import MOST_TERMS, Asked, Question, stage
+from exercises.questions.base import Asked, Question, count_terms, stage, too_many
 from exercises.stream import Stream
 
 MOST_JOINTS = 5
@@ -136,13 +136,7 @@ def _point_on_last_link(chain: Chain) -> str | None:
 
 @lru_cache(maxsize=4096)
 def _terms(generic: Chain, result: Callable[[Chain], sp.Matrix]) -> int:
-    entries = (sp.expand(entry) for entry in result(generic))
-    return sum(len(sp.Add.make_args(entry)) for entry in entries if entry not in (0, 1))
-
-
-def _counted(chain: Chain, result: Callable[[Chain], sp.Matrix]) -> str | None:
-    count = _terms(structure(chain).chain, result)
-    return f"it has {count} terms, too many to be worked out by hand" if count > MOST_TERMS else None
+    return count_terms(result(generic), trivial=(0, 1))
 
 
 def _last_pose(generic: Chain) -> sp.Matrix:
@@ -152,13 +146,13 @@ def _last_pose(generic: Chain) -> sp.Matrix:
 def _long_pose(chain: Chain) -> str | None:
     if chain.n > MOST_JOINTS:
         return f"the product of the transforms of {chain.n} joints is too long to be worked out by hand"
-    return _counted(chain, _last_pose)
+    return too_many(_terms(structure(chain).chain, _last_pose))
 
 
 def _long_jacobian(chain: Chain) -> str | None:
     if chain.n > MOST_JOINTS:
         return f"the Jacobian of {chain.n} joints in the tool frame is too long to be worked out by hand"
-    return _counted(chain, _in_tool_frame)
+    return too_many(_terms(structure(chain).chain, _in_tool_frame))
 
 
 # --- out of a derivation ---

@@ -8,6 +8,7 @@ From formulas to whole texts:
     fit                         wide formulas on several lines
     typst                       our Markdown for Typst
     markup, on_paper            our Markdown as HTML, LaTeX and text; what is left out on paper
+    names                       what axes and vectors are called in the convention of an arm
     wording, worked             the words for an arm; what a solution shows between formula and result
     expansion, cases            how a determinant is worked out; where the minors of a wide or tall J vanish together
     hint_context                what hints tell of an arm

@@ -11,25 +11,21 @@ from exercises.arm.classification import Kind, kind_is_sure
 from exercises.arm.conventions import axes_of
 from exercises.arm.derivation import derive
 from exercises.arm.told import (
-    axis_symbol,
-    frame_on_axis,
-    is_by_axes,
     is_modified,
     place_name,
-    slide_symbol,
     told_base,
     told_point,
     told_rows,
-    vector_symbol,
 )
 from exercises.languages import ENGLISH, Catalogue, catalogue
 from exercises.writing.latex import symbol_latex, tex, tex_angle, tex_length
+from exercises.writing.names import AxisNames
 
 NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 
 
 @dataclass(frozen=True)
-class Wording:
+class Wording(AxisNames):
     """What templates say about a chain, in the words of a language; formulas are LaTeX without dollar signs.
 
     `earlier` are the kinds of questions solved before in the same text; what they found is not shown again.
@@ -334,47 +330,15 @@ class Wording:
         return "i" if self.is_modified else "i-1"
 
     @property
-    def is_by_axes(self) -> bool:
-        """Whether the arm is told by its axes at home."""
-        return is_by_axes(self.chain)
-
-    @property
     def exponentials(self) -> str:
         """The product of the joints' exponentials; of more than three, the first and the last."""
         each = [f"e^{{[S_{{{i}}}]{tex(q)}}}" for i, q in enumerate(self.chain.q, 1)]
         return r"\, ".join(each) if len(each) < 4 else rf"{each[0]} \cdots {each[-1]}"
 
-    @property
-    def z_i(self) -> str:
-        """What the axis of joint i is called."""
-        return axis_symbol(self.chain)
-
-    @property
-    def slide_i(self) -> str:
-        """The same if it is prismatic."""
-        return slide_symbol(self.chain)
-
-    @property
-    def p_i(self) -> str:
-        """What the vector from the axis of joint i to P is called."""
-        return vector_symbol(self.chain)
-
-    def z(self, joint: int) -> str:
-        """Return what the axis of a joint is called."""
-        return axis_symbol(self.chain, joint)
-
-    def p(self, joint: int) -> str:
-        """Return what the vector from the axis of a joint to P is called."""
-        return vector_symbol(self.chain, joint)
-
     def start(self, joint: int) -> str:
         """Return where the vector from the axis of a joint to P begins."""
         say = self.words
         return say.gettext("a point on the axis") if self.is_by_axes else f"$O_{{{self.on(joint)}}}$"
-
-    def on(self, joint: int) -> int:
-        """Return the number of the frame on the axis of a joint, from 1."""
-        return frame_on_axis(self.chain, joint)
 
     @property
     def row_transform(self) -> str:

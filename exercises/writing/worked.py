@@ -19,15 +19,10 @@ from exercises.arm.kinematics import NumericChain, frame_behind, joint_rotation,
 from exercises.arm.precise import determinant, four_digits, inverse, shown
 from exercises.arm.singularity import Component, never_vanishes, singular_set
 from exercises.arm.told import (
-    axis_symbol,
-    frame_on_axis,
-    is_by_axes,
     is_modified,
-    slide_symbol,
     told_point,
     told_rows,
     up_to_frame,
-    vector_symbol,
 )
 from exercises.arm.trigonometry import substitute, textbook
 from exercises.formula.order import joint_sum
@@ -49,6 +44,7 @@ from exercises.writing.expansion import (
 )
 from exercises.writing.hint_context import HintContext
 from exercises.writing.latex import tex
+from exercises.writing.names import AxisNames
 
 
 @dataclass(frozen=True)
@@ -103,7 +99,7 @@ class SingularComponent:
         )
 
 
-class Worked:
+class Worked(AxisNames):
     """The steps for one arm; templates read its properties."""
 
     def __init__(self, chain: Chain) -> None:
@@ -207,38 +203,10 @@ class Worked:
     def _moves(self, place: sp.Matrix | sp.Expr) -> bool:
         return bool(place.free_symbols & set(self.chain.q))
 
-    def on(self, joint: int) -> int:
-        """Return the number of the frame on the axis of a joint, from 1."""
-        return frame_on_axis(self.chain, joint)
-
     @property
     def is_standard(self) -> bool:
         """Whether the arm is told by a standard table, in whose frames all is worked out."""
         return self.chain.convention == "dh"
-
-    @property
-    def is_by_axes(self) -> bool:
-        """Whether the arm is told by its axes at home, so that no frames stand on its links."""
-        return is_by_axes(self.chain)
-
-    @property
-    def z_i(self) -> str:
-        """What the axis of joint i is called."""
-        return axis_symbol(self.chain)
-
-    @property
-    def slide_i(self) -> str:
-        """The same if it is prismatic."""
-        return slide_symbol(self.chain)
-
-    @property
-    def p_i(self) -> str:
-        """What the vector from the axis of joint i to P is called."""
-        return vector_symbol(self.chain)
-
-    def z(self, joint: int) -> str:
-        """Return what the axis of a joint is called."""
-        return axis_symbol(self.chain, joint)
 
     @property
     def _home(self) -> dict[sp.Symbol, sp.Expr]:
