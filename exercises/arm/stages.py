@@ -262,7 +262,7 @@ def _arms(w: Working) -> np.ndarray:
 
 
 def told_rotation(w: Working, frame: int) -> np.ndarray:
-    """Return the rotation of a frame of the convention in which the arm is told, (3, 3, …)."""
+    """Return the rotation of a frame, from 0, of the convention in which the arm is told, (3, 3, …)."""
     rotation = w["rotations"][frame]
     if is_modified(w.chain) and frame:
         rotation = product(rotation, turn_x(w, -w["table"].rows[frame - 1].alpha))
@@ -366,13 +366,14 @@ def _home_screws(w: Working) -> np.ndarray:
     """Return the screws (omega, v) of the joints at home, (6, n, …)."""
     columns = []
     for axis in axes_of(w.chain)[0]:
-        direction, point = _constant(w, axis.direction), _constant(w, axis.point)
+        direction, point = constant(w, axis.direction), constant(w, axis.point)
         turning = axis.kind == "R"
         columns.append(np.concatenate([direction, -cross(direction, point)] if turning else [0 * direction, direction]))
     return np.stack(columns, axis=1)
 
 
-def _constant(w: Working, vector: sp.Matrix) -> np.ndarray:
+def constant(w: Working, vector: sp.Matrix) -> np.ndarray:
+    """Return a vector of formulas without joint variables, (3, …)."""
     return np.stack([w.arithmetic.value(w.arithmetic.stepped(entry)) for entry in vector])
 
 
@@ -388,7 +389,7 @@ def _space_jacobian(w: Working) -> np.ndarray:
 def _body_rotation(w: Working) -> np.ndarray:
     """Return the rotation of the frame that moves with the last link and is the world's at home, (3, 3, …)."""
     home = frames_and_point(w.chain)[0][-1].rotation.xreplace(dict.fromkeys(w.chain.q, sp.S.Zero))
-    back = np.stack([_constant(w, home[:, k]) for k in range(3)])  # transposed: its rows are the columns
+    back = np.stack([constant(w, home[:, k]) for k in range(3)])  # transposed: its rows are the columns
     return product(w.arithmetic.value(w["rotations"][-1]), back)
 
 

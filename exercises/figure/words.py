@@ -120,12 +120,14 @@ def _place(point: sp.Matrix) -> str:
 
 def _sum(value: sp.Expr, unit: str) -> str:
     """Return a coordinate in words, term by term: numbers to three digits, minus written out."""
+    if value == 0:
+        return "0"
     words = ""
     for term in sp.Add.make_args(sp.expand(value)):
         number, letters = term.as_independent(*term.free_symbols, as_Add=False)
         size = f"{abs(float(number)):.3g}"
         name = str(letters) if letters != 1 else ""
-        shown = f"{size} {name}" if name and size != "1" else name or f"{size}{unit if term != 0 else ''}"
+        shown = f"{size} {name}" if name and size != "1" else name or f"{size}{unit}"
         sign = "minus " if number < 0 else "plus " if words else ""
         words += f"{' ' if words else ''}{sign}{shown}"
     return words

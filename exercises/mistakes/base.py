@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any
 
 from exercises.answers import Answer
 from exercises.arm.chain import Chain
@@ -50,12 +51,15 @@ def not_taken(chain: Chain, part: Part) -> Iterator[Taken]:
 def of_frames(mistakes: Iterable["Mistake"], but: AbstractSet[str] = frozenset()) -> tuple["Mistake", ...]:
     """Return mistakes, `but` some, as ones that speak of a table or its frames: an arm told by its axes has none."""
     return tuple(
-        one if one.name in but else replace(one, slips=partial(_unless_by_axes, one.slips)) for one in mistakes
+        one
+        if one.name in but
+        else replace(one, slips=partial(_unless_by_axes, one.slips), takes=partial(_unless_by_axes, one.takes))
+        for one in mistakes
     )
 
 
-def _unless_by_axes(slips: Slips, chain: Chain, shape: Shape) -> Iterator[Slip]:
-    return iter(()) if is_by_axes(chain) else slips(chain, shape)
+def _unless_by_axes(made: Callable[[Chain, Any], Iterator[Any]], chain: Chain, about: Any) -> Iterator[Any]:
+    return iter(()) if is_by_axes(chain) else made(chain, about)
 
 
 @dataclass(frozen=True)

@@ -336,17 +336,17 @@ def _rows_not_turned(chain: Chain, _: Shape) -> Iterator[Slip]:
         yield Slip({"tool jacobian": changed}, {"rows": words})
 
 
-def _turned_by(frame: int, there: bool) -> Change:
-    def changed(w: Working, _: np.ndarray) -> np.ndarray:
-        rotation = told_rotation(w, frame)
-        return turned_rows(rotation if there else rotation.swapaxes(0, 1), w["geometric"])
-
-    return changed
+def _turned_the_other_way(w: Working, _: np.ndarray) -> np.ndarray:
+    return turned_rows(w["last rotation"], w["geometric"])
 
 
 def _frame_before(chain: Chain, shape: Shape) -> Iterator[Slip]:
     for frame in range(1, chain.n):
-        yield Slip({"tool jacobian": _turned_by(frame, False)}, {"frame": frame})
+
+        def changed(w: Working, _: np.ndarray, frame: int = frame) -> np.ndarray:
+            return turned_rows(told_rotation(w, frame).swapaxes(0, 1), w["geometric"])
+
+        yield Slip({"tool jacobian": changed}, {"frame": frame})
 
 
 def _other_frames_velocity(chain: Chain, shape: Shape) -> Iterator[Slip]:
@@ -518,7 +518,7 @@ _ALL = (
     Mistake(
         "turned-the-wrong-way", "Turned by the rotation for its transpose",
         "The Jacobian seems to be multiplied by the rotation matrix of the last frame: its transpose takes vectors "
-        "into that frame.", "6.11", _tool_stage(_turned_by(-1, True)), rare=True,
+        "into that frame.", "6.11", _tool_stage(_turned_the_other_way), rare=True,
     ),
     Mistake(
         "frame-before", "Another frame for the tool frame",
@@ -539,6 +539,8 @@ _ALL = (
 OF_FRAMES = frozenset({
     "next-arm", "next-frame", "previous-frame", "arm-from-base", "arm-to-origin", "arm-reversed", "arm-of-one-link",
     "no-cross-product", "tool-frame", "own-frames", "wrong-axis", "row-of-rotation", "velocity-of-other-frame",
+    "arms-exchanged",
+    "rows-not-turned", "turned-the-wrong-way", "frame-before",
 })  # fmt: skip
 """Those that speak of frames on the links, or of vectors from their origins."""
 MISTAKES = of_frames(_ALL, but={one.name for one in _ALL} - OF_FRAMES)

@@ -462,11 +462,11 @@ MISTAKES = (
     Mistake("entries-exchanged", "Entries exchanged", "{Where} two entries seem to be exchanged.", "6.4"),
     Mistake(
         "constants-left-out", "Constants of the angles left out",
-        "The constants that the table adds to angles seem to be left out of the sines and cosines.", "6.1",
+        "The constants that are added to angles seem to be left out of the sines and cosines.", "6.1",
     ),
     Mistake(
         "constants-sign", "Constants of the angles with the wrong sign",
-        "The constants that the table adds to angles seem to have the wrong sign in the sines and cosines.", "6.1",
+        "The constants that are added to angles seem to have the wrong sign in the sines and cosines.", "6.1",
     ),
     Mistake(
         "constants-in-degrees", "Constants of the angles typed in degrees",

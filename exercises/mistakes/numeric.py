@@ -10,7 +10,8 @@ from exercises.answers import Number
 from exercises.arm.chain import Chain
 from exercises.arm.path import Line
 from exercises.arm.stages import RESULT, Table, Working
-from exercises.mistakes.base import Mistake, Shape, Slip, Taken, Takes
+from exercises.arm.told import told_base
+from exercises.mistakes.base import Mistake, Shape, Slip, Taken, Takes, of_frames
 from exercises.problem import Part
 from exercises.questions.path import AtDistance
 
@@ -28,7 +29,8 @@ def _degrees_as_radians(chain: Chain, _: Shape) -> Iterator[Slip]:
         yield Slip({"table": large})
     if any(joint.kind == "R" and offset != 0 for joint, offset in zip(chain.joints, chain.offsets, strict=True)):
         yield Slip({"table": _variables_in_degrees})
-    if (chain.base.yaw, chain.base.tilt) != (0, 0):
+    base = told_base(chain)
+    if (base.yaw, base.tilt) != (0, 0):
         yield Slip({"table": _base_in_degrees})
 
 
@@ -36,7 +38,7 @@ def _base_in_degrees(w: Working, table: Table) -> Table:
     """Put the angles of the base in as degrees."""
     position, yaw, tilt = table.base
     large = w.arithmetic.stepped(180 / sp.pi)
-    return replace(table, base=(position, yaw * large, tilt * large))
+    return replace(table, base=(position, yaw * large, tilt * large if told_base(w.chain).tilt != 0 else tilt))
 
 
 def _variables_in_degrees(w: Working, table: Table) -> Table:
@@ -140,7 +142,7 @@ def _away(chain: Chain, at: AtDistance) -> Iterator[tuple[np.ndarray, str]]:
     yield _rates_at(away, float(at.distance), float(at.seam.speed)), ""
 
 
-MISTAKES = (
+_ALL = (
     Mistake(
         "rates-at-start", "Joint rates at the start of the path",
         "The Jacobian seems to be that at A: it is wanted where P is by then, with the joint values there.", "6.7",
@@ -207,3 +209,5 @@ MISTAKES = (
         "below 6.8", _stage("condition number", lambda w, found: found**2),
     ),
 )  # fmt: skip
+
+MISTAKES = of_frames(_ALL, but={one.name for one in _ALL} - {"offset-forgotten-on-path"})

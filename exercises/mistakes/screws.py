@@ -4,13 +4,12 @@ from collections.abc import Callable, Iterator
 from functools import reduce
 
 import numpy as np
-import sympy as sp
 
 from exercises.arm.arithmetic import applied, cross, product
 from exercises.arm.chain import Chain
 from exercises.arm.conventions import axes_of
 from exercises.arm.placing import Axis
-from exercises.arm.stages import Change, Working
+from exercises.arm.stages import Change, Working, constant
 from exercises.arm.told import is_by_axes
 from exercises.mistakes.base import Mistake, Shape, Slip
 
@@ -42,13 +41,13 @@ def _moment_sign(chain: Chain) -> Iterator[Slip]:
 
 
 def _no_moment(chain: Chain) -> Iterator[Slip]:
-    """Take a point on the axis for the velocity, or nothing."""
+    """Take a point on the axis for the velocity."""
 
     def points(w: Working, columns: np.ndarray) -> np.ndarray:
         out = np.array(columns)
         for i, (kind, axis) in enumerate(zip(w["kinds"], axes_of(w.chain)[0], strict=True)):
             if kind == "R":
-                out[3:, i] = _constant(w, axis.point)
+                out[3:, i] = constant(w, axis.point)
         return out
 
     yield Slip({"home screws": points})
@@ -123,14 +122,10 @@ def _about_the_origin(chain: Chain) -> Iterator[Slip]:
 # --- exponentials ---
 
 
-def _constant(w: Working, vector: sp.Matrix) -> np.ndarray:
-    return np.stack([w.arithmetic.value(w.arithmetic.stepped(entry)) for entry in vector])
-
-
 def _exponential(w: Working, axis: Axis, i: int) -> tuple[np.ndarray, np.ndarray]:
     """Return rotation (3, 3, …) and shift (3, …) of a joint's motion by its variable, by Rodrigues' formula."""
     q = w.arithmetic.stepped(w.chain.q[i])
-    u = _constant(w, axis.direction)
+    u = constant(w, axis.direction)
     zero, one = 0 * u[0], 0 * u[0] + 1
     identity = np.stack([np.stack(row) for row in ((one, zero, zero), (zero, one, zero), (zero, zero, one))])
     if axis.kind == "P":
@@ -138,7 +133,7 @@ def _exponential(w: Working, axis: Axis, i: int) -> tuple[np.ndarray, np.ndarray
     s, c = w.arithmetic.value(w.arithmetic.sin(q)), w.arithmetic.value(w.arithmetic.cos(q))
     hat = np.stack([np.stack([zero, -u[2], u[1]]), np.stack([u[2], zero, -u[0]]), np.stack([-u[1], u[0], zero])])
     turn = identity + s * hat + (one - c) * product(hat, hat)
-    point = _constant(w, axis.point)
+    point = constant(w, axis.point)
     return turn, point - applied(turn, point)
 
 
@@ -162,7 +157,7 @@ def _product(w: Working, in_order: bool) -> Moved:
 
 def _at_home_place(w: Working) -> np.ndarray:
     """Return where P is at home, (3, …)."""
-    return _constant(w, axes_of(w.chain)[1])
+    return constant(w, axes_of(w.chain)[1])
 
 
 def _order(chain: Chain) -> Iterator[Slip]:

@@ -9,7 +9,7 @@ import sympy as sp
 from exercises.answers import ConditionSet
 from exercises.arm.chain import Chain
 from exercises.arm.singularity import Component
-from exercises.mistakes.base import Mistake, Taken
+from exercises.mistakes.base import Mistake, Taken, of_frames
 from exercises.problem import Part
 
 Components = tuple[Component, ...]
@@ -364,7 +364,7 @@ def _trigs(chain: Chain, part: Part) -> Iterator[Taken]:
         yield _altered(part, k, index, condition.xreplace(swap))
 
 
-MISTAKES = (
+_ALL = (
     Mistake(
         "one-root-only", "Only one of two roots",
         "Only one of several values of a joint seems to be given: a sine or cosine takes the same value more than once "
@@ -469,3 +469,7 @@ MISTAKES = (
         "A value of {joint} seems to have the wrong sign.", "6.8", takes=_value_sign, rare=True,
     ),
 )  # fmt: skip
+
+OF_TABLE = frozenset({"offset-forgotten-in-set", "offset-sign-in-set"})
+"""Those that speak of what a table adds to a variable."""
+MISTAKES = of_frames(_ALL, but={one.name for one in _ALL} - OF_TABLE)

@@ -19,33 +19,46 @@ MOST_ROWS = 4
 
 
 def _row(index: int, change: Callable[[Working, TableRow], dict[str, Any]], **words: object) -> Slip:
-    """Return the slip that changes entries of one row."""
+    """Return the slip that changes entries of one row, as the arm's convention tells it."""
 
     def changed(w: Working, table: Table) -> Table:
-        return table.with_row(index, **change(w, table.rows[index]))
+        return _with_told(w, table, index, **change(w, _told(w, table, index)))
 
     return Slip({"table": changed}, {"joint": index + 1, "link": index + 1, **words})
 
 
+def _told(w: Working, table: Table, index: int) -> TableRow:
+    """Return a row as the convention tells it: a modified one has a and alpha of the link before, or of the base."""
+    row = table.rows[index]
+    if not is_modified(w.chain):
+        return row
+    if index:
+        return replace(row, a=table.rows[index - 1].a, alpha=table.rows[index - 1].alpha)
+    position, _, tilt = table.base
+    return replace(row, a=position[0] if told_base(w.chain).is_world else position[0] * 0, alpha=tilt)
+
+
+def _with_told(w: Working, table: Table, index: int, **changed: Any) -> Table:
+    """Return the table with entries of one row changed, as the convention tells it."""
+    if not is_modified(w.chain):
+        return table.with_row(index, **changed)
+    told = _told(w, table, index)
+    a, alpha = changed.pop("a", told.a), changed.pop("alpha", told.alpha)
+    table = table.with_row(index, **changed)
+    if index:
+        return table.with_row(index - 1, a=a, alpha=alpha)
+    position, yaw, _ = table.base
+    along = np.stack([w.arithmetic.cos(yaw), w.arithmetic.sin(yaw), yaw * 0])
+    return replace(table, base=(position + (a - told.a) * along, yaw, alpha))
+
+
 def _rows(
-    chain: Chain,
-    due: Callable[[Any], bool],
-    change: Callable[[Working, TableRow], dict[str, Any]],
-    entries: frozenset[str] = frozenset(),
+    chain: Chain, due: Callable[[Any], bool], change: Callable[[Working, TableRow], dict[str, Any]]
 ) -> Iterator[Slip]:
-    """Yield the slips that change `entries` of a row where that is due, named by the row that the arm has them in."""
-    for i, joint in enumerate(chain.joints):
-        told = i + 1
-        if is_modified(chain) and entries & BEHIND:
-            if not entries <= BEHIND or i == chain.n - 1:  # d stands in another row than a; P is told with the last a
-                continue
-            told = i + 2
-        if due(joint):
-            yield _row(i, change, joint=told, link=told)
-
-
-BEHIND = frozenset({"a", "alpha"})
-"""The entries of a standard row that a modified table has in the next one."""
+    """Yield the slips that change entries of a row where that is due."""
+    for i, row in enumerate(told_rows(chain)):
+        if due(row):
+            yield _row(i, change)
 
 
 def _offsets(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -132,18 +145,19 @@ def _other_radians(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 def _from_another_row(chain: Chain, _: Shape) -> Iterator[Slip]:
     """Take the length, distance or twist of the row above or below; or exchange two lengths."""
-    for i, joint in enumerate(chain.joints):
-        for j in range(chain.n):
+    rows = told_rows(chain)
+    for i, row in enumerate(rows):
+        for j, other in enumerate(rows):
             if i == j or (chain.n > MOST_ROWS and abs(i - j) > 1):
                 continue
-            if chain.offsets[i] != chain.offsets[j] and joint.kind == chain.joints[j].kind:
-                entry, more = ("theta" if joint.kind == "R" else "d"), chain.offsets[j] - chain.offsets[i]
+            if chain.offsets[i] != chain.offsets[j] and row.kind == other.kind:
+                entry, more = ("theta" if row.kind == "R" else "d"), chain.offsets[j] - chain.offsets[i]
                 change = lambda w, row, e=entry, more=more: {e: getattr(row, e) + w.arithmetic.stepped(more)}  # noqa: E731
                 yield _row(i, change, entry="constant of the joint variable", other=j + 1)
             for entry in ("a", "d", "alpha"):
-                there = getattr(chain.joints[j], entry)
-                sliding = entry == "d" and "P" in (joint.kind, chain.joints[j].kind)
-                if sliding or getattr(joint, entry) == there:
+                there = getattr(other, entry)
+                sliding = entry == "d" and "P" in (row.kind, other.kind)
+                if sliding or getattr(row, entry) == there:
                     continue
                 yield _row(
                     i,
@@ -153,12 +167,13 @@ def _from_another_row(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 
 def _lengths_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
+    rows = told_rows(chain)
     for i, j in combinations(range(chain.n), 2):
-        one, other = chain.joints[i].a, chain.joints[j].a
-        if one != other:
+        if rows[i].a != rows[j].a:
 
             def changed(w: Working, table: Table, i: int = i, j: int = j) -> Table:
-                return table.with_row(i, a=table.rows[j].a).with_row(j, a=table.rows[i].a)
+                one, other = _told(w, table, i).a, _told(w, table, j).a
+                return _with_told(w, _with_told(w, table, i, a=other), j, a=one)
 
             yield Slip({"table": changed}, {"joint": i + 1, "other": j + 1})
 
@@ -172,11 +187,11 @@ def _twisted(joint: Any) -> bool:
 
 
 def _twist_sign(chain: Chain, _: Shape) -> Iterator[Slip]:
-    return _rows(chain, _twisted, lambda _, row: {"alpha": -row.alpha}, BEHIND - {"a"})
+    return _rows(chain, _twisted, lambda _, row: {"alpha": -row.alpha})
 
 
 def _twist_left_out(chain: Chain, _: Shape) -> Iterator[Slip]:
-    return _rows(chain, lambda joint: joint.alpha != 0, lambda _, row: {"alpha": row.alpha * 0}, BEHIND - {"a"})
+    return _rows(chain, lambda joint: joint.alpha != 0, lambda _, row: {"alpha": row.alpha * 0})
 
 
 def _all_twists(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -188,7 +203,7 @@ def _all_twists(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 
 def _a_left_out(chain: Chain, _: Shape) -> Iterator[Slip]:
-    return _rows(chain, lambda joint: joint.a != 0, lambda _, row: {"a": row.a * 0}, BEHIND - {"alpha"})
+    return _rows(chain, lambda joint: joint.a != 0, lambda _, row: {"a": row.a * 0})
 
 
 def _d_left_out(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -196,12 +211,7 @@ def _d_left_out(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 
 def _exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
-    return _rows(
-        chain,
-        lambda joint: joint.a != joint.d and (joint.kind == "P" or (joint.a, joint.d) != (0, 0)),
-        lambda _, row: {"a": row.d, "d": row.a},
-        frozenset({"a", "d"}),
-    )
+    return _rows(chain, lambda row: row.a != row.d, lambda _, row: {"a": row.d, "d": row.a})
 
 
 def _other_way(chain: Chain, _: Shape) -> Iterator[Slip]:
@@ -228,11 +238,16 @@ def _degrees(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 
 def _no_base(chain: Chain, _: Shape) -> Iterator[Slip]:
-    def at_origin(w: Working, table: Table) -> Table:
-        position, yaw, tilt = table.base
-        return replace(table, base=(position * 0, yaw * 0, tilt * 0))
+    told = told_base(chain)
 
-    if not chain.base.is_world:
+    def at_origin(w: Working, table: Table) -> Table:
+        position, yaw, tilt = table.base  # of which the first row of a modified table may take a part
+        return replace(
+            table,
+            base=(position * 0 if any(told.position) else position, yaw * 0, tilt * 0 if told.tilt != 0 else tilt),
+        )
+
+    if not told.is_world:
         yield Slip({"table": at_origin})
 
 
@@ -319,7 +334,7 @@ def _slide(w: Working, index: int) -> np.ndarray:
 
 def _decimal_point(chain: Chain, _: Shape) -> Iterator[Slip]:
     """Take a length that is a number for ten times, or a tenth of it."""
-    for i, joint in enumerate(chain.joints):
+    for i, joint in enumerate(told_rows(chain)):
         own = joint.d - chain.q[i] if joint.kind == "P" else joint.d
         for entry, length in (("a", joint.a), ("d", own)):
             if length.is_number and length != 0:
@@ -333,7 +348,7 @@ def _decimal_point(chain: Chain, _: Shape) -> Iterator[Slip]:
 
 def _base_exchanged(chain: Chain, _: Shape) -> Iterator[Slip]:
     for i, j in combinations(range(3), 2):
-        if chain.base.position[i] != chain.base.position[j]:
+        if told_base(chain).position[i] != told_base(chain).position[j]:
 
             def changed(w: Working, table: Table, i: int = i, j: int = j) -> Table:
                 position, yaw, tilt = table.base

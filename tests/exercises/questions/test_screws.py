@@ -9,6 +9,7 @@ from exercises.arm.chain import Chain
 from exercises.arm.conventions import axes_of
 from exercises.families import FAMILIES
 from exercises.generation import applicable, generate, sample_chain
+from exercises.mistakes.catalogue import CATALOGUE, taken
 from exercises.problem import Problem, ProblemId
 from exercises.questions.screws import (
     QUESTIONS,
@@ -100,6 +101,19 @@ def test_no_text_speaks_of_frames_on_the_links(family: str) -> None:
             if found := OF_FRAMES.search(text):
                 wrong[f"{name}, {where}"] = text[max(found.start() - 40, 0) : found.end() + 40]
     assert not wrong
+
+
+@few_families
+def test_no_mistake_speaks_of_a_table_or_of_frames_on_the_links(family: str) -> None:
+    if family not in FIXED:
+        pytest.skip("its arms are of many structures")
+    arm = by_axes(family)
+    shapes = ((3, 1), (6, arm.n), (6, 1), (arm.n, arm.n), (1, 1))
+    said = {m.sentence(slip.words) for m in CATALOGUE.values() for shape in shapes for slip in m.slips(arm, shape)}
+    for part in generate(ProblemId(family, 1, tuple(applicable(arm)), variation="full", convention="screws")).parts:
+        said |= {mistake.sentence(take.words) for mistake, take in taken(arm, part)}
+    table = re.compile(r"\b(table|frames?|rows?) (\d|i\b|of the table|below)|\btable\b|(base|last|own) frame|p\*|\bO\d")
+    assert not [sentence for sentence in said if table.search(sentence)]
 
 
 def _texts(problem: Problem) -> list[tuple[str, str]]:
