@@ -1,12 +1,13 @@
 """Poses, and arms that are given by where their joint axes lie: the standard table of the same arm.
 
-Numbers are worked with in 40 digits here, which is quicker than roots of roots, and told in the end as what they are:
+Numbers are worked with in 60 digits here, which is quicker than roots of roots, and told in the end as what they are:
 an angle as a multiple of pi/12 or an arctangent, a length as a fraction or the root of one, else rounded.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import mpmath
 import numpy as np
 import sympy as sp
 
@@ -15,12 +16,16 @@ from exercises.arm.kinematics import rot_x, rot_z
 
 NEAR = sp.Float("1e-9")
 """Below this a number is taken for zero, and an angle for a multiple of pi/12: descriptions are rounded."""
-_EXACT, _DUST, _PLACES = sp.Float("1e-25"), sp.Float("1e-30"), 40
+_EXACT, _DUST, _PLACES = sp.Float("1e-45"), sp.Float("1e-50"), 60
 """How well a number has to be met that is told as such, what is left of one that is zero, and digits worked with."""
 _DIGITS = 10
 """Decimals of a number that has no simple form."""
-_SMALL = 720
-"""The greatest denominator of a fraction that is no decimal."""
+_SMALL, _SMALL_SQUARE = 10**8, 10**16
+"""The greatest denominators of a fraction that is no decimal, and of one whose root a number is: lengths along an axis
+(1, 2, 3) or (0, 3, 4) have large ones. Met to 45 digits, neither is a chance.
+"""
+_SUMS = 10**4
+"""The greatest whole number in a sum of 1 and the roots of 2, 3 and 6, as turns by 30 and 45 degrees make them."""
 
 
 @dataclass(frozen=True)
@@ -171,7 +176,7 @@ def is_zero(value: sp.Expr) -> bool:
 
 
 def neat(value: sp.Expr) -> sp.Expr:
-    """Return a value multiplied out, its numbers in 40 digits, without what is left of those that are zero."""
+    """Return a value multiplied out, its numbers in 60 digits, without what is left of those that are zero."""
     value = sp.expand(sp.N(value, _PLACES))
     return value.xreplace({number: sp.S.Zero for number in value.atoms(sp.Float) if abs(number) < _DUST})
 
@@ -186,17 +191,27 @@ def _told(number: sp.Float) -> sp.Expr:
     """Return a number as the fraction or the root of a fraction that it is, else rounded."""
     found = _fraction(number)
     if found is None:
-        square = _fraction(number**2)
-        found = None if square is None else sp.sign(number) * sp.sqrt(square)
+        square = _fraction(number**2, _SMALL_SQUARE)
+        found = _sum_of_roots(number) if square is None else sp.sign(number) * sp.sqrt(square)
     return sp.Rational(str(round(number, _DIGITS))) if found is None else found
 
 
-def _fraction(number: sp.Float) -> sp.Rational | None:
-    decimal = sp.Rational(str(round(number, _DIGITS)))
-    for found in (decimal, decimal.limit_denominator(_SMALL)):
+def _fraction(number: sp.Float, largest: int = _SMALL) -> sp.Rational | None:
+    exact = sp.Rational(number)
+    for found in (sp.Rational(str(round(number, _DIGITS))), exact.limit_denominator(largest)):
         if abs(number - found.n(_PLACES)) < _EXACT:
             return found
     return None
+
+
+def _sum_of_roots(number: sp.Float) -> sp.Expr | None:
+    roots = [sp.S.One, sp.sqrt(2), sp.sqrt(3), sp.sqrt(6)]
+    with mpmath.workdps(_PLACES):
+        values = [mpmath.mpf(value.n(_PLACES)) for value in (number, *roots)]
+        found = mpmath.pslq(values, tol=mpmath.mpf(10) ** -30, maxcoeff=_SUMS, maxsteps=10**4)
+    if not found or found[0] == 0:
+        return None
+    return sp.Add(*(sp.Rational(-factor, found[0]) * root for factor, root in zip(found[1:], roots, strict=True)))
 
 
 def angle_of(cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
