@@ -151,7 +151,7 @@ def _svg(chain: Chain, name: str, pose: tuple[tuple[str, float], ...] | None) ->
         figure=_drawn(chain, pose),
         name=name,
         title=title_text(chain),
-        description=alt_text(chain),
+        description=alt_text(chain, pose is not None and any(value for _, value in pose)),
         fixed=fixed,
         path=path,
     )
@@ -175,7 +175,7 @@ def thumbnail_svg(chain: Chain, name: str = "arm") -> str:
         name=name,
         size=size,
         title=title_text(chain),
-        description=alt_text(chain),
+        description=alt_text(chain, posed=True),
         fixed=fixed,
         path=path,
     )
@@ -197,7 +197,9 @@ def singular_svg(chain: Chain, name: str = "singular") -> str:
 def part_alt(chain: Chain, part: Part) -> str:
     """Return the figure under a part's prompt in words."""
     options = options_drawn(chain, part)
-    return alt_text(chain) if options is None else f"Configurations to choose from. {options_text(options[1])}"
+    return (
+        alt_text(chain, posed=True) if options is None else f"Configurations to choose from. {options_text(options[1])}"
+    )
 
 
 def options_svg(chain: Chain, poses: Sequence[Mapping[str, float]], name: str = "options") -> str:

@@ -17,8 +17,11 @@ def title_text(chain: Chain) -> str:
     return f"{'Planar' if is_flat(chain) else 'Spatial'} arm with joints {''.join(j.kind for j in chain.joints)}"
 
 
-def alt_text(chain: Chain) -> str:
-    """Return a description of the arm: its joints, the lengths of its links, its base, and where P is."""
+def alt_text(chain: Chain, posed: bool = False) -> str:
+    """Return a description of the arm: its joints, the lengths of its links, its base, and where P is.
+
+    An arm that is told by its axes is told at home, also where it is drawn in another configuration (`posed`).
+    """
     chain = exact(chain)
     count = NUMBERS[chain.n] if chain.n < len(NUMBERS) else str(chain.n)
     joints = f"{count} joint{'s' if chain.n > 1 else ''}"
@@ -27,7 +30,8 @@ def alt_text(chain: Chain) -> str:
     arm = f"A {'planar' if across else 'spatial'} arm with {joints} in series, {where}"
     if is_by_axes(chain):
         arm = arm.replace("_w", "_s")
-        return " ".join([f"{arm}, at home, in the space frame s.", *_axes(chain), "Lengths are not to scale."])
+        home = ", not at home. At home, in the space frame s:" if posed else ", at home, in the space frame s."
+        return " ".join([f"{arm}{home}", *_axes(chain), "Lengths are not to scale."])
     sentences = [f"{arm}.", _base(chain)]
     sentences += [_joint(chain, i) for i in range(1, chain.n + 1)]
     return " ".join([*sentences, _point(chain), "Lengths are not to scale."])

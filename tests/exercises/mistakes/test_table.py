@@ -1,6 +1,7 @@
 """Mistakes in reading a modified table: the row that is named is the row in which the entry stands."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -38,13 +39,16 @@ def read_wrongly(name: str, slip: Slip, rows: list[Joint]) -> list[Joint]:
         rows[k] = replace(rows[k], a=rows[k].d, d=rows[k].a)
     else:
         entry = ENTRIES[name]
-        rows[k] = replace(rows[k], **{entry: -getattr(rows[k], entry) if name == "twist-sign" else 0})
+        changed: dict[str, Any] = {entry: -getattr(rows[k], entry) if name == "twist-sign" else 0}
+        rows[k] = replace(rows[k], **changed)
     return rows
 
 
 def led_to(base: Base, rows: list[Joint], offset: tuple[sp.Expr, ...], known: dict[sp.Symbol, float]) -> np.ndarray:
     """Return where a modified table leads, by Rx Tx Rz Tz row by row."""
-    number = lambda entry: float(sp.sympify(entry).subs(known))  # noqa: E731
+
+    def number(entry: sp.Expr) -> float:
+        return float(sp.sympify(entry).subs(known))
 
     def about(axis: int, angle: float) -> np.ndarray:
         c, s = np.cos(angle), np.sin(angle)
