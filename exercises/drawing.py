@@ -11,6 +11,7 @@ from functools import partial
 from itertools import islice
 from typing import Generic, TypeVar
 
+from exercises.arm.chain import CONVENTIONS
 from exercises.assignment import Assignment, Slot
 from exercises.errors import QdotError
 from exercises.families import FAMILIES
@@ -274,7 +275,9 @@ def _like(slot: Slot, student: str, assignment: Assignment) -> list[str]:
         joints = slot.problem(assignment.secret, student).chain.n
     except Exception:  # whatever it is, it has been told; the order is all that depends on it
         joints = 0
-    asked = {name for name in slot.questions if name in QUESTIONS}  # whether short ones can be is found out by trying
+    asked = {  # what is listed is that of standard tables: whether others and short ones can be is found out by trying
+        name for name in slot.questions if name in QUESTIONS and CONVENTIONS[0] in QUESTIONS[name].conventions
+    }
     can = [
         name
         for name, family in FAMILIES.items()

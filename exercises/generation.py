@@ -3,10 +3,10 @@
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from itertools import count, islice
 
-from exercises.arm.chain import Chain
+from exercises.arm.chain import CONVENTIONS, Chain
 from exercises.difficulty import difficulty, in_words, step
 from exercises.errors import QdotError, unknown
 from exercises.families import FAMILIES, Family
@@ -52,10 +52,7 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
     family = family or family_named(identity.family)
     if identity.engine != ENGINE:
         raise QdotError(f"{identity} was made by engine {identity.engine}; this version of qdot has engine {ENGINE}")
-
-    def told(chain: Chain) -> Chain:
-        return replace(chain, convention=identity.convention) if identity.convention else chain
-
+    told = partial(_told, convention=identity.convention)
     stream = Stream(f"qdot/{identity.engine}/{identity.seeded}/arm" + (f"/{attempt}" if attempt else ""))
     axes = axes_of(identity.variation)
     if family.structures is not None:
@@ -75,6 +72,11 @@ def sample_chain(identity: ProblemId, family: Family | None = None, attempt: int
             return chain
     steps = in_words(min(seen.values()), max(seen.values()))
     raise QdotError(f"{family.name} has no arm of difficulty {in_words(low, high)}; its arms are of difficulty {steps}")
+
+
+def _told(chain: Chain, convention: str) -> Chain:
+    """Return an arm as it is told in a convention; its own, if none is named."""
+    return replace(chain, convention=convention) if convention else chain
 
 
 def _draws(family: Family, stream: Stream, axes: tuple[str, ...]) -> Iterator[Chain]:
@@ -115,7 +117,7 @@ def questions_of(family: str | Family, convention: str = "") -> tuple[str, ...]:
     """
     known = family_named(family) if isinstance(family, str) else family
     if convention:
-        return applicable(sample_chain(ProblemId(known.name, 0, convention=convention), known))
+        return find_questions(known, convention)
     if FAMILIES.get(known.name) is known and known.name in listing():
         return listing()[known.name].questions
     return find_questions(known)
@@ -134,12 +136,12 @@ def short_quiz(family: str | Family, convention: str = "") -> tuple[str, ...]:
     return tuple(chosen.values())
 
 
-def find_questions(family: Family) -> tuple[str, ...]:
+def find_questions(family: Family, convention: str = "") -> tuple[str, ...]:
     """Find out what can be asked of a family's arms."""
     if not family.varied:
-        return applicable(sample_chain(ProblemId(family.name, 0), family))
+        return applicable(sample_chain(ProblemId(family.name, 0, convention=convention), family))
     missing = dict(QUESTIONS)
-    for arm in _looked_at(family):
+    for arm in (_told(chain, convention) for chain in _looked_at(family)):
         for name in applicable(arm, missing):
             del missing[name]
     return tuple(name for name in QUESTIONS if name not in missing)
@@ -196,6 +198,10 @@ def check_questions(
     """Raise QdotError where a question is unknown, asked twice, or can't be asked of the family's arms."""
     known = family_named(family) if isinstance(family, str) else family
     _check_names(questions)
+    if FAMILIES.get(known.name) is known:
+        for name in questions:
+            if (reason := ASKED[name].not_of(convention or CONVENTIONS[0])) is not None:
+                raise QdotError(f"question {name!r} can't be asked of {known.name}: {reason}")
     if FAMILIES.get(known.name) is known and known.name in listing() and not convention:
         can_be_asked = listing()[known.name].questions
         if not known.varied and band is None and variation in STEPS and set(questions) <= set(can_be_asked):

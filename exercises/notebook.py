@@ -7,7 +7,7 @@ A notebook holds no seed, so that a student can't regenerate the answers from it
 import base64
 import html
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 import nbformat
 from nbformat import NotebookNode
@@ -43,9 +43,9 @@ def notebook_text(notebook: NotebookNode) -> str:
     return json.dumps(notebook, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
 
 
-def figure_image(problem: Problem, name: str, pose: Mapping[str, float] | None = None) -> str:
+def figure_image(problem: Problem, name: str) -> str:
     """Return the arm's figure as an HTML image with its SVG inside, for Markdown; it shows in every notebook reader."""
-    return _image(figure_svg(problem.chain, name, pose), alt_text(problem.chain))
+    return _image(figure_svg(problem.chain, name), alt_text(problem.chain))
 
 
 def _image(svg: str, alternative: str) -> str:

@@ -5,9 +5,9 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any
 
-from exercises.arm.chain import Chain
+from exercises.arm.chain import CONVENTIONS, Chain
 from exercises.arm.robot_file import Robot
-from exercises.questions import QUESTIONS, screws
+from exercises.questions import QUESTIONS
 from exercises.questions.base import BY_HAND
 from exercises.solving import (
     SECTIONS,
@@ -132,9 +132,8 @@ def _due(chain: Chain) -> list[str]:
     left_out = () if _is_square(chain) else ("determinant", *inverse)
     if chain.n > BY_HAND:
         left_out = (*left_out, *inverse)
-    of_screws = {question.name for question in screws.QUESTIONS}
     told_otherwise = [  # looked at for these only: of others, whether they can be asked may take minutes to find out
-        name for name in SECTIONS if name in of_screws or QUESTIONS[name].in_frames
+        name for name in SECTIONS if QUESTIONS[name].conventions != CONVENTIONS
     ]
     left_out = (*left_out, *(name for name in told_otherwise if QUESTIONS[name].objects(chain) is not None))
     return [name for name in SECTIONS if name not in left_out]

@@ -17,7 +17,7 @@ from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 
-from exercises.arm.chain import Chain
+from exercises.arm.chain import CONVENTIONS, Chain
 from exercises.docs.errata import Erratum, errata
 from exercises.docs.robots import robots_page
 from exercises.docs.sharing import GROUPS, known
@@ -29,7 +29,7 @@ from exercises.files import write_atomically
 from exercises.generation import find_out, sample_chain
 from exercises.mistakes.catalogue import SECTIONS
 from exercises.problem import Part, Problem, ProblemId
-from exercises.questions import QUESTIONS, recursion, screws
+from exercises.questions import QUESTIONS
 from exercises.quizzes import QUIZZES
 from exercises.render import render
 from exercises.stream import Stream
@@ -111,8 +111,9 @@ def questions_page() -> str:
     asked: dict[str, int | str] = {
         name: sum(name in listed.questions for listed in found_out().values()) for name in QUESTIONS
     }
-    for convention, module in (("modified-dh", recursion), ("screws", screws)):
-        asked |= {question.name: f"`{convention}`" for question in module.QUESTIONS}
+    for question in QUESTIONS.values():
+        if CONVENTIONS[0] not in question.conventions:
+            asked[question.name] = ", ".join(f"`{convention}`" for convention in question.conventions)
     return render(
         "docs/questions.md.j2",
         questions=QUESTIONS.values(),

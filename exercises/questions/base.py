@@ -9,15 +9,22 @@ import numpy as np
 import sympy as sp
 
 from exercises.answers import Answer
-from exercises.arm.chain import Chain
+from exercises.arm.chain import CONVENTIONS, Chain
 from exercises.arm.derivation import TooLong, derive, structure
 from exercises.arm.stages import Change, Working
-from exercises.arm.told import is_by_axes
 from exercises.problem import Details, Part
 from exercises.stream import Stream
 
 BY_HAND = 3
 """Up to so many joints an inverse is written out."""
+
+BY_TABLE, BY_MODIFIED_TABLE, BY_AXES = ("dh", "modified-dh"), ("modified-dh",), ("screws",)
+"""Of whose arms a question is asked that not every convention has (`Question.conventions`)."""
+ASKED_OF = {
+    BY_TABLE: "it is asked in the frames of a table, and this arm is told by its axes",
+    BY_MODIFIED_TABLE: 'it is asked of arms with a modified table (convention = "modified-dh")',
+    BY_AXES: 'it is asked of arms that are told by their axes (convention = "screws")',
+}
 
 Asked = tuple[Answer, Details]
 """The answer, and what the wording needs beside it."""
@@ -156,7 +163,8 @@ class Question:
 
     `result` tells how the answer comes out of a derivation, so that what goes wrong there shows in it: without one,
     mistakes and what follows from them are not known, but for those that are made with the answer itself. The entries
-    of an answer can be given under `labels`, and are called `entry_names` in LaTeX; where it `is_made_of_jacobian`,
+    of an answer can be given under `labels`, and are called `entry_names` in LaTeX; columns may be typed below names of
+    theirs. Where it `is_made_of_jacobian`,
     J is there already, and where it `is_made_of_minors`, it takes minutes to work out in formulas for many joints, and
     a single formula is a product whose factors count.
 
@@ -168,7 +176,7 @@ class Question:
     the questions from whose answers this one is worked out, in the order in which that is tried. The conditions of a
     set are where the result that `vanishes` does.
 
-    One that is asked `in_frames` speaks of those that a table puts on the links, which an arm told by its axes lacks.
+    It is asked of arms that are told in one of its `conventions`: what speaks of frames on the links, of BY_TABLE.
     `without` tells of DUTIES that are not done, why: of a question that does not say so, a test finds the gap.
     """
 
@@ -186,6 +194,7 @@ class Question:
     result: Result | None = None
     labels: Callable[[Chain], tuple[str, ...]] = no_names
     entry_names: Callable[[Chain, Part], Sequence[str]] = no_names
+    columns: Callable[[Chain], tuple[str, ...]] = no_names
     is_made_of_jacobian: bool = False
     is_made_of_minors: bool = False
     adds_up: Literal["", "links", "columns of links"] = ""
@@ -194,7 +203,7 @@ class Question:
     put: Put | None = None
     follows: tuple[tuple[str, ...], ...] = ()
     vanishes: Result | None = None
-    in_frames: bool = False
+    conventions: tuple[str, ...] = CONVENTIONS
     without: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -211,15 +220,17 @@ class Question:
         )
         return labels if len(labels) == (1 if part.shape is None else part.shape[0]) else ()
 
+    def not_of(self, convention: str) -> str | None:
+        """Return why it is not asked of arms that are told in a convention."""
+        return None if convention in self.conventions else ASKED_OF[self.conventions]
+
     def refusal(self, chain: Chain) -> str | None:
         """Return why it is not asked of an arm, for one reason or the other."""
         return self.objects(chain) or self.too_long(chain)
 
     def objects(self, chain: Chain) -> str | None:
         """Return why it makes no sense for an arm, or can't be worked out."""
-        if self.in_frames and is_by_axes(chain):
-            return "it is asked in the frames of a table, and this arm is told by its axes"
         try:
-            return self.objection(chain)
+            return self.not_of(chain.convention) or self.objection(chain)
         except TooLong as error:
             return str(error)

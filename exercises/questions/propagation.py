@@ -10,7 +10,17 @@ from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.stages import Working, propagated
 from exercises.problem import Details, OneOfSeveral, Part
-from exercises.questions.base import Asked, Question, by_hand, first_three, put, put_columns, stage, velocities
+from exercises.questions.base import (
+    BY_TABLE,
+    Asked,
+    Question,
+    by_hand,
+    first_three,
+    put,
+    put_columns,
+    stage,
+    velocities,
+)
 from exercises.stream import Stream
 
 
@@ -72,7 +82,7 @@ QUESTIONS = (
     ),
     Question(
         name="position-vectors",
-        in_frames=True,
+        conventions=BY_TABLE,
         title="Position vectors p*",
         source="6.13",
         ask=_vectors,
@@ -109,7 +119,7 @@ QUESTIONS = (
     ),
     Question(
         name="link-velocity",
-        in_frames=True,
+        conventions=BY_TABLE,
         title="Velocity of a link frame",
         source="6.9 and 6.10",
         ask=_link_velocity,

@@ -18,10 +18,10 @@ from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive, structure
 from exercises.arm.kinematics import Z, joint_rotation, link_vector
 from exercises.arm.stages import Working
-from exercises.arm.told import is_modified, told_rows
+from exercises.arm.told import told_rows
 from exercises.arm.trigonometry import textbook
 from exercises.problem import Details, Part
-from exercises.questions.base import MOST_TERMS, Asked, Question, count_terms, velocities
+from exercises.questions.base import BY_MODIFIED_TABLE, MOST_TERMS, Asked, Question, count_terms, velocities
 from exercises.stream import Stream
 
 FURTHEST = 3
@@ -102,8 +102,6 @@ def _terms(chain: Chain, frame: int) -> int:
 
 
 def _objection(chain: Chain) -> str | None:
-    if not is_modified(chain):
-        return 'it is asked of arms with a modified table (convention = "modified-dh")'
     return None if chain.n > 1 else "it has one joint"
 
 
@@ -123,7 +121,7 @@ QUESTIONS = (
         source="6.9 and 6.10",
         ask=_ask,
         points=2.0,
-        in_frames=True,
+        conventions=BY_MODIFIED_TABLE,
         objection=_objection,
         too_long=_too_long,
         result=_result,

@@ -20,10 +20,9 @@ from exercises.arm.conventions import axes_of
 from exercises.arm.derivation import derive, structure
 from exercises.arm.kinematics import Frame, frames_and_point
 from exercises.arm.stages import Working
-from exercises.arm.told import is_by_axes
 from exercises.arm.trigonometry import textbook
 from exercises.problem import Details, Part
-from exercises.questions.base import Asked, Question, count_terms, put, stage, too_many, velocities
+from exercises.questions.base import BY_AXES, Asked, Question, count_terms, put, stage, too_many, velocities
 from exercises.stream import Stream
 
 TWIST_ROWS = (*TASK_ROWS[3:], *TASK_ROWS[:3])
@@ -207,13 +206,7 @@ def _body_twist(chain: Chain, rng: Stream) -> Asked:
     return Matrix(derive(chain).twist(jacobian)), details
 
 
-def _by_axes(chain: Chain) -> str | None:
-    return None if is_by_axes(chain) else 'it is asked of arms that are told by their axes (convention = "screws")'
-
-
 def _with_body(chain: Chain) -> str | None:
-    if (refused := _by_axes(chain)) is not None:
-        return refused
     return None if chain.point.frame == chain.n else "P is no point of its last link, with which the body frame moves"
 
 
@@ -253,8 +246,8 @@ QUESTIONS = (
         name="home-screws",
         title="Screw axes at home",
         source=SOURCE,
+        conventions=BY_AXES,
         ask=_home,
-        objection=_by_axes,
         result=stage("home screws"),
         put=put("home screws"),
     ),
@@ -262,6 +255,7 @@ QUESTIONS = (
         name="body-pose",
         title="Pose of the body frame by exponentials",
         source=SOURCE,
+        conventions=BY_AXES,
         ask=_pose,
         points=2.0,
         objection=_with_body,
@@ -274,9 +268,9 @@ QUESTIONS = (
         name="space-jacobian",
         title="Space Jacobian",
         source=SOURCE,
+        conventions=BY_AXES,
         ask=_space,
         points=2.0,
-        objection=_by_axes,
         too_long=_long_space,
         result=stage("space jacobian"),
         put=put("space jacobian"),
@@ -285,6 +279,7 @@ QUESTIONS = (
         name="body-jacobian",
         title="Body Jacobian",
         source=SOURCE,
+        conventions=BY_AXES,
         ask=_body,
         needs=("body-pose", "space-jacobian"),
         points=2.0,
@@ -298,9 +293,9 @@ QUESTIONS = (
         name="space-twist",
         title="Twist in the space frame",
         source=SOURCE,
+        conventions=BY_AXES,
         ask=_space_twist,
         needs=("space-jacobian",),
-        objection=_by_axes,
         too_long=_long_space,
         result=lambda w, _: applied(w["space jacobian"], w["joint rates"]),
         entry_names=_twist_names,
@@ -310,6 +305,7 @@ QUESTIONS = (
         name="body-twist",
         title="Twist in the body frame",
         source=SOURCE,
+        conventions=BY_AXES,
         ask=_body_twist,
         needs=("body-jacobian",),
         objection=_with_body,

@@ -15,7 +15,7 @@ from exercises.arm.stages import Change, Working
 from exercises.arm.told import is_modified, told_point, told_rows, up_to_frame
 from exercises.arm.trigonometry import textbook
 from exercises.problem import Details, Part
-from exercises.questions.base import Asked, Question, count_terms, stage, too_many
+from exercises.questions.base import BY_TABLE, Asked, Question, count_terms, stage, too_many
 from exercises.stream import Stream
 
 MOST_JOINTS = 5
@@ -171,7 +171,7 @@ def _put_transform(rows: np.ndarray) -> dict[str, Change]:
 QUESTIONS = (
     Question(
         name="transform",
-        in_frames=True,
+        conventions=BY_TABLE,
         title="Transform of the last frame",
         source="Example 6.1",
         ask=_transform,
@@ -183,7 +183,7 @@ QUESTIONS = (
     ),
     Question(
         name="tool-jacobian",
-        in_frames=True,
+        conventions=BY_TABLE,
         title="Jacobian in the tool frame",
         source="6.12",
         ask=_tool_jacobian,

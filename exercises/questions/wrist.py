@@ -20,7 +20,7 @@ from exercises.arm.stages import Working
 from exercises.arm.told import frame_on_axis, is_modified, told_rows
 from exercises.arm.trigonometry import Factored, factored, same, substitute, textbook
 from exercises.problem import Details, Part
-from exercises.questions.base import MOST_TERMS, Asked, Question, first_three, put, square, stage
+from exercises.questions.base import BY_TABLE, MOST_TERMS, Asked, Question, first_three, put, square, stage
 from exercises.stream import Stream
 
 
@@ -188,7 +188,7 @@ def _derived_determinants(w: Working, part: Part) -> np.ndarray:
 QUESTIONS = (
     Question(
         name="arm-block",
-        in_frames=True,
+        conventions=BY_TABLE,
         title="Arm block of the Jacobian",
         source="6.12",
         ask=_arm,
@@ -202,7 +202,7 @@ QUESTIONS = (
     ),
     Question(
         name="wrist-block",
-        in_frames=True,
+        conventions=BY_TABLE,
         title="Wrist block of the Jacobian",
         source="6.12",
         ask=_wrist,
@@ -212,7 +212,7 @@ QUESTIONS = (
     ),
     Question(
         name="block-determinants",
-        in_frames=True,
+        conventions=BY_TABLE,
         title="Determinants of the blocks",
         source="6.8",
         ask=_both,

@@ -204,6 +204,14 @@ def test_what_is_listed_of_a_family_is_not_derived_again(monkeypatch: pytest.Mon
             check_questions(family, questions, band)
 
 
+@pytest.mark.parametrize("family", ["planar-2r", "random-3"])
+def test_a_question_of_another_convention_is_refused_with_the_convention_it_needs(family: str) -> None:
+    for question, convention in (("home-screws", ""), ("own-frame-velocity", "screws")):
+        with pytest.raises(QdotError, match=r'convention = "(screws|modified-dh)"'):
+            check_questions(family, [question], convention=convention)
+    check_questions(family, ["home-screws"], convention="screws")
+
+
 def test_every_question_can_be_asked_of_some_family() -> None:
     told = {name: questions_of("planar-2r", name) for name in CONVENTIONS}
     assert set().union(*(questions_of(family) for family in FAMILIES), *told.values()) == set(QUESTIONS)

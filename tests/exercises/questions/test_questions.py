@@ -19,7 +19,7 @@ from exercises.answers import Choice, ConditionSet, Direction, Expression, Matri
 from exercises.families import FAMILIES
 from exercises.formula.expression import read
 from exercises.problem import ENGINE, Part, Problem, ProblemId
-from exercises.questions import QUESTIONS, recursion, screws
+from exercises.questions import QUESTIONS
 from exercises.record import plain
 from exercises.stream import Stream
 from exercises.variation import STEPS
@@ -101,13 +101,6 @@ def test_a_question_is_registered_under_its_name(name: str) -> None:
     assert all(need in QUESTIONS for need in question.needs)
 
 
-CONVENTION = {
-    **dict.fromkeys((question.name for question in screws.QUESTIONS), "screws"),
-    **dict.fromkeys((question.name for question in recursion.QUESTIONS), "modified-dh"),
-}
-"""Questions that are asked in one convention only."""
-
-
 @pytest.mark.parametrize("name", QUESTIONS)
 def test_arms_of_the_books_pass_certificate_and_grader(name: str, textbook_arms: dict[str, Any]) -> None:
     """Arms that no family draws, with tables in the books' own symbols."""
@@ -115,7 +108,7 @@ def test_arms_of_the_books_pass_certificate_and_grader(name: str, textbook_arms:
     turn = EACH * list(QUESTIONS).index(name) % len(RECORDS)
     in_turn = [textbook_arms[record["name"]] for record in (*RECORDS[turn:], *RECORDS[:turn])]
     for arm in sorted(in_turn, key=lambda arm: arm.chain.n > 4):
-        chain = replace(arm.chain, convention=CONVENTION.get(name, "dh"))
+        chain = replace(arm.chain, convention=question.conventions[0])
         if taken < EACH and question.refusal(chain) is None:
             answer, details = question.ask(chain, Stream(f"{chain.name}/{name}"))
             part = Part(name, name, answer, question.points, (), details)
