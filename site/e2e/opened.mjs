@@ -107,7 +107,7 @@ export const drawn = (page) =>
 
 /** Brings the arm of a page, which comes when it is near to the screen, with its map; nothing on a page without one. */
 export async function armOf(page) {
-  const arm = page.locator("#arm, [data-arm], [data-hero]").first();
+  const arm = page.locator("#arm, [data-arm], [data-hero], .stage").first();
   if ((await arm.count()) === 0) return;
   await arm.scrollIntoViewIfNeeded();
   await page.mouse.move(1, 1); // that of the first page comes once somebody is there

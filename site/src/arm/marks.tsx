@@ -34,11 +34,16 @@ function axisOf({ width, height }: View): number {
 
 const LOST = 0.03;
 
+/** Metres on the drawing for one m/s of P. */
+export function speedScale(arm: Arm): number {
+  const { around, above } = extentOf(arm);
+  return BY_SPEED * Math.min(1, Math.max(around, above));
+}
+
 /** The columns of J as they are drawn at P (m). */
 export function drawnColumns(arm: Arm, state: State, reach: number): readonly Vec3[] {
   const { turning, columns } = arrowsOf(arm, state);
-  const { around, above } = extentOf(arm);
-  const by = turning ? 0.35 * reach : BY_SPEED * Math.min(1, Math.max(around, above));
+  const by = turning ? 0.35 * reach : speedScale(arm);
   return columns.map((column) => scaled(column, by));
 }
 

@@ -56,7 +56,7 @@ export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first:
   useEffect(() => {
     let current = true;
     setFailed("");
-    gathered(inOrder(index, wish).slice(0, sheet.count), solvable).then(
+    gathered(inOrder(index, { ...wish, count: sheet.count }), solvable).then(
       (found) => current && setGroups(found),
       (error: unknown) => current && setFailed(String(error)),
     );

@@ -5,7 +5,7 @@ import { lazy, memo, Suspense } from "preact/compat";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { singularIn } from "../arm/singular.js";
-import type { Part, Problem, Solutions } from "../bank.js";
+import type { Factor, Part, Problem, Solutions } from "../bank.js";
 import { atLeast, type Level, told } from "../grade/levels.js";
 import type { At, Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
@@ -35,7 +35,8 @@ interface TaskProps {
   readonly part: Part;
   readonly level: Level;
   readonly arrived: boolean;
-  readonly onVerdict: (verdict: Verdict) => void;
+  /** Told of a verdict, and whether hints or the solution were seen before it. */
+  readonly onVerdict: (verdict: Verdict, helped: boolean) => void;
   readonly onNext: () => void;
 }
 
@@ -45,13 +46,22 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
   const [failed, setFailed] = useState("");
   const [pose, setPose] = useState<At | undefined>(undefined);
   const [helped, setHelped] = useState(false); // what was copied from the solution is no success
+  const hinted = useRef(false);
   const prepared = useRef(false);
   const judged = useRef<string | null>(null);
   const start = useRef<HTMLElement>(null);
   const step = useSteps(3); // the question first: a phone shows little else
   const figure = (part.pose && part.figure) || problem.figure;
   const hidden = TOLD_BY_FACTORS.has(part.kind) && verdict?.outcome !== "correct" && !helped;
-  const toldFactors = useMemo(() => (hidden ? [] : problem.factors), [hidden]);
+  const [factors, setFactors] = useState<readonly Factor[]>([]);
+  const isShown = step === 3 && !hidden && atLeast(level, "solutions");
+  useEffect(() => {
+    if (!isShown) return;
+    loadSolutions(item.family, item.key).then(
+      (solutions) => setFactors(solutions.factors),
+      () => undefined, // without a connection the stage does without them
+    );
+  }, [isShown]);
   const isSingular = useMemo(() => singularIn(problem), [problem]);
   /** Grading is loaded before there is an answer, and tried once: what is run for the first time takes ten times as long. */
   const prepare = () => {
@@ -69,7 +79,7 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
     setVerdict(shown);
     const isNew = answer !== judged.current && !(helped && found.outcome === "correct");
     judged.current = answer;
-    if (found.outcome !== "missing" && isNew) onVerdict(found);
+    if (found.outcome !== "missing" && isNew) onVerdict(found, hinted.current || helped);
     afterPaint(() => setPose(poseOf(problem, shown))); // what is said of the answer is there before the arm goes
   };
   useEffect(() => {
@@ -104,6 +114,7 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
         lang={problem.lang}
         solvable={atLeast(level, "solutions")}
         solved={verdict?.outcome === "correct"}
+        onHint={() => (hinted.current = true)}
         onSolution={() => setHelped(verdict?.outcome !== "correct")}
       />
     </>
@@ -146,7 +157,7 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
               symbols={problem.symbols}
               first={part.pose ?? problem.pose}
               pose={pose}
-              factors={toldFactors}
+              factors={factors}
               language={language()}
             />
           </Suspense>
@@ -170,11 +181,16 @@ function Drawn({ figure }: { figure: string }) {
   return <figure class="drawn" lang="en" dangerouslySetInnerHTML={{ __html: figure }} />;
 }
 
-/** The prompt without its list of options, which are there to be chosen. */
+/** The prompt without its options, which are there to be chosen, and without how their letters are typed. */
 function promptOf(part: Part): string {
   if (part.options === null) return part.prompt;
-  return part.prompt.replace(/<ul>\s*<li>\s*(?:<p>)?<strong>A\.<\/strong>[\s\S]*?<\/ul>/, "");
+  return part.prompt.replace(OPTIONS, "").replace(LAST_OF_LETTERS, "");
 }
+
+const OPTIONS = /<ul>\s*<li>\s*(?:<p>)?<strong>A\.<\/strong>[\s\S]*?<\/ul>/;
+/** The paragraph on the answer: "the letter, typed in quotes, as in …". */
+const LAST_OF_LETTERS =
+  /<p><strong>[^<]*<\/strong>(?:(?!<\/p>)[\s\S])*<code>(?:&quot;|")(?:[A-H]+|true)(?:&quot;|")<\/code>[\s\S]*?<\/p>/;
 
 // --- hints and solution ---
 
@@ -185,10 +201,11 @@ interface HelpProps {
   /** Whether the bank has solutions. */
   readonly solvable: boolean;
   readonly solved: boolean;
+  readonly onHint: () => void;
   readonly onSolution: () => void;
 }
 
-function Help({ item, part, lang, solvable, solved, onSolution }: HelpProps) {
+function Help({ item, part, lang, solvable, solved, onHint, onSolution }: HelpProps) {
   const [hints, setHints] = useState(0);
   const [solution, setSolution] = useState<
     (Solutions["parts"][number] & { lang?: string | undefined }) | null
@@ -214,7 +231,14 @@ function Help({ item, part, lang, solvable, solved, onSolution }: HelpProps) {
       ))}
       <p class="actions">
         {hints < part.hints.length ? (
-          <button type="button" class="quiet" onClick={() => setHints(hints + 1)}>
+          <button
+            type="button"
+            class="quiet"
+            onClick={() => {
+              onHint();
+              setHints(hints + 1);
+            }}
+          >
             {said(message("practice.more-hints", { number: hints + 1 }))}
           </button>
         ) : null}
