@@ -115,7 +115,7 @@ export async function armOf(page) {
   if (await page.locator("[data-hero]").count()) await page.locator(".arm-factors").waitFor();
   else {
     const map = page.getByRole("button", { name: "Map", exact: true });
-    if ((await map.getAttribute("aria-expanded")) === "false") await map.click(); // on a phone it is closed
+    if ((await map.getAttribute("aria-expanded")) === "false") await map.evaluate((button) => button.click()); // the focus stays where it is
     await page.locator(".arm-zero").first().waitFor({ state: "attached" });
   }
 }

@@ -110,3 +110,18 @@ test("the stage begins as the printed figure: the pose of the problem, and the t
   for (const name of letters(printed))
     assert.ok(letters(said).has(name), `${name} is in print only: ${said}`);
 });
+
+test("an option that is wider than a phone is scrolled by itself", async () => {
+  const { page } = await opened(there, "practice.html?arm=planar-2r&question=singularity-type", PHONE);
+  await page.locator(".option-text").first().waitFor();
+  const wider = await page.evaluate(() => {
+    for (const text of document.querySelectorAll(".option-text")) {
+      const wide = document.createElement("div"); // as the matrices of an arm with seven joints are
+      wide.style.width = "900px";
+      wide.style.height = "1em";
+      text.append(wide);
+    }
+    return document.documentElement.scrollWidth - innerWidth;
+  });
+  assert.ok(wider <= 0, `${wider} pixels wider than the screen`);
+});

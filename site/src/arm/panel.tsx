@@ -71,7 +71,7 @@ function Panel(props: ArmProps): JSX.Element {
   const words = useMemo(() => inWords(arm, rested, sayIn(language)), [arm, rested, language]);
   const ids = useId();
   const panes: Pane[] = wide ? ["map", "weld"] : ["joints", "jacobian", "map", "weld", "layers"];
-  const open = wide && stage.pane !== "weld" && stage.pane !== null ? "map" : stage.pane;
+  const open = wide && !panes.includes(stage.pane!) ? null : stage.pane; // sliders and J are there anyway
   return (
     <section
       ref={box}
@@ -141,6 +141,7 @@ function Panel(props: ArmProps): JSX.Element {
               {open === "joints" ? (
                 <>
                   <Joints {...stage} onChoose={stage.choose} onPose={stage.move} />
+                  <Figures {...stage} />
                   <Lengths robot={robot} symbols={symbols} />
                 </>
               ) : null}

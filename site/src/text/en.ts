@@ -321,6 +321,20 @@ export const en = {
     "learning platform, on paper, or as a site like this one.",
   "home.instructors": "Your first class",
   "home.outlets": "Where it goes",
+  "arms.title": "The arms",
+  "arms.lead":
+    "{count} families. Every arm that a family draws has lengths, offsets and a mounting of its own.",
+  "arms.says":
+    "R is a revolute and P a prismatic joint. The difficulty goes from 0 to 4: how much there is to work out for such an arm " +
+    "by hand. The name in letters of a typewriter is what instructors put into assignment.toml.",
+  "arms.questions": "{count} questions",
+  "examples.title": "The chapter's examples, as qdot solves them",
+  "examples.lead":
+    "Every step that an instructor would write on the board, derived by the program that grades: with an arm beside it that " +
+    "you can move.",
+  "examples.errata": "Errata",
+  "examples.own": "An arm of your own",
+  "examples.own-says": "The same, step by step, for any arm that has a Denavit–Hartenberg table:",
   "missing.title": "There is no such page",
   "missing.says": "The link is wrong, or the page has moved.",
   "missing.home": "To the first page",
