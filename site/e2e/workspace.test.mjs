@@ -125,3 +125,19 @@ test("an option that is wider than a phone is scrolled by itself", async () => {
   });
   assert.ok(wider <= 0, `${wider} pixels wider than the screen`);
 });
+
+test("the columns of a wrong Jacobian are drawn beside the true ones, and move with the arm", async () => {
+  const { page, wrong } = await opened(there, JACOBIAN);
+  await page.getByRole("button", { name: "Type it as text" }).click();
+  await page.getByLabel("Your answer").fill("[[a1*c1, 0], [a1*s1, a2*c12]]");
+  await page.getByRole("button", { name: "Check" }).click();
+  await page.getByText("The columns of your J are drawn dashed").waitFor();
+  const shaft = page.locator(".arm-own .arm-j1 .arm-shaft");
+  await shaft.waitFor({ state: "attached" });
+  const before = await shaft.getAttribute("d");
+  await page.locator('.arm-joints input[type="range"]').first().focus();
+  await page.keyboard.press("ArrowRight");
+  await drawn(page);
+  assert.notEqual(await shaft.getAttribute("d"), before);
+  assert.deepEqual(wrong, []);
+});

@@ -33,6 +33,8 @@ function axisOf({ width, height }: View): number {
 }
 
 const LOST = 0.03;
+/** A drawing that is lower or narrower (pixels) has no room for the names of axes and origins: there joints have theirs. */
+const ROOMY = 300;
 
 /** Metres on the drawing for one m/s of P. */
 export function speedScale(arm: Arm): number {
@@ -159,8 +161,9 @@ function shownAxes({ x, y, z }: Frame, flat: boolean): readonly (readonly [lette
 function wantedLabels({ arm, state, view, reach, layers, flat }: MarksProps, signed: Signed): Wanted[] {
   const { point, frames } = state;
   const wanted: Wanted[] = [];
+  const names = layers.frames && Math.min(view.width, view.height) >= ROOMY;
   const origins: [name: string, at: Pixel][] = [["P", pixel(view, point)]];
-  if (layers.frames)
+  if (names)
     frames.forEach(({ o }, i) => {
       const at = pixel(view, o);
       const same = origins.find(([, other]) => Math.hypot(other[0] - at[0], other[1] - at[1]) < 1);
@@ -185,7 +188,7 @@ function wantedLabels({ arm, state, view, reach, layers, flat }: MarksProps, sig
       }
     });
   }
-  if (layers.frames) {
+  if (names) {
     frames.forEach((frame, i) => {
       const [x, y] = pixel(view, frame.o);
       for (const [letter, axis] of shownAxes(frame, flat)) {

@@ -8,6 +8,8 @@ import { type IsSingular, judgeSet } from "./sets.js";
 import { judgeValues } from "./values.js";
 import type { Verdict } from "./verdict.js";
 
+export { ownColumns } from "./own.js";
+
 /**
  * Judge an answer; `isSingular` tells of poses of this problem's arm. A formula that can't be read is read once more with
  * its commas between digits as decimal ones, as pages of many languages print them; several numbers stay what they are.

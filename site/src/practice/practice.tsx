@@ -64,9 +64,9 @@ function Session({ index }: { index: Index }) {
     );
   };
   useEffect(() => choose(wish, null), []);
-  /** The next of what is due; when there is none left, as it was wished. */
-  const fromQueue = (): void => {
-    const [first] = due.filter((each) => !item || nameOf(each) !== nameOf(item));
+  /** The first of what is due, or the next one; when there is none left, as it was wished. */
+  const fromQueue = (isFirst: boolean): void => {
+    const [first] = due.filter((each) => isFirst || !item || nameOf(each) !== nameOf(item));
     if (first) setItem(first);
     else {
       setQueued(false);
@@ -92,7 +92,7 @@ function Session({ index }: { index: Index }) {
           going={queued}
           onStart={() => {
             setQueued(true);
-            fromQueue();
+            fromQueue(true);
           }}
         />
         <Settings index={index} wish={wish} progress={progress} onWish={wished} onProgress={noted} />
@@ -111,7 +111,7 @@ function Session({ index }: { index: Index }) {
           onVerdict={(right) => noted(attempted(progress, item, right, Date.now()))}
           onNext={() => {
             setMoved(true);
-            if (queued) fromQueue();
+            if (queued) fromQueue(false);
             else choose(wish, place + 1);
           }}
         />

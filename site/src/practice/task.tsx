@@ -5,8 +5,11 @@ import { lazy, memo, Suspense } from "preact/compat";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { singularIn } from "../arm/singular.js";
+import type { Stage } from "../arm/stage.js";
+import type { View } from "../arm/view.js";
 import type { Factor, Part, Problem, Solutions } from "../bank.js";
 import { atLeast, type Level, told } from "../grade/levels.js";
+import type { OwnColumns } from "../grade/own.js";
 import type { At, Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
 import { language, message, said } from "../text/text.js";
@@ -15,6 +18,8 @@ import { Answer } from "./answer.js";
 import type { Item } from "./choice.js";
 import { Feedback, poseOf } from "./feedback.js";
 import { Html } from "./math.js";
+import { Own } from "./own.js";
+import { promptOf } from "./prompt.js";
 
 const Arm = lazy(() =>
   import("../arm/panel.js").then(
@@ -45,6 +50,7 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
   const [verdict, setVerdict] = useState<Verdict | null>(null);
   const [failed, setFailed] = useState("");
   const [pose, setPose] = useState<At | undefined>(undefined);
+  const [own, setOwn] = useState<OwnColumns | null>(null);
   const [helped, setHelped] = useState(false); // what was copied from the solution is no success
   const hinted = useRef(false);
   const prepared = useRef(false);
@@ -53,6 +59,10 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
   const step = useSteps(3); // the question first: a phone shows little else
   const figure = (part.pose && part.figure) || problem.figure;
   const hidden = TOLD_BY_FACTORS.has(part.kind) && verdict?.outcome !== "correct" && !helped;
+  const over = useMemo(
+    () => (own ? (stage: Stage, view: View) => <Own stage={stage} view={view} columns={own} /> : undefined),
+    [own],
+  );
   const [factors, setFactors] = useState<readonly Factor[]>([]);
   const isShown = step === 3 && !hidden && atLeast(level, "solutions");
   useEffect(() => {
@@ -77,6 +87,10 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
     const found = loaded.judge(problem, part, answer, isSingular);
     const shown = told(found, level);
     setVerdict(shown);
+    const isDrawn =
+      found.outcome !== "correct" && found.outcome !== "missing" && atLeast(level, "counterexample");
+    const columns = isDrawn ? loaded.ownColumns(problem, part, answer) : null;
+    setOwn(() => columns);
     const isNew = answer !== judged.current && !(helped && found.outcome === "correct");
     judged.current = answer;
     if (found.outcome !== "missing" && isNew) onVerdict(found, hinted.current || helped);
@@ -107,7 +121,9 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
         </p>
       </form>
       {failed ? <p role="alert">{said(message("practice.failed", { why: failed }))}</p> : null}
-      <div role="status">{verdict ? <Feedback problem={problem} verdict={verdict} /> : null}</div>
+      <div role="status">
+        {verdict ? <Feedback problem={problem} verdict={verdict} isDrawn={own !== null} /> : null}
+      </div>
       <Help
         item={item}
         part={part}
@@ -157,6 +173,7 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
               symbols={problem.symbols}
               first={part.pose ?? problem.pose}
               pose={pose}
+              over={over}
               factors={factors}
               language={language()}
             />
@@ -180,17 +197,6 @@ const TOLD_BY_FACTORS: ReadonlySet<string> = new Set([
 function Drawn({ figure }: { figure: string }) {
   return <figure class="drawn" lang="en" dangerouslySetInnerHTML={{ __html: figure }} />;
 }
-
-/** The prompt without its options, which are there to be chosen, and without how their letters are typed. */
-function promptOf(part: Part): string {
-  if (part.options === null) return part.prompt;
-  return part.prompt.replace(OPTIONS, "").replace(LAST_OF_LETTERS, "");
-}
-
-const OPTIONS = /<ul>\s*<li>\s*(?:<p>)?<strong>A\.<\/strong>[\s\S]*?<\/ul>/;
-/** The paragraph on the answer: "the letter, typed in quotes, as in …". */
-const LAST_OF_LETTERS =
-  /<p><strong>[^<]*<\/strong>(?:(?!<\/p>)[\s\S])*<code>(?:&quot;|")(?:[A-H]+|true)(?:&quot;|")<\/code>[\s\S]*?<\/p>/;
 
 // --- hints and solution ---
 

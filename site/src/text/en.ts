@@ -158,6 +158,8 @@ export const en = {
   "practice.wrong": "Not right",
   "practice.missing": "No answer yet",
   "practice.mistake": "It looks like this:",
+  "practice.own-columns":
+    "The columns of your J are drawn dashed at P, beside the true ones: move the arm to see where they part.",
   "practice.pose": "See the arm in the pose where your answer differs",
   "practice.count": "{right} right of {tried} tried",
   "practice.due": "{count} come again",
