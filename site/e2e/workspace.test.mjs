@@ -141,3 +141,27 @@ test("the columns of a wrong Jacobian are drawn beside the true ones, and move w
   assert.notEqual(await shaft.getAttribute("d"), before);
   assert.deepEqual(wrong, []);
 });
+
+/** Of what is in sight, the most that may jump while a page comes, as the sum of layout shifts. */
+const JUMPS = 0.05;
+
+test("nothing jumps while a page comes: the arm has its room before it is there", async () => {
+  for (const options of [PHONE, { viewport: { width: 1440, height: 900 } }]) {
+    const context = await there.browser.newContext({ serviceWorkers: "block", ...options });
+    const page = await context.newPage();
+    await page.addInitScript(() => {
+      window.jumped = 0;
+      new PerformanceObserver((list) => {
+        for (const entry of list.getEntries()) window.jumped += entry.value;
+      }).observe({ type: "layout-shift", buffered: true });
+    });
+    for (const path of ["index.html", "learn.html?lesson=rates", JACOBIAN]) {
+      await page.goto(`${there.server.root}/${path}`);
+      await page.locator(".arm-point").waitFor();
+      await drawn(page);
+      const jumped = await page.evaluate(() => window.jumped);
+      assert.ok(jumped < JUMPS, `${path}: ${jumped}`);
+    }
+    await context.close();
+  }
+});

@@ -1,12 +1,16 @@
 // The size of an element in pixels, kept up to date, and whether the system asks for no motion.
 
-import { useEffect, useState } from "preact/hooks";
+import { useEffect, useLayoutEffect, useState } from "preact/hooks";
 
 export function useSize(
   element: { readonly current: Element | null },
   first: readonly [number, number],
 ): readonly [number, number] {
   const [size, setSize] = useState(first);
+  useLayoutEffect(() => {
+    const { clientWidth, clientHeight } = element.current ?? { clientWidth: 0, clientHeight: 0 };
+    if (clientWidth > 0 && clientHeight > 0) setSize([clientWidth, clientHeight]); // before it is seen
+  }, []);
   useEffect(() => {
     if (!element.current) return;
     const watched = new ResizeObserver(([entry]) => {

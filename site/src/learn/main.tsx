@@ -35,7 +35,15 @@ function Learn({ arms }: { arms: Arms }): JSX.Element {
     keepSkills(storage, next);
   };
   if (failed) return <p role="alert">{said(message("practice.failed", { why: failed }))}</p>;
-  if (!index) return <p role="status">{said(message("practice.loading"))}</p>;
+  if (!index)
+    return (
+      <div class="workspace">
+        <p role="status" class="task">
+          {said(message("practice.loading"))}
+        </p>
+        {lesson ? <div class="stage" /> : null}
+      </div>
+    );
   if (lesson)
     return (
       <LessonView

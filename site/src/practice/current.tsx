@@ -41,9 +41,12 @@ export function Current({
   const part = problem?.parts.find(({ kind }) => kind === item.question);
   if (!problem || !part)
     return (
-      <p role="status" class="task">
-        {said(message("practice.loading"))}
-      </p>
+      <>
+        <p role="status" class="task">
+          {said(message("practice.loading"))}
+        </p>
+        <div class="stage" />
+      </>
     );
   return (
     <>

@@ -39,31 +39,27 @@ export function Practice(): JSX.Element {
   if (failed) return <Failed why={failed} onAgain={load} />;
   const sheet = sheetFrom(window.location.search);
   if (index && sheet) return <Sheet index={index} wish={fromLink(window.location.search)} first={sheet} />;
-  return index ? <Session index={index} /> : <p role="status">{said(message("practice.loading"))}</p>;
+  return index ? (
+    <Session index={index} />
+  ) : (
+    <p role="status" class="loading">
+      {said(message("practice.loading"))}
+    </p>
+  );
 }
 
 function Session({ index }: { index: Index }) {
   const [wish, setWish] = useState<Wish>(() => fromLink(window.location.search));
   const [progress, setProgress] = useState<Progress>(() => kept(storage));
-  const [place, setPlace] = useState(0);
-  const [item, setItem] = useState<Item | null>(null);
+  const [{ place, item }, setChosen] = useState(() => chosenBy(index, wish, progress, null, ""));
   const [moved, setMoved] = useState(false);
   const [queued, setQueued] = useState(false); // whether what is due is being answered
   const due = dueItems(index, progress, Date.now());
   const order = useMemo(() => (wish.set ? inOrder(index, wish) : null), [index, wish]);
 
-  const choose = (wanted: Wish, from: number | null) => {
-    const ordered = wanted.set ? inOrder(index, wanted) : null;
-    const at = from ?? (ordered ? placeIn(ordered, progress) : 0);
-    const last = item ? nameOf(item) : "";
-    setPlace(at);
-    setItem(
-      ordered
-        ? (ordered[at % ordered.length] ?? null)
-        : next(index, wanted, progress, Date.now(), Math.random, last),
-    );
-  };
-  useEffect(() => choose(wish, null), []);
+  const choose = (wanted: Wish, from: number | null): void =>
+    setChosen(chosenBy(index, wanted, progress, from, item ? nameOf(item) : ""));
+  const setItem = (next: Item): void => setChosen({ place, item: next });
   /** The first of what is due, or the next one; when there is none left, as it was wished. */
   const fromQueue = (isFirst: boolean): void => {
     const [first] = due.filter((each) => isFirst || !item || nameOf(each) !== nameOf(item));
@@ -125,4 +121,18 @@ function Session({ index }: { index: Index }) {
       )}
     </div>
   );
+}
+
+/** What is asked, and its place in a set: the one `from` which one goes on, else the first that was not tried yet. */
+function chosenBy(
+  index: Index,
+  wish: Wish,
+  progress: Progress,
+  from: number | null,
+  last: string,
+): { place: number; item: Item | null } {
+  if (!wish.set) return { place: 0, item: next(index, wish, progress, Date.now(), Math.random, last) };
+  const order = inOrder(index, wish);
+  const place = from ?? placeIn(order, progress);
+  return { place, item: order[place % order.length] ?? null };
 }

@@ -158,7 +158,7 @@ export function Task({ item, problem, part, level, arrived, onVerdict, onNext }:
         ) : null}
         {step > 0 ? <Html html={promptOf(part)} class="prompt" lang={problem.lang} /> : null}
         {step > 1 ? answering : null}
-        {step > 0 ? (
+        {step > 1 ? (
           <details open class="given">
             <summary>{said(message("practice.given"))}</summary>
             <Html html={problem.statement} class="statement" lang={problem.lang} />
