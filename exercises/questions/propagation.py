@@ -9,6 +9,7 @@ from exercises.arm.arithmetic import applied
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.stages import Working, propagated
+from exercises.arm.told import frame_on_axis, is_by_axes
 from exercises.problem import Details, OneOfSeveral, Part
 from exercises.questions.base import (
     BY_TABLE,
@@ -62,6 +63,13 @@ def _has_inner_frame(chain: Chain) -> str | None:
     return None if chain.n > 1 else "it has one joint, so no frame between base and end"
 
 
+def _names_of_axes(chain: Chain) -> tuple[str, ...]:
+    """Return the axes' names as they are typed: of the frames they are axes of, or what an axis gives P."""
+    if is_by_axes(chain):
+        return tuple(f"{'omega' if joint.kind == 'R' else 'v'}{i}" for i, joint in enumerate(chain.joints, 1))
+    return tuple(f"z{frame_on_axis(chain, i)}" for i in range(1, chain.n + 1))
+
+
 # --- out of a derivation ---
 
 
@@ -76,6 +84,7 @@ QUESTIONS = (
         title="Joint axes",
         source="below 6.10",
         ask=_axes,
+        columns=_names_of_axes,
         too_long=by_hand("z"),
         result=lambda w, _: w["axes"][: w.n].swapaxes(0, 1),
         put=put_columns("axes", linear=propagated),

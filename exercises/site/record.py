@@ -29,8 +29,8 @@ def site_record(problem: Problem) -> Json:
 
     {"id", "family", "title", "difficulty": 0 to 4, "statement", "figure": svg, "alt", "robot": as in `qdot show`, with
     "values": {name: metres or radians} for the letters in its table, "symbols": {name: {"role", "unit", "latex"}},
-    "parts": [{"name", "kind", "title", "type", "shape", "points", "prompt", "names", "labels", "figure", "alt",
-    "hints", "options", "key": as in `keys`, its mistakes as [index into "said", number, …]}],
+    "parts": [{"name", "kind", "title", "type", "shape", "points", "prompt", "names", "labels", "columns", "figure",
+    "alt", "hints", "options", "key": as in `keys`, its mistakes as [index into "said", number, …]}],
     "said": [[name, title, sentence]]}
     """
     chain, said = problem.chain, _Said()
@@ -174,6 +174,7 @@ def _part(problem: Problem, part: Part, said: _Said) -> Json:
         "prompt": to_html(asked),
         "names": typed_names(problem, asked),
         "labels": list(ASKED[part.kind].typed_labels(problem.chain, part)),
+        "columns": list(ASKED[part.kind].columns(problem.chain)),
         "figure": svg,
         "alt": part_alt(problem.chain, part) if svg else "",
         "hints": [page(hint) for hint in hints(problem, part)],
