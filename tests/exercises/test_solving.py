@@ -19,12 +19,16 @@ from exercises.arm.entry import to_sympy
 from exercises.arm.robot_file import read_robot_file
 from exercises.arm.singularity import Component
 from exercises.errors import QdotError
+from exercises.families.own import own_family
 from exercises.formula.conditions import Space, compare_sets
 from exercises.formula.expression import read
 from exercises.formula.pieces import pieces
+from exercises.generation import generate
 from exercises.input_file import shown
+from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.solving import Solution, read_robot, solution_data, solution_json, solution_latex, solution_text, solve
+from exercises.writing.statement import worked_solution
 from exercises.writing.worked import SingularComponent, Worked
 from tests.support import DATA
 from tests.support.command import fails, run
@@ -152,7 +156,25 @@ def test_scorbot_arm_has_the_shoulder_that_the_book_leaves_out(folder: Path) -> 
     assert (elbow["condition"], elbow["solutions"]) == ("sin(theta3)", {"theta3": ["0", "pi"]})
     assert shoulder["condition"] == "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)"
     assert shoulder["solutions"] is None and (shoulder["type"], shoulder["uniform"]) == ("internal", True)
-    assert "Straightening joint 2 alone" in " ".join(solution_text(solution).split())
+    assert "Straightening joint 2 alone" not in solution_text(solution)  # that is said of the chapter's arm
+
+
+def test_what_the_chapter_has_otherwise_is_said_of_its_own_arm_only(tmp_path: Path) -> None:
+    """Not of a file's arm of the same shape, whatever it and its file are called."""
+    family = generate(ProblemId("elbow-3r", 0, ("singular-angles",), variation="chapter"))
+    assert "The chapter, as printed, names" in worked_solution(family, family.parts[0])
+    path = tmp_path / "elbow-3r.toml"
+    rows = [("d1", "a1", "pi/2"), (0, "a2", 0), (0, "a3", 0)]
+    joints = "".join(
+        f'[[joint]]\nkind = "R"\ntheta = "theta{i}"\nd = {shown(d)}\na = {shown(a)}\nalpha = {shown(alpha)}\n'
+        for i, (d, a, alpha) in enumerate(rows, 1)
+    )
+    path.write_text(f'name = "elbow-3r"\n{joints}')
+    assert Worked(family.chain).is_elbow and Worked(read_robot(path)).is_elbow
+    text = solution_text(solve(read_robot(path)))
+    assert "a boundary singularity" in text and "The chapter" not in text
+    own = generate(ProblemId("elbow-3r", 0, ("singular-angles",)), family=own_family(path))
+    assert "The chapter" not in worked_solution(own, own.parts[0])
 
 
 @pytest.mark.parametrize("name", WRITTEN)
