@@ -11,10 +11,10 @@ import pytest
 
 from exercises.arm.robot_file import Robot, read_robot_file
 from exercises.solving import solution_json, solution_latex, solution_text, solve
-from exercises.solving_in_time import write_solution
+from exercises.solving_in_time import seconds_of, write_solution
 from exercises.time_limit import OutOfTime, time_limit
 from tests.repository.test_schemas import errors
-from tests.support.command import run
+from tests.support.command import fails, run
 
 ROW = '[[joint]]\nkind = "R"\ntheta = "theta%d"\nd = %s\na = %s\nalpha = "%d*pi/180"\n'
 SKEW = [(0.3, 0.2, 40), (0.1, 0.3, -55), (0.2, 0.25, 70), (0.15, 0.2, 35), (0.1, 0.1, 50), (0.2, 0.1, 0)]
@@ -134,6 +134,19 @@ def test_the_time_is_an_option_and_ending_by_it_is_no_failure(tmp_path: Path) ->
     assert "--time" in run("solve", "--help")
     _robot(tmp_path, TWO_R)
     assert "What is missing" not in run("solve", tmp_path / "arm.toml")
+
+
+@pytest.mark.parametrize("text", ["x", "", "0", "0.09", "-3", "nan", "inf", "1e9", "1e400", "0,5", "5 min", "٣"])
+def test_a_time_that_is_none_is_told_in_one_line(text: str, tmp_path: Path) -> None:
+    _robot(tmp_path, TWO_R)
+    said = fails("solve", tmp_path / "arm.toml", f"--time={text}")
+    assert said == f"qdot: --time {text!r} is not from 0.1 to 100000000 seconds; write a number, as in --time 300"
+
+
+def test_times_are_read_as_numbers() -> None:
+    assert [seconds_of(text) for text in ("300", "0.1", ".5", "1e2", " 7 ", "+2.", "1e8")] == [
+        300, 0.1, 0.5, 100, 7, 2, 1e8,
+    ]  # fmt: skip
 
 
 def test_an_arm_of_skew_axes_is_read_at_once(tmp_path: Path) -> None:
