@@ -1,8 +1,9 @@
 """`qdot solve` ends in time, or by Ctrl-C, with all that is ready, and says what is missing."""
 
 import json
+import re
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import nullcontext
 from functools import lru_cache
 from pathlib import Path
@@ -10,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from exercises.arm.robot_file import Robot, read_robot_file
-from exercises.solving import solution_json, solution_latex, solution_text, solve
+from exercises.solving import data_stages, solution_json, solution_latex, solution_text, solve, text_stages
 from exercises.solving_in_time import seconds_of, write_solution
 from exercises.time_limit import OutOfTime, time_limit
 from tests.repository.test_schemas import errors
@@ -84,14 +85,8 @@ def test_an_arm_that_takes_minutes_ends_in_time_and_says_so(tmp_path: Path) -> N
     assert "What is missing" in _written(robot, "latex", 0.5)
 
 
-@pytest.mark.parametrize(
-    ("stop", "left"),
-    [
-        ("where the determinant of J is zero", r"$J$ loses rank where $\det J$ is zero"),
-        ("what the configurations look like in which J loses rank", "J loses rank where one of these holds"),
-    ],
-)
-def test_ctrl_c_keeps_what_is_there(tmp_path: Path, stop: str, left: str) -> None:
+def _stopped(robot: Robot, form: str, stop: str) -> str:
+    """Return what is said where Ctrl-C comes at work on something."""
     said: list[str] = []
 
     def shown(what: str) -> nullcontext[None]:
@@ -100,32 +95,118 @@ def test_ctrl_c_keeps_what_is_there(tmp_path: Path, stop: str, left: str) -> Non
         return nullcontext()
 
     with pytest.raises(KeyboardInterrupt):
-        write_solution(_robot(tmp_path, TWO_R), "text", 60, said.append, shown)
-    text = " ".join("".join(said).split())
-    assert "det J = a₁ a₂ s₂" in text and left.replace("$", "").replace(r"\det", "det") in text
-    assert f"This ended because it was stopped, at work on {stop}" in text
-    assert "Not worked out: Singular configurations. This ended" in text
+        write_solution(robot, form, 60, said.append, shown)
+    return " ".join("".join(said).split()) if form == "text" else "".join(said)
 
 
-def test_what_holds_for_special_lengths_only_comes_last(tmp_path: Path) -> None:
-    def shown(what: str) -> nullcontext[None]:
-        if what == "whether anything differs where a1 = a2":
+LOOKS, TEST, SPECIAL = (
+    "what these configurations look like", "the test of these conditions in numbers",
+    "what holds for special lengths only",
+)  # fmt: skip
+OPEN, GIVEN = TWO_R, [(0, 0.4, 0), (0, 0.3, 0)]
+STOPS = [
+    ("the determinant of J", OPEN, "det J = a₁ a₂ s₂", ["Singular configurations"], ["singular"]),
+    (
+        "where the determinant of J is zero",
+        OPEN,
+        "J loses rank where det J is zero, and only there.",
+        ["in which configurations that is so, and what they look like"],
+        ["singular"],
+    ),
+    (
+        "what the configurations look like in which J loses rank",
+        OPEN,
+        "J loses rank where one of these holds, and nowhere else; what they look like was not worked out: 1. s₂ = 0",
+        [LOOKS, TEST, SPECIAL],
+        ["type", "uniform", "meaning", "tested", "special_lengths"],
+    ),
+    (
+        "what the configurations look like in which J loses rank",
+        GIVEN,
+        "J loses rank where one of these holds",
+        [LOOKS, TEST],
+        ["type", "uniform", "meaning", "tested"],
+    ),
+    ("the test of these conditions in numbers", OPEN, "folded back", [TEST, SPECIAL], ["tested", "special_lengths"]),
+    ("the test of these conditions in numbers", GIVEN, "folded back", [TEST], ["tested"]),
+    ("lengths of a special relation to each other", OPEN, "folded back", [SPECIAL], ["special_lengths"]),
+    ("whether anything differs where a1 = a2", OPEN, "folded back", [SPECIAL], ["special_lengths"]),
+]
+
+
+@pytest.mark.parametrize(("stop", "rows", "there", "missing", "keys"), STOPS)
+def test_ctrl_c_keeps_what_is_there_and_names_what_is_not(
+    stop: str, rows: Sequence[tuple[object, object, int]], there: str, missing: list[str], keys: list[str],
+    tmp_path: Path,
+) -> None:  # fmt: skip
+    robot = _robot(tmp_path, rows)
+    text = _stopped(robot, "text", stop)
+    assert there in text
+    assert f"Not worked out: {'; '.join(missing)}. This ended because it was stopped, at work on {stop}." in text
+    assert "What is missing" in _stopped(robot, "latex", stop)
+    content = json.loads(_stopped(robot, "json", stop))
+    assert errors("solve", content) == []
+    assert content["missing"] == keys and stop in content["note"]
+    if "singular" in keys:
+        assert content["singular"] is None
+        return
+    (told,), (whole,) = content["singular"], json.loads(_written(robot, "json"))["singular"]
+    assert told == whole | dict.fromkeys(set(keys) & set(whole))
+    assert content["determinant"] == str(solve(robot.chain).determinant)
+
+
+def test_what_the_test_found_amiss_is_told_before_special_lengths(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("exercises.solving._doubt", lambda *_: "The list is not complete.")
+    robot, stop = _robot(tmp_path, TWO_R), "whether anything differs where a1 = a2"
+    text = _stopped(robot, "text", stop)
+    assert re.search(r"\d+\. Remarks =+ The list is not complete\.", text)
+    assert f"Not worked out: {SPECIAL}. This ended" in text
+    assert "The list is not complete. This ended" in json.loads(_stopped(robot, "json", stop))["note"]
+    whole = _written(robot, "text")
+    assert whole.index("The list is not complete.") < whole.index("Looked at were these relations of lengths")
+    assert whole.count("The list is not complete.") == 1
+
+
+def test_a_section_that_was_stopped_while_it_was_written_is_missing(tmp_path: Path) -> None:
+    said: list[str] = []
+
+    def say(block: str) -> None:
+        if "Jacobian by differentiation" in block and "What is missing" not in block:
             raise KeyboardInterrupt
-        return nullcontext()
+        said.append(block)
 
-    for form in ("text", "json"):
+    with pytest.raises(KeyboardInterrupt):
+        write_solution(_robot(tmp_path, TWO_R), "text", 60, say, lambda _: nullcontext())
+    text = " ".join("".join(said).split())
+    assert "Not worked out: Jacobian by differentiation; Cartesian velocity" in text
+
+
+def test_limits_are_told_with_the_section_that_they_belong_to(tmp_path: Path) -> None:
+    _robot(tmp_path, TWO_R)
+    path = tmp_path / "arm.toml"
+    path.write_text(path.read_text() + 'limits = ["-pi/2", "pi/2"]\n')
+    text = _stopped(read_robot_file(path), "text", "lengths of a special relation to each other")
+    assert "Limits of the joints rule out θ₂ = 180° (from −90° to 90°)." in text
+
+
+def test_where_all_is_there_nothing_is_missing(tmp_path: Path) -> None:
+    """Ctrl-C between the last result and the end."""
+    robot = _robot(tmp_path, GIVEN)
+    for form in ("text", "latex", "json"):
+        times = iter(range(1000))
+        count = sum(1 for _ in (data_stages(robot.chain) if form == "json" else text_stages(robot.chain, robot)))
+
+        def shown(what: str, times: Iterator[int] = times, count: int = count) -> nullcontext[None]:
+            if next(times) == count:
+                raise KeyboardInterrupt
+            return nullcontext()
+
         said: list[str] = []
         with pytest.raises(KeyboardInterrupt):
-            write_solution(_robot(tmp_path, TWO_R), form, 60, said.append, shown)
-        if form == "text":
-            text = " ".join("".join(said).split())
-            assert "the arm is folded back, a boundary singularity" in text
-            assert "Not worked out: what holds for special lengths only. This ended" in text
-        else:
-            content = json.loads("".join(said))
-            assert errors("solve", content) == []
-            assert content["missing"] == ["special_lengths"] and content["singular"][0]["condition"] == "sin(theta2)"
-            assert "whether anything differs where a1 = a2" in content["note"]
+            write_solution(robot, form, 60, said.append, shown)
+        assert "".join(said) == _written(robot, form)
 
 
 def test_the_time_is_an_option_and_ending_by_it_is_no_failure(tmp_path: Path) -> None:
