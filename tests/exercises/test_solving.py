@@ -12,7 +12,7 @@ import pytest
 import sympy as sp
 
 from exercises.arm import derivation
-from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.chain import TASK_ROWS, Chain, Joint
 from exercises.arm.classification import Kind, domain_of
 from exercises.arm.derivation import derive
 from exercises.arm.entry import to_sympy
@@ -28,6 +28,7 @@ from exercises.input_file import shown
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.solving import Solution, read_robot, solution_data, solution_json, solution_latex, solution_text, solve
+from exercises.special_lengths import _plain
 from exercises.writing.statement import worked_solution
 from exercises.writing.worked import SingularComponent, Worked
 from tests.support import DATA
@@ -575,6 +576,19 @@ def test_links_of_one_length_fold_back_onto_the_base_which_is_no_boundary(
     assert "Looked at were these relations of lengths: a₁ =" in said and "Others were not." in said
     path.write_text((EQUAL_LINKS % second).replace('"a1"', "0.4").replace('"a2"', "0.7"))
     assert "special_lengths" not in solution_data(solve(read_robot(path)))
+
+
+def test_lengths_are_no_joints_whatever_they_are_called() -> None:
+    """Two conditions are the same up to a length, which d1 is, and not up to the variable of a slide, which d3 is."""
+    q1, q2, d1, d3, a2 = sp.symbols("theta1 theta2 d1 d3 a2")
+    joints = Joint("R", q1, d1, 0, sp.pi / 2), Joint("R", q2, 0, a2, sp.pi / 2), Joint("P", 0, d3, 0, 0)
+    chain = Chain("arm", joints, ("vx", "vy", "vz"))
+    condition = a2 * sp.cos(q2) + d3 * sp.sin(q2)
+    for same in (d1 * condition, -3 * d1**2 * a2 * condition):
+        assert _plain(same, chain) == _plain(condition, chain)
+    for other in (d3 * condition, sp.cos(q1) * condition, condition + d1):
+        assert _plain(other, chain) != _plain(condition, chain)
+    assert _plain(d1 * d3, chain) == _plain(-2 * a2 * d3, chain) == _plain(d3, chain)
 
 
 @pytest.mark.parametrize(
