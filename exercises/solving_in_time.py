@@ -71,11 +71,11 @@ def write_solution(robot: Robot, form: str, seconds: float, say: Callable[[str],
     ready being said.
     """
     chain, told = robot.chain, _Told()
-    if form == "text":
-        say(text_heading(chain))
     stages = data_stages(chain) if form == "json" else text_stages(chain, robot)
     stop: KeyboardInterrupt | None = None
     try:
+        if form == "text":
+            say(text_heading(chain))
         with time_limit(seconds):
             _follow(stages, told, (lambda block: say(f"\n{to_text(block)}")) if form == "text" else None, shown)
     except OutOfTime:

@@ -2,6 +2,8 @@
 
 import json
 import re
+import subprocess
+import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import nullcontext
@@ -215,6 +217,58 @@ def test_the_time_is_an_option_and_ending_by_it_is_no_failure(tmp_path: Path) ->
     assert "--time" in run("solve", "--help")
     _robot(tmp_path, TWO_R)
     assert "What is missing" not in run("solve", tmp_path / "arm.toml")
+
+
+STOPPED_IN = """
+import os, signal, sys
+from importlib import import_module
+
+module, name = sys.argv[1:3]
+where = import_module(module)
+for part in name.split(".")[:-1]:
+    where = getattr(where, part)
+usual = getattr(where, name.split(".")[-1])
+
+def stopped(*args, **options):
+    os.kill(os.getpid(), signal.SIGINT)
+    return usual(*args, **options)
+
+setattr(where, name.split(".")[-1], stopped)
+signal.signal(signal.SIGINT, signal.default_int_handler)
+sys.argv[:3] = ["qdot"]
+from grader.cli import main
+main()
+"""
+
+
+@pytest.mark.parametrize(
+    ("where", "form", "is_begun"),
+    [
+        (("typer.core", "TyperCommand.parse_args"), "json", False),  # the program is there, its command is not
+        (("exercises.arm.robot_file", "read_toml"), "json", False),
+        (("exercises.solving", "derive"), "text", True),
+        (("exercises.solving", "derive"), "json", True),
+        (("exercises.solving", "singular_set"), "json", True),
+    ],
+)
+def test_ctrl_c_at_the_very_beginning_is_told_in_one_line(
+    where: tuple[str, str], form: str, is_begun: bool, tmp_path: Path
+) -> None:
+    """Results go to standard output, and before anything was worked out there are none; then there is one object."""
+    _robot(tmp_path, TWO_R)
+    ended = subprocess.run(
+        [sys.executable, "-c", STOPPED_IN, *where, "solve", str(tmp_path / "arm.toml"), "-f", form],
+        capture_output=True, text=True, check=False, timeout=120,
+    )  # fmt: skip
+    assert (ended.returncode, ended.stderr) == (130, "qdot: stopped\n")
+    if not is_begun:
+        assert ended.stdout == ""
+    elif form == "text":
+        assert "What is missing" in ended.stdout
+    else:
+        content = json.loads(ended.stdout)
+        assert errors("solve", content) == [] and content["missing"]
+        assert content["missing"][0] == ("position" if where[1] == "derive" else "singular")
 
 
 @pytest.mark.parametrize("text", ["x", "", "0", "0.09", "-3", "nan", "inf", "1e9", "1e400", "0,5", "5 min", "٣"])
