@@ -24,7 +24,7 @@ from exercises.quizzes import QUIZZES
 from exercises.release import init_assignment
 from exercises.sets import DEFAULT_SET, SETS, set_named
 from exercises.solving_in_time import DEFAULT as SECONDS
-from exercises.solving_in_time import write_solution
+from exercises.solving_in_time import LEAST, seconds_of, write_solution
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb")
 SOLVE_FORMATS = ("text", "latex", "json")
@@ -203,9 +203,9 @@ def solve(
         str,
         typer.Option(metavar="NAME", help=f"Write the arm as ROBOT.toml in a convention: {', '.join(CONVENTIONS)}."),
     ] = "",
-    seconds: Annotated[
-        float, typer.Option("--time", metavar="SECONDS", min=0.1, help="Processor time after which it ends.")
-    ] = SECONDS,
+    time: Annotated[
+        str, typer.Option(metavar="SECONDS", help=f"Processor time after which it ends, {LEAST:g} or more.")
+    ] = f"{SECONDS:g}",
 ) -> None:
     """Derive all the book would for your own arm or a real one.
 
@@ -223,6 +223,7 @@ def solve(
     has `missing` then, a list of what was not worked out.
     """
     one_of(format, SOLVE_FORMATS, "--format")
+    seconds = seconds_of(time)
     if convention:
         one_of(convention, TABLES, "--convention")
     read = read_robot_file(robot_path(robot), tip, convention)

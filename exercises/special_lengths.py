@@ -89,17 +89,16 @@ def _put_in(one: SingularComponent, values: dict[sp.Symbol, sp.Expr]) -> Singula
 
 def _told(one: SingularComponent, chain: Chain) -> tuple[object, ...]:
     """Return what two components have in common that say the same: conditions up to a factor, and the kind."""
-    conditions = frozenset(map(_plain, one.conditions))
+    conditions = frozenset(_plain(condition, chain) for condition in one.conditions)
     if not kind_is_sure(chain):
         return (conditions,)
     cases = tuple((str(value), kind.kind) for _, value, kind in one.cases)
     return conditions, one.kind.kind, one.kind.uniform, cases
 
 
-def _plain(condition: sp.Expr) -> sp.Expr:
+def _plain(condition: sp.Expr, chain: Chain) -> sp.Expr:
     """Return a condition without numbers, lengths and signs that all its terms share."""
-    _, primitive = sp.factor_terms(sp.expand(condition)).as_content_primitive()
-    moving = [f for f in sp.Mul.make_args(primitive) if f.is_Add or f.atoms(sp.sin, sp.cos) or f.is_Symbol]
-    product = sp.Mul(*(f for f in moving if not (f.is_Symbol and not f.name.startswith(("theta", "d")))))
-    plain = sp.expand(product)
+    factors = sp.Mul.make_args(sp.factor_terms(sp.expand(condition)))
+    plain = sp.expand(sp.Mul(*(factor for factor in factors if factor.free_symbols & set(chain.q))))
+    _, plain = plain.as_content_primitive()
     return min(plain, -plain, key=sp.default_sort_key)

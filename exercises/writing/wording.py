@@ -28,12 +28,14 @@ NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "ei
 class Wording(AxisNames):
     """What templates say about a chain, in the words of a language; formulas are LaTeX without dollar signs.
 
-    `earlier` are the kinds of questions solved before in the same text; what they found is not shown again.
+    `earlier` are the kinds of questions solved before in the same text; what they found is not shown again. Where the
+    arm is one `of_chapter`, drawn by a family of ours, it is said where the chapter tells another result.
     """
 
     chain: Chain
     words: Catalogue = field(default_factory=lambda: catalogue(ENGLISH))
     earlier: frozenset[str] = frozenset()
+    of_chapter: bool = False
 
     @property
     def frame(self) -> str:

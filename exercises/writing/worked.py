@@ -469,9 +469,17 @@ class Worked(AxisNames):
 
     # --- singular configurations ---
 
+    @property
+    def components(self) -> list[Component]:
+        """The components of the singular set, their conditions as they are shown."""
+        return [
+            replace(component, conditions=tuple(map(self._as_shown, component.conditions)))
+            for component in singular_set(self.chain) or ()
+        ]
+
     @cached_property
     def found(self) -> list[SingularComponent]:
-        """The components of the singular set, classified."""
+        """The same, classified."""
         return [self._classified(component) for component in singular_set(self.chain) or ()]
 
     def _classified(self, component: Component) -> SingularComponent:

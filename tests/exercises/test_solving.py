@@ -12,19 +12,24 @@ import pytest
 import sympy as sp
 
 from exercises.arm import derivation
-from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.chain import TASK_ROWS, Chain, Joint
 from exercises.arm.classification import Kind, domain_of
 from exercises.arm.derivation import derive
 from exercises.arm.entry import to_sympy
 from exercises.arm.robot_file import read_robot_file
 from exercises.arm.singularity import Component
 from exercises.errors import QdotError
+from exercises.families.own import own_family
 from exercises.formula.conditions import Space, compare_sets
 from exercises.formula.expression import read
 from exercises.formula.pieces import pieces
+from exercises.generation import generate
 from exercises.input_file import shown
+from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
 from exercises.solving import Solution, read_robot, solution_data, solution_json, solution_latex, solution_text, solve
+from exercises.special_lengths import _plain
+from exercises.writing.statement import worked_solution
 from exercises.writing.worked import SingularComponent, Worked
 from tests.support import DATA
 from tests.support.command import fails, run
@@ -152,7 +157,25 @@ def test_scorbot_arm_has_the_shoulder_that_the_book_leaves_out(folder: Path) -> 
     assert (elbow["condition"], elbow["solutions"]) == ("sin(theta3)", {"theta3": ["0", "pi"]})
     assert shoulder["condition"] == "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)"
     assert shoulder["solutions"] is None and (shoulder["type"], shoulder["uniform"]) == ("internal", True)
-    assert "Straightening joint 2 alone" in " ".join(solution_text(solution).split())
+    assert "Straightening joint 2 alone" not in solution_text(solution)  # that is said of the chapter's arm
+
+
+def test_what_the_chapter_has_otherwise_is_said_of_its_own_arm_only(tmp_path: Path) -> None:
+    """Not of a file's arm of the same shape, whatever it and its file are called."""
+    family = generate(ProblemId("elbow-3r", 0, ("singular-angles",), variation="chapter"))
+    assert "The chapter, as printed, names" in worked_solution(family, family.parts[0])
+    path = tmp_path / "elbow-3r.toml"
+    rows = [("d1", "a1", "pi/2"), (0, "a2", 0), (0, "a3", 0)]
+    joints = "".join(
+        f'[[joint]]\nkind = "R"\ntheta = "theta{i}"\nd = {shown(d)}\na = {shown(a)}\nalpha = {shown(alpha)}\n'
+        for i, (d, a, alpha) in enumerate(rows, 1)
+    )
+    path.write_text(f'name = "elbow-3r"\n{joints}')
+    assert Worked(family.chain).is_elbow and Worked(read_robot(path)).is_elbow
+    text = solution_text(solve(read_robot(path)))
+    assert "a boundary singularity" in text and "The chapter" not in text
+    own = generate(ProblemId("elbow-3r", 0, ("singular-angles",)), family=own_family(path))
+    assert "The chapter" not in worked_solution(own, own.parts[0])
 
 
 @pytest.mark.parametrize("name", WRITTEN)
@@ -553,6 +576,19 @@ def test_links_of_one_length_fold_back_onto_the_base_which_is_no_boundary(
     assert "Looked at were these relations of lengths: a₁ =" in said and "Others were not." in said
     path.write_text((EQUAL_LINKS % second).replace('"a1"', "0.4").replace('"a2"', "0.7"))
     assert "special_lengths" not in solution_data(solve(read_robot(path)))
+
+
+def test_lengths_are_no_joints_whatever_they_are_called() -> None:
+    """Two conditions are the same up to a length, which d1 is, and not up to the variable of a slide, which d3 is."""
+    q1, q2, d1, d3, a2 = sp.symbols("theta1 theta2 d1 d3 a2")
+    joints = Joint("R", q1, d1, 0, sp.pi / 2), Joint("R", q2, 0, a2, sp.pi / 2), Joint("P", 0, d3, 0, 0)
+    chain = Chain("arm", joints, ("vx", "vy", "vz"))
+    condition = a2 * sp.cos(q2) + d3 * sp.sin(q2)
+    for same in (d1 * condition, -3 * d1**2 * a2 * condition):
+        assert _plain(same, chain) == _plain(condition, chain)
+    for other in (d3 * condition, sp.cos(q1) * condition, condition + d1):
+        assert _plain(other, chain) != _plain(condition, chain)
+    assert _plain(d1 * d3, chain) == _plain(-2 * a2 * d3, chain) == _plain(d3, chain)
 
 
 @pytest.mark.parametrize(
