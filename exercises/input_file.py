@@ -112,6 +112,10 @@ class TomlFile:
         text = shown(value) if simple else ""
         return f"{said} = {text}" if text and len(text) <= _SHORT else said
 
+    def place_of_key(self, *place: str | int) -> str:
+        """Return the place of a table as messages name it, with the line of its last key, which is the odd one."""
+        return self._named(place[:-1], place)
+
     def _named(self, place: Place, key: Place) -> str:
         """Return the file, the line of `key` and the place as in "joint 2: alpha"."""
         number = self.line(key)
@@ -216,10 +220,16 @@ def shown(value: object) -> str:
 # --- tables ---
 
 
-def read_table(path: Path, first: str, example: str, missing: str = "") -> list[tuple[int, dict[str, str]]]:
+_QUOTED = 'a text with a comma or semicolon in it stands in double quotes, as in "Lovelace, Ada"'
+
+
+def read_table(
+    path: Path, first: str, example: str, missing: str = "", too_long: str = _QUOTED
+) -> list[tuple[int, dict[str, str]]]:
     """Return the lines of a CSV file with anything in them: the number of each, and its cells by column.
 
-    The columns' names are in small letters. The `first` column is always there; `example` is a header as it may be.
+    The columns' names are in small letters. The `first` column is always there; `example` is a header as it may be,
+    and `too_long` says what a row with more cells than the header probably has.
     It is in any encoding in which Excel writes one, and commas, semicolons or tabs separate. Raises QdotError.
     """
     rows = _rows(path, missing)
@@ -228,10 +238,7 @@ def read_table(path: Path, first: str, example: str, missing: str = "") -> list[
     header = _header(path, *rows[0], first, example)
     for number, row in rows[1:]:
         if any(cell.strip() for cell in row[len(header) :]):
-            raise QdotError(
-                f"{path}: line {number}: {len(row)} cells, and the header has {len(header)}; a text with a comma or "
-                'semicolon in it stands in double quotes, as in "Lovelace, Ada"'
-            )
+            raise QdotError(f"{path}: line {number}: {len(row)} cells, and the header has {len(header)}; {too_long}")
         if any("\n" in cell or "\r" in cell for cell in row):
             raise QdotError(
                 f"{path}: line {number}: a cell goes on over the end of the line; is a double quote not closed?"
