@@ -7,7 +7,6 @@ is left out where it isn't known, the value where it is long.
 import codecs
 import csv
 import datetime
-import difflib
 import io
 import json
 import re
@@ -19,7 +18,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
-from exercises.errors import QdotError, unknown
+from exercises.errors import QdotError, likeliest, unknown
 
 Place = Sequence[str | int]
 """Keys and places in lists from the file down: ("joint", 0, "alpha") is alpha of the first [[joint]]."""
@@ -142,7 +141,7 @@ class TomlFile:
             if key in above and key not in known:
                 raise QdotError(f"{where}: the key {key!r} stands at the top of the file, above every [[{place[0]}]]")
             if key not in known:
-                meant = _likeliest(key, (*known, *above))
+                meant = likeliest(key, (*known, *above))
                 if meant in above and meant not in known:
                     raise QdotError(
                         f"{where}: unknown key {key!r}; the key {meant!r} is meant, probably, and stands at the top of "
@@ -171,11 +170,6 @@ class TomlFile:
             if keys and re.match(rf"""\s*["']?{re.escape(keys[-1])}["']?\s*=""", lines[number]):
                 return number + 1
         return None if header is None else header + 1
-
-
-def _likeliest(key: str, known: Sequence[str]) -> str:
-    """Return the known key that is most like one that is not; nothing where none is like it."""
-    return next(iter(difflib.get_close_matches(key, known, n=1)), "")
 
 
 def _holds_tables(value: object) -> bool:
