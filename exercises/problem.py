@@ -11,6 +11,7 @@ import sympy as sp
 
 from exercises.answers import Answer
 from exercises.arm.chain import CONVENTIONS, Chain
+from exercises.arm.told import is_by_axes
 from exercises.credit import Credit
 from exercises.errors import QdotError, likeliest
 from exercises.formula.identity import Domain, Rounding
@@ -260,7 +261,7 @@ class Problem:
         for symbol in self.chain.parameters:
             angle = symbol.name.startswith(("alpha", "beta"))
             known[symbol.name] = SymbolInfo("angle" if angle else "length", "rad" if angle else "m")
-        for number, joint in enumerate(self.chain.joints, 1):
+        for number, joint in enumerate(() if is_by_axes(self.chain) else self.chain.joints, 1):
             for letter, value in (("a", joint.a), ("d", joint.d if joint.kind == "R" else sp.S.Zero)):
                 if value.is_number and value != 0:
                     known.setdefault(f"{letter}{number}", SymbolInfo("length", "m", value))
