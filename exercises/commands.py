@@ -12,12 +12,13 @@ from exercises import generate as make_problem
 from exercises import show as show_problem
 from exercises.arm.chain import CONVENTIONS
 from exercises.arm.conventions import TABLES
-from exercises.arm.library import robot_path
+from exercises.arm.library import ENDINGS, is_in_library, robot_path
 from exercises.arm.library import robots as library
 from exercises.arm.robot_file import read_robot_file
 from exercises.arm.robot_text import robot_text
 from exercises.console import VariationOption, note, one_of, say, working
 from exercises.families import Family
+from exercises.families.own import own_family
 from exercises.generation import family_named, listed, short_quiz
 from exercises.overview import detail, overview, refusals, robots_overview
 from exercises.quizzes import QUIZZES
@@ -74,7 +75,10 @@ def init(
 
 def families(
     name: Annotated[
-        str, typer.Argument(metavar="NAME", help="One of them: what it can be asked, and why not the rest.")
+        str,
+        typer.Argument(
+            metavar="NAME", help="One of them, a real robot or a file: what it can be asked, and why not the rest."
+        ),
     ] = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
@@ -82,10 +86,11 @@ def families(
 
     The difficulty is a step from 0 to 4 of a scale: how much there is to work out for such an arm by hand. A
     family's name goes into assignment.toml (family = "planar-2r") and before a seed: `qdot show planar-2r/7`. With a
-    NAME it is told of this family what it can be asked, question by question, and in a few words why not the rest.
+    NAME it is told of this family what it can be asked, question by question, and in a few words why not the rest; so
+    it is of a real robot (ur5) and of your own ROBOT.toml, CSV or URDF, which may take a minute.
     """
     if name:
-        family = family_named(name)
+        family = _family(name)
         row = {**_row(family), "refused": refusals(family)} if as_json else {}
         say(json.dumps(row, ensure_ascii=False, indent=1) if as_json else detail(family))
     elif as_json:
@@ -94,8 +99,19 @@ def families(
         say(overview())
 
 
+def _family(name: str) -> Family:
+    """Return the family of a name, or that of a robot: of a file, or of the library. Raises QdotError."""
+    if name not in FAMILIES and (name.lower().endswith(ENDINGS) or Path(name).is_file() or is_in_library(name)):
+        path = robot_path(name)
+        robot = read_robot_file(path)
+        for said in robot.notes:
+            note(said)
+        return own_family(path, robot)
+    return family_named(name)
+
+
 def _row(family: Family) -> dict[str, Any]:
-    about = listed(family.name)
+    about = listed(family)
     return {
         "name": family.name,
         "title": family.title,

@@ -13,6 +13,7 @@ import nbformat
 from nbformat import NotebookNode
 from nbformat.v4 import new_notebook
 
+from exercises.arm.told import is_by_axes
 from exercises.figure import alt_text, figure_svg, part_alt, part_svg, singular_svg
 from exercises.formula.order import natural
 from exercises.formula.printers.python import WIDTH
@@ -71,7 +72,8 @@ def points_text(points: float) -> str:
 def _notebook(kind: str, title: str, key: str, student: str, problems: Problems, hinted: bool) -> NotebookNode:
     own = claims(kind, key, student, problems)
     notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": own})
-    opening = render("notebook-title.md.j2", title=title, key=key, student=student, kind=kind)
+    has_tables = not all(is_by_axes(problem.chain) for _, problem in problems)
+    opening = render("notebook-title.md.j2", title=title, key=key, student=student, kind=kind, has_tables=has_tables)
     notebook.cells = [_markdown("title", opening), _code("setup", setup_cell(problems))]
     if checks := function_cell(problems):
         notebook.cells.append(_code("self-check", checks, HIDDEN))

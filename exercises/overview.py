@@ -109,8 +109,8 @@ def asked_in_topics(asked: Sequence[str]) -> str:
 
 
 def detail(family: Family) -> str:
-    """Return one family: what it is, what its arms can be asked, and why not the rest."""
-    about = listed(family.name)
+    """Return one family, or a robot as one: what it is, what its arms can be asked, and why not the rest."""
+    about = listed(family)
     joints = f"joints {about.kinds}" if about.kinds else "joints of several kinds"
     lines = [f"{family.name}: {family.title}; {family.source}", f"{joints}, difficulty {about.difficulty}", ""]
     lines += _filled("can be asked     ", ", ".join(name for name in QUESTIONS if name in about.questions))
@@ -121,14 +121,17 @@ def detail(family: Family) -> str:
         lines += ["", f"can't be asked{' of any, as of this one,' if family.varied else ''}"]
     for why, names in by_reason.items():
         lines += _filled("  ", f"{', '.join(names)}: {why}")
-    example = f"qdot show {family.name}/1 --solution"
-    lines += ["", f"Short questions for quizzes: qdot questions. One such arm: {example}"]
+    if family.robot:
+        last = f"Ask about it by robot in assignment.toml. All that is derived of it: qdot solve {family.robot}"
+    else:
+        last = f"Short questions for quizzes: qdot questions. One such arm: qdot show {family.name}/1 --solution"
+    lines += ["", last]
     return "\n".join(lines)
 
 
 def refusals(family: Family) -> dict[str, str]:
     """Return why each question that can't be asked of a family's arms is refused."""
-    missing = [name for name in QUESTIONS if name not in listed(family.name).questions]
+    missing = [name for name in QUESTIONS if name not in listed(family).questions]
     chain = sample_chain(ProblemId(family.name, 0), family)
     return {name: QUESTIONS[name].refusal(chain) or "other arms of the family can't be asked" for name in missing}
 

@@ -43,7 +43,7 @@ from exercises.arm.entry import check_role, doubt, value_of
 from exercises.arm.kinematics import NumericChain
 from exercises.arm.placing import HOME, Axis, Pose, exactly, pose_of
 from exercises.arm.urdf import Described, read_urdf
-from exercises.errors import QdotError
+from exercises.errors import QdotError, unknown
 from exercises.input_file import Place, TomlFile, read_table, read_toml, shown
 from exercises.stream import Stream
 
@@ -159,12 +159,30 @@ class _TableFile(TomlFile):
 
 def read_csv_rows(path: Path, convention: str) -> TomlFile:
     """Return a table in CSV as the file that it stands for: a column for each entry of a row. Raises QdotError."""
-    rows = read_table(path, "kind", "kind,theta,d,a,alpha")
+    rows = read_table(path, ROW_KEYS[0], ",".join(ROW_KEYS), too_long=_TOO_LONG)
     if not rows:
         raise QdotError(f"{path}: it has a header and no rows; below it stands a line for each joint")
+    for index, (number, row) in enumerate(rows, 1):
+        _check_cells(f"{path}: line {number}: joint {index}", row)
     joints = [{key: _cell(key, text) for key, text in row.items() if text.strip()} for _, row in rows]
     content = {"name": path.stem, "convention": convention, "joint": joints}
     return _TableFile(path, "", content, tuple(number for number, _ in rows))
+
+
+_TOO_LONG = 'numbers have a decimal point, as in 0.4, or stand in double quotes, "0,4"; or it has a column too many'
+
+
+def _check_cells(place: str, row: dict[str, str]) -> None:
+    """Refuse cells of unknown columns, and a row in which one is missing or empty."""
+    for column, text in row.items():
+        if text.strip() and column not in ROW_KEYS:
+            raise QdotError(f"{place}: {unknown('column', column, ROW_KEYS)}")
+    for column in ROW_KEYS:
+        if not row.get(column, "").strip():
+            raise QdotError(
+                f"{place}: the cell of {column!r} is empty or missing; a row has {', '.join(ROW_KEYS)}, each in the "
+                "column that is called so, and 0 where there is nothing"
+            )
 
 
 def _cell(key: str, text: str) -> object:
@@ -229,13 +247,34 @@ class _Reader:
         return str(value)
 
     def _kind(self, index: int, row: dict[str, Any]) -> str:
-        keys = KEYS[self.convention]
-        slides = self.convention == "screws" and row.get("kind") == "P"
-        self.file.check_keys(("joint", index), (*keys, "limits"), keys[:2] if slides else keys, TOP_KEYS)
-        with self.file.at("joint", index, "kind"):
+        keys, place = KEYS[self.convention], ("joint", index)
+        self._check_convention(index, row)
+        self.file.check_keys(place, (*keys, "limits"), ("kind",), TOP_KEYS)
+        with self.file.at(*place, "kind"):  # what else is needed is up to it
             if row["kind"] not in ("R", "P"):
                 raise QdotError('it is "R" (revolute) or "P" (prismatic)')
+        slides = self.convention == "screws" and row["kind"] == "P"
+        self.file.check_keys(place, (*keys, "limits"), keys[:2] if slides else keys)
         return str(row["kind"])
+
+    def _check_convention(self, index: int, row: dict[str, Any]) -> None:
+        """Refuse a joint that is told in another way than the file's convention, which may have been forgotten."""
+        by_axes = self.convention == "screws"
+        key = next((key for key in row if key in (ROW_KEYS[1:] if by_axes else ("axis",))), None)
+        if key is None:
+            return
+        said = f"says convention = {shown(self.convention)}" if "convention" in self.table else "says no convention"
+        if by_axes:
+            hint = (
+                f"is of a DH table, and the file {said}, where a joint has {', '.join(KEYS['screws'])}; for a table, "
+                'that is convention = "dh" or "modified-dh"'
+            )
+        else:
+            hint = (
+                f'is of an arm told by its axes, and the file {said}; write convention = "screws" at its top, or tell '
+                f"a table, where a joint has {', '.join(ROW_KEYS)}"
+            )
+        raise QdotError(f"{self.file.place_of_key('joint', index, key)}: the key {key!r} {hint}")
 
     # --- tables ---
 

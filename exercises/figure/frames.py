@@ -13,6 +13,8 @@ from exercises.figure.view import Drawn, View, arrow
 
 AXIS = {True: 52.0, False: 54.0}
 """Pixels: length of a frame's axis in a flat drawing and in space."""
+BODY = 44.0
+"""The same of the body frame, whose axes are those of the space frame once more."""
 LONG = 96.0
 """The same in the drawing of an arm that has no links."""
 NAMES = "xyz"
@@ -66,12 +68,36 @@ def _axis(
     return Drawn(arrow(view, origin, end, f"axis-{name}"), (request,))
 
 
+def body_frame(scene: Scene) -> Drawn:
+    """Return the body frame {b} in P of an arm that is told by its axes, at home, where it is parallel to {s}.
+
+    In another configuration, or where P is not on the last link, none is drawn. In the world's origin, it is named
+    beside the axes of {s}.
+    """
+    if not has_body_frame(scene) or _is_at_world(scene):
+        return Drawn()
+    view, point, part = scene.view, scene.bones.path[-1], Drawn()
+    for k in [k for k in range(3) if not scene.is_planar or view.lies_flat(np.eye(3)[k])]:
+        part += _axis(view, point, np.eye(3)[k], "w", symbol(NAMES[k], "b"), BODY)
+    return part
+
+
+def has_body_frame(scene: Scene) -> bool:
+    """Whether the body frame is drawn, or named: at home, if P is on the last link."""
+    return is_by_axes(scene.chain) and scene.is_home and scene.chain.point.frame == scene.chain.n
+
+
+def _is_at_world(scene: Scene) -> bool:
+    return float(np.linalg.norm(scene.bones.path[-1])) * scene.view.scale < 1.0
+
+
 def origins(scene: Scene) -> Drawn:
     """Return the names of the origins O_0 ... O_n and the point P, those that coincide in one label."""
     names: list[tuple[np.ndarray, tuple[TextRun, ...]]] = []
     point = scene.bones.path[-1]
     shown = [] if is_by_axes(scene.chain) else list(enumerate(scene.frames[:, :3, 3]))
-    marks = [(point, symbol("P"))] + [(o, symbol("O", str(i))) for i, o in shown]
+    body = roman(", {b}") if has_body_frame(scene) else ()
+    marks = [(point, (*symbol("P"), *body))] + [(o, symbol("O", str(i))) for i, o in shown]
     for place, pieces in marks:
         for k, (other, before) in enumerate(names):
             if np.linalg.norm(place - other) * scene.view.scale < 1.0:
@@ -152,7 +178,8 @@ def world(scene: Scene) -> Drawn:
     length = AXIS[scene.is_planar] + (0.0 if apart else 18.0)
     part, corner = Drawn(), np.zeros(3)
     for k in [k for k in range(3) if not scene.is_planar or view.lies_flat(np.eye(3)[k])]:
-        part += _axis(view, np.zeros(3), np.eye(3)[k], "w", symbol(NAMES[k], name), length)
+        also = (*roman(", "), *symbol(NAMES[k], "b")) if has_body_frame(scene) and _is_at_world(scene) else ()
+        part += _axis(view, np.zeros(3), np.eye(3)[k], "w", (*symbol(NAMES[k], name), *also), length)
         leg = np.eye(3)[k] * place[k]
         if scene.sparse:
             part += Drawn((Polyline(view.path([corner, corner + leg]), "leg"),) if base.position[k] != 0 else ())

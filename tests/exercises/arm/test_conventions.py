@@ -322,7 +322,24 @@ SCREW = '[[joint]]\nkind = "R"\naxis = [0, 0, 1]\npoint = [0, 0, 0]\n'
         (HEAD + 'angles = "degrees"\n' + ROW.replace('"a1"', '"cos(60)"'), "is written as its number, as in sqrt(3)/2"),
         (HEAD + ROW + 'limits = ["pi", 0]\n', "they are two numbers, the lower first"),
         (HEAD + 'convention = "screws"\n' + SCREW, "the key 'point' is missing"),
-        (HEAD + 'convention = "screws"\npoint = [1, 0, 0]\n' + ROW, "unknown key 'theta'"),
+        (
+            HEAD + 'convention = "screws"\npoint = [1, 0, 0]\n' + ROW,
+            'is of a DH table, and the file says convention = "screws", where a joint has kind, axis, point',
+        ),
+        (
+            HEAD + "point = [1, 0, 0]\n" + SCREW,
+            "line 5: joint 1: the key 'axis' is of an arm told by its axes, and the file says no convention",
+        ),
+        (HEAD + 'convention = "modified-dh"\n' + SCREW, 'the file says convention = "modified-dh"; write convention'),
+        (
+            HEAD + 'convention = "screws"\npoint = [1, 0, 0]\n[[joint]]\nkind = "p"\naxis = [0, 0, 1]\n',
+            'line 5: joint 1: kind = "p": it is "R" (revolute) or "P" (prismatic)',
+        ),
+        (HEAD + 'convention = "screws"\npoint = [1, 0, 0]\n' + SCREW.replace("kind", "knd"), "unknown key 'knd'"),
+        (HEAD + ROW.replace('"a1"', '"-0,4"'), "decimals have a point; write -0.4"),
+        (HEAD + ROW.replace('"a1"', '"0,4*a1"'), 'decimals have a point; is "0.4*a1" meant?'),
+        (HEAD + ROW.replace('"a1"', '"sqrt(0,25)*a1"'), 'decimals have a point; is "sqrt(0.25)*a1" meant?'),
+        (HEAD + ROW.replace("alpha = 0", 'alpha = "atan2(3,4) + 0,1"'), 'is "atan2(3,4) + 0.1" meant?'),
         (
             HEAD + 'convention = "screws"\npoint = [1, 0, 0]\n' + SCREW.replace("1]", "0]"),
             "the direction of the axis at home",
@@ -409,6 +426,33 @@ def test_a_urdf_has_no_more_joints_than_can_be_worked_out(tmp_path: Path) -> Non
     path.write_text(f'<robot name="snake">{links}{joints}</robot>')
     with pytest.raises(QdotError, match=r"snake\.urdf: 12 joints are too many"):
         read_robot_file(path)
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        (
+            "kind;theta;d;a;alpha\nR;q1;0,4*a1;0;0\n",
+            'line 2: joint 1: d = "0,4*a1": decimals have a point; is "0.4*a1"',
+        ),
+        (
+            "kind,theta,d,a,alpha\nR,q1,0,4*a1,0,0\n",
+            "line 2: 6 cells, and the header has 5; numbers have a decimal",
+        ),
+        ("kind;theta;d;a;alpha\nR;q1;0;a1;0;7\n", "or it has a column too many"),
+        ("kind;theta;d;a;alpha\nR;q1;0;a1;0\nR;q2;0;a2\n", "line 3: joint 2: the cell of 'alpha' is empty or missing"),
+        ("kind;theta;d;a;alpha\nR;q1;;a1;0\n", "line 2: joint 1: the cell of 'd' is empty or missing; a row has kind"),
+        ("kind;theta;d;a;alhpa\nR;q1;0;a1;0\n", "unknown column 'alhpa' (did you mean 'alpha'?); known: kind, theta"),
+        ("kind;axis;point\nR;0;0\n", "unknown column 'axis'; known: kind, theta, d, a, alpha"),
+    ],
+)
+def test_what_is_wrong_in_a_table_in_csv_is_told_by_its_cell(rows: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "arm.csv"
+    path.write_text(rows)
+    with pytest.raises(QdotError) as raised:
+        read_robot_file(path)
+    assert str(raised.value).startswith(f"{path}: ") and said in str(raised.value)
+    assert "key" not in str(raised.value)
 
 
 def test_csv_as_it_is_written_where_a_comma_stands_before_decimals(tmp_path: Path) -> None:
