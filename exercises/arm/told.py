@@ -82,7 +82,8 @@ def place_name(chain: Chain, frame: int) -> str | None:
         return f"O_{frame + 1}"
     if frame == chain.point.frame and chain.point.is_origin:
         return "P"
-    return f"O_{frame}" if frame == 0 or chain.joints[frame - 1].a == 0 else None
+    length = chain.joints[frame - 1].a if frame else told_rows(chain)[0].a
+    return f"O_{frame}" if length == 0 else None
 
 
 def axis_symbol(chain: Chain, joint: int | None = None) -> str:

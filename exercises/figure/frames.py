@@ -145,7 +145,7 @@ def world(scene: Scene) -> Drawn:
     view, base = scene.view, told_base(scene.chain)
     by_axes = is_by_axes(scene.chain)
     if base.is_world and not by_axes:
-        return Drawn()
+        return _first_length(scene)
     name = "s" if by_axes else "w"
     place = scene.frames[0, :3, 3]
     apart = float(np.linalg.norm(place)) * view.scale > 1.0
@@ -168,6 +168,16 @@ def world(scene: Scene) -> Drawn:
         wishes = ((spot, (-0.7, 0.7)), (spot, (0.7, 0.7)))
         part += Drawn((), (Request(symbol("O", name), wishes, gap=6.0, rank=3, kind="origin"),))
     return part if by_axes else part + _yaw(scene, apart)
+
+
+def _first_length(scene: Scene) -> Drawn:
+    """Return a dashed leg from O_0 to the axis of joint 1, where the first row of a modified table has a length a_0."""
+    length = told_rows(scene.chain)[0].a
+    if not is_modified(scene.chain) or length == 0:
+        return Drawn()
+    ends = scene.view.path([scene.frames[0, :3, 3], scene.bones.origins[0]])
+    labels = () if scene.sparse else (Request(magnitude(length), beside(*ends), "text", gap=4.0, rank=1),)
+    return Drawn((Polyline(ends, "leg"),), labels)
 
 
 def _covered(scene: Scene, k: int) -> bool:
