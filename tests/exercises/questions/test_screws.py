@@ -1,12 +1,16 @@
 """Arms told by their axes: published Jacobians, exponentials as another way, and texts without frames on the links."""
 
 import re
+from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 import sympy as sp
 
+from exercises import verify
 from exercises.arm.chain import Chain
 from exercises.arm.conventions import axes_of
+from exercises.arm.placing import Axis
 from exercises.families import FAMILIES
 from exercises.generation import applicable, generate, sample_chain
 from exercises.mistakes.catalogue import CATALOGUE, taken
@@ -57,10 +61,40 @@ def test_a_scara_has_its_published_space_jacobian() -> None:
 
 @of_families(FIXED)
 def test_what_is_asked_of_screws_is_certified(family: str) -> None:
-    """By exponentials of the axes as they are told, which know of no table, and by differences."""
-    asked = tuple(name for name in applicable(by_axes(family)) if name in NAMES)
+    """By exponentials of the axes as they are told, by frames at home, and by differences."""
+    arm = by_axes(family)
+    asked = tuple(name for name in applicable(arm) if name in NAMES)
     certificate = certify(generate(ProblemId(family, 1, asked, variation="full", convention="screws")))
     assert certificate.passed, certificate.failures
+    told = {check.name for check in certificate.checks if check.name.startswith("axes at home: ")}
+    assert told == {
+        f"axes at home: {what}"
+        for what in ("directions", "P", *(["points on them"] if "R" in {joint.kind for joint in arm.joints} else []))
+    }
+
+
+OTHERWISE: dict[str, Callable[[Axis, sp.Matrix], tuple[Axis, sp.Matrix]]] = {
+    "directions": lambda axis, point: (replace(axis, direction=-axis.direction), point),
+    "points on them": lambda axis, point: (
+        replace(axis, point=axis.point + sp.Matrix([0, sp.Rational(1, 9), 0])),
+        point,
+    ),
+    "P": lambda axis, point: (axis, point + sp.Matrix([0, 0, sp.Rational(1, 9)])),
+}
+
+
+@pytest.mark.parametrize("what", OTHERWISE)
+def test_a_certificate_sees_axes_that_are_told_otherwise(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where all that is asked is the screws, which are the ones that the table leads to."""
+    problem = generate("elbow-3r/1@chapter@screws", ["home-screws"])
+
+    def told(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
+        (first, *others), point = axes_of(chain)
+        first, point = OTHERWISE[what](first, point)
+        return [first, *others], point
+
+    monkeypatch.setattr(verify, "axes_of", told)
+    assert [check.name for check in certify(problem).failures] == [f"axes at home: {what}"]
 
 
 @of_families(FIXED)
