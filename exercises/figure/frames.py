@@ -8,6 +8,7 @@ import numpy as np
 from exercises.arm.told import is_by_axes, is_modified, told_base, told_rows
 from exercises.figure.arm import Scene, arc, beside, dimension, is_point
 from exercises.figure.labels import Request
+from exercises.figure.pose import told_pose
 from exercises.figure.shapes import Circle, Pair, Polyline, Shape, TextRun, magnitude, roman, signed, symbol
 from exercises.figure.view import Drawn, View, arrow
 
@@ -44,10 +45,16 @@ def axes(scene: Scene) -> Drawn:
 
 
 def _joint_axes(scene: Scene) -> Drawn:
-    """Return the direction of every joint where its glyph stands: an arrow, or its name alone where it is end-on."""
+    """Return the direction of every joint where its glyph stands: an arrow, or its name alone where it is end-on.
+
+    The name has a prime where the arm does not stand at home.
+    """
     view, part = scene.view, Drawn()
+    home = told_pose(scene.chain, {q.name: 0.0 for q in scene.chain.q})
+    moved = () if np.allclose(scene.bones.entries, home) else roman("′")
     for i, joint in enumerate(scene.chain.joints, 1):
         name, axis, place = symbol("ω" if joint.kind == "R" else "v", str(i)), scene.axis(i), scene.places[i - 1]
+        name = (*name, *moved)
         if not view.is_end_on(axis):
             part += _axis(view, place, axis, "z", name, AXIS[scene.is_planar])
             continue

@@ -55,7 +55,7 @@ def _no_moment(chain: Chain) -> Iterator[Slip]:
 
 def _rows_exchanged(chain: Chain) -> Iterator[Slip]:
     exchanged: Change = lambda _, columns: np.concatenate([columns[3:], columns[:3]])  # noqa: E731
-    yield from (Slip({stage: exchanged}) for stage in SCREWS)
+    yield from (Slip({stage: exchanged}) for stage in (*SCREWS, "geometric"))
 
 
 def _slide_above(chain: Chain) -> Iterator[Slip]:

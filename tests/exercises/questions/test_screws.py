@@ -15,6 +15,8 @@ from exercises.families import FAMILIES
 from exercises.generation import applicable, generate, sample_chain
 from exercises.mistakes.catalogue import CATALOGUE, taken
 from exercises.problem import Problem, ProblemId
+from exercises.questions import QUESTIONS as EVERY
+from exercises.questions.base import velocities
 from exercises.questions.screws import (
     QUESTIONS,
     body_jacobian,
@@ -24,6 +26,7 @@ from exercises.questions.screws import (
     space_jacobian,
 )
 from exercises.quizzes import QUIZZES
+from exercises.stream import Stream
 from exercises.verify import certify
 from exercises.writing.statement import hints, prompt, statement, worked_solution
 from tests.support.suites import few_families, of_families, several
@@ -158,6 +161,48 @@ def _texts(problem: Problem) -> list[tuple[str, str]]:
         ("hints", "\n".join(hints(problem, part))),
         ("solution", worked_solution(problem, part)),
     ]
+
+
+HOME_ONLY = {"home-screws", "body-pose", "position"}
+"""Questions whose texts speak of axes at home alone, beside those of which both are shown."""
+BOTH = {"joint-axes", "body-jacobian"}
+
+
+@of_families(FIXED)
+def test_an_axis_that_others_have_moved_has_a_prime(family: str) -> None:
+    arm = by_axes(family)
+    named = r"(?:\\omega|\bv|\bq)_(?:\{[0-9i]\}|[0-9i])"
+    moved, at_home = re.compile(f"{named}'"), re.compile(f"{named}(?!')")
+    wrong: dict[str, str] = {}
+    for name in applicable(arm):
+        problem = generate(ProblemId(family, 1, (name,), variation="full", convention="screws"))
+        for where, text in _texts(problem)[1:]:
+            unfit = None if name in BOTH else moved if name in HOME_ONLY else at_home
+            if unfit is not None and (found := unfit.search(text)):
+                wrong[f"{name}, {where}"] = text[max(found.start() - 40, 0) : found.end() + 40]
+    assert not wrong
+
+
+@of_families(FIXED)
+def test_angular_velocities_come_first_everywhere(family: str) -> None:
+    """In geometric Jacobian and twist, too, which have linear rows first where there is a table."""
+    arm = by_axes(family)
+    table = replace(arm, convention="dh")
+    for name in {"geometric-jacobian", "twist"} & set(applicable(arm)):
+        ours, theirs = (_reference(chain, name) for chain in (arm, table))
+        assert ours == theirs[3:, :].col_join(theirs[:3, :])
+        problem = generate(ProblemId(family, 1, (name,), variation="full", convention="screws"))
+        (part,) = problem.parts
+        assert r"\omega_x, \omega_y, \omega_z, v_x, v_y, v_z" in prompt(problem, part)
+        assert name == "geometric-jacobian" or EVERY[name].entry_names(arm, part) == velocities(TWIST)
+
+
+TWIST = ("wx", "wy", "wz", "vx", "vy", "vz")
+
+
+def _reference(chain: Chain, name: str) -> sp.Matrix:
+    answer, _ = EVERY[name].ask(chain, Stream("order"))
+    return answer.as_matrix()
 
 
 def test_an_arm_of_a_table_is_asked_nothing_of_screws() -> None:
