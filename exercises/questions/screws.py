@@ -15,18 +15,18 @@ import sympy as sp
 
 from exercises.answers import Matrix
 from exercises.arm.arithmetic import applied
-from exercises.arm.chain import TASK_ROWS, Chain
+from exercises.arm.chain import Chain
 from exercises.arm.conventions import axes_of
 from exercises.arm.derivation import derive, structure
 from exercises.arm.kinematics import Frame, frames_and_point
+from exercises.arm.placing import Axis
 from exercises.arm.stages import Working
+from exercises.arm.told import twist_rows
 from exercises.arm.trigonometry import textbook
 from exercises.problem import Details, Part
 from exercises.questions.base import BY_AXES, Asked, Question, count_terms, put, stage, too_many, velocities
 from exercises.stream import Stream
 
-TWIST_ROWS = (*TASK_ROWS[3:], *TASK_ROWS[:3])
-"""The components of a twist in the order of screws."""
 SOURCE = "product of exponentials"
 MOST_JOINTS = 4
 """Up to so many joints the pose is multiplied out by hand."""
@@ -81,6 +81,29 @@ def home_screws(chain: Chain) -> tuple[Screw, ...]:
             screw = sp.zeros(3, 1).col_join(axis.direction)
         found.append(Screw(number, axis.kind, axis.direction, axis.point, screw))
     return tuple(found)
+
+
+def hat(vector: sp.Matrix) -> sp.Matrix:
+    """Return the 3 x 3 matrix [v] with [v] u = v x u."""
+    x, y, z = vector
+    return sp.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+
+
+def exponential(axis: Axis, value: sp.Expr) -> sp.Matrix:
+    """Return e^([S] value), 4 x 4, of a joint by its axis at home: Rodrigues' formula about a line, or a slide.
+
+    >>> theta = sp.Symbol("theta1")
+    >>> exponential(Axis("R", sp.Matrix([0, 0, 1]), sp.Matrix([2, 0, 0])), theta)[:2, 3]
+    Matrix([
+    [2 - 2*cos(theta1)],
+    [  -2*sin(theta1)]])
+    """
+    turn, shift = sp.eye(3), value * axis.direction
+    if axis.kind == "R":
+        cross = hat(axis.direction)
+        turn = (turn + sp.sin(value) * cross + (1 - sp.cos(value)) * cross**2).applyfunc(sp.expand)
+        shift = axis.point - turn * axis.point
+    return turn.row_join(shift.applyfunc(sp.expand)).col_join(sp.Matrix([[0, 0, 0, 1]]))
 
 
 @lru_cache(maxsize=1024)
@@ -232,7 +255,7 @@ def _long_body(chain: Chain) -> str | None:
 
 
 def _twist_names(chain: Chain, _: Part) -> Sequence[str]:
-    return velocities(TWIST_ROWS)
+    return velocities(twist_rows(chain))
 
 
 def _pose_result(w: Working, part: Part) -> np.ndarray:

@@ -447,6 +447,26 @@ class Wording(AxisNames):
         return self.join([f"${self.z(i)}$" for i in range(1, self.chain.n + 1)])
 
     @property
+    def column_of_axis(self) -> str:
+        """What column i of the joint axes is."""
+        say, names = self.words, [f"${name}$" for name in self.axes_i]
+        if len(names) == 1:
+            return names[0]
+        return say.gettext("%(omega)s of a revolute joint, %(v)s of a prismatic one", omega=names[0], v=names[1])
+
+    @property
+    def moved_names(self) -> str:
+        """What directions and points of the axes are called where the joints before them have taken them."""
+        kinds = {joint.kind for joint in self.chain.joints}
+        names = [*([r"\omega_i", "q_i"] if "R" in kinds else []), *(["v_i"] if "P" in kinds else [])]
+        return self.join([f"${name}'$" for name in names])
+
+    @property
+    def axes_called(self) -> str:
+        """What the joint axes are called, with an index i."""
+        return self.join([f"${name}$" for name in self.axes_i])
+
+    @property
     def vector_names(self) -> str:
         """The vectors to the point, p*_0 ... p*_{n-1}, or p*_1 ... p*_n of a modified table."""
         return self.join([f"${self.p(i)}$" for i in range(1, self.chain.n + 1)])

@@ -14,11 +14,13 @@ import sympy as sp
 from exercises.arm.axes import slope
 from exercises.arm.chain import TASK_ROWS, Chain, Point
 from exercises.arm.classification import Kind, classify
+from exercises.arm.conventions import axes_of
 from exercises.arm.derivation import Derivation, derive, structure, task_velocity
 from exercises.arm.kinematics import NumericChain, frame_behind, joint_rotation, link_frames, link_vector
 from exercises.arm.precise import determinant, four_digits, inverse, shown
 from exercises.arm.singularity import Component, never_vanishes, singular_set
 from exercises.arm.told import (
+    in_twist_order,
     is_modified,
     told_point,
     told_rows,
@@ -29,7 +31,7 @@ from exercises.formula.order import joint_sum
 from exercises.problem import Part
 from exercises.questions.inversion import Situation, jacobian_at
 from exercises.questions.rank import LostAt, MeaningAsked, Where, lost_where
-from exercises.questions.screws import body_jacobian, space_jacobian
+from exercises.questions.screws import body_jacobian, exponential, space_jacobian
 from exercises.questions.singular import Place
 from exercises.questions.wrist import block_determinants, not_partitioned, wrist_block
 from exercises.writing.angles import AngleNames, angle_names, arm_angles, link_angles
@@ -222,6 +224,13 @@ class Worked(AxisNames):
         """Where P is at home (3 x 1, m)."""
         return self.d.position.xreplace(self._home)
 
+    @property
+    def exponentials(self) -> list[tuple[str, sp.Matrix]]:
+        """Of each joint what its exponential is called, and the 4 x 4 matrix."""
+        axes = axes_of(self.chain)[0]
+        pairs = enumerate(zip(self.chain.q, axes, strict=True), 1)
+        return [(f"e^{{[S_{{{i}}}]{tex(q)}}}", exponential(axis, q)) for i, (q, axis) in pairs]
+
     def jacobian_of(self, frame: str) -> sp.Matrix:
         """Return the Jacobian of screws in the "space" frame or in that of the "body"."""
         return space_jacobian(self.chain) if frame == "space" else body_jacobian(self.chain)
@@ -271,6 +280,11 @@ class Worked(AxisNames):
         """p*_k of the point's own frame: R_k times its coordinates there (zero for an origin)."""
         k = self.chain.point.frame
         return self._fill(derive(self._structure).rotations[k] * sp.Matrix(told_point(self._structure).offset))
+
+    @property
+    def geometric(self) -> sp.Matrix:
+        """The geometric Jacobian, 6 x n, its rows in the order in which the arm is asked about."""
+        return in_twist_order(self.chain, self.d.geometric)
 
     @cached_property
     def columns(self) -> list[Column]:

@@ -1,16 +1,22 @@
 """Arms told by their axes: published Jacobians, exponentials as another way, and texts without frames on the links."""
 
 import re
+from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 import sympy as sp
 
+from exercises import verify
 from exercises.arm.chain import Chain
 from exercises.arm.conventions import axes_of
+from exercises.arm.placing import Axis
 from exercises.families import FAMILIES
 from exercises.generation import applicable, generate, sample_chain
 from exercises.mistakes.catalogue import CATALOGUE, taken
 from exercises.problem import Problem, ProblemId
+from exercises.questions import QUESTIONS as EVERY
+from exercises.questions.base import velocities
 from exercises.questions.screws import (
     QUESTIONS,
     body_jacobian,
@@ -20,6 +26,7 @@ from exercises.questions.screws import (
     space_jacobian,
 )
 from exercises.quizzes import QUIZZES
+from exercises.stream import Stream
 from exercises.verify import certify
 from exercises.writing.statement import hints, prompt, statement, worked_solution
 from tests.support.suites import few_families, of_families, several
@@ -57,10 +64,40 @@ def test_a_scara_has_its_published_space_jacobian() -> None:
 
 @of_families(FIXED)
 def test_what_is_asked_of_screws_is_certified(family: str) -> None:
-    """By exponentials of the axes as they are told, which know of no table, and by differences."""
-    asked = tuple(name for name in applicable(by_axes(family)) if name in NAMES)
+    """By exponentials of the axes as they are told, by frames at home, and by differences."""
+    arm = by_axes(family)
+    asked = tuple(name for name in applicable(arm) if name in NAMES)
     certificate = certify(generate(ProblemId(family, 1, asked, variation="full", convention="screws")))
     assert certificate.passed, certificate.failures
+    told = {check.name for check in certificate.checks if check.name.startswith("axes at home: ")}
+    assert told == {
+        f"axes at home: {what}"
+        for what in ("directions", "P", *(["points on them"] if "R" in {joint.kind for joint in arm.joints} else []))
+    }
+
+
+OTHERWISE: dict[str, Callable[[Axis, sp.Matrix], tuple[Axis, sp.Matrix]]] = {
+    "directions": lambda axis, point: (replace(axis, direction=-axis.direction), point),
+    "points on them": lambda axis, point: (
+        replace(axis, point=axis.point + sp.Matrix([0, sp.Rational(1, 9), 0])),
+        point,
+    ),
+    "P": lambda axis, point: (axis, point + sp.Matrix([0, 0, sp.Rational(1, 9)])),
+}
+
+
+@pytest.mark.parametrize("what", OTHERWISE)
+def test_a_certificate_sees_axes_that_are_told_otherwise(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where all that is asked is the screws, which are the ones that the table leads to."""
+    problem = generate("elbow-3r/1@chapter@screws", ["home-screws"])
+
+    def told(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
+        (first, *others), point = axes_of(chain)
+        first, point = OTHERWISE[what](first, point)
+        return [first, *others], point
+
+    monkeypatch.setattr(verify, "axes_of", told)
+    assert [check.name for check in certify(problem).failures] == [f"axes at home: {what}"]
 
 
 @of_families(FIXED)
@@ -124,6 +161,48 @@ def _texts(problem: Problem) -> list[tuple[str, str]]:
         ("hints", "\n".join(hints(problem, part))),
         ("solution", worked_solution(problem, part)),
     ]
+
+
+HOME_ONLY = {"home-screws", "body-pose", "position"}
+"""Questions whose texts speak of axes at home alone, beside those of which both are shown."""
+BOTH = {"joint-axes", "body-jacobian"}
+
+
+@of_families(FIXED)
+def test_an_axis_that_others_have_moved_has_a_prime(family: str) -> None:
+    arm = by_axes(family)
+    named = r"(?:\\omega|\bv|\bq)_(?:\{[0-9i]\}|[0-9i])"
+    moved, at_home = re.compile(f"{named}'"), re.compile(f"{named}(?!')")
+    wrong: dict[str, str] = {}
+    for name in applicable(arm):
+        problem = generate(ProblemId(family, 1, (name,), variation="full", convention="screws"))
+        for where, text in _texts(problem)[1:]:
+            unfit = None if name in BOTH else moved if name in HOME_ONLY else at_home
+            if unfit is not None and (found := unfit.search(text)):
+                wrong[f"{name}, {where}"] = text[max(found.start() - 40, 0) : found.end() + 40]
+    assert not wrong
+
+
+@of_families(FIXED)
+def test_angular_velocities_come_first_everywhere(family: str) -> None:
+    """In geometric Jacobian and twist, too, which have linear rows first where there is a table."""
+    arm = by_axes(family)
+    table = replace(arm, convention="dh")
+    for name in {"geometric-jacobian", "twist"} & set(applicable(arm)):
+        ours, theirs = (_reference(chain, name) for chain in (arm, table))
+        assert ours == theirs[3:, :].col_join(theirs[:3, :])
+        problem = generate(ProblemId(family, 1, (name,), variation="full", convention="screws"))
+        (part,) = problem.parts
+        assert r"\omega_x, \omega_y, \omega_z, v_x, v_y, v_z" in prompt(problem, part)
+        assert name == "geometric-jacobian" or EVERY[name].entry_names(arm, part) == velocities(TWIST)
+
+
+TWIST = ("wx", "wy", "wz", "vx", "vy", "vz")
+
+
+def _reference(chain: Chain, name: str) -> sp.Matrix:
+    answer, _ = EVERY[name].ask(chain, Stream("order"))
+    return answer.as_matrix()
 
 
 def test_an_arm_of_a_table_is_asked_nothing_of_screws() -> None:
