@@ -376,12 +376,14 @@ def _blocks(chain: Chain, robot: Robot | None) -> list[str]:
 class Ready:
     """A result that is ready: its name, and what is to be shown of it, which is empty where there is nothing.
 
-    `left` is what is still to be found out of the singular set, None where this is no result on it.
+    `left` is what is still to be found out of the singular set, None where this is no result on it; `singular` is the
+    set, as far as it is there.
     """
 
     name: str
     content: Any
     left: tuple[str, ...] | None = None
+    singular: tuple[SingularComponent, ...] | None = None
 
 
 Stages = Iterator[str | Kept | Ready]
@@ -426,7 +428,7 @@ def _singular_text(chain: Chain, robot: Robot | None, parts: list[Part], explain
             number += 1
         if not stage.left and (stage.lengths or stage.special):
             blocks.append(_special_block(chain, stage, number))
-        yield Ready(name, "\n".join(filter(None, blocks)), stage.left)
+        yield Ready(name, "\n".join(filter(None, blocks)), stage.left, stage.singular)
 
 
 def _singular_section(
@@ -480,7 +482,10 @@ def data_stages(chain: Chain) -> Stages:
         with suppress(TooLong):
             yield Ready("determinant", {"determinant": str(d.determinant)})
     for stage in singular_stages(chain):
-        yield Ready("singular", _singular_json(chain, stage), stage.left) if isinstance(stage, Singularities) else stage
+        if isinstance(stage, Singularities):
+            yield Ready("singular", _singular_json(chain, stage), stage.left, stage.singular)
+        else:
+            yield stage
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ from exercises.solving import (
 )
 from exercises.time_limit import OutOfTime, time_limit
 from exercises.writing.markup import to_text
+from exercises.writing.worked import SingularComponent
 
 DEFAULT, LEAST, MOST = 60.0, 0.1, 1e8
 """Seconds of processor time after which a derivation ends if nothing else is said; and between what they are said."""
@@ -60,15 +61,19 @@ class _Told:
     """What is known of the singular set, as long as it is not ready."""
     left: tuple[str, ...] | None = None
     """What is still to be found out of that set, None where nothing is known of it."""
+    singular: tuple[SingularComponent, ...] | None = None
+    """The set, None where it is not ready, or is all there is."""
     ended: str = ""
     """Why not all is there: nothing, if all is."""
 
 
-def write_solution(robot: Robot, form: str, seconds: float, say: Callable[[str], None], shown: Shown) -> None:
+def write_solution(
+    robot: Robot, form: str, seconds: float, say: Callable[[str], None], shown: Shown
+) -> tuple[SingularComponent, ...] | None:
     """Say the derivation of an arm as text, latex or json; text section by section, as they are ready.
 
     It ends once it has taken `seconds` of processor time. Raises KeyboardInterrupt where that ended it, all that was
-    ready being said.
+    ready being said. Returns the singular set, None where it is not ready, or where the arm is singular throughout.
     """
     chain, told = robot.chain, _Told()
     stages = data_stages(chain) if form == "json" else text_stages(chain, robot)
@@ -91,6 +96,7 @@ def write_solution(robot: Robot, form: str, seconds: float, say: Callable[[str],
             say(f"\n{to_text(block)}")
     if stop is not None:
         raise stop
+    return told.singular
 
 
 def _follow(stages: Stages, told: _Told, say: Callable[[str], None] | None, shown: Shown) -> None:
@@ -105,7 +111,7 @@ def _follow(stages: Stages, told: _Told, say: Callable[[str], None] | None, show
                 say(stage.content)
             told.ready[stage.name] = stage.content  # only now: what was stopped while it was said is missing
             if stage.left is not None:
-                told.kept, told.left = None, stage.left
+                told.kept, told.left, told.singular = None, stage.left, stage.singular
         elif isinstance(stage, Kept):
             told.kept, told.left = stage, stage.left
         else:

@@ -12,7 +12,7 @@ from exercises.arm.chain import Chain
 from exercises.arm.derivation import TooLong, derive
 from exercises.difficulty import step
 from exercises.figure import alt_text, figure_pose, figure_svg, part_alt, part_svg
-from exercises.figure.pose import DEFAULT_LENGTH, symbol_values
+from exercises.figure.pose import example_values
 from exercises.formula.printers.python import python_text
 from exercises.languages import ENGLISH, Catalogue, catalogue
 from exercises.mistakes.catalogue import CATALOGUE
@@ -162,10 +162,7 @@ def typed_names(problem: Problem, asked: str) -> list[str]:
 
 def _values(chain: Chain) -> Json:
     """Return numbers for the open lengths and angles of an arm, as it is drawn."""
-    given = [value for joint in chain.joints for value in (joint.a, joint.d)] + list(chain.point.offset)
-    sizes = [abs(float(value)) for value in given if value.is_number and value != 0]
-    chosen = symbol_values(chain, max(sizes, default=DEFAULT_LENGTH))
-    return {symbol.name: float(value) for symbol, value in chosen.items()}
+    return {symbol.name: float(value) for symbol, value in example_values(chain).items()}
 
 
 class _Said:
