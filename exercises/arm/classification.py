@@ -18,7 +18,7 @@ from exercises.arm.axes import Sample
 from exercises.arm.chain import TASK_ROWS, Chain
 from exercises.arm.derivation import derive
 from exercises.arm.kinematics import NumericChain
-from exercises.arm.reach import reaches
+from exercises.arm.reach import reaches_beside
 from exercises.arm.singularity import Component
 from exercises.formula.conditions import Space
 from exercises.formula.expression import read
@@ -266,18 +266,15 @@ def _reached_beyond(sample: Sample, task: list[int], direction: np.ndarray) -> b
     A formula says it for simple arms, at once and for sure; for others, damped Newton from many starts.
     """
     frames = sample.arm.frames(sample.q)
-    q = _starts(len(sample.q)).copy()
     reach = _reach(sample.arm)
     linear = [row < 3 for row in task]
     shift = _BEYOND * reach * direction * np.array([1.0 if is_linear else 1.0 / reach for is_linear in linear])
+    known = reaches_beside(sample.arm, frames, task, shift)
+    if known is not None:
+        return known
     target_point = sample.arm.point_of(frames)
-    beyond = target_point.copy()
-    if all(linear):
-        beyond[task] += shift
-        known = reaches(sample.arm, task, beyond)
-        if known is not None:
-            return known
     rotation = frames[-1, :3, :3]
+    q = _starts(len(sample.q)).copy()
     for step in range(_STEPS):
         now = sample.arm.frames(q)
         error = np.concatenate([target_point - sample.arm.point_of(now), _turn(rotation, now[:, -1, :3, :3])], axis=1)
