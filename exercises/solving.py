@@ -22,7 +22,7 @@ from exercises.questions import QUESTIONS
 from exercises.questions.base import BY_HAND
 from exercises.redundant import Redundant, redundant_stages
 from exercises.render import render
-from exercises.special_lengths import Special, relations, special_lengths
+from exercises.special_lengths import Special, needs, relations, special_lengths
 from exercises.stream import Stream
 from exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from exercises.writing.markup import latex_escaped, to_latex, to_text
@@ -180,7 +180,8 @@ def singular_stages(chain: Chain) -> Iterator[str | Kept | Singularities]:
     if SPECIAL not in later:
         return
     yield "lengths of a special relation to each other"
-    found = replace(found, lengths=_only_for_special_lengths(chain))
+    wanted = " ".join(f"{need}." for need in needs(chain, singular))
+    found = replace(found, lengths=" ".join(filter(None, (wanted, _only_for_special_lengths(chain)))))
     special = []
     for stage in special_lengths(chain, singular):
         if isinstance(stage, Special):
@@ -449,7 +450,7 @@ def _special_block(chain: Chain, found: Singularities, number: int) -> str:
         number=number,
         note=found.lengths,
         special=[(one, Wording(one.chain)) for one in found.special],
-        looked_at=relations(chain) if found.special else [],
+        looked_at=relations(chain, found.singular or ()) if found.special else [],
     )
 
 
