@@ -14,6 +14,7 @@ import sympy as sp
 from exercises.arm.axes import slope
 from exercises.arm.chain import TASK_ROWS, Chain, Point
 from exercises.arm.classification import Kind, classify
+from exercises.arm.conventions import axes_of
 from exercises.arm.derivation import Derivation, derive, structure, task_velocity
 from exercises.arm.kinematics import NumericChain, frame_behind, joint_rotation, link_frames, link_vector
 from exercises.arm.precise import determinant, four_digits, inverse, shown
@@ -24,7 +25,7 @@ from exercises.arm.told import (
     told_rows,
     up_to_frame,
 )
-from exercises.arm.trigonometry import substitute, textbook
+from exercises.arm.trigonometry import substitute, textbook, without_brackets
 from exercises.formula.order import joint_sum
 from exercises.problem import Part
 from exercises.questions.inversion import Situation, jacobian_at
@@ -220,7 +221,7 @@ class Worked(AxisNames):
     @property
     def point_at_home(self) -> sp.Matrix:
         """Where P is at home (3 x 1, m)."""
-        return self.d.position.xreplace(self._home)
+        return axes_of(self.chain)[1]
 
     def jacobian_of(self, frame: str) -> sp.Matrix:
         """Return the Jacobian of screws in the "space" frame or in that of the "body"."""
@@ -228,7 +229,7 @@ class Worked(AxisNames):
 
     def axis_at_home(self, joint: int) -> sp.Matrix:
         """Return the axis of a joint where all joint variables are zero (3 x 1)."""
-        return self.d.z[:, joint - 1].xreplace(self._home)
+        return self.d.z[:, joint - 1].xreplace(self._home).applyfunc(sp.expand)
 
     def turned_axis(self, joint: int) -> sp.Matrix | None:
         """Return the axis of a joint as the joints before it have turned it (3 x 1), None where they do not."""
@@ -247,7 +248,7 @@ class Worked(AxisNames):
             home = dict.fromkeys(self.chain.q[: joint - 1], sp.S.Zero)
             place = self.d.position.xreplace(home)
             if place != before:
-                places.append((joint, place))
+                places.append((joint, place.applyfunc(without_brackets)))
             before = place
         return places if len(places) < 2 or places[-1][0] != 1 else places[:-1]
 
