@@ -237,13 +237,14 @@ def test_points_on_axes_stay_those_of_the_file(tmp_path: Path) -> None:
     plain, moved = read(tmp_path, re.sub("base = .*\n", "", BY_AXES)).chain, read(tmp_path, BY_AXES).chain
     named = [(R("0.1"), R("0.2"), R("0.5")), (R("0.1"), R("0.4"), R("0.1") + a2), None, (a2, R("0.4"), R("0.7"))]
     assert list(plain.axis_points) == named
-    for chain, turn in ((plain, lambda x, y, z: (x, y, z)), (moved, lambda x, y, z: (R("0.3") - y, x, R("0.2") + z))):
+    for chain, turn in ((plain, sp.eye(3)), (moved, sp.Matrix([[0, -1, 0], [1, 0, 0], [0, 0, 1]]))):
+        origin = sp.zeros(3, 1) if chain is plain else sp.Matrix([R("0.3"), 0, R("0.2")])
         axes, without = axes_of(chain)[0], axes_of(replace(chain, axis_points=()))[0]
         for axis, other, point in zip(axes, without, named, strict=True):
             if point is None:
                 assert axis == other
                 continue
-            assert tuple(axis.point) == turn(*point)
+            assert axis.point == origin + turn * sp.Matrix(point)
             aside = axis.direction.cross(axis.point - other.point).xreplace({a2: R("0.7")})
             assert max(abs(float(entry)) for entry in aside) < 1e-9  # the same axis
         assert any(axis != other for axis, other in zip(axes, without, strict=True))
