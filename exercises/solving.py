@@ -16,10 +16,12 @@ from exercises.arm.reciprocal import applies
 from exercises.arm.robot_file import Limits, Robot, read_robot
 from exercises.arm.searched import tried
 from exercises.arm.singularity import Component, for_special_lengths, singular_set
+from exercises.arm.told import is_by_axes, twist_rows
 from exercises.formula.text import matrix_json
 from exercises.problem import Part, Problem, ProblemId
 from exercises.questions import QUESTIONS
 from exercises.questions.base import BY_HAND
+from exercises.questions.screws import body_jacobian, space_jacobian
 from exercises.redundant import Redundant, redundant_stages
 from exercises.render import render
 from exercises.special_lengths import Special, needs, relations, special_lengths
@@ -294,6 +296,7 @@ def solution_data(solution: Solution) -> dict[str, Any]:
         "position": matrix_json(solution.position),
         "jacobian": _rows(solution.jacobian),
         "geometric_jacobian": _rows(solution.geometric),
+        **{key: value for part in _screw_parts(solution.chain) for key, value in part().items()},
         "task": list(solution.chain.task),
         **_singular_json(
             solution.chain,
@@ -319,6 +322,24 @@ def _singular_json(chain: Chain, found: Singularities) -> dict[str, Any]:
             for one in found.special
         ]
     return content | ({"note": found.note} if found.note else {})
+
+
+TWISTS = "space_jacobian", "body_jacobian"
+"""What an arm that is told by its axes has beside the others, 6 x n each, in the order of `twist_rows`."""
+
+
+def _screw_parts(chain: Chain) -> tuple[Callable[[], dict[str, Any]], ...]:
+    """Return what works out the Jacobians of TWISTS as plain data, nothing where an arm is told by a table.
+
+    There is no body frame where P is no point of the last link.
+    """
+    if not is_by_axes(chain):
+        return ()
+    has_body = QUESTIONS["body-jacobian"].objection(chain) is None
+    return (
+        lambda: {"twist_rows": list(twist_rows(chain)), TWISTS[0]: _rows(space_jacobian(chain))},
+        lambda: {TWISTS[1]: _rows(body_jacobian(chain)) if has_body else None},
+    )
 
 
 def _rows(matrix: sp.Matrix) -> list[list[str]]:
@@ -478,6 +499,9 @@ def data_stages(chain: Chain) -> Stages:
     yield Ready("position", {"position": matrix_json(d.position)})
     yield "the Jacobian"
     yield Ready("jacobian", {"jacobian": _rows(d.geometric[:3, :]), "geometric_jacobian": _rows(d.geometric)})
+    for name, part in zip(TWISTS, _screw_parts(chain), strict=False):
+        yield f"the {name.replace('_j', ' J')}"
+        yield Ready(name, part())
     if d.is_square:
         yield "the determinant"
         with suppress(TooLong):

@@ -10,6 +10,7 @@ from typing import Any
 from exercises.arm.chain import CONVENTIONS, Chain
 from exercises.arm.classification import kind_is_sure
 from exercises.arm.robot_file import Robot
+from exercises.arm.told import is_by_axes, twist_rows
 from exercises.errors import QdotError
 from exercises.questions import QUESTIONS
 from exercises.questions.base import BY_HAND
@@ -18,6 +19,7 @@ from exercises.solving import (
     SECTIONS,
     SPECIAL,
     TESTED,
+    TWISTS,
     WHERE,
     Kept,
     Ready,
@@ -121,6 +123,8 @@ def _follow(stages: Stages, told: _Told, say: Callable[[str], None] | None, show
 def _data(chain: Chain, told: _Told) -> dict[str, Any]:
     """Return what is ready as plain data; what is missing is null and named."""
     content: dict[str, Any] = {"name": chain.title, "position": None, "jacobian": None, "geometric_jacobian": None}
+    twists = TWISTS if is_by_axes(chain) else ()
+    content |= {"twist_rows": list(twist_rows(chain)), **dict.fromkeys(twists)} if twists else {}
     content |= {"task": list(chain.task), "determinant": None, "singular": None}
     for part in told.ready.values():
         content |= part
@@ -137,6 +141,7 @@ def _missing_keys(chain: Chain, told: _Told) -> list[str]:
     if not told.ended or told.left == ():
         return []
     keys = [("position", "position"), ("jacobian", "jacobian"), ("jacobian", "geometric_jacobian")]
+    keys += [(name, name) for name in TWISTS] if is_by_axes(chain) else []
     keys += [("determinant", "determinant")] if _is_square(chain) else []
     left = told.left or (WHERE,)
     of_each = [("type", "uniform", MEANING) if key == MEANING and kind_is_sure(chain) else (key,) for key in left]

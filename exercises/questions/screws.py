@@ -19,10 +19,10 @@ from exercises.arm.chain import Chain
 from exercises.arm.conventions import axes_of
 from exercises.arm.derivation import derive, structure
 from exercises.arm.kinematics import Frame, frames_and_point
-from exercises.arm.placing import Axis
+from exercises.arm.placing import Axis, exactly
 from exercises.arm.stages import Working
 from exercises.arm.told import twist_rows
-from exercises.arm.trigonometry import textbook
+from exercises.arm.trigonometry import textbook, without_brackets
 from exercises.problem import Details, Part
 from exercises.questions.base import BY_AXES, Asked, Question, count_terms, put, stage, too_many, velocities
 from exercises.stream import Stream
@@ -123,8 +123,8 @@ def _tidied(matrix: sp.Matrix) -> sp.Matrix:
 
 def space_jacobian(chain: Chain) -> sp.Matrix:
     """Return J_s, 6 x n: the twist (omega, v) of the last link in {s}, v that of its point at the origin of {s}."""
-    fill = derive(chain).fill
-    return sp.Matrix.hstack(*(one.screw.applyfunc(fill) for one in _carried(structure(chain).chain)))
+    fill = derive(chain).fill_matrix
+    return sp.Matrix.hstack(*(fill(one.screw) for one in _carried(structure(chain).chain)))
 
 
 # --- the body frame ---
@@ -166,7 +166,7 @@ def _of_body(chain: Chain) -> tuple[sp.Matrix, sp.Matrix]:
     known = {home[q]: offset for q, offset in zip(chain.q, chain.offsets, strict=True) if home[q].is_Symbol}
     fill = derive(chain).fill
     rotation, jacobian = (
-        matrix.applyfunc(lambda entry: fill(entry).xreplace(known))
+        matrix.applyfunc(lambda entry: without_brackets(fill(entry).xreplace(known)))
         for matrix in _seen_from_body(generic, tuple(home.items()))
     )
     return rotation, jacobian
@@ -201,12 +201,15 @@ def _pose(chain: Chain, rng: Stream) -> Asked:
 
 
 def _in_space(chain: Chain) -> InSpace:
-    fill = derive(chain).fill
-    carried = tuple(
-        Screw(one.number, one.kind, *(each.applyfunc(fill) for each in (one.direction, one.point, one.screw)))
-        for one in _carried(structure(chain).chain)
-    )
-    return InSpace(carried=carried)
+    fill, home = derive(chain).fill_matrix, dict.fromkeys(chain.q, sp.S.Zero)
+    carried = []
+    for one, axis in zip(_carried(structure(chain).chain), axes_of(chain)[0], strict=True):
+        direction, point, screw = map(fill, (one.direction, one.point, one.screw))
+        if chain.axis_points:  # they lie so far along their axes from what the joints carry
+            along = exactly(axis.direction.dot(axis.point - point.xreplace(home)))
+            point = (point + along * direction).applyfunc(without_brackets)
+        carried.append(Screw(one.number, one.kind, direction, point, screw))
+    return InSpace(carried=tuple(carried))
 
 
 def _space(chain: Chain, rng: Stream) -> Asked:

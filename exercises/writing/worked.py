@@ -26,7 +26,7 @@ from exercises.arm.told import (
     told_rows,
     up_to_frame,
 )
-from exercises.arm.trigonometry import substitute, textbook
+from exercises.arm.trigonometry import substitute, textbook, without_brackets
 from exercises.formula.order import joint_sum
 from exercises.problem import Part
 from exercises.questions.inversion import Situation, jacobian_at
@@ -222,7 +222,7 @@ class Worked(AxisNames):
     @property
     def point_at_home(self) -> sp.Matrix:
         """Where P is at home (3 x 1, m)."""
-        return self.d.position.xreplace(self._home)
+        return axes_of(self.chain)[1]
 
     @property
     def exponentials(self) -> list[tuple[str, sp.Matrix]]:
@@ -237,7 +237,7 @@ class Worked(AxisNames):
 
     def axis_at_home(self, joint: int) -> sp.Matrix:
         """Return the axis of a joint where all joint variables are zero (3 x 1)."""
-        return self.d.z[:, joint - 1].xreplace(self._home)
+        return self.d.z[:, joint - 1].xreplace(self._home).applyfunc(sp.expand)
 
     def turned_axis(self, joint: int) -> sp.Matrix | None:
         """Return the axis of a joint as the joints before it have turned it (3 x 1), None where they do not."""
@@ -256,7 +256,7 @@ class Worked(AxisNames):
             home = dict.fromkeys(self.chain.q[: joint - 1], sp.S.Zero)
             place = self.d.position.xreplace(home)
             if place != before:
-                places.append((joint, place))
+                places.append((joint, place.applyfunc(without_brackets)))
             before = place
         return places if len(places) < 2 or places[-1][0] != 1 else places[:-1]
 

@@ -16,6 +16,7 @@ from exercises.arm.chain import TASK_ROWS, Chain, Joint
 from exercises.arm.classification import Kind, domain_of
 from exercises.arm.derivation import derive
 from exercises.arm.entry import to_sympy
+from exercises.arm.placing import Axis, reached
 from exercises.arm.robot_file import read_robot_file
 from exercises.arm.singularity import Component
 from exercises.errors import QdotError
@@ -31,6 +32,7 @@ from exercises.solving import Solution, read_robot, solution_data, solution_json
 from exercises.special_lengths import _plain
 from exercises.writing.statement import worked_solution
 from exercises.writing.worked import SingularComponent, Worked
+from tests.repository.test_schemas import errors
 from tests.support import DATA
 from tests.support.command import fails, run
 from tests.support.suites import few_for
@@ -615,3 +617,65 @@ def test_what_a_test_in_numbers_finds_amiss_is_told(
     monkeypatch.setattr(Worked, "found", [])
     note = solve(read_robot(path)).note
     assert note is not None and "60 ended in configurations that none of these conditions accounts for" in note
+
+
+BY_AXES = """name = "by its axes"
+convention = "screws"
+point = %s
+[[joint]]
+kind = "R"
+axis = [0, 0, 1]
+point = [0.1, 0.2, 0.5]
+[[joint]]
+kind = "P"
+axis = [0, 1, 1]
+[[joint]]
+kind = "R"
+axis = [1, 0, 0]
+point = [0, "a1", 0.3]
+"""
+
+
+def test_json_of_an_arm_told_by_axes_has_its_space_and_body_jacobian(tmp_path: Path) -> None:
+    """Held against exponentials of the told axes: where they take axes, and how the body frame then stands."""
+    path = tmp_path / "axes.toml"
+    path.write_text(BY_AXES % "[0.3, 0.4, 0.6]")
+    solution = solve(read_robot(path))
+    data = json.loads(solution_json(solution))
+    assert errors("solve", data) == [] and data["twist_rows"] == ["wx", "wy", "wz", "vx", "vy", "vz"]
+    values = {sp.Symbol(name): value for name, value in (("theta1", 0.4), ("d2", -0.3), ("theta3", 1.2), ("a1", 0.7))}
+    q, lengths = np.array([0.4, -0.3, 1.2]), {sp.Symbol("a1"): 0.7}
+    up = np.array([0.0, 1.0, 1.0]) / np.sqrt(2)
+    told = [
+        ("R", np.array([0.0, 0, 1]), [0.1, 0.2, 0.5]),
+        ("P", up, [0, 0, 0]),
+        ("R", np.array([1.0, 0, 0]), [0, 0.7, 0.3]),
+    ]
+    axes = [Axis(kind, sp.Matrix(along), sp.Matrix(through)) for kind, along, through in told]
+
+    def moved(count: int, point: Any) -> np.ndarray:
+        return reached(axes[:count], sp.Matrix(point), q[:count], lengths)
+
+    space = []
+    for i, (kind, along, through) in enumerate(told):
+        there = moved(i, through)
+        direction = moved(i, through + along) - there
+        space.append([*direction, *np.cross(there, direction)] if kind == "R" else [0, 0, 0, *direction])
+    P = np.array([0.3, 0.4, 0.6])
+    there = moved(3, P)
+    turned = np.array([moved(3, P + step) - there for step in np.eye(3)]).T
+    body = [[*turned.T @ column[:3], *turned.T @ (column[3:] + np.cross(column[:3], there))] for column in space]
+    for key, expected in (("space_jacobian", space), ("body_jacobian", body)):
+        ours = [[_number(entry, values) for entry in row] for row in data[key]]
+        np.testing.assert_allclose(ours, np.array(expected).T, atol=1e-12)
+    path.write_text(BY_AXES % "{frame = 2, offset = [0.3, 0.4, 0.6]}")
+    data = json.loads(solution_json(solve(read_robot(path))))
+    assert errors("solve", data) == []
+    assert data["body_jacobian"] is None and len(data["space_jacobian"]) == 6  # P is on link 2
+    assert "space_jacobian" not in solution_data(solve(read_robot(_table(path))))
+
+
+def _table(path: Path) -> Path:
+    """Write an arm that is told by a table, and return its file."""
+    path.write_text(TWO_R)
+    return path

@@ -157,6 +157,19 @@ def test_ctrl_c_keeps_what_is_there_and_names_what_is_not(
     assert content["determinant"] == str(solve(robot.chain).determinant)
 
 
+def test_jacobians_of_screws_are_missing_by_their_names(tmp_path: Path) -> None:
+    path = tmp_path / "arm.toml"
+    row = '[[joint]]\nkind = "R"\naxis = [0, 0, 1]\npoint = [%s, 0, 0]\n'
+    path.write_text(f'name = "arm"\nconvention = "screws"\npoint = [0.7, 0, 0]\n{row % 0}{row % 0.4}')
+    robot = read_robot_file(path)
+    content = json.loads(_stopped(robot, "json", "the body Jacobian"))
+    assert errors("solve", content) == [] and content["missing"] == ["body_jacobian", "determinant", "singular"]
+    assert content["space_jacobian"][2] == ["1", "1"] and content["body_jacobian"] is None
+    content = json.loads(_stopped(robot, "json", "the position"))
+    assert errors("solve", content) == [] and content["space_jacobian"] is None
+    assert _written(robot, "json") == solution_json(solve(robot.chain))
+
+
 def test_what_the_test_found_amiss_is_told_before_special_lengths(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

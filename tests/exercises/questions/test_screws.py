@@ -3,14 +3,17 @@
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
 import pytest
 import sympy as sp
 
 from exercises import verify
 from exercises.arm.chain import Chain
 from exercises.arm.conventions import axes_of
-from exercises.arm.placing import Axis
+from exercises.arm.placing import Axis, reached
+from exercises.arm.robot_file import read_robot
 from exercises.families import FAMILIES
 from exercises.generation import applicable, generate, sample_chain
 from exercises.mistakes.catalogue import CATALOGUE, taken
@@ -19,6 +22,7 @@ from exercises.questions import QUESTIONS as EVERY
 from exercises.questions.base import velocities
 from exercises.questions.screws import (
     QUESTIONS,
+    InSpace,
     body_jacobian,
     body_pose,
     body_rotation,
@@ -26,9 +30,11 @@ from exercises.questions.screws import (
     space_jacobian,
 )
 from exercises.quizzes import QUIZZES
+from exercises.solving import Ready, text_stages
 from exercises.stream import Stream
 from exercises.verify import certify
-from exercises.writing.statement import hints, prompt, statement, worked_solution
+from exercises.writing.markup import to_text
+from exercises.writing.statement import hints, prompt, statement, worked_solution, worked_steps
 from tests.support.suites import few_families, of_families, several
 
 FIXED = [name for name, family in FAMILIES.items() if not family.varied]
@@ -211,3 +217,54 @@ def test_an_arm_of_a_table_is_asked_nothing_of_screws() -> None:
     by = by_axes("planar-2r")
     assert set(NAMES) <= set(applicable(by))
     assert not {"transform", "position-vectors", "link-velocity", "tool-jacobian"} & set(applicable(by))
+
+
+OBLIQUE = """name = "oblique"
+convention = "screws"
+point = [0, "0.4 + a2", 0.1]
+[[joint]]
+kind = "R"
+axis = [0, 0, 1]
+point = [0.1, 0.2, 0.5]
+[[joint]]
+kind = "P"
+axis = [0, 1, 1]
+[[joint]]
+kind = "R"
+axis = [1, 1, 0]
+point = [0.1, 0.4, 0.1]
+"""
+
+
+def test_an_own_arm_is_told_by_the_points_of_its_file_and_without_brackets(tmp_path: Path) -> None:
+    path = tmp_path / "oblique.toml"
+    path.write_text(OBLIQUE)
+    chain = read_robot(path)
+    texts = {}
+    for stage in text_stages(chain):
+        if isinstance(stage, Ready):
+            texts[stage.name] = to_text(stage.content)
+            if stage.name == "body-jacobian":  # what follows holds no points
+                break
+    assert "(0.1, 0.2, 0.5) m" in texts["arm"] and "(0.1, 0.4, 0.1) m" in texts["arm"]
+    assert "⎢0  1  0  a₂ + 0.4⎥" in texts["arm"]
+    for name in ("arm", "home-screws", "position", "jacobian", "geometric-jacobian", "space-jacobian", "body-jacobian"):
+        assert "(√2 (" not in texts[name], name
+    # By exponentials of the told axes: where P is, and each point, behind the joints that have moved it.
+    axes, home = axes_of(chain)
+    q, lengths = np.array([0.3, -0.4, 1.1]), {sp.Symbol("a2"): 0.7}
+    values = lengths | dict(zip(chain.q, q, strict=True))
+    for joint, place in worked_steps(chain).moved_points:
+        moved = np.where(np.arange(1, 4) < joint, 0, q)
+        assert np.allclose(_floats(place, values), reached(axes, home, moved, lengths))
+    _, details = next(question for question in QUESTIONS if question.name == "space-jacobian").ask(chain, Stream("x"))
+    assert isinstance(details, InSpace)
+    for number, one in enumerate(details.carried):
+        if one.kind == "R":
+            there = reached(axes[:number], sp.Matrix(chain.axis_points[number]), q[:number], lengths)
+            assert np.allclose(_floats(one.point, values), there)
+            assert np.allclose(_floats(one.moment + one.direction.cross(one.point), values), 0)
+
+
+def _floats(vector: sp.Matrix, values: dict[sp.Symbol, float]) -> np.ndarray:
+    return np.array([float(entry.xreplace(values)) for entry in vector])
