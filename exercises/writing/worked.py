@@ -220,7 +220,16 @@ class Worked(AxisNames):
     @property
     def point_at_home(self) -> sp.Matrix:
         """Where P is at home (3 x 1, m)."""
-        return self.d.position.xreplace(self._home)
+        return self._multiplied_out(self.d.position.xreplace(self._home))
+
+    def _multiplied_out(self, place: sp.Matrix) -> sp.Matrix:
+        """Return a place whose constants are sums without brackets: of oblique axes, they are products of roots."""
+
+        def plain(term: sp.Expr) -> sp.Expr:
+            constant, moving = term.as_independent(*self.chain.q, as_Add=False)
+            return sp.expand(constant) * moving
+
+        return place.applyfunc(lambda entry: sp.Add(*map(plain, sp.Add.make_args(entry))))
 
     def jacobian_of(self, frame: str) -> sp.Matrix:
         """Return the Jacobian of screws in the "space" frame or in that of the "body"."""
@@ -228,7 +237,7 @@ class Worked(AxisNames):
 
     def axis_at_home(self, joint: int) -> sp.Matrix:
         """Return the axis of a joint where all joint variables are zero (3 x 1)."""
-        return self.d.z[:, joint - 1].xreplace(self._home)
+        return self.d.z[:, joint - 1].xreplace(self._home).applyfunc(sp.expand)
 
     def turned_axis(self, joint: int) -> sp.Matrix | None:
         """Return the axis of a joint as the joints before it have turned it (3 x 1), None where they do not."""
@@ -247,7 +256,7 @@ class Worked(AxisNames):
             home = dict.fromkeys(self.chain.q[: joint - 1], sp.S.Zero)
             place = self.d.position.xreplace(home)
             if place != before:
-                places.append((joint, place))
+                places.append((joint, self._multiplied_out(place)))
             before = place
         return places if len(places) < 2 or places[-1][0] != 1 else places[:-1]
 
