@@ -94,6 +94,25 @@ def _number(text: str, values: dict[sp.Symbol, float]) -> float:
     return float(to_sympy(read(text, [symbol.name for symbol in values])).xreplace(values))
 
 
+def test_the_pose_at_home_of_oblique_axes_is_what_the_file_says(tmp_path: Path) -> None:
+    """The table that is worked with has products of roots in brackets, which make the point that was given."""
+    path = tmp_path / "arm.toml"
+    path.write_text(
+        'name = "Oblique"\nconvention = "screws"\npoint = ["a1 + a2", 0, "1/4"]\n'
+        '[[joint]]\nkind = "R"\naxis = [0, 0, 1]\npoint = [0, 0, 0]\n'
+        '[[joint]]\nkind = "R"\naxis = [1, 1, 0]\npoint = ["a1", 0, 0.2]\n'
+        '[[joint]]\nkind = "P"\naxis = [0, 3, 4]\n'
+    )
+    chain = read_robot_file(path).chain
+    a1, a2 = sp.symbols("a1 a2")
+    steps = Worked(chain)
+    assert list(steps.point_at_home) == [a1 + a2, 0, sp.Rational(1, 4)]
+    assert list(steps.axis_at_home(3)) == [0, sp.Rational(3, 5), sp.Rational(4, 5)]
+    (_, place), *_ = steps.moved_points
+    d3 = sp.Symbol("d3")
+    assert list(place) == [a1 + a2, sp.Rational(3, 5) * d3, sp.Rational(4, 5) * d3 + sp.Rational(1, 4)]
+
+
 def test_rows_that_no_task_names_are_few() -> None:
     left_out = [row["name"] for row in TRUTH if row not in EXPRESSIBLE]
     assert left_out == ["Scorbot_5R_task_xyz_pitch_roll_at_P"]  # its rows are joint-rate sums, not vx … wz

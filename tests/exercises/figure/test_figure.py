@@ -27,7 +27,7 @@ from exercises.figure import (
 )
 from exercises.figure.plane import exact
 from exercises.figure.pose import LONG, best_poses, candidates, drawn_chain
-from exercises.figure.shapes import Circle, Figure, Glyph, Pair, Polyline, Text, extent, roman
+from exercises.figure.shapes import FONT, Circle, Figure, Glyph, Pair, Polyline, Text, extent, roman
 from exercises.figure.small import PANEL, Panel
 from exercises.generation import sample_chain
 from exercises.problem import ProblemId
@@ -183,6 +183,16 @@ def test_the_axes_of_the_body_frame_are_parallel_to_those_of_the_space_frame_and
     turned = [np.subtract(line[-1], line[0]) for line in ways if len(line) == 2]
     angles = sorted(round(float(np.arctan2(*way)), 4) for way in turned)
     assert angles[::2] == angles[1::2] and len(set(angles)) == 3
+
+
+def test_the_names_of_joint_axes_are_as_large_as_other_names() -> None:
+    """The letter is low, and in the fonts of PDFs smaller than others of a size."""
+    texts = [text for text in arm_figure(by_axes(*BY_AXES[0]), HOME).texts if text.runs[0].text == "ω"]
+    assert len(texts) == 2
+    for text in texts:
+        assert text.runs[0].size > 1.2 * FONT and text.runs[1].size < FONT
+        wide, _ = extent(tuple((run.text, run.italic, run.size < FONT) for run in text.runs))
+        assert text.box[2] - text.box[0] == pytest.approx(wide) and wide > text.runs[0].size * 0.9
 
 
 def test_where_the_point_is_in_the_origin_the_axes_have_the_names_of_both_frames() -> None:
