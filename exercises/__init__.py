@@ -52,7 +52,11 @@ Problem(planar-2r/7: jacobian)
 (2, 2)
 """
 
+import os
 from typing import TYPE_CHECKING, Any
+
+# What SymPy remembers of each function: a class asks the same of the same formulas, and a thousand are soon forgotten.
+os.environ.setdefault("SYMPY_CACHE_SIZE", "20000")
 
 if TYPE_CHECKING:
     from exercises.answers import Answer as Answer

@@ -52,7 +52,10 @@ _BEYOND = 1e-4
 
 @dataclass(frozen=True)
 class Kind:
-    """What a set of singular configurations is: kind, whether all of it is of that kind, and what it looks like."""
+    """What a set of singular configurations is: kind, whether all of it is of that kind, and what it looks like.
+
+    The kind is empty where it can't be established (`kind_is_sure`), so that it is told nowhere.
+    """
 
     kind: str
     uniform: bool
@@ -124,9 +127,11 @@ def classify_pieces(chain: Chain, conditions: Sequence[str]) -> Kind:
     """Classify the union of conditions (text), as `classify` does for a component."""
     arms = _ARMS * max(1, len(chain.parameters))  # the kind may depend on how open lengths compare
     all_samples = [sample for condition in conditions for sample in samples_on(chain, condition, "classify", arms)]
+    words = meaning(chain, all_samples[:: max(1, len(all_samples) // _LOOKED_AT)])
+    if not kind_is_sure(chain):
+        return Kind("", False, words)
     kinds = {kind for sample in all_samples if (kind := kind_at(chain, sample)) is not None}
-    kind = "boundary" if "boundary" in kinds else "internal"
-    return Kind(kind, len(kinds) == 1, meaning(chain, all_samples[:: max(1, len(all_samples) // _LOOKED_AT)]))
+    return Kind("boundary" if "boundary" in kinds else "internal", len(kinds) == 1, words)
 
 
 def kind_is_sure(chain: Chain) -> bool:
