@@ -250,7 +250,7 @@ def _said_of_test(chain: Chain, stage: Redundant) -> str:
     count = sum(map(len, out.samples)) - sum(len(out.samples[k]) for k in out.wrong)
     if stage.components:
         said.append(f"In numbers, J was found to lose rank at each of {count} configurations in which they hold.")
-    elif not stage.undecided:
+    elif stage.never:
         said.append(NEVER_SINGULAR)
     drawn = f", with {len(out.arms)} choices of the open lengths" if chain.parameters else ""
     said.append(f"Of {out.searches} searches for lost rank from random starts{drawn}, {out.ended} came to an end")
