@@ -238,7 +238,7 @@ def solve(
     In JSON, `jacobian` is that of the point, 3 x n, and `geometric_jacobian` 6 x n; of the latter, the rows that `task`
     names are those whose `determinant` and `singular` follow. `determinant` is null where these are not square.
     `singular` is null where they have less than full rank in every configuration, and empty where they have full rank
-    in every one; `note` says so in words.
+    in every one; `note` says so in words. Arms that are told by their axes have `space_jacobian` and `body_jacobian`.
 
     Results are written as they are ready. With --time, or by Ctrl-C, it ends earlier, and says what is missing; JSON
     has `missing` then, a list of what was not worked out. --map draws the conditions that are in three joints or fewer.

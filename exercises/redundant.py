@@ -58,6 +58,11 @@ class Redundant:
     ranks: tuple[int | None, ...] = ()
 
     @property
+    def never(self) -> bool:
+        """Whether J was found to keep its rank everywhere, by what was derived."""
+        return not (self.always or self.components or self.doubtful or self.undecided)
+
+    @property
     def searched(self) -> dict[str, int]:
         """How many searches for lost rank there were, how many found it, and how many of these nothing explains."""
         if self.tried is None:

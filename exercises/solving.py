@@ -51,6 +51,10 @@ FOR_SPECIAL_LENGTHS = (
     "Only for lengths that are related to each other in a way of its own can these conditions hold together, and are "
     "more configurations singular:"
 )
+ROUNDED = (
+    "Some of its numbers have no short form and are rounded to ten decimals; what follows from them is no more exact."
+)
+CONDITIONS_ROUNDED = "Numbers in these conditions are rounded, as those of the arm are."
 NEVER_SINGULAR = (
     "The Jacobian for this task has full rank in every configuration: the arm has no singular configuration."
 )
@@ -247,7 +251,7 @@ def _said_of_test(chain: Chain, stage: Redundant) -> str:
     count = sum(map(len, out.samples)) - sum(len(out.samples[k]) for k in out.wrong)
     if stage.components:
         said.append(f"In numbers, J was found to lose rank at each of {count} configurations in which they hold.")
-    elif not stage.undecided:
+    elif stage.never:
         said.append(NEVER_SINGULAR)
     drawn = f", with {len(out.arms)} choices of the open lengths" if chain.parameters else ""
     said.append(f"Of {out.searches} searches for lost rank from random starts{drawn}, {out.ended} came to an end")
@@ -293,6 +297,7 @@ def solution_data(solution: Solution) -> dict[str, Any]:
     """Return the results as plain data."""
     content: dict[str, Any] = {
         "name": solution.chain.title,
+        **({"rounded": True} if solution.robot is not None and solution.robot.rounded else {}),
         "position": matrix_json(solution.position),
         "jacobian": _rows(solution.jacobian),
         "geometric_jacobian": _rows(solution.geometric),
@@ -419,7 +424,8 @@ def text_stages(chain: Chain, robot: Robot | None = None) -> Stages:
     given = _given(robot)
     if given is not None and (w.is_by_axes or (not given.base and given.rows == w.rows)):
         given = None  # it is told so below
-    yield Ready("arm", render("solve-arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, given=given))
+    rounded = ROUNDED if robot is not None and robot.rounded else ""
+    yield Ready("arm", render("solve-arm.md.j2", chain=chain, w=w, steps=steps, tex=tex, given=given, rounded=rounded))
     parts: list[Part] = []
     explained: set[str] = set()
     for name in SECTIONS[:-1]:
@@ -462,7 +468,9 @@ def _singular_section(
     else:
         text = _section(chain, SECTIONS[-1], parts, explained)
     beyond = _beyond(chain, robot, found.singular or ())
-    return f"{text}\nLimits of the joints rule out {'; '.join(beyond)}.\n" if beyond else text
+    said = [f"Limits of the joints rule out {'; '.join(beyond)}."] if beyond else []
+    said += [CONDITIONS_ROUNDED] if found.singular and robot is not None and robot.rounded else []
+    return "\n\n".join([text, *said]) + "\n" if said else text
 
 
 def _special_block(chain: Chain, found: Singularities, number: int) -> str:

@@ -90,7 +90,7 @@ def write_solution(
     except KeyboardInterrupt as error:
         told.ended, stop = "it was stopped", error
     if form == "json":
-        say(data_json(_data(chain, told)))
+        say(data_json(_data(robot, told)))
     elif form == "latex":
         say(article(chain, [*filter(None, told.ready.values()), *_missing_block(chain, told)]))
     else:
@@ -120,9 +120,11 @@ def _follow(stages: Stages, told: _Told, say: Callable[[str], None] | None, show
             told.now = stage
 
 
-def _data(chain: Chain, told: _Told) -> dict[str, Any]:
+def _data(robot: Robot, told: _Told) -> dict[str, Any]:
     """Return what is ready as plain data; what is missing is null and named."""
-    content: dict[str, Any] = {"name": chain.title, "position": None, "jacobian": None, "geometric_jacobian": None}
+    chain = robot.chain
+    content: dict[str, Any] = {"name": chain.title} | ({"rounded": True} if robot.rounded else {})
+    content |= {"position": None, "jacobian": None, "geometric_jacobian": None}
     twists = TWISTS if is_by_axes(chain) else ()
     content |= {"twist_rows": list(twist_rows(chain)), **dict.fromkeys(twists)} if twists else {}
     content |= {"task": list(chain.task), "determinant": None, "singular": None}

@@ -37,7 +37,7 @@ import numpy as np
 import sympy as sp
 
 from exercises.arm.chain import CONVENTIONS, TASK_ROWS, Base, Chain, Joint, Point
-from exercises.arm.conventions import Row, by_axes, modified, standard, standard_point
+from exercises.arm.conventions import Row, axes_of_rows, by_axes, is_rounded, modified, standard, standard_point
 from exercises.arm.derivation import derive
 from exercises.arm.entry import check_role, doubt, value_of
 from exercises.arm.kinematics import NumericChain
@@ -80,7 +80,8 @@ class Robot:
 
     `given` is how it is told, None where that is the standard table; `limits` are those of each joint (rad or m), None
     where none are told. `notes` are messages about what may be right, but is probably a mistake. `source` is where the
-    numbers are from, empty where that is not told.
+    numbers are from, empty where that is not told. Where the standard table has numbers that are no short formulas, it
+    is `rounded`, to ten decimals.
     """
 
     chain: Chain
@@ -89,6 +90,7 @@ class Robot:
     limits: tuple[Limits | None, ...] = ()
     given: Given | None = None
     source: str = ""
+    rounded: bool = False
 
 
 def read_robot(path: Path) -> Chain:
@@ -141,7 +143,11 @@ def _of_urdf(path: Path, described: Described) -> Robot:
     base, joints, point = by_axes(described.axes, described.tip, count)
     chain = Chain(described.name, joints, ("vx",), base, point, described.name)
     return Robot(
-        chain.with_task(*default_task(chain)), (), described.notes, described.limits, _axes_given(described.axes)
+        chain.with_task(*default_task(chain)),
+        notes=described.notes,
+        limits=described.limits,
+        given=_axes_given(described.axes),
+        rounded=is_rounded(chain, described.axes, described.tip),
     )
 
 
@@ -198,7 +204,8 @@ def robot_of(file: TomlFile) -> Robot:
     reader = _Reader(file)
     chain = reader.chain()
     draws = _draws(file, chain)
-    return Robot(chain, draws, _notes(file, chain, draws), reader.limits(), reader.given, reader.source)
+    notes = _notes(file, chain, draws)
+    return Robot(chain, draws, notes, reader.limits(), reader.given, reader.source, is_rounded(chain, *reader.told))
 
 
 class _Reader:
@@ -222,6 +229,8 @@ class _Reader:
         self.variables = [sp.Symbol(f"{'theta' if kind == 'R' else 'd'}{i}") for i, kind in enumerate(kinds, 1)]
         self.given: Given | None = None
         self.axis_points: tuple[Triple | None, ...] = ()
+        self.told: tuple[list[Axis], sp.Matrix | None] = ([], None)
+        """The axes at home and the point of interest, as far as the table may have them rounded."""
 
     def chain(self) -> Chain:
         """Return the arm, with the task that is told, else the usual one."""
@@ -284,6 +293,8 @@ class _Reader:
         if self.convention == "modified-dh" and rows[0].alpha.free_symbols:
             raise QdotError(f"{self.file.place('joint', 0, 'alpha')}: the first one turns the base, and is a number")
         base = self._pose("base")
+        if base != HOME or self.convention == "modified-dh":
+            self.told = axes_of_rows(rows, base, self.convention == "modified-dh"), None
         placed, joints = (modified if self.convention == "modified-dh" else standard)(rows, base)
         if self.convention != "dh" or any(row.reversed for row in rows):
             written = zip(rows, self.variables, strict=True)
@@ -367,6 +378,7 @@ class _Reader:
             )
             for axis in axes
         ]
+        self.told = stood, point.origin
         self.axis_points = tuple(_coordinates(axis.point) if axis.kind == "R" else None for axis in stood)
         return by_axes(stood, point.origin, told.frame)
 

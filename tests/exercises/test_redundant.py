@@ -131,6 +131,7 @@ def test_an_arm_is_solved_in_seconds_and_all_that_is_told_holds(name: str) -> No
 
 def test_conditions_without_a_configuration_are_told_as_undecided(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each of these can hold, but not both: sin(theta2) would be 7/5."""
+    usual = _solved("iiwa")
     s2, s4 = sp.sin(sp.Symbol("theta2")), sp.sin(sp.Symbol("theta4"))
     both = (s2 - s4 - sp.Rational(19, 10), s2 + s4 - sp.Rational(9, 10))
 
@@ -141,13 +142,22 @@ def test_conditions_without_a_configuration_are_told_as_undecided(monkeypatch: p
     monkeypatch.setattr("exercises.redundant.reciprocal_set", with_one_more)
     solution = solve(replace(_arm("iiwa"), name="undecided"))
     assert solution.redundant is not None and solution.redundant.undecided == (both,)
-    assert _conditions(solution) == _conditions(_solved("iiwa")) and solution.redundant.doubtful == ()
+    assert _conditions(solution) == _conditions(usual) and solution.redundant.doubtful == ()
     assert (
         "No configuration was found in which `sin(theta2) - sin(theta4) - 19/10 = 0` and `sin(theta2) + sin(theta4) - "
         "9/10 = 0`, in 60 searches from random starts; whether there is one was not decided."
     ) in (solution.note or "")
     assert "was not decided" in " ".join(solution_text(solution).split())
-    assert "was not decided" not in (_solved("iiwa").note or "")
+    assert "was not decided" not in (usual.note or "")
+
+    def only_these(plain: Chain, twists: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> Found:
+        return replace(reciprocal_set(plain, twists), ways=(both,))
+
+    monkeypatch.setattr("exercises.redundant.reciprocal_set", only_these)
+    solution = solve(replace(_arm("iiwa"), name="nothing else"))
+    assert solution.singular == () and "full rank in every configuration" not in (solution.note or "")
+    text = " ".join(solution_text(solution).split())
+    assert "It never does" not in text and "No configuration is known in which it does" in text
 
 
 @pytest.mark.parametrize("name", ["iiwa", "iiwa-open"])

@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Iterator
+from contextlib import nullcontext
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -28,8 +29,20 @@ from exercises.generation import generate
 from exercises.input_file import shown
 from exercises.problem import ProblemId
 from exercises.questions import QUESTIONS
-from exercises.solving import Solution, read_robot, solution_data, solution_json, solution_latex, solution_text, solve
+from exercises.solving import (
+    Ready,
+    Solution,
+    read_robot,
+    solution_data,
+    solution_json,
+    solution_latex,
+    solution_text,
+    solve,
+    text_stages,
+)
+from exercises.solving_in_time import write_solution
 from exercises.special_lengths import _plain
+from exercises.writing.markup import to_text
 from exercises.writing.statement import worked_solution
 from exercises.writing.worked import SingularComponent, Worked
 from tests.repository.test_schemas import errors
@@ -698,3 +711,34 @@ def _table(path: Path) -> Path:
     """Write an arm that is told by a table, and return its file."""
     path.write_text(TWO_R)
     return path
+
+
+TWO_BY_AXES = """name = "two"
+convention = "screws"
+task = ["vx", "vz"]
+point = [0.4, 0, 0.2]
+[[joint]]
+kind = "R"
+axis = [0, 1, 0]
+point = [0, 0, 0]
+[[joint]]
+kind = "R"
+axis = [0, 1, 0]
+point = [0.3, 0, 0]
+"""
+
+
+@pytest.mark.parametrize("arm", [TWO_R.replace('"a1"', "0.4"), TWO_BY_AXES], ids=["table", "axes"])
+@pytest.mark.parametrize(("rpy", "rounded"), [("[0.3, 0.2, 0]", True), ('["pi/3", 0, 0]', False)])
+def test_numbers_that_are_rounded_are_told_to_be(arm: str, rpy: str, rounded: bool, tmp_path: Path) -> None:
+    path = tmp_path / "arm.toml"
+    path.write_text(arm.replace("[[joint]]", f"base = {{rpy = {rpy}}}\n[[joint]]", 1))
+    robot = read_robot_file(path)
+    stages = (stage for stage in text_stages(robot.chain, robot) if isinstance(stage, Ready))
+    texts = {stage.name: " ".join(to_text(stage.content).split()) for stage in stages}
+    assert ("Some of its numbers have no short form and are rounded to ten decimals" in texts["arm"]) == rounded
+    assert ("Numbers in these conditions are rounded" in texts["singular-angles"]) == rounded
+    said: list[str] = []
+    write_solution(robot, "json", 0.3, said.append, lambda _: nullcontext())
+    content = json.loads("".join(said))
+    assert errors("solve", content) == [] and content.get("rounded", False) == rounded

@@ -12,6 +12,7 @@ import sympy as sp
 from exercises.arm.chain import CONVENTIONS, Base, Chain, Joint, Point
 from exercises.arm.conventions import axes_of
 from exercises.arm.kinematics import NumericChain
+from exercises.arm.library import robot_path, robots
 from exercises.arm.robot_file import Robot, read_robot_file
 from exercises.arm.robot_text import robot_text
 from exercises.errors import QdotError
@@ -95,7 +96,9 @@ def test_an_arm_is_written_in_every_convention_and_read_again(
 ) -> None:
     chain = sample_chain(ProblemId(family, 3, variation=step))
     text = robot_text(Robot(chain), convention)
-    again = read(tmp_path, text).chain
+    robot = read(tmp_path, text)
+    again = robot.chain
+    assert not robot.rounded  # all that families draw has short forms
     same_arm(chain, again, f"{family} {convention}")
     if convention != "screws":  # which place the frames anew
         assert robot_text(Robot(again), convention) == text
@@ -259,6 +262,63 @@ def test_points_on_axes_stay_those_of_the_file(tmp_path: Path) -> None:
     assert R("0.3") <= length <= R("0.9") and axes_of(drawn)[0][3].point[1] == length
     elsewhere = replace(plain, base=Base((R(1), R(0), R(0)), sp.S.Zero, sp.S.Zero))
     assert axes_of(elsewhere)[0][0] == axes_of(replace(elsewhere, axis_points=()))[0][0]
+
+
+SCREWS_ON_A_BASE = """name = "two"
+convention = "screws"
+base = {position = [0, "a1", 0.3], rpy = %s}
+point = [0.4, 0.1, 0.2]
+[[joint]]
+kind = "R"
+axis = [0, 0, 1]
+point = [0, 0, 0]
+[[joint]]
+kind = "%s"
+axis = %s
+point = [0.2, 0, 0.2]
+"""
+TABLE_ON_A_BASE = """name = "two"
+convention = "%s"
+base = {position = [0, "a1", 0.3], rpy = %s}
+[[joint]]
+kind = "R"
+theta = "theta1 + 0.2"
+d = 0.1
+a = 0.2
+alpha = "pi/2"
+[[joint]]
+kind = "R"
+theta = "-theta2"
+d = 0
+a = 0.2
+alpha = 0
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "rounded"),
+    [
+        (SCREWS_ON_A_BASE % ("[0.3, 0, 0]", "R", "[0, 1, 0]"), True),  # products with sin(0.3)
+        (SCREWS_ON_A_BASE % ('["pi/3", 0, 0]', "R", "[0, 1, 0]"), False),  # roots
+        (SCREWS_ON_A_BASE % ("[0, 0, 0]", "R", "[0.3, 0.5, 1]"), False),
+        (SCREWS_ON_A_BASE % ('["pi/3", "pi/4", 0.1]', "P", "[0.3, 0.5, 1]"), True),
+        (TABLE_ON_A_BASE % ("dh", "[0.3, 0, 0]"), False),  # that is the tilt
+        (TABLE_ON_A_BASE % ("dh", "[0.3, 0.2, 0]"), True),  # whose tilt is atan2(…)
+        (TABLE_ON_A_BASE % ("modified-dh", '["pi/2", 0, "pi/5"]'), True),  # no multiple of 15 degrees
+        (TABLE_ON_A_BASE % ("modified-dh", '["pi/2", 0, "pi/4"]'), False),
+    ],
+)
+def test_an_arm_whose_table_is_rounded_is_known(text: str, rounded: bool, tmp_path: Path) -> None:
+    robot = read(tmp_path, text)
+    assert robot.rounded == rounded
+    numbers = [number for joint in robot.chain.joints for number in (joint.theta, joint.d, joint.a, joint.alpha)]
+    numbers += [*robot.chain.base.position, robot.chain.base.yaw, robot.chain.base.tilt, *robot.chain.point.offset]
+    # A rounded number has ten decimals; those that are typed have few.
+    assert rounded == any(atom.q > 10**6 for number in numbers for atom in sp.sympify(number).atoms(sp.Rational))
+
+
+def test_no_real_robot_is_rounded() -> None:
+    assert [name for name in robots() if read_robot_file(robot_path(name)).rounded] == []
 
 
 URDF = """<?xml version="1.0"?>
