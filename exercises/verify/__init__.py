@@ -20,7 +20,7 @@ import numpy as np
 import sympy as sp
 
 from exercises.arm.chain import TASK_ROWS, Chain
-from exercises.arm.told import is_modified, told_point
+from exercises.arm.told import is_by_axes, is_modified, told_point
 from exercises.formula.trees import Node, ReadError, names
 from exercises.problem import Part, Problem, ProblemId
 from exercises.record import digests
@@ -100,7 +100,7 @@ def _one_meaning(chain: Chain) -> Check:
     """Look for a symbol that stands for two things, as a length named after another entry of the table does."""
     taken = {symbol.name for symbol in (*chain.q, *chain.rates)} | set(TASK_ROWS)
     twice = sorted(symbol.name for symbol in chain.parameters if symbol.name in taken)
-    for symbol in chain.parameters:
+    for symbol in () if is_by_axes(chain) else chain.parameters:  # who is told axes sees no table
         match = re.fullmatch(r"([ad])([1-9]\d*)", symbol.name)
         if match and int(match.group(2)) <= chain.n:
             joint = chain.joints[int(match.group(2)) - 1]
@@ -127,8 +127,10 @@ def _full_rank(numeric: NumericReference) -> Check:
 
 
 def _told(numeric: NumericReference) -> Iterator[Check]:
-    """Look whether a modified table leads to the axes and the point of the standard one, from which all is derived."""
+    """Look whether what is told leads to the axes and the point of the standard table, from which all is derived."""
     chain = numeric.chain
+    if is_by_axes(chain):
+        yield from screws.told(numeric)
     if is_modified(chain):
         ours, told = numeric.frames[:, : chain.n, :3, 2], numeric.told[:, 1:, :3, 2]
         point = told_point(chain)

@@ -11,7 +11,7 @@ import sympy as sp
 
 from exercises.arm.conventions import axes_of
 from exercises.problem import Part
-from exercises.verify.formulas import DIFFERENCED, EXACT, formula
+from exercises.verify.formulas import DIFFERENCED, EXACT, agree, formula
 from exercises.verify.numeric_reference import POSES, Check, NumericReference
 
 Values = dict[str, tuple[np.ndarray, float]]
@@ -45,8 +45,16 @@ def _exponential(screw: np.ndarray, value: np.ndarray) -> np.ndarray:
     return pose
 
 
+def _placed(pose: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Return where poses (…, 4, 4) take places (…, 3)."""
+    return (pose[..., :3, :3] @ place[..., None])[..., 0] + pose[..., :3, 3]
+
+
 class _Axes:
-    """The arm by its axes in numbers, at the places of a reference: home screws (…, n, 6), poses, space Jacobian."""
+    """The arm by its axes in numbers, at the places of a reference: home screws (…, n, 6), poses, space Jacobian.
+
+    `point` (…, 3) is the point of interest, which the joints before it carry.
+    """
 
     def __init__(self, numeric: NumericReference) -> None:
         axes, point = axes_of(numeric.chain)
@@ -54,9 +62,12 @@ class _Axes:
         self.home = np.stack([self._screw(numeric, axis.kind, axis.direction, axis.point) for axis in axes], axis=1)
         place = self._numbers(numeric, point)
         before, carried = np.broadcast_to(np.eye(4), (len(self.q), 4, 4)), []
+        self.point = place
         for i in range(numeric.chain.n):
             carried.append((_adjoint(before) @ self.home[:, i, :, None])[..., 0])
             before = before @ _exponential(self.home[:, i], self.q[:, i])
+            if i + 1 == numeric.chain.point.frame:
+                self.point = _placed(before, place)
         self.space = np.stack(carried, axis=2)
         home = np.broadcast_to(np.eye(4), before.shape).copy()
         home[:, :3, 3] = place
@@ -74,6 +85,16 @@ class _Axes:
             known = {sp.Symbol(name): value for name, value in lengths.items()}
             rows += [[float(entry.xreplace(known)) for entry in vector]] * POSES
         return np.array(rows)
+
+
+def told(numeric: NumericReference) -> Iterator[Check]:
+    """Look whether the axes that are told lead to the point, and move it, as the table does that is worked with."""
+    axes = _Axes(numeric)
+    yield agree("axes at home: point", axes.point[:, None], numeric.point[:, None], EXACT)
+    before = numeric.chain.point.frame
+    spin, slide = (axes.space[:, rows, :before].swapaxes(1, 2) for rows in (slice(0, 3), slice(3, 6)))
+    moved = np.cross(spin, axes.point[:, None]) + slide
+    yield agree("axes at home: velocities", moved, numeric.jacobian[:, :3, :before].swapaxes(1, 2), EXACT)
 
 
 def _home(numeric: NumericReference, _: Part) -> Values:

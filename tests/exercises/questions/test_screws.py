@@ -1,13 +1,18 @@
 """Arms told by their axes: published Jacobians, exponentials as another way, and texts without frames on the links."""
 
 import re
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 import sympy as sp
 
-from exercises.arm.chain import Chain
+from exercises.arm.chain import Chain, Joint, Point
 from exercises.arm.conventions import axes_of
+from exercises.arm.placing import Axis
 from exercises.families import FAMILIES
+from exercises.families.base import Family
+from exercises.families.own import own_family
 from exercises.generation import applicable, generate, sample_chain
 from exercises.mistakes.catalogue import CATALOGUE, taken
 from exercises.problem import Problem, ProblemId
@@ -132,3 +137,36 @@ def test_an_arm_of_a_table_is_asked_nothing_of_screws() -> None:
     by = by_axes("planar-2r")
     assert set(NAMES) <= set(applicable(by))
     assert not {"transform", "position-vectors", "link-velocity", "tool-jacobian"} & set(applicable(by))
+
+
+def test_a_certificate_sees_axes_that_lead_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where nothing is asked of the screws themselves: the statement tells them."""
+    problem = generate("elbow-3r/1@screws", ["position"])
+    assert {"axes at home: point", "axes at home: velocities"} <= {check.name for check in certify(problem).checks}
+
+    def other(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
+        (first, second, third), point = axes_of(chain)
+        return [first, replace(second, direction=-second.direction), third], point
+
+    monkeypatch.setattr("exercises.verify.screws.axes_of", other)
+    assert {check.name for check in certify(problem).failures} == {"axes at home: point", "axes at home: velocities"}
+
+
+def test_a_point_on_an_inner_link_is_certified_by_the_axes_before_it() -> None:
+    joints = tuple(Joint("R", f"theta{i}", 0, f"a{i}", "pi/2" if i == 1 else 0) for i in (1, 2, 3))
+    arm = Chain("m", joints, ("vx", "vy"), tool=Point(2), convention="screws")
+    certificate = certify(generate(ProblemId("m", 1, ("position",)), family=Family("m", "m", "m", arm)))
+    assert certificate.passed, certificate.failures
+
+
+def test_a_length_of_an_arm_told_by_axes_may_be_called_as_one_of_the_table_that_is_not_told(
+    tmp_path: Path,
+) -> None:
+    """Joint 1 has the length 0.3 in that table, where a1 would be looked for."""
+    path = tmp_path / "arm.toml"
+    joint = '[[joint]]\nkind = "R"\naxis = [0, 0, 1]\npoint = [{}, 0, 0]\n'
+    head = 'name = "m"\nconvention = "screws"\npoint = ["a1 + 0.3", 0, 0]\n'
+    path.write_text(head + joint.format(0) + joint.format(0.3))
+    family = own_family(path)
+    certificate = certify(generate(ProblemId(family.name, 1, ("position", "determinant")), family=family))
+    assert certificate.passed, certificate.failures
