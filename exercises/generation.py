@@ -190,8 +190,11 @@ def find_out(family: Family) -> Listed:
 
 
 def _by_variation(family: Family) -> tuple[int, ...]:
-    """Return the difficulty of an arm at each step of variation; all arms of a family have that of a step's."""
-    if family.varied:
+    """Return the difficulty of an arm at each step of variation; all arms of a family have that of a step's.
+
+    A robot of a file has no such steps.
+    """
+    if family.varied or family.robot:
         return ()
     return tuple(difficulty(sample_chain(ProblemId(family.name, 0, variation=name), family)) for name in STEPS)
 
